@@ -1,0 +1,111 @@
+"""The FMI 2.0 face of the golf club–ball impact: a pythonfmu slave around one component.
+
+No physics in here, and no list of variables: both are golf_impact's.
+"""
+
+from collections import OrderedDict
+
+from golf_impact.component import Component
+from golf_impact.variables import VARIABLES
+from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Integer, Real
+from pythonfmu.enums import Fmi2Status
+from pythonfmu.logmsg import LogMsg
+
+
+class ClubBallImpact(Fmi2Slave):
+    """A golf club hits a ball; see golf_impact.variables for what goes in and comes out."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        queue = self.log_queue
+
+        def report(message: str) -> None:
+            queue.append(LogMsg(Fmi2Status.error, "logStatusError", message))
+
+        component = Component(report)
+        self.vars = _registered
+        self._component = component
+        # Bound here, a call from the host runs straight into the component.
+        self.do_step = component.step
+        self.get_real = component.reals
+
+    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+        self._component.set_up(start_time)
+
+    def enter_initialization_mode(self):
+        self._component.enter_initialization()
+
+    def exit_initialization_mode(self):
+        self._component.exit_initialization()
+
+    def do_step(self, current_time, step_size):
+        return self._component.step(current_time, step_size)
+
+    def terminate(self):
+        self._component.terminate()
+
+    def get_integer(self, vrs):
+        return self._component.discretes(vrs, "Enumeration")
+
+    def get_boolean(self, vrs):
+        return self._component.discretes(vrs, "Boolean")
+
+    def get_string(self, vrs):
+        return [str(value) for value in self._component.discretes(vrs, "String")]
+
+    def set_real(self, vrs, values):
+        self._component.set_values(vrs, values, "Real")
+
+    def set_integer(self, vrs, values):
+        self._component.set_values(vrs, values, "Enumeration")
+
+    def set_boolean(self, vrs, values):
+        self._component.set_values(vrs, values, "Boolean")
+
+    def set_string(self, vrs, values):
+        self._component.set_values(vrs, values, "String")
+
+    def _get_fmu_state(self):
+        return self._component.snapshot()
+
+    def _set_fmu_state(self, state):
+        if isinstance(state, tuple):
+            self._component.restore(state)
+        else:
+            self._component.refuse_state()
+
+    @staticmethod
+    def _fmu_state_to_bytes(state):
+        return Component.packed(state)
+
+    @staticmethod
+    def _fmu_state_from_bytes(state):
+        return Component.unpacked(state)
+
+
+def _register() -> OrderedDict:
+    """The table as pythonfmu knows variables: one set for all instances, which never change it."""
+    kinds = {"Real": Real, "Enumeration": Integer, "Boolean": Boolean}
+    registered = OrderedDict()
+    for reference, row in enumerate(VARIABLES):
+        if row.causality == "output":
+            continuous = row.type == "Real"
+            variability = Fmi2Variability.continuous if continuous else Fmi2Variability.discrete
+            initial = Fmi2Initial.calculated
+        else:
+            is_input = row.causality == "input"
+            variability = Fmi2Variability.continuous if is_input else Fmi2Variability.fixed
+            initial = None if is_input else Fmi2Initial.exact
+        variable = kinds[row.type](
+            row.name,
+            causality=Fmi2Causality[row.causality],
+            variability=variability,
+            initial=initial,
+            description=row.description,
+        )
+        variable.value_reference = reference
+        registered[reference] = variable
+    return registered
+
+
+_registered = _register()

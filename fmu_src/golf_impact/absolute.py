@@ -1,0 +1,490 @@
+"""Law 1: a spring between the bodies and a drag b·v on each of them (the source document's law).
+
+m_C v_C' = -k d - b v_C,  m_B v_B' = k d - b v_B,  d' = v_C - v_B, in contact until d returns to 0.
+The drag acts on absolute velocities, so momentum is lost to the surroundings, the answer depends
+on the frame of reference, and heavy damping can keep the bodies together for ever.
+"""
+
+from collections.abc import Callable, Iterator
+from math import atan2, ceil, cos, exp, expm1, inf, log, log1p, pi, sin, sinh, sqrt
+
+State = tuple[float, float, float, float, float, float]
+
+#: A damping ratio as small as this changes no bit of any result, and needs no case of its own.
+_LEAST_DAMPING = 1e-30
+
+#: A real root nearer than this to the pair (relative, squared) is not split off from it: splitting
+#: costs a factor 1/this in rounding error.
+_NEAR_TRIPLE = 1e-2
+
+#: Decay exponents beyond this leave nothing of a double.
+_VANISHED = 745.0
+
+
+class AbsoluteContact:
+    """One contact phase under constant k and b, exact at every instant.
+
+    With time in units of 1/ω0, ω0 = √(k/μ), the state (ω0·d, v_heavy, v_light) obeys a linear
+    system of order 3 with the characteristic polynomial s³ + 2ζs² + (1 + 4ζ²pq)s + 4ζpq, where p
+    and q are the mass fractions of the lighter and the heavier body. A real root -r is split off;
+    the other two form a pair, oscillating or real. Each quantity is then a sum of three basis
+    functions of time, chosen so that they stay independent where roots meet.
+
+    Args, units and conditions are those of `KelvinVoigtContact`, but for the state: the compression
+    must be positive, or the phase starts at first touch while closing.
+    """
+
+    __slots__ = (
+        "_base",
+        "_critical",
+        "_initial",
+        "_kind",
+        "_maxima",
+        "_motion",
+        "_omega",
+        "_pair",
+        "_system",
+        "duration",
+        "rate",
+    )
+
+    def __init__(
+        self,
+        k: float,
+        b: float,
+        m_club: float,
+        m_ball: float,
+        x_club: float,
+        compression: float,
+        v_club: float,
+        v_ball: float,
+    ) -> None:
+        total = m_club + m_ball
+        # The system keeps its form when the bodies change places and the axis is turned round.
+        if m_club >= m_ball:
+            p, q = m_ball / total, m_club / total
+            v1, v2 = v_club, v_ball
+        else:
+            p, q = m_club / total, m_ball / total
+            v1, v2 = -v_ball, -v_club
+        mu = m_club * (m_ball / total)
+        omega = sqrt(k / mu)
+        zeta = b / (2.0 * mu * omega) or _LEAST_DAMPING
+        if zeta < _LEAST_DAMPING:
+            zeta = _LEAST_DAMPING
+        drag1 = 2.0 * zeta * p
+        drag2 = 2.0 * zeta * q
+        span = 2.0 * zeta * (abs(m_club - m_ball) / total)
+        x = _offset_of_real_root(p, q, drag1, span)
+        r = drag1 + x
+        half = zeta - 0.5 * r
+        product = 4.0 * zeta * p * q / r
+        square = product - half * half
+        if square > 0.0:
+            oscillates, slow, second = True, half, sqrt(square)
+            apart = (r - half) * (r - half) + square
+        else:
+            oscillates = False
+            fast = half + sqrt(-square)
+            low, middle, high = sorted((r, product / fast, fast))
+            # The two rates with the smaller ratio make the pair.
+            single, slow, fast = (
+                (low, middle, high) if middle * middle > low * high else (high, low, middle)
+            )
+            second = fast - slow
+            if single != r:
+                r = single
+                x = r - drag1
+            apart = abs((r - slow) * (r - fast))
+        d = omega * compression
+        closing = v1 - v2
+        # What is left when the real mode is removed from the state's growth: the pair alone.
+        y0 = closing + r * d
+        y1 = -p * d + (r - drag1) * v1
+        y2 = q * d + (r - drag2) * v2
+        self._base = (x_club, m_club, m_ball, v_club, v_ball, k, b, compression)
+        self._system = (p, q, drag1, drag2, r, zeta)
+        self._initial = (d, v1, v2, y0, y1, y2)
+        self._critical = (y0, y1 - y2)
+        self._omega = omega
+        self._pair = (oscillates, slow, second)
+        self._maxima: list[float] | None = None
+        #: The fastest rate of change in the phase, 1/s.
+        self.rate = omega * max(1.0, 2.0 * zeta)
+        if apart < _NEAR_TRIPLE * r * r:
+            self._kind = 2
+            guess = pi / omega
+        else:
+            # The real mode is (x, p, u), its left partner (-q x, q, u).
+            u = p + r * x if x >= 0.0 else q * x / (drag2 - r)
+            a = (q * (v1 - x * d) + u * v2) / (q * (p - x * x) + u * u)
+            w0, w1, w2 = d - a * x, v1 - a * p, v2 - a * u
+            h0 = w1 - w2 + slow * w0
+            h1 = -p * w0 + (slow - drag1) * w1
+            h2 = q * w0 + (slow - drag2) * w2
+            if m_club >= m_ball:
+                club, ball = (a * p, w1, h1), (a * u, w2, h2)
+            else:
+                club, ball = (-a * u, -w2, -h2), (-a * p, -w1, -h1)
+            if oscillates:
+                self._kind = 0
+                c, s = club[1], club[2] / second
+                self._motion = (
+                    r * omega,
+                    slow * omega,
+                    second * omega,
+                    a * x / omega,
+                    w0 / omega,
+                    h0 / (second * omega),
+                    club[0],
+                    c,
+                    s,
+                    ball[0],
+                    ball[1],
+                    ball[2] / second,
+                    (slow * c + second * s) / (product * omega),
+                    (second * c - slow * s) / (product * omega),
+                )
+                guess = (pi + atan2(-w0, h0 / second)) / (second * omega)
+            else:
+                self._kind = 1
+                self._motion = (a * x, w0, h0, *club, *ball)
+                guess = pi / omega
+        duration = self._first_return(guess) if compression == 0.0 and self._kind == 0 else None
+        if duration is None:
+            crossings = self._crossings(self._compression, self._critical, 1.0, inf, guess)
+            duration = next(crossings, inf)
+        #: s from the start of the phase until contact ends; inf if it never does.
+        self.duration = duration
+
+    def state(self, t: float) -> State:
+        """Everything that moves, at one instant.
+
+        Args:
+            t: time since the start of the phase, s, from 0 to `duration`.
+
+        Returns:
+            Contact force (N), positions of club face and ball (m), velocities of club and
+            ball (m/s), compression (m).
+        """
+        kind = self._kind
+        if kind:
+            d, v_club, v_ball, moved = self._three_rates(t) if kind == 1 else self._near_triple(t)
+        else:
+            r, rate, frequency, a0, c0, s0, a1, c1, s1, a2, c2, s2, ic, is_ = self._motion
+            decay = exp(-rate * t)
+            phase = frequency * t
+            c = decay * cos(phase)
+            s = decay * sin(phase)
+            ramp = -expm1(-r * t) / r
+            e = 1.0 - r * ramp
+            d = a0 * e + c0 * c + s0 * s
+            v_club = a1 * e + c1 * c + s1 * s
+            v_ball = a2 * e + c2 * c + s2 * s
+            moved = a1 * ramp + (ic - ic * c + is_ * s)
+        x = self._base[0] + moved
+        return self._base[5] * d, x, x - d, v_club, v_ball, d
+
+    def _three_rates(self, t: float) -> tuple[float, float, float, float]:
+        """Compression, velocities and the club's displacement; three real rates."""
+        omega = self._omega
+        tau = omega * t
+        r = self._system[4]
+        _, slow, second = self._pair
+        fast = slow + second
+        ramp = -expm1(-r * tau) / r
+        e = 1.0 - r * ramp
+        ramp_slow = -expm1(-slow * tau) / slow
+        e_slow = 1.0 - slow * ramp_slow
+        s = exp(-slow * tau) * (-expm1(-second * tau) / second if second > 0.0 else tau)
+        a0, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
+        return (
+            (a0 * e + c0 * e_slow + s0 * s) / omega,
+            a1 * e + c1 * e_slow + s1 * s,
+            a2 * e + c2 * e_slow + s2 * s,
+            (a1 * ramp + c1 * ramp_slow + s1 * ((ramp_slow - s) / fast)) / omega,
+        )
+
+    def _near_triple(self, t: float) -> tuple[float, float, float, float]:
+        """The same where all three roots nearly meet (ζ ≈ 0.975, mass ratio ≈ 0.083).
+
+        Newton's form of the exponential: e^(-rτ)·x + S·y + G·z with S and G its second and third
+        divided differences over the roots, y = (A + r)x and z = (A + g - r)y, A the system's matrix
+        and s² + gs + c the pair's polynomial.
+        """
+        omega = self._omega
+        tau = omega * t
+        p, q, drag1, drag2, r, zeta = self._system
+        d0, v1, v2, y0, y1, y2 = self._initial
+        oscillates, slow, second = self._pair
+        half = slow if oscillates else slow + 0.5 * second
+        square = second * second if oscillates else -0.25 * second * second
+        shift = 2.0 * half - r
+        z0 = y1 - y2 + shift * y0
+        z1 = -p * y0 + (shift - drag1) * y1
+        z2 = q * y0 + (shift - drag2) * y2
+        e = exp(-r * tau)
+        s, g = _divided_differences(r, half, square, tau)
+        d = e * d0 + s * y0 + g * z0
+        heavy = e * v1 + s * y1 + g * z1
+        light = e * v2 + s * y2 + g * z2
+        # Heavily damped, so the displacements follow from the momentum that the drag took.
+        lost = (q * (v1 - heavy) + p * (v2 - light)) / (2.0 * zeta * p * q)
+        moved_heavy = 0.5 * (lost + (d - d0))
+        if self._base[1] >= self._base[2]:
+            return d / omega, heavy, light, moved_heavy / omega
+        return d / omega, -light, -heavy, -0.5 * (lost - (d - d0)) / omega
+
+    def _first_return(self, guess: float) -> float | None:
+        """The usual end of contact: e^(rt)·d rises from 0 at touch to its first turning point, and
+        falls through 0 before its second one. None if Newton's method leaves that interval.
+        """
+        _, slow, second = self._pair
+        u, slope = self._critical
+        frequency = second * self._omega
+        low = atan2(u, -(slope + slow * u) / second) / frequency
+        high = low + pi / frequency
+        r, rate, frequency, a0, c0, s0, a1, c1, s1, a2, c2, s2, _, _ = self._motion
+        a, c, s = a1 - a2, c1 - c2, s1 - s2
+        t = guess
+        while low < t < high:
+            e = exp(-r * t)
+            decay = exp(-rate * t)
+            p = decay * cos(frequency * t)
+            q = decay * sin(frequency * t)
+            closing = a * e + c * p + s * q
+            if closing >= 0.0:
+                return None
+            step = (a0 * e + c0 * p + s0 * q) / closing
+            t -= step
+            # Convergence is quadratic: the next step would be below 1e-16.
+            if abs(step) <= 1e-8 * t:
+                return t if low < t < high else None
+        return None
+
+    def _compression(self, t: float) -> tuple[float, float]:
+        _, _, _, v_club, v_ball, d = self.state(t)
+        return d, v_club - v_ball
+
+    def _closing(self, t: float) -> tuple[float, float]:
+        force, _, _, v_club, v_ball, _ = self.state(t)
+        _, m_club, m_ball, _, _, _, b, _ = self._base
+        return v_club - v_ball, (b * v_ball - force) / m_ball - (b * v_club + force) / m_club
+
+    def _turning_points(self, u: float, slope: float) -> Iterator[float]:
+        """Where the pair function with initial value u and this slope is zero, in order, s.
+
+        Between them e^(rt)·f is monotone, so f has at most one zero (Rolle).
+        """
+        oscillates, slow, second = self._pair
+        h = slope + slow * u
+        if oscillates:
+            n = 0
+            first = atan2(u, -h / second)
+            if first <= 0.0:
+                first += pi
+            while True:
+                skip = yield (first + n * pi) / (second * self._omega)
+                n += 1 + (skip or 0)
+        elif h * u < 0.0:
+            if second == 0.0:
+                yield -u / (h * self._omega)
+            elif second * u / h > -1.0:
+                yield -log1p(second * u / h) / (second * self._omega)
+
+    def _crossings(
+        self,
+        value: Callable[[float], tuple[float, float]],
+        critical: tuple[float, float],
+        sign: float,
+        limit: float,
+        guess: float,
+    ) -> Iterator[float]:
+        """Every t in (0, limit] where `value` changes sign, in order.
+
+        Args:
+            value: gives f(t) and f'(t), f a sum of the three basis functions.
+            critical: the pair function (value, slope at 0) whose zeros are f's turning points.
+            sign: the sign of f just after 0.
+            limit: s.
+            guess: where the first Newton iteration starts, s.
+        """
+        oscillates, slow, second = self._pair
+        r = self._system[4]
+        end = min(limit, _VANISHED / (self._omega * min(r, slow)))
+        turning = self._turning_points(*critical)
+        low = 0.0
+        last = None
+        skip: int | None = None
+        while low < end:
+            try:
+                high = turning.send(skip) if skip else next(turning)
+            except StopIteration:
+                high = 2.0 * low + 1.0 / self._omega
+            skip = None
+            high = min(high, end)
+            f = value(high)[0]
+            if f * sign < 0.0:
+                yield _root(value, low, high, sign, guess)
+                sign = -sign
+                last = None
+            elif oscillates and last is not None:
+                # Two turning points on one side: e^(rt)·f swings about a level it doesn't cross,
+                # ever less (then there is no further zero), or ever more.
+                growth = (r - slow) * pi / second
+                if growth <= 0.0:
+                    return
+                skip = _half_swings_to_zero(last, f * exp(r * pi / second), growth)
+            if oscillates and f * sign > 0.0:
+                last = f
+            low = high
+
+    def impulse(self, t: float) -> float:
+        """Impulse of the contact force over [0, t], N.s.
+
+        The momentum gained by the lighter body and what the drag took from it (the change of the
+        heavier one would lose digits).
+        """
+        x_club, m_club, m_ball, v_club0, v_ball0, _, b, d0 = self._base
+        _, x, _, v_club, v_ball, d = self.state(t)
+        if m_ball <= m_club:
+            return m_ball * (v_ball - v_ball0) + b * ((x - x_club) - (d - d0))
+        return m_club * (v_club0 - v_club) - b * (x - x_club)
+
+    def peak_force(self, t: float) -> tuple[float, float]:
+        """The largest contact force on [0, t] and its time.
+
+        Args:
+            t: s since the start of the phase, at most `duration`.
+
+        Returns:
+            Force (N) and time since the start of the phase (s).
+        """
+        d, when = self._largest(t)
+        return self._base[5] * d, when
+
+    def peak_compression(self, t: float) -> float:
+        """The largest compression on [0, t], m; t (s) at most `duration`."""
+        return self._largest(t)[0]
+
+    def _largest(self, t: float) -> tuple[float, float]:
+        if self._maxima is None:
+            self._maxima = self._find_maxima()
+        best = (self._base[7], 0.0)
+        for when in (*self._maxima, t):
+            if when <= t:
+                d = self.state(when)[5]
+                if d > best[0]:
+                    best = (d, when)
+        return best
+
+    def _find_maxima(self) -> list[float]:
+        oscillates, slow, second = self._pair
+        fast = slow if oscillates else slow + second
+        square = second * second if oscillates else 0.0
+        u, slope = self._critical
+        bend = -(slow + fast) * slope - (slow * fast + square) * u
+        closing, change = self._closing(0.0)
+        sign = 1.0 if (closing or change) > 0.0 else -1.0
+        guess = 0.5 * min(self.duration, pi / self._omega)
+        crossings = self._crossings(self._closing, (slope, bend), sign, self.duration, guess)
+        return [t for n, t in enumerate(crossings) if (n % 2 == 0) == (sign > 0.0)]
+
+
+def _offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
+    """x >= 0 such that r = drag + x is the root between the two drag rates.
+
+    Solves (span - x)(p + r x) = q x by Newton's method inside the bracket [0, span].
+    """
+    low, high = 0.0, span
+    x = p * span
+    x += x * q * span * (drag + x)
+    if x >= high:
+        x = p * span
+    while high > low:
+        slope = p + (drag + x) * x
+        f = (span - x) * slope - q * x
+        if f > 0.0:
+            low = x
+        else:
+            high = x
+        step = f / ((span - x) * (drag + 2.0 * x) - slope - q)
+        if abs(step) <= 1e-9 * x:
+            return x - step
+        x -= step
+        if not low < x < high:
+            x = 0.5 * (low + high)
+            if x in (low, high):
+                break
+    return x
+
+
+def _root(
+    value: Callable[[float], tuple[float, float]],
+    low: float,
+    high: float,
+    sign: float,
+    guess: float,
+) -> float:
+    """The zero between low (where f has this sign) and high, by Newton's method in the bracket."""
+    t = guess if low < guess < high else 0.5 * (low + high)
+    while True:
+        f, slope = value(t)
+        if f * sign > 0.0:
+            low = t
+        else:
+            high = t
+        step = f / slope if slope else inf
+        # Convergence is quadratic: the next step would be below 1e-18.
+        if abs(step) <= 1e-9 * t:
+            return min(max(t - step, low), high)
+        new = t - step
+        if not low < new < high:
+            new = 0.5 * (low + high)
+            if new in (low, high):
+                return new
+        t = new
+
+
+def _half_swings_to_zero(before: float, now: float, growth: float) -> int:
+    """How many turning points can safely be passed over before a growing swing reaches zero."""
+    swing = abs(before - now) / (1.0 + exp(growth))
+    level = min(abs(before), abs(now))
+    if swing == 0.0:
+        return 0
+    wait = log(level / swing + 1.0) / growth
+    return 2 * max(0, ceil(min(wait, 1e15) / 2.0) - 2)
+
+
+def _divided_differences(
+    r: float, half: float, square: float, tau: float
+) -> tuple[float, float]:
+    """exp(-·τ) over the pair (half ± √-square), and over the pair and r.
+
+    The second is ∫ e^(-r(τ-σ)) S(σ) dσ with S the first; its closed form cancels where the three
+    meet, a Taylor series doesn't.
+    """
+    eta = half - r
+    x = square * tau * tau
+    if x > 0.0:
+        angle = sqrt(x)
+        s, c = sin(angle) / angle, cos(angle)
+    else:
+        angle = sqrt(-x)
+        s, c = (sinh(angle) / angle if angle else 1.0), sqrt(1.0 + sinh(angle) ** 2)
+    decay = exp(-half * tau)
+    s *= tau
+    reach = max(abs(eta), sqrt(abs(square))) * tau
+    if reach > 1.0:
+        return decay * s, (exp(-r * tau) - decay * (c + eta * s)) / (eta * eta + square)
+    # u = e^(-ησ) S(σ) e^(half σ) obeys u'' + 2ηu' + (η² + Ω²)u = 0, u(0) = 0, u'(0) = 1.
+    stiffness = (eta * eta + square) * tau * tau
+    damping = 2.0 * eta * tau
+    previous, term, integral = 0.0, tau, 0.5 * tau
+    n = 1
+    while abs(term) > 1e-18 * tau or abs(previous) > 1e-18 * tau:
+        following = -(damping * n * term + stiffness * previous) / (n * (n + 1.0))
+        previous, term = term, following
+        n += 1
+        integral += term / (n + 1.0)
+    return decay * s, exp(-r * tau) * integral * tau

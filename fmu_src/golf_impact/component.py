@@ -1,0 +1,405 @@
+"""One instance of the component: its variables, modes, clock and state, for any interface.
+
+A communication step only moves the clock. Outputs are evaluated when they are read, each at most
+once per communication point. Whatever a host does wrong is answered by a message and a refused
+step, never by an exception: an interface has no way back from one.
+"""
+
+import json
+from collections.abc import Callable
+from math import isfinite, nan
+from operator import itemgetter
+from typing import Any
+
+from . import results
+from .impact import Impact, State
+from .parameters import (
+    INPUTS,
+    SETTABLE,
+    Inputs,
+    Parameters,
+    conflict,
+    ordinary,
+    refusal,
+    usual,
+)
+from .variables import VARIABLES
+
+#: Modes of an instance, in the order in which a host passes through them. Blocked: initialization
+#: has ended on values that can't be used, so parameters may still be set.
+INSTANTIATED, INITIALIZATION, BLOCKED, STEPPING, TERMINATED = range(5)
+
+_START_VALUES = tuple(variable.start for variable in VARIABLES[:SETTABLE])
+
+#: How far (relative to the step) a host's communication point may lie from where its last step
+#: ended: enough for sums of rounded steps, far too little for a step left out.
+_POINT_TOLERANCE = 1e-6
+
+#: How to read each distinct list of references of Real variables; a host has a few. The elements of
+#: `Impact.state`, where it asks for nothing else, or each variable's function (None: held).
+_real_plans: dict[tuple[int, ...], tuple[Callable | None, tuple]] = {}
+_MAX_PLANS = 256
+
+#: First item of a serialized state: another layout must have another one.
+_FORMAT = "golf-impact state 1"
+
+
+class Component:
+    """An instance between instantiation and termination.
+
+    Args:
+        report: called with a message whenever something is refused.
+    """
+
+    __slots__ = (
+        "_anchored",
+        "_impact",
+        "_memo",
+        "_mode",
+        "_now",
+        "_once",
+        "_ordinary",
+        "_point",
+        "_refused",
+        "_report",
+        "_settled",
+        "_values",
+        "carry",
+        "clock",
+        "last_step",
+        "origin",
+        "start_time",
+    )
+
+    def __init__(self, report: Callable[[str], None]) -> None:
+        self._report = report
+        self._mode = INSTANTIATED
+        #: Values as the host sees them: inputs and parameters in the table's order.
+        self._values: list[Any] = list(_START_VALUES)
+        #: Why steps are refused until it is corrected, by variable name.
+        self._refused: dict[str, str] = {}
+        #: Why the next step is refused: calls that nothing can correct.
+        self._once: tuple[str, ...] = ()
+        #: Nothing but the clock must be looked at in the next step.
+        self._settled = False
+        #: Before stepping: a preview for the present values, made when it is read.
+        self._impact: Impact | None = None
+        #: The sum of the accepted steps, s, as a pair.
+        self.clock = 0.0
+        self.carry = 0.0
+        #: The last accepted step, s.
+        self.last_step = 0.0
+        #: The host's time at the start of the run, s.
+        self.start_time = 0.0
+        #: The host's time when the clock stood at 0, s.
+        self.origin = 0.0
+        #: Where the host's next step is expected to begin, s; anywhere after a restore.
+        self._point = 0.0
+        self._anchored = True
+        self._ordinary = False
+        #: What has been read at this communication point.
+        self._now: State | None = None
+        self._memo: dict[int, Any] = {}
+
+    # Modes
+
+    def set_up(self, start_time: float) -> None:
+        """The host's time at the start, s."""
+        if self._mode != INSTANTIATED:
+            self._refuse_once("set-up after initialization has begun is refused")
+        elif not isfinite(start_time):
+            self._refuse("start time", f"start time = {start_time!r} s must be a finite number")
+        else:
+            self._refused.pop("start time", None)
+            self.start_time = self.origin = self._point = start_time
+
+    def enter_initialization(self) -> None:
+        """From here on outputs answer for the values present."""
+        if self._mode == INSTANTIATED:
+            self._mode = INITIALIZATION
+        else:
+            self._refuse_once("a second initialization is refused: reset the instance first")
+
+    def exit_initialization(self) -> None:
+        """From here on parameters are fixed, as soon as they can be used."""
+        if self._mode != INITIALIZATION:
+            self._refuse_once("the end of an initialization that wasn't entered is refused")
+            return
+        self._mode = BLOCKED
+        problem = self._begin()
+        if problem is not None:
+            self._report(problem)
+
+    def _begin(self) -> str | None:
+        """Fix the parameters; or say why they can't be used."""
+        unusable = [m for name, m in self._refused.items() if name in Parameters._fields]
+        parameters, inputs = self._split()
+        problem = "; ".join(unusable) or conflict(parameters, inputs)
+        if problem is None:
+            self._mode = STEPPING
+            self._ordinary = ordinary(parameters, inputs)
+            self._impact = Impact(parameters, inputs)
+            self._now = None
+        return problem
+
+    def terminate(self) -> None:
+        """The end of the run: values can still be read, nothing else."""
+        self._mode = TERMINATED
+        self._settled = False
+
+    def _split(self) -> tuple[Parameters, Inputs]:
+        values = self._values
+        return Parameters(*values[INPUTS:]), tuple(values[:INPUTS])
+
+    # Steps
+
+    def step(self, point: float, size: float) -> bool:
+        """One communication step.
+
+        Args:
+            point: the host's communication point, s.
+            size: communication step size, s, > 0.
+
+        Returns:
+            Whether the step was accepted; if not, a message says why, and nothing has changed.
+        """
+        if not (self._settled and point == self._point and 0.0 < size <= 1e100):
+            problem = self._unsettled(point, size)
+            if problem is not None:
+                self._settled = False
+                self._report(problem)
+                return False
+        # Two-sum: 10⁶ steps are as exact as one.
+        clock = self.clock
+        total = clock + size
+        back = total - clock
+        self.carry += (clock - (total - back)) + (size - back)
+        self.clock = total
+        self.last_step = size
+        self._point = point + size
+        self._now = None
+        return True
+
+    def _unsettled(self, point: float, size: float) -> str | None:
+        """Whatever a step in a row of ordinary ones needn't look at; why it is refused, or None."""
+        if self._mode == BLOCKED:
+            problem = self._begin()
+            if problem is not None:
+                return f"steps are refused until this is corrected: {problem}"
+        if self._mode == TERMINATED:
+            return "a step after the end of the run is refused: reset the instance first"
+        if self._mode != STEPPING:
+            return "a step before the end of initialization is refused"
+        if not 0.0 < size <= 1e100:
+            return f"communication step size = {size!r} s is refused: it must be > 0 and finite"
+        if self._refused or self._once:
+            problems = "; ".join((*self._refused.values(), *self._once))
+            self._once = ()
+            return f"steps are refused until this is corrected: {problems}"
+        off = point - self._point
+        if off and not abs(off) <= _POINT_TOLERANCE * size + 1e-15 * abs(self._point):
+            if self._anchored or not abs(point) <= 1e100:
+                return (
+                    f"communication point = {point!r} s is refused: the last step ended at "
+                    f"{self._point!r} s, and no state has been restored since"
+                )
+            self._move_origin(point)
+        inputs: Any = tuple(self._values[:INPUTS])
+        impact = self._impact
+        assert impact is not None
+        if inputs != impact.in_force:
+            if not (self._ordinary and usual(inputs)):
+                problem = conflict(impact.parameters, inputs)
+                if problem is not None:
+                    return problem
+            impact.hold(self.clock, self.carry, inputs)
+        self._anchored = True
+        self._settled = True
+        return None
+
+    def _move_origin(self, point: float) -> None:
+        """After a restore the host's time may go on from anywhere; a touch to come moves along."""
+        assert self._impact is not None
+        touch = self._impact.touch
+        if touch is None or touch.high >= self.clock:
+            self.origin = point - self.clock
+
+    # Refusals
+
+    def _refuse(self, name: str, message: str) -> None:
+        self._refused[name] = message
+        self._settled = False
+        self._report(message)
+
+    def _refuse_once(self, message: str) -> None:
+        self._once = (*self._once, message)[-8:]
+        self._settled = False
+        self._report(message)
+
+    # Values
+
+    def set_values(self, references: list[int], values: list, type_: str) -> None:
+        """Set inputs and parameters; what is refused keeps its value.
+
+        Args:
+            references: value references.
+            values: one for each.
+            type_: the type that the host believes they have.
+        """
+        for reference, value in zip(references, values):
+            variable = VARIABLES[reference] if 0 <= reference < SETTABLE else None
+            if variable is None or variable.type != type_:
+                self._refuse_once(
+                    f"there is no {type_} input or parameter with value reference {reference}"
+                )
+            elif self._mode == TERMINATED:
+                self._refuse_once(f"{variable.name} can't be set after the end of the run")
+            elif not variable.low <= value <= variable.high:
+                self._refuse(variable.name, refusal(variable, value))
+            elif value == self._values[reference]:
+                if self._refused:
+                    self._refused.pop(variable.name, None)
+            elif reference >= INPUTS and self._mode == STEPPING:
+                self._refuse(
+                    variable.name,
+                    f"{variable.name} = {value!r} is refused: a parameter is fixed once "
+                    f"initialization has ended (at {self._values[reference]!r})",
+                )
+            else:
+                if self._refused:
+                    self._refused.pop(variable.name, None)
+                self._values[reference] = value
+                self._settled = False
+                if self._mode < STEPPING:
+                    self._impact = self._now = None
+
+    def reals(self, references: list[int]) -> list[float]:
+        """Values of Real variables, evaluated now unless they have been at this point."""
+        plan = _real_plans.get(tuple(references))
+        if plan is None:
+            plan = self._plan(tuple(references), "Real")
+        pick, functions = plan
+        if pick is not None:
+            return list(pick(self._now or self._evaluate()))
+        return self._read(functions)
+
+    def discretes(self, references: list[int], type_: str) -> list:
+        """Values of variables of another type ("Enumeration", "Boolean")."""
+        return self._read(self._plan(tuple(references), type_)[1])
+
+    def _plan(self, references: tuple[int, ...], type_: str) -> tuple[Callable | None, tuple]:
+        functions = []
+        for reference in references:
+            known = 0 <= reference < len(VARIABLES) and VARIABLES[reference].type == type_
+            if not known:
+                self._refuse_once(f"there is no {type_} variable with value reference {reference}")
+            missing = nan if type_ == "Real" else 0
+            functions.append(
+                (reference, results.BY_REFERENCE.get(reference))
+                if known
+                else (-1, lambda impact, state, at: missing)
+            )
+        pick = None
+        if len(references) > 1 and all(r in results.MOVING for r in references):
+            pick = itemgetter(*(r - results.MOVING.start for r in references))
+        plan = (pick, tuple(functions))
+        if type_ == "Real" and not self._once:
+            if len(_real_plans) >= _MAX_PLANS:
+                _real_plans.clear()
+            _real_plans[references] = plan
+        return plan
+
+    def _read(self, functions: tuple) -> list:
+        state = self._now or self._evaluate()
+        impact = self._impact
+        memo = self._memo
+        found = []
+        for reference, result in functions:
+            if result is None:
+                value = self._values[reference]
+            else:
+                value = memo.get(reference)
+                if value is None:
+                    value = memo[reference] = result(impact, state, self)
+            found.append(value)
+        return found
+
+    def _evaluate(self) -> State:
+        self._memo.clear()
+        impact = self._impact
+        if impact is None:
+            parameters, inputs = self._split()
+            if conflict(parameters, inputs) is not None:
+                # Nothing to show but bodies that never meet.
+                inputs = (1.0, 0.0, parameters.ball_speed)
+            impact = self._impact = Impact(parameters, inputs)
+        self._now = impact.state(self.clock, self.carry)
+        return self._now
+
+    # State
+
+    def snapshot(self) -> tuple:
+        """Everything, for `restore` in any instance of this process."""
+        return (
+            self._mode,
+            tuple(self._values),
+            dict(self._refused),
+            self._once,
+            self.clock,
+            self.carry,
+            self.last_step,
+            self.start_time,
+            self.origin,
+            self._point,
+            self._ordinary,
+            self._impact.snapshot() if self._mode >= STEPPING and self._impact else None,
+        )
+
+    def restore(self, snapshot: tuple) -> None:
+        """Go back to a snapshot: the instance is then exactly as it was."""
+        (
+            self._mode,
+            values,
+            refused,
+            self._once,
+            self.clock,
+            self.carry,
+            self.last_step,
+            self.start_time,
+            self.origin,
+            self._point,
+            self._ordinary,
+            impact,
+        ) = snapshot
+        self._values = list(values)
+        self._refused = dict(refused)
+        self._impact = Impact.restored(impact) if impact is not None else None
+        self._anchored = self._settled = False
+        self._now = None
+
+    @staticmethod
+    def packed(snapshot: tuple) -> bytes:
+        """A snapshot as bytes, for another process."""
+        if not isinstance(snapshot, tuple):
+            return b""
+        *plain, impact = snapshot
+        if impact is not None:
+            impact = Impact.restored(impact).packed()
+        return json.dumps([_FORMAT, *plain, impact]).encode()
+
+    @staticmethod
+    def unpacked(data: bytes) -> tuple | None:
+        """The snapshot that became these bytes, or None if they are none of this component's."""
+        try:
+            form, mode, values, refused, once, *numbers, impact = json.loads(data)
+            if form != _FORMAT or len(numbers) != 7:
+                return None
+            if impact is not None:
+                impact = Impact.unpacked(impact).snapshot()
+            return (mode, tuple(values), refused, tuple(once), *numbers, impact)
+        except (ArithmeticError, TypeError, ValueError):
+            return None
+
+    def refuse_state(self) -> None:
+        """A host brought a state that isn't one of this component's."""
+        self._refuse_once("a state that this component didn't make is refused; nothing changed")

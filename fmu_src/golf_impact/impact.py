@@ -1,0 +1,430 @@
+"""One impact as a sequence of phases, each exact: approach, contact, separated.
+
+Nothing is stepped. A phase answers where everything is at a time since its start and knows when it
+ends; the next one is made when somebody asks for a later time. Times come as a pair (high, low)
+whose sum is the time since the start: an instant a nanosecond into a contact that began after a
+long approach is still exact.
+"""
+
+from collections.abc import Callable
+from math import inf
+from typing import Any, NamedTuple
+
+from .absolute import AbsoluteContact
+from .kelvin_voigt import KelvinVoigtContact
+from .parameters import Inputs, Parameters
+
+State = tuple[float, float, float, float, float, float]
+
+#: Gauss–Legendre nodes and weights on (-1, 1), 5 points: exact to a double over half a time scale.
+_NODES = (
+    (0.0, 0.5688888888888889),
+    (0.5384693101056831, 0.47862867049936647),
+    (-0.5384693101056831, 0.47862867049936647),
+    (0.906179845938664, 0.23692688505618908),
+    (-0.906179845938664, 0.23692688505618908),
+)
+
+#: So many changes of k or b in one contact are remembered before their peaks are looked up.
+_REMEMBERED = 64
+
+
+class Approach:
+    """Before first touch: both bodies move freely, the club at the speed that the host asks for."""
+
+    __slots__ = ("duration", "x_ball", "x_club", "x_club_low", "u_ball", "u_club")
+
+    def __init__(
+        self, x_club: float, x_club_low: float, x_ball: float, u_club: float, u_ball: float
+    ) -> None:
+        self.x_club = x_club
+        self.x_club_low = x_club_low
+        self.x_ball = x_ball
+        self.u_club = u_club
+        self.u_ball = u_ball
+        closing = u_club - u_ball
+        #: s until first touch, inf if the bodies don't close.
+        self.duration = (
+            max(0.0, (x_ball - x_club) - x_club_low) / closing if closing > 0.0 else inf
+        )
+
+    def arguments(self) -> tuple[float, ...]:
+        """What this phase was made from."""
+        return self.x_club, self.x_club_low, self.x_ball, self.u_club, self.u_ball
+
+    def state(self, t: float) -> State:
+        """Force, positions, velocities and compression as a contact phase gives them."""
+        x_club = self.x_club + (self.x_club_low + self.u_club * t)
+        return 0.0, x_club, self.x_ball + self.u_ball * t, self.u_club, self.u_ball, 0.0
+
+
+class Flight:
+    """After contact: both bodies move freely, and apart."""
+
+    __slots__ = ("compression", "duration", "v_ball", "v_club", "x_ball", "x_club")
+
+    def __init__(
+        self, x_club: float, x_ball: float, v_club: float, v_ball: float, compression: float
+    ) -> None:
+        self.x_club = x_club
+        self.x_ball = x_ball
+        self.v_club = v_club
+        self.v_ball = v_ball
+        self.compression = compression
+        self.duration = inf
+
+    def arguments(self) -> tuple[float, ...]:
+        """What this phase was made from."""
+        return self.x_club, self.x_ball, self.v_club, self.v_ball, self.compression
+
+    def state(self, t: float) -> State:
+        """Force, positions, velocities and compression as a contact phase gives them."""
+        left = self.compression + (self.v_club - self.v_ball) * t
+        return (
+            0.0,
+            self.x_club + self.v_club * t,
+            self.x_ball + self.v_ball * t,
+            self.v_club,
+            self.v_ball,
+            left if left > 0.0 else 0.0,
+        )
+
+
+class Touch:
+    """First touch: when (s since the start, as a pair), where (m), and how fast the club was."""
+
+    __slots__ = ("high", "low", "position", "u_club")
+
+    def __init__(self, high: float, low: float, position: float, u_club: float) -> None:
+        self.high = high
+        self.low = low
+        self.position = position
+        self.u_club = u_club
+
+
+class Peaks(NamedTuple):
+    """What finished contact phases leave behind: N, s since touch, m, N.s."""
+
+    force: float = 0.0
+    time: float = 0.0
+    compression: float = 0.0
+    impulse: float = 0.0
+
+
+class Impact:
+    """State and results of one impact at any time, asked for in order of time.
+
+    Args:
+        parameters: the fixed values.
+        inputs: k, b and club_speed from the start on.
+    """
+
+    __slots__ = (
+        "_contact",
+        "_contact_start",
+        "_finished",
+        "_high",
+        "_low",
+        "_offset",
+        "_peaks",
+        "_phase",
+        "in_force",
+        "parameters",
+        "touch",
+    )
+
+    def __init__(self, parameters: Parameters, inputs: Inputs) -> None:
+        #: The fixed values.
+        self.parameters = parameters
+        #: The inputs that act now.
+        self.in_force = inputs
+        #: The present phase and when it started.
+        self._phase: Any = Approach(
+            -parameters.gap, 0.0, 0.0, inputs[2], parameters.ball_speed
+        )
+        self._high = 0.0
+        self._low = 0.0
+        #: First touch, or None before it.
+        self.touch: Touch | None = None
+        #: The last contact phase, and what it was made from; it outlives its end because a
+        #: communication step may reach back into it.
+        self._contact: Any = None
+        self._contact_start: tuple[float, ...] = ()
+        #: s from first touch to the start of the present phase.
+        self._offset = 0.0
+        #: Contact phases that ended (phase, when it ended, offset), not yet summed up in _peaks.
+        self._finished: tuple[tuple[Any, float, float], ...] = ()
+        self._peaks = Peaks()
+
+    # The phases
+
+    def state(self, high: float, low: float) -> State:
+        """Force (N), positions (m) and velocities (m/s) of club and ball, compression (m)."""
+        t = (high - self._high) + (low - self._low)
+        phase = self._phase
+        if t < phase.duration:
+            return phase.state(t)
+        if self.touch is None:
+            self._meet(phase)
+        else:
+            self._part(phase)
+        return self.state(high, low)
+
+    def _meet(self, approach: Approach) -> None:
+        """First touch: contact begins."""
+        elapsed = approach.duration
+        if elapsed:
+            self._advance_start(elapsed)
+        x_ball = approach.x_ball + approach.u_ball * elapsed
+        self.touch = Touch(self._high, self._low, x_ball, approach.u_club)
+        self._enter_contact(x_ball, 0.0, approach.u_club, approach.u_ball)
+
+    def _part(self, contact: Any) -> None:
+        """The end of contact."""
+        elapsed = contact.duration
+        _, x_club, x_ball, v_club, v_ball, compression = contact.state(elapsed)
+        if self.parameters.law == 1:
+            compression, x_ball = 0.0, x_club
+        self._advance_start(elapsed)
+        self._finish(contact, elapsed)
+        self._phase = Flight(x_club, x_ball, v_club, v_ball, compression)
+
+    def _advance_start(self, elapsed: float) -> None:
+        # Two-sum: the rounding error of the sum goes into the low part.
+        high = self._high + elapsed
+        back = high - self._high
+        self._low += (self._high - (high - back)) + (elapsed - back)
+        self._high = high
+
+    def _enter_contact(
+        self, x_club: float, compression: float, v_club: float, v_ball: float
+    ) -> None:
+        k, b, _ = self.in_force
+        self._contact_start = (k, b, x_club, compression, v_club, v_ball)
+        self._phase = self._contact = self._contact_phase()
+
+    def _contact_phase(self) -> Any:
+        p = self.parameters
+        law: Callable = AbsoluteContact if p.law == 1 else KelvinVoigtContact
+        k, b, x_club, compression, v_club, v_ball = self._contact_start
+        return law(k, b, p.m_club, p.m_ball, x_club, compression, v_club, v_ball)
+
+    def _finish(self, phase: Any, elapsed: float) -> None:
+        self._finished = (*self._finished, (phase, elapsed, self._offset))
+        self._offset += elapsed
+        if len(self._finished) >= _REMEMBERED:
+            self._sum_up()
+
+    def hold(self, high: float, low: float, inputs: Inputs) -> None:
+        """Take these inputs from this instant on (the start of a communication step).
+
+        A touch that falls on this very instant hasn't been passed yet, so it is decided anew.
+        """
+        before = self.in_force
+        phase = self._phase
+        t = (high - self._high) + (low - self._low)
+        if self.touch is None:
+            if t <= phase.duration:
+                self.in_force = inputs
+                if inputs[2] != before[2]:
+                    self._approach_anew(phase, t, inputs[2])
+                    self._high, self._low = high, low
+                return
+        elif phase is self._contact and self._offset == t == 0.0:
+            x = self.touch.position
+            self.touch = self._contact = None
+            self.in_force = inputs
+            self._phase = Approach(x, 0.0, x, inputs[2], self.parameters.ball_speed)
+            return
+        self.state(high, low)
+        self.in_force = inputs
+        if self._phase is self._contact and inputs[:2] != before[:2]:
+            self._contact_changes(self._phase, (high - self._high) + (low - self._low))
+            self._high, self._low = high, low
+
+    def _approach_anew(self, phase: Approach, t: float, club_speed: float) -> None:
+        # Two-sum again: a speed that changes at 10⁶ points still adds up to the right gap.
+        step = phase.u_club * t
+        x_club = phase.x_club + step
+        back = x_club - phase.x_club
+        x_low = phase.x_club_low + (phase.x_club - (x_club - back)) + (step - back)
+        x_ball = phase.x_ball + phase.u_ball * t
+        self._phase = Approach(x_club, x_low, x_ball, club_speed, self.parameters.ball_speed)
+
+    def _contact_changes(self, phase: Any, t: float) -> None:
+        """k or b changed in mid-contact: a new phase goes on from the present state."""
+        _, x_club, x_ball, v_club, v_ball, compression = phase.state(t)
+        self._finish(phase, t)
+        k, b, _ = self.in_force
+        if self.parameters.law == 2 and k * compression + b * (v_club - v_ball) <= 0.0:
+            self._contact = None
+            self._phase = Flight(x_club, x_ball, v_club, v_ball, compression)
+        else:
+            self._enter_contact(x_club, compression, v_club, v_ball)
+
+    # State
+
+    def snapshot(self) -> tuple:
+        """Everything that changes, for `restored`; its parts are never changed in place."""
+        return (
+            self.parameters,
+            self.in_force,
+            self._phase,
+            self._high,
+            self._low,
+            self.touch,
+            self._contact,
+            self._contact_start,
+            self._offset,
+            self._finished,
+            self._peaks,
+        )
+
+    @classmethod
+    def restored(cls, snapshot: tuple) -> "Impact":
+        """The impact that a snapshot was taken of."""
+        self = cls.__new__(cls)
+        (
+            self.parameters,
+            self.in_force,
+            self._phase,
+            self._high,
+            self._low,
+            self.touch,
+            self._contact,
+            self._contact_start,
+            self._offset,
+            self._finished,
+            self._peaks,
+        ) = snapshot
+        return self
+
+    def packed(self) -> list:
+        """The same as numbers and lists of numbers, for `unpacked` in another process."""
+        self._sum_up()
+        phase = self._phase
+        arguments = phase.arguments() if self.touch is None or phase is not self._contact else None
+        return [
+            self.parameters,
+            self.in_force,
+            arguments,
+            self._high,
+            self._low,
+            [getattr(self.touch, name) for name in Touch.__slots__] if self.touch else None,
+            self._contact_start,
+            self._contact is not None,
+            self._offset,
+            self._peaks,
+        ]
+
+    @classmethod
+    def unpacked(cls, packed: list) -> "Impact":
+        """The impact that `packed` was taken of; phases are made again from the same numbers."""
+        self = cls.__new__(cls)
+        (
+            parameters,
+            in_force,
+            arguments,
+            high,
+            low,
+            touch,
+            start,
+            has_contact,
+            offset,
+            peaks,
+        ) = packed
+        self.parameters = Parameters(*parameters)
+        self.in_force = tuple(in_force)
+        self._high, self._low, self._offset = high, low, offset
+        self.touch = Touch(*touch) if touch is not None else None
+        self._contact_start = tuple(start)
+        self._contact = self._contact_phase() if has_contact else None
+        if arguments is None:
+            self._phase = self._contact
+        else:
+            self._phase = (Approach if touch is None else Flight)(*arguments)
+        self._finished = ()
+        self._peaks = Peaks(*peaks)
+        return self
+
+    # Results so far. Each is asked for after `state` at the same instant, so the phase is right.
+
+    @property
+    def in_contact(self) -> bool:
+        """Whether the bodies are in contact now."""
+        return self.touch is not None and self._phase is self._contact
+
+    def _now(self, high: float, low: float) -> float:
+        return (high - self._high) + (low - self._low)
+
+    def contact_time(self, high: float, low: float) -> float:
+        """Time in contact so far, s."""
+        return self._offset + (self._now(high, low) if self.in_contact else 0.0)
+
+    def contact_displacement(self, state: State) -> float:
+        """How far the ball has moved while in contact, m."""
+        if self.touch is None:
+            return 0.0
+        x_ball = state[2] if self.in_contact else self._phase.x_ball
+        return x_ball - self.touch.position
+
+    def impulse(self, high: float, low: float) -> float:
+        """Impulse of the contact force so far, N.s."""
+        self._sum_up()
+        so_far = self._peaks.impulse
+        return so_far + self._phase.impulse(self._now(high, low)) if self.in_contact else so_far
+
+    def peak_force(self, high: float, low: float) -> tuple[float, float]:
+        """Largest contact force so far (N) and when it was, s since first touch."""
+        self._sum_up()
+        best = self._peaks.force, self._peaks.time
+        if self.in_contact:
+            force, when = self._phase.peak_force(self._now(high, low))
+            if force > best[0]:
+                return force, self._offset + when
+        return best
+
+    def peak_compression(self, high: float, low: float) -> float:
+        """Largest compression so far, m."""
+        self._sum_up()
+        best = self._peaks.compression
+        if self.in_contact:
+            return max(best, self._phase.peak_compression(self._now(high, low)))
+        return best
+
+    def _sum_up(self) -> None:
+        if not self._finished:
+            return
+        force, time, compression, impulse = self._peaks
+        for phase, end, offset in self._finished:
+            highest, when = phase.peak_force(end)
+            if highest > force:
+                force, time = highest, offset + when
+            compression = max(compression, phase.peak_compression(end))
+            impulse += phase.impulse(end)
+        self._peaks = Peaks(force, time, compression, impulse)
+        self._finished = ()
+
+    def impulse_of_step(self, high: float, low: float, step: float) -> float:
+        """Impulse of the contact force over the last `step` seconds, N.s.
+
+        Relative to the step, not to the whole impulse: the mean force over a nanosecond is as good
+        as the one over a millisecond.
+        """
+        contact = self._contact
+        if contact is None:
+            return 0.0
+        end = self._now(high, low)
+        if self._phase is not contact:
+            end += contact.duration
+        begin = max(0.0, end - step)
+        end = min(end, contact.duration)
+        width = end - begin
+        if width <= 0.0:
+            return 0.0
+        if self._phase is contact and begin > 0.0:
+            width = step
+        if width * contact.rate > 0.5:
+            return contact.impulse(end) - (contact.impulse(begin) if begin > 0.0 else 0.0)
+        middle, half = end - 0.5 * width, 0.5 * width
+        return half * sum(weight * contact.state(middle + half * node)[0] for node, weight in _NODES)

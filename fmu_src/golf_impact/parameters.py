@@ -1,0 +1,110 @@
+"""What values the component accepts, one by one and together, and how it says no."""
+
+from math import inf, sqrt
+from typing import NamedTuple
+
+from .variables import Variable
+
+#: Rates (1/s), damping ratios and masses (kg) outside these bounds would overflow on the way.
+_SMALLEST, _LARGEST = 1e-100, 1e100
+
+
+class Parameters(NamedTuple):
+    """The values that stay fixed from the end of initialization on, in the table's order."""
+
+    m_club: float
+    m_ball: float
+    ball_diameter: float
+    ball_speed: float
+    gap: float
+    law: int
+    exponent: float
+    reference_compression: float
+    restitution_at_rest: float
+    restitution_slope: float
+
+
+#: k (N/m), b (N.s/m) and club_speed (m/s): what a host may change at every communication point.
+Inputs = tuple[float, float, float]
+
+INPUTS = 3
+SETTABLE = INPUTS + len(Parameters._fields)
+
+
+def refusal(variable: Variable, value: object) -> str:
+    """Why this value of this variable isn't accepted."""
+    unit = f" {variable.unit}" if variable.unit not in ("", "1") else ""
+    return f"{variable.name} = {value!r}{unit} is refused: it must be {_in_words(variable)}"
+
+
+def _in_words(variable: Variable) -> str:
+    if variable.type == "Enumeration" or variable.allowed == "finite":
+        return variable.allowed if variable.type == "Enumeration" else "a finite number"
+    if ".." in variable.allowed:
+        return f"between {variable.low:g} and {variable.high:g}"
+    return f"a finite number {variable.allowed}"
+
+
+def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
+    """Why these values can't stand together, or None if they can.
+
+    Each is allowed by itself; exponent and law may disagree, and values at the ends of a double's
+    range may leave it when they are combined.
+    """
+    p = parameters
+    if p.exponent != 1.0 and p.law == 1:
+        return (
+            f"exponent = {p.exponent!r} is refused with law = 1 (absolute): set exponent = 1, or "
+            "law = 2 (relative)"
+        )
+    if p.restitution_at_rest > 0.0 and p.law == 1:
+        return (
+            f"restitution_at_rest = {p.restitution_at_rest!r} is refused with law = 1 (absolute): "
+            "set it to 0, or law = 2 (relative)"
+        )
+    if p.exponent != 1.0:
+        return f"exponent = {p.exponent!r} is refused: this version has exponent = 1 only"
+    if p.restitution_at_rest > 0.0:
+        return (
+            f"restitution_at_rest = {p.restitution_at_rest!r} is refused: this version takes the "
+            "damping from b only, set it to 0"
+        )
+    k, b, club_speed = inputs
+    total = p.m_club + p.m_ball
+    mu = p.m_club * (p.m_ball / total)
+    omega = sqrt(k / mu) if mu and k / mu < inf else inf
+    zeta = b / (2.0 * mu * omega) if 0.0 < mu * omega < inf else inf
+    speed = abs(club_speed) + abs(p.ball_speed)
+    if not (
+        _SMALLEST <= mu
+        and total <= _LARGEST
+        and _SMALLEST <= omega <= _LARGEST
+        and zeta <= _LARGEST
+        and speed <= _LARGEST
+        and p.gap <= _LARGEST
+    ):
+        return (
+            f"k = {k!r}, b = {b!r}, m_club = {p.m_club!r}, m_ball = {p.m_ball!r}, club_speed = "
+            f"{club_speed!r}, ball_speed = {p.ball_speed!r}, gap = {p.gap!r} together leave the "
+            "range of a double: masses, speeds, gap, the frequency sqrt(k/mu) and the damping "
+            f"ratio must stay below {_LARGEST:g}, masses and frequency above {_SMALLEST:g} (SI)"
+        )
+    return None
+
+
+def ordinary(parameters: Parameters, inputs: Inputs) -> bool:
+    """Whether every magnitude is so ordinary that any `usual` inputs will do as well."""
+    p = parameters
+    return (
+        usual(inputs)
+        and 1e-30 < p.m_club < 1e30
+        and 1e-30 < p.m_ball < 1e30
+        and abs(p.ball_speed) < 1e30
+        and p.gap < 1e30
+    )
+
+
+def usual(inputs: Inputs) -> bool:
+    """A quick yes for inputs that need no closer look; see `ordinary`."""
+    k, b, club_speed = inputs
+    return 1e-30 < k < 1e30 and b < 1e30 and -1e30 < club_speed < 1e30

@@ -1,0 +1,107 @@
+"""The outputs one by one: each a function of the impact at one instant, so that only those that are
+read are computed.
+
+Results are "so far" at every instant. Before touch S and COR are 0 and the energy efficiency is 1.
+"""
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from .impact import Impact, State
+from .parameters import SETTABLE
+from .variables import REFERENCES
+
+
+class Moment(Protocol):
+    """What an output may ask about the communication point, beside the impact's state."""
+
+    #: s since the start, as a pair.
+    clock: float
+    carry: float
+    #: The last communication step, s (0 before the first).
+    last_step: float
+    #: The host's time at the start of the run, and when the clock stood at 0, s.
+    start_time: float
+    origin: float
+
+
+Result = Callable[[Impact, State, Moment], Any]
+
+
+def _moving(index: int) -> Result:
+    return lambda impact, state, at: state[index]
+
+
+def _mean_force(impact: Impact, state: State, at: Moment) -> float:
+    step = at.last_step
+    return impact.impulse_of_step(at.clock, at.carry, step) / step if step else 0.0
+
+
+def _touch_time(impact: Impact, state: State, at: Moment) -> float:
+    touch = impact.touch
+    return at.start_time if touch is None else at.origin + (touch.high + touch.low)
+
+
+def _smash_factor(impact: Impact, state: State, at: Moment) -> float:
+    touch = impact.touch
+    return state[4] / touch.u_club if touch is not None and touch.u_club else 0.0
+
+
+def _coefficient_of_restitution(impact: Impact, state: State, at: Moment) -> float:
+    touch = impact.touch
+    if touch is None:
+        return 0.0
+    return (state[4] - state[3]) / (touch.u_club - impact.parameters.ball_speed)
+
+
+def _energy_efficiency(impact: Impact, state: State, at: Moment) -> float:
+    touch = impact.touch
+    if touch is None:
+        return 1.0
+    _, _, _, v_club, v_ball, _ = state
+    m_club, m_ball, _, u_ball, *_ = impact.parameters
+    u_club = touch.u_club
+    at_touch = m_club * u_club * u_club + m_ball * u_ball * u_ball
+    return (m_club * v_club * v_club + m_ball * v_ball * v_ball) / at_touch if at_touch else 1.0
+
+
+def _momentum(impact: Impact, state: State, at: Moment) -> float:
+    return impact.parameters.m_club * state[3] + impact.parameters.m_ball * state[4]
+
+
+def _kinetic_energy(impact: Impact, state: State, at: Moment) -> float:
+    _, _, _, v_club, v_ball, _ = state
+    p = impact.parameters
+    return 0.5 * (p.m_club * v_club * v_club + p.m_ball * v_ball * v_ball)
+
+
+_RESULTS: dict[str, Result] = {
+    "force": _moving(0),
+    "club_position": _moving(1),
+    "ball_position": _moving(2),
+    "club_velocity": _moving(3),
+    "ball_velocity": _moving(4),
+    "compression": _moving(5),
+    "mean_force": _mean_force,
+    "touched": lambda impact, state, at: impact.touch is not None,
+    "in_contact": lambda impact, state, at: impact.in_contact,
+    "separated": lambda impact, state, at: impact.touch is not None and not impact.in_contact,
+    "touch_time": _touch_time,
+    "smash_factor": _smash_factor,
+    "coefficient_of_restitution": _coefficient_of_restitution,
+    "energy_efficiency": _energy_efficiency,
+    "contact_time": lambda impact, state, at: impact.contact_time(at.clock, at.carry),
+    "max_force": lambda impact, state, at: impact.peak_force(at.clock, at.carry)[0],
+    "time_of_max_force": lambda impact, state, at: impact.peak_force(at.clock, at.carry)[1],
+    "max_compression": lambda impact, state, at: impact.peak_compression(at.clock, at.carry),
+    "contact_displacement": lambda impact, state, at: impact.contact_displacement(state),
+    "impulse": lambda impact, state, at: impact.impulse(at.clock, at.carry),
+    "momentum": _momentum,
+    "kinetic_energy": _kinetic_energy,
+}
+
+#: The function of each output, by value reference.
+BY_REFERENCE: dict[int, Result] = {REFERENCES[name]: result for name, result in _RESULTS.items()}
+
+#: The value references of what `Impact.state` gives, in its order.
+MOVING = range(SETTABLE, SETTABLE + 6)

@@ -1,0 +1,136 @@
+"""The one table of the component's variables; every interface and document is made from it."""
+
+from typing import NamedTuple
+
+_LARGEST = 1.7976931348623157e308
+_ABOVE_ZERO = 5e-324
+
+
+class Unit(NamedTuple):
+    """A unit of the table in SI base units, and the units a tool may show it in."""
+
+    base: dict[str, int]
+    display: dict[str, float]
+
+
+class Variable(NamedTuple):
+    """One variable: how it appears to a host and what values it may take.
+
+    `low` and `high` are the least and greatest allowed values (inclusive); `allowed` says the same
+    in words. Outputs have no allowed range to check, but `low` is also a promise to the host.
+    """
+
+    name: str
+    causality: str
+    type: str
+    unit: str
+    start: float | int | None
+    low: float
+    high: float
+    allowed: str
+    nominal: float | None
+    display: str | None
+    description: str
+
+
+UNITS: dict[str, Unit] = {
+    "m": Unit({"m": 1}, {"mm": 1e3}),
+    "kg": Unit({"kg": 1}, {"g": 1e3}),
+    "s": Unit({"s": 1}, {"ms": 1e3, "us": 1e6}),
+    "m/s": Unit({"m": 1, "s": -1}, {"mph": 3600.0 / 1609.344, "km/h": 3.6}),
+    "s/m": Unit({"m": -1, "s": 1}, {}),
+    "N": Unit({"kg": 1, "m": 1, "s": -2}, {"kN": 1e-3}),
+    "N/m": Unit({"kg": 1, "s": -2}, {"kN/m": 1e-3, "N/mm": 1e-3}),
+    "N.s/m": Unit({"kg": 1, "s": -1}, {}),
+    "N.s": Unit({"kg": 1, "m": 1, "s": -1}, {}),
+    "kg.m/s": Unit({"kg": 1, "m": 1, "s": -1}, {}),
+    "J": Unit({"kg": 1, "m": 2, "s": -2}, {}),
+    "1": Unit({}, {"%": 100.0}),
+}
+
+#: The contact laws by the value of the parameter `law`.
+LAWS: dict[int, tuple[str, str]] = {
+    1: ("absolute", "A spring between the bodies and a drag b*v on each: the source document's"),
+    2: ("relative", "A spring and a damper between the bodies: conserves momentum"),
+}
+
+
+def _real(
+    name: str,
+    causality: str,
+    unit: str,
+    start: float | None,
+    allowed: str,
+    nominal: float,
+    display: str | None,
+    description: str,
+) -> Variable:
+    low, high = -_LARGEST, _LARGEST
+    if allowed.startswith("> 0"):
+        low = _ABOVE_ZERO
+    elif allowed.startswith(">= "):
+        low = float(allowed[3:])
+    elif ".." in allowed:
+        low, high = (float(bound) for bound in allowed.split(".."))
+    return Variable(
+        name, causality, "Real", unit, start, low, high, allowed, nominal, display, description
+    )
+
+
+def _input(*row) -> Variable:
+    return _real(row[0], "input", *row[1:])
+
+
+def _parameter(*row) -> Variable:
+    return _real(row[0], "parameter", *row[1:])
+
+
+def _output(name: str, unit: str, allowed: str, nominal: float, display, text: str) -> Variable:
+    return _real(name, "output", unit, None, allowed, nominal, display, text)
+
+
+def _flag(name: str, text: str) -> Variable:
+    return Variable(name, "output", "Boolean", "", None, 0, 1, "", None, None, text)
+
+
+#: A variable's value reference is its place here.
+VARIABLES: tuple[Variable, ...] = (
+    _input("k", "N/m", 1e6, "> 0", 1e6, "N/mm", "Contact stiffness of the ball (at reference_compression if exponent is not 1)"),
+    _input("b", "N.s/m", 9.0, ">= 0", 10.0, None, "Damping of the contact (at reference_compression if exponent is not 1)"),
+    _input("club_speed", "m/s", 35.0, "finite", 35.0, "mph", "Club head speed while it approaches; followed until first touch, then ignored"),
+    _parameter("m_club", "kg", 0.210, "> 0", 0.2, "g", "Mass of the club head"),
+    _parameter("m_ball", "kg", 0.04593, "> 0", 0.05, "g", "Mass of the ball"),
+    _parameter("ball_diameter", "m", 0.04267, "> 0", 0.04, "mm", "Diameter of the ball"),
+    _parameter("ball_speed", "m/s", 0.0, "finite", 35.0, "mph", "Velocity of the ball before it is touched"),
+    _parameter("gap", "m", 0.0, ">= 0", 0.1, "mm", "Distance between club face and ball at the start"),
+    Variable("law", "parameter", "Enumeration", "", 1, 1, 2, "1 (absolute) or 2 (relative)", None, None, "Contact law"),
+    _parameter("exponent", "1", 1.0, ">= 1", 1.0, None, "Exponent n of the relative power law; must be 1 with law 1"),
+    _parameter("reference_compression", "m", 0.005, "> 0", 0.005, "mm", "Compression at which k and b hold if exponent is not 1"),
+    _parameter("restitution_at_rest", "1", 0.0, "0..1", 1.0, None, "If above 0, damping follows from COR = restitution_at_rest - restitution_slope * approach speed, and b is not used (law 2)"),
+    _parameter("restitution_slope", "s/m", 0.0, ">= 0", 0.003, None, "Fall of the coefficient of restitution with approach speed; see restitution_at_rest"),
+    _output("force", "N", ">= 0", 5e3, "kN", "Contact force on the ball"),
+    _output("club_position", "m", "finite", 0.01, "mm", "Position of the club face; the ball starts at 0"),
+    _output("ball_position", "m", "finite", 0.01, "mm", "Position of the ball's near side"),
+    _output("club_velocity", "m/s", "finite", 35.0, "mph", "Velocity of the club head"),
+    _output("ball_velocity", "m/s", "finite", 50.0, "mph", "Velocity of the ball"),
+    _output("compression", "m", ">= 0", 0.005, "mm", "How far the ball is compressed: club_position - ball_position, or 0 if they are apart"),
+    _output("mean_force", "N", ">= 0", 5e3, "kN", "Contact force averaged over the last communication step: its impulse / step"),
+    _flag("touched", "The club has touched the ball"),
+    _flag("in_contact", "Club and ball are in contact"),
+    _flag("separated", "The contact has ended"),
+    _output("touch_time", "s", "finite", 1e-3, "ms", "Time of first touch (start time until then); separation is at touch_time + contact_time"),
+    _output("smash_factor", "1", "finite", 1.0, None, "Ball velocity / club speed at first touch"),
+    _output("coefficient_of_restitution", "1", "finite", 1.0, None, "(ball velocity - club velocity) / approach speed at first touch"),
+    _output("energy_efficiency", "1", ">= 0", 1.0, "%", "Kinetic energy now / at first touch"),
+    _output("contact_time", "s", ">= 0", 5e-4, "us", "Time in contact so far"),
+    _output("max_force", "N", ">= 0", 5e3, "kN", "Largest contact force so far, exact"),
+    _output("time_of_max_force", "s", ">= 0", 5e-4, "us", "When the contact force was largest, from first touch"),
+    _output("max_compression", "m", ">= 0", 0.005, "mm", "Largest compression so far, exact"),
+    _output("contact_displacement", "m", "finite", 0.01, "mm", "How far the ball has moved while in contact"),
+    _output("impulse", "N.s", ">= 0", 2.0, None, "Impulse of the contact force so far"),
+    _output("momentum", "kg.m/s", "finite", 5.0, None, "Momentum of club and ball together"),
+    _output("kinetic_energy", "J", ">= 0", 100.0, None, "Kinetic energy of club and ball together"),
+)  # fmt: skip
+
+#: Value references by name.
+REFERENCES: dict[str, int] = {variable.name: n for n, variable in enumerate(VARIABLES)}
