@@ -5,10 +5,9 @@ The drag acts on absolute velocities, so momentum is lost to the surroundings, t
 on the frame of reference, and heavy damping can keep the bodies together for ever.
 """
 
+from cmath import exp as complex_exp
 from collections.abc import Callable, Iterator
 from math import atan2, ceil, cos, exp, expm1, inf, log, log1p, pi, sin, sinh, sqrt
-
-State = tuple[float, float, float, float, float, float]
 
 #: A damping ratio as small as this changes no bit of any result, and needs no case of its own.
 _LEAST_DAMPING = 1e-30
@@ -16,6 +15,9 @@ _LEAST_DAMPING = 1e-30
 #: A real root nearer than this to the pair (relative, squared) is not split off from it: splitting
 #: costs a factor 1/this in rounding error.
 _NEAR_TRIPLE = 1e-2
+
+#: What the roots are like: one real and an oscillating pair, three real, or nearly one.
+_OSCILLATING, _THREE_RATES, _NEAR_TRIPLE_ROOTS = range(3)
 
 #: Decay exponents beyond this leave nothing of a double.
 _VANISHED = 745.0
@@ -111,8 +113,10 @@ class AbsoluteContact:
         self._maxima: list[float] | None = None
         #: The fastest rate of change in the phase, 1/s.
         self.rate = omega * max(1.0, 2.0 * zeta)
+        duration = None
         if apart < _NEAR_TRIPLE * r * r:
-            self._kind = 2
+            self._kind = _NEAR_TRIPLE_ROOTS
+            self._motion: tuple[float, ...] = ()
             guess = pi / omega
         else:
             # The real mode is (x, p, u), its left partner (-q x, q, u).
@@ -123,12 +127,12 @@ class AbsoluteContact:
             h1 = -p * w0 + (slow - drag1) * w1
             h2 = q * w0 + (slow - drag2) * w2
             if m_club >= m_ball:
-                club, ball = (a * p, w1, h1), (a * u, w2, h2)
+                a1, c1, s1, a2, c2, s2 = a * p, w1, h1, a * u, w2, h2
             else:
-                club, ball = (-a * u, -w2, -h2), (-a * p, -w1, -h1)
+                a1, c1, s1, a2, c2, s2 = -a * u, -w2, -h2, -a * p, -w1, -h1
             if oscillates:
-                self._kind = 0
-                c, s = club[1], club[2] / second
+                s1 /= second
+                self._kind = _OSCILLATING
                 self._motion = (
                     r * omega,
                     slow * omega,
@@ -136,28 +140,29 @@ class AbsoluteContact:
                     a * x / omega,
                     w0 / omega,
                     h0 / (second * omega),
-                    club[0],
-                    c,
-                    s,
-                    ball[0],
-                    ball[1],
-                    ball[2] / second,
-                    (slow * c + second * s) / (product * omega),
-                    (second * c - slow * s) / (product * omega),
+                    a1,
+                    c1,
+                    s1,
+                    a2,
+                    c2,
+                    s2 / second,
+                    (slow * c1 + second * s1) / (product * omega),
+                    (second * c1 - slow * s1) / (product * omega),
                 )
                 guess = (pi + atan2(-w0, h0 / second)) / (second * omega)
+                if compression == 0.0:
+                    duration = self._first_return(guess)
             else:
-                self._kind = 1
-                self._motion = (a * x, w0, h0, *club, *ball)
+                self._kind = _THREE_RATES
+                self._motion = (a * x, w0, h0, a1, c1, s1, a2, c2, s2)
                 guess = pi / omega
-        duration = self._first_return(guess) if compression == 0.0 and self._kind == 0 else None
         if duration is None:
             crossings = self._crossings(self._compression, self._critical, 1.0, inf, guess)
             duration = next(crossings, inf)
         #: s from the start of the phase until contact ends; inf if it never does.
         self.duration = duration
 
-    def state(self, t: float) -> State:
+    def state(self, t: float) -> list[float]:
         """Everything that moves, at one instant.
 
         Args:
@@ -167,26 +172,32 @@ class AbsoluteContact:
             Contact force (N), positions of club face and ball (m), velocities of club and
             ball (m/s), compression (m).
         """
-        kind = self._kind
-        if kind:
-            d, v_club, v_ball, moved = self._three_rates(t) if kind == 1 else self._near_triple(t)
-        else:
-            r, rate, frequency, a0, c0, s0, a1, c1, s1, a2, c2, s2, ic, is_ = self._motion
-            decay = exp(-rate * t)
-            phase = frequency * t
-            c = decay * cos(phase)
-            s = decay * sin(phase)
-            ramp = -expm1(-r * t) / r
-            e = 1.0 - r * ramp
-            d = a0 * e + c0 * c + s0 * s
-            v_club = a1 * e + c1 * c + s1 * s
-            v_ball = a2 * e + c2 * c + s2 * s
-            moved = a1 * ramp + (ic - ic * c + is_ * s)
-        x = self._base[0] + moved
-        return self._base[5] * d, x, x - d, v_club, v_ball, d
+        if self._kind != _OSCILLATING:
+            return self._three_rates(t) if self._kind == _THREE_RATES else self._near_triple(t)
+        r, slow, frequency, a0, c0, s0, a1, c1, s1, a2, c2, s2, x_c, x_s = self._motion
+        z = complex_exp(complex(-slow * t, frequency * t))
+        c = z.real
+        s = z.imag
+        e = expm1(-r * t)
+        return self._at(
+            a0 + a0 * e + c0 * c + s0 * s,
+            a1 + a1 * e + c1 * c + s1 * s,
+            a2 + a2 * e + c2 * c + s2 * s,
+            x_c - a1 * e / r - x_c * c + x_s * s,
+        )
 
-    def _three_rates(self, t: float) -> tuple[float, float, float, float]:
-        """Compression, velocities and the club's displacement; three real rates."""
+    def fast_state(self) -> Callable[[float], list[float]]:
+        """`state` for many instants: a function over constants."""
+        if self._kind != _OSCILLATING:
+            return self.state
+        return _oscillating(self._base[5], self._base[0], *self._motion)
+
+    def _at(self, d: float, v_club: float, v_ball: float, moved: float) -> list[float]:
+        x = self._base[0] + moved
+        return [self._base[5] * d, x, x - d, v_club, v_ball, d]
+
+    def _three_rates(self, t: float) -> list[float]:
+        """`state` for three real rates."""
         omega = self._omega
         tau = omega * t
         r = self._system[4]
@@ -198,15 +209,15 @@ class AbsoluteContact:
         e_slow = 1.0 - slow * ramp_slow
         s = exp(-slow * tau) * (-expm1(-second * tau) / second if second > 0.0 else tau)
         a0, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
-        return (
+        return self._at(
             (a0 * e + c0 * e_slow + s0 * s) / omega,
             a1 * e + c1 * e_slow + s1 * s,
             a2 * e + c2 * e_slow + s2 * s,
             (a1 * ramp + c1 * ramp_slow + s1 * ((ramp_slow - s) / fast)) / omega,
         )
 
-    def _near_triple(self, t: float) -> tuple[float, float, float, float]:
-        """The same where all three roots nearly meet (ζ ≈ 0.975, mass ratio ≈ 0.083).
+    def _near_triple(self, t: float) -> list[float]:
+        """`state` where all three roots nearly meet (ζ ≈ 0.975, mass ratio ≈ 0.083).
 
         Newton's form of the exponential: e^(-rτ)·x + S·y + G·z with S and G its second and third
         divided differences over the roots, y = (A + r)x and z = (A + g - r)y, A the system's matrix
@@ -232,8 +243,8 @@ class AbsoluteContact:
         lost = (q * (v1 - heavy) + p * (v2 - light)) / (2.0 * zeta * p * q)
         moved_heavy = 0.5 * (lost + (d - d0))
         if self._base[1] >= self._base[2]:
-            return d / omega, heavy, light, moved_heavy / omega
-        return d / omega, -light, -heavy, -0.5 * (lost - (d - d0)) / omega
+            return self._at(d / omega, heavy, light, moved_heavy / omega)
+        return self._at(d / omega, -light, -heavy, -0.5 * (lost - (d - d0)) / omega)
 
     def _first_return(self, guess: float) -> float | None:
         """The usual end of contact: e^(rt)·d rises from 0 at touch to its first turning point, and
@@ -241,17 +252,18 @@ class AbsoluteContact:
         """
         _, slow, second = self._pair
         u, slope = self._critical
-        frequency = second * self._omega
-        low = atan2(u, -(slope + slow * u) / second) / frequency
+        low = atan2(u, -(slope + slow * u) / second)
+        r, slow, frequency, a0, c0, s0, a1, c1, s1, a2, c2, s2, _, _ = self._motion
+        low /= frequency
         high = low + pi / frequency
-        r, rate, frequency, a0, c0, s0, a1, c1, s1, a2, c2, s2, _, _ = self._motion
+        rate = complex(-slow, frequency)
         a, c, s = a1 - a2, c1 - c2, s1 - s2
         t = guess
         while low < t < high:
             e = exp(-r * t)
-            decay = exp(-rate * t)
-            p = decay * cos(frequency * t)
-            q = decay * sin(frequency * t)
+            z = complex_exp(rate * t)
+            p = z.real
+            q = z.imag
             closing = a * e + c * p + s * q
             if closing >= 0.0:
                 return None
@@ -389,6 +401,50 @@ class AbsoluteContact:
         guess = 0.5 * min(self.duration, pi / self._omega)
         crossings = self._crossings(self._closing, (slope, bend), sign, self.duration, guess)
         return [t for n, t in enumerate(crossings) if (n % 2 == 0) == (sign > 0.0)]
+
+
+def _oscillating(
+    k: float,
+    x_club: float,
+    r: float,
+    slow: float,
+    frequency: float,
+    a0: float,
+    c0: float,
+    s0: float,
+    a1: float,
+    c1: float,
+    s1: float,
+    a2: float,
+    c2: float,
+    s2: float,
+    x_c: float,
+    x_s: float,
+) -> Callable[[float], list[float]]:
+    """`state` for one real rate and an oscillating pair: the usual case."""
+    real_rate = -r
+    rate = complex(-slow, frequency)
+    x_a = -a1 / r
+    x_0 = x_club + x_c
+    x_c = -x_c
+
+    def state(t: float) -> list[float]:
+        z = complex_exp(rate * t)
+        c = z.real
+        s = z.imag
+        e = expm1(real_rate * t)
+        d = a0 + a0 * e + c0 * c + s0 * s
+        x = x_0 + x_a * e + x_c * c + x_s * s
+        return [
+            k * d,
+            x,
+            x - d,
+            a1 + a1 * e + c1 * c + s1 * s,
+            a2 + a2 * e + c2 * c + s2 * s,
+            d,
+        ]
+
+    return state
 
 
 def _offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:

@@ -37,11 +37,20 @@ _POINT_TOLERANCE = 1e-6
 
 #: How to read each distinct list of references of Real variables; a host has a few. The elements of
 #: `Impact.state`, where it asks for nothing else, or each variable's function (None: held).
-_real_plans: dict[tuple[int, ...], tuple[Callable | None, tuple]] = {}
+_real_plans: dict[tuple[int, ...], tuple[Callable[[State], list[float]] | None, tuple]] = {}
 _MAX_PLANS = 256
 
 #: First item of a serialized state: another layout must have another one.
 _FORMAT = "golf-impact state 1"
+
+
+
+def _no_motion(t: float) -> State:
+    raise AssertionError("no phase has been looked at yet")
+
+
+def _listed(pick: Callable[[State], tuple]) -> Callable[[State], list[float]]:
+    return lambda state: list(pick(state))
 
 
 class Component:
@@ -53,16 +62,24 @@ class Component:
 
     __slots__ = (
         "_anchored",
+        "_asked",
+        "_count",
         "_impact",
         "_memo",
+        "_memo_of",
         "_mode",
+        "_motion",
         "_now",
+        "_offset",
         "_once",
         "_ordinary",
+        "_pick",
+        "_plan",
         "_point",
         "_refused",
         "_report",
-        "_settled",
+        "_size",
+        "_until",
         "_values",
         "carry",
         "clock",
@@ -80,13 +97,14 @@ class Component:
         self._refused: dict[str, str] = {}
         #: Why the next step is refused: calls that nothing can correct.
         self._once: tuple[str, ...] = ()
-        #: Nothing but the clock must be looked at in the next step.
-        self._settled = False
         #: Before stepping: a preview for the present values, made when it is read.
         self._impact: Impact | None = None
-        #: The sum of the accepted steps, s, as a pair.
+        #: The sum of the accepted steps, s, as a pair, but for the last `_count` of one size. The
+        #: size is NaN while something else than the clock must be looked at in the next step.
         self.clock = 0.0
         self.carry = 0.0
+        self._count = 0
+        self._size = nan
         #: The last accepted step, s.
         self.last_step = 0.0
         #: The host's time at the start of the run, s.
@@ -97,9 +115,18 @@ class Component:
         self._point = 0.0
         self._anchored = True
         self._ordinary = False
-        #: What has been read at this communication point.
+        #: The present phase: its state at t, the clock less its start, and its end (NaN: not known).
+        self._motion: Callable[[float], State] = _no_motion
+        self._offset = 0.0
+        self._until = nan
+        #: The state at this communication point, once it has been read, and the results of it.
         self._now: State | None = None
         self._memo: dict[int, Any] = {}
+        self._memo_of: State | None = None
+        #: The last list of references read, and how.
+        self._asked: list[int] = []
+        self._pick: Callable[[State], list[float]] | None = None
+        self._plan: tuple = ()
 
     # Modes
 
@@ -137,6 +164,7 @@ class Component:
         problem = "; ".join(unusable) or conflict(parameters, inputs)
         if problem is None:
             self._mode = STEPPING
+            self._until = nan
             self._ordinary = ordinary(parameters, inputs)
             self._impact = Impact(parameters, inputs)
             self._now = None
@@ -145,7 +173,7 @@ class Component:
     def terminate(self) -> None:
         """The end of the run: values can still be read, nothing else."""
         self._mode = TERMINATED
-        self._settled = False
+        self._fold()
 
     def _split(self) -> tuple[Parameters, Inputs]:
         values = self._values
@@ -163,25 +191,44 @@ class Component:
         Returns:
             Whether the step was accepted; if not, a message says why, and nothing has changed.
         """
-        if not (self._settled and point == self._point and 0.0 < size <= 1e100):
-            problem = self._unsettled(point, size)
-            if problem is not None:
-                self._settled = False
-                self._report(problem)
-                return False
-        # Two-sum: 10⁶ steps are as exact as one.
-        clock = self.clock
-        total = clock + size
-        back = total - clock
-        self.carry += (clock - (total - back)) + (size - back)
-        self.clock = total
-        self.last_step = size
+        if size == self._size and point == self._point:
+            self._count += 1
+            self._point = point + size
+            self._now = None
+            return True
+        problem = self._problem(point, size)
+        self._fold()
+        if problem is not None:
+            self._report(problem)
+            return False
+        self._size = self.last_step = size
+        self._count = 1
         self._point = point + size
         self._now = None
         return True
 
-    def _unsettled(self, point: float, size: float) -> str | None:
-        """Whatever a step in a row of ordinary ones needn't look at; why it is refused, or None."""
+    def _fold(self) -> None:
+        """Add the steps that were only counted to the clock; the next step is looked at closely."""
+        if self._count:
+            # Two factors of at most 26 bits have an exact product.
+            count, size = self._count, self._size
+            high = 134217729.0 * size
+            high -= high - size
+            self._tick(count * high)
+            self._tick(count * (size - high))
+            self._count = 0
+        self._size = self._until = nan
+
+    def _tick(self, elapsed: float) -> None:
+        # Two-sum: 10⁶ steps are as exact as one.
+        clock = self.clock
+        total = clock + elapsed
+        back = total - clock
+        self.carry += (clock - (total - back)) + (elapsed - back)
+        self.clock = total
+
+    def _problem(self, point: float, size: float) -> str | None:
+        """Whatever a step in a row of equal ones needn't look at; why it is refused, or None."""
         if self._mode == BLOCKED:
             problem = self._begin()
             if problem is not None:
@@ -212,9 +259,9 @@ class Component:
                 problem = conflict(impact.parameters, inputs)
                 if problem is not None:
                     return problem
+            self._fold()
             impact.hold(self.clock, self.carry, inputs)
         self._anchored = True
-        self._settled = True
         return None
 
     def _move_origin(self, point: float) -> None:
@@ -228,12 +275,12 @@ class Component:
 
     def _refuse(self, name: str, message: str) -> None:
         self._refused[name] = message
-        self._settled = False
+        self._fold()
         self._report(message)
 
     def _refuse_once(self, message: str) -> None:
         self._once = (*self._once, message)[-8:]
-        self._settled = False
+        self._fold()
         self._report(message)
 
     # Values
@@ -269,63 +316,83 @@ class Component:
                 if self._refused:
                     self._refused.pop(variable.name, None)
                 self._values[reference] = value
-                self._settled = False
+                if self._count:
+                    self._fold()
+                else:
+                    self._size = nan
                 if self._mode < STEPPING:
                     self._impact = self._now = None
+                    self._until = nan
 
     def reals(self, references: list[int]) -> list[float]:
         """Values of Real variables, evaluated now unless they have been at this point."""
-        plan = _real_plans.get(tuple(references))
-        if plan is None:
-            plan = self._plan(tuple(references), "Real")
-        pick, functions = plan
-        if pick is not None:
-            return list(pick(self._now or self._evaluate()))
-        return self._read(functions)
+        if references != self._asked:
+            self._ask(references)
+        pick = self._pick
+        if pick is None:
+            return self._read(self._plan)
+        now = self._now
+        if now is None:
+            t = self._offset + self._count * self._size
+            now = self._now = self._motion(t) if t < self._until else self._evaluate()
+        return pick(now)
 
     def discretes(self, references: list[int], type_: str) -> list:
         """Values of variables of another type ("Enumeration", "Boolean")."""
-        return self._read(self._plan(tuple(references), type_)[1])
+        return self._read(self._functions(references, type_))
 
-    def _plan(self, references: tuple[int, ...], type_: str) -> tuple[Callable | None, tuple]:
-        functions = []
-        for reference in references:
-            known = 0 <= reference < len(VARIABLES) and VARIABLES[reference].type == type_
-            if not known:
-                self._refuse_once(f"there is no {type_} variable with value reference {reference}")
-            missing = nan if type_ == "Real" else 0
-            functions.append(
-                (reference, results.BY_REFERENCE.get(reference))
-                if known
-                else (-1, lambda impact, state, at: missing)
-            )
-        pick = None
-        if len(references) > 1 and all(r in results.MOVING for r in references):
-            pick = itemgetter(*(r - results.MOVING.start for r in references))
-        plan = (pick, tuple(functions))
-        if type_ == "Real" and not self._once:
+    def _ask(self, references: list[int]) -> None:
+        """Work out how to read these variables; a host asks for a few lists again and again."""
+        key = tuple(references)
+        if key not in _real_plans:
+            plan = self._functions(references, "Real")
+            pick = None
+            if len(key) > 1 and all(reference in results.MOVING for reference in key):
+                first = results.MOVING.start
+                if key == tuple(range(key[0], key[0] + len(key))):
+                    pick = itemgetter(slice(key[0] - first, key[0] - first + len(key)))
+                else:
+                    pick = _listed(itemgetter(*(reference - first for reference in key)))
             if len(_real_plans) >= _MAX_PLANS:
                 _real_plans.clear()
-            _real_plans[references] = plan
-        return plan
+            _real_plans[key] = pick, plan
+        self._pick, self._plan = _real_plans[key]
+        self._asked = list(references)
+
+    def _functions(self, references: list[int], type_: str) -> tuple:
+        functions = []
+        for reference in references:
+            if 0 <= reference < len(VARIABLES) and VARIABLES[reference].type == type_:
+                functions.append((reference, results.BY_REFERENCE.get(reference)))
+            else:
+                functions.append((-1, type_))
+        return tuple(functions)
 
     def _read(self, functions: tuple) -> list:
         state = self._now or self._evaluate()
         impact = self._impact
         memo = self._memo
+        if self._memo_of is not state:
+            memo.clear()
+            self._memo_of = state
         found = []
         for reference, result in functions:
-            if result is None:
+            if reference in memo:
+                value = memo[reference]
+            elif result is None:
                 value = self._values[reference]
+            elif reference < 0:
+                self._refuse_once(f"a value reference that no {result} variable has is refused")
+                value = nan if result == "Real" else 0
             else:
-                value = memo.get(reference)
-                if value is None:
-                    value = memo[reference] = result(impact, state, self)
+                value = memo[reference] = result(impact, state, self)
             found.append(value)
         return found
 
     def _evaluate(self) -> State:
-        self._memo.clear()
+        size = self._size
+        self._fold()
+        self._size = size
         impact = self._impact
         if impact is None:
             parameters, inputs = self._split()
@@ -333,13 +400,17 @@ class Component:
                 # Nothing to show but bodies that never meet.
                 inputs = (1.0, 0.0, parameters.ball_speed)
             impact = self._impact = Impact(parameters, inputs)
-        self._now = impact.state(self.clock, self.carry)
-        return self._now
+        now = self._now = impact.state(self.clock, self.carry)
+        self._motion, self._offset, self._until = impact.phase(self.clock, self.carry)
+        return now
 
     # State
 
     def snapshot(self) -> tuple:
         """Everything, for `restore` in any instance of this process."""
+        size = self._size
+        self._fold()
+        self._size = size
         return (
             self._mode,
             tuple(self._values),
@@ -374,7 +445,9 @@ class Component:
         self._values = list(values)
         self._refused = dict(refused)
         self._impact = Impact.restored(impact) if impact is not None else None
-        self._anchored = self._settled = False
+        self._anchored = False
+        self._count = 0
+        self._size = self._until = nan
         self._now = None
 
     @staticmethod

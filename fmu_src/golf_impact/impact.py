@@ -14,7 +14,8 @@ from .absolute import AbsoluteContact
 from .kelvin_voigt import KelvinVoigtContact
 from .parameters import Inputs, Parameters
 
-State = tuple[float, float, float, float, float, float]
+#: Force, positions of club and ball, velocities of club and ball, compression.
+State = list[float]
 
 #: Gauss–Legendre nodes and weights on (-1, 1), 5 points: exact to a double over half a time scale.
 _NODES = (
@@ -55,39 +56,39 @@ class Approach:
     def state(self, t: float) -> State:
         """Force, positions, velocities and compression as a contact phase gives them."""
         x_club = self.x_club + (self.x_club_low + self.u_club * t)
-        return 0.0, x_club, self.x_ball + self.u_ball * t, self.u_club, self.u_ball, 0.0
+        return [0.0, x_club, self.x_ball + self.u_ball * t, self.u_club, self.u_ball, 0.0]
 
 
 class Flight:
-    """After contact: both bodies move freely, and apart."""
+    """After contact: both bodies move freely, and apart.
 
-    __slots__ = ("compression", "duration", "v_ball", "v_club", "x_ball", "x_club")
+    Args:
+        start: the state when the contact ended.
+    """
 
-    def __init__(
-        self, x_club: float, x_ball: float, v_club: float, v_ball: float, compression: float
-    ) -> None:
-        self.x_club = x_club
-        self.x_ball = x_ball
-        self.v_club = v_club
-        self.v_ball = v_ball
-        self.compression = compression
-        self.duration = inf
+    __slots__ = ("start",)
 
-    def arguments(self) -> tuple[float, ...]:
+    duration = inf
+
+    def __init__(self, start: State) -> None:
+        self.start = start
+
+    def arguments(self) -> list[float]:
         """What this phase was made from."""
-        return self.x_club, self.x_ball, self.v_club, self.v_ball, self.compression
+        return self.start
 
     def state(self, t: float) -> State:
         """Force, positions, velocities and compression as a contact phase gives them."""
-        left = self.compression + (self.v_club - self.v_ball) * t
-        return (
+        _, x_club, x_ball, v_club, v_ball, compression = self.start
+        left = compression + (v_club - v_ball) * t
+        return [
             0.0,
-            self.x_club + self.v_club * t,
-            self.x_ball + self.v_ball * t,
-            self.v_club,
-            self.v_ball,
+            x_club + v_club * t,
+            x_ball + v_ball * t,
+            v_club,
+            v_ball,
             left if left > 0.0 else 0.0,
-        )
+        ]
 
 
 class Touch:
@@ -170,6 +171,12 @@ class Impact:
             self._part(phase)
         return self.state(high, low)
 
+    def phase(self, high: float, low: float) -> tuple[Callable[[float], State], float, float]:
+        """The present phase: its `state`, how long it has lasted, and how long it lasts (s)."""
+        t = (high - self._high) + (low - self._low)
+        phase = self._phase
+        return phase.fast_state() if self.in_contact else phase.state, t, phase.duration
+
     def _meet(self, approach: Approach) -> None:
         """First touch: contact begins."""
         elapsed = approach.duration
@@ -182,12 +189,12 @@ class Impact:
     def _part(self, contact: Any) -> None:
         """The end of contact."""
         elapsed = contact.duration
-        _, x_club, x_ball, v_club, v_ball, compression = contact.state(elapsed)
+        end = contact.state(elapsed)
         if self.parameters.law == 1:
-            compression, x_ball = 0.0, x_club
+            end[2], end[5] = end[1], 0.0
         self._advance_start(elapsed)
         self._finish(contact, elapsed)
-        self._phase = Flight(x_club, x_ball, v_club, v_ball, compression)
+        self._phase = Flight(end)
 
     def _advance_start(self, elapsed: float) -> None:
         # Two-sum: the rounding error of the sum goes into the low part.
@@ -253,12 +260,13 @@ class Impact:
 
     def _contact_changes(self, phase: Any, t: float) -> None:
         """k or b changed in mid-contact: a new phase goes on from the present state."""
-        _, x_club, x_ball, v_club, v_ball, compression = phase.state(t)
+        now = phase.state(t)
+        _, x_club, _, v_club, v_ball, compression = now
         self._finish(phase, t)
         k, b, _ = self.in_force
         if self.parameters.law == 2 and k * compression + b * (v_club - v_ball) <= 0.0:
             self._contact = None
-            self._phase = Flight(x_club, x_ball, v_club, v_ball, compression)
+            self._phase = Flight(now)
         else:
             self._enter_contact(x_club, compression, v_club, v_ball)
 
@@ -342,7 +350,7 @@ class Impact:
         if arguments is None:
             self._phase = self._contact
         else:
-            self._phase = (Approach if touch is None else Flight)(*arguments)
+            self._phase = Approach(*arguments) if touch is None else Flight(arguments)
         self._finished = ()
         self._peaks = Peaks(*peaks)
         return self
@@ -365,7 +373,7 @@ class Impact:
         """How far the ball has moved while in contact, m."""
         if self.touch is None:
             return 0.0
-        x_ball = state[2] if self.in_contact else self._phase.x_ball
+        x_ball = state[2] if self.in_contact else self._phase.start[2]
         return x_ball - self.touch.position
 
     def impulse(self, high: float, low: float) -> float:

@@ -5,7 +5,9 @@ both bodies alike, so momentum is conserved, and contact ends when the force has
 the bodies can push but not pull (Schwager & Pöschel, Granular Matter 9, 465–469, 2007).
 """
 
-from math import atan2, cos, exp, expm1, log1p, sin, sqrt
+from cmath import exp as complex_exp
+from collections.abc import Callable
+from math import atan2, exp, expm1, log1p, sqrt
 
 
 class KelvinVoigtContact:
@@ -30,12 +32,11 @@ class KelvinVoigtContact:
     """
 
     __slots__ = (
-        "_club",
         "_force",
         "_motion",
         "_mu",
+        "_oscillates",
         "_peak",
-        "_rates",
         "duration",
         "rate",
     )
@@ -69,7 +70,8 @@ class KelvinVoigtContact:
             d_s = (w + gamma * d) / frequency
             w_s = -(gamma * w + pull) / frequency
             force_s = mu * (w * (omega * omega - 2.0 * gamma * gamma) - gamma * pull) / frequency
-            self._rates = (True, gamma, frequency)
+            first, second = gamma, frequency
+            self._oscillates = True
             #: s from the start of the phase until contact ends.
             self.duration = atan2(force, -force_s) / frequency
             #: The fastest rate of change in the phase, 1/s.
@@ -82,13 +84,15 @@ class KelvinVoigtContact:
             d_s = w + slow * d
             w_s = -fast * d_s
             force_s = mu * fast * w_s
-            self._rates = (False, slow, split)
+            first, second = slow, split
+            self._oscillates = False
             self.duration = log1p(split * (force / mu) / (slow * slow * (w + fast * d))) / split
             self.rate = fast
         self._mu = mu
-        self._force = (k, b, zeta, omega, force, force_s)
-        self._club = (x_club, d, w)
+        self._force = (k, b, zeta, omega)
         self._motion = (
+            first,
+            second,
             force,
             force_s,
             d,
@@ -97,12 +101,12 @@ class KelvinVoigtContact:
             w_s,
             p,
             q,
-            q * v_club + p * v_ball,
             x_club - p * d,
+            q * v_club + p * v_ball,
         )
         self._peak: tuple[float, float] | None = None
 
-    def state(self, t: float) -> tuple[float, float, float, float, float, float]:
+    def state(self, t: float) -> list[float]:
         """Everything that moves, at one instant.
 
         Args:
@@ -112,32 +116,34 @@ class KelvinVoigtContact:
             Contact force (N), positions of club face and ball (m), velocities of club and
             ball (m/s), compression (m).
         """
-        force, force_s, d, d_s, w, w_s, p, q, v_mean, x_mean = self._motion
-        oscillates, rate, second = self._rates
-        decay = exp(-rate * t)
-        if oscillates:
-            phase = second * t
-            c = decay * cos(phase)
-            s = decay * sin(phase)
+        first, second, force, force_s, d, d_s, w, w_s, p, q, x, v = self._motion
+        if self._oscillates:
+            z = complex_exp(complex(-first * t, second * t))
+            c = z.real
+            s = z.imag
         else:
-            c = decay
-            s = decay * -expm1(-second * t) / second
+            c = exp(-first * t)
+            s = c * -expm1(-second * t) / second
         compression = d * c + d_s * s
         closing = w * c + w_s * s
-        centre = x_mean + v_mean * t
-        return (
+        x += v * t
+        return [
             force * c + force_s * s,
-            centre + p * compression,
-            centre - q * compression,
-            v_mean + p * closing,
-            v_mean - q * closing,
+            x + p * compression,
+            x - q * compression,
+            v + p * closing,
+            v - q * closing,
             compression,
-        )
+        ]
+
+    def fast_state(self) -> Callable[[float], list[float]]:
+        """`state` for many instants: a function over constants."""
+        return _oscillating(*self._motion) if self._oscillates else self.state
 
     def impulse(self, t: float) -> float:
         """Impulse of the contact force over [0, t], N.s: the reduced mass times the change of w."""
         _, _, _, v_club, v_ball, _ = self.state(t)
-        return self._mu * (self._club[2] - (v_club - v_ball))
+        return self._mu * (self._motion[6] - (v_club - v_ball))
 
     def peak_force(self, t: float) -> tuple[float, float]:
         """The largest contact force on [0, t] and its time.
@@ -154,24 +160,57 @@ class KelvinVoigtContact:
         return (largest, when) if t >= when else (self.state(t)[0], t)
 
     def _find_peak(self) -> tuple[float, float]:
-        k, b, zeta, omega, force, force_s = self._force
-        _, d, w = self._club
-        # Above half of critical damping the force falls from the start (so in any later phase too).
+        k, b, zeta, omega = self._force
+        gamma, frequency, force, force_s, d, _, w, *_ = self._motion
+        # From half of critical damping on, the force falls from the start.
         slope = k * (w * (1.0 - 2.0 * zeta) * (1.0 + 2.0 * zeta) - 2.0 * zeta * omega * d)
         if slope <= 0.0:
             return force, 0.0
-        _, gamma, frequency = self._rates
         when = atan2(slope, gamma * force_s + frequency * force) / frequency
         return self.state(when)[0], when
 
     def peak_compression(self, t: float) -> float:
         """The largest compression on [0, t], m; t (s) at most `duration`."""
-        _, d, w = self._club
+        rate, second, _, _, d, _, w, w_s, *_ = self._motion
         if w <= 0.0:
             return d
-        oscillates, rate, second = self._rates
-        if oscillates:
-            when = atan2(w, -self._motion[5]) / second
+        if self._oscillates:
+            when = atan2(w, -w_s) / second
         else:
             when = log1p(second * w / (rate * (w + (rate + second) * d))) / second
         return self.state(min(t, when))[5]
+
+
+def _oscillating(
+    gamma: float,
+    frequency: float,
+    force: float,
+    force_s: float,
+    d: float,
+    d_s: float,
+    w: float,
+    w_s: float,
+    p: float,
+    q: float,
+    x: float,
+    v: float,
+) -> Callable[[float], list[float]]:
+    rate = complex(-gamma, frequency)
+
+    def state(t: float) -> list[float]:
+        z = complex_exp(rate * t)
+        c = z.real
+        s = z.imag
+        compression = d * c + d_s * s
+        closing = w * c + w_s * s
+        mean = x + v * t
+        return [
+            force * c + force_s * s,
+            mean + p * compression,
+            mean - q * compression,
+            v + p * closing,
+            v - q * closing,
+            compression,
+        ]
+
+    return state
