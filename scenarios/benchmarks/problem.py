@@ -1,0 +1,81 @@
+"""The question every peer answers, and the form of the answer. SI units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+@dataclass(frozen=True)
+class Case:
+    """One impact: the club moves along x into the ball, d = x_club - x_ball starts at 0.
+
+    Law 1 (absolute): F = k d, each body is also dragged by b times its own velocity, and contact
+    ends at d = 0. Law 2 (relative): F = k d + b d', and contact ends at F = 0.
+
+    Args:
+        law: 1 or 2.
+        m_club, m_ball: masses, kg.
+        k: contact stiffness, N/m.
+        b: damping, N.s/m.
+        club_speed, ball_speed: velocities at first touch, m/s.
+    """
+
+    law: int = 1
+    m_club: float = 0.210
+    m_ball: float = 0.04593
+    k: float = 1e6
+    b: float = 9.0
+    club_speed: float = 35.0
+    ball_speed: float = 0.0
+
+    @property
+    def reduced_mass(self) -> float:
+        """m_club m_ball / (m_club + m_ball), kg."""
+        return self.m_club * self.m_ball / (self.m_club + self.m_ball)
+
+    @property
+    def natural_frequency(self) -> float:
+        """Of the two bodies on the spring, undamped, rad/s."""
+        return math.sqrt(self.k / self.reduced_mass)
+
+    @property
+    def damping_ratio(self) -> float:
+        """b over its critical value in law 2."""
+        return self.b / (2.0 * math.sqrt(self.k * self.reduced_mass))
+
+    @property
+    def time_limit(self) -> float:
+        """Where a method that still sees contact gives up, s: a few slowest time scales."""
+        return 4.0 * math.pi * (1.0 + self.damping_ratio) / self.natural_frequency
+
+
+class Outcome(NamedTuple):
+    """What an impact leads to.
+
+    Attributes:
+        club_velocity, ball_velocity: at the end of contact, m/s.
+        contact_time: s; inf if contact did not end (velocities are then the last ones).
+        max_force: largest contact force, N.
+    """
+
+    club_velocity: float
+    ball_velocity: float
+    contact_time: float
+    max_force: float
+
+
+def errors(case: Case, outcome: Outcome, reference: Outcome) -> Outcome:
+    """Errors of an outcome: velocities over |u_C| + |u_B|, the others relative; all without unit.
+
+    `reference` may hold mpmath numbers: differences are taken in its precision.
+    """
+    speed = abs(case.club_speed) + abs(case.ball_speed)
+    scales = (speed, speed, reference.contact_time, reference.max_force)
+    return Outcome(
+        *(
+            0.0 if value == exact else float(abs(value - exact) / scale)
+            for value, exact, scale in zip(outcome, reference, scales, strict=True)
+        )
+    )

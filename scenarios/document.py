@@ -1,0 +1,143 @@
+"""What the source document prints, and the parameters that its numbers come from.
+
+Source: "Doing Physics with Python: a one-dimensional model for the collision between a golf club
+and golf ball" (golfSpring.py). Its numbers are those of an explicit Euler scheme with a step of
+0.5 µs, stopped a few samples late; so they lie up to 0.4 % from the exact solution of its own
+equations.
+"""
+
+from dataclasses import dataclass
+
+#: The parameters that reproduce the printed numbers; they are the FMU's defaults.
+USED = {"m_club": 0.210, "m_ball": 0.04593, "ball_diameter": 0.04267}
+
+#: The parameters as Table 1 prints them.
+TABLE_1 = {"m_club": 0.200, "m_ball": 0.046, "ball_diameter": 0.044}
+
+#: The step of the document's scheme, s.
+TIME_STEP = 0.5e-6
+
+#: How far the exact answer may lie from a printed number, relative: the document's numerical error
+#: (0.41 % in the elastic COR, 0.48 % in the ball speed at k = 2e6, the largest two).
+NUMERICAL_ERROR = 0.005
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A number as it is printed: `text` in units of `scale` SI units."""
+
+    text: str
+    scale: float = 1.0
+
+    @property
+    def value(self) -> float:
+        """The number in SI units."""
+        return float(self.text) * self.scale
+
+    @property
+    def half_digit(self) -> float:
+        """Half a unit of the last printed digit, in SI units."""
+        decimals = len(self.text.partition(".")[2])
+        return 0.5 * 10.0**-decimals * self.scale
+
+    def shown(self, value: float) -> str:
+        """Another value with one digit more than the printed one."""
+        decimals = len(self.text.partition(".")[2]) + 1
+        return f"{value / self.scale:.{decimals}f}"
+
+
+def _row(
+    v_club: str, v_ball: str, force: str, s: str, cor: str, time: str, moved: str, energy: str
+) -> dict[str, Printed]:
+    return {
+        "club_velocity": Printed(v_club),
+        "ball_velocity": Printed(v_ball),
+        "max_force": Printed(force),
+        "smash_factor": Printed(s),
+        "coefficient_of_restitution": Printed(cor),
+        "contact_time": Printed(time, 1e-6),
+        "contact_displacement_over_diameter": Printed(moved),
+        "energy_efficiency": Printed(energy, 0.01),
+    }
+
+
+BASELINE = {
+    "club_velocity": Printed("21.50"),
+    "ball_velocity": Printed("54.84"),
+    "momentum_initial": Printed("7.35"),
+    "momentum_final": Printed("7.03"),
+    "kinetic_energy_initial": Printed("128.62"),
+    "kinetic_energy_final": Printed("117.61"),
+    "smash_factor": Printed("1.57"),
+    "coefficient_of_restitution": Printed("0.95"),
+    "contact_time": Printed("621", 1e-6),
+    "contact_displacement_over_diameter": Printed("0.41"),
+    "max_force": Printed("6799"),
+    "impulse": Printed("2.68"),
+    "momentum_gain_ball": Printed("2.52"),
+    "energy_efficiency": Printed("91", 0.01),
+}
+
+ELASTIC = {
+    "club_velocity": Printed("22.41"),
+    "ball_velocity": Printed("57.55"),
+    "momentum_initial": Printed("7.35"),
+    "momentum_final": Printed("7.35"),
+    "kinetic_energy_initial": Printed("128.62"),
+    "kinetic_energy_final": Printed("128.81"),
+    "smash_factor": Printed("1.64"),
+    "coefficient_of_restitution": Printed("1.00"),
+    "contact_time": Printed("611", 1e-6),
+    "contact_displacement_over_diameter": Printed("0.41"),
+    "max_force": Printed("6808"),
+    "impulse": Printed("2.64"),
+    "momentum_gain_ball": Printed("2.64"),
+    "energy_efficiency": Printed("100", 0.01),
+}
+
+#: The softer ball of the elastic case: two numbers only.
+ELASTIC_SOFT = {"ball_velocity": Printed("58"), "contact_time": Printed("864", 1e-6)}
+
+CLUB_SPEED = {
+    35.0: _row("21.5", "54.8", "6799", "1.57", "0.95", "621", "0.41", "91"),
+    50.0: _row("30.7", "78.4", "9713", "1.57", "0.95", "620", "0.59", "91"),
+}
+
+COMPRESSION = {
+    0.5e6: _row("21.1", "53.7", "4802", "1.53", "0.93", "883", "0.58", "88"),
+    1.0e6: _row("21.5", "54.9", "6799", "1.57", "0.95", "621", "0.41", "91"),
+    2.0e6: _row("21.8", "55.8", "9627", "1.59", "0.97", "438", "0.29", "94"),
+}
+
+OLD_BALL = {
+    (1.0e6, 9.0): _row("21.50", "54.84", "6799", "1.57", "0.95", "621", "0.41", "91"),
+    (0.5e6, 12.0): _row("20.71", "52.44", "4799", "1.50", "0.91", "890", "0.58", "84"),
+}
+
+#: Roh & Lee, "Analysis of golf ball spin mechanism at impact by FEM", 14th International Congress
+#: on Sound and Vibration, as the document quotes them (SI units).
+ROH_LEE = {
+    "m_club": 0.210,
+    "m_ball": 0.04593,
+    "radius": 0.021335,
+    "club_speed": 35.0,
+    "club_velocity": 24.0,
+    "ball_velocity": 50.0,
+    "contact_time": 600e-6,
+    "max_force": 6600.0,
+    "time_of_max_force": 280e-6,
+}
+
+#: What the document works out from them on the back of an envelope.
+ENVELOPE = {
+    "average force": Printed("3828"),
+    "contact distance": Printed("0.015"),
+    "contact distance / R": Printed("0.7"),
+    "smash factor": Printed("1.43"),
+    "coefficient of restitution": Printed("0.74"),
+    "initial momentum": Printed("7.35"),
+    "final momentum": Printed("7.34"),
+    "initial kinetic energy": Printed("128.6"),
+    "final kinetic energy": Printed("117.9"),
+    "energy lost": Printed("8.3", 0.01),
+}

@@ -1,0 +1,111 @@
+"""Roh & Lee's finite-element ball beside the model, with the back of the document's envelope."""
+
+from .cases import run_case
+from .document import ENVELOPE, ROH_LEE
+from .impact_fmu import ImpactFmu
+from .outcome import Outcome, Table
+
+TITLE = "Finite elements: Roh & Lee's figures and the model"
+
+
+def envelope() -> dict[str, float]:
+    """The document's back-of-the-envelope numbers, worked out from Roh & Lee's figures (SI)."""
+    paper = ROH_LEE
+    m_club, m_ball = paper["m_club"], paper["m_ball"]
+    u, v_club, v_ball = paper["club_speed"], paper["club_velocity"], paper["ball_velocity"]
+    force = m_ball * v_ball / paper["contact_time"]
+    distance = 0.5 * m_ball * v_ball**2 / force
+    before = 0.5 * m_club * u**2
+    after = 0.5 * (m_club * v_club**2 + m_ball * v_ball**2)
+    return {
+        "average force": force,
+        "contact distance": distance,
+        "contact distance / R": distance / paper["radius"],
+        "smash factor": v_ball / u,
+        "coefficient of restitution": (v_ball - v_club) / u,
+        "initial momentum": m_club * u,
+        "final momentum": m_club * v_club + m_ball * v_ball,
+        "initial kinetic energy": before,
+        "final kinetic energy": after,
+        "energy lost": 1.0 - after / before,
+    }
+
+
+def run(fmu: ImpactFmu) -> Outcome:
+    """The envelope, and the document's fit under both laws."""
+    outcome = Outcome(TITLE)
+    numbers = envelope()
+    units = ("N", "m", "", "", "", "N.s", "N.s", "J", "J", "%")
+    rows = []
+    for (name, printed), unit in zip(ENVELOPE.items(), units, strict=True):
+        value = numbers[name]
+        rows.append([f"{name} ({unit})" if unit else name, printed.text, printed.shown(value)])
+        # One unit of the last digit: the document cuts 128.625 to 128.6 and 0.3516 R's 0.703 to 0.7.
+        outcome.check_close(
+            f"{name} is the printed {printed.text}",
+            value,
+            printed.value,
+            2.0 * printed.half_digit,
+            "one unit of the last printed digit",
+        )
+    outcome.tables.append(
+        Table("Back of the envelope, from the paper's figures", ["", "document", "computed"], rows)
+    )
+    model = run_case(outcome, fmu, "law 1 (the document's fit)")
+    relative = run_case(outcome, fmu, "law 2, the same k and b", law=2)
+    paper = {
+        "club_velocity": ("club velocity (m/s)", 1.0, ROH_LEE["club_velocity"]),
+        "ball_velocity": ("ball velocity (m/s)", 1.0, ROH_LEE["ball_velocity"]),
+        "smash_factor": ("smash factor", 1.0, numbers["smash factor"]),
+        "coefficient_of_restitution": ("COR", 1.0, numbers["coefficient of restitution"]),
+        "contact_time": ("contact time (µs)", 1e6, ROH_LEE["contact_time"]),
+        "max_force": ("max force (N)", 1.0, ROH_LEE["max_force"]),
+        "time_of_max_force": ("time of max force (µs)", 1e6, ROH_LEE["time_of_max_force"]),
+    }
+    rows, misses = [], {}
+    for metric, (label, factor, value) in paper.items():
+        misses[metric] = model[metric] / value - 1.0
+        rows.append(
+            [
+                label,
+                f"{value * factor:.5g}",
+                f"{model[metric] * factor:.5g}",
+                f"{misses[metric] * 100:+.1f} %",
+                f"{relative[metric] * factor:.5g}",
+                f"{(relative[metric] / value - 1.0) * 100:+.1f} %",
+            ]
+        )
+    outcome.tables.append(
+        Table(
+            "Roh & Lee's finite-element ball and the document's fit (k = 1e6, b = 9)",
+            ["", "paper", "law 1", "off", "law 2", "off"],
+            rows,
+        )
+    )
+    outcome.check(
+        "the fit meets force and contact time within 5 %",
+        abs(misses["max_force"]) < 0.05 and abs(misses["contact_time"]) < 0.05,
+        f"{misses['max_force'] * 100:+.1f} % and {misses['contact_time'] * 100:+.1f} %",
+    )
+    outcome.check(
+        "the fit misses COR by more than a quarter",
+        misses["coefficient_of_restitution"] > 0.25,
+        f"{misses['coefficient_of_restitution'] * 100:+.1f} %",
+    )
+    outcome.words.append(
+        "Verdict: k = 1e6 and b = 9 reproduce how hard and how long the finite-element ball pushes "
+        f"(force {misses['max_force'] * 100:+.1f} %, time {misses['contact_time'] * 100:+.1f} %), "
+        "but not what it gives back: the model returns "
+        f"{model['energy_efficiency'] * 100:.1f} % of the kinetic energy, the paper's figures "
+        f"{(1.0 - numbers['energy lost']) * 100:.1f} %, and COR is "
+        f"{model['coefficient_of_restitution']:.3f} against "
+        f"{numbers['coefficient of restitution']:.3f}. As law 1 loses momentum besides, its energy "
+        "figure looks better than its COR."
+    )
+    return outcome
+
+
+if __name__ == "__main__":
+    from scenarios.cli import run_alone
+
+    run_alone("fem")

@@ -1,0 +1,246 @@
+"""Drives the FMU through fmpy: one extraction, one instance, as many impacts as a scene wants."""
+
+import math
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import fmpy
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+
+from .errors import UserError
+
+#: One communication step that is longer than any contact here; the answer doesn't depend on it.
+HORIZON = 1.0
+
+#: What a metrics-only scene reads once, at the end of its one step.
+METRICS = (
+    "club_velocity",
+    "ball_velocity",
+    "touch_time",
+    "smash_factor",
+    "coefficient_of_restitution",
+    "energy_efficiency",
+    "contact_time",
+    "max_force",
+    "time_of_max_force",
+    "max_compression",
+    "contact_displacement",
+    "impulse",
+    "momentum",
+    "kinetic_energy",
+)
+
+#: What a trajectory samples unless it is told otherwise.
+PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
+
+
+class ImpactFmu:
+    """The FMU, extracted and instantiated once, for use in a `with` block.
+
+    Args:
+        path: the .fmu file.
+
+    Raises:
+        UserError: the file is missing, corrupt or another FMU.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            self.description = fmpy.read_model_description(str(path))
+        except FileNotFoundError:
+            raise UserError(f"there is no FMU at {path}: run `golf-impact build`") from None
+        except Exception as error:  # whatever zip, XML and fmpy make of a broken file
+            raise UserError(
+                f"{path} is no readable FMU ({_in_a_line(error)}): run `golf-impact build`"
+            ) from error
+        self.variables = {v.name: v for v in self.description.modelVariables}
+        if "smash_factor" not in self.variables or self.description.coSimulation is None:
+            raise UserError(f"{path} is another FMU ({self.description.modelName}), not this one")
+        self.messages: list[str] = []
+        self._folder: str | None = None
+        self._slave: FMU2Slave | None = None
+        self._fresh: Any = None
+
+    def __enter__(self) -> "ImpactFmu":
+        self._folder = tempfile.mkdtemp(prefix="golf-impact-")
+        try:
+            fmpy.extract(str(self.path), self._folder)
+            slave = FMU2Slave(
+                guid=self.description.guid,
+                unzipDirectory=self._folder,
+                modelIdentifier=self.description.coSimulation.modelIdentifier,
+                instanceName="impact",
+            )
+            slave.instantiate(callbacks=self._callbacks(), loggingOn=True)
+        except Exception as error:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            raise UserError(f"{self.path} can't be loaded: {_in_a_line(error)}") from error
+        self._slave = slave
+        # Restoring this state is far cheaper than a reset, which makes a new instance.
+        self._fresh = slave.getFMUstate()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        slave = self.slave
+        slave.freeFMUstate(self._fresh)
+        slave.terminate()
+        slave.freeInstance()
+        self._slave = None
+        assert self._folder is not None
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _callbacks(self) -> fmi2CallbackFunctions:
+        def log(environment, instance, status, category, message) -> None:
+            self.messages.append(message.decode("utf-8", "replace"))
+
+        callbacks = fmi2CallbackFunctions()
+        callbacks.logger = fmi2CallbackLoggerTYPE(log)
+        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        return callbacks
+
+    @property
+    def slave(self) -> FMU2Slave:
+        """fmpy's instance, for calls that aren't here."""
+        assert self._slave is not None, "use ImpactFmu in a with block"
+        return self._slave
+
+    def references(self, names: Sequence[str]) -> list[int]:
+        """Value references of variables by name."""
+        return [self.variables[name].valueReference for name in names]
+
+    def start(self, **values: float) -> None:
+        """A new run with these inputs and parameters (defaults for the others).
+
+        Raises:
+            UserError: the FMU refuses a value, or doesn't know the variable.
+        """
+        slave = self.slave
+        slave.setFMUstate(self._fresh)
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        self.messages.clear()
+        for name, value in values.items():
+            self._set(name, value)
+        slave.exitInitializationMode()
+        if self.messages:
+            raise UserError(self.messages[0])
+
+    def _set(self, name: str, value: float) -> None:
+        variable = self.variables.get(name)
+        if variable is None or variable.causality not in ("input", "parameter"):
+            known = [v.name for v in self.variables.values() if v.causality != "output"]
+            raise UserError(f"there is no input or parameter {name}: choose from {', '.join(known)}")
+        reference = [variable.valueReference]
+        if variable.type == "Enumeration":
+            if value != int(value):
+                raise UserError(f"{name} = {value!r} is refused: it must be a whole number")
+            self.slave.setInteger(reference, [int(value)])
+        else:
+            self.slave.setReal(reference, [value])
+
+    def step(self, point: float, size: float) -> None:
+        """One communication step.
+
+        Raises:
+            UserError: the FMU refuses it.
+        """
+        try:
+            self.slave.doStep(point, size)
+        except FMICallException as error:
+            message = self.messages[-1] if self.messages else _in_a_line(error)
+            raise UserError(message) from error
+
+    def read(self, names: Sequence[str]) -> dict[str, float]:
+        """Values of Real variables at this communication point, by name."""
+        return dict(zip(names, self.slave.getReal(self.references(names)), strict=True))
+
+    def flag(self, name: str) -> bool:
+        """Value of a Boolean output."""
+        return bool(self.slave.getBoolean(self.references([name]))[0])
+
+    def impact(self, outputs: Sequence[str] = METRICS, **values: float) -> dict[str, float]:
+        """One impact in one communication step: metrics only.
+
+        Args:
+            outputs: the Real outputs to read.
+            values: inputs and parameters by name; defaults for the others.
+
+        Returns:
+            The outputs by name.
+
+        Raises:
+            UserError: the FMU refuses a value.
+        """
+        self.start(**values)
+        self.step(0.0, self._horizon(values))
+        return self.read(outputs)
+
+    def _horizon(self, values: Mapping[str, float]) -> float:
+        """Long enough for the bodies to meet and part."""
+        gap = values.get("gap", 0.0)
+        club = values.get("club_speed", self._default("club_speed"))
+        closing = club - values.get("ball_speed", 0.0)
+        return HORIZON + (gap / closing if gap and closing > 0.0 else 0.0)
+
+    def _default(self, name: str) -> float:
+        return float(self.variables[name].start)
+
+    def trajectory(
+        self, points: int = 301, names: Sequence[str] = PATH, **values: float
+    ) -> dict[str, np.ndarray]:
+        """One impact, sampled over the contact with a margin on either side.
+
+        Args:
+            points: number of samples.
+            names: the Real outputs to record.
+            values: inputs and parameters by name; defaults for the others.
+
+        Returns:
+            `time` (s) and the outputs, arrays of shape (points,).
+
+        Raises:
+            UserError: the FMU refuses a value.
+        """
+        found = self.impact(("touch_time", "contact_time"), **values)
+        touch, contact = found["touch_time"], found["contact_time"]
+        if not self.flag("separated"):
+            # Not parted within the horizon: show the time in which the contact takes shape.
+            mu = 1.0 / sum(1.0 / values.get(m, self._default(m)) for m in ("m_club", "m_ball"))
+            contact = 10.0 * math.pi * math.sqrt(mu / values.get("k", self._default("k")))
+        margin = 0.1 * contact
+        begin = max(0.0, touch - margin)
+        self.start(**values)
+        if begin:
+            self.step(0.0, begin)
+        times = np.linspace(begin, touch + contact + margin, points)
+        references = self.references(names)
+        table = np.empty((points, len(names)))
+        table[0] = self.slave.getReal(references)
+        for n in range(1, points):
+            self.step(times[n - 1], times[n] - times[n - 1])
+            table[n] = self.slave.getReal(references)
+        return {"time": times, **{name: table[:, i] for i, name in enumerate(names)}}
+
+
+def _in_a_line(error: BaseException) -> str:
+    return (str(error) or type(error).__name__).strip().splitlines()[0]
+
