@@ -200,9 +200,7 @@ def _model_description(written: bytes, of_digest: str) -> bytes:
     law = ElementTree.SubElement(types, "SimpleType", name="ContactLaw")
     items = ElementTree.SubElement(law, "Enumeration")
     for value, (name, description) in LAWS.items():
-        ElementTree.SubElement(
-            items, "Item", name=name, value=str(value), description=description
-        )
+        ElementTree.SubElement(items, "Item", name=name, value=str(value), description=description)
     place = list(root).index(_child(root, "CoSimulation")) + 1
     root.insert(place, units)
     root.insert(place + 1, types)

@@ -71,7 +71,7 @@ def run(fmu: ImpactFmu) -> Outcome:
         micro = path["time"] * 1e6
         end = metrics["contact_time"] * 1e6
         for axes in (left, right):
-            axes.axvline(end, color="0.6", lw=0.8, ls=":")
+            axes.axvline(end, color="0.45", lw=1.0, ls=":", label="they part")
         left.plot(micro, path["club_velocity"], color=figures.ORANGE, ls="--", label="club")
         left.plot(micro, path["ball_velocity"], color=figures.BLUE, label="ball")
         left.set(xlabel="time since touch (µs)", ylabel="velocity (m/s)")

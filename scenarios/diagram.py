@@ -23,8 +23,8 @@ def draw():
 
     from . import figures
 
-    figure, axes = figures.new("Club, ball, and the contact between them", (8.2, 5.2))
-    axes.set(xlim=(0, 10), ylim=(-0.4, 6.3), aspect="equal")
+    figure, axes = figures.new("Club, ball, and the contact between them", (8.2, 6.2))
+    axes.set(xlim=(0, 10), ylim=(-0.5, 7.1), aspect="equal")
     axes.axis("off")
 
     def spring(x0: float, x1: float, y: float, colour: str) -> None:
@@ -49,11 +49,11 @@ def draw():
             axes.plot(xs, ys, color=colour, lw=1.8)
 
     for base, law, text in (
-        (3.6, 1, "law 1 (absolute): a drag b·v on each body"),
+        (3.9, 1, "law 1 (absolute): a drag b·v on each body"),
         (0.0, 2, "law 2 (relative): a damper between the bodies"),
     ):
         y = base + 1.2
-        axes.text(0.2, base + 2.25, text, fontweight="bold")
+        axes.text(0.2, base + 2.75, text, fontweight="bold")
         club = FancyBboxPatch(
             (0.9, y - 0.65), 2.1, 1.3, boxstyle="round,pad=0.05", fc=figures.ORANGE, ec="black"
         )

@@ -1,6 +1,7 @@
 """How figures look. The only file that imports matplotlib, and only scenarios that draw import it."""
 
 import os
+from typing import BinaryIO
 
 # Figures are written to files; without this matplotlib would look for a screen.
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -20,35 +21,35 @@ BLUE, ORANGE, GREEN, SKY, VERMILION, PURPLE, BLACK = (
     "#000000",
 )
 
-_STYLE = {
-    "axes.grid": True,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlelocation": "left",
-    "axes.titleweight": "bold",
-    "figure.constrained_layout.use": True,
-    "figure.dpi": 130,
-    "font.size": 10.5,
-    "grid.alpha": 0.35,
-    "grid.linewidth": 0.6,
-    "legend.frameon": False,
-    "lines.linewidth": 2.0,
-}
+plt.rcParams.update(
+    {
+        "axes.grid": True,
+        "axes.spines.right": False,
+        "axes.spines.top": False,
+        "axes.titlelocation": "left",
+        "axes.titleweight": "bold",
+        "figure.constrained_layout.use": True,
+        "figure.dpi": 130,
+        "font.size": 10.5,
+        "grid.alpha": 0.35,
+        "grid.linewidth": 0.6,
+        "legend.frameon": False,
+        "lines.linewidth": 2.0,
+    }
+)
 
 
 def new(title: str, size: tuple[float, float] = (7.2, 4.4)) -> tuple[Figure, Axes]:
     """A figure with one pair of axes."""
-    with plt.rc_context(_STYLE):
-        figure, axes = plt.subplots(figsize=size)
-        axes.set_title(title, pad=26)
+    figure, axes = plt.subplots(figsize=size)
+    axes.set_title(title, pad=26)
     return figure, axes
 
 
 def new_pair(title: str) -> tuple[Figure, tuple[Axes, Axes]]:
     """A figure with two pairs of axes side by side."""
-    with plt.rc_context(_STYLE):
-        figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.4))
-        figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
+    figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.4))
+    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
     return figure, (axes[0], axes[1])
 
 
@@ -63,8 +64,7 @@ def mark(axes: Axes, x: float, y: float, text: str) -> None:
     axes.annotate(text, (x, y), xytext=(0, 7), textcoords="offset points", ha="center")
 
 
-def save(figure: Figure, path: str) -> None:
+def save(figure: Figure, file: BinaryIO) -> None:
     """Write a PNG and forget the figure."""
-    with plt.rc_context(_STYLE):
-        figure.savefig(path)
+    figure.savefig(file)
     plt.close(figure)

@@ -148,7 +148,9 @@ class ImpactFmu:
         variable = self.variables.get(name)
         if variable is None or variable.causality not in ("input", "parameter"):
             known = [v.name for v in self.variables.values() if v.causality != "output"]
-            raise UserError(f"there is no input or parameter {name}: choose from {', '.join(known)}")
+            raise UserError(
+                f"there is no input or parameter {name}: choose from {', '.join(known)}"
+            )
         reference = [variable.valueReference]
         if variable.type == "Enumeration":
             if value != int(value):
@@ -243,4 +245,3 @@ class ImpactFmu:
 
 def _in_a_line(error: BaseException) -> str:
     return (str(error) or type(error).__name__).strip().splitlines()[0]
-

@@ -82,7 +82,7 @@ def run(fmu: ImpactFmu) -> Outcome:
         left.set(xlabel="time since touch (µs)", ylabel="momentum (kg.m/s)")
         right.set(xlabel="time since touch (µs)", ylabel="kinetic energy (J)")
         for axes in (left, right):
-            figures.legend_above(axes)
+            figures.legend_above(axes, columns=1)
         return figure
 
     outcome.figures["laws"] = courses

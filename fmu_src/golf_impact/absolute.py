@@ -16,8 +16,9 @@ _LEAST_DAMPING = 1e-30
 #: costs a factor 1/this in rounding error.
 _NEAR_TRIPLE = 1e-2
 
-#: What the roots are like: one real and an oscillating pair, three real, or nearly one.
-_OSCILLATING, _THREE_RATES, _NEAR_TRIPLE_ROOTS = range(3)
+#: What the roots are like: one real and an oscillating pair, three real, three of which two are
+#: close, or nearly one.
+_OSCILLATING, _THREE_RATES, _MEETING_RATES, _NEAR_TRIPLE_ROOTS = range(4)
 
 #: Decay exponents beyond this leave nothing of a double.
 _VANISHED = 745.0
@@ -60,6 +61,7 @@ class AbsoluteContact:
         compression: float,
         v_club: float,
         v_ball: float,
+        closing: float | None = None,
     ) -> None:
         total = m_club + m_ball
         # The system keeps its form when the bodies change places and the axis is turned round.
@@ -79,7 +81,9 @@ class AbsoluteContact:
         span = 2.0 * zeta * (abs(m_club - m_ball) / total)
         x = _offset_of_real_root(p, q, drag1, span)
         r = drag1 + x
-        half = zeta - 0.5 * r
+        # How far below the faster drag it lies: the same equation, and no cancellation.
+        y = q * x / (p + r * x)
+        half = 0.5 * (drag1 + y)
         product = 4.0 * zeta * p * q / r
         square = product - half * half
         if square > 0.0:
@@ -87,22 +91,31 @@ class AbsoluteContact:
             apart = (r - half) * (r - half) + square
         else:
             oscillates = False
-            fast = half + sqrt(-square)
-            low, middle, high = sorted((r, product / fast, fast))
-            # The two rates with the smaller ratio make the pair.
-            single, slow, fast = (
-                (low, middle, high) if middle * middle > low * high else (high, low, middle)
+            second = 2.0 * sqrt(-square)
+            fast = half + 0.5 * second
+            slow = product / fast
+            # Each root with its distances from the two drags.
+            roots = sorted(
+                (
+                    (r, x, y),
+                    (slow, _offset_of_partner(slow, fast, x, y, p, q, drag1), x + fast),
+                    (fast, _offset_of_partner(fast, slow, x, y, p, q, drag1), x + slow),
+                )
             )
-            second = fast - slow
-            if single != r:
-                r = single
-                x = r - drag1
+            # The two rates with the smaller ratio make the pair.
+            low, middle, high = (rate for rate, _, _ in roots)
+            single = roots.pop(0 if middle * middle > low * high else 2)
+            if single[0] != r:
+                r, x, y = single
+                slow, fast = roots[0][0], roots[1][0]
+                second = fast - slow
             apart = abs((r - slow) * (r - fast))
         d = omega * compression
-        closing = v1 - v2
+        if closing is None:
+            closing = v1 - v2
         # What is left when the real mode is removed from the state's growth: the pair alone.
         y0 = closing + r * d
-        y1 = -p * d + (r - drag1) * v1
+        y1 = -p * d + x * v1
         y2 = q * d + (r - drag2) * v2
         self._base = (x_club, m_club, m_ball, v_club, v_ball, k, b, compression)
         self._system = (p, q, drag1, drag2, r, zeta)
@@ -116,13 +129,24 @@ class AbsoluteContact:
         duration = None
         if apart < _NEAR_TRIPLE * r * r:
             self._kind = _NEAR_TRIPLE_ROOTS
-            self._motion: tuple[float, ...] = ()
+            self._motion: tuple = ()
+            guess = pi / omega
+        elif not oscillates and fast > 2.0 * slow:
+            self._kind = _THREE_RATES
+            self._motion = tuple(
+                _mode(*root, p, q, d, v1, v2, m_club >= m_ball)
+                for root in (single, *roots)
+            )
             guess = pi / omega
         else:
             # The real mode is (x, p, u), its left partner (-q x, q, u).
-            u = p + r * x if x >= 0.0 else q * x / (drag2 - r)
-            a = (q * (v1 - x * d) + u * v2) / (q * (p - x * x) + u * u)
-            w0, w1, w2 = d - a * x, v1 - a * p, v2 - a * u
+            u = p + r * x if x >= 0.0 else q * x / y
+            norm = q * (p - x * x) + u * u
+            a = (q * (v1 - x * d) + u * v2) / norm
+            # The state less a·(x, p, u), written out: heavy drag leaves almost nothing of it.
+            w0 = (d * (p * q + u * u) - x * (q * v1 + u * v2)) / norm
+            w1 = (v1 * (u * u - q * x * x) + p * (q * x * d - u * v2)) / norm
+            w2 = q * (v2 * (p - x * x) - u * (v1 - x * d)) / norm
             h0 = w1 - w2 + slow * w0
             h1 = -p * w0 + (slow - drag1) * w1
             h2 = q * w0 + (slow - drag2) * w2
@@ -153,7 +177,7 @@ class AbsoluteContact:
                 if compression == 0.0:
                     duration = self._first_return(guess)
             else:
-                self._kind = _THREE_RATES
+                self._kind = _MEETING_RATES
                 self._motion = (a * x, w0, h0, a1, c1, s1, a2, c2, s2)
                 guess = pi / omega
         if duration is None:
@@ -172,23 +196,28 @@ class AbsoluteContact:
             Contact force (N), positions of club face and ball (m), velocities of club and
             ball (m/s), compression (m).
         """
-        if self._kind != _OSCILLATING:
-            return self._three_rates(t) if self._kind == _THREE_RATES else self._near_triple(t)
+        if self._kind == _THREE_RATES:
+            return self._three_rates(t)
+        if self._kind == _MEETING_RATES:
+            return self._meeting_rates(t)
+        if self._kind == _NEAR_TRIPLE_ROOTS:
+            return self._near_triple(t)
         r, slow, frequency, a0, c0, s0, a1, c1, s1, a2, c2, s2, x_c, x_s = self._motion
         z = complex_exp(complex(-slow * t, frequency * t))
         c = z.real
         s = z.imag
-        e = expm1(-r * t)
+        e = exp(-r * t)
         return self._at(
-            a0 + a0 * e + c0 * c + s0 * s,
-            a1 + a1 * e + c1 * c + s1 * s,
-            a2 + a2 * e + c2 * c + s2 * s,
-            x_c - a1 * e / r - x_c * c + x_s * s,
+            a0 * e + c0 * c + s0 * s,
+            a1 * e + c1 * c + s1 * s,
+            a2 * e + c2 * c + s2 * s,
+            x_c - a1 * expm1(-r * t) / r - x_c * c + x_s * s,
         )
 
     def fast_state(self) -> Callable[[float], list[float]]:
         """`state` for many instants: a function over constants."""
-        if self._kind != _OSCILLATING:
+        # Over one time constant of the real rate at most, 1 - (1 - e^(-rt)) loses nothing.
+        if self._kind != _OSCILLATING or self._motion[0] * self.duration > 1.0:
             return self.state
         return _oscillating(self._base[5], self._base[0], *self._motion)
 
@@ -199,15 +228,27 @@ class AbsoluteContact:
     def _three_rates(self, t: float) -> list[float]:
         """`state` for three real rates."""
         omega = self._omega
+        d = v_club = v_ball = moved = 0.0
+        for rate, a0, a1, a2 in self._motion:
+            e = exp(-rate * omega * t)
+            d += a0 * e
+            v_club += a1 * e
+            v_ball += a2 * e
+            moved -= a1 * expm1(-rate * omega * t) / rate
+        return self._at(d / omega, v_club, v_ball, moved / omega)
+
+    def _meeting_rates(self, t: float) -> list[float]:
+        """`state` for three real rates of which two are close."""
+        omega = self._omega
         tau = omega * t
         r = self._system[4]
         _, slow, second = self._pair
         fast = slow + second
         ramp = -expm1(-r * tau) / r
-        e = 1.0 - r * ramp
+        e = exp(-r * tau)
         ramp_slow = -expm1(-slow * tau) / slow
-        e_slow = 1.0 - slow * ramp_slow
-        s = exp(-slow * tau) * (-expm1(-second * tau) / second if second > 0.0 else tau)
+        e_slow = exp(-slow * tau)
+        s = _difference(slow, second, tau)
         a0, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
         return self._at(
             (a0 * e + c0 * e_slow + s0 * s) / omega,
@@ -351,12 +392,52 @@ class AbsoluteContact:
                 last = f
             low = high
 
-    def impulse(self, t: float) -> float:
-        """Impulse of the contact force over [0, t], N.s.
+    def closing(self, t: float) -> float:
+        """Closing speed v_club - v_ball at t, m/s."""
+        _, _, _, v_club, v_ball, _ = self.state(t)
+        return v_club - v_ball
 
-        The momentum gained by the lighter body and what the drag took from it (the change of the
-        heavier one would lose digits).
+    def impulse(self, begin: float, width: float) -> float:
+        """Impulse of the contact force over [begin, begin + width] (s), N.s: k times the integral
+        of d.
+
+        Not from the momentum gained and what the drag took, which nearly cancel under heavy drag.
         """
+        omega = self._omega
+        k = self._base[5]
+        if self._kind == _OSCILLATING:
+            r, slow, frequency, a0, c0, s0, *_ = self._motion
+            square = slow * slow + frequency * frequency
+            # The pair's amplitudes at the beginning.
+            z = complex_exp(complex(-slow * begin, frequency * begin))
+            c0, s0 = c0 * z.real + s0 * z.imag, s0 * z.real - c0 * z.imag
+            angle = frequency * width
+            # 1 - e^(-x) cos(angle), also where it is small.
+            fallen = 2.0 * sin(0.5 * angle) ** 2 - cos(angle) * expm1(-slow * width)
+            pair = (slow * c0 + frequency * s0) * fallen
+            pair += (frequency * c0 - slow * s0) * exp(-slow * width) * sin(angle)
+            return k * (pair / square - a0 * exp(-r * begin) * expm1(-r * width) / r)
+        start, tau = omega * begin, omega * width
+        if self._kind == _THREE_RATES:
+            total = sum(
+                -a0 * exp(-rate * start) * expm1(-rate * tau) / rate
+                for rate, a0, _, _ in self._motion
+            )
+            return k * total / (omega * omega)
+        if self._kind == _MEETING_RATES:
+            r = self._system[4]
+            _, slow, second = self._pair
+            a0, c0, s0, *_ = self._motion
+            c0 = c0 * exp(-slow * start) + s0 * _difference(slow, second, start)
+            s0 *= exp(-(slow + second) * start)
+            ramp = -expm1(-slow * tau) / slow
+            total = -a0 * exp(-r * start) * expm1(-r * tau) / r + c0 * ramp
+            total += s0 * (ramp - _difference(slow, second, tau)) / (slow + second)
+            return k * total / (omega * omega)
+        return self._momentum_taken(begin + width) - self._momentum_taken(begin)
+
+    def _momentum_taken(self, t: float) -> float:
+        """What the lighter body has gained from the contact, what the drag took back included."""
         x_club, m_club, m_ball, v_club0, v_ball0, _, b, d0 = self._base
         _, x, _, v_club, v_ball, d = self.state(t)
         if m_ball <= m_club:
@@ -447,6 +528,43 @@ def _oscillating(
     return state
 
 
+def _mode(
+    rate: float,
+    x: float,
+    y: float,
+    p: float,
+    q: float,
+    d: float,
+    v1: float,
+    v2: float,
+    club_is_heavier: bool,
+) -> tuple[float, float, float, float]:
+    """A real mode's rate and its share of ω0·d and of the velocities of club and ball."""
+    u = q * x / y if y else p + rate * x
+    a = (q * (v1 - x * d) + u * v2) / (q * (p - x * x) + u * u)
+    if club_is_heavier:
+        return rate, a * x, a * p, a * u
+    return rate, a * x, -a * u, -a * p
+
+
+def _offset_of_partner(
+    rate: float, other: float, x: float, y: float, p: float, q: float, drag: float
+) -> float:
+    """How far one rate of the pair lies above the slower drag; x, y: the single rate's offsets.
+
+    Three ways to the same number; which of them cancels depends on the case.
+    """
+    own_y = x + other
+    rest = q - rate * own_y
+    by_product = p * own_y / rest if rest else inf
+    ways = (
+        (max(rate, drag), rate - drag),
+        (max(y, other), y - other),
+        (abs(by_product) * q / abs(rest) if rest else inf, by_product),
+    )
+    return min(ways)[1]
+
+
 def _offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
     """x >= 0 such that r = drag + x is the root between the two drag rates.
 
@@ -512,9 +630,12 @@ def _half_swings_to_zero(before: float, now: float, growth: float) -> int:
     return 2 * max(0, ceil(min(wait, 1e15) / 2.0) - 2)
 
 
-def _divided_differences(
-    r: float, half: float, square: float, tau: float
-) -> tuple[float, float]:
+def _difference(slow: float, split: float, tau: float) -> float:
+    """(e^(-slow·τ) - e^(-(slow + split)·τ)) / split, also where split is 0."""
+    return exp(-slow * tau) * (-expm1(-split * tau) / split if split > 0.0 else tau)
+
+
+def _divided_differences(r: float, half: float, square: float, tau: float) -> tuple[float, float]:
     """exp(-·τ) over the pair (half ± √-square), and over the pair and r.
 
     The second is ∫ e^(-r(τ-σ)) S(σ) dσ with S the first; its closed form cancels where the three

@@ -44,7 +44,6 @@ _MAX_PLANS = 256
 _FORMAT = "golf-impact state 1"
 
 
-
 def _no_motion(t: float) -> State:
     raise AssertionError("no phase has been looked at yet")
 

@@ -45,9 +45,7 @@ class Approach:
         self.u_ball = u_ball
         closing = u_club - u_ball
         #: s until first touch, inf if the bodies don't close.
-        self.duration = (
-            max(0.0, (x_ball - x_club) - x_club_low) / closing if closing > 0.0 else inf
-        )
+        self.duration = max(0.0, (x_ball - x_club) - x_club_low) / closing if closing > 0.0 else inf
 
     def arguments(self) -> tuple[float, ...]:
         """What this phase was made from."""
@@ -64,23 +62,25 @@ class Flight:
 
     Args:
         start: the state when the contact ended.
+        closing: v_club - v_ball, m/s, which the difference of two velocities may not tell exactly.
     """
 
-    __slots__ = ("start",)
+    __slots__ = ("closing", "start")
 
     duration = inf
 
-    def __init__(self, start: State) -> None:
+    def __init__(self, start: State, closing: float) -> None:
         self.start = start
+        self.closing = closing
 
-    def arguments(self) -> list[float]:
+    def arguments(self) -> tuple[State, float]:
         """What this phase was made from."""
-        return self.start
+        return self.start, self.closing
 
     def state(self, t: float) -> State:
         """Force, positions, velocities and compression as a contact phase gives them."""
         _, x_club, x_ball, v_club, v_ball, compression = self.start
-        left = compression + (v_club - v_ball) * t
+        left = compression + self.closing * t
         return [
             0.0,
             x_club + v_club * t,
@@ -140,9 +140,7 @@ class Impact:
         #: The inputs that act now.
         self.in_force = inputs
         #: The present phase and when it started.
-        self._phase: Any = Approach(
-            -parameters.gap, 0.0, 0.0, inputs[2], parameters.ball_speed
-        )
+        self._phase: Any = Approach(-parameters.gap, 0.0, 0.0, inputs[2], parameters.ball_speed)
         self._high = 0.0
         self._low = 0.0
         #: First touch, or None before it.
@@ -184,7 +182,8 @@ class Impact:
             self._advance_start(elapsed)
         x_ball = approach.x_ball + approach.u_ball * elapsed
         self.touch = Touch(self._high, self._low, x_ball, approach.u_club)
-        self._enter_contact(x_ball, 0.0, approach.u_club, approach.u_ball)
+        u_club, u_ball = approach.u_club, approach.u_ball
+        self._enter_contact(x_ball, 0.0, u_club, u_ball, u_club - u_ball)
 
     def _part(self, contact: Any) -> None:
         """The end of contact."""
@@ -194,7 +193,7 @@ class Impact:
             end[2], end[5] = end[1], 0.0
         self._advance_start(elapsed)
         self._finish(contact, elapsed)
-        self._phase = Flight(end)
+        self._phase = Flight(end, contact.closing(elapsed))
 
     def _advance_start(self, elapsed: float) -> None:
         # Two-sum: the rounding error of the sum goes into the low part.
@@ -204,17 +203,17 @@ class Impact:
         self._high = high
 
     def _enter_contact(
-        self, x_club: float, compression: float, v_club: float, v_ball: float
+        self, x_club: float, compression: float, v_club: float, v_ball: float, closing: float
     ) -> None:
         k, b, _ = self.in_force
-        self._contact_start = (k, b, x_club, compression, v_club, v_ball)
+        self._contact_start = (k, b, x_club, compression, v_club, v_ball, closing)
         self._phase = self._contact = self._contact_phase()
 
     def _contact_phase(self) -> Any:
         p = self.parameters
         law: Callable = AbsoluteContact if p.law == 1 else KelvinVoigtContact
-        k, b, x_club, compression, v_club, v_ball = self._contact_start
-        return law(k, b, p.m_club, p.m_ball, x_club, compression, v_club, v_ball)
+        k, b, *start = self._contact_start
+        return law(k, b, p.m_club, p.m_ball, *start)
 
     def _finish(self, phase: Any, elapsed: float) -> None:
         self._finished = (*self._finished, (phase, elapsed, self._offset))
@@ -264,11 +263,13 @@ class Impact:
         _, x_club, _, v_club, v_ball, compression = now
         self._finish(phase, t)
         k, b, _ = self.in_force
-        if self.parameters.law == 2 and k * compression + b * (v_club - v_ball) <= 0.0:
+        closing = phase.closing(t)
+        if self.parameters.law == 2 and k * compression + b * closing <= 0.0:
+            now[0] = 0.0
             self._contact = None
-            self._phase = Flight(now)
+            self._phase = Flight(now, closing)
         else:
-            self._enter_contact(x_club, compression, v_club, v_ball)
+            self._enter_contact(x_club, compression, v_club, v_ball, closing)
 
     # State
 
@@ -350,7 +351,7 @@ class Impact:
         if arguments is None:
             self._phase = self._contact
         else:
-            self._phase = Approach(*arguments) if touch is None else Flight(arguments)
+            self._phase = (Approach if touch is None else Flight)(*arguments)
         self._finished = ()
         self._peaks = Peaks(*peaks)
         return self
@@ -380,7 +381,9 @@ class Impact:
         """Impulse of the contact force so far, N.s."""
         self._sum_up()
         so_far = self._peaks.impulse
-        return so_far + self._phase.impulse(self._now(high, low)) if self.in_contact else so_far
+        if self.in_contact:
+            so_far += _impulse_between(self._phase, 0.0, self._now(high, low))
+        return so_far
 
     def peak_force(self, high: float, low: float) -> tuple[float, float]:
         """Largest contact force so far (N) and when it was, s since first touch."""
@@ -409,7 +412,7 @@ class Impact:
             if highest > force:
                 force, time = highest, offset + when
             compression = max(compression, phase.peak_compression(end))
-            impulse += phase.impulse(end)
+            impulse += _impulse_between(phase, 0.0, end)
         self._peaks = Peaks(force, time, compression, impulse)
         self._finished = ()
 
@@ -427,12 +430,21 @@ class Impact:
             end += contact.duration
         begin = max(0.0, end - step)
         end = min(end, contact.duration)
-        width = end - begin
-        if width <= 0.0:
+        if begin >= end:
             return 0.0
-        if self._phase is contact and begin > 0.0:
-            width = step
-        if width * contact.rate > 0.5:
-            return contact.impulse(end) - (contact.impulse(begin) if begin > 0.0 else 0.0)
-        middle, half = end - 0.5 * width, 0.5 * width
-        return half * sum(weight * contact.state(middle + half * node)[0] for node, weight in _NODES)
+        # The step itself is known better than the difference of two times.
+        width = step if self._phase is contact and begin > 0.0 else end - begin
+        return _impulse_between(contact, begin, end, width)
+
+
+def _impulse_between(contact: Any, begin: float, end: float, width: float | None = None) -> float:
+    """Impulse of the contact force from begin to end (s since the start of the phase), N.s.
+
+    Over a short time the closed form is the small difference of large numbers; the force itself is
+    smooth then, and Gauss's quadrature of it exact to a double.
+    """
+    width = end - begin if width is None else width
+    if width * contact.rate > 0.5:
+        return contact.impulse(begin, width)
+    middle, half = end - 0.5 * width, 0.5 * width
+    return half * sum(weight * contact.state(middle + half * node)[0] for node, weight in _NODES)

@@ -9,14 +9,16 @@ from cmath import exp as complex_exp
 from collections.abc import Callable
 from math import atan2, exp, expm1, log1p, sqrt
 
+_OSCILLATING, _MEETING_RATES, _TWO_RATES = range(3)
+
 
 class KelvinVoigtContact:
     """One contact phase under constant k and b, exact at every instant.
 
     The centre of mass moves uniformly and the compression is a damped oscillation about zero. Both
-    are combinations of two decaying basis functions, (C, S) = exp(-γt)·(cos Ωt, sin Ωt) below
-    critical damping and exp(-λ₁t)·(1, (1 - exp(-Δt))/Δ) from there on, with Δ = λ₂ - λ₁. Those stay
-    accurate where the two rates meet.
+    are combinations of two decaying basis functions: exp(-γt)·(cos Ωt, sin Ωt) below critical
+    damping; from there on exp(-λ₁t)·(1, (1 - exp(-Δt))/Δ) with Δ = λ₂ - λ₁, which stay apart where
+    the two rates meet; and exp(-λ₁t), exp(-λ₂t) once they have parted.
 
     Args:
         k: contact stiffness, N/m, > 0.
@@ -27,16 +29,17 @@ class KelvinVoigtContact:
         compression: how far the club face is past the ball's rest shape then, m, >= 0.
         v_club: velocity of the club head then, m/s.
         v_ball: velocity of the ball then, m/s.
+        closing: v_club - v_ball, where it is known better than that difference tells.
 
     The state must be one in contact: a force above zero, or first touch while closing.
     """
 
     __slots__ = (
-        "_force",
+        "_basis",
         "_motion",
         "_mu",
-        "_oscillates",
         "_peak",
+        "_start",
         "duration",
         "rate",
     )
@@ -51,6 +54,7 @@ class KelvinVoigtContact:
         compression: float,
         v_club: float,
         v_ball: float,
+        closing: float | None = None,
     ) -> None:
         total = m_club + m_ball
         p = m_ball / total
@@ -59,7 +63,9 @@ class KelvinVoigtContact:
         omega = sqrt(k / mu)
         zeta = b / (2.0 * mu * omega)
         d = compression
-        w = v_club - v_ball
+        if closing is None:
+            closing = v_club - v_ball
+        w = closing
         force = k * d + b * w
         gap_to_critical = 1.0 - zeta
         if gap_to_critical >= 0.0:
@@ -70,26 +76,34 @@ class KelvinVoigtContact:
             d_s = (w + gamma * d) / frequency
             w_s = -(gamma * w + pull) / frequency
             force_s = mu * (w * (omega * omega - 2.0 * gamma * gamma) - gamma * pull) / frequency
-            first, second = gamma, frequency
-            self._oscillates = True
+            self._basis = _OSCILLATING
             #: s from the start of the phase until contact ends.
             self.duration = atan2(force, -force_s) / frequency
             #: The fastest rate of change in the phase, 1/s.
             self.rate = omega
+            first, second = gamma, frequency
         else:
             root = sqrt(zeta - 1.0) * sqrt(zeta + 1.0)
             fast = omega * (zeta + root)
             slow = omega / (zeta + root)
             split = 2.0 * omega * root
-            d_s = w + slow * d
-            w_s = -fast * d_s
-            force_s = mu * fast * w_s
-            first, second = slow, split
-            self._oscillates = False
             self.duration = log1p(split * (force / mu) / (slow * slow * (w + fast * d))) / split
             self.rate = fast
+            start_slow, start_fast = w + fast * d, w + slow * d
+            if fast > 2.0 * slow:
+                self._basis = _TWO_RATES
+                first, second = slow, fast
+                d, d_s = start_slow / split, -start_fast / split
+                w, w_s = -slow * d, -fast * d_s
+                force, force_s = -mu * slow * slow * d, -mu * fast * fast * d_s
+            else:
+                self._basis = _MEETING_RATES
+                first, second = slow, split
+                d_s = start_fast
+                w_s = -fast * d_s
+                force_s = mu * fast * w_s
         self._mu = mu
-        self._force = (k, b, zeta, omega)
+        self._start = (k, zeta, omega, b * closing + k * compression, compression)
         self._motion = (
             first,
             second,
@@ -101,7 +115,7 @@ class KelvinVoigtContact:
             w_s,
             p,
             q,
-            x_club - p * d,
+            x_club - p * compression,
             q * v_club + p * v_ball,
         )
         self._peak: tuple[float, float] | None = None
@@ -116,14 +130,8 @@ class KelvinVoigtContact:
             Contact force (N), positions of club face and ball (m), velocities of club and
             ball (m/s), compression (m).
         """
-        first, second, force, force_s, d, d_s, w, w_s, p, q, x, v = self._motion
-        if self._oscillates:
-            z = complex_exp(complex(-first * t, second * t))
-            c = z.real
-            s = z.imag
-        else:
-            c = exp(-first * t)
-            s = c * -expm1(-second * t) / second
+        _, _, force, force_s, d, d_s, w, w_s, p, q, x, v = self._motion
+        c, s = self._basis_at(t)
         compression = d * c + d_s * s
         closing = w * c + w_s * s
         x += v * t
@@ -136,14 +144,43 @@ class KelvinVoigtContact:
             compression,
         ]
 
+    def _basis_at(self, t: float) -> tuple[float, float]:
+        first, second, *_ = self._motion
+        if self._basis == _OSCILLATING:
+            z = complex_exp(complex(-first * t, second * t))
+            return z.real, z.imag
+        c = exp(-first * t)
+        if self._basis == _TWO_RATES:
+            return c, exp(-second * t)
+        return c, c * -expm1(-second * t) / second
+
+    def closing(self, t: float) -> float:
+        """Closing speed v_club - v_ball at t, m/s, exact even where it is a tiny difference."""
+        c, s = self._basis_at(t)
+        return self._motion[6] * c + self._motion[7] * s
+
     def fast_state(self) -> Callable[[float], list[float]]:
         """`state` for many instants: a function over constants."""
-        return _oscillating(*self._motion) if self._oscillates else self.state
+        return _oscillating(*self._motion) if self._basis == _OSCILLATING else self.state
 
-    def impulse(self, t: float) -> float:
-        """Impulse of the contact force over [0, t], N.s: the reduced mass times the change of w."""
-        _, _, _, v_club, v_ball, _ = self.state(t)
-        return self._mu * (self._motion[6] - (v_club - v_ball))
+    def impulse(self, begin: float, width: float) -> float:
+        """Impulse of the contact force over [begin, begin + width] (s), N.s.
+
+        The reduced mass times the change of the closing speed.
+        """
+        first, second, *_, w, w_s, _, _, _, _ = self._motion
+        c, s = self._basis_at(begin)
+        if self._basis == _TWO_RATES:
+            lost = -w * c * expm1(-first * width) - w_s * s * expm1(-second * width)
+        else:
+            # Amplitudes at the beginning.
+            if self._basis == _OSCILLATING:
+                w, w_s = w * c + w_s * s, w_s * c - w * s
+            else:
+                w, w_s = w * c + w_s * s, w_s * exp(-(first + second) * begin)
+            c, s = self._basis_at(width)
+            lost = w * (1.0 - c) - w_s * s
+        return self._mu * lost
 
     def peak_force(self, t: float) -> tuple[float, float]:
         """The largest contact force on [0, t] and its time.
@@ -160,24 +197,29 @@ class KelvinVoigtContact:
         return (largest, when) if t >= when else (self.state(t)[0], t)
 
     def _find_peak(self) -> tuple[float, float]:
-        k, b, zeta, omega = self._force
-        gamma, frequency, force, force_s, d, _, w, *_ = self._motion
+        k, zeta, omega, force, d = self._start
         # From half of critical damping on, the force falls from the start.
-        slope = k * (w * (1.0 - 2.0 * zeta) * (1.0 + 2.0 * zeta) - 2.0 * zeta * omega * d)
-        if slope <= 0.0:
+        slope = k * (
+            self.closing(0.0) * (1.0 - 2.0 * zeta) * (1.0 + 2.0 * zeta) - 2.0 * zeta * omega * d
+        )
+        if self._basis != _OSCILLATING or slope <= 0.0:
             return force, 0.0
+        gamma, frequency, _, force_s, *_ = self._motion
         when = atan2(slope, gamma * force_s + frequency * force) / frequency
         return self.state(when)[0], when
 
     def peak_compression(self, t: float) -> float:
         """The largest compression on [0, t], m; t (s) at most `duration`."""
-        rate, second, _, _, d, _, w, w_s, *_ = self._motion
+        d, w = self._start[4], self.closing(0.0)
         if w <= 0.0:
             return d
-        if self._oscillates:
+        first, second, *_, w_s, _, _, _, _ = self._motion
+        if self._basis == _OSCILLATING:
             when = atan2(w, -w_s) / second
         else:
-            when = log1p(second * w / (rate * (w + (rate + second) * d))) / second
+            fast = second if self._basis == _TWO_RATES else first + second
+            split = fast - first
+            when = log1p(split * w / (first * (w + fast * d))) / split
         return self.state(min(t, when))[5]
 
 
