@@ -1,6 +1,7 @@
 """Where the FMU file is, and building it when it is missing or out of date."""
 
 import importlib.util
+import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -68,3 +69,21 @@ def current_fmu() -> tuple[Path, str | None]:
     else:
         why = "its sources have changed"
     return build_fmu(path), why
+
+
+def build_plain_fmu(script: Path, folder: Path) -> Path:
+    """Package a self-contained slave as pythonfmu does, with nothing added.
+
+    Args:
+        script: the Python file with the slave.
+        folder: where the .fmu goes.
+    """
+    from pythonfmu.builder import FmuBuilder
+
+    path, modules = list(sys.path), set(sys.modules)
+    try:
+        return FmuBuilder.build_FMU(script, dest=folder)
+    finally:
+        sys.path[:] = path
+        if script.stem not in modules:
+            sys.modules.pop(script.stem, None)

@@ -14,7 +14,7 @@ SCENARIOS = (
     "old_ball",
     "fem",
     "laws",
-    # "finite_difference",
+    "finite_difference",
     "table1",
 )
 

@@ -10,7 +10,7 @@ from scenarios.fmu_file import build_fmu
 from scenarios.impact_fmu import ImpactFmu
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
+
 
 
 @pytest.fixture(scope="session")

@@ -42,13 +42,16 @@ class Case:
 
     @property
     def damping_ratio(self) -> float:
-        """b over its critical value in law 2."""
+        """The damping b over its critical value in law 2."""
         return self.b / (2.0 * math.sqrt(self.k * self.reduced_mass))
 
     @property
     def time_limit(self) -> float:
-        """Where a method that still sees contact gives up, s: a few slowest time scales."""
-        return 4.0 * math.pi * (1.0 + self.damping_ratio) / self.natural_frequency
+        """Where a method that still sees contact gives up, s: ten undamped contact times.
+
+        Law 2 never lasts longer than one. Law 1 can with a damping ratio above 2, or for ever.
+        """
+        return 10.0 * math.pi / self.natural_frequency
 
 
 class Outcome(NamedTuple):
@@ -56,7 +59,7 @@ class Outcome(NamedTuple):
 
     Attributes:
         club_velocity, ball_velocity: at the end of contact, m/s.
-        contact_time: s; inf if contact did not end (velocities are then the last ones).
+        contact_time: s; inf if it did not end in time (velocities are then the last ones).
         max_force: largest contact force, N.
     """
 

@@ -1,0 +1,310 @@
+"""The built FMU through fmpy: what it says of itself, and its results whatever the steps."""
+
+import random
+import subprocess
+import sys
+import zipfile
+
+import fmpy
+import numpy as np
+from conftest import reference_cases
+from fmpy.validation import validate_fmu
+from reference import Reference
+
+import pytest
+from golf_impact.variables import VARIABLES
+from scenarios.fmu_file import build_fmu, builder
+from scenarios.impact_fmu import METRICS, PATH
+
+#: See test_contact_laws.
+BAR = 1e-13
+
+OUTPUTS = [v.name for v in VARIABLES if v.causality == "output" and v.type == "Real"]
+FLAGS = [v.name for v in VARIABLES if v.type == "Boolean"]
+
+
+def read_all(fmu):
+    return fmu.read(OUTPUTS) | {name: fmu.flag(name) for name in FLAGS}
+
+
+def values_of(case):
+    values = {n: case[n] for n in ("k", "b", "club_speed", "m_club", "m_ball", "ball_speed")}
+    return values | {"law": 1 if case["law"] == "absolute" else 2}
+
+
+def test_fmpy_finds_no_problem(fmu_path):
+    assert validate_fmu(str(fmu_path)) == []
+
+
+def test_model_description(fmu_path):
+    description = fmpy.read_model_description(str(fmu_path), validate=True)
+    assert description.fmiVersion == "2.0"
+    assert description.modelName == "ClubBallImpact"
+    simulation = description.coSimulation
+    assert simulation.needsExecutionTool
+    assert simulation.canGetAndSetFMUstate
+    assert simulation.canSerializeFMUstate
+    assert simulation.canHandleVariableCommunicationStepSize
+    table = {v.name: v for v in description.modelVariables}
+    assert list(table) == [row.name for row in VARIABLES]
+    for row in VARIABLES:
+        variable = table[row.name]
+        assert variable.causality == row.causality
+        assert variable.type == row.type
+        assert variable.description
+        if row.type == "Real":
+            assert variable.unit == row.unit
+            assert float(variable.nominal) > 0.0
+        if row.start is not None:
+            assert float(variable.start) == row.start
+    assert table["k"].min == "0.0"
+    assert table["exponent"].min == "1.0"
+    assert table["restitution_at_rest"].max == "1.0"
+    units = {u.name: {d.name for d in u.displayUnits} for u in description.unitDefinitions}
+    assert {"mph", "km/h"} <= units["m/s"]
+    assert "mm" in units["m"]
+    assert "kN" in units["N"]
+    unknowns = {u.variable.name for u in description.initialUnknowns}
+    assert unknowns == {row.name for row in VARIABLES if row.causality == "output"}
+    assert all(u.dependencies == [] for u in description.outputs)
+    assert description.defaultExperiment.stopTime == "0.001"
+
+
+def test_only_our_files_and_pythonfmus(fmu_path):
+    with zipfile.ZipFile(fmu_path) as archive:
+        names = archive.namelist()
+    package = {n.split("/")[1] for n in names if n.startswith("resources/golf_impact_")}
+    assert len(package) == 1
+    allowed = (
+        "modelDescription.xml",
+        "model.png",
+        "documentation/",
+        "binaries/linux64/ClubBallImpact.so",
+        "binaries/win64/ClubBallImpact.dll",
+        "resources/slavemodule.txt",
+        "resources/pythonfmu/",
+        "resources/club_ball_impact_",
+        f"resources/{package.pop()}/",
+    )
+    assert [n for n in names if not n.startswith(allowed)] == []
+    assert {"documentation/index.html", "model.png"} <= set(names)
+
+
+def test_two_builds_are_the_same_bytes(fmu_path, tmp_path):
+    again = build_fmu(tmp_path / "again.fmu")
+    assert again.read_bytes() == fmu_path.read_bytes()
+    assert builder().is_current(again)
+
+
+def test_the_fmu_needs_no_numpy(fmu_path, tmp_path):
+    fmpy.extract(str(fmu_path), str(tmp_path))
+    entry = next(p.stem for p in (tmp_path / "resources").glob("club_ball_impact_*.py"))
+    code = (
+        f"import sys; sys.path.insert(0, {str(tmp_path / 'resources')!r}); before = set(sys.modules)"
+        f"; import {entry}; print(*(m for m in sys.modules if m not in before))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    modules = {name.split(".")[0] for name in done.stdout.split()}
+    ours = {name for name in modules if name.startswith(("golf_impact_", "club_ball_impact_"))}
+    assert len(ours) == 2
+    assert modules - ours <= {*sys.stdlib_module_names, "pythonfmu"}
+
+
+@pytest.mark.parametrize("case", reference_cases("impacts", "extremes"))
+@pytest.mark.parametrize("pattern", ["one step", "1000 equal", "random"])
+def test_reference_cases_by_any_steps(fmu, case, pattern):
+    expected = {name: float(value) for name, value in case["expected"].items()}
+    time, force = expected["contact_time"], expected["max_force"]
+    speed = abs(case["club_speed"]) + abs(case["ball_speed"])
+    closing = case["club_speed"] - case["ball_speed"]
+    horizon = 1.3 * time
+    if pattern == "one step":
+        steps = [horizon]
+    elif pattern == "1000 equal":
+        steps = [horizon / 1000] * 1000
+    else:
+        rng = random.Random(1)
+        cuts = sorted(rng.random() for _ in range(60))
+        steps = [horizon * (b - a) for a, b in zip([0.0, *cuts], [*cuts, 1.0])]
+    fmu.start(**values_of(case))
+    point = 0.0
+    for step in steps:
+        fmu.step(point, step)
+        point += step
+    assert fmu.flag("separated")
+    found = fmu.read(METRICS)
+    scales = {
+        "club_velocity": speed,
+        "ball_velocity": speed,
+        "contact_time": time,
+        "time_of_max_force": time,
+        "max_force": force,
+        "coefficient_of_restitution": speed / abs(closing),
+        "smash_factor": speed / abs(case["club_speed"]),
+        "energy_efficiency": 1.0,
+        "impulse": expected.get("impulse", 0.0),
+    }
+    for name, scale in scales.items():
+        if name in expected:
+            assert found[name] == pytest.approx(expected[name], abs=BAR * scale), name
+    moved = found["contact_displacement"]
+    assert moved == pytest.approx(expected["ball_position"], abs=BAR * speed * time)
+
+
+def random_case(seed):
+    """An impact with a gap, and k, b and club_speed changed on the way."""
+    rng = random.Random(seed)
+    m_club = 10.0 ** rng.uniform(-2, 2)
+    m_ball = m_club * 10.0 ** rng.uniform(-3, 2)
+    mu = m_club * m_ball / (m_club + m_ball)
+    k = 10.0 ** rng.uniform(3, 9)
+    zeta = rng.choice((0.0, 10.0 ** rng.uniform(-3, 0), rng.uniform(0.9, 1.1), rng.uniform(1, 20)))
+    values = {
+        "law": rng.choice((1, 2)),
+        "m_club": m_club,
+        "m_ball": m_ball,
+        "k": k,
+        "b": 2.0 * zeta * (k * mu) ** 0.5,
+        "club_speed": rng.uniform(1, 60),
+    }
+    values["ball_speed"] = rng.choice((0.0, rng.uniform(-0.9, 0.9) * values["club_speed"]))
+    time = np.pi * (mu / k) ** 0.5
+    closing = values["club_speed"] - values["ball_speed"]
+    values["gap"] = rng.choice((0.0, rng.uniform(0, 2) * time * closing))
+    steps = []
+    for _ in range(rng.randint(2, 6)):
+        changes = {}
+        for name, low, high in (("k", 0.3, 3.0), ("b", 0.0, 4.0), ("club_speed", -0.3, 1.5)):
+            if rng.random() < 0.35:
+                changes[name] = values[name] * rng.uniform(low, high)
+        steps.append((time * 10.0 ** rng.uniform(-2, 0.4), changes))
+    steps.append((30.0 * time, {}))
+    return values, steps
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_changes_on_the_way(fmu, seed):
+    """Every output after every step, against an independent integration at 50 digits."""
+    values, steps = random_case(seed)
+    exact = Reference(**values)
+    fmu.start(**values)
+    point, found = 0.0, []
+    for step, changes in steps:
+        for name, value in sorted(changes.items(), reverse=bool(seed % 2)):
+            fmu.slave.setReal(fmu.references([name]), [value])
+        fmu.step(point, step)
+        point += step
+        exact.step(step, **changes)
+        found.append((read_all(fmu), exact.outputs()))
+    scales = exact.scales()
+    for ours, theirs in found:
+        for name, value in theirs.items():
+            allowed = scales.allowed(name)
+            if name.endswith("position"):
+                # Long after a short contact a position is itself coarser than the bar.
+                allowed += 4e-16 * abs(float(value)) / float(scales.of(name))
+            assert scales.error(name, ours[name], value) <= allowed, name
+
+
+def test_equal_sets_change_nothing(fmu):
+    def run(again):
+        fmu.start(gap=0.001, law=1)
+        path = []
+        for n in range(200):
+            if again:
+                fmu.slave.setReal(fmu.references(["b", "club_speed", "k"]), [9.0, 35.0, 1e6])
+            fmu.step(n * 5e-6, 5e-6)
+            path.append(fmu.slave.getReal(fmu.references(OUTPUTS)))
+        return path
+
+    assert run(again=True) == run(again=False)
+
+
+def test_a_value_set_after_initialization_counts(fmu):
+    fmu.start(law=2)
+    before = fmu.read(["force", "coefficient_of_restitution", "max_force"])
+    # The right limit at the start: the bodies touch, and the damper pushes at once.
+    assert before["force"] == before["max_force"] == 9.0 * 35.0
+    assert before["coefficient_of_restitution"] == -1.0
+    fmu.slave.setReal(fmu.references(["club_speed", "k"]), [50.0, 2e6])
+    assert fmu.read(["force"])["force"] == 9.0 * 35.0
+    fmu.step(0.0, 1.0)
+    late = fmu.read(METRICS)
+    assert late == fmu.impact(METRICS, law=2, club_speed=50.0, k=2e6)
+
+
+def test_before_touch(fmu):
+    fmu.start(gap=0.1)
+    fmu.step(0.0, 1e-3)
+    found = read_all(fmu)
+    assert found["club_position"] == pytest.approx(-0.1 + 0.035, abs=1e-17)
+    assert not found["touched"]
+    assert found["energy_efficiency"] == 1.0
+    for name in ("smash_factor", "coefficient_of_restitution", "impulse", "max_force", "force"):
+        assert found[name] == 0.0
+    assert found["touch_time"] == 0.0
+
+
+def test_start_time(fmu):
+    fmu.slave.setFMUstate(fmu._fresh)
+    fmu.slave.setupExperiment(startTime=5.0)
+    fmu.slave.enterInitializationMode()
+    fmu.slave.setReal(fmu.references(["gap"]), [0.35])
+    fmu.slave.exitInitializationMode()
+    assert fmu.read(["touch_time"])["touch_time"] == 5.0
+    fmu.slave.doStep(5.0, 1.0)
+    assert fmu.read(["touch_time"])["touch_time"] == pytest.approx(5.01, abs=1e-15)
+
+
+def test_never_separating_is_an_answer(fmu):
+    fmu.start(law=1, b=5000.0)
+    fmu.step(0.0, 1.0)
+    found = read_all(fmu)
+    assert found["in_contact"]
+    assert not found["separated"]
+    assert found["contact_time"] == 1.0
+    assert 0.0 <= found["force"] < found["max_force"]
+
+
+def test_mean_force_loses_no_impulse(fmu):
+    for step in (1e-3, 1e-4, 1e-6, 3.3e-8):
+        fmu.start(law=2, gap=0.0123)
+        total, n = 0.0, 0
+        while not fmu.flag("separated"):
+            fmu.step(n * step, step)
+            n += 1
+            total += step * fmu.read(["mean_force"])["mean_force"]
+        impulse = fmu.read(["impulse"])["impulse"]
+        # Up to 3e4 terms are summed here: 3e-14 measured.
+        assert total == pytest.approx(impulse, rel=3e-13)
+
+
+def test_a_million_tiny_steps(fmu):
+    fmu.start(law=1)
+    slave, size = fmu.slave, 1e-9
+    for n in range(1_000_000):
+        slave.doStep(n * size, size)
+    many = fmu.read(OUTPUTS)
+    fmu.start(law=1)
+    fmu.step(0.0, 1e-3)
+    one = fmu.read(OUTPUTS)
+    del many["mean_force"], one["mean_force"]
+    assert many == pytest.approx(one, rel=BAR, abs=1e-30)
+
+
+def test_simulate_fmu(fmu_path):
+    result = fmpy.simulate_fmu(
+        str(fmu_path), stop_time=1e-3, output_interval=1e-5, start_values={"law": 2, "b": 12.0}
+    )
+    assert result["separated"][-1]
+    assert result["force"].min() >= 0.0
+    assert len(result) == 101
+
+
+def test_a_trajectory_is_what_single_steps_give(fmu):
+    path = fmu.trajectory(points=40, law=1, b=30.0)
+    for n in (3, 17, 39):
+        fmu.start(law=1, b=30.0)
+        fmu.step(0.0, path["time"][n])
+        for name, value in fmu.read(PATH).items():
+            assert path[name][n] == pytest.approx(value, rel=1e-12, abs=1e-9)
