@@ -156,10 +156,9 @@ def _complete(raw: Path, out: Path, of_digest: str) -> None:
         if file.suffix != ".jinja":
             files[f"documentation/{file.name}"] = file.read_bytes()
     files["documentation/licenses/license.txt"] = _sources()["LICENSE"].read_bytes()
-    runtime = importlib.metadata.files("pythonfmu") or []
-    for file in runtime:
-        if file.name == "LICENSE":
-            files["documentation/licenses/pythonfmu.txt"] = file.read_binary()
+    for packaged in importlib.metadata.files("pythonfmu") or []:
+        if packaged.name == "LICENSE":
+            files["documentation/licenses/pythonfmu.txt"] = packaged.read_binary()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name in sorted(files, key=lambda name: (name != "modelDescription.xml", name)):
             info = zipfile.ZipInfo(name, _EPOCH)
@@ -170,7 +169,7 @@ def _complete(raw: Path, out: Path, of_digest: str) -> None:
 
 
 def _model_description(written: bytes, of_digest: str) -> bytes:
-    """pythonfmu's modelDescription.xml with all that the table of variables knows."""
+    """Pythonfmu's modelDescription.xml with all that the table of variables knows."""
     sys.path.insert(0, str(source_folder()))
     try:
         from golf_impact import __version__
@@ -199,8 +198,8 @@ def _model_description(written: bytes, of_digest: str) -> bytes:
     types = ElementTree.Element("TypeDefinitions")
     law = ElementTree.SubElement(types, "SimpleType", name="ContactLaw")
     items = ElementTree.SubElement(law, "Enumeration")
-    for value, (name, description) in LAWS.items():
-        ElementTree.SubElement(items, "Item", name=name, value=str(value), description=description)
+    for number, (name, description) in LAWS.items():
+        ElementTree.SubElement(items, "Item", name=name, value=str(number), description=description)
     place = list(root).index(_child(root, "CoSimulation")) + 1
     root.insert(place, units)
     root.insert(place + 1, types)
@@ -208,9 +207,9 @@ def _model_description(written: bytes, of_digest: str) -> bytes:
         "DefaultExperiment", startTime="0", stopTime="0.001", stepSize="1e-06"
     )
     root.insert(list(root).index(_child(root, "ModelVariables")), experiment)
-    for node, row in zip(_child(root, "ModelVariables"), VARIABLES, strict=True):
-        assert node.get("name") == row.name
-        value = node[0]
+    for variable, row in zip(_child(root, "ModelVariables"), VARIABLES, strict=True):
+        assert variable.get("name") == row.name
+        value = variable[0]
         value.attrib.clear()
         if row.type == "Enumeration":
             value.tag = "Enumeration"

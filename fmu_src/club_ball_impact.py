@@ -26,8 +26,7 @@ class ClubBallImpact(Fmi2Slave):
         self.vars = _registered
         self._component = component
         # Bound here, a call from the host runs straight into the component.
-        self.do_step = component.step
-        self.get_real = component.reals
+        self.__dict__.update(do_step=component.step, get_real=component.reals)
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         self._component.set_up(start_time)

@@ -1,9 +1,9 @@
-"""The document's impact: k = 1e6 N/m, b = 9 N.s/m, 35 m/s (its Figs. 4 and 5, and its first list)."""
+"""The document's impact, k = 1e6 N/m, b = 9 N.s/m, 35 m/s: its Figs. 4 and 5, its first list."""
 
-from .cases import check_printed, comparison, run_case
-from .document import BASELINE
-from .impact_fmu import ImpactFmu
-from .outcome import Outcome
+from scenarios.cases import check_printed, comparison, run_case
+from scenarios.document import BASELINE
+from scenarios.impact_fmu import ImpactFmu
+from scenarios.outcome import Outcome
 
 TITLE = "Baseline: the document's impact, exactly"
 
@@ -30,7 +30,7 @@ def run(fmu: ImpactFmu) -> Outcome:
     outcome.trajectories["baseline"] = path
 
     def force():
-        from . import figures
+        from scenarios import figures
 
         figure, axes = figures.new("Contact force on the ball")
         micro = path["time"] * 1e6
@@ -53,7 +53,7 @@ def run(fmu: ImpactFmu) -> Outcome:
         return figure
 
     def both():
-        from . import figures
+        from scenarios import figures
 
         figure, axes = figures.new("Contact force on each body")
         micro = path["time"] * 1e6
@@ -65,7 +65,7 @@ def run(fmu: ImpactFmu) -> Outcome:
         return figure
 
     def motion():
-        from . import figures
+        from scenarios import figures
 
         figure, (left, right) = figures.new_pair("Velocities and positions")
         micro = path["time"] * 1e6

@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 
-from . import closed_forms
-from .document import NUMERICAL_ERROR, USED, Printed
-from .impact_fmu import METRICS, ImpactFmu
-from .outcome import Outcome, Table
+from scenarios import closed_forms
+from scenarios.document import NUMERICAL_ERROR, USED, Printed
+from scenarios.impact_fmu import METRICS, ImpactFmu
+from scenarios.outcome import Outcome, Table
 
 #: What the script computes from the FMU's velocities must agree with the FMU's own outputs to this
 #: (relative to order-one numbers; the worst seen is 4e-16).
@@ -166,12 +167,12 @@ def comparison(
 
 def rises(outcome: Outcome, claim: str, values: list[float]) -> None:
     """Claim that these values rise from each to the next."""
-    outcome.check(claim, all(a < b for a, b in zip(values, values[1:])), _in_order(values))
+    outcome.check(claim, all(a < b for a, b in pairwise(values)), _in_order(values))
 
 
 def falls(outcome: Outcome, claim: str, values: list[float]) -> None:
     """Claim that these values fall from each to the next."""
-    outcome.check(claim, all(a > b for a, b in zip(values, values[1:])), _in_order(values))
+    outcome.check(claim, all(a > b for a, b in pairwise(values)), _in_order(values))
 
 
 def stays(outcome: Outcome, claim: str, values: list[float], tolerance: float = 1e-12) -> None:

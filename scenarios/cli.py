@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from .errors import UserError
+from scenarios.errors import UserError
 
 if TYPE_CHECKING:
-    from .outcome import Outcome
+    from scenarios.outcome import Outcome
 
 _DEFAULT_FOLDER = Path("golf-impact-results")
 
@@ -52,7 +52,7 @@ def build(
     ] = None,
 ) -> None:
     """Build ClubBallImpact.fmu from its sources."""
-    from .fmu_file import build_fmu
+    from scenarios.fmu_file import build_fmu
 
     print(build_fmu(out))
 
@@ -60,8 +60,8 @@ def build(
 @app.command("list")
 def list_() -> None:
     """List the scenarios."""
-    from .outcome import Table
-    from .registry import SCENARIOS, scenario
+    from scenarios.outcome import Table
+    from scenarios.registry import SCENARIOS, scenario
 
     rows = [[name, scenario(name).TITLE] for name in SCENARIOS]
     _print_table(Table("Scenarios", ["name", "what it shows"], rows), numbers=False)
@@ -90,11 +90,11 @@ def run(
     """Run scenarios through the FMU, print their tables, check them, and write the results."""
     from golf_impact import __version__
 
-    from . import custom
-    from .fmu_file import current_fmu
-    from .impact_fmu import ImpactFmu
-    from .registry import SCENARIOS, scenario
-    from .writing import prepare, write_outcomes
+    from scenarios import custom
+    from scenarios.fmu_file import current_fmu
+    from scenarios.impact_fmu import ImpactFmu
+    from scenarios.registry import SCENARIOS, scenario
+    from scenarios.writing import prepare, write_outcomes
 
     values = _values(set_ or [])
     chosen = list(dict.fromkeys(names or ([] if values else SCENARIOS)))

@@ -1,9 +1,9 @@
 """A faster club: 35 and 50 m/s (the document's table and its Fig. 6)."""
 
-from .cases import check_printed, comparison, rises, run_case, stays
-from .document import CLUB_SPEED
-from .impact_fmu import ImpactFmu
-from .outcome import Outcome
+from scenarios.cases import check_printed, comparison, rises, run_case, stays
+from scenarios.document import CLUB_SPEED
+from scenarios.impact_fmu import ImpactFmu
+from scenarios.outcome import Outcome
 
 TITLE = "Club speed: 35 and 50 m/s"
 
@@ -45,7 +45,7 @@ def run(fmu: ImpactFmu) -> Outcome:
     paths = dict(outcome.trajectories)
 
     def force():
-        from . import figures
+        from scenarios import figures
 
         figure, axes = figures.new("A faster club: more force, the same time")
         for (name, path), colour, style in zip(

@@ -1,9 +1,9 @@
 """Balls of different compression: k = 0.5e6, 1e6 and 2e6 N/m (the document's table)."""
 
-from .cases import check_printed, comparison, falls, rises, run_case
-from .document import COMPRESSION
-from .impact_fmu import ImpactFmu
-from .outcome import Outcome
+from scenarios.cases import check_printed, comparison, falls, rises, run_case
+from scenarios.document import COMPRESSION
+from scenarios.impact_fmu import ImpactFmu
+from scenarios.outcome import Outcome
 
 TITLE = "Compression: a stiffer ball"
 

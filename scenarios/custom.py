@@ -1,11 +1,13 @@
 """The user's own case: `golf-impact run --set NAME=VALUE`."""
 
-from .cases import LABELS, run_case, shown
-from .impact_fmu import ImpactFmu
-from .outcome import Outcome, Table
+from typing import Any
+
+from scenarios.cases import LABELS, run_case, shown
+from scenarios.impact_fmu import ImpactFmu
+from scenarios.outcome import Outcome, Table
 
 
-def run(fmu: ImpactFmu, values: dict[str, float]) -> Outcome:
+def run(fmu: ImpactFmu, values: dict[str, Any]) -> Outcome:
     """Metrics and force of one impact with these values, checked like every other case."""
     title = "Your case: " + ", ".join(f"{name} = {value:g}" for name, value in values.items())
     outcome = Outcome(title)
@@ -16,7 +18,7 @@ def run(fmu: ImpactFmu, values: dict[str, float]) -> Outcome:
     outcome.trajectories["custom"] = path
 
     def force():
-        from . import figures
+        from scenarios import figures
 
         figure, axes = figures.new("Contact force: your case")
         axes.plot(path["time"] * 1e6, path["force"], color=figures.BLUE)

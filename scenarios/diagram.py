@@ -1,7 +1,7 @@
-"""The model drawn (the document's Fig. 1): two masses, and what stands for the ball between them."""
+"""The model drawn (the document's Fig. 1): two masses, and the ball's spring between them."""
 
-from .impact_fmu import ImpactFmu
-from .outcome import Outcome
+from scenarios.impact_fmu import ImpactFmu
+from scenarios.outcome import Outcome
 
 TITLE = "The model"
 
@@ -21,7 +21,7 @@ def draw():
     """Both laws, one above the other."""
     from matplotlib.patches import Circle, FancyBboxPatch
 
-    from . import figures
+    from scenarios import figures
 
     figure, axes = figures.new("Club, ball, and the contact between them", (8.2, 6.2))
     axes.set(xlim=(0, 10), ylim=(-0.5, 7.1), aspect="equal")

@@ -1,10 +1,10 @@
 """No damping (b = 0), a hard ball and a soft one: what S and the contact time depend on."""
 
-from . import closed_forms
-from .cases import check_printed, comparison, run_case, stays
-from .document import ELASTIC, ELASTIC_SOFT, USED
-from .impact_fmu import ImpactFmu
-from .outcome import Outcome
+from scenarios import closed_forms
+from scenarios.cases import check_printed, comparison, run_case, stays
+from scenarios.document import ELASTIC, ELASTIC_SOFT, USED
+from scenarios.impact_fmu import ImpactFmu
+from scenarios.outcome import Outcome
 
 TITLE = "Elastic: b = 0"
 

@@ -1,9 +1,9 @@
 """Roh & Lee's finite-element ball beside the model, with the back of the document's envelope."""
 
-from .cases import run_case
-from .document import ENVELOPE, ROH_LEE
-from .impact_fmu import ImpactFmu
-from .outcome import Outcome, Table
+from scenarios.cases import run_case
+from scenarios.document import ENVELOPE, ROH_LEE
+from scenarios.impact_fmu import ImpactFmu
+from scenarios.outcome import Outcome, Table
 
 TITLE = "Finite elements: Roh & Lee's figures and the model"
 
@@ -40,7 +40,7 @@ def run(fmu: ImpactFmu) -> Outcome:
     for (name, printed), unit in zip(ENVELOPE.items(), units, strict=True):
         value = numbers[name]
         rows.append([f"{name} ({unit})" if unit else name, printed.text, printed.shown(value)])
-        # One unit of the last digit: the document cuts 128.625 to 128.6 and 0.3516 R's 0.703 to 0.7.
+        # One unit of the last digit: the document rounds some numbers and cuts others.
         outcome.check_close(
             f"{name} is the printed {printed.text}",
             value,

@@ -1,4 +1,4 @@
-"""How figures look. The only file that imports matplotlib, and only scenarios that draw import it."""
+"""How figures look. Only scenarios that draw import this, and with it matplotlib."""
 
 import os
 from typing import BinaryIO

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-from .errors import UserError
+from scenarios.errors import UserError
 
 _HERE = Path(__file__).resolve().parent
 _CHECKOUT = _HERE.parent / "build" / "build_fmu.py"
@@ -19,7 +19,8 @@ def builder() -> ModuleType:
     """
     path = _CHECKOUT if _CHECKOUT.is_file() else _INSTALLED
     spec = importlib.util.spec_from_file_location("golf_impact_build_fmu", path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

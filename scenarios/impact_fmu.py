@@ -10,6 +10,9 @@ from typing import Any
 
 import fmpy
 import numpy as np
+
+# Before an FMU brings its own copy, which has no binaries to build another FMU with.
+import pythonfmu.builder  # noqa: F401
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import (
     FMU2Slave,
@@ -19,7 +22,7 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
 )
 
-from .errors import UserError
+from scenarios.errors import UserError
 
 #: One communication step that is longer than any contact here; the answer doesn't depend on it.
 HORIZON = 1.0
@@ -119,7 +122,7 @@ class ImpactFmu:
 
     @property
     def slave(self) -> FMU2Slave:
-        """fmpy's instance, for calls that aren't here."""
+        """Fmpy's instance, for calls that aren't here."""
         assert self._slave is not None, "use ImpactFmu in a with block"
         return self._slave
 
@@ -179,7 +182,7 @@ class ImpactFmu:
         """Value of a Boolean output."""
         return bool(self.slave.getBoolean(self.references([name]))[0])
 
-    def impact(self, outputs: Sequence[str] = METRICS, **values: float) -> dict[str, float]:
+    def impact(self, outputs: Sequence[str] = METRICS, **values: Any) -> dict[str, float]:
         """One impact in one communication step: metrics only.
 
         Args:
@@ -207,7 +210,7 @@ class ImpactFmu:
         return float(self.variables[name].start)
 
     def trajectory(
-        self, points: int = 301, names: Sequence[str] = PATH, **values: float
+        self, points: int = 301, names: Sequence[str] = PATH, **values: Any
     ) -> dict[str, np.ndarray]:
         """One impact, sampled over the contact with a margin on either side.
 

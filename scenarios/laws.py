@@ -1,8 +1,8 @@
 """The same impact under both laws: what momentum and energy do."""
 
-from .cases import LABELS, run_case, shown
-from .impact_fmu import ImpactFmu
-from .outcome import Outcome, Table
+from scenarios.cases import LABELS, run_case, shown
+from scenarios.impact_fmu import ImpactFmu
+from scenarios.outcome import Outcome, Table
 
 TITLE = "Laws: drag on each body, or a damper between them"
 
@@ -71,7 +71,7 @@ def run(fmu: ImpactFmu) -> Outcome:
     outcome.trajectories |= {f"law_{law}": path for law, path in paths.items()}
 
     def courses():
-        from . import figures
+        from scenarios import figures
 
         figure, (left, right) = figures.new_pair("Momentum and kinetic energy during contact")
         labels = {1: "law 1: drag on each body", 2: "law 2: damper between them"}

@@ -1,9 +1,9 @@
 """An old ball, softer and more damped, beside a new one (the document's last table)."""
 
-from .cases import check_printed, comparison, falls, rises, run_case
-from .document import OLD_BALL
-from .impact_fmu import ImpactFmu
-from .outcome import Outcome
+from scenarios.cases import check_printed, comparison, falls, rises, run_case
+from scenarios.document import OLD_BALL
+from scenarios.impact_fmu import ImpactFmu
+from scenarios.outcome import Outcome
 
 TITLE = "Old ball: softer and more damped"
 

@@ -3,7 +3,7 @@
 import importlib
 from types import ModuleType
 
-from .errors import UserError
+from scenarios.errors import UserError
 
 SCENARIOS = (
     "diagram",

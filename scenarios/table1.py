@@ -1,9 +1,9 @@
 """The document's Table 1 as printed, beside the parameters that its numbers really come from."""
 
-from .cases import LABELS, run_case, shown
-from .document import BASELINE, TABLE_1, USED
-from .impact_fmu import ImpactFmu
-from .outcome import Outcome, Table
+from scenarios.cases import LABELS, run_case, shown
+from scenarios.document import BASELINE, TABLE_1, USED
+from scenarios.impact_fmu import ImpactFmu
+from scenarios.outcome import Outcome, Table
 
 TITLE = "Table 1: the parameters printed, and those used"
 

@@ -1,4 +1,4 @@
-"""Results on disk: written aside and renamed, so that a file is the old one or the new one, whole."""
+"""Results on disk: written aside and renamed, so that a file is always a whole one."""
 
 import base64
 import csv
@@ -8,8 +8,8 @@ import os
 import tempfile
 from pathlib import Path
 
-from .errors import UserError
-from .outcome import Outcome
+from scenarios.errors import UserError
+from scenarios.outcome import Outcome
 
 
 def prepare(folder: Path) -> Path:
@@ -89,7 +89,7 @@ def write_outcomes(
         if not with_figures:
             continue
         for file, draw in outcome.figures.items():
-            from . import figures as drawing
+            from scenarios import figures as drawing
 
             image = io.BytesIO()
             drawing.save(draw(), image)

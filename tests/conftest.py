@@ -1,7 +1,6 @@
 """The built FMU, and the tables of reference cases, for all tests."""
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,6 @@ from scenarios.fmu_file import build_fmu
 from scenarios.impact_fmu import ImpactFmu
 
 HERE = Path(__file__).resolve().parent
-
 
 
 @pytest.fixture(scope="session")

@@ -1,8 +1,7 @@
 """The contact laws against the 25-digit references, on the scales of the tolerance table."""
 
-from conftest import reference_cases
-
 import pytest
+from conftest import reference_cases
 from golf_impact.absolute import AbsoluteContact
 from golf_impact.kelvin_voigt import KelvinVoigtContact
 
@@ -99,7 +98,11 @@ def test_where_three_roots_of_law_1_meet():
         phase = AbsoluteContact(k, b * factor, m_club, m_ball, 0.0, 1e-3, 35.0, -3.0)
         c = mp.mpf(b * factor)
         matrix = mp.matrix(
-            [[0, 1, -1], [-mp.mpf(k) / m_club, -c / m_club, 0], [mp.mpf(k) / m_ball, 0, -c / m_ball]]
+            [
+                [0, 1, -1],
+                [-mp.mpf(k) / m_club, -c / m_club, 0],
+                [mp.mpf(k) / m_ball, 0, -c / m_ball],
+            ]
         )
         for t in (1e-7, 1e-5, 1e-4, 1e-3):
             exact = mp.expm(matrix * mp.mpf(t)) * mp.matrix([mp.mpf(1e-3), 35, -3])

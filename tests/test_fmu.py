@@ -7,12 +7,12 @@ import zipfile
 
 import fmpy
 import numpy as np
+import pytest
 from conftest import reference_cases
 from fmpy.validation import validate_fmu
+from golf_impact.variables import VARIABLES
 from reference import Reference
 
-import pytest
-from golf_impact.variables import VARIABLES
 from scenarios.fmu_file import build_fmu, builder
 from scenarios.impact_fmu import METRICS, PATH
 
@@ -100,8 +100,9 @@ def test_the_fmu_needs_no_numpy(fmu_path, tmp_path):
     fmpy.extract(str(fmu_path), str(tmp_path))
     entry = next(p.stem for p in (tmp_path / "resources").glob("club_ball_impact_*.py"))
     code = (
-        f"import sys; sys.path.insert(0, {str(tmp_path / 'resources')!r}); before = set(sys.modules)"
-        f"; import {entry}; print(*(m for m in sys.modules if m not in before))"
+        f"import sys; sys.path.insert(0, {str(tmp_path / 'resources')!r}); "
+        f"before = set(sys.modules); import {entry}; "
+        "print(*(m for m in sys.modules if m not in before))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     modules = {name.split(".")[0] for name in done.stdout.split()}

@@ -6,7 +6,7 @@ on the frame of reference, and heavy damping can keep the bodies together for ev
 """
 
 from cmath import exp as complex_exp
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from math import atan2, ceil, cos, exp, expm1, inf, log, log1p, pi, sin, sinh, sqrt
 
 #: A damping ratio as small as this changes no bit of any result, and needs no case of its own.
@@ -86,8 +86,11 @@ class AbsoluteContact:
         half = 0.5 * (drag1 + y)
         product = 4.0 * zeta * p * q / r
         square = product - half * half
+        roots: list[tuple[float, float, float]] = []
+        single = (r, x, y)
         if square > 0.0:
             oscillates, slow, second = True, half, sqrt(square)
+            fast = half
             apart = (r - half) * (r - half) + square
         else:
             oscillates = False
@@ -134,8 +137,7 @@ class AbsoluteContact:
         elif not oscillates and fast > 2.0 * slow:
             self._kind = _THREE_RATES
             self._motion = tuple(
-                _mode(*root, p, q, d, v1, v2, m_club >= m_ball)
-                for root in (single, *roots)
+                _mode(*root, p, q, d, v1, v2, m_club >= m_ball) for root in (single, *roots)
             )
             guess = pi / omega
         else:
@@ -324,7 +326,7 @@ class AbsoluteContact:
         _, m_club, m_ball, _, _, _, b, _ = self._base
         return v_club - v_ball, (b * v_ball - force) / m_ball - (b * v_club + force) / m_club
 
-    def _turning_points(self, u: float, slope: float) -> Iterator[float]:
+    def _turning_points(self, u: float, slope: float) -> Generator[float, int | None, None]:
         """Where the pair function with initial value u and this slope is zero, in order, s.
 
         Between them e^(rt)·f is monotone, so f has at most one zero (Rolle).
@@ -566,7 +568,7 @@ def _offset_of_partner(
 
 
 def _offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
-    """x >= 0 such that r = drag + x is the root between the two drag rates.
+    """X >= 0 such that r = drag + x is the root between the two drag rates.
 
     Solves (span - x)(p + r x) = q x by Newton's method inside the bracket [0, span].
     """

@@ -114,7 +114,7 @@ class Component:
         self._point = 0.0
         self._anchored = True
         self._ordinary = False
-        #: The present phase: its state at t, the clock less its start, and its end (NaN: not known).
+        #: The present phase: its state at t, how long it has lasted, and its end (NaN: unknown).
         self._motion: Callable[[float], State] = _no_motion
         self._offset = 0.0
         self._until = nan
@@ -345,7 +345,7 @@ class Component:
         key = tuple(references)
         if key not in _real_plans:
             plan = self._functions(references, "Real")
-            pick = None
+            pick: Callable[[State], list[float]] | None = None
             if len(key) > 1 and all(reference in results.MOVING for reference in key):
                 first = results.MOVING.start
                 if key == tuple(range(key[0], key[0] + len(key))):
@@ -359,7 +359,7 @@ class Component:
         self._asked = list(references)
 
     def _functions(self, references: list[int], type_: str) -> tuple:
-        functions = []
+        functions: list[tuple[int, Any]] = []
         for reference in references:
             if 0 <= reference < len(VARIABLES) and VARIABLES[reference].type == type_:
                 functions.append((reference, results.BY_REFERENCE.get(reference)))

@@ -33,7 +33,7 @@ _REMEMBERED = 64
 class Approach:
     """Before first touch: both bodies move freely, the club at the speed that the host asks for."""
 
-    __slots__ = ("duration", "x_ball", "x_club", "x_club_low", "u_ball", "u_club")
+    __slots__ = ("duration", "u_ball", "u_club", "x_ball", "x_club", "x_club_low")
 
     def __init__(
         self, x_club: float, x_club_low: float, x_ball: float, u_club: float, u_ball: float
@@ -258,7 +258,7 @@ class Impact:
         self._phase = Approach(x_club, x_low, x_ball, club_speed, self.parameters.ball_speed)
 
     def _contact_changes(self, phase: Any, t: float) -> None:
-        """k or b changed in mid-contact: a new phase goes on from the present state."""
+        """K or b changed in mid-contact: a new phase goes on from the present state."""
         now = phase.state(t)
         _, x_club, _, v_club, v_ball, compression = now
         self._finish(phase, t)

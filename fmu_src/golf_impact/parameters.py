@@ -76,7 +76,7 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
     zeta = b / (2.0 * mu * omega) if 0.0 < mu * omega < inf else inf
     speed = abs(club_speed) + abs(p.ball_speed)
     if not (
-        _SMALLEST <= mu
+        mu >= _SMALLEST
         and total <= _LARGEST
         and _SMALLEST <= omega <= _LARGEST
         and zeta <= _LARGEST

@@ -1,0 +1,150 @@
+"""golf-impact as a user meets it: a subprocess."""
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+COMMAND = Path(sys.executable).with_name("golf-impact")
+
+
+def golf(*arguments, cwd=None, env=None):
+    return subprocess.run(
+        [COMMAND, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env={**os.environ, "COLUMNS": "120", **(env or {})},
+    )
+
+
+def refused(done, *words):
+    """Exit code 2 and one line on stderr that has these words."""
+    assert done.returncode == 2, done.stderr
+    assert "Traceback" not in done.stderr
+    line = done.stderr.strip().splitlines()[-1]
+    assert line.startswith("Error: ")
+    for word in words:
+        assert str(word) in line
+
+
+def test_version_and_help():
+    from golf_impact import __version__
+
+    assert golf("--version").stdout == f"golf-impact {__version__}\n"
+    for command in ((), ("run",), ("build",), ("list",)):
+        done = golf(*command, "--help")
+        assert done.returncode == 0
+        assert "Usage" in done.stdout
+
+
+def test_list():
+    done = golf("list")
+    assert done.returncode == 0
+    for name in ("baseline", "finite_difference", "table1"):
+        assert name in done.stdout
+
+
+def test_build_and_run(tmp_path):
+    fmu = tmp_path / "mine.fmu"
+    assert golf("build", "--out", fmu).returncode == 0
+    assert zipfile.is_zipfile(fmu)
+    out = tmp_path / "out"
+    done = golf("run", "baseline", "--fmu", fmu, "--out", out, "--no-figures")
+    assert done.returncode == 0, done.stderr
+    assert "54.745" in done.stdout
+    names = {path.name for path in out.iterdir()}
+    assert names == {"results.json", "baseline.csv", "report.html"}
+    header = (out / "baseline.csv").read_text().splitlines()[0]
+    assert header.startswith("time,force,club_position")
+
+
+def test_no_figures_needs_no_matplotlib(tmp_path):
+    code = (
+        "import sys; sys.argv = ['golf-impact', 'run', 'baseline', '--no-figures', '--out', "
+        f"{str(tmp_path)!r}]\nfrom scenarios.cli import main\ntry:\n    main()\nfinally:\n"
+        "    assert 'matplotlib' not in sys.modules"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_case_of_ones_own(tmp_path):
+    done = golf("run", "--set", "k=8e5", "--set", "club_speed=42", "--set", "law=2", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    folder = tmp_path / "golf-impact-results"
+    case = json.loads((folder / "results.json").read_text())["custom"]["custom"]
+    assert case["smash_factor"] * 42.0 == pytest.approx(case["ball_velocity"], rel=1e-15)
+    assert (folder / "custom_force.png").stat().st_size > 0
+
+
+def test_a_scenario_alone(tmp_path):
+    script = Path(__file__).parent.parent / "scenarios" / "old_ball.py"
+    done = subprocess.run(
+        [sys.executable, script, "--out", tmp_path, "--no-figures"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert "52.386" in done.stdout
+
+
+def test_a_failed_check_exits_1(tmp_path):
+    code = (
+        "import sys; from scenarios import document\n"
+        "document.BASELINE['max_force'] = document.Printed('6600')\n"
+        f"sys.argv = ['x', 'run', 'baseline', '--no-figures', '--out', {str(tmp_path)!r}]\n"
+        "from scenarios.cli import main\nmain()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "max force (N) is the printed 6600" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("baselin",), ("baselin", "baseline, elastic")),
+        (("--set", "stiffness=1"), ("stiffness", "k, b, club_speed")),
+        (("--set", "force=1"), ("force", "k, b, club_speed")),
+        (("--set", "k=hard"), ("hard", "no number")),
+        (("--set", "k"), ("NAME=VALUE",)),
+        (("--set", "k=-1"), ("k = -1.0 N/m", "> 0")),
+        (("--set", "k=nan"), ("k = nan", "> 0")),
+        (("--set", "gap=-1"), ("gap", ">= 0")),
+        (("--set", "law=3"), ("law = 3", "1 (absolute) or 2 (relative)")),
+        (("--set", "law=1.5"), ("law", "whole number")),
+        (("--set", "exponent=1.5"), ("exponent", "law = 1")),
+        (("--set", "b=inf"), ("b = inf", ">= 0")),
+    ],
+)
+def test_bad_arguments(tmp_path, arguments, words):
+    refused(golf("run", *arguments, "--out", tmp_path), *words)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_output_folder_that_cannot_be_written(tmp_path):
+    file = tmp_path / "file"
+    file.write_text("")
+    refused(golf("run", "table1", "--out", file / "below"), file, "--out")
+    refused(golf("build", "--out", file / "below" / "x.fmu"), "x.fmu")
+    refused(golf("build", "--out", tmp_path), "folder")
+
+
+def test_a_missing_or_broken_fmu(tmp_path):
+    refused(golf("run", "--fmu", tmp_path / "none.fmu", "--out", tmp_path), "none.fmu", "build")
+    broken = tmp_path / "broken.fmu"
+    assert golf("build", "--out", broken).returncode == 0
+    data = broken.read_bytes()
+    broken.write_bytes(data[: len(data) // 2])
+    refused(golf("run", "--fmu", broken, "--out", tmp_path), "broken.fmu", "golf-impact build")
+    assert not (tmp_path / "results.json").exists()
+
+
+def test_results_of_an_earlier_run_stay_whole(tmp_path):
+    assert golf("run", "table1", "--out", tmp_path).returncode == 0
+    before = (tmp_path / "results.json").read_bytes()
+    refused(golf("run", "table1", "--set", "k=-1", "--out", tmp_path), "k = -1.0")
+    assert (tmp_path / "results.json").read_bytes() == before

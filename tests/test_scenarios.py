@@ -1,0 +1,67 @@
+"""Every scenario runs, its checks pass, and a check that should fail does."""
+
+import json
+from itertools import pairwise
+
+import pytest
+
+from scenarios import cases, document
+from scenarios.finite_difference import document_fmu
+from scenarios.outcome import Outcome
+from scenarios.registry import SCENARIOS, scenario
+from scenarios.writing import write_outcomes
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_scenario(fmu, name):
+    outcome = scenario(name).run(fmu)
+    assert [check for check in outcome.checks if not check.passed] == []
+    assert outcome.tables or outcome.figures
+    for case, metrics in outcome.cases.items():
+        assert "document's scheme" in case or metrics["contact_displacement_over_diameter"] > 0.0
+
+
+def test_figures_and_report(fmu, tmp_path):
+    outcomes = {name: scenario(name).run(fmu) for name in ("diagram", "baseline", "laws")}
+    files = write_outcomes(tmp_path, outcomes, "guid", "0", with_figures=True)
+    assert all(file.stat().st_size > 0 for file in files)
+    assert {"diagram.png", "baseline_force.png", "laws.png"} <= {file.name for file in files}
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("data:image/png;base64,") == 5
+    assert "http" not in page.replace("http-equiv", "")
+    results = json.loads((tmp_path / "results.json").read_text())
+    assert results["baseline"]["baseline"]["smash_factor"] == pytest.approx(1.5641431548673967)
+
+
+def test_one_step_for_metrics(fmu, monkeypatch):
+    """A metrics-only case takes one communication step and one read of Real variables."""
+    counts = {"doStep": 0, "getReal": 0}
+    for name in counts:
+        call = getattr(fmu.slave, name)
+
+        def counted(*args, name=name, call=call):
+            counts[name] += 1
+            return call(*args)
+
+        monkeypatch.setattr(fmu.slave, name, counted)
+    fmu.impact(k=8e5)
+    assert counts == {"doStep": 1, "getReal": 1}
+
+
+def test_a_wrong_printed_number_fails(fmu):
+    outcome = Outcome("")
+    metrics = cases.run_case(outcome, fmu, "case")
+    cases.check_printed(outcome, "case", metrics, {"smash_factor": document.Printed("1.59")})
+    assert [check.passed for check in outcome.checks].count(False) == 1
+
+
+def test_the_documents_scheme_is_of_first_order(fmu):
+    exact = fmu.impact(("ball_velocity", "contact_time"))
+    with document_fmu() as scheme:
+        errors = [
+            abs(scheme.impact(dt)["ball_velocity"] - exact["ball_velocity"])
+            for dt in (2e-6, 1e-6, 0.5e-6)
+        ]
+    for coarse, fine in pairwise(errors):
+        # A factor of 2 to the first order; the contact's end on a grid adds a per cent.
+        assert coarse / fine == pytest.approx(2.0, rel=0.03)
