@@ -156,10 +156,12 @@ def random_case(seed):
     """An impact with a gap, and k, b and club_speed changed on the way."""
     rng = random.Random(seed)
     m_club = 10.0 ** rng.uniform(-2, 2)
-    m_ball = m_club * 10.0 ** rng.uniform(-3, 2)
+    m_ball = m_club * 10.0 ** rng.choice((rng.uniform(-1.5, 0.5), rng.uniform(-6, 6)))
     mu = m_club * m_ball / (m_club + m_ball)
-    k = 10.0 ** rng.uniform(3, 9)
-    zeta = rng.choice((0.0, 10.0 ** rng.uniform(-3, 0), rng.uniform(0.9, 1.1), rng.uniform(1, 20)))
+    k = 10.0 ** rng.uniform(2, 12)
+    zeta = rng.choice(
+        (0.0, 10.0 ** rng.uniform(-3, 0), rng.uniform(0.9, 1.1), 10.0 ** rng.uniform(0, 4))
+    )
     values = {
         "law": rng.choice((1, 2)),
         "m_club": m_club,
@@ -183,7 +185,7 @@ def random_case(seed):
     return values, steps
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(120))
 def test_changes_on_the_way(fmu, seed):
     """Every output after every step, against an independent integration at 50 digits."""
     values, steps = random_case(seed)
@@ -201,9 +203,13 @@ def test_changes_on_the_way(fmu, seed):
     for ours, theirs in found:
         for name, value in theirs.items():
             allowed = scales.allowed(name)
+            if name in OUTPUTS and scales.of(name):
+                # Where a value is far larger than its scale (the energy of a fast approach, a
+                # position long after a short contact), its own last bits count.
+                allowed += 1e-15 * abs(float(value)) / float(scales.of(name))
             if name.endswith("position"):
-                # Long after a short contact a position is itself coarser than the bar.
-                allowed += 4e-16 * abs(float(value)) / float(scales.of(name))
+                # After contact an error of the velocity grows with time.
+                allowed *= max(1.0, point / float(scales.contact_time or point))
             assert scales.error(name, ours[name], value) <= allowed, name
 
 

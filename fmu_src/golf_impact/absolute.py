@@ -43,6 +43,7 @@ class AbsoluteContact:
         "_initial",
         "_kind",
         "_maxima",
+        "_middle",
         "_motion",
         "_omega",
         "_pair",
@@ -136,6 +137,7 @@ class AbsoluteContact:
             guess = pi / omega
         elif not oscillates and fast > 2.0 * slow:
             self._kind = _THREE_RATES
+            self._middle = sorted((r, slow, fast))[1]
             self._motion = tuple(
                 _mode(*root, p, q, d, v1, v2, m_club >= m_ball) for root in (single, *roots)
             )
@@ -151,7 +153,9 @@ class AbsoluteContact:
             w2 = q * (v2 * (p - x * x) - u * (v1 - x * d)) / norm
             h0 = w1 - w2 + slow * w0
             h1 = -p * w0 + (slow - drag1) * w1
-            h2 = q * w0 + (slow - drag2) * w2
+            # Orthogonal to the left partner too; where the drag balances the spring, this is what
+            # q·w0 and drag·w2 leave of each other.
+            h2 = q * (x * h0 - h1) / u if x > 1.0 else q * w0 + (slow - drag2) * w2
             if m_club >= m_ball:
                 a1, c1, s1, a2, c2, s2 = a * p, w1, h1, a * u, w2, h2
             else:
@@ -216,6 +220,11 @@ class AbsoluteContact:
             x_c - a1 * expm1(-r * t) / r - x_c * c + x_s * s,
         )
 
+    def end(self) -> tuple[list[float], float]:
+        """State and closing speed when contact ends: the compression is 0."""
+        _, x_club, _, v_club, v_ball, _ = self.state(self.duration)
+        return [0.0, x_club, x_club, v_club, v_ball, 0.0], v_club - v_ball
+
     def fast_state(self) -> Callable[[float], list[float]]:
         """`state` for many instants: a function over constants."""
         # Over one time constant of the real rate at most, 1 - (1 - e^(-rt)) loses nothing.
@@ -230,13 +239,23 @@ class AbsoluteContact:
     def _three_rates(self, t: float) -> list[float]:
         """`state` for three real rates."""
         omega = self._omega
-        d = v_club = v_ball = moved = 0.0
+        tau = omega * t
+        # While two of the rates have hardly begun, their modes are large and nearly cancel: what
+        # has changed since the start is then known better. Later it is what is left.
+        begun = self._middle * tau > 1.0
+        if begun:
+            d = v_club = v_ball = 0.0
+        else:
+            d = omega * self._base[7]
+            v_club, v_ball = self._base[3:5]
+        moved = 0.0
         for rate, a0, a1, a2 in self._motion:
-            e = exp(-rate * omega * t)
+            fallen = expm1(-rate * tau)
+            e = exp(-rate * tau) if begun else fallen
             d += a0 * e
             v_club += a1 * e
             v_ball += a2 * e
-            moved -= a1 * expm1(-rate * omega * t) / rate
+            moved -= a1 * fallen / rate
         return self._at(d / omega, v_club, v_ball, moved / omega)
 
     def _meeting_rates(self, t: float) -> list[float]:
@@ -318,13 +337,12 @@ class AbsoluteContact:
         return None
 
     def _compression(self, t: float) -> tuple[float, float]:
-        _, _, _, v_club, v_ball, d = self.state(t)
-        return d, v_club - v_ball
+        return self.state(t)[5], self.closing(t)
 
     def _closing(self, t: float) -> tuple[float, float]:
         force, _, _, v_club, v_ball, _ = self.state(t)
         _, m_club, m_ball, _, _, _, b, _ = self._base
-        return v_club - v_ball, (b * v_ball - force) / m_ball - (b * v_club + force) / m_club
+        return self.closing(t), (b * v_ball - force) / m_ball - (b * v_club + force) / m_club
 
     def _turning_points(self, u: float, slope: float) -> Generator[float, int | None, None]:
         """Where the pair function with initial value u and this slope is zero, in order, s.
@@ -395,7 +413,22 @@ class AbsoluteContact:
             low = high
 
     def closing(self, t: float) -> float:
-        """Closing speed v_club - v_ball at t, m/s."""
+        """Closing speed d' at t, m/s, exact even where both bodies are much faster."""
+        if self._kind == _OSCILLATING:
+            r, slow, frequency, a0, c0, s0, *_ = self._motion
+            z = complex_exp(complex(-slow * t, frequency * t))
+            pair = (frequency * s0 - slow * c0) * z.real - (slow * s0 + frequency * c0) * z.imag
+            return pair - r * a0 * exp(-r * t)
+        tau = self._omega * t
+        if self._kind == _THREE_RATES:
+            return -sum(rate * a0 * exp(-rate * tau) for rate, a0, _, _ in self._motion)
+        if self._kind == _MEETING_RATES:
+            r = self._system[4]
+            _, slow, second = self._pair
+            a0, c0, s0, *_ = self._motion
+            pair = (s0 - slow * c0) * exp(-slow * tau)
+            pair -= s0 * (slow + second) * _difference(slow, second, tau)
+            return pair - r * a0 * exp(-r * tau)
         _, _, _, v_club, v_ball, _ = self.state(t)
         return v_club - v_ball
 
@@ -421,10 +454,16 @@ class AbsoluteContact:
             return k * (pair / square - a0 * exp(-r * begin) * expm1(-r * width) / r)
         start, tau = omega * begin, omega * width
         if self._kind == _THREE_RATES:
-            total = sum(
-                -a0 * exp(-rate * start) * expm1(-rate * tau) / rate
-                for rate, a0, _, _ in self._motion
-            )
+            if self._middle * (start + tau) > 1.0:
+                total = sum(
+                    -a0 * exp(-rate * start) * expm1(-rate * tau) / rate
+                    for rate, a0, _, _ in self._motion
+                )
+            else:
+                total = tau * omega * self.state(begin)[5] + tau * sum(
+                    a0 * exp(-rate * start) * _mean_fall(rate * tau)
+                    for rate, a0, _, _ in self._motion
+                )
             return k * total / (omega * omega)
         if self._kind == _MEETING_RATES:
             r = self._system[4]
@@ -630,6 +669,19 @@ def _half_swings_to_zero(before: float, now: float, growth: float) -> int:
         return 0
     wait = log(level / swing + 1.0) / growth
     return 2 * max(0, ceil(min(wait, 1e15) / 2.0) - 2)
+
+
+def _mean_fall(x: float) -> float:
+    """(1 - e^(-x)) / x - 1: the mean of e^(-y) - 1 over y from 0 to x."""
+    if x > 0.5:
+        return -expm1(-x) / x - 1.0
+    term = total = -0.5 * x
+    n = 2
+    while abs(term) > 1e-18 * abs(total):
+        n += 1
+        term *= -x / n
+        total += term
+    return total
 
 
 def _difference(slow: float, split: float, tau: float) -> float:

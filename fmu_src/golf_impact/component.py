@@ -30,6 +30,8 @@ from .variables import VARIABLES
 INSTANTIATED, INITIALIZATION, BLOCKED, STEPPING, TERMINATED = range(5)
 
 _START_VALUES = tuple(variable.start for variable in VARIABLES[:SETTABLE])
+_LOW = [variable.low for variable in VARIABLES[:INPUTS]]
+_HIGH = [variable.high for variable in VARIABLES[:INPUTS]]
 
 #: How far (relative to the step) a host's communication point may lie from where its last step
 #: ended: enough for sums of rounded steps, far too little for a step left out.
@@ -64,6 +66,7 @@ class Component:
         "_asked",
         "_count",
         "_impact",
+        "_last_phase",
         "_memo",
         "_memo_of",
         "_mode",
@@ -115,6 +118,7 @@ class Component:
         self._anchored = True
         self._ordinary = False
         #: The present phase: its state at t, how long it has lasted, and its end (NaN: unknown).
+        self._last_phase: object = None
         self._motion: Callable[[float], State] = _no_motion
         self._offset = 0.0
         self._until = nan
@@ -208,9 +212,12 @@ class Component:
 
     def _fold(self) -> None:
         """Add the steps that were only counted to the clock; the next step is looked at closely."""
-        if self._count:
+        count, size = self._count, self._size
+        if count == 1:
+            self._tick(size)
+            self._count = 0
+        elif count:
             # Two factors of at most 26 bits have an exact product.
-            count, size = self._count, self._size
             high = 134217729.0 * size
             high -= high - size
             self._tick(count * high)
@@ -228,14 +235,10 @@ class Component:
 
     def _problem(self, point: float, size: float) -> str | None:
         """Whatever a step in a row of equal ones needn't look at; why it is refused, or None."""
-        if self._mode == BLOCKED:
-            problem = self._begin()
-            if problem is not None:
-                return f"steps are refused until this is corrected: {problem}"
-        if self._mode == TERMINATED:
-            return "a step after the end of the run is refused: reset the instance first"
         if self._mode != STEPPING:
-            return "a step before the end of initialization is refused"
+            problem = self._not_stepping()
+            if problem is not None:
+                return problem
         if not 0.0 < size <= 1e100:
             return f"communication step size = {size!r} s is refused: it must be > 0 and finite"
         if self._refused or self._once:
@@ -262,6 +265,14 @@ class Component:
             impact.hold(self.clock, self.carry, inputs)
         self._anchored = True
         return None
+
+    def _not_stepping(self) -> str | None:
+        if self._mode == BLOCKED:
+            problem = self._begin()
+            return problem and f"steps are refused until this is corrected: {problem}"
+        if self._mode == TERMINATED:
+            return "a step after the end of the run is refused: reset the instance first"
+        return "a step before the end of initialization is refused"
 
     def _move_origin(self, point: float) -> None:
         """After a restore the host's time may go on from anywhere; a touch to come moves along."""
@@ -293,6 +304,18 @@ class Component:
             type_: the type that the host believes they have.
         """
         for reference, value in zip(references, values):
+            if (
+                reference < INPUTS
+                and self._mode == STEPPING
+                and type_ == "Real"
+                and _LOW[reference] <= value <= _HIGH[reference]
+                and not self._refused
+            ):
+                # An input in the middle of a run: what a host does again and again.
+                if value != self._values[reference]:
+                    self._values[reference] = value
+                    self._fold()
+                continue
             variable = VARIABLES[reference] if 0 <= reference < SETTABLE else None
             if variable is None or variable.type != type_:
                 self._refuse_once(
@@ -315,13 +338,9 @@ class Component:
                 if self._refused:
                     self._refused.pop(variable.name, None)
                 self._values[reference] = value
-                if self._count:
-                    self._fold()
-                else:
-                    self._size = nan
+                self._fold()
                 if self._mode < STEPPING:
                     self._impact = self._now = None
-                    self._until = nan
 
     def reals(self, references: list[int]) -> list[float]:
         """Values of Real variables, evaluated now unless they have been at this point."""
@@ -400,7 +419,11 @@ class Component:
                 inputs = (1.0, 0.0, parameters.ball_speed)
             impact = self._impact = Impact(parameters, inputs)
         now = self._now = impact.state(self.clock, self.carry)
-        self._motion, self._offset, self._until = impact.phase(self.clock, self.carry)
+        if impact.phase is self._last_phase:
+            # The second read in one phase: from now on straight from its function of time.
+            self._motion, self._offset, self._until = impact.course(self.clock, self.carry)
+        else:
+            self._last_phase = impact.phase
         return now
 
     # State

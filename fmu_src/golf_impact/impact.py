@@ -128,9 +128,9 @@ class Impact:
         "_low",
         "_offset",
         "_peaks",
-        "_phase",
         "in_force",
         "parameters",
+        "phase",
         "touch",
     )
 
@@ -139,8 +139,8 @@ class Impact:
         self.parameters = parameters
         #: The inputs that act now.
         self.in_force = inputs
-        #: The present phase and when it started.
-        self._phase: Any = Approach(-parameters.gap, 0.0, 0.0, inputs[2], parameters.ball_speed)
+        #: The present phase, and when it started (s since the start, as a pair).
+        self.phase: Any = Approach(-parameters.gap, 0.0, 0.0, inputs[2], parameters.ball_speed)
         self._high = 0.0
         self._low = 0.0
         #: First touch, or None before it.
@@ -159,20 +159,20 @@ class Impact:
 
     def state(self, high: float, low: float) -> State:
         """Force (N), positions (m) and velocities (m/s) of club and ball, compression (m)."""
-        t = (high - self._high) + (low - self._low)
-        phase = self._phase
-        if t < phase.duration:
-            return phase.state(t)
-        if self.touch is None:
-            self._meet(phase)
-        else:
-            self._part(phase)
-        return self.state(high, low)
+        while True:
+            t = (high - self._high) + (low - self._low)
+            phase = self.phase
+            if t < phase.duration:
+                return phase.state(t)
+            if self.touch is None:
+                self._meet(phase)
+            else:
+                self._part(phase)
 
-    def phase(self, high: float, low: float) -> tuple[Callable[[float], State], float, float]:
+    def course(self, high: float, low: float) -> tuple[Callable[[float], State], float, float]:
         """The present phase: its `state`, how long it has lasted, and how long it lasts (s)."""
         t = (high - self._high) + (low - self._low)
-        phase = self._phase
+        phase = self.phase
         return phase.fast_state() if self.in_contact else phase.state, t, phase.duration
 
     def _meet(self, approach: Approach) -> None:
@@ -188,12 +188,9 @@ class Impact:
     def _part(self, contact: Any) -> None:
         """The end of contact."""
         elapsed = contact.duration
-        end = contact.state(elapsed)
-        if self.parameters.law == 1:
-            end[2], end[5] = end[1], 0.0
         self._advance_start(elapsed)
         self._finish(contact, elapsed)
-        self._phase = Flight(end, contact.closing(elapsed))
+        self.phase = Flight(*contact.end())
 
     def _advance_start(self, elapsed: float) -> None:
         # Two-sum: the rounding error of the sum goes into the low part.
@@ -207,7 +204,7 @@ class Impact:
     ) -> None:
         k, b, _ = self.in_force
         self._contact_start = (k, b, x_club, compression, v_club, v_ball, closing)
-        self._phase = self._contact = self._contact_phase()
+        self.phase = self._contact = self._contact_phase()
 
     def _contact_phase(self) -> Any:
         p = self.parameters
@@ -227,7 +224,7 @@ class Impact:
         A touch that falls on this very instant hasn't been passed yet, so it is decided anew.
         """
         before = self.in_force
-        phase = self._phase
+        phase = self.phase
         t = (high - self._high) + (low - self._low)
         if self.touch is None:
             if t <= phase.duration:
@@ -240,12 +237,12 @@ class Impact:
             x = self.touch.position
             self.touch = self._contact = None
             self.in_force = inputs
-            self._phase = Approach(x, 0.0, x, inputs[2], self.parameters.ball_speed)
+            self.phase = Approach(x, 0.0, x, inputs[2], self.parameters.ball_speed)
             return
         self.state(high, low)
         self.in_force = inputs
-        if self._phase is self._contact and inputs[:2] != before[:2]:
-            self._contact_changes(self._phase, (high - self._high) + (low - self._low))
+        if self.phase is self._contact and inputs[:2] != before[:2]:
+            self._contact_changes(self.phase, (high - self._high) + (low - self._low))
             self._high, self._low = high, low
 
     def _approach_anew(self, phase: Approach, t: float, club_speed: float) -> None:
@@ -255,7 +252,7 @@ class Impact:
         back = x_club - phase.x_club
         x_low = phase.x_club_low + (phase.x_club - (x_club - back)) + (step - back)
         x_ball = phase.x_ball + phase.u_ball * t
-        self._phase = Approach(x_club, x_low, x_ball, club_speed, self.parameters.ball_speed)
+        self.phase = Approach(x_club, x_low, x_ball, club_speed, self.parameters.ball_speed)
 
     def _contact_changes(self, phase: Any, t: float) -> None:
         """K or b changed in mid-contact: a new phase goes on from the present state."""
@@ -267,7 +264,7 @@ class Impact:
         if self.parameters.law == 2 and k * compression + b * closing <= 0.0:
             now[0] = 0.0
             self._contact = None
-            self._phase = Flight(now, closing)
+            self.phase = Flight(now, closing)
         else:
             self._enter_contact(x_club, compression, v_club, v_ball, closing)
 
@@ -278,7 +275,7 @@ class Impact:
         return (
             self.parameters,
             self.in_force,
-            self._phase,
+            self.phase,
             self._high,
             self._low,
             self.touch,
@@ -296,7 +293,7 @@ class Impact:
         (
             self.parameters,
             self.in_force,
-            self._phase,
+            self.phase,
             self._high,
             self._low,
             self.touch,
@@ -311,7 +308,7 @@ class Impact:
     def packed(self) -> list:
         """The same as numbers and lists of numbers, for `unpacked` in another process."""
         self._sum_up()
-        phase = self._phase
+        phase = self.phase
         arguments = phase.arguments() if self.touch is None or phase is not self._contact else None
         return [
             self.parameters,
@@ -349,9 +346,9 @@ class Impact:
         self._contact_start = tuple(start)
         self._contact = self._contact_phase() if has_contact else None
         if arguments is None:
-            self._phase = self._contact
+            self.phase = self._contact
         else:
-            self._phase = (Approach if touch is None else Flight)(*arguments)
+            self.phase = (Approach if touch is None else Flight)(*arguments)
         self._finished = ()
         self._peaks = Peaks(*peaks)
         return self
@@ -361,7 +358,7 @@ class Impact:
     @property
     def in_contact(self) -> bool:
         """Whether the bodies are in contact now."""
-        return self.touch is not None and self._phase is self._contact
+        return self.touch is not None and self.phase is self._contact
 
     def _now(self, high: float, low: float) -> float:
         return (high - self._high) + (low - self._low)
@@ -374,7 +371,7 @@ class Impact:
         """How far the ball has moved while in contact, m."""
         if self.touch is None:
             return 0.0
-        x_ball = state[2] if self.in_contact else self._phase.start[2]
+        x_ball = state[2] if self.in_contact else self.phase.start[2]
         return x_ball - self.touch.position
 
     def impulse(self, high: float, low: float) -> float:
@@ -382,7 +379,7 @@ class Impact:
         self._sum_up()
         so_far = self._peaks.impulse
         if self.in_contact:
-            so_far += _impulse_between(self._phase, 0.0, self._now(high, low))
+            so_far += _impulse_between(self.phase, 0.0, self._now(high, low))
         return so_far
 
     def peak_force(self, high: float, low: float) -> tuple[float, float]:
@@ -390,7 +387,7 @@ class Impact:
         self._sum_up()
         best = self._peaks.force, self._peaks.time
         if self.in_contact:
-            force, when = self._phase.peak_force(self._now(high, low))
+            force, when = self.phase.peak_force(self._now(high, low))
             if force > best[0]:
                 return force, self._offset + when
         return best
@@ -400,7 +397,7 @@ class Impact:
         self._sum_up()
         best = self._peaks.compression
         if self.in_contact:
-            return max(best, self._phase.peak_compression(self._now(high, low)))
+            return max(best, self.phase.peak_compression(self._now(high, low)))
         return best
 
     def _sum_up(self) -> None:
@@ -426,14 +423,14 @@ class Impact:
         if contact is None:
             return 0.0
         end = self._now(high, low)
-        if self._phase is not contact:
+        if self.phase is not contact:
             end += contact.duration
         begin = max(0.0, end - step)
         end = min(end, contact.duration)
         if begin >= end:
             return 0.0
         # The step itself is known better than the difference of two times.
-        width = step if self._phase is contact and begin > 0.0 else end - begin
+        width = step if self.phase is contact and begin > 0.0 else end - begin
         return _impulse_between(contact, begin, end, width)
 
 

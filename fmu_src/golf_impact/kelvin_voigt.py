@@ -159,6 +159,23 @@ class KelvinVoigtContact:
         c, s = self._basis_at(t)
         return self._motion[6] * c + self._motion[7] * s
 
+    def end(self) -> tuple[list[float], float]:
+        """State and closing speed when contact ends: the force is 0, the ball not yet round."""
+        t = self.duration
+        _, _, _, _, d, d_s, w, w_s, p, q, x, v = self._motion
+        c, s = self._basis_at(t)
+        compression = d * c + d_s * s
+        closing = w * c + w_s * s
+        x += v * t
+        return [
+            0.0,
+            x + p * compression,
+            x - q * compression,
+            v + p * closing,
+            v - q * closing,
+            compression,
+        ], closing
+
     def fast_state(self) -> Callable[[float], list[float]]:
         """`state` for many instants: a function over constants."""
         return _oscillating(*self._motion) if self._basis == _OSCILLATING else self.state
