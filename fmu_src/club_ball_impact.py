@@ -26,7 +26,13 @@ class ClubBallImpact(Fmi2Slave):
         self.vars = _registered
         self._component = component
         # Bound here, a call from the host runs straight into the component.
-        self.__dict__.update(do_step=component.step, get_real=component.reals)
+        self.__dict__.update(
+            do_step=component.step,
+            get_real=component.reals,
+            set_real=component.set_values,
+            _get_fmu_state=component.snapshot,
+            _set_fmu_state=component.restore,
+        )
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         self._component.set_up(start_time)
@@ -52,9 +58,6 @@ class ClubBallImpact(Fmi2Slave):
     def get_string(self, vrs):
         return [str(value) for value in self._component.discretes(vrs, "String")]
 
-    def set_real(self, vrs, values):
-        self._component.set_values(vrs, values, "Real")
-
     def set_integer(self, vrs, values):
         self._component.set_values(vrs, values, "Enumeration")
 
@@ -63,15 +66,6 @@ class ClubBallImpact(Fmi2Slave):
 
     def set_string(self, vrs, values):
         self._component.set_values(vrs, values, "String")
-
-    def _get_fmu_state(self):
-        return self._component.snapshot()
-
-    def _set_fmu_state(self, state):
-        if isinstance(state, tuple):
-            self._component.restore(state)
-        else:
-            self._component.refuse_state()
 
     @staticmethod
     def _fmu_state_to_bytes(state):

@@ -87,8 +87,7 @@ class AbsoluteContact:
         half = 0.5 * (drag1 + y)
         product = 4.0 * zeta * p * q / r
         square = product - half * half
-        roots: list[tuple[float, float, float]] = []
-        single = (r, x, y)
+        roots: list[tuple[float, float, float]] | None = None
         if square > 0.0:
             oscillates, slow, second = True, half, sqrt(square)
             fast = half
@@ -108,10 +107,10 @@ class AbsoluteContact:
             )
             # The two rates with the smaller ratio make the pair.
             low, middle, high = (rate for rate, _, _ in roots)
-            single = roots.pop(0 if middle * middle > low * high else 2)
-            if single[0] != r:
-                r, x, y = single
-                slow, fast = roots[0][0], roots[1][0]
+            lone = 0 if middle * middle > low * high else 2
+            if roots[lone][0] != r:
+                r, x, y = roots[lone]
+                slow, fast = roots[1 - lone // 2][0], roots[2 - lone // 2][0]
                 second = fast - slow
             apart = abs((r - slow) * (r - fast))
         d = omega * compression
@@ -135,12 +134,10 @@ class AbsoluteContact:
             self._kind = _NEAR_TRIPLE_ROOTS
             self._motion: tuple = ()
             guess = pi / omega
-        elif not oscillates and fast > 2.0 * slow:
+        elif roots is not None and fast > 2.0 * slow:
             self._kind = _THREE_RATES
             self._middle = sorted((r, slow, fast))[1]
-            self._motion = tuple(
-                _mode(*root, p, q, d, v1, v2, m_club >= m_ball) for root in (single, *roots)
-            )
+            self._motion = tuple(_mode(*root, p, q, d, v1, v2, m_club >= m_ball) for root in roots)
             guess = pi / omega
         else:
             # The real mode is (x, p, u), its left partner (-q x, q, u).

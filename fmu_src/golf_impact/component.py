@@ -200,8 +200,10 @@ class Component:
             self._now = None
             return True
         problem = self._problem(point, size)
-        self._fold()
+        if self._count:
+            self._fold()
         if problem is not None:
+            self._size = nan
             self._report(problem)
             return False
         self._size = self.last_step = size
@@ -257,11 +259,13 @@ class Component:
         impact = self._impact
         assert impact is not None
         if inputs != impact.in_force:
-            if not (self._ordinary and usual(inputs)):
+            if not (self._ordinary and usual(*inputs)):
                 problem = conflict(impact.parameters, inputs)
                 if problem is not None:
                     return problem
-            self._fold()
+            if self._count:
+                self._fold()
+            self._until = nan
             impact.hold(self.clock, self.carry, inputs)
         self._anchored = True
         return None
@@ -278,7 +282,7 @@ class Component:
         """After a restore the host's time may go on from anywhere; a touch to come moves along."""
         assert self._impact is not None
         touch = self._impact.touch
-        if touch is None or touch.high >= self.clock:
+        if touch is None or touch[0] >= self.clock:
             self.origin = point - self.clock
 
     # Refusals
@@ -295,7 +299,7 @@ class Component:
 
     # Values
 
-    def set_values(self, references: list[int], values: list, type_: str) -> None:
+    def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
         """Set inputs and parameters; what is refused keeps its value.
 
         Args:
@@ -448,8 +452,13 @@ class Component:
             self._impact.snapshot() if self._mode >= STEPPING and self._impact else None,
         )
 
-    def restore(self, snapshot: tuple) -> None:
+    def restore(self, snapshot: tuple | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
+        if not isinstance(snapshot, tuple):
+            self._refuse_once(
+                "a state that this component didn't make is refused; it has no effect"
+            )
+            return
         (
             self._mode,
             values,
@@ -494,7 +503,3 @@ class Component:
             return (mode, tuple(values), refused, tuple(once), *numbers, impact)
         except (ArithmeticError, TypeError, ValueError):
             return None
-
-    def refuse_state(self) -> None:
-        """A host brought a state that isn't one of this component's."""
-        self._refuse_once("a state that this component didn't make is refused; nothing changed")

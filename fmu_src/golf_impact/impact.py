@@ -91,16 +91,8 @@ class Flight:
         ]
 
 
-class Touch:
-    """First touch: when (s since the start, as a pair), where (m), and how fast the club was."""
-
-    __slots__ = ("high", "low", "position", "u_club")
-
-    def __init__(self, high: float, low: float, position: float, u_club: float) -> None:
-        self.high = high
-        self.low = low
-        self.position = position
-        self.u_club = u_club
+#: First touch: when (s since the start, as a pair), where (m), and how fast the club was (m/s).
+Touch = tuple[float, float, float, float]
 
 
 class Peaks(NamedTuple):
@@ -162,42 +154,30 @@ class Impact:
         while True:
             t = (high - self._high) + (low - self._low)
             phase = self.phase
-            if t < phase.duration:
+            elapsed = phase.duration
+            if t < elapsed:
                 return phase.state(t)
+            if elapsed:
+                # Two-sum: the rounding error of the sum goes into the low part.
+                begin = self._high
+                end = begin + elapsed
+                back = end - begin
+                self._low += (begin - (end - back)) + (elapsed - back)
+                self._high = end
             if self.touch is None:
-                self._meet(phase)
+                u_club, u_ball = phase.u_club, phase.u_ball
+                x_ball = phase.x_ball + u_ball * elapsed
+                self.touch = (self._high, self._low, x_ball, u_club)
+                self._enter_contact(x_ball, 0.0, u_club, u_ball, u_club - u_ball)
             else:
-                self._part(phase)
+                self._finish(phase, elapsed)
+                self.phase = Flight(*phase.end())
 
     def course(self, high: float, low: float) -> tuple[Callable[[float], State], float, float]:
         """The present phase: its `state`, how long it has lasted, and how long it lasts (s)."""
         t = (high - self._high) + (low - self._low)
         phase = self.phase
         return phase.fast_state() if self.in_contact else phase.state, t, phase.duration
-
-    def _meet(self, approach: Approach) -> None:
-        """First touch: contact begins."""
-        elapsed = approach.duration
-        if elapsed:
-            self._advance_start(elapsed)
-        x_ball = approach.x_ball + approach.u_ball * elapsed
-        self.touch = Touch(self._high, self._low, x_ball, approach.u_club)
-        u_club, u_ball = approach.u_club, approach.u_ball
-        self._enter_contact(x_ball, 0.0, u_club, u_ball, u_club - u_ball)
-
-    def _part(self, contact: Any) -> None:
-        """The end of contact."""
-        elapsed = contact.duration
-        self._advance_start(elapsed)
-        self._finish(contact, elapsed)
-        self.phase = Flight(*contact.end())
-
-    def _advance_start(self, elapsed: float) -> None:
-        # Two-sum: the rounding error of the sum goes into the low part.
-        high = self._high + elapsed
-        back = high - self._high
-        self._low += (self._high - (high - back)) + (elapsed - back)
-        self._high = high
 
     def _enter_contact(
         self, x_club: float, compression: float, v_club: float, v_ball: float, closing: float
@@ -208,13 +188,17 @@ class Impact:
 
     def _contact_phase(self) -> Any:
         p = self.parameters
-        law: Callable = AbsoluteContact if p.law == 1 else KelvinVoigtContact
-        k, b, *start = self._contact_start
-        return law(k, b, p.m_club, p.m_ball, *start)
+        law: Any = KelvinVoigtContact if p[5] == 2 else AbsoluteContact
+        k, b, x_club, compression, v_club, v_ball, closing = self._contact_start
+        return law(k, b, p[0], p[1], x_club, compression, v_club, v_ball, closing)
 
     def _finish(self, phase: Any, elapsed: float) -> None:
-        self._finished = (*self._finished, (phase, elapsed, self._offset))
+        ended = (phase, elapsed, self._offset)
         self._offset += elapsed
+        if not self._finished:
+            self._finished = (ended,)
+            return
+        self._finished = (*self._finished, ended)
         if len(self._finished) >= _REMEMBERED:
             self._sum_up()
 
@@ -234,7 +218,7 @@ class Impact:
                     self._high, self._low = high, low
                 return
         elif phase is self._contact and self._offset == t == 0.0:
-            x = self.touch.position
+            x = self.touch[2]
             self.touch = self._contact = None
             self.in_force = inputs
             self.phase = Approach(x, 0.0, x, inputs[2], self.parameters.ball_speed)
@@ -316,7 +300,7 @@ class Impact:
             arguments,
             self._high,
             self._low,
-            [getattr(self.touch, name) for name in Touch.__slots__] if self.touch else None,
+            self.touch,
             self._contact_start,
             self._contact is not None,
             self._offset,
@@ -342,7 +326,7 @@ class Impact:
         self.parameters = Parameters(*parameters)
         self.in_force = tuple(in_force)
         self._high, self._low, self._offset = high, low, offset
-        self.touch = Touch(*touch) if touch is not None else None
+        self.touch = tuple(touch) if touch is not None else None
         self._contact_start = tuple(start)
         self._contact = self._contact_phase() if has_contact else None
         if arguments is None:
@@ -372,7 +356,7 @@ class Impact:
         if self.touch is None:
             return 0.0
         x_ball = state[2] if self.in_contact else self.phase.start[2]
-        return x_ball - self.touch.position
+        return x_ball - self.touch[2]
 
     def impulse(self, high: float, low: float) -> float:
         """Impulse of the contact force so far, N.s."""

@@ -162,8 +162,13 @@ class KelvinVoigtContact:
     def end(self) -> tuple[list[float], float]:
         """State and closing speed when contact ends: the force is 0, the ball not yet round."""
         t = self.duration
-        _, _, _, _, d, d_s, w, w_s, p, q, x, v = self._motion
-        c, s = self._basis_at(t)
+        first, second, _, _, d, d_s, w, w_s, p, q, x, v = self._motion
+        if self._basis == _OSCILLATING:
+            z = complex_exp(complex(-first * t, second * t))
+            c = z.real
+            s = z.imag
+        else:
+            c, s = self._basis_at(t)
         compression = d * c + d_s * s
         closing = w * c + w_s * s
         x += v * t

@@ -96,7 +96,7 @@ def ordinary(parameters: Parameters, inputs: Inputs) -> bool:
     """Whether every magnitude is so ordinary that any `usual` inputs will do as well."""
     p = parameters
     return (
-        usual(inputs)
+        usual(*inputs)
         and 1e-30 < p.m_club < 1e30
         and 1e-30 < p.m_ball < 1e30
         and abs(p.ball_speed) < 1e30
@@ -104,7 +104,6 @@ def ordinary(parameters: Parameters, inputs: Inputs) -> bool:
     )
 
 
-def usual(inputs: Inputs) -> bool:
+def usual(k: float, b: float, club_speed: float) -> bool:
     """A quick yes for inputs that need no closer look; see `ordinary`."""
-    k, b, club_speed = inputs
     return 1e-30 < k < 1e30 and b < 1e30 and -1e30 < club_speed < 1e30

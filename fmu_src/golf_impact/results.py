@@ -39,28 +39,29 @@ def _mean_force(impact: Impact, state: State, at: Moment) -> float:
 
 def _touch_time(impact: Impact, state: State, at: Moment) -> float:
     touch = impact.touch
-    return at.start_time if touch is None else at.origin + (touch.high + touch.low)
+    return at.start_time if touch is None else at.origin + (touch[0] + touch[1])
 
 
 def _smash_factor(impact: Impact, state: State, at: Moment) -> float:
     touch = impact.touch
-    return state[4] / touch.u_club if touch is not None and touch.u_club else 0.0
+    return state[4] / touch[3] if touch is not None and touch[3] else 0.0
 
 
 def _coefficient_of_restitution(impact: Impact, state: State, at: Moment) -> float:
     touch = impact.touch
     if touch is None:
         return 0.0
-    return (state[4] - state[3]) / (touch.u_club - impact.parameters.ball_speed)
+    return (state[4] - state[3]) / (touch[3] - impact.parameters[3])
 
 
 def _energy_efficiency(impact: Impact, state: State, at: Moment) -> float:
     touch = impact.touch
     if touch is None:
         return 1.0
-    _, _, _, v_club, v_ball, _ = state
-    m_club, m_ball, _, u_ball, *_ = impact.parameters
-    u_club = touch.u_club
+    v_club, v_ball = state[3], state[4]
+    parameters = impact.parameters
+    m_club, m_ball, u_ball = parameters[0], parameters[1], parameters[3]
+    u_club = touch[3]
     at_touch = m_club * u_club * u_club + m_ball * u_ball * u_ball
     return (m_club * v_club * v_club + m_ball * v_ball * v_ball) / at_touch if at_touch else 1.0
 
