@@ -552,14 +552,15 @@ def _oscillating(
         c = z.real
         s = z.imag
         e = expm1(real_rate * t)
-        d = a0 + a0 * e + c0 * c + s0 * s
+        r = 1.0 + e
+        d = a0 * r + c0 * c + s0 * s
         x = x_0 + x_a * e + x_c * c + x_s * s
         return [
             k * d,
             x,
             x - d,
-            a1 + a1 * e + c1 * c + s1 * s,
-            a2 + a2 * e + c2 * c + s2 * s,
+            a1 * r + c1 * c + s1 * s,
+            a2 * r + c2 * c + s2 * s,
             d,
         ]
 

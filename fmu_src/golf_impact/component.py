@@ -39,7 +39,7 @@ _POINT_TOLERANCE = 1e-6
 
 #: How to read each distinct list of references of Real variables; a host has a few. The elements of
 #: `Impact.state`, where it asks for nothing else, or each variable's function (None: held).
-_real_plans: dict[tuple[int, ...], tuple[Callable[[State], list[float]] | None, tuple]] = {}
+_real_plans: dict[tuple[int, ...], tuple[Callable[[State], list[float]] | None, tuple, tuple]] = {}
 _MAX_PLANS = 256
 
 #: First item of a serialized state: another layout must have another one.
@@ -78,6 +78,7 @@ class Component:
         "_pick",
         "_plan",
         "_point",
+        "_quick",
         "_refused",
         "_report",
         "_size",
@@ -95,7 +96,7 @@ class Component:
         self._mode = INSTANTIATED
         #: Values as the host sees them: inputs and parameters in the table's order.
         self._values: list[Any] = list(_START_VALUES)
-        #: Why steps are refused until it is corrected, by variable name.
+        #: Why steps are refused until it is corrected, by variable name; never changed in place.
         self._refused: dict[str, str] = {}
         #: Why the next step is refused: calls that nothing can correct.
         self._once: tuple[str, ...] = ()
@@ -129,6 +130,7 @@ class Component:
         #: The last list of references read, and how.
         self._asked: list[int] = []
         self._pick: Callable[[State], list[float]] | None = None
+        self._quick: tuple = ()
         self._plan: tuple = ()
 
     # Modes
@@ -140,7 +142,7 @@ class Component:
         elif not isfinite(start_time):
             self._refuse("start time", f"start time = {start_time!r} s must be a finite number")
         else:
-            self._refused.pop("start time", None)
+            self._corrected("start time")
             self.start_time = self.origin = self._point = start_time
 
     def enter_initialization(self) -> None:
@@ -288,9 +290,13 @@ class Component:
     # Refusals
 
     def _refuse(self, name: str, message: str) -> None:
-        self._refused[name] = message
+        self._refused = {**self._refused, name: message}
         self._fold()
         self._report(message)
+
+    def _corrected(self, name: str) -> None:
+        if name in self._refused:
+            self._refused = {n: text for n, text in self._refused.items() if n != name}
 
     def _refuse_once(self, message: str) -> None:
         self._once = (*self._once, message)[-8:]
@@ -318,7 +324,9 @@ class Component:
                 # An input in the middle of a run: what a host does again and again.
                 if value != self._values[reference]:
                     self._values[reference] = value
-                    self._fold()
+                    if self._count:
+                        self._fold()
+                    self._size = nan
                 continue
             variable = VARIABLES[reference] if 0 <= reference < SETTABLE else None
             if variable is None or variable.type != type_:
@@ -330,8 +338,7 @@ class Component:
             elif not variable.low <= value <= variable.high:
                 self._refuse(variable.name, refusal(variable, value))
             elif value == self._values[reference]:
-                if self._refused:
-                    self._refused.pop(variable.name, None)
+                self._corrected(variable.name)
             elif reference >= INPUTS and self._mode == STEPPING:
                 self._refuse(
                     variable.name,
@@ -339,8 +346,7 @@ class Component:
                     f"initialization has ended (at {self._values[reference]!r})",
                 )
             else:
-                if self._refused:
-                    self._refused.pop(variable.name, None)
+                self._corrected(variable.name)
                 self._values[reference] = value
                 self._fold()
                 if self._mode < STEPPING:
@@ -351,13 +357,17 @@ class Component:
         if references != self._asked:
             self._ask(references)
         pick = self._pick
-        if pick is None:
-            return self._read(self._plan)
-        now = self._now
-        if now is None:
-            t = self._offset + self._count * self._size
-            now = self._now = self._motion(t) if t < self._until else self._evaluate()
-        return pick(now)
+        if pick is not None:
+            now = self._now
+            if now is None:
+                t = self._offset + self._count * self._size
+                now = self._now = self._motion(t) if t < self._until else self._evaluate()
+            return pick(now)
+        if self._quick:
+            now = self._now or self._evaluate()
+            impact = self._impact
+            return [result(impact, now, self) for result in self._quick]
+        return self._read(self._plan)
 
     def discretes(self, references: list[int], type_: str) -> list:
         """Values of variables of another type ("Enumeration", "Boolean")."""
@@ -377,8 +387,13 @@ class Component:
                     pick = _listed(itemgetter(*(reference - first for reference in key)))
             if len(_real_plans) >= _MAX_PLANS:
                 _real_plans.clear()
-            _real_plans[key] = pick, plan
-        self._pick, self._plan = _real_plans[key]
+            quick = tuple(
+                result
+                for reference, result in plan
+                if reference >= SETTABLE and reference not in results.COSTLY
+            )
+            _real_plans[key] = pick, quick if len(quick) == len(plan) else (), plan
+        self._pick, self._quick, self._plan = _real_plans[key]
         self._asked = list(references)
 
     def _functions(self, references: list[int], type_: str) -> tuple:
@@ -407,14 +422,17 @@ class Component:
                 self._refuse_once(f"a value reference that no {result} variable has is refused")
                 value = nan if result == "Real" else 0
             else:
-                value = memo[reference] = result(impact, state, self)
+                value = result(impact, state, self)
+                if reference in results.COSTLY:
+                    memo[reference] = value
             found.append(value)
         return found
 
     def _evaluate(self) -> State:
-        size = self._size
-        self._fold()
-        self._size = size
+        if self._count:
+            size = self._size
+            self._fold()
+            self._size = size
         impact = self._impact
         if impact is None:
             parameters, inputs = self._split()
@@ -440,7 +458,7 @@ class Component:
         return (
             self._mode,
             tuple(self._values),
-            dict(self._refused),
+            self._refused,
             self._once,
             self.clock,
             self.carry,
@@ -462,7 +480,7 @@ class Component:
         (
             self._mode,
             values,
-            refused,
+            self._refused,
             self._once,
             self.clock,
             self.carry,
@@ -474,7 +492,6 @@ class Component:
             impact,
         ) = snapshot
         self._values = list(values)
-        self._refused = dict(refused)
         self._impact = Impact.restored(impact) if impact is not None else None
         self._anchored = False
         self._count = 0
