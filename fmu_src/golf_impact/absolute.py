@@ -394,6 +394,8 @@ class AbsoluteContact:
             skip = None
             high = min(high, end)
             f = value(high)[0]
+            if f == 0.0:
+                return  # decayed below the least double
             if f * sign < 0.0:
                 yield _root(value, low, high, sign, guess)
                 sign = -sign
@@ -404,7 +406,9 @@ class AbsoluteContact:
                 growth = (r - slow) * pi / second
                 if growth <= 0.0:
                     return
-                skip = _half_swings_to_zero(last, f * exp(r * pi / second), growth)
+                skip = _half_swings_to_zero(
+                    last, f * exp(min(r * pi / second, _VANISHED - 45.0)), growth
+                )
             if oscillates and f * sign > 0.0:
                 last = f
             low = high
@@ -518,7 +522,10 @@ class AbsoluteContact:
         closing, change = self._closing(0.0)
         sign = 1.0 if (closing or change) > 0.0 else -1.0
         guess = 0.5 * min(self.duration, pi / self._omega)
-        crossings = self._crossings(self._closing, (slope, bend), sign, self.duration, guess)
+        # Whatever d is later, it was more a period or half a period before.
+        limit = 2.0 * pi / (second * self._omega) if oscillates else inf
+        limit = min(limit, self.duration)
+        crossings = self._crossings(self._closing, (slope, bend), sign, limit, guess)
         return [t for n, t in enumerate(crossings) if (n % 2 == 0) == (sign > 0.0)]
 
 
@@ -641,6 +648,7 @@ def _root(
 ) -> float:
     """The zero between low (where f has this sign) and high, by Newton's method in the bracket."""
     t = guess if low < guess < high else 0.5 * (low + high)
+    before = inf
     while True:
         f, slope = value(t)
         if f * sign > 0.0:
@@ -652,20 +660,22 @@ def _root(
         if abs(step) <= 1e-9 * t:
             return min(max(t - step, low), high)
         new = t - step
-        if not low < new < high:
-            new = 0.5 * (low + high)
+        # A step that doesn't shrink is of no use: halve the bracket, by ratio where it is wide.
+        if not low < new < high or abs(step) > 0.5 * before:
+            new = sqrt(low) * sqrt(high) if high > 4.0 * low > 0.0 else 0.5 * (low + high)
             if new in (low, high):
                 return new
+            step = inf
+        before = abs(step)
         t = new
 
 
 def _half_swings_to_zero(before: float, now: float, growth: float) -> int:
     """How many turning points can safely be passed over before a growing swing reaches zero."""
-    swing = abs(before - now) / (1.0 + exp(growth))
     level = min(abs(before), abs(now))
-    if swing == 0.0:
-        return 0
-    wait = log(level / swing + 1.0) / growth
+    # A swing too small to see beside the level is at most a rounding error of it.
+    swing = max(abs(before - now) / (1.0 + exp(growth)), 1e-17 * level)
+    wait = log(level / swing + 1.0) / growth if swing else inf
     return 2 * max(0, ceil(min(wait, 1e15) / 2.0) - 2)
 
 

@@ -26,6 +26,9 @@ _NODES = (
     (-0.906179845938664, 0.23692688505618908),
 )
 
+#: So near to touch or separation (relative) force and compression may be all rounding error.
+_CLOSE = 1e-12
+
 #: So many changes of k or b in one contact are remembered before their peaks are looked up.
 _REMEMBERED = 64
 
@@ -156,7 +159,13 @@ class Impact:
             phase = self.phase
             elapsed = phase.duration
             if t < elapsed:
-                return phase.state(t)
+                now = phase.state(t)
+                # Within a rounding error of touch or separation: bodies push, they don't pull.
+                if now[0] < 0.0 or now[5] < 0.0:
+                    now[0] = 0.0
+                    if now[5] < 0.0:
+                        now[2], now[5] = now[1], 0.0
+                return now
             if elapsed:
                 # Two-sum: the rounding error of the sum goes into the low part.
                 begin = self._high
@@ -177,7 +186,11 @@ class Impact:
         """The present phase: its `state`, how long it has lasted, and how long it lasts (s)."""
         t = (high - self._high) + (low - self._low)
         phase = self.phase
-        return phase.fast_state() if self.in_contact else phase.state, t, phase.duration
+        if not self.in_contact:
+            return phase.state, t, phase.duration
+        # Next to touch and separation `state` looks more closely.
+        end = phase.duration * (1.0 - _CLOSE)
+        return phase.fast_state(), t, end if t * phase.rate > _CLOSE else -inf
 
     def _enter_contact(
         self, x_club: float, compression: float, v_club: float, v_ball: float, closing: float

@@ -7,7 +7,7 @@ the bodies can push but not pull (Schwager & Pöschel, Granular Matter 9, 465–
 
 from cmath import exp as complex_exp
 from collections.abc import Callable
-from math import atan2, exp, expm1, log1p, sqrt
+from math import atan2, exp, expm1, log, log1p, sqrt
 
 _OSCILLATING, _MEETING_RATES, _TWO_RATES = range(3)
 
@@ -87,7 +87,12 @@ class KelvinVoigtContact:
             fast = omega * (zeta + root)
             slow = omega / (zeta + root)
             split = 2.0 * omega * root
-            self.duration = log1p(split * (force / mu) / (slow * slow * (w + fast * d))) / split
+            # The ratio of rates alone may be too large for a double.
+            ratio = split * (force / mu / (w + fast * d)) / slow
+            if ratio < 1e100 * slow:
+                self.duration = log1p(ratio / slow) / split
+            else:
+                self.duration = (log(ratio) - log(slow)) / split
             self.rate = fast
             start_slow, start_fast = w + fast * d, w + slow * d
             if fast > 2.0 * slow:

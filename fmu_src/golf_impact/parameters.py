@@ -5,8 +5,11 @@ from typing import NamedTuple
 
 from .variables import Variable
 
-#: Rates (1/s), damping ratios and masses (kg) outside these bounds would overflow on the way.
+#: Rates (1/s), masses (kg), speeds and lengths outside these bounds would overflow on the way.
 _SMALLEST, _LARGEST = 1e-100, 1e100
+
+#: A larger damping ratio, or ratio of the masses, leaves nothing of one term beside the other.
+_RATIO = 1e15
 
 
 class Parameters(NamedTuple):
@@ -79,15 +82,18 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
         mu >= _SMALLEST
         and total <= _LARGEST
         and _SMALLEST <= omega <= _LARGEST
-        and zeta <= _LARGEST
+        and zeta <= _RATIO
+        and p.m_club <= _RATIO * p.m_ball
+        and p.m_ball <= _RATIO * p.m_club
         and speed <= _LARGEST
         and p.gap <= _LARGEST
     ):
         return (
             f"k = {k!r}, b = {b!r}, m_club = {p.m_club!r}, m_ball = {p.m_ball!r}, club_speed = "
             f"{club_speed!r}, ball_speed = {p.ball_speed!r}, gap = {p.gap!r} together leave the "
-            "range of a double: masses, speeds, gap, the frequency sqrt(k/mu) and the damping "
-            f"ratio must stay below {_LARGEST:g}, masses and frequency above {_SMALLEST:g} (SI)"
+            "range of a double: masses, speeds, gap and the frequency sqrt(k/mu) must stay below "
+            f"{_LARGEST:g}, masses and frequency above {_SMALLEST:g} (SI), and the damping ratio "
+            f"and the ratio of the masses below {_RATIO:g}"
         )
     return None
 
@@ -97,8 +103,8 @@ def ordinary(parameters: Parameters, inputs: Inputs) -> bool:
     p = parameters
     return (
         usual(*inputs)
-        and 1e-30 < p.m_club < 1e30
-        and 1e-30 < p.m_ball < 1e30
+        and 1e-6 < p.m_club < 1e6
+        and 1e-6 < p.m_ball < 1e6
         and abs(p.ball_speed) < 1e30
         and p.gap < 1e30
     )
@@ -106,4 +112,5 @@ def ordinary(parameters: Parameters, inputs: Inputs) -> bool:
 
 def usual(k: float, b: float, club_speed: float) -> bool:
     """A quick yes for inputs that need no closer look; see `ordinary`."""
-    return 1e-30 < k < 1e30 and b < 1e30 and -1e30 < club_speed < 1e30
+    # With masses as in `ordinary` the damping ratio stays below 1e13.
+    return 1e-6 < k < 1e30 and b < 1e6 and -1e30 < club_speed < 1e30
