@@ -7,7 +7,7 @@ on the frame of reference, and heavy damping can keep the bodies together for ev
 
 from cmath import exp as complex_exp
 from collections.abc import Callable, Generator, Iterator
-from math import atan2, ceil, cos, exp, expm1, inf, log, log1p, pi, sin, sinh, sqrt
+from math import atan2, ceil, cos, exp, expm1, inf, log, log1p, pi, sin, sqrt
 
 #: A damping ratio as small as this changes no bit of any result, and needs no case of its own.
 _LEAST_DAMPING = 1e-30
@@ -15,6 +15,18 @@ _LEAST_DAMPING = 1e-30
 #: A real root nearer than this to the pair (relative, squared) is not split off from it: splitting
 #: costs a factor 1/this in rounding error.
 _NEAR_TRIPLE = 1e-2
+
+#: Gauss–Legendre nodes and weights on (-1, 1).
+_NODES = (
+    (0.0, 0.5688888888888889),
+    (0.5384693101056831, 0.47862867049936647),
+    (-0.5384693101056831, 0.47862867049936647),
+    (0.906179845938664, 0.23692688505618908),
+    (-0.906179845938664, 0.23692688505618908),
+)
+
+#: A contact shorter than this, over its fastest time scale, is brief.
+_BRIEF = 0.4
 
 #: What the roots are like: one real and an oscillating pair, three real, three of which two are
 #: close, or nearly one.
@@ -39,6 +51,7 @@ class AbsoluteContact:
 
     __slots__ = (
         "_base",
+        "_brief",
         "_critical",
         "_initial",
         "_kind",
@@ -130,10 +143,15 @@ class AbsoluteContact:
         #: The fastest rate of change in the phase, 1/s.
         self.rate = omega * max(1.0, 2.0 * zeta)
         duration = None
-        if apart < _NEAR_TRIPLE * r * r:
+        # How long the drags alone need to part the bodies again, in units of 1/ω0: long before the
+        # spring does if they move much faster than they close. Modes would cancel then.
+        parting = drag1 * v1 - drag2 * v2
+        brief = d == 0.0 and 2.0 * closing * max(1.0, 2.0 * zeta) < _BRIEF * parting
+        self._brief = brief
+        if brief or apart < _NEAR_TRIPLE * r * r:
             self._kind = _NEAR_TRIPLE_ROOTS
             self._motion: tuple = ()
-            guess = pi / omega
+            guess = 2.0 * closing / (parting * omega) if brief else pi / omega
         elif roots is not None and fast > 2.0 * slow:
             self._kind = _THREE_RATES
             self._middle = sorted((r, slow, fast))[1]
@@ -148,7 +166,12 @@ class AbsoluteContact:
             w0 = (d * (p * q + u * u) - x * (q * v1 + u * v2)) / norm
             w1 = (v1 * (u * u - q * x * x) + p * (q * x * d - u * v2)) / norm
             w2 = q * (v2 * (p - x * x) - u * (v1 - x * d)) / norm
-            h0 = w1 - w2 + slow * w0
+            # The closing speed less that of the real mode: unless they nearly cancel, it is better
+            # than the difference of two velocities that may be far larger.
+            h0 = closing - a * (p - u)
+            if abs(h0) < 0.5 * abs(closing):
+                h0 = w1 - w2
+            h0 += slow * w0
             h1 = -p * w0 + (slow - drag1) * w1
             # Orthogonal to the left partner too; where the drag balances the spring, this is what
             # q·w0 and drag·w2 leave of each other.
@@ -275,8 +298,8 @@ class AbsoluteContact:
             (a1 * ramp + c1 * ramp_slow + s1 * ((ramp_slow - s) / fast)) / omega,
         )
 
-    def _near_triple(self, t: float) -> list[float]:
-        """`state` where all three roots nearly meet (ζ ≈ 0.975, mass ratio ≈ 0.083).
+    def _by_differences(self, t: float) -> tuple[float, float, float]:
+        """ω0·d and the velocities of the heavier and the lighter body, without modes.
 
         Newton's form of the exponential: e^(-rτ)·x + S·y + G·z with S and G its second and third
         divided differences over the roots, y = (A + r)x and z = (A + g - r)y, A the system's matrix
@@ -284,7 +307,7 @@ class AbsoluteContact:
         """
         omega = self._omega
         tau = omega * t
-        p, q, drag1, drag2, r, zeta = self._system
+        p, q, drag1, drag2, r, _zeta = self._system
         d0, v1, v2, y0, y1, y2 = self._initial
         oscillates, slow, second = self._pair
         half = slow if oscillates else slow + 0.5 * second
@@ -298,6 +321,22 @@ class AbsoluteContact:
         d = e * d0 + s * y0 + g * z0
         heavy = e * v1 + s * y1 + g * z1
         light = e * v2 + s * y2 + g * z2
+        return d, heavy, light
+
+    def _near_triple(self, t: float) -> list[float]:
+        """`state` where all three roots nearly meet (ζ ≈ 0.975, mass ratio ≈ 0.083), or contact
+        is brief.
+        """
+        omega = self._omega
+        p, q, _, _, _, zeta = self._system
+        d0, v1, v2, _, _, _ = self._initial
+        d, heavy, light = self._by_differences(t)
+        if self._brief:
+            index = 1 if self._base[1] >= self._base[2] else 2
+            sign = 3 - 2 * index
+            moved = sum(w * self._by_differences(0.5 * t * (1.0 + x))[index] for x, w in _NODES)
+            v_club, v_ball = (heavy, light) if index == 1 else (-light, -heavy)
+            return self._at(d / omega, v_club, v_ball, 0.5 * t * sign * moved)
         # Heavily damped, so the displacements follow from the momentum that the drag took.
         lost = (q * (v1 - heavy) + p * (v2 - light)) / (2.0 * zeta * p * q)
         moved_heavy = 0.5 * (lost + (d - d0))
@@ -430,8 +469,17 @@ class AbsoluteContact:
             pair = (s0 - slow * c0) * exp(-slow * tau)
             pair -= s0 * (slow + second) * _difference(slow, second, tau)
             return pair - r * a0 * exp(-r * tau)
-        _, _, _, v_club, v_ball, _ = self.state(t)
-        return v_club - v_ball
+        _p, _q, _drag1, _, r, _ = self._system
+        d0, _, _, y0, y1, y2 = self._initial
+        oscillates, slow, second = self._pair
+        half = slow if oscillates else slow + 0.5 * second
+        square = second * second if oscillates else -0.25 * second * second
+        _, g = _divided_differences(r, half, square, tau)
+        z0 = y1 - y2 + (2.0 * half - r) * y0
+        c, s = _decayed(half, square, tau)
+        # The derivatives of e^(-rτ), S and G.
+        slope = c - half * s
+        return slope * y0 + (s - r * g) * z0 - r * exp(-r * tau) * d0
 
     def impulse(self, begin: float, width: float) -> float:
         """Impulse of the contact force over [begin, begin + width] (s), N.s: k times the integral
@@ -704,18 +752,10 @@ def _divided_differences(r: float, half: float, square: float, tau: float) -> tu
     meet, a Taylor series doesn't.
     """
     eta = half - r
-    x = square * tau * tau
-    if x > 0.0:
-        angle = sqrt(x)
-        s, c = sin(angle) / angle, cos(angle)
-    else:
-        angle = sqrt(-x)
-        s, c = (sinh(angle) / angle if angle else 1.0), sqrt(1.0 + sinh(angle) ** 2)
-    decay = exp(-half * tau)
-    s *= tau
+    c, s = _decayed(half, square, tau)
     reach = max(abs(eta), sqrt(abs(square))) * tau
     if reach > 1.0:
-        return decay * s, (exp(-r * tau) - decay * (c + eta * s)) / (eta * eta + square)
+        return s, (exp(-r * tau) - (c + eta * s)) / (eta * eta + square)
     # u = e^(-ησ) S(σ) e^(half σ) obeys u'' + 2ηu' + (η² + Ω²)u = 0, u(0) = 0, u'(0) = 1.
     stiffness = (eta * eta + square) * tau * tau
     damping = 2.0 * eta * tau
@@ -726,4 +766,16 @@ def _divided_differences(r: float, half: float, square: float, tau: float) -> tu
         previous, term = term, following
         n += 1
         integral += term / (n + 1.0)
-    return decay * s, exp(-r * tau) * integral * tau
+    return s, exp(-r * tau) * integral * tau
+
+
+def _decayed(half: float, square: float, tau: float) -> tuple[float, float]:
+    """e^(-half·τ)·(cos Ωτ, sin Ωτ/Ω) with Ω² = square, which may be negative."""
+    if square > 0.0:
+        angle = sqrt(square) * tau
+        decay = exp(-half * tau)
+        return decay * cos(angle), decay * (tau * sin(angle) / angle if angle else tau)
+    angle = sqrt(-square) * tau
+    slow = exp(angle - half * tau)
+    fallen = -expm1(-2.0 * angle)
+    return slow * (1.0 - 0.5 * fallen), slow * (0.5 * tau * fallen / angle if angle else tau)

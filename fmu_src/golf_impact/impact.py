@@ -422,7 +422,15 @@ class Impact:
         end = self._now(high, low)
         if self.phase is not contact:
             end += contact.duration
-        begin = max(0.0, end - step)
+        # Where the step began, from its own clock: with a step far longer than the contact, the
+        # difference of two late times would tell nothing.
+        before = high - step
+        back = high - before
+        lost = (high - (before + back)) + (back - step)
+        begin = (before - self._high) + ((low - self._low) + lost)
+        if self.phase is not contact:
+            begin += contact.duration
+        begin = max(0.0, begin)
         end = min(end, contact.duration)
         if begin >= end:
             return 0.0
