@@ -196,10 +196,11 @@ def _model_description(written: bytes, of_digest: str) -> bytes:
         for shown, factor in unit.display.items():
             ElementTree.SubElement(node, "DisplayUnit", name=shown, factor=repr(factor))
     types = ElementTree.Element("TypeDefinitions")
-    law = ElementTree.SubElement(types, "SimpleType", name="ContactLaw")
-    items = ElementTree.SubElement(law, "Enumeration")
-    for number, (name, description) in LAWS.items():
-        ElementTree.SubElement(items, "Item", name=name, value=str(number), description=description)
+    # An Integer, since libcosim and ecos know no Enumeration: they leave such a variable out.
+    meanings = "; ".join(f"{number} {name}: {text}" for number, (name, text) in LAWS.items())
+    law = ElementTree.SubElement(types, "SimpleType", name="ContactLaw", description=meanings)
+    bounds = {"min": str(min(LAWS)), "max": str(max(LAWS))}
+    ElementTree.SubElement(law, "Integer", bounds)
     place = list(root).index(_child(root, "CoSimulation")) + 1
     root.insert(place, units)
     root.insert(place + 1, types)
@@ -212,8 +213,8 @@ def _model_description(written: bytes, of_digest: str) -> bytes:
         value = variable[0]
         value.attrib.clear()
         if row.type == "Enumeration":
-            value.tag = "Enumeration"
             value.set("declaredType", "ContactLaw")
+            value.attrib |= bounds
         if row.start is not None:
             value.set("start", repr(row.start))
         if row.type != "Real":

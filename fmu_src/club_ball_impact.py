@@ -6,6 +6,7 @@ No physics in here, and no list of variables: both are golf_impact's.
 from collections import OrderedDict
 
 from golf_impact.component import Component
+from golf_impact.native import Hold
 from golf_impact.variables import VARIABLES
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Integer, Real
 from pythonfmu.enums import Fmi2Status
@@ -25,6 +26,7 @@ class ClubBallImpact(Fmi2Slave):
         component = Component(report)
         self.vars = _registered
         self._component = component
+        self._hold = None
         # Bound here, a call from the host runs straight into the component.
         self.__dict__.update(
             do_step=component.step,
@@ -35,6 +37,8 @@ class ClubBallImpact(Fmi2Slave):
         )
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+        # Not earlier: see Hold.
+        self._hold = Hold()
         self._component.set_up(start_time)
 
     def enter_initialization_mode(self):
@@ -48,6 +52,8 @@ class ClubBallImpact(Fmi2Slave):
 
     def terminate(self):
         self._component.terminate()
+        if self._hold is not None:
+            self._hold.release()
 
     def get_integer(self, vrs):
         return self._component.discretes(vrs, "Enumeration")

@@ -45,16 +45,45 @@ def _common(
     pass
 
 
-@app.command(epilog="Example: golf-impact build --out ClubBallImpact.fmu")
+@app.command(
+    epilog="Examples: golf-impact build --out ClubBallImpact.fmu · golf-impact build --system"
+)
 def build(
     out: Annotated[
         Path | None, typer.Option("--out", help="The .fmu file to write.", show_default="build/")
     ] = None,
+    system: Annotated[
+        bool,
+        typer.Option(
+            "--system",
+            help="Also Swing.fmu, BallFlight.fmu and GolfSwing.ssp, a system of all three.",
+        ),
+    ] = False,
 ) -> None:
-    """Build ClubBallImpact.fmu from its sources."""
+    """Build ClubBallImpact.fmu from its sources, and the cross-check files next to it."""
     from scenarios.fmu_file import build_fmu
+    from scenarios.system import build_system, write_cross_check
 
-    print(build_fmu(out))
+    file = build_fmu(out)
+    print(file)
+    for other in write_cross_check(file):
+        print(other)
+    if system:
+        for other in build_system(file.parent, file):
+            print(other)
+
+
+@app.command(epilog="Example: golf-impact doctor ClubBallImpact.fmu")
+def doctor(
+    fmu: Annotated[
+        Path | None,
+        typer.Argument(metavar="[FMU]", help="The .fmu file; the built one by default."),
+    ] = None,
+) -> None:
+    """Look whether the FMU loads on this machine, and show how hosts that aren't Python load it."""
+    from scenarios import doctor as looked
+
+    raise typer.Exit(looked.doctor(fmu))
 
 
 @app.command("list")
@@ -127,6 +156,37 @@ def run(
         _err.print(f"Check failed: {line}", style="red", soft_wrap=True, highlight=False)
     if failed:
         raise typer.Exit(1)
+
+
+@app.command(epilog="Example: golf-impact bench --quick --out bench")
+def bench(
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A short run: the same, measured less.")
+    ] = (False),
+    out: Annotated[Path, typer.Option("--out", help="The folder for bench.json and figures.")] = (
+        _DEFAULT_FOLDER
+    ),
+) -> None:
+    """Measure run time against error beside other methods, and what a scene costs."""
+    from scenarios.benchmarks.bench import bench as measure
+
+    raise typer.Exit(measure(out, quick))
+
+
+@app.command(epilog="Example: golf-impact stress --quick --seed 7")
+def stress(
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer impacts.")] = False,
+    out: Annotated[Path, typer.Option("--out", help="The folder for stress.json and figures.")] = (
+        _DEFAULT_FOLDER
+    ),
+    seed: Annotated[
+        int | None, typer.Option("--seed", help="Replay the run with this seed.")
+    ] = None,
+) -> None:
+    """Thousands of extreme impacts through the FMU against a reference and invariants."""
+    from scenarios.stress import stress as attack
+
+    raise typer.Exit(attack(out, quick, seed))
 
 
 def _values(pairs: list[str]) -> dict[str, float]:

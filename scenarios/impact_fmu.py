@@ -155,7 +155,7 @@ class ImpactFmu:
                 f"there is no input or parameter {name}: choose from {', '.join(known)}"
             )
         reference = [variable.valueReference]
-        if variable.type == "Enumeration":
+        if variable.type == "Integer":
             if value != int(value):
                 raise UserError(f"{name} = {value!r} is refused: it must be a whole number")
             self.slave.setInteger(reference, [int(value)])

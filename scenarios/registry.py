@@ -16,6 +16,7 @@ SCENARIOS = (
     "laws",
     "finite_difference",
     "table1",
+    "system",
 )
 
 

@@ -50,7 +50,8 @@ def test_model_description(fmu_path):
     for row in VARIABLES:
         variable = table[row.name]
         assert variable.causality == row.causality
-        assert variable.type == row.type
+        # libcosim and ecos leave out an Enumeration; an Integer with its meaning they take.
+        assert variable.type == ("Integer" if row.type == "Enumeration" else row.type)
         assert variable.description
         if row.type == "Real":
             assert variable.unit == row.unit

@@ -1,0 +1,245 @@
+"""Random impacts, far beyond golf, and random ways to step through them. SI units."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from typing import Any
+
+#: The smallest and the largest communication step, s.
+SMALLEST_STEP, LARGEST_STEP = 1e-9, 1.0
+
+#: Steps per segment of a random partition; what is left then is one step.
+_MOST_STEPS = 24
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Time between two changes of the inputs.
+
+    Attributes:
+        length: s; a multiple of `quantum(length)`.
+        k, b: set before it.
+    """
+
+    length: float
+    k: float
+    b: float
+
+
+@dataclass(frozen=True)
+class Impact:
+    """What a run begins with, and its segments.
+
+    Attributes:
+        number: of the impact in its run: with the seed it says all.
+        values: inputs and parameters by name.
+        start_time: the host's time at the start, s.
+        segments: the first one's k and b are those of `values`.
+    """
+
+    number: int
+    values: dict[str, float]
+    start_time: float
+    segments: tuple[Segment, ...]
+
+    @property
+    def law(self) -> int:
+        """1 or 2."""
+        return int(self.values["law"])
+
+    @property
+    def changed(self) -> bool:
+        """Whether k or b changes on the way."""
+        return len(self.segments) > 1
+
+    @property
+    def closing(self) -> float:
+        """Approach speed, m/s."""
+        return self.values["club_speed"] - self.values["ball_speed"]
+
+    @property
+    def approach(self) -> float:
+        """From the start to first touch, s."""
+        return self.values["gap"] / self.closing if self.closing > 0.0 else math.inf
+
+    @property
+    def span(self) -> float:
+        """From the start to the end, s."""
+        return math.fsum(segment.length for segment in self.segments)
+
+    def described(self) -> dict[str, Any]:
+        """For JSON: everything needed to do it again by hand."""
+        return asdict(self) | {"damping_ratio": damping_ratio(self.values)}
+
+
+#: The communication steps of each segment, s.
+Steps = list[list[float]]
+
+
+def damping_ratio(values: dict[str, float]) -> float:
+    """ζ = b/(2√(kμ))."""
+    m_club, m_ball = values["m_club"], values["m_ball"]
+    mu = m_club * (m_ball / (m_club + m_ball))
+    return values["b"] / (2.0 * math.sqrt(values["k"] * mu))
+
+
+def contact_time_of_law2(zeta: float, omega: float) -> float:
+    """How long law 2 is in contact, s: the time in which law 1 does what it does, too."""
+    if zeta < 1.0:
+        phase = math.acos(zeta) / math.sqrt((1.0 - zeta) * (1.0 + zeta))
+    elif zeta > 1.0:
+        phase = math.acosh(zeta) / math.sqrt((zeta - 1.0) * (zeta + 1.0))
+    else:
+        phase = 1.0
+    return 2.0 * phase / omega
+
+
+def random_impact(seed: int, number: int) -> Impact:
+    """The same for the same seed and number, on any machine."""
+    rng = random.Random(f"{seed}/{number}")
+    k = _decades(rng, 2, 12)
+    mass, ratio = _decades(rng, -3, 1), _decades(rng, -6, 6)
+    m_club, m_ball = mass * math.sqrt(ratio), mass / math.sqrt(ratio)
+    mu = m_club * (m_ball / (m_club + m_ball))
+    omega = math.sqrt(k / mu)
+    zeta = _damping(rng)
+    closing = _decades(rng, -6, 3)
+    ball_speed = rng.choice((0.0, 0.0, 1.0, -1.0)) * _decades(rng, -6, 3)
+    club_speed = max(-1e3, min(1e3, ball_speed + closing))
+    if rng.random() < 0.02:  # no impact at all
+        club_speed = ball_speed - closing
+    closing = club_speed - ball_speed
+    gap = 0.0
+    if closing > 0.0 and rng.random() < 0.5:
+        gap = min(_decades(rng, -6, -1), 100.0 * closing)
+    values = {
+        "law": rng.choice((1, 2)),
+        "m_club": m_club,
+        "m_ball": m_ball,
+        "k": k,
+        "b": 2.0 * zeta * math.sqrt(k * mu),
+        "club_speed": club_speed,
+        "ball_speed": ball_speed,
+        "gap": gap,
+    }
+    approach = gap / closing if closing > 0.0 else 0.0
+    start_time = rng.choice((0.0, 1.0)) * _decades(rng, -3, 6)
+    contact = contact_time_of_law2(zeta, omega)
+    segments = _segments(rng, values, approach, contact)
+    return Impact(number, values, start_time, segments)
+
+
+def _decades(rng: random.Random, low: float, high: float) -> float:
+    return 10.0 ** rng.uniform(low, high)
+
+
+def _damping(rng: random.Random) -> float:
+    """ζ: none, near critical from either side, or anything."""
+    kind = rng.randrange(6)
+    if kind == 0:
+        return 0.0
+    if kind == 1:
+        return 1.0 + rng.choice((-0.5, 0.5)) * _decades(rng, -14, -2)
+    return _decades(rng, -4, 4) if kind < 4 else _decades(rng, -2, 1)
+
+
+def _segments(
+    rng: random.Random, values: dict[str, float], approach: float, contact: float
+) -> tuple[Segment, ...]:
+    k, b = values["k"], values["b"]
+    lengths = [approach + 2.0 * contact]
+    inputs = [(k, b)]
+    if rng.random() < 0.3:
+        cuts = sorted(rng.uniform(0.02, 1.1) for _ in range(rng.randint(1, 3)))
+        begins = [0.0, *(approach + cut * contact for cut in cuts)]
+        lengths = [after - before for before, after in pairwise(begins)]
+        lengths.append(3.0 * contact)
+        for _ in cuts:
+            k = values["k"] * _decades(rng, -2, 2)
+            b = values["b"] * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)
+            inputs.append((k, b))
+    if rng.random() < 0.2:  # a long way on
+        lengths[-1] += _decades(rng, -3, 0)
+    return tuple(
+        Segment(_rounded(length, quantum(length)), *pair)
+        for length, pair in zip(lengths, inputs)
+        if length > 0.0
+    )
+
+
+def quantum(length: float) -> float:
+    """A power of two, 2^-45 of the length or smaller: sums of multiples of it are exact, s."""
+    return 2.0 ** (math.floor(math.log2(length)) - 46)
+
+
+def _rounded(time: float, unit: float) -> float:
+    return round(time / unit) * unit
+
+
+def one_step(impact: Impact) -> Steps:
+    """Each segment in one communication step."""
+    return [[segment.length] for segment in impact.segments]
+
+
+def equal_steps(impact: Impact) -> Steps:
+    """Each segment in 64 equal steps."""
+    return [[segment.length / 64.0] * 64 for segment in impact.segments]
+
+
+def random_steps(impact: Impact, seed: int) -> Steps:
+    """Steps of 1 ns to 1 s in any order; the last one of a segment takes what is left."""
+    rng = random.Random(f"{seed}/{impact.number}/steps")
+    partition = []
+    for segment in impact.segments:
+        unit = quantum(segment.length)
+        left = segment.length
+        steps: list[float] = []
+        longest = min(LARGEST_STEP, segment.length)
+        shortest = max(SMALLEST_STEP, 4.0 * unit)
+        while len(steps) < _MOST_STEPS and shortest < longest:
+            low = max(math.log10(shortest), math.log10(longest) - rng.choice((1.0, 3.0, 9.0)))
+            step = _rounded(_decades(rng, low, math.log10(longest)), unit)
+            if not 0.0 < step < left:
+                break
+            steps.append(step)
+            left -= step
+        partition.append([*steps, left])
+    return partition
+
+
+def straddling_steps(impact: Impact, contact_time: float, seed: int) -> Steps:
+    """Points just before and just after touch and separation, as near as the steps' unit allows."""
+    rng = random.Random(f"{seed}/{impact.number}/straddle")
+    events = [impact.approach, impact.approach + contact_time]
+    partition, begin = [], 0.0
+    for segment in impact.segments:
+        unit = quantum(segment.length)
+        cuts = {segment.length}
+        for event in events:
+            near = max(SMALLEST_STEP, 64.0 * unit) * _decades(rng, 0, 2)
+            for cut in (event - begin - near, event - begin + near):
+                if 0.0 < cut < segment.length:
+                    cuts.add(_rounded(cut, unit))
+        places = sorted(cuts - {0.0})
+        partition.append([after - before for before, after in zip([0.0, *places], places)])
+        begin += segment.length
+    return partition
+
+
+def without_gap(impact: Impact) -> Impact:
+    """The same impact, touching at the start."""
+    first, *rest = impact.segments
+    length = first.length - impact.approach
+    if length <= 0.0:
+        return impact
+    begun = Segment(_rounded(length, quantum(length)), first.k, first.b)
+    return Impact(impact.number, impact.values | {"gap": 0.0}, 0.0, (begun, *rest))
+
+
+def flat(steps: Steps) -> Sequence[float]:
+    """All communication steps in order."""
+    return [step for segment in steps for step in segment]

@@ -1,0 +1,60 @@
+"""What was checked how often, and the worst case of each check."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass
+class Check:
+    """One invariant.
+
+    Attributes:
+        claim: in words.
+        bar: the largest error that passes.
+        worst: the largest error seen, without unit.
+        count: how often it was looked at.
+        failures: how often it failed.
+        case: where the worst error was seen: everything needed to see it again.
+    """
+
+    claim: str
+    bar: float
+    worst: float = 0.0
+    count: int = 0
+    failures: int = 0
+    case: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def passed(self) -> bool:
+        """Whether it was looked at, and never failed."""
+        return self.count > 0 and self.failures == 0
+
+
+class Ledger:
+    """All checks, by name."""
+
+    def __init__(self) -> None:
+        self.checks: dict[str, Check] = {}
+
+    def claim(self, name: str, claim: str, bar: float) -> None:
+        """Announce a check; errors above `bar` fail."""
+        self.checks[name] = Check(claim, bar)
+
+    def record(self, name: str, error: float, case: Mapping[str, Any], **where: Any) -> None:
+        """Note one error of a check; `where` adds to the case, if this is the worst so far."""
+        check = self.checks[name]
+        check.count += 1
+        bad = not error <= check.bar  # NaN is bad
+        check.failures += bad
+        if not check.case or math.isnan(error) or error > check.worst:
+            check.worst = error
+            check.case = {**case, **where}
+
+    @property
+    def passed(self) -> bool:
+        """Whether all did."""
+        return all(check.passed for check in self.checks.values())

@@ -1,0 +1,239 @@
+"""A system of three FMUs, Swing → ClubBallImpact → BallFlight, as one SSP file run by fmpy.ssp.
+
+The whole contact takes half a communication step of 1 ms; the carry doesn't depend on the step.
+"""
+
+import importlib.util
+import tempfile
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from scenarios.errors import UserError
+from scenarios.fmu_file import builder
+from scenarios.impact_fmu import ImpactFmu
+from scenarios.outcome import Outcome, Table
+
+TITLE = "A system: swing, impact and flight in one SSP file"
+
+#: Communication steps, s. At 1e-6 s (in the tests) nothing changes but the time it takes.
+STEPS = (1e-3, 7e-4, 1e-4, 1e-5)
+
+#: s: the ball has been launched at the end of the first, and has landed at the end of the second.
+_LAUNCHED, _LANDED = 0.058, 6.0
+
+_COLUMNS = {
+    "ClubBallImpact.touch_time": "touch_time",
+    "ClubBallImpact.impulse": "impulse",
+    "ClubBallImpact.smash_factor": "smash_factor",
+    "ClubBallImpact.ball_velocity": "ball_velocity",
+    "BallFlight.carry": "carry",
+    "BallFlight.apex": "apex",
+    "BallFlight.flight_time": "flight_time",
+}
+
+
+def system_builder() -> ModuleType:
+    """build_system.py, which lies beside the build script of the FMU."""
+    path = Path(str(builder().__file__)).with_name("build_system.py")
+    spec = importlib.util.spec_from_file_location("golf_impact_build_system", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def build_system(folder: Path, impact: Path) -> list[Path]:
+    """Build the companion FMUs and the .ssp around an existing ClubBallImpact.fmu.
+
+    Raises:
+        UserError: a file can't be written.
+    """
+    try:
+        return system_builder().build(folder, impact)
+    except OSError as error:
+        raise UserError(f"can't write into {folder}: {error.strerror or error}") from error
+
+
+def write_cross_check(fmu: Path) -> list[Path]:
+    """Write the FMI cross-check files next to ClubBallImpact.fmu.
+
+    Raises:
+        UserError: a file can't be written.
+    """
+    try:
+        return system_builder().write_cross_check(fmu)
+    except OSError as error:
+        raise UserError(f"can't write beside {fmu}: {error.strerror or error}") from error
+
+
+def run_ssp(ssp: Path, step: float, stop: float) -> dict[str, np.ndarray]:
+    """Run the system in fmpy.ssp.
+
+    Args:
+        ssp: the .ssp file.
+        step: communication step size, s.
+        stop: end of the run, s.
+
+    Returns:
+        `time` (s, end of each step) and every connector by "Component.variable".
+    """
+    from fmpy.ssp.simulation import simulate_ssp
+
+    # fmpy adds up its steps; half a step less ends it where it should.
+    rows = simulate_ssp(str(ssp), stop_time=stop - 0.5 * step, step_size=step)
+    columns = {name: np.asarray(rows[name], dtype=float) for name in rows.dtype.names[1:]}
+    return {"time": step * np.arange(1, len(rows) + 1), **columns}
+
+
+def run(fmu: ImpactFmu) -> Outcome:
+    """The same system at four communication steps, then one run as far as the landing."""
+    outcome = Outcome(TITLE)
+    with tempfile.TemporaryDirectory(prefix="golf-impact-system-") as folder:
+        ssp = build_system(Path(folder), fmu.path)[-1]
+        runs = {step: run_ssp(ssp, step, _LAUNCHED) for step in STEPS}
+        whole = run_ssp(ssp, STEPS[0], _LANDED)
+    rows = []
+    for step, path in runs.items():
+        case = {name: float(path[column][-1]) for column, name in _COLUMNS.items()}
+        # A step's share of the impulse is its mean force times its length.
+        case["impulse_by_mean_force"] = float(np.sum(path["ClubBallImpact.mean_force"]) * step)
+        outcome.cases[f"step_{step:g}_s"] = case
+        rows.append(
+            [
+                f"{step * 1e6:g} µs",
+                f"{case['carry']:.6f}",
+                f"{case['apex']:.6f}",
+                f"{case['impulse']:.8f}",
+                f"{case['impulse_by_mean_force']:.8f}",
+                f"{np.max(path['ClubBallImpact.force']) / 1e3:.2f}",
+            ]
+        )
+    columns = ["step", "carry (m)", "apex (m)", "J (N.s)", "Σ mean force · step", "peak seen (kN)"]
+    outcome.tables.append(Table(TITLE, columns, rows))
+    _checks(outcome, fmu, runs, whole)
+    coarse = outcome.cases[f"step_{STEPS[0]:g}_s"]
+    outcome.words.append(
+        f"The ball carries {coarse['carry']:.2f} m and rises to {coarse['apex']:.2f} m, whatever "
+        "the communication step. At 1 ms the contact is over between two communication points: a "
+        "host may never see the force, but impulse and mean_force have all of it."
+    )
+    outcome.trajectories["system_flight"] = {
+        "time": whole["time"],
+        "distance": whole["BallFlight.distance"],
+        "height": whole["BallFlight.height"],
+    }
+    outcome.figures |= _figures(runs, whole)
+    return outcome
+
+
+def _checks(outcome: Outcome, fmu: ImpactFmu, runs: dict, whole: dict) -> None:
+    alone = fmu.impact(("impulse", "smash_factor"))
+    carries = [case["carry"] for case in outcome.cases.values()]
+    for step, case in zip(STEPS, outcome.cases.values(), strict=True):
+        label = f"{step * 1e6:g} µs"
+        outcome.check_close(
+            f"carry at {label} is that at {STEPS[-1] * 1e6:g} µs",
+            case["carry"],
+            carries[-1],
+            1e-9,
+            "1 nm; both come from the same instant of separation",
+        )
+        for name in ("impulse", "smash_factor"):
+            outcome.check_close(
+                f"{name} at {label} is that of the impact alone",
+                case[name],
+                alone[name],
+                1e-12,
+                "the club has its peak speed at touch",
+            )
+        outcome.check_close(
+            f"mean_force loses no momentum at {label}",
+            case["impulse_by_mean_force"],
+            case["impulse"],
+            1e-12,
+            "rounding of the sum",
+        )
+        path = runs[step]
+        speed = path["Swing.club_speed"]
+        reached = path["time"][np.argmax(speed)]
+        outcome.check(
+            f"touch falls after the peak at {label}",
+            case["touch_time"] >= reached,
+            f"peak from {reached:.6g} s, touch at {case['touch_time']:.6g} s",
+        )
+    coarse = runs[STEPS[0]]
+    outcome.check(
+        "at 1 ms the whole contact falls inside one step: its host never sees a force",
+        np.max(coarse["ClubBallImpact.force"]) == 0.0
+        and np.count_nonzero(coarse["ClubBallImpact.mean_force"]) == 1,
+        f"mean_force of that step {np.max(coarse['ClubBallImpact.mean_force']):.6g} N",
+    )
+    landed = outcome.cases[f"step_{STEPS[0]:g}_s"]
+    outcome.check_close(
+        "the ball comes down where carry said at launch",
+        float(whole["BallFlight.distance"][-1]),
+        landed["carry"],
+        0.0,
+    )
+
+
+def _figures(runs: dict, whole: dict) -> dict:
+    coarse, fine = runs[STEPS[0]], runs[STEPS[-1]]
+
+    def speeds():
+        from scenarios import figures
+
+        figure, axes = figures.new("Speeds, communication step 10 µs")
+        milli = fine["time"] * 1e3
+        axes.plot(milli, fine["Swing.club_speed"], color=figures.BLACK, ls=":", label="swing")
+        club, ball = fine["ClubBallImpact.club_velocity"], fine["ClubBallImpact.ball_velocity"]
+        axes.plot(milli, club, color=figures.ORANGE, ls="--", label="club")
+        axes.plot(milli, ball, color=figures.BLUE, label="ball")
+        axes.set(xlabel="time (ms)", ylabel="speed (m/s)")
+        figures.legend_above(axes)
+        return figure
+
+    def force():
+        from scenarios import figures
+
+        figure, axes = figures.new("Force: one step of 1 ms has the same area")
+        milli = (fine["time"] - fine["ClubBallImpact.touch_time"][-1]) * 1e3
+        near = (milli > -0.7) & (milli < 1.2)
+        curve = fine["ClubBallImpact.force"][near] / 1e3
+        axes.plot(milli[near], curve, color=figures.BLUE, label="force")
+        ends = (coarse["time"] - coarse["ClubBallImpact.touch_time"][-1]) * 1e3
+        mean = coarse["ClubBallImpact.mean_force"] / 1e3
+        edges = np.append(ends[0] - 1.0, ends)
+        axes.stairs(mean, edges, color=figures.VERMILION, lw=2, label="mean_force at 1 ms")
+        seen = coarse["ClubBallImpact.force"] / 1e3
+        axes.plot(ends, seen, "o", color=figures.BLACK, label="force at 1 ms")
+        axes.set(xlabel="time since touch (ms)", ylabel="force on the ball (kN)")
+        axes.set(xlim=(-0.7, 1.2), ylim=(-0.3, None))
+        figures.legend_above(axes, columns=3)
+        return figure
+
+    def flight():
+        from scenarios import figures
+
+        figure, axes = figures.new("Flight of the ball", size=(7.2, 3.4))
+        x, y = whole["BallFlight.distance"], whole["BallFlight.height"]
+        axes.plot(x, y, color=figures.BLUE)
+        top = int(np.argmax(y))
+        figures.mark(axes, x[top], y[top], f"apex {whole['BallFlight.apex'][-1]:.1f} m")
+        figures.mark(axes, x[-1], 0.0, f"carry {x[-1]:.1f} m")
+        axes.set(xlabel="distance (m)", ylabel="height (m)")
+        # The label above the landing stands clear of the path.
+        axes.texts[-1].set(ha="left")
+        axes.set(xlim=(0, 1.2 * x[-1]), ylim=(0, 1.25 * y[top]))
+        return figure
+
+    return {"system_speeds": speeds, "system_force": force, "system_flight": flight}
+
+
+if __name__ == "__main__":
+    from scenarios.cli import run_alone
+
+    run_alone("system")

@@ -1,0 +1,413 @@
+/* A host that isn't Python: plain C against the FMI 2.0 headers, as any simulation tool is.
+
+   usage: host FOLDER GUID TASK [ARGUMENT]
+     FOLDER    the extracted FMU
+     TASK      what to do, see main(); results go to stdout as "name value" lines
+
+   Value references come in as macros (VR_ball_velocity, ...), made from modelDescription.xml.
+   If LIBPYTHON is set, the host loads that library itself, for all to see, before the FMU. */
+
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "fmi2FunctionTypes.h"
+
+#define DURATION 0.005 /* s: longer than the contact */
+
+typedef struct {
+    void *library;
+    fmi2InstantiateTYPE *instantiate;
+    fmi2SetupExperimentTYPE *setup_experiment;
+    fmi2EnterInitializationModeTYPE *enter_initialization_mode;
+    fmi2ExitInitializationModeTYPE *exit_initialization_mode;
+    fmi2SetRealTYPE *set_real;
+    fmi2SetIntegerTYPE *set_integer;
+    fmi2GetRealTYPE *get_real;
+    fmi2GetIntegerTYPE *get_integer;
+    fmi2GetBooleanTYPE *get_boolean;
+    fmi2DoStepTYPE *do_step;
+    fmi2GetFMUstateTYPE *get_state;
+    fmi2SetFMUstateTYPE *set_state;
+    fmi2FreeFMUstateTYPE *free_state;
+    fmi2ResetTYPE *reset;
+    fmi2TerminateTYPE *terminate;
+    fmi2FreeInstanceTYPE *free_instance;
+} Fmu;
+
+static char resources[4096];
+static const char *guid;
+static const char *library_file;
+static int messages;
+
+static void logger(fmi2ComponentEnvironment environment, fmi2String instance, fmi2Status status,
+                   fmi2String category, fmi2String message, ...)
+{
+    va_list arguments;
+    (void)environment, (void)instance, (void)status, (void)category;
+    va_start(arguments, message);
+    vfprintf(stderr, message, arguments);
+    fputc('\n', stderr);
+    va_end(arguments);
+    messages++;
+}
+
+static const fmi2CallbackFunctions callbacks = {logger, calloc, free, NULL, NULL};
+
+static void fail(const char *what)
+{
+    fprintf(stderr, "failed: %s\n", what);
+    exit(1);
+}
+
+static void expect(int truth, const char *what)
+{
+    if (!truth) fail(what);
+}
+
+static void *symbol(void *library, const char *name)
+{
+    void *found = dlsym(library, name);
+    if (!found) fail(name);
+    return found;
+}
+
+static Fmu load(void)
+{
+    Fmu f;
+    f.library = dlopen(library_file, RTLD_NOW | RTLD_LOCAL);
+    if (!f.library) fail(dlerror());
+    f.instantiate = symbol(f.library, "fmi2Instantiate");
+    f.setup_experiment = symbol(f.library, "fmi2SetupExperiment");
+    f.enter_initialization_mode = symbol(f.library, "fmi2EnterInitializationMode");
+    f.exit_initialization_mode = symbol(f.library, "fmi2ExitInitializationMode");
+    f.set_real = symbol(f.library, "fmi2SetReal");
+    f.set_integer = symbol(f.library, "fmi2SetInteger");
+    f.get_real = symbol(f.library, "fmi2GetReal");
+    f.get_integer = symbol(f.library, "fmi2GetInteger");
+    f.get_boolean = symbol(f.library, "fmi2GetBoolean");
+    f.do_step = symbol(f.library, "fmi2DoStep");
+    f.get_state = symbol(f.library, "fmi2GetFMUstate");
+    f.set_state = symbol(f.library, "fmi2SetFMUstate");
+    f.free_state = symbol(f.library, "fmi2FreeFMUstate");
+    f.reset = symbol(f.library, "fmi2Reset");
+    f.terminate = symbol(f.library, "fmi2Terminate");
+    f.free_instance = symbol(f.library, "fmi2FreeInstance");
+    return f;
+}
+
+static fmi2Component created(const Fmu *f)
+{
+    fmi2Component c = f->instantiate("impact", fmi2CoSimulation, guid, resources, &callbacks,
+                                     fmi2False, fmi2True);
+    expect(c != NULL, "instantiate");
+    return c;
+}
+
+static fmi2Component initialized(const Fmu *f)
+{
+    fmi2Component c = created(f);
+    expect(f->setup_experiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK, "set up");
+    expect(f->enter_initialization_mode(c) == fmi2OK, "enter initialization");
+    expect(f->exit_initialization_mode(c) == fmi2OK, "exit initialization");
+    return c;
+}
+
+static void discard(const Fmu *f, fmi2Component c)
+{
+    expect(f->terminate(c) == fmi2OK, "terminate");
+    f->free_instance(c);
+}
+
+static void advance(const Fmu *f, fmi2Component c, long from, long to, double step)
+{
+    for (long n = from; n < to; n++)
+        expect(f->do_step(c, n * step, step, fmi2True) == fmi2OK, "step");
+}
+
+enum { OUTPUTS = 4 };
+
+static void read_outputs(const Fmu *f, fmi2Component c, double values[OUTPUTS])
+{
+    static const fmi2ValueReference references[OUTPUTS] = {
+        VR_smash_factor, VR_coefficient_of_restitution, VR_club_velocity, VR_ball_velocity};
+    expect(f->get_real(c, references, OUTPUTS, values) == fmi2OK, "read");
+}
+
+static void print_outputs(const double values[OUTPUTS])
+{
+    printf("smash_factor %.17g\ncoefficient_of_restitution %.17g\n", values[0], values[1]);
+    printf("club_velocity %.17g\nball_velocity %.17g\n", values[2], values[3]);
+}
+
+static void impact(const Fmu *f, double step, double values[OUTPUTS])
+{
+    fmi2Component c = initialized(f);
+    advance(f, c, 0, (long)(DURATION / step + 0.5), step);
+    read_outputs(f, c, values);
+    discard(f, c);
+}
+
+/* TASKS */
+
+static void task_impact(double step)
+{
+    Fmu f = load();
+    double values[OUTPUTS];
+    impact(&f, step, values);
+    print_outputs(values);
+}
+
+/* Load, run, free and unload, then all of it again: Python itself ends and starts anew. */
+static void task_twice(double step)
+{
+    double first[OUTPUTS], second[OUTPUTS];
+    Fmu f = load();
+    impact(&f, step, first);
+    dlclose(f.library);
+    f = load();
+    impact(&f, step, second);
+    expect(!memcmp(first, second, sizeof first), "the second run equals the first");
+    print_outputs(second);
+}
+
+typedef struct {
+    const Fmu *fmu;
+    double step;
+    double values[OUTPUTS];
+} Job;
+
+static void *work(void *job)
+{
+    Job *j = job;
+    for (int n = 0; n < 3; n++) impact(j->fmu, j->step, j->values);
+    return NULL;
+}
+
+static void task_threads(double step)
+{
+    Fmu f = load();
+    Job jobs[2] = {{&f, step, {0}}, {&f, 0.5 * step, {0}}};
+    pthread_t threads[2];
+    for (int n = 0; n < 2; n++) expect(!pthread_create(&threads[n], NULL, work, &jobs[n]), "start");
+    for (int n = 0; n < 2; n++) pthread_join(threads[n], NULL);
+    print_outputs(jobs[0].values);
+    for (int n = 0; n < OUTPUTS; n++) {
+        double off = jobs[0].values[n] - jobs[1].values[n];
+        expect(off < 1e-12 && off > -1e-12, "both threads have the same answer");
+    }
+}
+
+/* An instance made in one thread, stepped in a second, freed in a third. */
+static void *step_through(void *job)
+{
+    void **parts = job;
+    advance(parts[0], parts[1], 0, 5000, 1e-6);
+    return NULL;
+}
+
+static void *free_it(void *job)
+{
+    void **parts = job;
+    discard(parts[0], parts[1]);
+    return NULL;
+}
+
+static void task_migrate(void)
+{
+    Fmu f = load();
+    double values[OUTPUTS];
+    fmi2Component c = initialized(&f);
+    void *parts[2] = {&f, c};
+    pthread_t thread;
+    pthread_create(&thread, NULL, step_through, parts);
+    pthread_join(thread, NULL);
+    read_outputs(&f, c, values);
+    print_outputs(values);
+    pthread_create(&thread, NULL, free_it, parts);
+    pthread_join(thread, NULL);
+    impact(&f, 1e-6, values);
+}
+
+static void *make_and_leave(void *job)
+{
+    void **parts = job;
+    parts[1] = initialized(parts[0]);
+    return NULL;
+}
+
+/* N instances, each made in a thread that has ended when the instance is used. */
+static void task_gone(long count)
+{
+    Fmu f = load();
+    double values[OUTPUTS];
+    fmi2Component keep = created(&f);
+    for (long n = 0; n < count; n++) {
+        void *parts[2] = {&f, NULL};
+        pthread_t thread;
+        pthread_create(&thread, NULL, make_and_leave, parts);
+        pthread_join(thread, NULL);
+        advance(&f, parts[1], 0, 5, 1e-3);
+        read_outputs(&f, parts[1], values);
+        discard(&f, parts[1]);
+    }
+    f.free_instance(keep);
+    print_outputs(values);
+}
+
+/* In mid-contact: save, go on, go back, go on; twice, to the last bit. */
+static void task_rollback(double step)
+{
+    Fmu f = load();
+    fmi2Component c = initialized(&f);
+    fmi2FMUstate state = NULL;
+    double straight[OUTPUTS], again[OUTPUTS];
+    long middle = (long)(2e-4 / step), end = (long)(DURATION / step + 0.5);
+    advance(&f, c, 0, middle, step);
+    expect(f.get_state(c, &state) == fmi2OK, "save");
+    advance(&f, c, middle, end, step);
+    read_outputs(&f, c, straight);
+    for (int n = 0; n < 2; n++) {
+        expect(f.set_state(c, state) == fmi2OK, "restore");
+        advance(&f, c, middle, end, step);
+        read_outputs(&f, c, again);
+        expect(!memcmp(straight, again, sizeof again), "the same after a rollback");
+    }
+    expect(f.free_state(c, &state) == fmi2OK, "free the state");
+    print_outputs(again);
+    discard(&f, c);
+}
+
+static void task_many(long count)
+{
+    Fmu f = load();
+    double values[OUTPUTS];
+    fmi2Component keep = created(&f);
+    for (long n = 0; n < count; n++) impact(&f, 1e-3, values);
+    f.free_instance(keep);
+    print_outputs(values);
+}
+
+/* What no host should do: each answered by a status and a message, and nothing crashes. */
+static void task_rude(void)
+{
+    Fmu f = load();
+    double values[OUTPUTS], nan = 0.0 / 0.0, speed = 35.0;
+    const fmi2ValueReference club_speed = VR_club_speed;
+    fmi2Component c = created(&f);
+    f.free_instance(c);
+    c = initialized(&f);
+    advance(&f, c, 0, 1, 1e-4);
+    f.free_instance(c);
+
+    c = initialized(&f);
+    advance(&f, c, 0, 100, 1e-6);
+    f.set_real(c, &club_speed, 1, &nan);
+    expect(messages > 0, "NaN is answered by a message");
+    expect(f.do_step(c, 1e-4, 1e-6, fmi2True) == fmi2Discard, "a step after NaN is refused");
+    f.set_real(c, &club_speed, 1, &speed);
+    advance(&f, c, 100, 5000, 1e-6);
+    read_outputs(&f, c, values);
+    print_outputs(values);
+    expect(f.terminate(c) == fmi2OK, "terminate");
+    expect(f.do_step(c, DURATION, 1e-6, fmi2True) == fmi2Discard, "no step after the end");
+    read_outputs(&f, c, values);
+    expect(f.reset(c) == fmi2OK, "reset");
+    f.free_instance(c);
+}
+
+/* The enumeration is set and read as FMI 2.0 has it: as an integer. */
+static void task_law(long law)
+{
+    Fmu f = load();
+    const fmi2ValueReference reference = VR_law;
+    fmi2Integer value = (fmi2Integer)law;
+    double values[OUTPUTS];
+    fmi2Component c = created(&f);
+    expect(f.set_integer(c, &reference, 1, &value) == fmi2OK, "set law");
+    expect(f.setup_experiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK, "set up");
+    expect(f.enter_initialization_mode(c) == fmi2OK, "enter initialization");
+    expect(f.exit_initialization_mode(c) == fmi2OK, "exit initialization");
+    advance(&f, c, 0, 5, 1e-3);
+    value = 0;
+    expect(f.get_integer(c, &reference, 1, &value) == fmi2OK && value == law, "read law");
+    read_outputs(&f, c, values);
+    print_outputs(values);
+    discard(&f, c);
+}
+
+/* A host that forks: the child ends without a word, the parent goes on. */
+static void task_fork(void)
+{
+    Fmu f = load();
+    double values[OUTPUTS];
+    int status = 0;
+    fmi2Component c = initialized(&f);
+    advance(&f, c, 0, 100, 1e-6);
+    pid_t child = fork();
+    if (child == 0) _exit(0);
+    waitpid(child, &status, 0);
+    expect(status == 0, "the child ended well");
+    advance(&f, c, 100, 5000, 1e-6);
+    read_outputs(&f, c, values);
+    print_outputs(values);
+    discard(&f, c);
+}
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec + 1e-9 * t.tv_nsec;
+}
+
+/* Seconds a call, of the thread that made the instance. */
+static void task_time(long count)
+{
+    Fmu f = load();
+    double values[OUTPUTS], begin;
+    fmi2Component c = initialized(&f);
+    advance(&f, c, 0, 1000, 1e-9);
+    begin = now();
+    for (long n = 0; n < count; n++)
+        expect(f.do_step(c, (1000 + n) * 1e-9, 1e-9, fmi2True) == fmi2OK, "step");
+    printf("seconds_per_step %.6g\n", (now() - begin) / count);
+    begin = now();
+    for (long n = 0; n < count; n++) read_outputs(&f, c, values);
+    printf("seconds_per_read %.6g\n", (now() - begin) / count);
+    discard(&f, c);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc < 4) fail("usage: host FOLDER GUID TASK [ARGUMENT]");
+    static char file[4096];
+    double argument = argc > 4 ? atof(argv[4]) : 1e-6;
+    const char *task = argv[3], *libpython = getenv("LIBPYTHON");
+    snprintf(file, sizeof file, "%s/binaries/linux64/ClubBallImpact.so", argv[1]);
+    snprintf(resources, sizeof resources, "file://%s/resources", argv[1]);
+    library_file = file;
+    guid = argv[2];
+    if (libpython && !dlopen(libpython, RTLD_NOW | RTLD_GLOBAL)) fail(dlerror());
+    if (!strcmp(task, "impact")) task_impact(argument);
+    else if (!strcmp(task, "twice")) task_twice(argument);
+    else if (!strcmp(task, "threads")) task_threads(argument);
+    else if (!strcmp(task, "migrate")) task_migrate();
+    else if (!strcmp(task, "gone")) task_gone((long)argument);
+    else if (!strcmp(task, "rollback")) task_rollback(argument);
+    else if (!strcmp(task, "many")) task_many((long)argument);
+    else if (!strcmp(task, "rude")) task_rude();
+    else if (!strcmp(task, "law")) task_law((long)argument);
+    else if (!strcmp(task, "fork")) task_fork();
+    else if (!strcmp(task, "time")) task_time((long)argument);
+    else fail("unknown task");
+    puts("done");
+    return 0;
+}

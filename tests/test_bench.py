@@ -1,0 +1,153 @@
+"""`golf-impact bench --quick`: what it writes, what it counts, and that its checks can fail.
+
+Times are looked at nowhere: a test run shares its machine with others.
+"""
+
+import json
+import math
+
+import pytest
+
+from scenarios.benchmarks import accuracy, scene
+from scenarios.benchmarks.bench import TARGETS, bench
+from scenarios.benchmarks.empty_wide_fmu import (
+    BOOLEAN_OUTPUTS,
+    INPUTS,
+    INTEGER_PARAMETERS,
+    OUTPUTS,
+    PARAMETERS,
+)
+from scenarios.benchmarks.loaded import LoadedFmu
+from scenarios.benchmarks.timing import interleaved, median_ratio
+from scenarios.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slope
+from scenarios.errors import UserError
+from scenarios.stress.driver import opened
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bench")
+    code = bench(folder, quick=True)
+    found = json.loads((folder / "bench.json").read_text())
+    assert code == (0 if found["passed"] else 1)
+    assert (folder / "run_time_vs_error.png").read_bytes().startswith(b"\x89PNG")
+    return found
+
+
+def test_every_target_has_value_target_and_verdict(results):
+    for target in TARGETS:
+        found = results[target.key]
+        assert found["target"] == target.limit
+        assert found["value"] > 0.0
+        assert found["passed"] == target.met(found["value"])
+
+
+def test_worst_error(results):
+    # Worst measured: 1.2e-15 in 45,000 numbers of the full run.
+    assert results["worst_error"]["value"] <= 1e-13
+    assert results["worst_error_is_of"]["numbers_compared"] > 10_000
+
+
+def test_calls_and_evaluations_of_a_scene(results):
+    for scenes in results["scenes"].values():
+        metrics = scenes["S, COR and E"]
+        assert (metrics["do_step"], metrics["get_real"]) == (1, 1)
+        assert metrics["contact_phases"] == 1
+        assert metrics["closed_form"] <= 2
+        peak = scenes["peak force and contact time"]
+        assert (peak["do_step"], peak["get_real"], peak["contact_phases"]) == (1, 1, 1)
+        path = scenes["a trajectory of 200 points"]
+        assert (path["do_step"], path["get_real"], path["contact_phases"]) == (200, 200, 1)
+        # One evaluation per point in contact, and the end of it.
+        assert path["closed_form"] <= 202
+
+
+def test_counters_count(fmu_path):
+    with LoadedFmu(fmu_path) as fmu:
+        slave = fmu.instance(law=2)
+        with scene.counted(fmu) as counts:
+            for n in range(3):
+                slave.doStep(n * 1e-6, 1e-6)
+            slave.getReal(fmu.find(["force", "max_force"]))
+        assert counts["do_step"] == 3
+        assert counts["get_real"] == 1
+        assert counts["closed_form"] > 0
+        assert counts["exponentials"] > 0
+        before = dict(counts)
+        slave.doStep(3e-6, 1e-6)
+        assert dict(counts) == before
+
+
+def test_the_fmu_imports_nothing_heavy(results):
+    assert results["imports"]["heavy"] == []
+    names = {name.split(".")[0].rsplit("_", 1)[0] for name in results["imports"]["others"]}
+    assert names == {"club_ball_impact", "golf_impact", "pythonfmu"}
+
+
+def test_measured_orders_are_those_of_the_methods(results):
+    orders = {"semi-implicit Euler": 1, "Störmer–Verlet": 2, "Runge–Kutta 4": 4}
+    orders |= {"explicit Euler, Python": 1, "explicit Euler, NumPy": 1}
+    for methods in results["run_time_vs_error"].values():
+        found = {series["method"]: series for series in methods}
+        for method, order in orders.items():
+            assert found[method]["order"] == pytest.approx(order, abs=0.1)
+        for method in (FMU_STEPPED, FMU_ONCE):
+            assert max(found[method]["errors"]) < 1e-14
+
+
+def test_machine_and_conclusion(results):
+    assert {"processor", "python", "fmpy", "pythonfmu", "fmu"} <= results["machine"].keys()
+    assert len(results["conclusion"]) == 2
+
+
+def test_the_empty_fmu_has_as_many_variables(fmu_path):
+    with LoadedFmu(fmu_path) as fmu:
+        kinds = [(v.causality, v.type) for v in fmu.description.modelVariables]
+    assert kinds.count(("input", "Real")) == INPUTS
+    assert kinds.count(("parameter", "Real")) == PARAMETERS
+    assert kinds.count(("parameter", "Integer")) == INTEGER_PARAMETERS
+    assert kinds.count(("output", "Real")) == OUTPUTS
+    assert kinds.count(("output", "Boolean")) == BOOLEAN_OUTPUTS
+
+
+def test_the_accuracy_check_can_fail(monkeypatch):
+    right = accuracy.Reference.outputs
+
+    def wrong(self):
+        return {**right(self), "max_force": right(self)["max_force"] * (1 + 1e-12)}
+
+    monkeypatch.setattr(accuracy.Reference, "outputs", wrong)
+    with opened() as (driver, _):
+        found = accuracy.measure(driver, 0, lambda: None)
+    assert found["worst_error"] == pytest.approx(1e-12, rel=0.01)
+    assert found["output"] == "max_force"
+
+
+def test_rounds_are_interleaved_and_their_ratios_taken():
+    order = []
+
+    def job(name, seconds):
+        def run():
+            order.append(name)
+            return seconds
+
+        return run
+
+    times = interleaved({"a": job("a", 2.0), "b": job("b", 4.0)}, rounds=2)
+    assert times == {"a": [2.0, 2.0], "b": [4.0, 4.0]}
+    assert order == ["b", "a", "a", "b", "b", "a"]
+    # The median of ratios, not the ratio of medians.
+    assert median_ratio([1.0, 9.0, 4.0], [1.0, 3.0, 1.0]) == 3.0
+
+
+def test_slope_leaves_rounding_out():
+    steps = [1e-3, 1e-4, 1e-5, 1e-6]
+    assert slope(steps, [1e-4, 1e-6, 1e-8, 1e-10]) == pytest.approx(2.0)
+    assert slope(steps, [1e-4, 1e-6, 1e-8, 3e-16]) == pytest.approx(2.0)
+    assert slope(steps, [math.inf, math.inf, 1e-8, 1e-10]) is None
+
+
+def test_a_folder_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UserError, match="choose another folder"):
+        bench(tmp_path / "file", quick=True)

@@ -1,0 +1,204 @@
+"""`golf-impact stress --quick`: what it checks, that it replays, and that its checks can fail."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from reference import Reference as OtherReference
+
+from scenarios.benchmarks.problem import Case
+from scenarios.errors import UserError
+from scenarios.stress import cases, invariants, stability, stress
+from scenarios.stress.driver import opened
+from scenarios.stress.ledger import Ledger
+from scenarios.stress.reference import Reference
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("stress")
+    code = stress(folder, quick=True, seed=7)
+    found = json.loads((folder / "stress.json").read_text())
+    assert code == (0 if found["passed"] else 1)
+    assert (folder / "stability.png").read_bytes().startswith(b"\x89PNG")
+    return found
+
+
+def test_every_invariant_holds(results):
+    failed = {name: check for name, check in results["checks"].items() if not check["passed"]}
+    assert failed == {}
+    assert all(check["count"] > 0 for check in results["checks"].values())
+    assert results["passed"]
+
+
+def test_worst_cases_have_their_inputs(results):
+    for name in ("momentum", "energy", "reference", "partition", "rising"):
+        case = results["checks"][name]["case"]
+        assert case["seed"] == 7
+        again = cases.random_impact(7, case["number"])
+        assert again.values == case["values"]
+
+
+def test_the_map_shows_the_fmu_flat_and_the_others_blow_up(results):
+    maps = {one["method"]: one for one in results["stability"]}
+    assert max(map(max, maps[stability.OURS]["errors"])) < 1e-13
+    for method in stability.STEPPING:
+        errors = [math.inf if x is None else x for row in maps[method]["errors"] for x in row]
+        assert max(errors) > 0.5
+        assert min(errors) < 0.05
+
+
+def test_long_runs_neither_drift_nor_grow(results):
+    for run in results["tiny_steps"].values():
+        assert max(run["errors"]) < 1e-14
+    assert results["checks"]["many_impacts"]["worst"] == 0.0
+
+
+def test_the_same_seed_gives_the_same_impacts():
+    one, same, other = (cases.random_impact(seed, 3) for seed in (1, 1, 2))
+    assert one == same
+    assert one != other
+    assert cases.random_steps(one, 1) == cases.random_steps(same, 1)
+
+
+def test_impacts_cover_the_ranges():
+    many = [cases.random_impact(0, n) for n in range(3000)]
+    values = [impact.values for impact in many]
+    assert min(v["k"] for v in values) < 1e3
+    assert max(v["k"] for v in values) > 1e11
+    ratios = [v["m_club"] / v["m_ball"] for v in values]
+    assert min(ratios) < 1e-5
+    assert max(ratios) > 1e5
+    damping = [cases.damping_ratio(v) for v in values]
+    assert 0.0 in damping
+    assert max(damping) > 5e3
+    assert any(0.0 < 1.0 - zeta < 1e-13 for zeta in damping)
+    assert any(0.0 < zeta - 1.0 < 1e-13 for zeta in damping)
+    closing = [impact.closing for impact in many]
+    assert min(abs(c) for c in closing) < 1e-5
+    assert max(closing) > 500.0
+    assert any(c <= 0.0 for c in closing)
+    assert max(impact.start_time for impact in many) > 1e5
+    assert any(impact.changed for impact in many)
+
+
+@pytest.mark.parametrize("number", range(20))
+def test_partitions_add_up_exactly(number):
+    impact = cases.random_impact(5, number)
+    if impact.closing <= 0.0:
+        return
+    partitions = [
+        cases.one_step(impact),
+        cases.equal_steps(impact),
+        cases.random_steps(impact, 5),
+        cases.straddling_steps(impact, 1e-4, 5),
+    ]
+    for steps in partitions:
+        for segment, sizes in zip(impact.segments, steps, strict=True):
+            assert min(sizes) > 0.0
+            # Not only math.fsum: whatever the order, no bit is lost.
+            assert sum(sizes) == sum(reversed(sizes)) == segment.length
+
+
+def agreement(impact):
+    """The worst relative difference of two references that share nothing, over a random run."""
+    ours, other = Reference(impact.values), OtherReference(**impact.values)
+    worst = 0.0
+    for place, segment in enumerate(impact.segments):
+        inputs = {"k": segment.k, "b": segment.b} if place else {}
+        ours.step(segment.length, **inputs)
+        other.step(segment.length, **inputs)
+        found, expected = ours.outputs(), other.outputs()
+        for name, value in found.items():
+            if isinstance(value, bool):
+                assert value == expected[name], name
+            elif expected[name]:
+                worst = max(worst, float(abs(value / expected[name] - 1)))
+    return worst
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_the_reference_agrees_with_an_independent_one(number):
+    impact = cases.random_impact(11, number)
+    if impact.closing > 0.0:
+        assert agreement(impact) < 1e-30
+
+
+def ledger_of(**faults):
+    """Checks of a few impacts, the FMU's outputs changed by these factors on the way."""
+    ledger = Ledger()
+    invariants.announce(ledger)
+    with opened() as (driver, _):
+        read = driver.read
+
+        def wrong():
+            found = read()
+            return {
+                name: value * faults[name] if name in faults else value
+                for name, value in found.items()
+            }
+
+        driver.read = wrong
+        for number in range(4):
+            impact = cases.random_impact(3, number)
+            invariants.check(driver, ledger, impact, 3, exact=number == 0)
+    return {name for name, check in ledger.checks.items() if check.failures}
+
+
+@pytest.mark.parametrize(
+    ("fault", "check"),
+    [
+        ("club_velocity", "momentum"),
+        ("max_compression", "reference"),
+        ("mean_force", "mean_force"),
+        ("kinetic_energy", "reference"),
+    ],
+)
+def test_a_wrong_output_is_found(fault, check):
+    assert check in ledger_of(**{fault: 1.0 + 1e-11})
+
+
+def test_right_outputs_pass():
+    assert ledger_of() == set()
+
+
+def test_the_limit_of_explicit_euler_is_that_of_its_matrix():
+    _, step = stability.STEPPING["explicit Euler"]
+    for zeta in (0.01, 0.3, 1.0, 2.0, 50.0):
+        limit = stability.euler_limit(zeta)
+        assert stability.stable(step, 0.999 * limit, zeta)
+        assert not stability.stable(step, 1.001 * limit, zeta)
+
+
+@pytest.mark.parametrize("method", list(stability.STEPPING))
+def test_the_matrix_of_a_method_is_the_method(method):
+    """In contact, one step of the peer is its matrix: the peak of a step that ends contact aside,
+    both take (ω0 d, d') the same way, so the error of both falls with the same order."""
+    _, step = stability.STEPPING[method]
+    exact = None
+    errors = []
+    for n in (64, 128):
+        x = 1.0 / n
+        state = np.array([0.0, 1.0])
+        for _ in range(n):
+            state = step(x, 0.2) @ state
+        if exact is None:
+            fine = np.array([0.0, 1.0])
+            for _ in range(20_000):
+                fine = stability.STEPPING["Runge–Kutta 4"][1](5e-5, 0.2) @ fine
+            exact = fine
+        errors.append(np.abs(state - exact).max())
+    order = {"explicit Euler": 1, "semi-implicit Euler": 1, "Störmer–Verlet": 2}.get(method, 4)
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
+
+
+def test_cases_of_the_map_have_the_damping_they_say():
+    assert Case(law=2).damping_ratio == pytest.approx(0.0232, rel=0.01)
+    assert stability._case(3.0).damping_ratio == pytest.approx(3.0)
+
+
+def test_a_folder_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UserError, match="choose another folder"):
+        stress(tmp_path / "file", quick=True, seed=1)
