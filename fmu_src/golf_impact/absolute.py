@@ -62,6 +62,7 @@ class AbsoluteContact:
         "_pair",
         "_system",
         "duration",
+        "frequency",
         "rate",
     )
 
@@ -140,6 +141,8 @@ class AbsoluteContact:
         self._omega = omega
         self._pair = (oscillates, slow, second)
         self._maxima: list[float] | None = None
+        #: Of the undamped spring, rad/s.
+        self.frequency = omega
         #: The fastest rate of change in the phase, 1/s.
         self.rate = omega * max(1.0, 2.0 * zeta)
         duration = None

@@ -7,7 +7,7 @@ the bodies can push but not pull (Schwager & Pöschel, Granular Matter 9, 465–
 
 from cmath import exp as complex_exp
 from collections.abc import Callable
-from math import atan2, exp, expm1, log, log1p, sqrt
+from math import atan2, exp, expm1, inf, log, log1p, sqrt
 
 _OSCILLATING, _MEETING_RATES, _TWO_RATES = range(3)
 
@@ -33,6 +33,9 @@ class KelvinVoigtContact:
 
     The state must be one in contact: a force above zero, or first touch while closing.
     """
+
+    #: Its impulse is a change of the closing speed, good however short the contact: see Impact.
+    frequency = inf
 
     __slots__ = (
         "_basis",
