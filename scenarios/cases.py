@@ -80,8 +80,12 @@ def run_case(outcome: Outcome, fmu: ImpactFmu, name: str, **values: float) -> di
         "kinetic_energy_final": metrics["kinetic_energy"],
     }
     outcome.cases[name] = metrics
-    if not fmu.flag("touched"):
-        outcome.words.append(f"{name}: the club never touches the ball.")
+    if not fmu.flag("touched") or energy == 0.0:
+        outcome.words.append(
+            f"{name}: the speeds are too small for an energy in doubles."
+            if fmu.flag("touched")
+            else f"{name}: the club never touches the ball."
+        )
         return metrics
     checks = {
         "smash_factor": v_ball / u_club if u_club else 0.0,
@@ -98,7 +102,7 @@ def run_case(outcome: Outcome, fmu: ImpactFmu, name: str, **values: float) -> di
     if fmu.flag("separated"):
         _check_closed_forms(outcome, name, metrics, given)
     else:
-        outcome.words.append(f"{name}: club and ball are still in contact after the last step.")
+        outcome.words.append(f"{name}: club and ball never part: they are still in contact.")
     return metrics
 
 

@@ -1,5 +1,6 @@
 """The command `golf-impact`. Heavy modules are imported by the commands that need them."""
 
+import io
 import os
 import signal
 import sys
@@ -233,6 +234,9 @@ def _interrupted(number: int, frame: object) -> None:
 def _one_line(call: Callable[[], None]) -> int:
     """Run a command; whatever a user can mend becomes one line on stderr and exit code 2."""
     signal.signal(signal.SIGTERM, _interrupted)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     try:
         call()
     except UserError as error:
@@ -242,6 +246,8 @@ def _one_line(call: Callable[[], None]) -> int:
         _err.print("Stopped; nothing half-written is left.", style="red")
         return 130
     except SystemExit as stop:
+        if stop.code == 130:
+            _err.print("Stopped; nothing half-written is left.", style="red")
         return stop.code if isinstance(stop.code, int) else 1
     return 0
 

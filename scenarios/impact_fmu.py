@@ -1,6 +1,7 @@
 """Drives the FMU through fmpy: one extraction, one instance, as many impacts as a scene wants."""
 
 import math
+import re
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -80,7 +81,7 @@ class ImpactFmu:
     def __enter__(self) -> "ImpactFmu":
         self._folder = tempfile.mkdtemp(prefix="golf-impact-")
         try:
-            fmpy.extract(str(self.path), self._folder)
+            self._extract(self._folder)
             slave = FMU2Slave(
                 guid=self.description.guid,
                 unzipDirectory=self._folder,
@@ -90,7 +91,12 @@ class ImpactFmu:
             slave.instantiate(callbacks=self._callbacks(), loggingOn=True)
         except Exception as error:
             shutil.rmtree(self._folder, ignore_errors=True)
-            raise UserError(f"{self.path} can't be loaded: {_in_a_line(error)}") from error
+            if isinstance(error, UserError):
+                raise
+            why = _in_a_line(error)
+            raise UserError(
+                f"{self.path} can't be loaded ({why}): run `golf-impact build`"
+            ) from error
         self._slave = slave
         # Restoring this state is far cheaper than a reset, which makes a new instance.
         self._fresh = slave.getFMUstate()
@@ -109,6 +115,20 @@ class ImpactFmu:
         self._slave = None
         assert self._folder is not None
         shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _extract(self, folder: str) -> None:
+        """Extract the FMU where pythonfmu can load it, and see that what it needs is there."""
+        if not re.fullmatch(r"[A-Za-z0-9/._~ -]+", folder):
+            raise UserError(
+                f"pythonfmu can't load an FMU from {folder}: set TMPDIR to a folder whose name has "
+                "letters, digits, spaces and . _ ~ - only"
+            )
+        fmpy.extract(str(self.path), folder)
+        module = Path(folder, "resources", "slavemodule.txt")
+        if not module.is_file():
+            raise OSError("resources/slavemodule.txt is missing")
+        if not module.with_name(f"{module.read_text().strip()}.py").is_file():
+            raise OSError("its Python module is missing")
 
     def _callbacks(self) -> fmi2CallbackFunctions:
         def log(environment, instance, status, category, message) -> None:
@@ -156,8 +176,8 @@ class ImpactFmu:
             )
         reference = [variable.valueReference]
         if variable.type == "Integer":
-            if value != int(value):
-                raise UserError(f"{name} = {value!r} is refused: it must be a whole number")
+            if not abs(value) < 2**31 or value != int(value):
+                raise UserError(f"{name} = {value!r} is refused: it must be a whole number, 1 or 2")
             self.slave.setInteger(reference, [int(value)])
         else:
             self.slave.setReal(reference, [value])
@@ -200,11 +220,17 @@ class ImpactFmu:
         return self.read(outputs)
 
     def _horizon(self, values: Mapping[str, float]) -> float:
-        """Long enough for the bodies to meet and part."""
+        """Long enough for the bodies to meet and, if they do, to part."""
         gap = values.get("gap", 0.0)
         club = values.get("club_speed", self._default("club_speed"))
         closing = club - values.get("ball_speed", 0.0)
-        return HORIZON + (gap / closing if gap and closing > 0.0 else 0.0)
+        contact = 20.0 * self._half_period(values)
+        return max(HORIZON, contact) + (gap / closing if gap and closing > 0.0 else 0.0)
+
+    def _half_period(self, values: Mapping[str, float]) -> float:
+        """π √(μ/k), s: the contact time without damping."""
+        mu = 1.0 / sum(1.0 / values.get(m, self._default(m)) for m in ("m_club", "m_ball"))
+        return math.pi * math.sqrt(mu / values.get("k", self._default("k")))
 
     def _default(self, name: str) -> float:
         return float(self.variables[name].start)
@@ -229,8 +255,12 @@ class ImpactFmu:
         touch, contact = found["touch_time"], found["contact_time"]
         if not self.flag("separated"):
             # Not parted within the horizon: show the time in which the contact takes shape.
-            mu = 1.0 / sum(1.0 / values.get(m, self._default(m)) for m in ("m_club", "m_ball"))
-            contact = 10.0 * math.pi * math.sqrt(mu / values.get("k", self._default("k")))
+            contact = 10.0 * self._half_period(values)
+        if touch + contact / points == touch:
+            raise UserError(
+                f"a contact of {contact:g} s after {touch:g} s of approach is too short to sample: "
+                "a host's time is a double; choose a smaller gap or a faster approach"
+            )
         margin = 0.1 * contact
         begin = max(0.0, touch - margin)
         self.start(**values)

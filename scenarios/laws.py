@@ -64,7 +64,7 @@ def run(fmu: ImpactFmu) -> Outcome:
         f"Law 1 takes {lost * 100:.2f} % of the momentum out of the system, as if the bodies moved "
         "through a fluid; so the impulse (2.67 N.s) and the ball's gain (2.51 N.s) differ.",
         "Law 2 is what the document's text describes, a spring and a damper connecting the two "
-        "masses: momentum stays, and the loss depends on the approach speed alone. Choose law 1 to "
+        "masses: momentum stays, and the loss depends on relative velocity alone. Choose law 1 to "
         "reproduce the document, law 2 for everything else.",
     ]
     paths = {law: fmu.trajectory(names=_PATH, law=law) for law in (1, 2)}

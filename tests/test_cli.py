@@ -148,3 +148,37 @@ def test_results_of_an_earlier_run_stay_whole(tmp_path):
     before = (tmp_path / "results.json").read_bytes()
     refused(golf("run", "table1", "--set", "k=-1", "--out", tmp_path), "k = -1.0")
     assert (tmp_path / "results.json").read_bytes() == before
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "4294967298", "1e300"])
+def test_a_law_that_is_no_small_number(tmp_path, value):
+    refused(golf("run", "--set", f"law={value}", "--out", tmp_path), "law", "whole number")
+
+
+def test_an_fmu_without_its_module(tmp_path):
+    """pythonfmu's library would take the process down."""
+    whole, empty = tmp_path / "whole.fmu", tmp_path / "empty.fmu"
+    assert golf("build", "--out", whole).returncode == 0
+    with zipfile.ZipFile(whole) as source, zipfile.ZipFile(empty, "w") as target:
+        for info in source.infolist():
+            if not info.filename.startswith("resources/club_ball_impact"):
+                target.writestr(info, source.read(info))
+    refused(golf("run", "--fmu", empty, "--out", tmp_path), "module", "golf-impact build")
+
+
+def test_a_temporary_folder_that_pythonfmu_cannot_take(tmp_path):
+    odd = tmp_path / "a#b"
+    odd.mkdir()
+    refused(golf("run", "table1", "--out", tmp_path, env={"TMPDIR": str(odd)}), "TMPDIR")
+
+
+def test_a_terminal_that_knows_no_greek(tmp_path):
+    done = golf("run", "laws", "--out", tmp_path, env={"PYTHONIOENCODING": "ascii"})
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_very_soft_ball_still_parts(tmp_path):
+    done = golf("run", "--set", "k=0.1", "--set", "law=2", "--set", "b=0", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    case = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
+    assert case["coefficient_of_restitution"] == pytest.approx(1.0)

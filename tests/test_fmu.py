@@ -316,3 +316,50 @@ def test_a_trajectory_is_what_single_steps_give(fmu):
         fmu.step(0.0, path["time"][n])
         for name, value in fmu.read(PATH).items():
             assert path[name][n] == pytest.approx(value, rel=1e-12, abs=1e-9)
+
+
+def test_cheap_reads_on_the_way_leave_no_clock_behind(fmu):
+    """Force and compression come straight from their function of time; results ask the clock."""
+    late = ("contact_time", "impulse", "max_force", "time_of_max_force", "mean_force")
+    fmu.start()
+    for n in range(20):
+        fmu.step(n * 1e-5, 1e-5)
+        fmu.read(["force", "compression"])
+        if n % 5 == 4:
+            assert fmu.read(["contact_time"])["contact_time"] == pytest.approx((n + 1) * 1e-5)
+    found = fmu.read(late)
+    fmu.start()
+    for n in range(20):
+        fmu.step(n * 1e-5, 1e-5)
+    assert found == pytest.approx(fmu.read(late), rel=1e-14)
+
+
+@pytest.mark.parametrize("law", [1, 2])
+@pytest.mark.parametrize("count", [1, 3, 7, 10, 30, 49])
+def test_touch_at_a_communication_point_is_not_final(fmu, law, count):
+    """Whether a club speed set there still counts is up to rounding, not to who looked."""
+
+    def finish(look):
+        fmu.start(law=law, gap=0.035)
+        size = 1e-3 / count
+        for n in range(count):
+            fmu.step(n * size, size)
+        if look:
+            now = fmu.read(OUTPUTS)
+            assert min(now[n] for n in ("force", "compression", "contact_time", "impulse")) >= 0.0
+            assert abs(now["smash_factor"]) <= 0.0
+        fmu.slave.setReal(fmu.references(["club_speed"]), [40.0])
+        fmu.step(count * size, 1.0)
+        return fmu.read(METRICS)
+
+    assert finish(look=True) == pytest.approx(finish(look=False), rel=1e-13)
+
+
+def test_touch_in_one_step_is_not_final(fmu):
+    fmu.start(gap=0.035)
+    fmu.step(0.0, 1e-3)
+    assert fmu.read(["contact_time"])["contact_time"] == 0.0
+    fmu.slave.setReal(fmu.references(["club_speed"]), [40.0])
+    fmu.step(1e-3, 1.0)
+    found = fmu.read(METRICS)
+    assert found["ball_velocity"] / found["smash_factor"] == pytest.approx(40.0)

@@ -160,6 +160,9 @@ class Impact:
             elapsed = phase.duration
             if t < elapsed:
                 now = phase.state(t)
+                if t == 0.0 and phase is self._contact:
+                    _, _, x_club, compression, v_club, v_ball, _ = self._contact_start
+                    now[1:] = x_club, x_club - compression, v_club, v_ball, compression
                 # Within a rounding error of touch or separation: bodies push, they don't pull.
                 if now[0] < 0.0 or now[5] < 0.0:
                     now[0] = 0.0
@@ -173,6 +176,9 @@ class Impact:
                 back = end - begin
                 self._low += (begin - (end - back)) + (elapsed - back)
                 self._high = end
+                if t == elapsed or (high - end) + (low - self._low) < 0.0:
+                    # Now, to the last bit of the clock.
+                    self._high, self._low = high, low
             if self.touch is None:
                 u_club, u_ball = phase.u_club, phase.u_ball
                 x_ball = phase.x_ball + u_ball * elapsed

@@ -104,10 +104,18 @@ _RESULTS: dict[str, Result] = {
 #: The function of each output, by value reference.
 BY_REFERENCE: dict[int, Result] = {REFERENCES[name]: result for name, result in _RESULTS.items()}
 
-#: Those worth keeping until the next communication point; the others are a few operations.
-COSTLY = frozenset(
+#: Those that ask for the clock, and are kept until the next communication point; the others are a
+#: few operations on the state.
+CLOCKED = frozenset(
     REFERENCES[name]
-    for name in ("mean_force", "max_force", "time_of_max_force", "max_compression", "impulse")
+    for name in (
+        "mean_force",
+        "contact_time",
+        "max_force",
+        "time_of_max_force",
+        "max_compression",
+        "impulse",
+    )
 )
 
 #: The value references of what `Impact.state` gives, in its order.
