@@ -66,8 +66,8 @@ def test_build_and_run(tmp_path):
 def test_no_figures_needs_no_matplotlib(tmp_path):
     code = (
         "import sys; sys.argv = ['golf-impact', 'run', 'baseline', '--no-figures', '--out', "
-        f"{str(tmp_path)!r}]\nfrom scenarios.cli import main\ntry:\n    main()\nfinally:\n"
-        "    assert 'matplotlib' not in sys.modules"
+        f"{str(tmp_path)!r}]\nfrom scenarios import cli\nassert cli._one_line(cli.app) == 0\n"
+        "assert 'matplotlib' not in sys.modules"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

@@ -281,7 +281,10 @@ class Component:
             if self._count:
                 self._fold()
             self._until = nan
-            impact.hold(self.clock, self.carry, inputs)
+            try:
+                impact.hold(self.clock, self.carry, inputs)
+            except (ArithmeticError, ValueError) as error:
+                return f"steps are refused: this impact leaves the range of a double ({error})"
         self._anchored = True
         return None
 
@@ -443,7 +446,11 @@ class Component:
                 self._refuse_once(f"a value reference that no {result} variable has is refused")
                 value = nan if result == "Real" else 0
             else:
-                value = result(impact, state, self)
+                try:
+                    value = result(impact, state, self)
+                except (ArithmeticError, ValueError) as error:
+                    self._refuse_once(f"this impact leaves the range of a double ({error})")
+                    value = nan
                 if reference in results.CLOCKED:
                     memo[reference] = value
             found.append(value)
@@ -459,7 +466,12 @@ class Component:
                 # Nothing to show but bodies that never meet.
                 inputs = (1.0, 0.0, parameters.ball_speed)
             impact = self._impact = Impact(parameters, inputs)
-        now = self._now = impact.state(self.clock, self.carry)
+        try:
+            now = impact.state(self.clock, self.carry)
+        except (ArithmeticError, ValueError) as error:
+            self._refuse_once(f"this impact leaves the range of a double ({error})")
+            now = [nan] * len(results.MOVING)
+        self._now = now
         if impact.phase is self._last_phase:
             # The second read in one phase: from now on straight from its function of time.
             self._motion, self._offset, self._until = impact.course(self.clock, self.carry)

@@ -7,12 +7,14 @@ long approach is still exact.
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import inf
 from typing import Any, NamedTuple
 
 from .absolute import AbsoluteContact
 from .kelvin_voigt import KelvinVoigtContact
 from .parameters import Inputs, Parameters
+from .power_law import PowerLawContact
 
 #: Force, positions of club and ball, velocities of club and ball, compression.
 State = list[float]
@@ -209,6 +211,8 @@ class Impact:
         p = self.parameters
         law: Any = KelvinVoigtContact if p[5] == 2 else AbsoluteContact
         k, b, x_club, compression, v_club, v_ball, closing = self._contact_start
+        if p[6] != 1.0:
+            law = partial(PowerLawContact, exponent=p[6], reference_compression=p[7])
         return law(k, b, p[0], p[1], x_club, compression, v_club, v_ball, closing)
 
     def _finish(self, phase: Any, elapsed: float) -> None:
@@ -264,7 +268,9 @@ class Impact:
         self._finish(phase, t)
         k, b, _ = self.in_force
         closing = phase.closing(t)
-        if self.parameters.law == 2 and k * compression + b * closing <= 0.0:
+        p = self.parameters
+        # A power law's phase ends at once by itself where its force is gone.
+        if p.law == 2 and p.exponent == 1.0 and k * compression + b * closing <= 0.0:
             now[0] = 0.0
             self._contact = None
             self.phase = Flight(now, closing)

@@ -8,6 +8,9 @@ from .variables import Variable
 #: Rates (1/s), masses (kg), speeds and lengths outside these bounds would overflow on the way.
 _SMALLEST, _LARGEST = 1e-100, 1e100
 
+#: A larger exponent makes powers of ordinary lengths overflow.
+_STEEPEST = 12.0
+
 #: A larger damping ratio, or ratio of the masses, leaves nothing of one term beside the other.
 _RATIO = 1e15
 
@@ -65,8 +68,11 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
             f"restitution_at_rest = {p.restitution_at_rest!r} is refused with law = 1 (absolute): "
             "set it to 0, or law = 2 (relative)"
         )
-    if p.exponent != 1.0:
-        return f"exponent = {p.exponent!r} is refused: this version has exponent = 1 only"
+    if p.exponent > _STEEPEST:
+        return (
+            f"exponent = {p.exponent!r} is refused: beyond {_STEEPEST:g} forces leave the range of "
+            "a double"
+        )
     if p.restitution_at_rest > 0.0:
         return (
             f"restitution_at_rest = {p.restitution_at_rest!r} is refused: this version takes the "

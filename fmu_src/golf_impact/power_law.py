@@ -1,0 +1,490 @@
+"""Law 2 with an exponent n > 1: a stiffening spring and a matching damper between the bodies.
+
+The contact force is F = k d_r (d/d_r)^n + b (d/d_r)^((n-1)/2) d', with d the compression, d' the
+closing speed and d_r the compression at which k and b hold. It acts on both bodies alike, so
+momentum is conserved, and contact ends when the force has fallen to zero (as Schwager & Pöschel,
+Granular Matter 9, 465–469, 2007, end it for n = 1). The damper is that of Tsuji, Tanaka & Ishida
+(Powder Technology 71, 239–250, 1992, there with n = 3/2) for any n. With it x ~ d^((n+1)/2) is a
+linear damped oscillator in a time of its own, dσ ~ d^((n-1)/2) dt, so the coefficient of
+restitution doesn't depend on speed. Everything is closed form in σ; only t is an integral over σ.
+"""
+
+from collections.abc import Callable
+from itertools import pairwise
+from math import atan2, cos, exp, expm1, hypot, inf, log, log1p, pi, sin, sqrt
+from operator import mul
+
+#: Chebyshev coefficients of a panel, and how to get them from values at the nodes.
+_ORDER = 18
+_ANGLES = [pi * (i + 0.5) / _ORDER for i in range(_ORDER)]
+_NODES = [cos(angle) for angle in _ANGLES]
+_TRANSFORM = [
+    [(2.0 if j else 1.0) / _ORDER * cos(j * angle) for angle in _ANGLES] for j in range(_ORDER)
+]
+
+#: Where panels meet, as phases Ωσ since the last zero of x. The other zeros of x are pi apart along
+#: the real axis, or along the imaginary one above critical damping; they keep a distance from a
+#: panel at which its coefficients fall as 7^-j or faster.
+_CUTS_BELOW_CRITICAL = (0.385 * pi, 0.615 * pi)
+_FIRST_CUT_ABOVE, _GROWTH_ABOVE = 1.6, 1.6
+
+#: A panel nearer than this many widths to a zero of x is expanded about that zero.
+_NEAR = 1.5
+
+#: Gauss–Legendre points and weights on (0, 1).
+_GAUSS = (
+    (0.04691007703066800, 0.11846344252809454),
+    (0.23076534494715845, 0.23931433524968324),
+    (0.5, 0.28444444444444444),
+    (0.76923465505284155, 0.23931433524968324),
+    (0.95308992296933200, 0.11846344252809454),
+)
+
+#: A smaller x or ω counts as 0, and a lower speed is not made the unit: powers might underflow.
+_LEAST = 1e-290
+_LEAST_SPEED = 1e-150
+
+
+class PowerLawContact:
+    """One contact phase under constant k and b: closed form, but for the time by quadrature.
+
+    With m = (n+1)/2, P = (n-1)/(n+1) and any length L, x = (d/L)^m, dσ = ω (d/L)^(m-1) dt and
+    ω² = m k (L/d_r)^(n-1)/μ give x' = u = m d'/(ωL), u' = -x - 2ζu and F ~ x^P (x + 2ζu). All
+    events are at known ratios u/x, and σ is closed form at any ratio. The time, ∫ x^(-P) dσ / ω,
+    is tabulated once, on one to three panels (up to seven at heavy damping).
+
+    Args:
+        k: contact stiffness at the reference compression, N/m, > 0.
+        b: damping there, N.s/m, >= 0.
+        m_club: mass of the club head, kg.
+        m_ball: mass of the ball, kg.
+        x_club: position of the club face when the phase starts, m.
+        compression: how far the club face is past the ball's rest shape then, m, >= 0.
+        v_club: velocity of the club head then, m/s.
+        v_ball: velocity of the ball then, m/s.
+        closing: v_club - v_ball, where it is known better than that difference tells.
+        exponent: n, > 1.
+        reference_compression: d_r, m, > 0.
+
+    The state must be one in contact: a force above zero, or first touch while closing. From any
+    other the phase has duration 0.
+    """
+
+    __slots__ = (
+        "_final",
+        "_initial",
+        "_masses",
+        "_motion",
+        "_panels",
+        "_peak",
+        "_powers",
+        "_scales",
+        "_start",
+        "duration",
+        "rate",
+    )
+
+    def __init__(
+        self,
+        k: float,
+        b: float,
+        m_club: float,
+        m_ball: float,
+        x_club: float,
+        compression: float,
+        v_club: float,
+        v_ball: float,
+        closing: float | None = None,
+        *,
+        exponent: float,
+        reference_compression: float,
+    ) -> None:
+        total = m_club + m_ball
+        p = m_ball / total
+        mu = m_club * p
+        d = compression
+        w = v_club - v_ball if closing is None else closing
+        m = 0.5 * (exponent + 1.0)
+        power = (exponent - 1.0) / (exponent + 1.0)
+        omega = sqrt(m * (k / mu))
+        self._motion = motion = _Oscillator(b / (2.0 * mu * omega))
+        # L is what the speed could compress to, or the compression: of x and |u| one is 1.
+        speed = max(abs(w), _LEAST_SPEED)
+        length = (m * speed / omega) ** (1.0 / m) * reference_compression**power
+        if length >= d and (w != 0.0 or d == 0.0):
+            omega = m * speed / length
+        else:
+            length = d
+            omega *= (d / reference_compression) ** (m - 1.0)
+            speed = length * omega / m
+        relative = d / length
+        u = w / speed if w else 0.0
+        x = relative**m
+        if x < _LEAST:
+            x = 0.0
+        drive = x + 2.0 * motion.zeta * u
+        self._masses = (p, m_club / total, mu)
+        self._powers = (m, power)
+        self._scales = (length, speed, omega, mu * omega * speed)
+        self._start = (x, u)
+        self._initial = (x_club, d, v_club, v_ball, w, self._force(relative, drive))
+        self._panels: list[_Panel] = []
+        self._peak: tuple[float, float] | None = None
+        #: The fastest rate of change in the phase, 1/s: unbounded, the force has a kink at d = 0.
+        self.rate = inf
+        if omega > _LEAST and (drive > 0.0 or (x == 0.0 and u > 0.0)):
+            u = self._lay_out(relative)
+            d, w = length * (-2.0 * motion.zeta * u) ** (1.0 / m), speed * u
+        self._final = (0.0, d, w)
+        #: s from the start of the phase until contact ends.
+        self.duration = self._panels[-1].end if self._panels else 0.0
+
+    def _lay_out(self, relative: float) -> float:
+        """Make the panels; return u at the end of contact."""
+        x, u = self._start
+        motion = self._motion
+        zeta, slow, frequency = motion.zeta, motion.slow, motion.frequency
+        # σ from the last zero of x to the start, on to the end, and on to the next zero.
+        past = motion.until(x, u + zeta * x, u + slow * x)
+        end = motion.until(
+            x + 2.0 * zeta * u, zeta * x + (2.0 * zeta * zeta - 1.0) * u, slow * (x + slow * u)
+        )
+        left = inf
+        edges = [0.0]
+        if motion.oscillates:
+            left = atan2(2.0 * zeta * frequency, 1.0 - 2.0 * zeta * zeta) / frequency
+            cuts = [cut / frequency - past for cut in _CUTS_BELOW_CRITICAL]
+            edges += [cut for cut in cuts if 0.0 < cut < end]
+        else:
+            cut = _FIRST_CUT_ABOVE / frequency
+            while cut - past < end:
+                if cut > past:
+                    edges.append(cut - past)
+                cut *= _GROWTH_ABOVE
+        edges.append(end)
+        m, _ = self._powers
+        omega = self._scales[2]
+        amplitude = motion.amplitude(x, u)
+        t = 0.0
+        for begin, stop in pairwise(edges):
+            near = _NEAR * (stop - begin)
+            after = left + (end - stop)
+            if past + begin < near:
+                zero = (0.0, amplitude * exp(zeta * past))
+                panel = _Panel(motion, zero, -past, past + stop, m, omega)
+                # (past/width)^(1/m), but safe if x has underflowed.
+                v = relative * (past / x if x else 1.0 / u) ** (1.0 / m) / panel.reach
+                panel.place(t, v, stop)
+            elif after < near:
+                zero = (0.0, -amplitude * exp(-zeta * (end + left)))
+                panel = _Panel(motion, zero, end + left, begin - stop - after, m, omega)
+                panel.place(t, 1.0, stop, (after / (after + (stop - begin))) ** (1.0 / m))
+            else:
+                here = motion.after(x, u, begin)[:2]
+                panel = _Panel(motion, here, begin, stop - begin, m, omega)
+                panel.place(t, 0.0, stop)
+            self._panels.append(panel)
+            t = panel.end
+        if motion.oscillates:
+            return -amplitude * exp(-zeta * end)
+        return -0.5 * motion.after(x, u, end)[0] / zeta
+
+    def _force(self, relative: float, drive: float) -> float:
+        """Contact force, N, from d/L and x + 2ζu."""
+        force = self._scales[3] * relative ** (self._powers[0] - 1.0) * drive
+        return force if force > 0.0 else 0.0
+
+    def state(self, t: float) -> list[float]:
+        """Everything that moves, at one instant.
+
+        Args:
+            t: time since the start of the phase, s, from 0 to `duration`.
+
+        Returns:
+            Contact force (N), positions of club face and ball (m), velocities of club and
+            ball (m/s), compression (m).
+        """
+        x_club, d0, v_club, v_ball, w0, _ = self._initial
+        p, q, _ = self._masses
+        force, d, w = self._relative_motion(t)
+        x = x_club + ((p * v_ball + q * v_club) * t - p * (d0 - d))
+        return [force, x, x - d, v_club - p * (w0 - w), v_ball + q * (w0 - w), d]
+
+    def end(self) -> tuple[list[float], float]:
+        """State and closing speed when contact ends: the force is 0, the ball not yet round."""
+        return self.state(self.duration), self._final[2]
+
+    def fast_state(self) -> Callable[[float], list[float]]:
+        """`state` for many instants: here there is no faster way."""
+        return self.state
+
+    def closing(self, t: float) -> float:
+        """Closing speed v_club - v_ball at t, m/s, exact even where it is a tiny difference."""
+        return self._relative_motion(t)[2]
+
+    def _relative_motion(self, t: float) -> tuple[float, float, float]:
+        """Contact force (N), compression (m) and closing speed (m/s)."""
+        if t >= self.duration:
+            return self._final
+        if t <= 0.0:
+            _, d, _, _, w, force = self._initial
+            return force, d, w
+        length, speed, _, _ = self._scales
+        panel = next(panel for panel in self._panels if t < panel.end)
+        relative, u, drive = panel.motion_at(panel.find(t))
+        return self._force(relative, drive), length * relative, speed * u
+
+    def impulse(self, begin: float, width: float) -> float:
+        """Impulse of the contact force over [begin, begin + width] (s), N.s.
+
+        Exact relative to the width, however short.
+        """
+        x, u = self._start
+        motion = self._motion
+        _, speed, omega, force = self._scales
+        first, last = self._sigma(begin), self._sigma(begin + width)
+        span = last - first
+        if span * max(1.0, motion.fast) > 0.1:
+            lost = motion.after(x, u, first)[1] - motion.after(x, u, last)[1]
+            return self._masses[2] * speed * lost
+        # ∫ F dt is ∫ (x + 2ζu) dσ up to a factor. Over a short time the rounding of σ would show;
+        # it cancels in the quotient of that and of t = ∫ x^(-P) dσ (which isn't smooth at x = 0,
+        # but there σ is exact relative to itself).
+        points = [(weight, motion.after(x, u, first + at * span)) for at, weight in _GAUSS]
+        drive = sum(weight * point[2] for weight, point in points)
+        compressions = [point[0] for _, point in points]
+        if max(compressions) >= 1.15 * min(compressions):
+            return force / omega * drive * span
+        power = -self._powers[1]
+        return force * width * drive / sum(weight * point[0] ** power for weight, point in points)
+
+    def _sigma(self, t: float) -> float:
+        """σ from the start of the phase until t."""
+        if t <= 0.0:
+            return 0.0
+        for panel in self._panels:
+            if t < panel.end:
+                return panel.sigma + panel.width * panel.find(t) ** panel.r
+        return self._panels[-1].stop if self._panels else 0.0
+
+    def peak_force(self, t: float) -> tuple[float, float]:
+        """The largest contact force on [0, t] and its time.
+
+        Args:
+            t: s since the start of the phase, at most `duration`.
+
+        Returns:
+            Force (N) and time since the start of the phase (s).
+        """
+        if self._peak is None:
+            self._peak = self._find_peak()
+        largest, when = self._peak
+        return (largest, when) if t >= when else (self.state(t)[0], t)
+
+    def _find_peak(self) -> tuple[float, float]:
+        # F' = 0 is 2ζP r² + (1 + P - 4ζ²) r - 2ζ = 0 with r = u/x. Along the motion r only falls,
+        # so F rises until r is at the one root that isn't negative, and falls from there on (the
+        # other root lies beyond the end, r = -1/2ζ).
+        x, u = self._start
+        zeta = self._motion.zeta
+        m, power = self._powers
+        half = 0.5 * (1.0 + power) - 2.0 * zeta * zeta
+        root = hypot(half, 2.0 * zeta * sqrt(power))
+        r = 2.0 * zeta / (half + root) if half > 0.0 else (root - half) / (2.0 * zeta * power)
+        if u <= r * x or not self._panels:
+            return self._initial[5], 0.0
+        sigma = self._sigma_at_ratio(r)
+        x, _, drive = self._motion.after(x, u, sigma)
+        return self._force(x ** (1.0 / m), drive), self._time(sigma)
+
+    def peak_compression(self, t: float) -> float:
+        """The largest compression on [0, t], m; t (s) at most `duration`."""
+        x, u = self._start
+        if u <= 0.0 or not self._panels:
+            return self._initial[1]
+        sigma = self._sigma_at_ratio(0.0)
+        if t < self.duration and t < self._time(sigma):
+            return self.state(t)[5]
+        return self._scales[0] * self._motion.after(x, u, sigma)[0] ** (1.0 / self._powers[0])
+
+    def _sigma_at_ratio(self, r: float) -> float:
+        """σ from the start until u/x has fallen to r >= 0."""
+        x, u = self._start
+        motion = self._motion
+        return motion.until(
+            u - r * x,
+            x + motion.zeta * u + r * (u + motion.zeta * x),
+            x * (1.0 + r * motion.fast) + u * (motion.slow + r),
+        )
+
+    def _time(self, sigma: float) -> float:
+        """Time since the start of the phase, s, when σ has passed."""
+        panel = next((panel for panel in self._panels if sigma < panel.stop), self._panels[-1])
+        return panel.time(sigma)
+
+
+class _Oscillator:
+    """The motion x' = u, u' = -x - 2ζu, whichever way it is damped.
+
+    Two decaying basis functions carry it, (C, S) = exp(-ζσ)·(cos Ωσ, sin Ωσ / Ω) up to critical
+    damping, and from there on, with the rates λ₁ < λ₂ and Δ = λ₂ - λ₁ = 2Ω,
+    exp(-λ₁σ)·(1, (1 - exp(-Δσ))/Δ): accurate where the two rates meet.
+    """
+
+    __slots__ = ("fast", "frequency", "oscillates", "slow", "zeta")
+
+    def __init__(self, zeta: float) -> None:
+        self.zeta = zeta
+        self.oscillates = zeta <= 1.0
+        if self.oscillates:
+            # Exactly critical: a frequency this small changes nothing within a double.
+            self.frequency = sqrt((1.0 - zeta) * (1.0 + zeta)) or 1e-10
+            self.slow = self.fast = zeta
+        else:
+            self.frequency = sqrt(zeta - 1.0) * sqrt(zeta + 1.0)
+            self.fast = zeta + self.frequency
+            self.slow = 1.0 / self.fast
+
+    def basis(self, sigma: float) -> tuple[float, float]:
+        """C and S."""
+        decay = exp(-self.slow * sigma)
+        if self.oscillates:
+            phase = self.frequency * sigma
+            return decay * cos(phase), decay * sin(phase) / self.frequency
+        split = 2.0 * self.frequency
+        return decay, decay * -expm1(-split * sigma) / split
+
+    def after(self, x: float, u: float, sigma: float) -> tuple[float, float, float]:
+        """x, u and x + 2ζu a time σ after these x and u."""
+        c, s = self.basis(sigma)
+        slow, fast = self.slow, self.fast
+        x_after = x * c + (u + slow * x) * s
+        if fast > 2.0 * slow:
+            # Their own terms, so that u and the force stay exact when the faster one has died out.
+            slow_term = slow * (u + fast * x) / (fast - slow) * c
+            fast_term = fast * (u + slow * x) / (fast - slow) * exp(-fast * sigma)
+            return x_after, fast_term - slow_term, fast * fast_term - slow * slow_term
+        drive = x + 2.0 * self.zeta * u
+        return x_after, u * c - (x + fast * u) * s, drive * c + (u - fast * drive) * s
+
+    def until(self, numerator: float, denominator: float, slow_part: float) -> float:
+        """σ from tan(Ωσ)/Ω or tanh(Ωσ)/Ω; slow_part is denominator - Ω numerator, for tanh."""
+        if self.oscillates:
+            return atan2(self.frequency * numerator, denominator) / self.frequency
+        split = 2.0 * self.frequency
+        ratio = numerator / slow_part
+        return (log1p(split * ratio) if ratio < 1e150 else log(split) + log(ratio)) / split
+
+    def amplitude(self, x: float, u: float) -> float:
+        """√(x² + 2ζxu + u²), which falls as exp(-ζσ)."""
+        if self.oscillates:
+            return hypot(u + self.zeta * x, self.frequency * x)
+        return sqrt(u + self.slow * x) * sqrt(u + self.fast * x)
+
+
+class _Panel:
+    """An interval of σ on which time is known as a series.
+
+    It is expanded about a zero of x or, away from those, about its own beginning; s is the σ from
+    there (negative if the zero is ahead), H the largest |s|, and |s| = H v^r with r = m or 1. With
+    g = (x/|s|)^(-P) or x^(-P), which is analytic, the time to or from s = 0 is H^(1/r) v G / ω,
+    where s G' + G/r = g.
+
+    Args:
+        motion: the oscillator.
+        origin: x and u at s = 0.
+        sigma: σ there since the start of the phase.
+        width: H, with the sign of s.
+        m: (n + 1)/2.
+        omega: 1/s.
+    """
+
+    def __init__(
+        self,
+        motion: _Oscillator,
+        origin: tuple[float, float],
+        sigma: float,
+        width: float,
+        m: float,
+        omega: float,
+    ) -> None:
+        self.motion = motion
+        self.origin = origin
+        self.sigma = sigma
+        self.width = width
+        self.m = m
+        self.omega = omega
+        self.at_zero = origin[0] == 0.0
+        self.r = m if self.at_zero else 1.0
+        self.direction = 1.0 if width > 0.0 else -1.0
+        self.reach = abs(width) ** (1.0 / self.r)
+        power = (1.0 - m) / m
+        values = [self._ratio(0.5 * width * (1.0 + z)) ** power for z in _NODES]
+        g = [sum(map(mul, row, values)) for row in _TRANSFORM]
+        # (1 + z) T_j' = j T_j + 2j (T_(j-1) + T_(j-2) + ... + T_0 / 2): solved from the top.
+        above = 0.0
+        self.series = []
+        for j in range(_ORDER - 1, 0, -1):
+            coefficient = (g[j] - 2.0 * above) / (j + 1.0 / self.r)
+            above += j * coefficient
+            self.series.append(coefficient)
+        self.series.append((g[0] - above) * self.r)
+
+    def place(self, t: float, v_begin: float, stop: float, v_end: float = 1.0) -> None:
+        """Say when the panel begins, at which v, and at which σ and v it ends."""
+        self.stop = stop
+        self.t_origin = t - self.direction * self._clock(v_begin)
+        #: When the panel ends, s since the start of the phase.
+        self.end = self.t_origin + self.direction * self._clock(v_end)
+
+    def _ratio(self, s: float) -> float:
+        """x/|s| or x: what is far from zero all over the panel."""
+        x, u = self.origin
+        c, basis_s = self.motion.basis(s)
+        if self.at_zero:
+            return abs(u * (basis_s / s)) if abs(s) > _LEAST else abs(u)
+        return x * c + (u + self.motion.slow * x) * basis_s
+
+    def _clock(self, v: float) -> float:
+        """Time to or from s = 0, s: the series summed by Clenshaw's recurrence."""
+        z = 2.0 * v**self.r - 1.0
+        twice = 2.0 * z
+        a = b = 0.0
+        for coefficient in self.series:
+            a, b = coefficient + twice * a - b, a
+        return self.reach / self.omega * v * (a - z * b)
+
+    def time(self, sigma: float) -> float:
+        """Time since the start of the phase, s, when σ has passed."""
+        v = ((sigma - self.sigma) / self.width) ** (1.0 / self.r)
+        return self.t_origin + self.direction * self._clock(v)
+
+    def find(self, t: float) -> float:
+        """The v at a time since the start of the phase: Newton's method inside a bracket."""
+        clock = self.direction * (t - self.t_origin)
+        power = (1.0 - self.m) / self.m
+        low, high = 0.0, 1.0
+        v = min(1.0, clock / self._clock(1.0))
+        for _ in range(60):
+            f = self._clock(v) - clock
+            if f > 0.0:
+                high = v
+            else:
+                low = v
+            slope = self._ratio(self.width * v**self.r) ** power * self.r * self.reach / self.omega
+            step = f / slope
+            # Convergence is quadratic: the next step would be below a double's resolution.
+            if abs(step) <= 1e-9 * v:
+                return v - step
+            v -= step
+            if not low < v < high:
+                v = 0.5 * (low + high)
+        return v
+
+    def motion_at(self, v: float) -> tuple[float, float, float]:
+        """d/L, u and x + 2ζu."""
+        s = self.width * v**self.r
+        x, u, drive = self.motion.after(*self.origin, s)
+        if self.at_zero:
+            return self.reach * v * self._ratio(s) ** (1.0 / self.m), u, drive
+        return x ** (1.0 / self.m), u, drive
