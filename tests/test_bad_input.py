@@ -261,3 +261,16 @@ def test_reset_is_a_new_instance(fmu):
     slave.exitInitializationMode()
     slave.doStep(0.0, 1.0)
     assert fmu.read(METRICS) == fmu.impact()
+
+
+@pytest.mark.parametrize("reference", [2**32 - 1, 2**32 - 2, 1000])
+def test_a_reference_that_no_variable_has(fmu, reference):
+    """pythonfmu hands a large unsigned reference on as a negative one."""
+    begin(fmu)
+    fmu.slave.exitInitializationMode()
+    fmu.slave.doStep(0.0, 1e-4)
+    fmu.slave.setReal([reference], [50.0])
+    assert "can't be set" in fmu.messages[-1]
+    assert fmu.read(["k", "b", "club_speed"]) == {"k": 1e6, "b": 9.0, "club_speed": 35.0}
+    assert is_discarded(fmu, 1e-4)
+    fmu.slave.doStep(1e-4, 1.0)

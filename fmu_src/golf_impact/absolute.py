@@ -9,21 +9,14 @@ from cmath import exp as complex_exp
 from collections.abc import Callable, Generator, Iterator
 from math import atan2, ceil, cos, exp, expm1, inf, log, log1p, pi, sin, sqrt
 
+from .quadrature import GAUSS_5
+
 #: A damping ratio as small as this changes no bit of any result, and needs no case of its own.
 _LEAST_DAMPING = 1e-30
 
 #: A real root nearer than this to the pair (relative, squared) is not split off from it: splitting
 #: costs a factor 1/this in rounding error.
 _NEAR_TRIPLE = 1e-2
-
-#: Gauss–Legendre nodes and weights on (-1, 1).
-_NODES = (
-    (0.0, 0.5688888888888889),
-    (0.5384693101056831, 0.47862867049936647),
-    (-0.5384693101056831, 0.47862867049936647),
-    (0.906179845938664, 0.23692688505618908),
-    (-0.906179845938664, 0.23692688505618908),
-)
 
 #: A contact shorter than this, over its fastest time scale, is brief.
 _BRIEF = 0.4
@@ -337,7 +330,7 @@ class AbsoluteContact:
         if self._brief:
             index = 1 if self._base[1] >= self._base[2] else 2
             sign = 3 - 2 * index
-            moved = sum(w * self._by_differences(0.5 * t * (1.0 + x))[index] for x, w in _NODES)
+            moved = sum(w * self._by_differences(0.5 * t * (1.0 + x))[index] for x, w in GAUSS_5)
             v_club, v_ball = (heavy, light) if index == 1 else (-light, -heavy)
             return self._at(d / omega, v_club, v_ball, 0.5 * t * sign * moved)
         # Heavily damped, so the displacements follow from the momentum that the drag took.

@@ -331,7 +331,7 @@ class Component:
         """
         for reference, value in zip(references, values):
             if (
-                reference < INPUTS
+                -1 < reference < INPUTS
                 and self._mode == STEPPING
                 and type_ == "Real"
                 and _LOW[reference] <= value <= _HIGH[reference]

@@ -15,18 +15,10 @@ from .absolute import AbsoluteContact
 from .kelvin_voigt import KelvinVoigtContact
 from .parameters import Inputs, Parameters
 from .power_law import PowerLawContact
+from .quadrature import GAUSS_5
 
 #: Force, positions of club and ball, velocities of club and ball, compression.
 State = list[float]
-
-#: Gauss–Legendre nodes and weights on (-1, 1), 5 points: exact to a double over half a time scale.
-_NODES = (
-    (0.0, 0.5688888888888889),
-    (0.5384693101056831, 0.47862867049936647),
-    (-0.5384693101056831, 0.47862867049936647),
-    (0.906179845938664, 0.23692688505618908),
-    (-0.906179845938664, 0.23692688505618908),
-)
 
 #: So near to touch or separation (relative) force and compression may be all rounding error.
 _CLOSE = 1e-12
@@ -468,5 +460,5 @@ def _impulse_between(contact: Any, begin: float, end: float, width: float | None
     return half * sum(
         weight * contact.state(end - half * (2 * n + 1 - node))[0]
         for n in range(panels)
-        for node, weight in _NODES
+        for node, weight in GAUSS_5
     )
