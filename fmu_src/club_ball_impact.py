@@ -27,7 +27,8 @@ class ClubBallImpact(Fmi2Slave):
         self.vars = _registered
         self._component = component
         self._hold = None
-        # Bound here, a call from the host runs straight into the component.
+        # Bound here, a call from the host runs straight into the component. The class names most of
+        # them too: a name that it doesn't have is looked up in its bases before.
         self.__dict__.update(
             do_step=component.step,
             get_real=component.reals,
@@ -49,6 +50,12 @@ class ClubBallImpact(Fmi2Slave):
 
     def do_step(self, current_time, step_size):
         return self._component.step(current_time, step_size)
+
+    def get_real(self, vrs):
+        return self._component.reals(vrs)
+
+    def set_real(self, vrs, values):
+        self._component.set_values(vrs, values)
 
     def terminate(self):
         self._component.terminate()

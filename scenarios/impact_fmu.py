@@ -156,6 +156,17 @@ class ImpactFmu:
         Raises:
             UserError: the FMU refuses a value, or doesn't know the variable.
         """
+        self.begin(**values)
+        self.slave.exitInitializationMode()
+        if self.messages:
+            raise UserError(self.messages[0])
+
+    def begin(self, **values: float) -> None:
+        """A new run as far as initialization mode, where more can be set; `messages` has refusals.
+
+        Raises:
+            UserError: the FMU doesn't know the variable.
+        """
         slave = self.slave
         slave.setFMUstate(self._fresh)
         slave.setupExperiment(startTime=0.0)
@@ -163,9 +174,6 @@ class ImpactFmu:
         self.messages.clear()
         for name, value in values.items():
             self._set(name, value)
-        slave.exitInitializationMode()
-        if self.messages:
-            raise UserError(self.messages[0])
 
     def _set(self, name: str, value: float) -> None:
         variable = self.variables.get(name)
@@ -222,17 +230,30 @@ class ImpactFmu:
     def _horizon(self, values: Mapping[str, float]) -> float:
         """Long enough for the bodies to meet and, if they do, to part."""
         gap = values.get("gap", 0.0)
-        club = values.get("club_speed", self._default("club_speed"))
+        club = values.get("club_speed", self.default("club_speed"))
         closing = club - values.get("ball_speed", 0.0)
         contact = 20.0 * self._half_period(values)
         return max(HORIZON, contact) + (gap / closing if gap and closing > 0.0 else 0.0)
 
     def _half_period(self, values: Mapping[str, float]) -> float:
-        """π √(μ/k), s: the contact time without damping."""
-        mu = 1.0 / sum(1.0 / values.get(m, self._default(m)) for m in ("m_club", "m_ball"))
-        return math.pi * math.sqrt(mu / values.get("k", self._default("k")))
+        """The contact time without damping, s: π √(μ/k), or nearly so with an exponent."""
 
-    def _default(self, name: str) -> float:
+        def given(name: str) -> float:
+            return values.get(name, self.default(name))
+
+        mu = 1.0 / (1.0 / given("m_club") + 1.0 / given("m_ball"))
+        period = math.pi * math.sqrt(mu / given("k"))
+        n, length = given("exponent"), given("reference_compression")
+        closing = abs(given("club_speed") - given("ball_speed"))
+        if n > 1.0 and closing:
+            # Kinetic energy μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d.
+            ratio = closing * period / (math.pi * length)
+            compression = length * (0.5 * (n + 1.0) * ratio * ratio) ** (1.0 / (n + 1.0))
+            period = math.pi * compression / closing
+        return period
+
+    def default(self, name: str) -> float:
+        """The start value of an input or parameter."""
         return float(self.variables[name].start)
 
     def trajectory(

@@ -66,6 +66,8 @@ CASES = [
     {},
     {"law": 2, "b": 40.0},
     {"gap": 0.002},
+    {"law": 2, "b": 0.5, "exponent": 1.5},
+    {"law": 2, "restitution_at_rest": 0.9, "restitution_slope": 0.002},
 ]
 
 

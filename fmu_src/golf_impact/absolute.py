@@ -9,6 +9,7 @@ from cmath import exp as complex_exp
 from collections.abc import Callable, Generator, Iterator
 from math import atan2, ceil, cos, exp, expm1, inf, log, log1p, pi, sin, sqrt
 
+from .oscillation import FromZero
 from .quadrature import GAUSS_5
 
 #: A damping ratio as small as this changes no bit of any result, and needs no case of its own.
@@ -241,12 +242,15 @@ class AbsoluteContact:
         _, x_club, _, v_club, v_ball, _ = self.state(self.duration)
         return [0.0, x_club, x_club, v_club, v_ball, 0.0], v_club - v_ball
 
-    def fast_state(self) -> Callable[[float], list[float]]:
-        """`state` for many instants: a function over constants."""
+    def fast_state(self) -> tuple[Callable[[float], list[float]], float, float]:
+        """`state` for many instants: a function, and the scale and offset of time that it wants."""
         # Over one time constant of the real rate at most, 1 - (1 - e^(-rt)) loses nothing.
-        if self._kind != _OSCILLATING or self._motion[0] * self.duration > 1.0:
-            return self.state
-        return _oscillating(self._base[5], self._base[0], *self._motion)
+        if self._kind == _OSCILLATING and self._motion[0] * self.duration <= 1.0:
+            _, slow, frequency, _, c0, s0, *_ = self._motion
+            zero = FromZero(slow, frequency, c0, s0, self.duration)
+            if zero.near:
+                return _oscillating(self._base[5], self._base[0], self._motion, zero), *zero.time
+        return self.state, 1.0, 0.0
 
     def _at(self, d: float, v_club: float, v_ball: float, moved: float) -> list[float]:
         x = self._base[0] + moved
@@ -574,37 +578,31 @@ class AbsoluteContact:
 
 
 def _oscillating(
-    k: float,
-    x_club: float,
-    r: float,
-    slow: float,
-    frequency: float,
-    a0: float,
-    c0: float,
-    s0: float,
-    a1: float,
-    c1: float,
-    s1: float,
-    a2: float,
-    c2: float,
-    s2: float,
-    x_c: float,
-    x_s: float,
+    k: float, x_club: float, motion: tuple[float, ...], zero: FromZero
 ) -> Callable[[float], list[float]]:
     """`state` for one real rate and an oscillating pair: the usual case."""
-    real_rate = -r
-    rate = complex(-slow, frequency)
-    x_a = -a1 / r
+    r, _, _, a0, c0, s0, a1, c1, s1, a2, c2, s2, x_c, x_s = motion
+    real_rate = -r / zero.frequency
+    rate = zero.rate
     x_0 = x_club + x_c
-    x_c = -x_c
+    # Since the new origin of time the real mode has fallen by the factor `fallen`.
+    change = expm1(r * zero.shift)
+    fallen = 1.0 + change
+    x_0 += a1 / r * -change
+    a0, a1, a2 = a0 * fallen, a1 * fallen, a2 * fallen
+    x_a = -a1 / r
+    _, s0 = zero.amplitudes(c0, s0)
+    c1, s1 = zero.amplitudes(c1, s1)
+    c2, s2 = zero.amplitudes(c2, s2)
+    x_c, x_s = zero.amplitudes(-x_c, x_s)
 
-    def state(t: float) -> list[float]:
-        z = complex_exp(rate * t)
-        c = z.real
-        s = z.imag
-        e = expm1(real_rate * t)
+    def state(angle: float) -> list[float]:
+        size = exp(rate * angle)
+        c = size * cos(angle)
+        s = size * sin(angle)
+        e = expm1(real_rate * angle)
         r = 1.0 + e
-        d = a0 * r + c0 * c + s0 * s
+        d = a0 * r + s0 * s
         x = x_0 + x_a * e + x_c * c + x_s * s
         return [
             k * d,

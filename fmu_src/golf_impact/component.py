@@ -42,17 +42,15 @@ _POINT_TOLERANCE = 1e-6
 _real_plans: dict[tuple[int, ...], tuple[Callable[[State], list[float]] | None, tuple, tuple]] = {}
 _MAX_PLANS = 256
 
+#: Equal to no list of references.
+_NONE: list = [None]
+
 #: First item of a serialized state: another layout must have another one.
 _FORMAT = "golf-impact state 1"
 
 
 def _no_motion(t: float) -> State:
     raise AssertionError("no phase has been looked at yet")
-
-
-def _whole(state: State) -> list[float]:
-    """For the first variables that `Impact.state` gives: its list as it is, the fastest read."""
-    return state
 
 
 def _listed(pick: Callable[[State], tuple]) -> Callable[[State], list[float]]:
@@ -69,6 +67,7 @@ class Component:
     __slots__ = (
         "_anchored",
         "_asked",
+        "_asked_whole",
         "_count",
         "_impact",
         "_last_phase",
@@ -80,15 +79,18 @@ class Component:
         "_offset",
         "_once",
         "_ordinary",
+        "_pace",
         "_pick",
         "_plan",
         "_point",
         "_quick",
         "_refused",
         "_report",
+        "_scale",
         "_size",
         "_until",
         "_values",
+        "_watched",
         "carry",
         "clock",
         "last_step",
@@ -111,7 +113,7 @@ class Component:
         #: size is NaN while something else than the clock must be looked at in the next step.
         self.clock = 0.0
         self.carry = 0.0
-        self._count = 0
+        self._count = 0.0
         self._size = nan
         #: The last accepted step, s.
         self.last_step = 0.0
@@ -123,17 +125,23 @@ class Component:
         self._point = 0.0
         self._anchored = True
         self._ordinary = False
-        #: The present phase: its state at t, how long it has lasted, and its end (NaN: unknown).
+        #: Whether every step must be looked at: a touch is ahead that would be refused.
+        self._watched = False
+        #: The present phase: its state, how long it had lasted when the steps were counted from 0,
+        #: and its end (NaN: unknown), as the state wants time; its growth in a second and a step.
         self._last_phase: object = None
         self._motion: Callable[[float], State] = _no_motion
         self._offset = 0.0
         self._until = nan
+        self._scale = self._pace = 1.0
         #: The state at this communication point, once it has been read, and the results of it.
         self._now: State | None = None
         self._memo: dict[int, Any] = {}
         self._memo_of: State | None = None
         #: The last list of references read, and how.
         self._asked: list[int] = []
+        #: The same if they are the first ones of `Impact.state`: its list is then given as it is.
+        self._asked_whole = _NONE
         self._pick: Callable[[State], list[float]] | None = None
         self._quick: tuple = ()
         self._plan: tuple = ()
@@ -204,7 +212,7 @@ class Component:
         if size == self._size and (
             point == self._point or abs(point - self._point) <= _POINT_TOLERANCE * size
         ):
-            self._count += 1
+            self._count += 1.0
             self._point = point + size
             self._now = None
             return True
@@ -216,9 +224,12 @@ class Component:
             self._report(problem)
             return False
         self._size = self.last_step = size
-        self._count = 1
+        self._pace = size * self._scale
+        self._count = 1.0
         self._point = point + size
         self._now = None
+        if self._watched:
+            self._fold()
         return True
 
     def _fold(self) -> None:
@@ -226,14 +237,14 @@ class Component:
         count, size = self._count, self._size
         if count == 1:
             self._tick(size)
-            self._count = 0
+            self._count = 0.0
         elif count:
             # Two factors of at most 26 bits have an exact product.
             high = 134217729.0 * size
             high -= high - size
             self._tick(count * high)
             self._tick(count * (size - high))
-            self._count = 0
+            self._count = 0.0
         self._size = self._until = nan
 
     def _fold_clock(self) -> None:
@@ -273,6 +284,12 @@ class Component:
         inputs: Any = tuple(self._values[:INPUTS])
         impact = self._impact
         assert impact is not None
+        if impact.parameters[8]:
+            if self._count:
+                self._fold()
+            self._watched, problem = impact.refusal_of_touch(self.clock, self.carry, inputs, size)
+            if problem is not None:
+                return problem
         if inputs != impact.in_force:
             if not (self._ordinary and usual(*inputs)):
                 problem = conflict(impact.parameters, inputs)
@@ -373,15 +390,22 @@ class Component:
 
         The list may go on after the values asked for; it must not be changed.
         """
+        if references == self._asked_whole:
+            # The fastest read: what a phase's function of time gives, as it is.
+            now = self._now
+            if now is None:
+                t = self._offset + self._count * self._pace
+                now = self._now = self._motion(t) if t < self._until else self._evaluate()
+            return now
         if references != self._asked:
             self._ask(references)
         pick = self._pick
         if pick is not None:
             now = self._now
             if now is None:
-                t = self._offset + self._count * self._size
+                t = self._offset + self._count * self._pace
                 now = self._now = self._motion(t) if t < self._until else self._evaluate()
-            return now if pick is _whole else pick(now)
+            return pick(now)
         if self._quick:
             now = self._now or self._evaluate()
             impact = self._impact
@@ -400,9 +424,7 @@ class Component:
             pick: Callable[[State], list[float]] | None = None
             if len(key) > 1 and all(reference in results.MOVING for reference in key):
                 first = results.MOVING.start
-                if len(key) > 4 and key == tuple(results.MOVING)[: len(key)]:
-                    pick = _whole
-                elif key == tuple(range(key[0], key[0] + len(key))):
+                if key == tuple(range(key[0], key[0] + len(key))):
                     pick = itemgetter(slice(key[0] - first, key[0] - first + len(key)))
                 else:
                     pick = _listed(itemgetter(*(reference - first for reference in key)))
@@ -416,6 +438,8 @@ class Component:
             _real_plans[key] = pick, quick if len(quick) == len(plan) else (), plan
         self._pick, self._quick, self._plan = _real_plans[key]
         self._asked = list(references)
+        whole = len(key) > 4 and key == tuple(results.MOVING)[: len(key)]
+        self._asked_whole = self._asked if whole else _NONE
 
     def _functions(self, references: list[int], type_: str) -> tuple:
         functions: list[tuple[int, Any]] = []
@@ -474,7 +498,10 @@ class Component:
         self._now = now
         if impact.phase is self._last_phase:
             # The second read in one phase: from now on straight from its function of time.
-            self._motion, self._offset, self._until = impact.course(self.clock, self.carry)
+            self._motion, self._offset, self._until, self._scale = impact.course(
+                self.clock, self.carry
+            )
+            self._pace = self._size * self._scale
         else:
             self._last_phase = impact.phase
         return now
@@ -522,8 +549,8 @@ class Component:
         ) = snapshot
         self._values = list(values)
         self._impact = Impact.restored(impact) if impact is not None else None
-        self._anchored = False
-        self._count = 0
+        self._anchored = self._watched = False
+        self._count = 0.0
         self._size = self._until = nan
         self._now = None
 

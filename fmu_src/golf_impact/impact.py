@@ -16,6 +16,7 @@ from .kelvin_voigt import KelvinVoigtContact
 from .parameters import Inputs, Parameters
 from .power_law import PowerLawContact
 from .quadrature import GAUSS_5
+from .restitution import damping, out_of_reach, restitution
 
 #: Force, positions of club and ball, velocities of club and ball, compression.
 State = list[float]
@@ -182,22 +183,66 @@ class Impact:
                 self._finish(phase, elapsed)
                 self.phase = Flight(*phase.end())
 
-    def course(self, high: float, low: float) -> tuple[Callable[[float], State], float, float]:
-        """The present phase: its `state`, how long it has lasted, and how long it lasts (s)."""
+    def course(
+        self, high: float, low: float
+    ) -> tuple[Callable[[float], State], float, float, float]:
+        """The present phase: its `state`, how long it has lasted, and how long it lasts.
+
+        Both as the state wants time, and last how that grows in a second.
+        """
         t = (high - self._high) + (low - self._low)
         phase = self.phase
         if not self.in_contact:
-            return phase.state, t, phase.duration
+            return phase.state, t, phase.duration, 1.0
         # Next to touch and separation `state` looks more closely.
         end = phase.duration * (1.0 - _CLOSE)
-        return phase.fast_state(), t, end if t * phase.rate > _CLOSE else -inf
+        state, scale, offset = phase.fast_state()
+        until = scale * end + offset if t * phase.rate > _CLOSE else -inf
+        return state, scale * t + offset, until, scale
 
     def _enter_contact(
         self, x_club: float, compression: float, v_club: float, v_ball: float, closing: float
     ) -> None:
-        k, b, _ = self.in_force
+        k, b = self._acting()
         self._contact_start = (k, b, x_club, compression, v_club, v_ball, closing)
         self.phase = self._contact = self._contact_phase()
+
+    def _acting(self) -> tuple[float, float]:
+        """Stiffness (N/m) and damping (N.s/m) that act in this contact."""
+        k, b, _ = self.in_force
+        p = self.parameters
+        if p[8]:
+            assert self.touch is not None
+            b = damping(p, k, self.touch[3] - p.ball_speed)
+        return k, b
+
+    def refusal_of_touch(
+        self, high: float, low: float, inputs: Inputs, step: float
+    ) -> tuple[bool, str | None]:
+        """Whether these inputs lead to a touch whose COR is out of reach; if in this step, why not.
+
+        Nothing changes.
+        """
+        p = self.parameters
+        closing = inputs[2] - p.ball_speed
+        if closing <= 0.0 or not out_of_reach(p, closing):
+            return False, None
+        phase = self.phase
+        t = (high - self._high) + (low - self._low)
+        if self.touch is None:
+            if t > phase.duration:
+                return False, None
+            _, x_club, x_ball, *_ = phase.state(t)
+            if x_ball - x_club > closing * step * (1.0 + 1e-12):
+                return True, None
+        elif not (phase is self._contact and self._offset == t == 0.0):
+            return False, None
+        return True, (
+            f"club_speed = {inputs[2]!r} m/s is refused at touch: restitution_at_rest - "
+            f"restitution_slope * approach speed = {p.restitution_at_rest!r} - "
+            f"{p.restitution_slope!r} * {closing!r} = {restitution(p, closing)!r} must be above 0 "
+            "and at most 1; set a lower club_speed, or another restitution line at the start"
+        )
 
     def _contact_phase(self) -> Any:
         p = self.parameters
@@ -240,7 +285,9 @@ class Impact:
             return
         self.state(high, low)
         self.in_force = inputs
-        if self.phase is self._contact and inputs[:2] != before[:2]:
+        # With damping from a COR, b isn't used.
+        acting = 1 if self.parameters[8] else 2
+        if self.phase is self._contact and inputs[:acting] != before[:acting]:
             self._contact_changes(self.phase, (high - self._high) + (low - self._low))
             self._high, self._low = high, low
 
@@ -258,7 +305,7 @@ class Impact:
         now = phase.state(t)
         _, x_club, _, v_club, v_ball, compression = now
         self._finish(phase, t)
-        k, b, _ = self.in_force
+        k, b = self._acting()
         closing = phase.closing(t)
         p = self.parameters
         # A power law's phase ends at once by itself where its force is gone.
@@ -363,6 +410,11 @@ class Impact:
 
     def _now(self, high: float, low: float) -> float:
         return (high - self._high) + (low - self._low)
+
+    def next_event(self, high: float, low: float) -> float:
+        """The next touch or separation after this instant, s since the start; inf if none is due."""
+        self.state(high, low)
+        return self._high + (self._low + self.phase.duration)
 
     def contact_time(self, high: float, low: float) -> float:
         """Time in contact so far, s."""

@@ -7,7 +7,9 @@ the bodies can push but not pull (Schwager & Pöschel, Granular Matter 9, 465–
 
 from cmath import exp as complex_exp
 from collections.abc import Callable
-from math import atan2, exp, expm1, inf, log, log1p, sqrt
+from math import atan2, cos, exp, expm1, inf, log, log1p, sin, sqrt
+
+from .oscillation import FromZero
 
 _OSCILLATING, _MEETING_RATES, _TWO_RATES = range(3)
 
@@ -189,9 +191,14 @@ class KelvinVoigtContact:
             compression,
         ], closing
 
-    def fast_state(self) -> Callable[[float], list[float]]:
-        """`state` for many instants: a function over constants."""
-        return _oscillating(*self._motion) if self._basis == _OSCILLATING else self.state
+    def fast_state(self) -> tuple[Callable[[float], list[float]], float, float]:
+        """`state` for many instants: a function, and the scale and offset of time that it wants."""
+        if self._basis == _OSCILLATING:
+            gamma, frequency, force, force_s, d, d_s, w, w_s, *rest = self._motion
+            zero = FromZero(gamma, frequency, d, d_s, self.duration)
+            if zero.near:
+                return _oscillating(zero, (force, force_s), (d, d_s), (w, w_s), *rest), *zero.time
+        return self.state, 1.0, 0.0
 
     def impulse(self, begin: float, width: float) -> float:
         """Impulse of the contact force over [begin, begin + width] (s), N.s.
@@ -254,28 +261,29 @@ class KelvinVoigtContact:
 
 
 def _oscillating(
-    gamma: float,
-    frequency: float,
-    force: float,
-    force_s: float,
-    d: float,
-    d_s: float,
-    w: float,
-    w_s: float,
+    zero: FromZero,
+    forces: tuple[float, float],
+    compressions: tuple[float, float],
+    closings: tuple[float, float],
     p: float,
     q: float,
     x: float,
     v: float,
 ) -> Callable[[float], list[float]]:
-    rate = complex(-gamma, frequency)
+    rate = zero.rate
+    force, force_s = zero.amplitudes(*forces)
+    _, d_s = zero.amplitudes(*compressions)
+    w, w_s = zero.amplitudes(*closings)
+    x -= v * zero.shift
+    v_angle = v / zero.frequency
 
-    def state(t: float) -> list[float]:
-        z = complex_exp(rate * t)
-        c = z.real
-        s = z.imag
-        compression = d * c + d_s * s
+    def state(angle: float) -> list[float]:
+        size = exp(rate * angle)
+        c = size * cos(angle)
+        s = size * sin(angle)
+        compression = d_s * s
         closing = w * c + w_s * s
-        mean = x + v * t
+        mean = x + v_angle * angle
         return [
             force * c + force_s * s,
             mean + p * compression,

@@ -73,16 +73,14 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
             f"exponent = {p.exponent!r} is refused: beyond {_STEEPEST:g} forces leave the range of "
             "a double"
         )
-    if p.restitution_at_rest > 0.0:
-        return (
-            f"restitution_at_rest = {p.restitution_at_rest!r} is refused: this version takes the "
-            "damping from b only, set it to 0"
-        )
     k, b, club_speed = inputs
     total = p.m_club + p.m_ball
     mu = p.m_club * (p.m_ball / total)
     omega = sqrt(k / mu) if mu and k / mu < inf else inf
     zeta = b / (2.0 * mu * omega) if 0.0 < mu * omega < inf else inf
+    if p.restitution_at_rest:
+        # b isn't used, and a COR allows no more damping than can be computed.
+        zeta = 0.0
     speed = abs(club_speed) + abs(p.ball_speed)
     if not (
         mu >= _SMALLEST

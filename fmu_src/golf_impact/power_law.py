@@ -214,9 +214,9 @@ class PowerLawContact:
         """State and closing speed when contact ends: the force is 0, the ball not yet round."""
         return self.state(self.duration), self._final[2]
 
-    def fast_state(self) -> Callable[[float], list[float]]:
-        """`state` for many instants: here there is no faster way."""
-        return self.state
+    def fast_state(self) -> tuple[Callable[[float], list[float]], float, float]:
+        """`state` for many instants, scale and offset of time: here there is no faster way."""
+        return self.state, 1.0, 0.0
 
     def closing(self, t: float) -> float:
         """Closing speed v_club - v_ball at t, m/s, exact even where it is a tiny difference."""

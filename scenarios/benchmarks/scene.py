@@ -135,10 +135,10 @@ def counted(fmu: LoadedFmu) -> Iterator[Counter[str]]:
         return wrapped
 
     def counting_maker(make: Callable) -> Callable:
-        def wrapped(self: Any) -> Callable:
-            made = make(self)
+        def wrapped(self: Any) -> tuple:
+            made, *time = make(self)
             # The method itself is counted already.
-            return made if hasattr(made, "__self__") else counting_outermost(made)
+            return made if hasattr(made, "__self__") else counting_outermost(made), *time
 
         return wrapped
 

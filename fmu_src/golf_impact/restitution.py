@@ -1,0 +1,79 @@
+"""Damping from a coefficient of restitution that falls with the approach speed.
+
+Measured balls have COR = e₀ - slope · v (v: approach speed at first touch), which no fixed damping
+gives: under law 2 COR = exp(-2ζs(ζ)) depends on the damping ratio ζ alone, whatever the exponent,
+with s = arccos ζ/√(1-ζ²), or arccosh ζ/√(ζ²-1) above critical damping (Schwager & Pöschel, Granular
+Matter 9, 465–469, 2007). So ζ is chosen at touch.
+"""
+
+from math import asinh, atan2, log, pi, sqrt
+
+from .parameters import Parameters
+
+#: A lower COR would need more damping than leaves anything of the spring beside it.
+_LEAST = 1e-29
+
+#: So close to critical damping (ζ - 1) the derivative of s is that of its series.
+_CRITICAL = 1e-4
+
+
+def restitution(parameters: Parameters, closing: float) -> float:
+    """COR at an approach speed (m/s), by the line of the parameters; below 0 it can't be had."""
+    return parameters.restitution_at_rest - parameters.restitution_slope * closing
+
+
+def out_of_reach(parameters: Parameters, closing: float) -> bool:
+    """Whether the line leaves 0…1 at this approach speed, m/s."""
+    return not _LEAST <= restitution(parameters, closing) <= 1.0
+
+
+def damping(parameters: Parameters, k: float, closing: float) -> float:
+    """The damping b, N.s/m, that gives this COR.
+
+    Args:
+        parameters: the fixed values.
+        k: contact stiffness, N/m.
+        closing: approach speed at first touch, m/s.
+    """
+    p = parameters
+    # Before a step is refused for it, a COR out of reach may still be looked at.
+    zeta = damping_ratio(max(restitution(p, closing), _LEAST))
+    mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
+    return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
+
+
+def damping_ratio(coefficient: float) -> float:
+    """ζ of law 2 for a coefficient of restitution.
+
+    Newton's method on ζ·s(ζ) = -ln(COR)/2. The left side is concave and rises, at first as ζπ/2:
+    from the start below its root every iterate stays below it.
+
+    Args:
+        coefficient: above 0, at most 1.
+    """
+    half = -0.5 * log(coefficient)
+    zeta = abs(2.0 * half / pi)
+    for _ in range(100):
+        s, slope = _s(zeta)
+        step = (half - zeta * s) / (s + zeta * slope)
+        zeta += step
+        if step <= 4e-16 * zeta:
+            break
+    return zeta
+
+
+def _s(zeta: float) -> tuple[float, float]:
+    """s(ζ) and its derivative."""
+    beyond = zeta - 1.0
+    square = beyond * (zeta + 1.0)
+    if square < 0.0:
+        root = sqrt(-square)
+        s = atan2(root, zeta) / root
+    elif square > 0.0:
+        root = sqrt(square)
+        s = asinh(root) / root
+    else:
+        s = 1.0
+    if abs(beyond) < _CRITICAL:
+        return s, -1.0 / 3.0 + beyond * 4.0 / 15.0
+    return s, (1.0 - zeta * s) / square

@@ -1,0 +1,162 @@
+"""Damping chosen at touch, so that the coefficient of restitution falls with the approach speed."""
+
+import math
+
+import mpmath
+import pytest
+from fmpy.fmi1 import FMICallException
+from golf_impact.restitution import damping_ratio
+
+from scenarios.errors import UserError
+from scenarios.impact_fmu import METRICS
+
+AT_REST, SLOPE = 0.86, 0.0029
+LINE = {"law": 2, "restitution_at_rest": AT_REST, "restitution_slope": SLOPE}
+M_CLUB, M_BALL = 0.210, 0.04593
+MU = M_CLUB * M_BALL / (M_CLUB + M_BALL)
+
+
+def exact_restitution(zeta):
+    mp = mpmath.mp.clone()
+    mp.dps = 40
+    zeta = mp.mpf(zeta)
+    if zeta == 1:
+        s = mp.mpf(1)
+    elif zeta < 1:
+        s = mp.acos(zeta) / mp.sqrt(1 - zeta * zeta)
+    else:
+        s = mp.acosh(zeta) / mp.sqrt(zeta * zeta - 1)
+    return mp.exp(-2 * zeta * s)
+
+
+@pytest.mark.parametrize(
+    "coefficient",
+    [
+        1.0,
+        1.0 - 2.0**-53,
+        1.0 - 1e-9,
+        0.93,
+        0.7585,
+        0.3,
+        math.exp(-2.0),
+        0.1353,
+        1e-3,
+        1e-12,
+        1e-29,
+    ],
+)
+def test_damping_ratio(coefficient):
+    assert (
+        abs(exact_restitution(damping_ratio(coefficient)) - coefficient) < 4e-16 * coefficient**0.5
+    )
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 3.0, 12.0])
+@pytest.mark.parametrize(("club", "ball"), [(1e-3, 0.0), (35.0, 0.0), (60.0, 10.0), (290.0, 0.0)])
+def test_the_line_is_met(fmu, exponent, club, ball):
+    found = fmu.impact(**LINE, exponent=exponent, club_speed=club, ball_speed=ball)
+    expected = AT_REST - SLOPE * (club - ball)
+    assert found["coefficient_of_restitution"] == pytest.approx(expected, abs=1e-14)
+
+
+def test_as_the_damping_that_gives_this_restitution(fmu):
+    zeta = damping_ratio(AT_REST - SLOPE * 35.0)
+    for exponent, k in ((1.0, 1e6), (1.615544, 8e5)):
+        b = 2.0 * zeta * math.sqrt(0.5 * (exponent + 1.0) * k * MU)
+        by_line = fmu.impact(**LINE, exponent=exponent, k=k)
+        by_damping = fmu.impact(law=2, exponent=exponent, k=k, b=b)
+        assert by_line == pytest.approx(by_damping, rel=1e-14)
+
+
+def test_damping_itself_is_not_used(fmu):
+    found = fmu.impact(**LINE, b=9.0)
+    assert fmu.impact(**LINE, b=1e300) == found
+    # Nor if it changes in mid-contact, to the last bit.
+    fmu.start(**LINE)
+    fmu.step(0.0, 3e-4)
+    fmu.slave.setReal(fmu.references(["b"]), [500.0])
+    fmu.step(3e-4, 1.0)
+    changed = fmu.read(METRICS)
+    fmu.start(**LINE)
+    fmu.step(0.0, 3e-4)
+    fmu.step(3e-4, 1.0)
+    assert fmu.read(METRICS) == changed
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5])
+def test_stiffness_that_changes_keeps_the_damping_ratio(fmu, exponent):
+    zeta = damping_ratio(AT_REST - SLOPE * 35.0)
+
+    def b(k):
+        return 2.0 * zeta * math.sqrt(0.5 * (exponent + 1.0) * k * MU)
+
+    fmu.start(**LINE, exponent=exponent, k=1e6)
+    fmu.step(0.0, 2e-4)
+    fmu.slave.setReal(fmu.references(["k"]), [2e6])
+    fmu.step(2e-4, 1.0)
+    by_line = fmu.read(METRICS)
+    fmu.start(law=2, exponent=exponent, k=1e6, b=b(1e6))
+    fmu.step(0.0, 2e-4)
+    fmu.slave.setReal(fmu.references(["k", "b"]), [2e6, b(2e6)])
+    fmu.step(2e-4, 1.0)
+    assert by_line == pytest.approx(fmu.read(METRICS), rel=1e-13)
+
+
+def test_smash_factor_follows_the_measured_line(fmu):
+    for speed in (20.0, 35.0, 50.0, 70.0):
+        found = fmu.impact(["smash_factor"], **LINE, club_speed=speed)["smash_factor"]
+        expected = (1.0 + AT_REST - SLOPE * speed) / (1.0 + M_BALL / M_CLUB)
+        assert found == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.05])
+@pytest.mark.parametrize("look", [False, True])
+def test_a_restitution_out_of_reach_is_refused_at_touch(fmu, gap, look):
+    fmu.start(**LINE, club_speed=400.0, gap=gap)
+    point, steps = 0.0, 0
+    while steps < 1000:
+        if look:
+            fmu.read(["force", "compression"])
+        try:
+            fmu.slave.doStep(point, 1e-5)
+        except FMICallException:
+            break
+        point += 1e-5
+        steps += 1
+    assert "club_speed = 400.0 m/s is refused at touch" in fmu.messages[-1]
+    assert "-0.29999999999999993 must be above 0" in fmu.messages[-1]
+    # The touch is at gap / 400 m/s = 125 µs: the step that would reach it is refused, none before.
+    assert steps == round(gap / 400.0 / 1e-5 - 0.5)
+    assert not fmu.flag("touched") or not gap
+    with pytest.raises(FMICallException):
+        fmu.slave.doStep(point, 1e-5)
+    # A slower club may go on, as if the faster one had never been asked for since.
+    fmu.slave.setReal(fmu.references(["club_speed"]), [40.0])
+    fmu.step(point, 1.0)
+    found = fmu.read(METRICS)
+    left = gap - 400.0 * point
+    assert found["coefficient_of_restitution"] == pytest.approx(AT_REST - SLOPE * 40.0, abs=1e-14)
+    assert found["touch_time"] == pytest.approx(point + left / 40.0, abs=1e-15)
+
+
+def test_a_speed_out_of_reach_long_before_touch_does_no_harm(fmu):
+    fmu.start(**LINE, club_speed=400.0, gap=1.0)
+    for n in range(10):
+        fmu.step(n * 1e-4, 1e-4)
+    fmu.slave.setReal(fmu.references(["club_speed"]), [30.0])
+    fmu.step(1e-3, 1.0)
+    found = fmu.read(METRICS)
+    assert found["coefficient_of_restitution"] == pytest.approx(AT_REST - SLOPE * 30.0, abs=1e-14)
+    # In contact and after it the club's speed is not looked at.
+    fmu.slave.setReal(fmu.references(["club_speed"]), [400.0])
+    fmu.step(1.001, 1.0)
+    assert fmu.read(["smash_factor"])["smash_factor"] == found["smash_factor"]
+
+
+def test_only_under_law_2(fmu):
+    with pytest.raises(UserError, match=r"restitution_at_rest = 0\.86 is refused with law = 1"):
+        fmu.start(restitution_at_rest=0.86)
+
+
+def test_off_by_default(fmu):
+    assert fmu.impact(law=2, restitution_slope=0.5) == fmu.impact(law=2)
