@@ -9,8 +9,10 @@ from cmath import exp as complex_exp
 from collections.abc import Callable, Generator, Iterator
 from math import atan2, ceil, cos, exp, expm1, inf, log, log1p, pi, sin, sqrt
 
-from .oscillation import FromZero
+from .decay import decayed, difference, divided_differences, mean_fall
+from .from_zero import FromZero
 from .quadrature import GAUSS_5
+from .roots import offset_of_partner, offset_of_real_root, root_in_bracket
 
 #: A damping ratio as small as this changes no bit of any result, and needs no case of its own.
 _LEAST_DAMPING = 1e-30
@@ -88,7 +90,7 @@ class AbsoluteContact:
         drag1 = 2.0 * zeta * p
         drag2 = 2.0 * zeta * q
         span = 2.0 * zeta * (abs(m_club - m_ball) / total)
-        x = _offset_of_real_root(p, q, drag1, span)
+        x = offset_of_real_root(p, q, drag1, span)
         r = drag1 + x
         # How far below the faster drag it lies: the same equation, and no cancellation.
         y = q * x / (p + r * x)
@@ -109,8 +111,8 @@ class AbsoluteContact:
             roots = sorted(
                 (
                     (r, x, y),
-                    (slow, _offset_of_partner(slow, fast, x, y, p, q, drag1), x + fast),
-                    (fast, _offset_of_partner(fast, slow, x, y, p, q, drag1), x + slow),
+                    (slow, offset_of_partner(slow, fast, x, y, p, q, drag1), x + fast),
+                    (fast, offset_of_partner(fast, slow, x, y, p, q, drag1), x + slow),
                 )
             )
             # The two rates with the smaller ratio make the pair.
@@ -289,7 +291,7 @@ class AbsoluteContact:
         e = exp(-r * tau)
         ramp_slow = -expm1(-slow * tau) / slow
         e_slow = exp(-slow * tau)
-        s = _difference(slow, second, tau)
+        s = difference(slow, second, tau)
         a0, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
         return self._at(
             (a0 * e + c0 * e_slow + s0 * s) / omega,
@@ -317,7 +319,7 @@ class AbsoluteContact:
         z1 = -p * y0 + (shift - drag1) * y1
         z2 = q * y0 + (shift - drag2) * y2
         e = exp(-r * tau)
-        s, g = _divided_differences(r, half, square, tau)
+        s, g = divided_differences(r, half, square, tau)
         d = e * d0 + s * y0 + g * z0
         heavy = e * v1 + s * y1 + g * z1
         light = e * v2 + s * y2 + g * z2
@@ -436,7 +438,7 @@ class AbsoluteContact:
             if f == 0.0:
                 return  # decayed below the least double
             if f * sign < 0.0:
-                yield _root(value, low, high, sign, guess)
+                yield root_in_bracket(value, low, high, sign, guess)
                 sign = -sign
                 last = None
             elif oscillates and last is not None:
@@ -467,16 +469,16 @@ class AbsoluteContact:
             _, slow, second = self._pair
             a0, c0, s0, *_ = self._motion
             pair = (s0 - slow * c0) * exp(-slow * tau)
-            pair -= s0 * (slow + second) * _difference(slow, second, tau)
+            pair -= s0 * (slow + second) * difference(slow, second, tau)
             return pair - r * a0 * exp(-r * tau)
         _p, _q, _drag1, _, r, _ = self._system
         d0, _, _, y0, y1, y2 = self._initial
         oscillates, slow, second = self._pair
         half = slow if oscillates else slow + 0.5 * second
         square = second * second if oscillates else -0.25 * second * second
-        _, g = _divided_differences(r, half, square, tau)
+        _, g = divided_differences(r, half, square, tau)
         z0 = y1 - y2 + (2.0 * half - r) * y0
-        c, s = _decayed(half, square, tau)
+        c, s = decayed(half, square, tau)
         # The derivatives of e^(-rτ), S and G.
         slope = c - half * s
         return slope * y0 + (s - r * g) * z0 - r * exp(-r * tau) * d0
@@ -510,7 +512,7 @@ class AbsoluteContact:
                 )
             else:
                 total = tau * omega * self.state(begin)[5] + tau * sum(
-                    a0 * exp(-rate * start) * _mean_fall(rate * tau)
+                    a0 * exp(-rate * start) * mean_fall(rate * tau)
                     for rate, a0, _, _ in self._motion
                 )
             return k * total / (omega * omega)
@@ -518,11 +520,11 @@ class AbsoluteContact:
             r = self._system[4]
             _, slow, second = self._pair
             a0, c0, s0, *_ = self._motion
-            c0 = c0 * exp(-slow * start) + s0 * _difference(slow, second, start)
+            c0 = c0 * exp(-slow * start) + s0 * difference(slow, second, start)
             s0 *= exp(-(slow + second) * start)
             ramp = -expm1(-slow * tau) / slow
             total = -a0 * exp(-r * start) * expm1(-r * tau) / r + c0 * ramp
-            total += s0 * (ramp - _difference(slow, second, tau)) / (slow + second)
+            total += s0 * (ramp - difference(slow, second, tau)) / (slow + second)
             return k * total / (omega * omega)
         return self._momentum_taken(begin + width) - self._momentum_taken(begin)
 
@@ -635,83 +637,6 @@ def _mode(
     return rate, a * x, -a * u, -a * p
 
 
-def _offset_of_partner(
-    rate: float, other: float, x: float, y: float, p: float, q: float, drag: float
-) -> float:
-    """How far one rate of the pair lies above the slower drag; x, y: the single rate's offsets.
-
-    Three ways to the same number; which of them cancels depends on the case.
-    """
-    own_y = x + other
-    rest = q - rate * own_y
-    by_product = p * own_y / rest if rest else inf
-    ways = (
-        (max(rate, drag), rate - drag),
-        (max(y, other), y - other),
-        (abs(by_product) * q / abs(rest) if rest else inf, by_product),
-    )
-    return min(ways)[1]
-
-
-def _offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
-    """X >= 0 such that r = drag + x is the root between the two drag rates.
-
-    Solves (span - x)(p + r x) = q x by Newton's method inside the bracket [0, span].
-    """
-    low, high = 0.0, span
-    x = p * span
-    x += x * q * span * (drag + x)
-    if x >= high:
-        x = p * span
-    while high > low:
-        slope = p + (drag + x) * x
-        f = (span - x) * slope - q * x
-        if f > 0.0:
-            low = x
-        else:
-            high = x
-        step = f / ((span - x) * (drag + 2.0 * x) - slope - q)
-        if abs(step) <= 1e-9 * x:
-            return x - step
-        x -= step
-        if not low < x < high:
-            x = 0.5 * (low + high)
-            if x in (low, high):
-                break
-    return x
-
-
-def _root(
-    value: Callable[[float], tuple[float, float]],
-    low: float,
-    high: float,
-    sign: float,
-    guess: float,
-) -> float:
-    """The zero between low (where f has this sign) and high, by Newton's method in the bracket."""
-    t = guess if low < guess < high else 0.5 * (low + high)
-    before = inf
-    while True:
-        f, slope = value(t)
-        if f * sign > 0.0:
-            low = t
-        else:
-            high = t
-        step = f / slope if slope else inf
-        # Convergence is quadratic: the next step would be below 1e-18.
-        if abs(step) <= 1e-9 * t:
-            return min(max(t - step, low), high)
-        new = t - step
-        # A step that doesn't shrink is of no use: halve the bracket, by ratio where it is wide.
-        if not low < new < high or abs(step) > 0.5 * before:
-            new = sqrt(low) * sqrt(high) if high > 4.0 * low > 0.0 else 0.5 * (low + high)
-            if new in (low, high):
-                return new
-            step = inf
-        before = abs(step)
-        t = new
-
-
 def _half_swings_to_zero(before: float, now: float, growth: float) -> int:
     """How many turning points can safely be passed over before a growing swing reaches zero."""
     level = min(abs(before), abs(now))
@@ -719,57 +644,3 @@ def _half_swings_to_zero(before: float, now: float, growth: float) -> int:
     swing = max(abs(before - now) / (1.0 + exp(growth)), 1e-17 * level)
     wait = log(level / swing + 1.0) / growth if swing else inf
     return 2 * max(0, ceil(min(wait, 1e15) / 2.0) - 2)
-
-
-def _mean_fall(x: float) -> float:
-    """(1 - e^(-x)) / x - 1: the mean of e^(-y) - 1 over y from 0 to x."""
-    if x > 0.5:
-        return -expm1(-x) / x - 1.0
-    term = total = -0.5 * x
-    n = 2
-    while abs(term) > 1e-18 * abs(total):
-        n += 1
-        term *= -x / n
-        total += term
-    return total
-
-
-def _difference(slow: float, split: float, tau: float) -> float:
-    """(e^(-slow·τ) - e^(-(slow + split)·τ)) / split, also where split is 0."""
-    return exp(-slow * tau) * (-expm1(-split * tau) / split if split > 0.0 else tau)
-
-
-def _divided_differences(r: float, half: float, square: float, tau: float) -> tuple[float, float]:
-    """exp(-·τ) over the pair (half ± √-square), and over the pair and r.
-
-    The second is ∫ e^(-r(τ-σ)) S(σ) dσ with S the first; its closed form cancels where the three
-    meet, a Taylor series doesn't.
-    """
-    eta = half - r
-    c, s = _decayed(half, square, tau)
-    reach = max(abs(eta), sqrt(abs(square))) * tau
-    if reach > 1.0:
-        return s, (exp(-r * tau) - (c + eta * s)) / (eta * eta + square)
-    # u = e^(-ησ) S(σ) e^(half σ) obeys u'' + 2ηu' + (η² + Ω²)u = 0, u(0) = 0, u'(0) = 1.
-    stiffness = (eta * eta + square) * tau * tau
-    damping = 2.0 * eta * tau
-    previous, term, integral = 0.0, tau, 0.5 * tau
-    n = 1
-    while abs(term) > 1e-18 * tau or abs(previous) > 1e-18 * tau:
-        following = -(damping * n * term + stiffness * previous) / (n * (n + 1.0))
-        previous, term = term, following
-        n += 1
-        integral += term / (n + 1.0)
-    return s, exp(-r * tau) * integral * tau
-
-
-def _decayed(half: float, square: float, tau: float) -> tuple[float, float]:
-    """e^(-half·τ)·(cos Ωτ, sin Ωτ/Ω) with Ω² = square, which may be negative."""
-    if square > 0.0:
-        angle = sqrt(square) * tau
-        decay = exp(-half * tau)
-        return decay * cos(angle), decay * (tau * sin(angle) / angle if angle else tau)
-    angle = sqrt(-square) * tau
-    slow = exp(angle - half * tau)
-    fallen = -expm1(-2.0 * angle)
-    return slow * (1.0 - 0.5 * fallen), slow * (0.5 * tau * fallen / angle if angle else tau)

@@ -9,7 +9,7 @@ from cmath import exp as complex_exp
 from collections.abc import Callable
 from math import atan2, cos, exp, expm1, inf, log, log1p, sin, sqrt
 
-from .oscillation import FromZero
+from .from_zero import FromZero
 
 _OSCILLATING, _MEETING_RATES, _TWO_RATES = range(3)
 

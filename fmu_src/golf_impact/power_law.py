@@ -11,16 +11,10 @@ restitution doesn't depend on speed. Everything is closed form in σ; only t is 
 
 from collections.abc import Callable
 from itertools import pairwise
-from math import atan2, cos, exp, expm1, hypot, inf, log, log1p, pi, sin, sqrt
-from operator import mul
+from math import atan2, exp, hypot, inf, pi, sqrt
 
-#: Chebyshev coefficients of a panel, and how to get them from values at the nodes.
-_ORDER = 18
-_ANGLES = [pi * (i + 0.5) / _ORDER for i in range(_ORDER)]
-_NODES = [cos(angle) for angle in _ANGLES]
-_TRANSFORM = [
-    [(2.0 if j else 1.0) / _ORDER * cos(j * angle) for angle in _ANGLES] for j in range(_ORDER)
-]
+from .oscillator import LEAST, Oscillator
+from .panels import Panel
 
 #: Where panels meet, as phases Ωσ since the last zero of x. The other zeros of x are pi apart along
 #: the real axis, or along the imaginary one above critical damping; they keep a distance from a
@@ -40,8 +34,7 @@ _GAUSS = (
     (0.95308992296933200, 0.11846344252809454),
 )
 
-#: A smaller x or ω counts as 0, and a lower speed is not made the unit: powers might underflow.
-_LEAST = 1e-290
+#: A lower speed is not made the unit: powers might underflow.
 _LEAST_SPEED = 1e-150
 
 
@@ -107,7 +100,7 @@ class PowerLawContact:
         m = 0.5 * (exponent + 1.0)
         power = (exponent - 1.0) / (exponent + 1.0)
         omega = sqrt(m * (k / mu))
-        self._motion = motion = _Oscillator(b / (2.0 * mu * omega))
+        self._motion = motion = Oscillator(b / (2.0 * mu * omega))
         # L is what the speed could compress to, or the compression: of x and |u| one is 1.
         speed = max(abs(w), _LEAST_SPEED)
         length = (m * speed / omega) ** (1.0 / m) * reference_compression**power
@@ -120,7 +113,7 @@ class PowerLawContact:
         relative = d / length
         u = w / speed if w else 0.0
         x = relative**m
-        if x < _LEAST:
+        if x < LEAST:
             x = 0.0
         drive = x + 2.0 * motion.zeta * u
         self._masses = (p, m_club / total, mu)
@@ -128,11 +121,11 @@ class PowerLawContact:
         self._scales = (length, speed, omega, mu * omega * speed)
         self._start = (x, u)
         self._initial = (x_club, d, v_club, v_ball, w, self._force(relative, drive))
-        self._panels: list[_Panel] = []
+        self._panels: list[Panel] = []
         self._peak: tuple[float, float] | None = None
         #: The fastest rate of change in the phase, 1/s: unbounded, the force has a kink at d = 0.
         self.rate = inf
-        if omega > _LEAST and (drive > 0.0 or (x == 0.0 and u > 0.0)):
+        if omega > LEAST and (drive > 0.0 or (x == 0.0 and u > 0.0)):
             u = self._lay_out(relative)
             d, w = length * (-2.0 * motion.zeta * u) ** (1.0 / m), speed * u
         self._final = (0.0, d, w)
@@ -171,17 +164,17 @@ class PowerLawContact:
             after = left + (end - stop)
             if past + begin < near:
                 zero = (0.0, amplitude * exp(zeta * past))
-                panel = _Panel(motion, zero, -past, past + stop, m, omega)
+                panel = Panel(motion, zero, -past, past + stop, m, omega)
                 # (past/width)^(1/m), but safe if x has underflowed.
                 v = relative * (past / x if x else 1.0 / u) ** (1.0 / m) / panel.reach
                 panel.place(t, v, stop)
             elif after < near:
                 zero = (0.0, -amplitude * exp(-zeta * (end + left)))
-                panel = _Panel(motion, zero, end + left, begin - stop - after, m, omega)
+                panel = Panel(motion, zero, end + left, begin - stop - after, m, omega)
                 panel.place(t, 1.0, stop, (after / (after + (stop - begin))) ** (1.0 / m))
             else:
                 here = motion.after(x, u, begin)[:2]
-                panel = _Panel(motion, here, begin, stop - begin, m, omega)
+                panel = Panel(motion, here, begin, stop - begin, m, omega)
                 panel.place(t, 0.0, stop)
             self._panels.append(panel)
             t = panel.end
@@ -321,170 +314,3 @@ class PowerLawContact:
         """Time since the start of the phase, s, when σ has passed."""
         panel = next((panel for panel in self._panels if sigma < panel.stop), self._panels[-1])
         return panel.time(sigma)
-
-
-class _Oscillator:
-    """The motion x' = u, u' = -x - 2ζu, whichever way it is damped.
-
-    Two decaying basis functions carry it, (C, S) = exp(-ζσ)·(cos Ωσ, sin Ωσ / Ω) up to critical
-    damping, and from there on, with the rates λ₁ < λ₂ and Δ = λ₂ - λ₁ = 2Ω,
-    exp(-λ₁σ)·(1, (1 - exp(-Δσ))/Δ): accurate where the two rates meet.
-    """
-
-    __slots__ = ("fast", "frequency", "oscillates", "slow", "zeta")
-
-    def __init__(self, zeta: float) -> None:
-        self.zeta = zeta
-        self.oscillates = zeta <= 1.0
-        if self.oscillates:
-            # Exactly critical: a frequency this small changes nothing within a double.
-            self.frequency = sqrt((1.0 - zeta) * (1.0 + zeta)) or 1e-10
-            self.slow = self.fast = zeta
-        else:
-            self.frequency = sqrt(zeta - 1.0) * sqrt(zeta + 1.0)
-            self.fast = zeta + self.frequency
-            self.slow = 1.0 / self.fast
-
-    def basis(self, sigma: float) -> tuple[float, float]:
-        """C and S."""
-        decay = exp(-self.slow * sigma)
-        if self.oscillates:
-            phase = self.frequency * sigma
-            return decay * cos(phase), decay * sin(phase) / self.frequency
-        split = 2.0 * self.frequency
-        return decay, decay * -expm1(-split * sigma) / split
-
-    def after(self, x: float, u: float, sigma: float) -> tuple[float, float, float]:
-        """x, u and x + 2ζu a time σ after these x and u."""
-        c, s = self.basis(sigma)
-        slow, fast = self.slow, self.fast
-        x_after = x * c + (u + slow * x) * s
-        if fast > 2.0 * slow:
-            # Their own terms, so that u and the force stay exact when the faster one has died out.
-            slow_term = slow * (u + fast * x) / (fast - slow) * c
-            fast_term = fast * (u + slow * x) / (fast - slow) * exp(-fast * sigma)
-            return x_after, fast_term - slow_term, fast * fast_term - slow * slow_term
-        drive = x + 2.0 * self.zeta * u
-        return x_after, u * c - (x + fast * u) * s, drive * c + (u - fast * drive) * s
-
-    def until(self, numerator: float, denominator: float, slow_part: float) -> float:
-        """σ from tan(Ωσ)/Ω or tanh(Ωσ)/Ω; slow_part is denominator - Ω numerator, for tanh."""
-        if self.oscillates:
-            return atan2(self.frequency * numerator, denominator) / self.frequency
-        split = 2.0 * self.frequency
-        ratio = numerator / slow_part
-        return (log1p(split * ratio) if ratio < 1e150 else log(split) + log(ratio)) / split
-
-    def amplitude(self, x: float, u: float) -> float:
-        """√(x² + 2ζxu + u²), which falls as exp(-ζσ)."""
-        if self.oscillates:
-            return hypot(u + self.zeta * x, self.frequency * x)
-        return sqrt(u + self.slow * x) * sqrt(u + self.fast * x)
-
-
-class _Panel:
-    """An interval of σ on which time is known as a series.
-
-    It is expanded about a zero of x or, away from those, about its own beginning; s is the σ from
-    there (negative if the zero is ahead), H the largest |s|, and |s| = H v^r with r = m or 1. With
-    g = (x/|s|)^(-P) or x^(-P), which is analytic, the time to or from s = 0 is H^(1/r) v G / ω,
-    where s G' + G/r = g.
-
-    Args:
-        motion: the oscillator.
-        origin: x and u at s = 0.
-        sigma: σ there since the start of the phase.
-        width: H, with the sign of s.
-        m: (n + 1)/2.
-        omega: 1/s.
-    """
-
-    def __init__(
-        self,
-        motion: _Oscillator,
-        origin: tuple[float, float],
-        sigma: float,
-        width: float,
-        m: float,
-        omega: float,
-    ) -> None:
-        self.motion = motion
-        self.origin = origin
-        self.sigma = sigma
-        self.width = width
-        self.m = m
-        self.omega = omega
-        self.at_zero = origin[0] == 0.0
-        self.r = m if self.at_zero else 1.0
-        self.direction = 1.0 if width > 0.0 else -1.0
-        self.reach = abs(width) ** (1.0 / self.r)
-        power = (1.0 - m) / m
-        values = [self._ratio(0.5 * width * (1.0 + z)) ** power for z in _NODES]
-        g = [sum(map(mul, row, values)) for row in _TRANSFORM]
-        # (1 + z) T_j' = j T_j + 2j (T_(j-1) + T_(j-2) + ... + T_0 / 2): solved from the top.
-        above = 0.0
-        self.series = []
-        for j in range(_ORDER - 1, 0, -1):
-            coefficient = (g[j] - 2.0 * above) / (j + 1.0 / self.r)
-            above += j * coefficient
-            self.series.append(coefficient)
-        self.series.append((g[0] - above) * self.r)
-
-    def place(self, t: float, v_begin: float, stop: float, v_end: float = 1.0) -> None:
-        """Say when the panel begins, at which v, and at which σ and v it ends."""
-        self.stop = stop
-        self.t_origin = t - self.direction * self._clock(v_begin)
-        #: When the panel ends, s since the start of the phase.
-        self.end = self.t_origin + self.direction * self._clock(v_end)
-
-    def _ratio(self, s: float) -> float:
-        """x/|s| or x: what is far from zero all over the panel."""
-        x, u = self.origin
-        c, basis_s = self.motion.basis(s)
-        if self.at_zero:
-            return abs(u * (basis_s / s)) if abs(s) > _LEAST else abs(u)
-        return x * c + (u + self.motion.slow * x) * basis_s
-
-    def _clock(self, v: float) -> float:
-        """Time to or from s = 0, s: the series summed by Clenshaw's recurrence."""
-        z = 2.0 * v**self.r - 1.0
-        twice = 2.0 * z
-        a = b = 0.0
-        for coefficient in self.series:
-            a, b = coefficient + twice * a - b, a
-        return self.reach / self.omega * v * (a - z * b)
-
-    def time(self, sigma: float) -> float:
-        """Time since the start of the phase, s, when σ has passed."""
-        v = ((sigma - self.sigma) / self.width) ** (1.0 / self.r)
-        return self.t_origin + self.direction * self._clock(v)
-
-    def find(self, t: float) -> float:
-        """The v at a time since the start of the phase: Newton's method inside a bracket."""
-        clock = self.direction * (t - self.t_origin)
-        power = (1.0 - self.m) / self.m
-        low, high = 0.0, 1.0
-        v = min(1.0, clock / self._clock(1.0))
-        for _ in range(60):
-            f = self._clock(v) - clock
-            if f > 0.0:
-                high = v
-            else:
-                low = v
-            slope = self._ratio(self.width * v**self.r) ** power * self.r * self.reach / self.omega
-            step = f / slope
-            # Convergence is quadratic: the next step would be below a double's resolution.
-            if abs(step) <= 1e-9 * v:
-                return v - step
-            v -= step
-            if not low < v < high:
-                v = 0.5 * (low + high)
-        return v
-
-    def motion_at(self, v: float) -> tuple[float, float, float]:
-        """d/L, u and x + 2ζu."""
-        s = self.width * v**self.r
-        x, u, drive = self.motion.after(*self.origin, s)
-        if self.at_zero:
-            return self.reach * v * self._ratio(s) ** (1.0 / self.m), u, drive
-        return x ** (1.0 / self.m), u, drive

@@ -1,0 +1,122 @@
+"""The time of a power law's contact as a function of its own time σ, tabulated on panels."""
+
+from math import cos, pi
+from operator import mul
+
+from .oscillator import LEAST, Oscillator
+
+#: Chebyshev coefficients of a panel, and how to get them from values at the nodes.
+_ORDER = 18
+_ANGLES = [pi * (i + 0.5) / _ORDER for i in range(_ORDER)]
+_NODES = [cos(angle) for angle in _ANGLES]
+_TRANSFORM = [
+    [(2.0 if j else 1.0) / _ORDER * cos(j * angle) for angle in _ANGLES] for j in range(_ORDER)
+]
+
+
+class Panel:
+    """An interval of σ on which time is known as a series.
+
+    It is expanded about a zero of x or, away from those, about its own beginning; s is the σ from
+    there (negative if the zero is ahead), H the largest |s|, and |s| = H v^r with r = m or 1. With
+    g = (x/|s|)^(-P) or x^(-P), which is analytic, the time to or from s = 0 is H^(1/r) v G / ω,
+    where s G' + G/r = g.
+
+    Args:
+        motion: the oscillator.
+        origin: x and u at s = 0.
+        sigma: σ there since the start of the phase.
+        width: H, with the sign of s.
+        m: (n + 1)/2.
+        omega: 1/s.
+    """
+
+    def __init__(
+        self,
+        motion: Oscillator,
+        origin: tuple[float, float],
+        sigma: float,
+        width: float,
+        m: float,
+        omega: float,
+    ) -> None:
+        self.motion = motion
+        self.origin = origin
+        self.sigma = sigma
+        self.width = width
+        self.m = m
+        self.omega = omega
+        self.at_zero = origin[0] == 0.0
+        self.r = m if self.at_zero else 1.0
+        self.direction = 1.0 if width > 0.0 else -1.0
+        self.reach = abs(width) ** (1.0 / self.r)
+        power = (1.0 - m) / m
+        values = [self._ratio(0.5 * width * (1.0 + z)) ** power for z in _NODES]
+        g = [sum(map(mul, row, values)) for row in _TRANSFORM]
+        # (1 + z) T_j' = j T_j + 2j (T_(j-1) + T_(j-2) + ... + T_0 / 2): solved from the top.
+        above = 0.0
+        self.series = []
+        for j in range(_ORDER - 1, 0, -1):
+            coefficient = (g[j] - 2.0 * above) / (j + 1.0 / self.r)
+            above += j * coefficient
+            self.series.append(coefficient)
+        self.series.append((g[0] - above) * self.r)
+
+    def place(self, t: float, v_begin: float, stop: float, v_end: float = 1.0) -> None:
+        """Say when the panel begins, at which v, and at which σ and v it ends."""
+        self.stop = stop
+        self.t_origin = t - self.direction * self._clock(v_begin)
+        #: When the panel ends, s since the start of the phase.
+        self.end = self.t_origin + self.direction * self._clock(v_end)
+
+    def _ratio(self, s: float) -> float:
+        """x/|s| or x: what is far from zero all over the panel."""
+        x, u = self.origin
+        c, basis_s = self.motion.basis(s)
+        if self.at_zero:
+            return abs(u * (basis_s / s)) if abs(s) > LEAST else abs(u)
+        return x * c + (u + self.motion.slow * x) * basis_s
+
+    def _clock(self, v: float) -> float:
+        """Time to or from s = 0, s: the series summed by Clenshaw's recurrence."""
+        z = 2.0 * v**self.r - 1.0
+        twice = 2.0 * z
+        a = b = 0.0
+        for coefficient in self.series:
+            a, b = coefficient + twice * a - b, a
+        return self.reach / self.omega * v * (a - z * b)
+
+    def time(self, sigma: float) -> float:
+        """Time since the start of the phase, s, when σ has passed."""
+        v = ((sigma - self.sigma) / self.width) ** (1.0 / self.r)
+        return self.t_origin + self.direction * self._clock(v)
+
+    def find(self, t: float) -> float:
+        """The v at a time since the start of the phase: Newton's method inside a bracket."""
+        clock = self.direction * (t - self.t_origin)
+        power = (1.0 - self.m) / self.m
+        low, high = 0.0, 1.0
+        v = min(1.0, clock / self._clock(1.0))
+        for _ in range(60):
+            f = self._clock(v) - clock
+            if f > 0.0:
+                high = v
+            else:
+                low = v
+            slope = self._ratio(self.width * v**self.r) ** power * self.r * self.reach / self.omega
+            step = f / slope
+            # Convergence is quadratic: the next step would be below a double's resolution.
+            if abs(step) <= 1e-9 * v:
+                return v - step
+            v -= step
+            if not low < v < high:
+                v = 0.5 * (low + high)
+        return v
+
+    def motion_at(self, v: float) -> tuple[float, float, float]:
+        """d/L, u and x + 2ζu."""
+        s = self.width * v**self.r
+        x, u, drive = self.motion.after(*self.origin, s)
+        if self.at_zero:
+            return self.reach * v * self._ratio(s) ** (1.0 / self.m), u, drive
+        return x ** (1.0 / self.m), u, drive
