@@ -203,18 +203,17 @@ class Impact:
     def _enter_contact(
         self, x_club: float, compression: float, v_club: float, v_ball: float, closing: float
     ) -> None:
-        k, b = self._acting()
+        k, b, _ = self.in_force
+        if self.parameters[8]:
+            b = self._damping()
         self._contact_start = (k, b, x_club, compression, v_club, v_ball, closing)
         self.phase = self._contact = self._contact_phase()
 
-    def _acting(self) -> tuple[float, float]:
-        """Stiffness (N/m) and damping (N.s/m) that act in this contact."""
-        k, b, _ = self.in_force
+    def _damping(self) -> float:
+        """The damping that acts in this contact where it follows from a COR, N.s/m."""
+        assert self.touch is not None
         p = self.parameters
-        if p[8]:
-            assert self.touch is not None
-            b = damping(p, k, self.touch[3] - p.ball_speed)
-        return k, b
+        return damping(p, self.in_force[0], self.touch[3] - p.ball_speed)
 
     def refusal_of_touch(
         self, high: float, low: float, inputs: Inputs, step: float
@@ -305,9 +304,11 @@ class Impact:
         now = phase.state(t)
         _, x_club, _, v_club, v_ball, compression = now
         self._finish(phase, t)
-        k, b = self._acting()
-        closing = phase.closing(t)
+        k, b, _ = self.in_force
         p = self.parameters
+        if p[8]:
+            b = self._damping()
+        closing = phase.closing(t)
         # A power law's phase ends at once by itself where its force is gone.
         if p.law == 2 and p.exponent == 1.0 and k * compression + b * closing <= 0.0:
             now[0] = 0.0
