@@ -59,6 +59,24 @@ def test_the_check_can_fail():
         test_results_and_path(case)
 
 
+def test_the_border_of_separation_is_decided():
+    # Here Newton's method alone goes to and fro for ever.
+    assert AbsoluteContact(
+        1033217.582605348, 1148.4834442997599, 0.21, 0.04593, 0.0, 0.0, 35.0, 0.0
+    ).duration == float("inf")
+    mu = 0.21 * 0.04593 / (0.21 + 0.04593)
+
+    def separates(zeta):
+        b = 2.0 * zeta * (1e6 * mu) ** 0.5
+        phase = AbsoluteContact(1e6, b, 0.21, 0.04593, 0.0, 0.0, 35.0, 0.0)
+        return phase.duration < 1.0
+
+    low, high = 2.9, 2.92
+    while (middle := 0.5 * (low + high)) not in (low, high):
+        low, high = (middle, high) if separates(middle) else (low, middle)
+    assert low == pytest.approx(2.9101, abs=5e-5)
+
+
 @pytest.mark.parametrize(
     ("ratio", "zeta", "separates"),
     # The borders that theory gives: 2.9101 for the document's masses, 2 for equal ones, and a gap

@@ -28,6 +28,9 @@ _BRIEF = 0.4
 #: close, or nearly one.
 _OSCILLATING, _THREE_RATES, _MEETING_RATES, _NEAR_TRIPLE_ROOTS = range(4)
 
+#: After so many steps of Newton's method, as a rule it needs 4 to 6, the sure way is taken.
+_NEWTON_STEPS = 40
+
 #: Decay exponents beyond this leave nothing of a double.
 _VANISHED = 745.0
 
@@ -348,7 +351,8 @@ class AbsoluteContact:
 
     def _first_return(self, guess: float) -> float | None:
         """The usual end of contact: e^(rt)·d rises from 0 at touch to its first turning point, and
-        falls through 0 before its second one. None if Newton's method leaves that interval.
+        falls through 0 before its second one. None if Newton's method leaves that interval, or
+        finds no way: where d hardly reaches 0 again, it may go to and fro for ever.
         """
         _, slow, second = self._pair
         u, slope = self._critical
@@ -359,7 +363,9 @@ class AbsoluteContact:
         rate = complex(-slow, frequency)
         a, c, s = a1 - a2, c1 - c2, s1 - s2
         t = guess
-        while low < t < high:
+        for _ in range(_NEWTON_STEPS):
+            if not low < t < high:
+                return None
             e = exp(-r * t)
             z = complex_exp(rate * t)
             p = z.real
