@@ -3,6 +3,7 @@
 from scenarios.cases import run_case
 from scenarios.document import ENVELOPE, ROH_LEE
 from scenarios.impact_fmu import ImpactFmu
+from scenarios.measured import ROH_LEE_FIGURES
 from scenarios.outcome import Outcome, Table
 
 TITLE = "Finite elements: Roh & Lee's figures and the model"
@@ -53,17 +54,8 @@ def run(fmu: ImpactFmu) -> Outcome:
     )
     model = run_case(outcome, fmu, "law 1 (the document's fit)")
     relative = run_case(outcome, fmu, "law 2, the same k and b", law=2)
-    paper = {
-        "club_velocity": ("club velocity (m/s)", 1.0, ROH_LEE["club_velocity"]),
-        "ball_velocity": ("ball velocity (m/s)", 1.0, ROH_LEE["ball_velocity"]),
-        "smash_factor": ("smash factor", 1.0, numbers["smash factor"]),
-        "coefficient_of_restitution": ("COR", 1.0, numbers["coefficient of restitution"]),
-        "contact_time": ("contact time (µs)", 1e6, ROH_LEE["contact_time"]),
-        "max_force": ("max force (N)", 1.0, ROH_LEE["max_force"]),
-        "time_of_max_force": ("time of max force (µs)", 1e6, ROH_LEE["time_of_max_force"]),
-    }
     rows, misses = [], {}
-    for metric, (label, factor, value) in paper.items():
+    for metric, (label, factor, value) in ROH_LEE_FIGURES.items():
         misses[metric] = model[metric] / value - 1.0
         rows.append(
             [

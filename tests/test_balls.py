@@ -1,0 +1,71 @@
+"""The presets: what they are, and `run --ball`."""
+
+import json
+
+import pytest
+from test_cli import golf, refused
+
+from scenarios.balls import BALLS, ball, rating_stiffness
+from scenarios.errors import UserError
+from scenarios.measured import MPH
+
+
+@pytest.mark.parametrize("name", BALLS)
+def test_a_ball_flies(fmu, name):
+    assert BALLS[name].name == name
+    assert BALLS[name].source
+    found = fmu.impact(("coefficient_of_restitution",), **ball(name).values)
+    assert 0.5 < found["coefficient_of_restitution"] < 1.0
+
+
+def test_an_unknown_ball():
+    with pytest.raises(UserError, match="document, document-old, roh-lee"):
+        ball("cannon")
+
+
+@pytest.mark.parametrize(
+    ("rating", "k"),
+    [(30, 5.4e5), (60, 7.0e5), (80, 8.8e5), (90, 1.0e6), (100, 1.17e6), (110, 1.40e6)],
+)
+def test_rating_stiffness(rating, k):
+    """To the digits given for it."""
+    assert rating_stiffness(rating) == pytest.approx(k, rel=0.006)
+
+
+def test_the_tour_ball(fmu):
+    found = fmu.impact(
+        ("smash_factor", "contact_time"), club_speed=113 * MPH, **BALLS["tour"].values
+    )
+    assert found["smash_factor"] == pytest.approx(167 / 113, rel=1e-12)
+    assert found["contact_time"] == pytest.approx(475e-6, rel=1e-9)
+
+
+@pytest.mark.parametrize("speed", [20.0, 35.0, 60.0])
+def test_a_restitution_that_falls(fmu, speed):
+    found = fmu.impact(("coefficient_of_restitution",), club_speed=speed, **BALLS["penner"].values)
+    assert found["coefficient_of_restitution"] == pytest.approx(0.86 - 0.0029 * speed, rel=1e-12)
+
+
+def test_run_with_a_ball(tmp_path):
+    """What is set besides wins over the preset."""
+    done = golf(
+        *("run", "--ball", "document-old", "--set", "club_speed=50", "--set", "b=9"),
+        *("--no-figures", "--out", tmp_path),
+    )
+    assert done.returncode == 0, done.stderr
+    old = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
+    same = ("--set", "k=0.5e6", "--set", "law=1", "--set", "club_speed=50")
+    assert golf("run", *same, "--no-figures", "--out", tmp_path).returncode == 0
+    assert json.loads((tmp_path / "results.json").read_text())["custom"]["custom"] == old
+
+
+def test_list_balls():
+    done = golf("list", "--balls")
+    assert done.returncode == 0
+    for name in BALLS:
+        assert name in done.stdout
+
+
+def test_a_ball_there_is_none_of(tmp_path):
+    refused(golf("run", "--ball", "cannon", "--out", tmp_path), "cannon", "roh-lee, ")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,395 @@
+"""From measurements to parameters: exact inverses, least squares, refusals, and the command."""
+
+import json
+import math
+import random
+import shlex
+import subprocess
+import sys
+
+import pytest
+from test_cli import golf, refused
+
+from scenarios.balls import BALLS
+from scenarios.calibration.calibrate import Calibration, check
+from scenarios.calibration.contact_law import ContactLaw, Coordinates, Predictor
+from scenarios.calibration.fitting import fit
+from scenarios.calibration.laws import asked_for
+from scenarios.calibration.targets import TARGETS, Impact, Target, given, read_csv, target
+from scenarios.errors import UserError
+from scenarios.measured import MPH
+
+IMPACT = Impact()
+LINEAR = ContactLaw("Kelvin–Voigt", 2, 1.0)
+ABSOLUTE = ContactLaw("absolute", 1, 1.0)
+FREE = ContactLaw("free", 2, None)
+ROH_LEE = {"ball_speed": 50.0, "club_speed_after": 24.0, "contact_time": 6e-4, "max_force": 6600.0}
+
+
+def targets(**values):
+    return {name: target(name, value) for name, value in values.items()}
+
+
+def of_impact(fmu, names, **values):
+    """Targets that the FMU itself gives, with σ of 1 %."""
+    outputs = [TARGETS[name][0] for name in names]
+    found = fmu.impact(outputs, **values)
+    return targets(**{name: found[output] for name, output in zip(names, outputs, strict=True)})
+
+
+def inverse(restitution, time, mu=IMPACT.reduced_mass):
+    """The k and b of Kelvin–Voigt by bisection of θ cot θ = L/2 (θ coth θ for L > 2)."""
+    half = -0.5 * math.log(restitution)
+    slope = (lambda t: t / math.tan(t)) if half < 1.0 else (lambda t: t / math.tanh(t))
+    sign = 1.0 if half < 1.0 else -1.0
+    low, high = 1e-9, 0.5 * math.pi if half < 1.0 else half + 1.0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if sign * (slope(middle) - half) > 0.0 else (low, middle)
+    k = 4.0 * mu / time**2 * (sign * low * low + half * half)
+    return k, 4.0 * mu * half / time
+
+
+@pytest.mark.parametrize("restitution", [0.999, 0.95, 0.743, 0.5, 0.2, 0.13, 0.05])
+def test_inverse_of_kelvin_voigt(fmu, restitution):
+    found = fit(fmu, IMPACT, targets(cor=restitution, contact_time=6e-4), LINEAR)
+    k, b = inverse(restitution, 6e-4)
+    assert found.method == "closed form"
+    assert found.values["k"] == pytest.approx(k, rel=1e-9)
+    assert found.values["b"] == pytest.approx(b, rel=1e-9)
+    # Through the FMU, in σ of 1 %.
+    assert found.chi_squared < 1e-20
+
+
+def test_published_inverse(fmu):
+    """COR 0.743 and 600 µs: k = 9.1424e5, b = 37.318, which give 5715 N at 259 µs."""
+    found = fit(fmu, IMPACT, targets(cor=0.743, contact_time=6e-4), LINEAR)
+    assert found.values["k"] == pytest.approx(9.1424e5, rel=1e-4)
+    assert found.values["b"] == pytest.approx(37.318, rel=1e-4)
+    assert found.predicted["max_force"] == pytest.approx(5715.0, rel=1e-4)
+    assert found.predicted["time_of_max_force"] == pytest.approx(259e-6, rel=1e-3)
+
+
+@pytest.mark.parametrize("speed", ["cor", "ball_speed", "club_speed_after"])
+@pytest.mark.parametrize("size", ["contact_time", "max_force", "time_of_max_force"])
+def test_the_document_found_again(fmu, speed, size):
+    """Law 1, from what k = 1e6 and b = 9 give: root finding."""
+    found = fit(fmu, IMPACT, of_impact(fmu, (speed, size), k=1e6, b=9.0, law=1), ABSOLUTE)
+    assert found.method == "root finding"
+    assert found.values["k"] == pytest.approx(1e6, rel=1e-9)
+    assert found.values["b"] == pytest.approx(9.0, rel=1e-9)
+
+
+def random_case(seed):
+    """A law, an impact, parameters and targets, far beyond golf."""
+    draw = random.Random(seed)
+    impact = Impact(draw.uniform(5, 70), draw.uniform(0.1, 0.4), draw.uniform(0.03, 0.06))
+    law = draw.choice((1, 2, 2, 2))
+    free = law == 2 and draw.random() < 0.5
+    n = 1.0 if law == 1 or (not free and draw.random() < 0.5) else draw.uniform(1.05, 3.5)
+    zeta = draw.choice((draw.uniform(0.002, 0.3), 10.0 ** draw.uniform(-3.0, -0.1)))
+    length = impact.club_speed * 10.0 ** draw.uniform(-4.3, -3.3)
+    reference = 10.0 ** draw.uniform(-3.5, -1.5)
+    chosen = ContactLaw("random", law, None if free else n, reference)
+    speeds = draw.sample(("ball_speed", "club_speed_after", "cor"), draw.randint(1, 3))
+    sizes = ["contact_time", "max_force", "time_of_max_force"]
+    names = speeds + draw.sample(sizes, draw.randint(2 if free else 1, 3))
+    return chosen, impact, Coordinates(length, zeta, n), names, draw
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_round_trip(fmu, seed):
+    """Whatever the parameters, they are found again, or named as an equally good answer."""
+    law, impact, place, names, _ = random_case(seed)
+    predictor = Predictor(fmu, impact, law)
+    predicted = predictor.predict(place)
+    if predicted is None:
+        pytest.skip("these bodies never part")
+    true = predictor.values(place)
+    found = fit(fmu, impact, targets(**{name: predicted[name] for name in names}), law)
+    assert found.chi_squared < 1e-16
+    answers = [found.values, *found.others]
+    assert any(
+        all(answer[name] == pytest.approx(true[name], rel=1e-5) for name in law.free)
+        for answer in answers
+    )
+
+
+@pytest.mark.parametrize("seed", range(15))
+def test_noisy_targets(fmu, seed):
+    """No answer is better than the one found: not even the truth."""
+    law, impact, place, names, draw = random_case(1000 + seed)
+    predicted = Predictor(fmu, impact, law).predict(place)
+    if predicted is None:
+        pytest.skip("these bodies never part")
+    noisy = {}
+    for name in names:
+        sigma = 10.0 ** draw.uniform(-5.0, -1.3) * abs(predicted[name])
+        noisy[name] = Target(name, predicted[name] + sigma * draw.gauss(0.0, 1.0), sigma)
+    found = fit(fmu, impact, noisy, law)
+    truth = sum(((predicted[name] - t.value) / t.sigma) ** 2 for name, t in noisy.items())
+    assert found.chi_squared <= truth * (1.0 + 1e-9) + 1e-12
+
+
+def test_standard_errors_are_the_spread(fmu):
+    """Of 80 fits to noisy targets; the spread of 80 is known to 8 %."""
+    exact = of_impact(fmu, ("cor", "contact_time", "max_force"), law=2, k=9e5, b=30.0)
+    draw = random.Random(5)
+    found = []
+    for _ in range(80):
+        noisy = {
+            name: Target(name, t.value + t.sigma * draw.gauss(0.0, 1.0), t.sigma)
+            for name, t in exact.items()
+        }
+        found.append(fit(fmu, IMPACT, noisy, LINEAR))
+    errors = fit(fmu, IMPACT, exact, LINEAR).standard_errors
+    for name in ("k", "b"):
+        values = [one.values[name] for one in found]
+        mean = sum(values) / len(values)
+        spread = math.sqrt(sum((value - mean) ** 2 for value in values) / (len(values) - 1))
+        assert errors[name] == pytest.approx(spread, rel=0.3)
+
+
+def test_standard_error_of_an_exact_inverse(fmu):
+    """b = 2 μ L/T, so its relative variance is the sum of those of L = -ln COR and T."""
+    given_targets = targets(cor=0.743, contact_time=6e-4)
+    found = fit(fmu, IMPACT, given_targets, LINEAR)
+    of_log = 0.01 / -math.log(0.743)
+    expected = found.values["b"] * math.hypot(of_log, 0.01)
+    assert found.standard_errors["b"] == pytest.approx(expected, rel=1e-6)
+    assert found.degrees_of_freedom == 0
+    assert found.probability is None
+
+
+@pytest.mark.parametrize(
+    ("name", "law"),
+    [
+        ("roh-lee", FREE),
+        ("roh-lee-tsuji", ContactLaw("Tsuji", 2, 1.5)),
+        ("roh-lee-linear", LINEAR),
+    ],
+)
+def test_presets_are_what_calibrate_finds(fmu, name, law):
+    found = fit(fmu, IMPACT, targets(**ROH_LEE), law)
+    for variable, value in BALLS[name].values.items():
+        # Minima are flat: of a least-squares fit seven digits are certain.
+        assert found.values[variable] == pytest.approx(value, rel=1e-7)
+
+
+def test_the_tour_preset(fmu):
+    tour = Impact(club_speed=113 * MPH)
+    wanted = targets(ball_speed=167 * MPH, contact_time=475e-6)
+    found = fit(fmu, tour, wanted, ContactLaw("Tsuji", 2, 1.5))
+    for variable, value in BALLS["tour"].values.items():
+        assert found.values[variable] == pytest.approx(value, rel=1e-12)
+
+
+def test_the_finite_element_ball(fmu):
+    """Two parameters miss it, three meet it, and foretell what they weren't shown."""
+    found = Calibration(fmu, IMPACT, targets(**ROH_LEE), FREE)
+    for name, value in ROH_LEE.items():
+        assert found.fit.predicted[name] == pytest.approx(value, rel=0.01)
+    assert found.fit.predicted["time_of_max_force"] == pytest.approx(280e-6, rel=0.02)
+    chi = [other.chi_squared for _, other in found.compared]
+    assert chi[0] > 40.0
+    assert chi[1] > chi[0]
+    assert chi[2] < 2.0
+    assert chi[3] == found.fit.chi_squared < 0.1
+
+
+def test_conflicting_targets_are_met_as_well_as_can_be(fmu):
+    """A force far too small for this impulse in this time: an answer, and a clear word."""
+    found = Calibration(fmu, IMPACT, targets(cor=0.75, contact_time=6e-4, max_force=2000.0), LINEAR)
+    assert found.fit.probability < 1e-6
+    assert any("doesn't fit" in words for words in found.words)
+
+
+def test_no_damping_is_within_reach(fmu):
+    elastic = of_impact(fmu, ("contact_time", "max_force"), law=2, b=0.0, k=7e5)
+    found = fit(fmu, IMPACT, elastic, LINEAR)
+    assert found.values["b"] == pytest.approx(0.0, abs=1e-6)
+    assert found.values["k"] == pytest.approx(7e5, rel=1e-9)
+    # A ball a little faster than an elastic one, but within its σ, asks for less than none.
+    faster = targets(contact_time=6e-4, ball_speed=57.6)
+    check(IMPACT, faster, LINEAR)
+    found = fit(fmu, IMPACT, faster, LINEAR)
+    assert found.values["b"] == pytest.approx(0.0, abs=1e-6)
+    assert found.residuals["ball_speed"] == pytest.approx(-0.27, abs=0.02)
+    assert found.standard_errors["b"] is None
+    assert any("limit 0" in note for note in found.notes)
+
+
+def test_a_ball_that_is_none(fmu):
+    """A force too large for a springy contact is met by a dashpot, which is told."""
+    found = fit(fmu, IMPACT, targets(contact_time=6e-4, max_force=9000.0), LINEAR)
+    assert found.predicted["time_of_max_force"] == 0.0
+    assert any("first touch" in note for note in found.notes)
+
+
+def test_two_answers_are_both_told(fmu):
+    """Time and force of a linear ball fit a little damping, or very much."""
+    wanted = of_impact(fmu, ("contact_time", "max_force"), law=2, k=9e5, b=40.0)
+    found = fit(fmu, IMPACT, wanted, LINEAR)
+    assert found.values["b"] == pytest.approx(40.0, rel=1e-6)
+    (other,) = found.others
+    assert other["b"] > 4.0 * 40.0
+    again = fmu.impact(("contact_time", "max_force"), **other)
+    for name, value in again.items():
+        assert value == pytest.approx(wanted[name].value, rel=1e-6)
+
+
+LARGE = {"sigma_ball_speed": 3.0, "sigma_club_speed_after": 3.0}
+
+
+@pytest.mark.parametrize(
+    ("values", "law", "words"),
+    [
+        ({"cor": 1.0, "contact_time": 6e-4}, LINEAR, "below 1"),
+        ({"cor": 1.2, "contact_time": 6e-4}, LINEAR, "gains energy"),
+        ({"cor": 0.0, "contact_time": 6e-4}, LINEAR, "above 0"),
+        ({"cor": math.nan, "contact_time": 6e-4}, LINEAR, "finite"),
+        ({"cor": 0.7, "contact_time": 0.0}, LINEAR, "--contact-time 0.0"),
+        ({"cor": 0.7, "contact_time": -1.0}, ABSOLUTE, "above 0 s"),
+        ({"cor": 0.7, "max_force": -5.0}, LINEAR, "above 0 N"),
+        ({"cor": 0.7, "contact_time": 6e-4, "sigma_cor": 0.0}, LINEAR, "standard deviation"),
+        ({"cor": 0.7, "contact_time": 6e-4, "sigma_cor": math.nan}, LINEAR, "--sigma-cor"),
+        ({"cor": 0.7, "sigma_max_force": 1.0}, LINEAR, "without --max-force"),
+        ({"contact_time": 6e-4, "time_of_max_force": 7e-4}, LINEAR, "contact's end"),
+        ({"time_of_max_force": 0.0, "cor": 0.2}, LINEAR, "needs --sigma-time-of-max-force"),
+        ({"ball_speed": 50.0, "club_speed_after": 30.0, "max_force": 6e3}, LINEAR, "momentum"),
+        ({"ball_speed": 50.0, "club_speed_after": 24.0, "cor": 0.9}, ABSOLUTE, "beside these"),
+        ({"ball_speed": 60.0, "contact_time": 6e-4}, LINEAR, "more energy"),
+        ({"ball_speed": 20.0, "contact_time": 6e-4}, LINEAR, "doesn't leave"),
+        ({"ball_speed": 61.0, "club_speed_after": 21.0, "max_force": 1.0}, ABSOLUTE, "COR of"),
+        ({"cor": 0.7}, LINEAR, "too few targets"),
+        (
+            {"ball_speed": 50.0, "club_speed_after": 24.0, "cor": 0.74},
+            LINEAR,
+            "damping only",
+        ),
+        ({"cor": 0.7, "contact_time": 6e-4}, FREE, "3 independent targets"),
+        ({}, LINEAR, "golf-impact calibrate --cor"),
+        ({"cor": 0.7, "contact_time": 6e-4, "club_speed": -1.0}, LINEAR, "--club-speed"),
+        ({"cor": 0.7, "contact_time": 6e-4, "m_ball": math.inf}, LINEAR, "--m-ball"),
+    ],
+)
+def test_impossible_targets(values, law, words):
+    options = {name: (values.get(name), values.get(f"sigma_{name}")) for name in TARGETS}
+    conditions = {name: values.get(name) for name in ("club_speed", "m_club", "m_ball")}
+    with pytest.raises(UserError) as refusal:
+        check(*given(options, conditions), law)
+    assert words in str(refusal.value)
+
+
+def test_law_1_needs_no_momentum(fmu):
+    """The speeds of the document's own model lose 4 % of it."""
+    names = ("ball_speed", "club_speed_after", "contact_time")
+    lost = of_impact(fmu, names, law=1)
+    with pytest.raises(UserError, match="momentum"):
+        check(IMPACT, {n: Target(n, t.value, 1e-3 * t.value) for n, t in lost.items()}, LINEAR)
+    assert fit(fmu, IMPACT, lost, ABSOLUTE).values["b"] == pytest.approx(9.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("law", "exponent", "reference", "words"),
+    [
+        (1, "1.5", 0.005, "--law 1"),
+        (1, "free", 0.005, "--law 1"),
+        (3, "1", 0.005, "1 (absolute) or 2 (relative)"),
+        (2, "stiff", 0.005, "the word free"),
+        (2, "0.5", 0.005, "between 1 and 12"),
+        (2, "nan", 0.005, "between 1 and 12"),
+        (2, "1", 0.0, "--reference-compression"),
+    ],
+)
+def test_impossible_laws(law, exponent, reference, words):
+    with pytest.raises(UserError) as refusal:
+        asked_for(law, exponent, reference)
+    assert words in str(refusal.value)
+
+
+def test_targets_from_a_file(tmp_path):
+    file = tmp_path / "shot.csv"
+    file.write_text(
+        "target,value,sigma\nball-speed,50,0.5\ncor,0.74,\n\nclub_speed,36,\nm_club,0.2,\n"
+    )
+    options = dict.fromkeys(TARGETS, (None, None))
+    impact, found = given({**options, "cor": (0.75, 0.02)}, {"m_club": 0.21}, file)
+    assert impact == Impact(club_speed=36.0, m_club=0.21)
+    assert found == {
+        "ball_speed": Target("ball_speed", 50.0, 0.5),
+        "cor": Target("cor", 0.75, 0.02),
+    }
+    file.write_text("target,value\ncor,0.74\n")
+    assert read_csv(file) == ({"cor": (0.74, None)}, {})
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "first line"),
+        ("name,value\ncor,0.7\n", "first line"),
+        ("target,value,sigma\nspin,3000,1\n", "no target 'spin'"),
+        ("target,value,sigma\ncor,high,\n", "'high' is no number"),
+        ("target,value,sigma\ncor,,\n", "no value"),
+        ("target,value,sigma\ncor,0.7,\ncor,0.8,\n", "given twice"),
+        ("target,value,sigma\ncor,0.7,0.1,4\n", "more cells"),
+        ("target,value,sigma\nm_ball,0.046,0.1\n", "exact"),
+    ],
+)
+def test_files_that_are_refused(tmp_path, text, words):
+    file = tmp_path / "shot.csv"
+    file.write_text(text)
+    with pytest.raises(UserError) as refusal:
+        read_csv(file)
+    assert words in str(refusal.value)
+
+
+def test_the_command(tmp_path):
+    """Its line, copied from a narrow terminal, gives the same result to the last digit."""
+    done = golf(
+        *("calibrate", "--ball-speed", 50, "--club-speed-after", 24, "--sigma-ball-speed", 0.4),
+        *("--contact-time", 600e-6, "--max-force", 6600, "--exponent", "free", "--out", tmp_path),
+        env={"COLUMNS": "60"},
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads((tmp_path / "calibrate.json").read_text())
+    assert (tmp_path / "calibrate.png").stat().st_size > 0
+    line = done.stdout.splitlines()[-1]
+    assert line == found["command"]
+    assert set(found["parameters"]) == {"k", "b", "exponent"}
+    assert [row["name"] for row in found["targets"]] == list(ROH_LEE)
+    assert [row["sigma_given"] for row in found["targets"]] == [True, False, False, False]
+    assert found["degrees_of_freedom"] == 1
+    assert len(found["comparison"]) == 4
+    command, *arguments = shlex.split(line)
+    assert command == "golf-impact"
+    done = golf(*arguments, "--out", tmp_path, "--no-figures")
+    assert done.returncode == 0, done.stderr
+    case = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
+    for name, (output, _, _) in TARGETS.items():
+        assert case[output] == found["predicted"][name]
+
+
+def test_the_command_refuses(tmp_path):
+    refused(golf("calibrate"), "--cor 0.743 --contact-time 600e-6", "--time-of-max-force")
+    refused(golf("calibrate", "--cor", "1", "--contact-time", "6e-4"), "--cor 1.0", "below 1")
+    refused(golf("calibrate", "--csv", tmp_path / "none.csv"), "none.csv")
+    few = golf("calibrate", "--cor", "0.7", "--out", tmp_path / "out")
+    refused(few, "too few targets")
+    assert not (tmp_path / "out").exists()
+
+
+def test_without_scipy(tmp_path):
+    """Calibrate says what to install; run needs it nowhere."""
+    start = "import sys; sys.modules['scipy'] = None; from scenarios.cli import main; sys.argv = "
+    calibrate = ["x", "calibrate", "--cor", "0.7", "--contact-time", "6e-4"]
+    run = ["x", "run", "validation", "--ball", "tour", "--no-figures", "--out", str(tmp_path)]
+    done = subprocess.run(
+        [sys.executable, "-c", f"{start}{calibrate}\nmain()"], capture_output=True, text=True
+    )
+    refused(done, 'pip install "golf-impact[calibrate]"')
+    done = subprocess.run(
+        [sys.executable, "-c", f"{start}{run}\nmain()"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
