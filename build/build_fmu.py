@@ -15,6 +15,7 @@ import sys
 import tempfile
 import uuid
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from xml.dom import minidom
 from xml.etree import ElementTree
@@ -22,9 +23,15 @@ from xml.etree import ElementTree
 HERE = Path(__file__).resolve().parent
 NAME = "ClubBallImpact"
 
+#: What the archive contains.
+SUMS = "documentation/SHA256SUMS"
+
 #: Everything in the archive is of this time: two builds of the same sources are the same bytes.
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-_EPOCH_TEXT = "1980-01-01T00:00:00Z"
+EPOCH_TEXT = "1980-01-01T00:00:00Z"
+
+DESCRIPTION = "A golf club hits a ball: contact force, smash factor, restitution, energy"
+AUTHOR = "The golf-impact developers"
 
 _ENTRY = '''"""The entry point of the FMU; pythonfmu compiles this file anew for every instance."""
 
@@ -48,10 +55,10 @@ def source_folder() -> Path:
     return Path(golf_impact.__file__).resolve().parent.parent
 
 
-def _sources() -> dict[str, Path]:
-    """Every file that the FMU is made from, by a name that doesn't depend on where it lies."""
+def sources(face: str = "club_ball_impact") -> dict[str, Path]:
+    """Every file that an FMU is made from, by a name that doesn't depend on where it lies."""
     fmu_src = source_folder()
-    files = {"club_ball_impact.py": fmu_src / "club_ball_impact.py"}
+    files = {f"{face}.py": fmu_src / f"{face}.py"}
     files |= {f"golf_impact/{f.name}": f for f in (fmu_src / "golf_impact").glob("*.py")}
     files["build_fmu.py"] = Path(__file__).resolve()
     files |= {f"documentation/{f.name}": f for f in (HERE / "documentation").iterdir()}
@@ -62,8 +69,13 @@ def _sources() -> dict[str, Path]:
 
 def digest() -> str:
     """SHA-256 over the sources and the version of pythonfmu: what decides if a build is current."""
-    total = hashlib.sha256(importlib.metadata.version("pythonfmu").encode())
-    for name, file in _sources().items():
+    return digest_of(sources(), "pythonfmu")
+
+
+def digest_of(files: dict[str, Path], runtime: str) -> str:
+    """SHA-256 over these sources and the version of the package whose runtime goes with them."""
+    total = hashlib.sha256(importlib.metadata.version(runtime).encode())
+    for name, file in files.items():
         total.update(name.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
     return total.hexdigest()
 
@@ -74,12 +86,22 @@ def guid(of_digest: str) -> str:
 
 
 def guid_of(fmu: Path) -> str | None:
-    """The GUID inside an FMU file, or None if it can't be read."""
+    """The GUID inside an FMU file, or None if the file isn't as it was built."""
     try:
-        with zipfile.ZipFile(fmu) as archive:
-            return ElementTree.fromstring(archive.read("modelDescription.xml")).get("guid")
-    except (OSError, KeyError, zipfile.BadZipFile, ElementTree.ParseError):
+        files = unpacked(fmu)
+        if files.pop(SUMS) != sums(files):
+            return None
+        root = ElementTree.fromstring(files["modelDescription.xml"])
+    except Exception:  # whatever zip and XML make of a damaged file
         return None
+    # FMI 3.0 has another name for it.
+    return root.get("guid") or root.get("instantiationToken")
+
+
+def sums(files: dict[str, bytes]) -> bytes:
+    """The SHA-256 of every file, as `sha256sum -c` reads them."""
+    lines = (f"{hashlib.sha256(files[name]).hexdigest()}  {name}\n" for name in sorted(files))
+    return "".join(lines).encode()
 
 
 def is_current(fmu: Path) -> bool:
@@ -99,43 +121,61 @@ def build(out: Path) -> Path:
     Raises:
         OSError: the file can't be written.
     """
-    out = out.resolve()
-    out.parent.mkdir(parents=True, exist_ok=True)
-    of_digest = digest()
-    with tempfile.TemporaryDirectory(prefix="golf-impact-build-") as scratch:
-        raw = _package(Path(scratch), of_digest[:16])
-        aside = out.with_name(f".{out.name}.{uuid.uuid4().hex}.part")
-        try:
-            _complete(raw, aside, of_digest)
-            aside.replace(out)
-        finally:
-            aside.unlink(missing_ok=True)
-    return out
-
-
-def _package(scratch: Path, suffix: str) -> Path:
-    """The FMU as pythonfmu packages it, the modules under private names."""
     from pythonfmu.builder import FmuBuilder
 
+    of_digest = digest()
+    with tempfile.TemporaryDirectory(prefix="golf-impact-build-") as scratch:
+        raw = package(
+            Path(scratch),
+            of_digest[:16],
+            "club_ball_impact",
+            _ENTRY,
+            FmuBuilder.build_FMU,
+            canGetAndSetFMUstate=True,
+            canSerializeFMUstate=True,
+        )
+        files = unpacked(raw)
+    files["modelDescription.xml"] = _model_description(files["modelDescription.xml"], of_digest)
+    files |= documents("pythonfmu", _documentation())
+    return write(out, files)
+
+
+def package(
+    scratch: Path,
+    suffix: str,
+    face: str,
+    entry_text: str,
+    build_fmu: Callable[..., Path],
+    **capabilities: bool,
+) -> Path:
+    """The FMU as its packager makes it, the modules under private names.
+
+    Args:
+        scratch: an empty folder.
+        suffix: what makes the names private.
+        face: the module of the class, in the folder of sources.
+        entry_text: the module that pythonfmu loads; {package}, {name} are filled in.
+        build_fmu: the packager's function.
+        capabilities: what it writes into the XML beside its defaults.
+    """
     fmu_src = source_folder()
     package = scratch / f"golf_impact_{suffix}"
     package.mkdir()
     for file in (fmu_src / "golf_impact").glob("*.py"):
         shutil.copyfile(file, package / file.name)
-    face = (fmu_src / "club_ball_impact.py").read_text("utf-8")
-    face = re.sub(r"^from golf_impact", f"from {package.name}", face, flags=re.MULTILINE)
-    (package / "club_ball_impact.py").write_text(face, "utf-8")
-    entry = scratch / f"club_ball_impact_{suffix}.py"
-    entry.write_text(_ENTRY.format(package=package.name, name=NAME), "utf-8")
+    text = (fmu_src / f"{face}.py").read_text("utf-8")
+    text = re.sub(r"^from golf_impact", f"from {package.name}", text, flags=re.MULTILINE)
+    (package / f"{face}.py").write_text(text, "utf-8")
+    entry = scratch / f"{face}_{suffix}.py"
+    entry.write_text(entry_text.format(package=package.name, name=NAME), "utf-8")
     before, modules = list(sys.path), set(sys.modules)
     write_bytecode, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     try:
-        return FmuBuilder.build_FMU(
+        return build_fmu(
             entry,
             dest=scratch / "packaged",
             project_files=[package],
-            canGetAndSetFMUstate=True,
-            canSerializeFMUstate=True,
+            **capabilities,
         )
     finally:
         sys.dont_write_bytecode = write_bytecode
@@ -145,27 +185,43 @@ def _package(scratch: Path, suffix: str) -> Path:
                 del sys.modules[name]
 
 
-def _complete(raw: Path, out: Path, of_digest: str) -> None:
-    """Write the final archive: same order, times and attributes whatever the machine."""
+def unpacked(raw: Path) -> dict[str, bytes]:
+    """The files in an archive by name."""
     with zipfile.ZipFile(raw) as archive:
-        files = {info.filename: archive.read(info) for info in archive.infolist()}
-    files["modelDescription.xml"] = _model_description(files["modelDescription.xml"], of_digest)
-    files["model.png"] = (HERE / "model.png").read_bytes()
-    files["documentation/index.html"] = _documentation()
+        return {info.filename: archive.read(info) for info in archive.infolist()}
+
+
+def documents(runtime: str, page: bytes) -> dict[str, bytes]:
+    """What an FMU has beside its model: pictures, the page of documentation, licences."""
+    files = {"model.png": (HERE / "model.png").read_bytes(), "documentation/index.html": page}
     for file in (HERE / "documentation").iterdir():
         if file.suffix != ".jinja":
             files[f"documentation/{file.name}"] = file.read_bytes()
-    files["documentation/licenses/license.txt"] = _sources()["LICENSE"].read_bytes()
-    for packaged in importlib.metadata.files("pythonfmu") or []:
+    files["documentation/licenses/license.txt"] = sources()["LICENSE"].read_bytes()
+    for packaged in importlib.metadata.files(runtime) or []:
         if packaged.name == "LICENSE":
-            files["documentation/licenses/pythonfmu.txt"] = packaged.read_binary()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        for name in sorted(files, key=lambda name: (name != "modelDescription.xml", name)):
-            info = zipfile.ZipInfo(name, _EPOCH)
-            info.compress_type = zipfile.ZIP_DEFLATED
-            info.create_system = 3
-            info.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
-            archive.writestr(info, files[name])
+            files[f"documentation/licenses/{runtime}.txt"] = packaged.read_binary()
+    return files
+
+
+def write(out: Path, files: dict[str, bytes]) -> Path:
+    """Write the final archive: same order, times and attributes whatever the machine."""
+    files = files | {SUMS: sums(files)}
+    out = out.resolve()
+    out.parent.mkdir(parents=True, exist_ok=True)
+    aside = out.with_name(f".{uuid.uuid4().hex}.part")
+    try:
+        with zipfile.ZipFile(aside, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+            for name in sorted(files, key=lambda name: (name != "modelDescription.xml", name)):
+                info = zipfile.ZipInfo(name, _EPOCH)
+                info.compress_type = zipfile.ZIP_DEFLATED
+                info.create_system = 3
+                info.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+                archive.writestr(info, files[name])
+        aside.replace(out)
+    finally:
+        aside.unlink(missing_ok=True)
+    return out
 
 
 def _model_description(written: bytes, of_digest: str) -> bytes:
@@ -181,34 +237,29 @@ def _model_description(written: bytes, of_digest: str) -> bytes:
         element.tail = element.text = None
     root.attrib |= {
         "guid": guid(of_digest),
-        "generationDateAndTime": _EPOCH_TEXT,
+        "generationDateAndTime": EPOCH_TEXT,
         "version": __version__,
-        "author": "The golf-impact developers",
+        "author": AUTHOR,
         "license": "MIT",
-        "copyright": "The golf-impact developers",
-        "description": "A golf club hits a ball: contact force, smash factor, restitution, energy",
+        "copyright": AUTHOR,
+        "description": DESCRIPTION,
         "variableNamingConvention": "flat",
     }
-    units = ElementTree.Element("UnitDefinitions")
-    for name, unit in UNITS.items():
-        node = ElementTree.SubElement(units, "Unit", name=name)
-        ElementTree.SubElement(node, "BaseUnit", {k: str(v) for k, v in unit.base.items()})
-        for shown, factor in unit.display.items():
-            ElementTree.SubElement(node, "DisplayUnit", name=shown, factor=repr(factor))
+    units = unit_definitions(UNITS)
     types = ElementTree.Element("TypeDefinitions")
     # An Integer, since libcosim and ecos know no Enumeration: they leave such a variable out.
     meanings = "; ".join(f"{number} {name}: {text}" for number, (name, text) in LAWS.items())
     law = ElementTree.SubElement(types, "SimpleType", name="ContactLaw", description=meanings)
     bounds = {"min": str(min(LAWS)), "max": str(max(LAWS))}
     ElementTree.SubElement(law, "Integer", bounds)
-    place = list(root).index(_child(root, "CoSimulation")) + 1
+    place = list(root).index(child(root, "CoSimulation")) + 1
     root.insert(place, units)
     root.insert(place + 1, types)
     experiment = ElementTree.Element(
         "DefaultExperiment", startTime="0", stopTime="0.001", stepSize="1e-06"
     )
-    root.insert(list(root).index(_child(root, "ModelVariables")), experiment)
-    for variable, row in zip(_child(root, "ModelVariables"), VARIABLES, strict=True):
+    root.insert(list(root).index(child(root, "ModelVariables")), experiment)
+    for variable, row in zip(child(root, "ModelVariables"), VARIABLES, strict=True):
         assert variable.get("name") == row.name
         value = variable[0]
         value.attrib.clear()
@@ -219,40 +270,74 @@ def _model_description(written: bytes, of_digest: str) -> bytes:
             value.set("start", repr(row.start))
         if row.type != "Real":
             continue
-        value.set("unit", row.unit)
-        if row.display:
-            value.set("displayUnit", row.display)
-        # FMI's bounds are inclusive: "> 0" is min="0" here, and the FMU refuses 0 itself.
-        if row.allowed != "finite":
-            value.set("min", repr(row.low if row.low >= 1.0 else 0.0))
-        if ".." in row.allowed:
-            value.set("max", repr(row.high))
-        value.set("nominal", repr(row.nominal))
-    structure = _child(root, "ModelStructure")
+        value.attrib |= real_attributes(row)
+    structure = child(root, "ModelStructure")
     # An output read at a communication point belongs to the step before: no direct feedthrough.
-    for unknown in _child(structure, "Outputs"):
+    for unknown in child(structure, "Outputs"):
         unknown.set("dependencies", "")
     initial = ElementTree.SubElement(structure, "InitialUnknowns")
-    for unknown in _child(structure, "Outputs"):
+    for unknown in child(structure, "Outputs"):
         ElementTree.SubElement(initial, "Unknown", index=unknown.attrib["index"])
+    return as_text(root)
+
+
+def unit_definitions(table: dict) -> ElementTree.Element:
+    """The units of the table of variables, as FMI 2.0 and 3.0 write them."""
+    units = ElementTree.Element("UnitDefinitions")
+    for name, unit in table.items():
+        node = ElementTree.SubElement(units, "Unit", name=name)
+        ElementTree.SubElement(node, "BaseUnit", {k: str(v) for k, v in unit.base.items()})
+        for shown, factor in unit.display.items():
+            ElementTree.SubElement(node, "DisplayUnit", name=shown, factor=repr(factor))
+    return units
+
+
+def real_attributes(row) -> dict[str, str]:
+    """Unit, range and nominal value of a row of the table, as FMI 2.0 and 3.0 write them."""
+    found = {}
+    if row.unit:
+        found["unit"] = row.unit
+    if row.display:
+        found["displayUnit"] = row.display
+    # FMI's bounds are inclusive: "> 0" is min="0" here, and the FMU refuses 0 itself.
+    if row.allowed != "finite":
+        found["min"] = repr(row.low if row.low >= 1.0 else 0.0)
+    if ".." in row.allowed:
+        found["max"] = repr(row.high)
+    found["nominal"] = repr(row.nominal)
+    return found
+
+
+def as_text(root: ElementTree.Element) -> bytes:
+    """XML as it goes into the archive."""
     text = ElementTree.tostring(root, "utf-8")
     return minidom.parseString(text).toprettyxml(indent="  ", encoding="UTF-8")
 
 
-def _child(parent: ElementTree.Element, tag: str) -> ElementTree.Element:
+def child(parent: ElementTree.Element, tag: str) -> ElementTree.Element:
+    """An element that must be there."""
     found = parent.find(tag)
     assert found is not None, tag
     return found
 
 
 def _documentation() -> bytes:
+    sys.path.insert(0, str(source_folder()))
+    try:
+        from golf_impact.variables import VARIABLES
+    finally:
+        sys.path.pop(0)
+    return documentation(variables=VARIABLES, fmi=2, runtime="pythonfmu")
+
+
+def documentation(**values) -> bytes:
     """documentation/index.html, its table made from the one table of variables."""
     import jinja2
 
     sys.path.insert(0, str(source_folder()))
     try:
         from golf_impact import __version__
-        from golf_impact.variables import LAWS, VARIABLES
+        from golf_impact.variables import LAWS
     finally:
         sys.path.pop(0)
     loader = jinja2.FileSystemLoader(HERE / "documentation")
@@ -260,8 +345,7 @@ def _documentation() -> bytes:
         loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
     template = environment.get_template("index.html.jinja")
-    page = template.render(variables=VARIABLES, laws=LAWS, version=__version__)
-    return page.encode()
+    return template.render(laws=LAWS, version=__version__, **values).encode()
 
 
 if __name__ == "__main__":

@@ -124,7 +124,7 @@ def build(folder: Path, impact: Path | None = None) -> list[Path]:
 
 def _write(path: Path, data: bytes) -> Path:
     """Write a file aside and rename it, so that it is always whole."""
-    aside = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
+    aside = path.with_name(f".{uuid.uuid4().hex}.part")
     try:
         aside.write_bytes(data)
         aside.replace(path)

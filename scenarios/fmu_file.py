@@ -1,24 +1,38 @@
-"""Where the FMU file is, and building it when it is missing or out of date."""
+"""Where the FMU file is, and building it when it is missing, damaged or out of date."""
 
+import atexit
 import importlib.util
+import shutil
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from types import ModuleType
 
+from scenarios.archive import odd_characters
 from scenarios.errors import UserError
+from scenarios.stopping import held
 
 _HERE = Path(__file__).resolve().parent
-_CHECKOUT = _HERE.parent / "build" / "build_fmu.py"
-_INSTALLED = _HERE / "fmu_build" / "build_fmu.py"
+_CHECKOUT = _HERE.parent / "build"
+_INSTALLED = _HERE / "fmu_build"
+
+#: The build script by the version of FMI.
+_SCRIPTS = {2: "build_fmu", 3: "build_fmi3"}
 
 
-def builder() -> ModuleType:
+def _in_checkout() -> bool:
+    return (_CHECKOUT / "build_fmu.py").is_file()
+
+
+def builder(fmi: int = 2) -> ModuleType:
     """The build script: the checkout's, else the one that was installed with this package.
 
     build/ is no package (it would shadow the module `build`), so it is loaded by its path.
     """
-    path = _CHECKOUT if _CHECKOUT.is_file() else _INSTALLED
-    spec = importlib.util.spec_from_file_location("golf_impact_build_fmu", path)
+    script = _SCRIPTS[fmi]
+    path = (_CHECKOUT if _in_checkout() else _INSTALLED) / f"{script}.py"
+    spec = importlib.util.spec_from_file_location(f"golf_impact_{script}", path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -28,48 +42,99 @@ def builder() -> ModuleType:
 
 def default_path(build: ModuleType) -> Path:
     """build/ in a checkout; else the user's cache, under the digest of the sources."""
-    if _CHECKOUT.is_file():
-        return _CHECKOUT.parent / f"{build.NAME}.fmu"
+    if _in_checkout():
+        return _CHECKOUT / f"{build.NAME}.fmu"
     import platformdirs
 
     cache = platformdirs.user_cache_path("golf-impact")
     return cache / build.digest()[:16] / f"{build.NAME}.fmu"
 
 
-def build_fmu(out: Path | None = None) -> Path:
+def build_fmu(out: Path | None = None, fmi: int = 2) -> Path:
     """Build the FMU.
 
     Args:
         out: the file to write; where the scenarios look for it by default.
+        fmi: the version of FMI, 2 or 3.
 
     Raises:
         UserError: the file can't be written.
     """
-    build = builder()
+    build = builder(fmi)
     out = default_path(build) if out is None else out
     if out.is_dir():
         raise UserError(f"{out} is a folder; give the name of the .fmu file to write")
     try:
-        return build.build(out)
+        with held():
+            return build.build(out)
     except OSError as error:
         raise UserError(f"can't write {out}: {error.strerror or error}") from error
 
 
-def current_fmu() -> tuple[Path, str | None]:
+def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
     """The FMU of the present sources, built if need be.
+
+    Args:
+        fmi: the version of FMI, 2 or 3.
 
     Returns:
         The file, and why it was built (None if it was there).
     """
-    build = builder()
+    build = builder(fmi)
     path = default_path(build)
     if not path.exists():
         why = "it was missing"
     elif build.is_current(path):
         return path, None
+    elif build.guid_of(path) is None:
+        why = "it was damaged"
     else:
         why = "its sources have changed"
-    return build_fmu(path), why
+    try:
+        return build_fmu(path, fmi), why
+    except UserError as error:
+        folder = tempfile.mkdtemp(prefix="golf-impact-")
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        return build_fmu(Path(folder, path.name), fmi), f"{why}; for this run only, since {error}"
+
+
+def given_fmu(path: Path) -> Path:
+    """An FMU that a user names, tried in a process of its own unless it is the present one.
+
+    Raises:
+        UserError: it is damaged, another FMU, or can't be run here.
+    """
+    from scenarios.impact_fmu import ImpactFmu
+
+    ImpactFmu(path)
+    if builder().is_current(path):
+        return path
+    check_temporary_folder()
+    done = subprocess.run(
+        [sys.executable, "-m", "scenarios.trial", str(path)],
+        capture_output=True,
+        text=True,
+        errors="replace",
+    )
+    if done.returncode == 0:
+        return path
+    lines = done.stderr.strip().splitlines()
+    why = lines[-1] if done.returncode > 0 and lines else "the process crashed"
+    raise UserError(f"{path} can't be run here ({why}): run `golf-impact build`")
+
+
+def check_temporary_folder() -> None:
+    """See that an FMU can be loaded where tools extract it.
+
+    Raises:
+        UserError: pythonfmu would crash.
+    """
+    folder = tempfile.gettempdir()
+    if odd_characters(folder):
+        raise UserError(
+            f"pythonfmu can't load an FMU from {folder}: set TMPDIR to a folder whose name has "
+            "letters, digits, spaces and . _ ~ - only"
+        )
 
 
 def build_plain_fmu(script: Path, folder: Path) -> Path:

@@ -13,10 +13,14 @@ SCENARIOS = (
     "compression",
     "old_ball",
     "fem",
+    "validation",
+    "speed_dependence",
+    "rating",
     "laws",
     "finite_difference",
     "table1",
     "system",
+    "model_exchange",
 )
 
 

@@ -6,6 +6,7 @@ step, never by an exception: an interface has no way back from one.
 """
 
 import json
+from binascii import crc32
 from collections.abc import Callable
 from math import isfinite, nan
 from operator import itemgetter
@@ -46,11 +47,19 @@ _MAX_PLANS = 256
 _NONE: list = [None]
 
 #: First item of a serialized state: another layout must have another one.
-_FORMAT = "golf-impact state 1"
+_FORMAT = "golf-impact state 2"
+
+#: First item of every snapshot: those of another version of this component, loaded in the same
+#: process, have another one.
+_OWN = object()
 
 
 def _no_motion(t: float) -> State:
     raise AssertionError("no phase has been looked at yet")
+
+
+def _is_own(snapshot: object) -> bool:
+    return type(snapshot) is tuple and len(snapshot) > 0 and snapshot[0] is _OWN
 
 
 def _listed(pick: Callable[[State], tuple]) -> Callable[[State], list[float]]:
@@ -258,8 +267,10 @@ class Component:
         clock = self.clock
         total = clock + elapsed
         back = total - clock
-        self.carry += (clock - (total - back)) + (elapsed - back)
-        self.clock = total
+        carry = self.carry + ((clock - (total - back)) + (elapsed - back))
+        # The larger part is the sum's nearest double: the same one, however the steps were added.
+        self.clock = total + carry
+        self.carry = carry - (self.clock - total)
 
     def _problem(self, point: float, size: float) -> str | None:
         """Whatever a step in a row of equal ones needn't look at; why it is refused, or None."""
@@ -316,6 +327,8 @@ class Component:
     def _move_origin(self, point: float) -> None:
         """After a restore the host's time may go on from anywhere; a touch to come moves along."""
         assert self._impact is not None
+        # A touch that is past must be known, whether anybody has read an output since or not.
+        self._evaluate()
         touch = self._impact.touch
         if touch is None or touch[0] >= self.clock:
             self.origin = point - self.clock
@@ -512,6 +525,7 @@ class Component:
         """Everything, for `restore` in any instance of this process."""
         self._fold_clock()
         return (
+            _OWN,
             self._mode,
             tuple(self._values),
             self._refused,
@@ -528,12 +542,14 @@ class Component:
 
     def restore(self, snapshot: tuple | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
-        if not isinstance(snapshot, tuple):
+        if not _is_own(snapshot):
             self._refuse_once(
                 "a state that this component didn't make is refused; it has no effect"
             )
             return
+        assert snapshot is not None
         (
+            _,
             self._mode,
             values,
             self._refused,
@@ -556,20 +572,25 @@ class Component:
 
     @staticmethod
     def packed(snapshot: tuple) -> bytes:
-        """A snapshot as bytes, for another process."""
-        if not isinstance(snapshot, tuple):
+        """A snapshot as bytes, for another process: a JSON list whose last item is a checksum."""
+        if not _is_own(snapshot):
             return b""
-        *plain, impact = snapshot
+        _, *plain, impact = snapshot
         if impact is not None:
             impact = Impact.restored(impact).packed()
-        return json.dumps([_FORMAT, *plain, impact]).encode()
+        body = json.dumps([_FORMAT, *plain, impact])[:-1]
+        return f"{body}, {crc32(body.encode())}]".encode()
 
     @staticmethod
     def unpacked(data: bytes) -> tuple | None:
         """The snapshot that became these bytes, or None if they are none of this component's."""
         try:
-            form, mode, values, refused, once, *numbers, impact = json.loads(data)
-            if form != _FORMAT or len(numbers) != 7:
+            # Looked at before anything else is: damaged bytes could stand for any numbers.
+            body, _, checksum = data.rpartition(b", ")
+            if int(checksum.removesuffix(b"]")) != crc32(body):
+                return None
+            form, mode, values, refused, once, *numbers, impact = json.loads(body + b"]")
+            if form != _FORMAT:
                 return None
             allowed = zip(VARIABLES[:SETTABLE], values, strict=True)
             if not all(variable.low <= value <= variable.high for variable, value in allowed):
@@ -579,6 +600,6 @@ class Component:
                 if conflict(made.parameters, made.in_force) is not None:
                     return None
                 impact = made.snapshot()
-            return (mode, tuple(values), refused, tuple(once), *numbers, impact)
+            return (_OWN, mode, tuple(values), refused, tuple(once), *numbers, impact)
         except (ArithmeticError, TypeError, ValueError):
             return None

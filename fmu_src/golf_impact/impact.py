@@ -413,7 +413,7 @@ class Impact:
         return (high - self._high) + (low - self._low)
 
     def next_event(self, high: float, low: float) -> float:
-        """The next touch or separation after this instant, s since the start; inf if none is due."""
+        """The next touch or separation after this instant, s since the start; inf if none is."""
         self.state(high, low)
         return self._high + (self._low + self.phase.duration)
 

@@ -134,3 +134,29 @@ VARIABLES: tuple[Variable, ...] = (
 
 #: Value references by name.
 REFERENCES: dict[str, int] = {variable.name: n for n, variable in enumerate(VARIABLES)}
+
+#: FMI 3.0 needs these as well: time, and what only Model Exchange is about. Their value references
+#: go on from the table's.
+MORE_VARIABLES: tuple[Variable, ...] = (
+    _real("time", "independent", "s", None, "finite", 1e-3, "ms", "Time"),
+    _real("club_acceleration", "local", "m/s2", None, "finite", 3e4, None, "Acceleration of the club head"),
+    _real("ball_acceleration", "local", "m/s2", None, "finite", 1e5, None, "Acceleration of the ball"),
+    _real("touch_indicator", "local", "", None, "finite", 1.0, None, "Event indicator of first touch: above 0 before it, then -1"),
+    _real("separation_indicator", "local", "", None, "finite", 1.0, None, "Event indicator of separation: above 0 before it, then -1"),
+)  # fmt: skip
+
+MORE_UNITS: dict[str, Unit] = {"m/s2": Unit({"m": 1, "s": -2}, {})}
+
+#: Value references of all of them by name.
+ALL_REFERENCES: dict[str, int] = {
+    variable.name: n for n, variable in enumerate(VARIABLES + MORE_VARIABLES)
+}
+
+#: Model Exchange: the continuous states, their derivatives in the same order, the event indicators.
+STATES = ("club_position", "ball_position", "club_velocity", "ball_velocity")
+DERIVATIVES = ("club_velocity", "ball_velocity", "club_acceleration", "ball_acceleration")
+INDICATORS = ("touch_indicator", "separation_indicator")
+
+#: Outputs that need the whole course of the contact, which the states at one instant don't tell:
+#: NaN in Model Exchange.
+CO_SIMULATION_ONLY = ("mean_force", "max_force", "time_of_max_force", "max_compression")

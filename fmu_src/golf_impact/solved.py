@@ -1,0 +1,247 @@
+"""One impact whose motion a host's solver finds: what happens at events, and the results so far.
+
+Beside `Impact` it has no phases with solutions: the host says where the bodies are, and the
+equations say how that changes. `results` reads both in the same way.
+"""
+
+from math import nan
+
+from .equations import accelerations, contact_force
+from .impact import Impact, State, Touch
+from .parameters import Inputs, Parameters
+from .restitution import damping, out_of_reach
+
+#: Added to an indicator that may be exactly 0 before its event: solvers look for changes of sign.
+_ABOVE_ZERO = 1e-18
+
+
+class SolvedSnapshot(tuple):
+    """Everything in a solved impact, known as such among other snapshots."""
+
+    __slots__ = ()
+
+
+class SolvedImpact:
+    """State and results at the instant for which the host has set states and inputs.
+
+    Args:
+        parameters: the fixed values.
+        inputs: k, b and club_speed from the start on.
+    """
+
+    __slots__ = (
+        "_acting",
+        "_dragged",
+        "_dragging",
+        "_ended",
+        "in_contact",
+        "in_force",
+        "out_of_reach",
+        "parameters",
+        "started",
+        "states",
+        "touch",
+    )
+
+    def __init__(self, parameters: Parameters, inputs: Inputs) -> None:
+        self.parameters = parameters
+        #: The inputs that act now, and stiffness and damping that follow from them.
+        self.in_force = inputs
+        self._acting = inputs[:2]
+        #: Positions (m) and velocities (m/s), each of club and ball; never changed in place.
+        self.states = [-parameters.gap, 0.0, inputs[2], parameters.ball_speed]
+        #: First touch, in the host's time, or None before it.
+        self.touch: Touch | None = None
+        self.in_contact = False
+        #: Whether the touch was too fast, or too slow, for a coefficient of restitution.
+        self.out_of_reach = False
+        #: Whether the host's time at the start is known, or may not be told any more.
+        self.started = False
+        #: What law 1's drag has taken from the ball until the last event, N.s; and b from then on
+        #: (N.s/m), and where the ball was (m).
+        self._dragged = 0.0
+        self._dragging = (0.0, 0.0)
+        #: Contact time, s, and position of the ball, m, when contact ended.
+        self._ended = (0.0, 0.0)
+
+    # The equations
+
+    def _now(self) -> State:
+        """As `state`, but force and compression go on below 0 as a solver needs them."""
+        x_club, x_ball, v_club, v_ball = self.states
+        if self.touch is None:
+            v_club = self.in_force[2]
+        compression = x_club - x_ball
+        force = 0.0
+        if self.in_contact:
+            force = contact_force(self.parameters, *self._acting, compression, v_club - v_ball)
+        return [force, x_club, x_ball, v_club, v_ball, compression]
+
+    def derivatives(self) -> list[float]:
+        """Of the four states, in their order."""
+        force, _, _, v_club, v_ball, _ = self._now()
+        if not self.in_contact:
+            return [v_club, v_ball, 0.0, 0.0]
+        return [
+            v_club,
+            v_ball,
+            *accelerations(self.parameters, self.in_force[1], force, v_club, v_ball),
+        ]
+
+    def indicators(self) -> list[float]:
+        """Of touch and separation."""
+        now = self._now()
+        return [touch_indicator(self, now), separation_indicator(self, now)]
+
+    # Events
+
+    def hold(self, inputs: Inputs) -> None:
+        """Take these inputs from this instant on, which a solver may only be trying."""
+        self.in_force = inputs
+        self._act()
+
+    def _act(self) -> None:
+        k, b, _ = self.in_force
+        p = self.parameters
+        if p.restitution_at_rest and self.touch is not None:
+            b = damping(p, k, self.touch[3] - p.ball_speed)
+        self._acting = k, b
+
+    def _drag(self) -> float:
+        """What law 1's drag has taken from the ball since the last event, N.s."""
+        b, x_ball = self._dragging
+        return b * (self.states[1] - x_ball)
+
+    def start_at(self, time: float) -> None:
+        """The host's time at the start, s, if it hadn't been told before."""
+        if self.touch is not None:
+            self.touch = (time, *self.touch[1:])
+
+    def update(self, time: float) -> bool:
+        """Whatever happens at this instant (host's time, s); whether a state has jumped."""
+        x_club, x_ball, v_club, v_ball = self.states
+        if self.touch is None:
+            club_speed = self.in_force[2]
+            self.states = [x_club, x_ball, club_speed, v_ball]
+            if x_club >= x_ball and club_speed > v_ball:
+                self.touch = (time, 0.0, x_ball, club_speed)
+                self.in_contact = True
+                p = self.parameters
+                self.out_of_reach = p.restitution_at_rest > 0.0 and out_of_reach(
+                    p, club_speed - p.ball_speed
+                )
+                self._act()
+                self._dragging = (self._drag_coefficient(), x_ball)
+            return v_club != club_speed
+        if self.in_contact:
+            self._dragged += self._drag()
+            self._dragging = (self._drag_coefficient(), x_ball)
+            if separation_indicator(self, self._now()) <= 0.0:
+                self._ended = (time - self.touch[0], x_ball)
+                self.in_contact = False
+        return False
+
+    def _drag_coefficient(self) -> float:
+        return self.in_force[1] if self.parameters.law == 1 else 0.0
+
+    # What results ask for, as of Impact
+
+    @property
+    def phase(self) -> object:
+        """Never the same: there is no function of time to read from."""
+        return object()
+
+    def state(self, high: float, low: float) -> State:
+        """Force (N), positions (m) and velocities (m/s) of club and ball, compression (m)."""
+        now = self._now()
+        now[0] = max(0.0, now[0])
+        now[5] = max(0.0, now[5])
+        return now
+
+    def contact_time(self, high: float, low: float) -> float:
+        """Time in contact so far, s."""
+        if self.in_contact and self.touch is not None:
+            return high + low - self.touch[0]
+        return self._ended[0]
+
+    def contact_displacement(self, state: State) -> float:
+        """How far the ball has moved while in contact, m."""
+        if self.touch is None:
+            return 0.0
+        return (state[2] if self.in_contact else self._ended[1]) - self.touch[2]
+
+    def impulse(self, high: float, low: float) -> float:
+        """Impulse of the contact force so far, N.s: the ball's momentum and what drag has taken.
+
+        Law 1 takes b to be constant between events.
+        """
+        if self.touch is None:
+            return 0.0
+        p = self.parameters
+        gained = p.m_ball * (self.states[3] - p.ball_speed)
+        return gained + self._dragged + (self._drag() if self.in_contact else 0.0)
+
+    def peak_force(self, high: float, low: float) -> tuple[float, float]:
+        """NaN: nobody tells which of the states asked about have really been passed."""
+        return nan, nan
+
+    def peak_compression(self, high: float, low: float) -> float:
+        """NaN, as the peak force."""
+        return nan
+
+    def impulse_of_step(self, high: float, low: float, step: float) -> float:
+        """NaN: there is no communication step."""
+        return nan
+
+    # State
+
+    def snapshot(self) -> SolvedSnapshot:
+        """Everything, for `restored`."""
+        return SolvedSnapshot(getattr(self, name) for name in self.__slots__)
+
+    @classmethod
+    def restored(cls, snapshot: tuple) -> "SolvedImpact":
+        """The impact that a snapshot was taken of, or what JSON has made of it.
+
+        Raises:
+            TypeError, ValueError: it is no such thing.
+        """
+        self = cls.__new__(cls)
+        for name, value in zip(cls.__slots__, snapshot, strict=True):
+            setattr(self, name, tuple(value) if isinstance(value, list) else value)
+        self.parameters = Parameters(*self.parameters)
+        self.states = [float(value) for value in self.states]
+        return self
+
+
+#: Either kind: what indicators and results look at.
+AnyImpact = Impact | SolvedImpact
+
+
+def touch_indicator(impact: AnyImpact, state: State) -> float:
+    """Above 0 until the gap is closed and the bodies are closing, then -1."""
+    if impact.touch is not None:
+        return -1.0
+    _, x_club, x_ball, v_club, v_ball, _ = state
+    return max(x_ball - x_club, v_ball - v_club) + _ABOVE_ZERO
+
+
+def separation_indicator(impact: AnyImpact, state: State) -> float:
+    """Above 0 until the force has gone and the bodies part, then -1.
+
+    The force is 0 at touch, too; but then they are closing.
+    """
+    if impact.touch is None:
+        return 1.0
+    if not impact.in_contact:
+        return -1.0
+    force, _, _, v_club, v_ball, _ = state
+    return max(force, v_club - v_ball) + _ABOVE_ZERO
+
+
+def acceleration(impact: AnyImpact, state: State, body: int) -> float:
+    """The acceleration of club (0) or ball (1), m/s²."""
+    if not impact.in_contact:
+        return 0.0
+    force, _, _, v_club, v_ball, _ = state
+    return accelerations(impact.parameters, impact.in_force[1], force, v_club, v_ball)[body]

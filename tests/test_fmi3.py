@@ -1,0 +1,679 @@
+"""The FMI 3.0 FMU: the same impact stepped, announced event by event, and solved by a host."""
+
+import importlib.util
+import json
+import math
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
+from fmpy.validation import validate_fmu
+from golf_impact.variables import (
+    CO_SIMULATION_ONLY,
+    DERIVATIVES,
+    INDICATORS,
+    LAWS,
+    MORE_VARIABLES,
+    STATES,
+    VARIABLES,
+)
+from typer.testing import CliRunner
+
+from scenarios.cli import app
+from scenarios.errors import UserError
+from scenarios.fmu_file import build_fmu, builder
+
+OUTPUTS = [v.name for v in VARIABLES if v.causality == "output" and v.type == "Real"]
+FLAGS = [v.name for v in VARIABLES if v.type == "Boolean"]
+
+#: The same by law, from the closed forms at 25 digits (as in test_interop).
+EXPECTED = {
+    1: (1.5641431548673967, 0.9490239649368046, 21.529171647570724, 54.74501042035889),
+    2: (1.5842497138122187, 0.9307477583617195, 22.872568440767466, 55.44873998342765),
+}
+CRITERIA = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
+
+CASES = {
+    "law 1": {},
+    "law 2": {"law": 2},
+    "after a gap": {"gap": 0.004, "ball_speed": 2.0},
+    "overdamped": {"law": 2, "b": 800.0},
+    "power law": {"law": 2, "exponent": 1.6, "k": 8e5, "b": 30.0},
+    "COR line": {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
+    "never parts": {"b": 2000.0},
+}
+
+
+@pytest.fixture(scope="module")
+def fmi3_path(tmp_path_factory):
+    return build_fmu(tmp_path_factory.mktemp("fmi3") / "ClubBallImpact.fmi3.fmu", fmi=3)
+
+
+@pytest.fixture(scope="module")
+def extracted(fmi3_path, tmp_path_factory):
+    return fmpy.extract(str(fmi3_path), str(tmp_path_factory.mktemp("extracted3")))
+
+
+@pytest.fixture(scope="module")
+def description(extracted):
+    return fmpy.read_model_description(extracted)
+
+
+@pytest.fixture
+def make(extracted, description):
+    """Instances of either kind, terminated and freed at the end."""
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    made = []
+
+    def make(kind=FMU3Slave):
+        instance = kind(
+            guid=description.guid,
+            unzipDirectory=extracted,
+            modelIdentifier=description.modelName,
+            instanceName=f"impact {len(made)}",
+        )
+        messages = instance.messages = []
+        said = {"logMessage": lambda env, status, category, text: messages.append(text.decode())}
+        instance.instantiate(**said)
+        instance.put = lambda **values: put(instance, references, values)
+        instance.reals = lambda *names: instance.getFloat64([references[n] for n in names])
+        instance.flags = lambda: instance.getBoolean([references[n] for n in FLAGS])
+        instance.all = lambda: (instance.reals(*OUTPUTS), instance.flags())
+        made.append(instance)
+        return instance
+
+    yield make
+    for instance in made:
+        instance.terminate()
+        instance.freeInstance()
+
+
+def put(instance, references, values):
+    for name, value in values.items():
+        if name == "law":
+            instance.setInt64([references[name]], [value])
+        else:
+            instance.setFloat64([references[name]], [value])
+
+
+def begin(instance, start=0.0, **values):
+    instance.enterInitializationMode(startTime=start)
+    instance.put(**values)
+    instance.exitInitializationMode()
+    return instance
+
+
+# The file
+
+
+def test_it_is_reproducible_and_knows_when_it_is_out_of_date(fmi3_path, fmu_path, tmp_path):
+    again = build_fmu(tmp_path / "again.fmu", fmi=3)
+    assert again.read_bytes() == fmi3_path.read_bytes()
+    assert builder(3).is_current(again)
+    assert not builder(3).is_current(fmu_path)
+    assert not builder(2).is_current(again)
+    assert builder(2).digest() != builder(3).digest()
+
+
+def test_fmpy_finds_nothing_to_complain_about(fmi3_path):
+    assert validate_fmu(str(fmi3_path)) == []
+
+
+def test_the_xml_is_the_table(description):
+    rows = VARIABLES + MORE_VARIABLES
+    assert [v.name for v in description.modelVariables] == [row.name for row in rows]
+    for variable, row in zip(description.modelVariables, rows, strict=True):
+        kind = {"Real": "Float64"}.get(row.type, row.type)
+        assert (variable.type, variable.causality) == (kind, row.causality)
+        assert (variable.unit or "") == row.unit
+        assert variable.description.startswith(row.description)
+        assert ("NaN in Model Exchange" in variable.description) == (row.name in CO_SIMULATION_ONLY)
+        if row.start is not None:
+            assert float(variable.start) == row.start
+    (law,) = description.typeDefinitions
+    assert law.type == "Enumeration"
+    assert {int(item.value): item.name for item in law.items} == {n: t[0] for n, t in LAWS.items()}
+    derivatives = [unknown.variable for unknown in description.derivatives]
+    assert tuple(v.name for v in derivatives) == DERIVATIVES
+    assert tuple(v.derivative.name for v in derivatives) == STATES
+    assert tuple(unknown.variable.name for unknown in description.eventIndicators) == INDICATORS
+    for kind in (description.coSimulation, description.modelExchange):
+        assert kind.canGetAndSetFMUstate
+        assert kind.canSerializeFMUstate
+    assert description.coSimulation.hasEventMode
+    assert not description.coSimulation.mightReturnEarlyFromDoStep
+
+
+def test_build_by_command(tmp_path, fmi3_path):
+    out = tmp_path / "mine.fmu"
+    assert CliRunner().invoke(app, ["build", "--fmi", "3", "--out", str(out)]).exit_code == 0
+    assert out.read_bytes() == fmi3_path.read_bytes()
+    assert [file.name for file in tmp_path.iterdir()] == ["mine.fmu"]
+    assert CliRunner().invoke(app, ["build", "--fmi", "4"]).exit_code == 2
+    refused = CliRunner().invoke(app, ["build", "--fmi", "3", "--system"])
+    assert isinstance(refused.exception, UserError)
+
+
+# Co-simulation
+
+
+@pytest.fixture(scope="module")
+def fmi2(fmu_path, tmp_path_factory):
+    """The FMI 2.0 FMU's instance and how to step it through a case."""
+    folder = fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted2")))
+    description = fmpy.read_model_description(folder)
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    slave = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=folder,
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="fmi2",
+    )
+    slave.instantiate()
+
+    def put(values):
+        for name, value in values.items():
+            set_ = slave.setInteger if name == "law" else slave.setReal
+            set_([references[name]], [value])
+
+    def course(points, changes, **values):
+        slave.reset()
+        slave.setupExperiment(startTime=points[0])
+        slave.enterInitializationMode()
+        put(values)
+        slave.exitInitializationMode()
+        found = []
+        for n, (now, then) in enumerate(pairwise(points)):
+            put(changes.get(n, {}))
+            slave.doStep(now, then - now)
+            reals = slave.getReal([references[name] for name in OUTPUTS])
+            found.append((reals, slave.getBoolean([references[name] for name in FLAGS])))
+        return found
+
+    yield course
+    slave.terminate()
+    slave.freeInstance()
+
+
+POINTS = {
+    "one step": [0.0, 2e-3],
+    "one step from almost 0": [1e-10, 2e-3],
+    "many": [n * 7e-6 for n in range(150)],
+    "uneven, from 5 s": [5.0 + 1e-3 * (n / 60) ** 2 for n in range(60)],
+}
+
+
+@pytest.mark.parametrize("points", POINTS.values(), ids=POINTS)
+@pytest.mark.parametrize("values", CASES.values(), ids=CASES)
+def test_stepped_it_is_the_fmi2_fmu(make, fmi2, values, points):
+    changes = {20: {"k": 1.3e6, "b": 20.0}, 40: {"k": 9e5}} if "b" not in values else {}
+    expected = fmi2(points, changes, **values)
+    slave = begin(make(), points[0], **values)
+    for n, (now, then) in enumerate(pairwise(points)):
+        slave.put(**changes.get(n, {}))
+        slave.doStep(now, then - now)
+        # The same operations on the same numbers: equal to the last bit.
+        assert slave.all() == expected[n]
+
+
+@pytest.mark.parametrize("law", [1, 2])
+@pytest.mark.parametrize("event_mode", [False, True])
+def test_simulate_fmu(extracted, law, event_mode):
+    rows = fmpy.simulate_fmu(
+        extracted,
+        stop_time=0.005,
+        output_interval=1e-3,
+        start_values={"law": law},
+        use_event_mode=event_mode,
+        early_return_allowed=event_mode,
+    )
+    assert [rows[name][-1] for name in CRITERIA] == pytest.approx(EXPECTED[law], rel=1e-12)
+
+
+def announced(slave):
+    slave.enterEventMode()
+    again, stop, nominals, jumped, defined, when = slave.updateDiscreteStates()
+    assert (again, stop, nominals, jumped) == (False, False, False, False)
+    slave.enterStepMode()
+    return when if defined else None
+
+
+@pytest.mark.parametrize("start", [0.0, -3.0, 1000.0])
+def test_events_are_announced_at_the_exact_time(make, start):
+    slave = begin(make(), start, gap=0.0035, law=2)
+    assert announced(slave) is None  # nobody has told it the time yet
+    slave.doStep(start, 1e-6)
+    touch = announced(slave)
+    # 4e-16 · A/T of the design's tolerances, and a double of the host's time.
+    assert touch == pytest.approx(start + 1e-4, rel=3e-16, abs=1e-18)
+    slave.doStep(start + 1e-6, touch - (start + 1e-6))
+    assert slave.flags() == [True, True, False]
+    separation = announced(slave)
+    assert separation == pytest.approx(touch + 6.010445569987614e-4, rel=3e-16, abs=1e-18)
+    before = slave.getFMUState()
+    slave.doStep(touch, (separation - touch) * (1.0 - 1e-9))
+    assert slave.flags() == [True, True, False]
+    slave.setFMUState(before)
+    slave.freeFMUState(before)
+    slave.doStep(touch, separation - touch)
+    assert slave.flags() == [True, False, True]
+    assert announced(slave) is None
+    assert slave.reals(*CRITERIA) == pytest.approx(EXPECTED[2], rel=1e-12)
+
+
+def test_an_announcement_counts_with_what_has_been_set_since_the_step(make):
+    slave = begin(make(), law=2, b=0.0)
+    slave.doStep(0.0, 1e-4)
+    soft = announced(slave)
+    slave.put(k=4e6)
+    stiff = announced(slave)
+    slave.put(k=1e6)
+    assert announced(slave) == soft
+    slave.put(k=4e6)
+    slave.doStep(1e-4, stiff - 1e-4)
+    assert slave.flags() == [True, False, True]
+    assert 1e-4 < stiff < soft
+
+
+def test_the_wrapper_tells_no_host_of_an_early_return(tmp_path):
+    """pythonfmu3 0.3.4: what do_step says of events is dropped, and so is the start time.
+
+    When this fails, event mode can do all that FMI 3.0 has for it.
+    """
+    (tmp_path / "early.py").write_text("""
+from pythonfmu3 import Fmi3Slave, Fmi3StepResult
+
+
+class Early(Fmi3Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.time = 0.0
+
+    def setup_experiment(self, start_time):
+        raise RuntimeError("it is told the start time")
+
+    def do_step(self, current_time, step_size):
+        return Fmi3StepResult(earlyReturn=True, eventHandlingNeeded=True)
+""")
+    program = """
+import fmpy
+from fmpy.fmi3 import FMU3Slave
+from pythonfmu3.builder import FmuBuilder
+fmu = FmuBuilder.build_FMU("early.py", dest="built")
+folder = fmpy.extract(str(fmu))
+guid = fmpy.read_model_description(folder, validate=False).guid
+slave = FMU3Slave(guid=guid, unzipDirectory=folder, modelIdentifier="Early", instanceName="early")
+slave.instantiate(eventModeUsed=True, earlyReturnAllowed=True)
+slave.enterInitializationMode(startTime=3.0)
+slave.exitInitializationMode()
+print(slave.doStep(3.0, 1.0))
+slave.terminate()
+slave.freeInstance()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path, timeout=60
+    )
+    # Event handling needed, terminate, early return, last successful time.
+    assert done.stdout.strip() == "(False, False, False, 4.0)", done.stderr[-2000:]
+
+
+# Model Exchange
+
+
+def solved(extracted, tolerance=1e-10, **options):
+    return fmpy.simulate_fmu(
+        extracted,
+        fmi_type="ModelExchange",
+        stop_time=2e-3,
+        output_interval=1e-4,
+        relative_tolerance=tolerance,
+        output=[*OUTPUTS, *FLAGS],
+        **options,
+    )
+
+
+@pytest.mark.parametrize("values", CASES.values(), ids=CASES)
+def test_solved_by_cvode_it_is_the_same_impact(extracted, fmu, values):
+    last = solved(extracted, start_values=values)[-1]
+    fmu.start(**values)
+    fmu.step(0.0, 2e-3)
+    exact = fmu.read(OUTPUTS)
+    scales = {"force": 5e3, "club_position": 0.01, "ball_position": 0.01, "compression": 0.005}
+    for name in OUTPUTS:
+        if name in CO_SIMULATION_ONLY:
+            assert math.isnan(last[name]), name
+        else:
+            # Some 30 times the solver's tolerance is the worst seen.
+            scale = max(abs(exact[name]), scales.get(name, 1e-4))
+            assert abs(last[name] - exact[name]) < 3e-7 * scale, name
+    assert [bool(last[name]) for name in FLAGS] == [fmu.flag(name) for name in FLAGS]
+
+
+def test_the_error_follows_the_tolerance(extracted):
+    errors = [
+        abs(solved(extracted, tolerance)["ball_velocity"][-1] - EXPECTED[1][3])
+        for tolerance in (1e-4, 1e-7, 1e-10)
+    ]
+    # With its power 0.7: each factor 1000 should make it 130.
+    assert errors[0] > 40 * errors[1] > 1600 * errors[2] > 0.0
+
+
+@pytest.mark.parametrize("begin", [0.0, 7.0])
+@pytest.mark.parametrize("gap", [0.0, 0.004])
+def test_two_events_are_recorded(extracted, begin, gap):
+    rows = fmpy.simulate_fmu(
+        extracted,
+        fmi_type="ModelExchange",
+        start_time=begin,
+        stop_time=begin + 2e-3,
+        output_interval=1e-4,
+        relative_tolerance=1e-10,
+        start_values={"gap": gap, "law": 2},
+        record_events=True,
+    )
+    # An event is a row before and one after it at the same time; a touch at the start needs none.
+    times = rows["time"]
+    events = [now for now, then in pairwise(times) if now == then]
+    touch = begin + gap / 35.0
+    expected = [touch] * (gap > 0.0) + [touch + 6.010445569987614e-4]
+    assert events == pytest.approx(expected, rel=0.0, abs=1e-12)
+    assert rows["touch_time"][-1] == pytest.approx(touch, rel=0.0, abs=1e-12)
+    assert rows["contact_time"][-1] == pytest.approx(6.010445569987614e-4, abs=1e-12)
+
+
+def test_inputs_may_jump_in_contact(extracted, fmu):
+    """k and b change at 250 µs, club_speed on the way to the ball."""
+    values = {"gap": 0.003, "law": 1}
+    change = [(0.0, 20.0, 1e6, 9.0), (5e-5, 35.0, 1e6, 9.0), (2.5e-4, 35.0, 1.5e6, 30.0)]
+    rows = [change[0]]
+    for before, after in pairwise(change):
+        rows += [(after[0], *before[1:]), after]
+    rows.append((2e-3, *change[-1][1:]))
+    kinds = [("time", float), ("club_speed", float), ("k", float), ("b", float)]
+    last = solved(extracted, start_values=values, input=np.array(rows, dtype=kinds))[-1]
+    fmu.start(**values)
+    for (now, *inputs), then in zip(change, [5e-5, 2.5e-4, 2e-3], strict=True):
+        for name, value in zip(("club_speed", "k", "b"), inputs, strict=True):
+            fmu._set(name, value)
+        fmu.step(now, then - now)
+    exact = fmu.read(OUTPUTS)
+    for name in (*CRITERIA, "touch_time", "contact_time", "impulse", "contact_displacement"):
+        assert last[name] == pytest.approx(exact[name], rel=1e-7), name
+
+
+@pytest.mark.parametrize("name", ["law 1", "law 2", "power law", "COR line"])
+def test_the_equations_are_those_of_the_phases(make, name):
+    """At any state on the exact course, the equations give the phases' force and accelerations."""
+    slave, model = begin(make(), **CASES[name]), begin(make(FMU3Model), **CASES[name])
+    read = ("force", "club_acceleration", "ball_acceleration", *INDICATORS)
+    states, derivatives = (fmpy.fmi3.fmi3Float64 * 4)(), (fmpy.fmi3.fmi3Float64 * 4)()
+    model.setTime(0.0)
+    for n in range(20):
+        slave.doStep(n * 2e-5, 2e-5)
+        states[:] = slave.reals(*STATES)
+        model.setTime((n + 1) * 2e-5)
+        model.setContinuousStates(states, 4)
+        scale = (7e3, 1.5e5, 1.5e5, 1.0, 7e3)
+        for found, expected, size in zip(
+            model.reals(*read), slave.reals(*read), scale, strict=True
+        ):
+            assert abs(found - expected) < 1e-12 * size
+        model.getContinuousStateDerivatives(derivatives, 4)
+        assert list(derivatives) == model.reals(*DERIVATIVES)
+
+
+def test_a_club_that_sets_off_from_the_ball(make):
+    """Gap 0 and no closing: nothing happens until the club's speed comes, even without an event."""
+    model = begin(make(FMU3Model), club_speed=0.0)
+    indicators = (fmpy.fmi3.fmi3Float64 * 2)()
+    model.setTime(0.0)
+    model.getEventIndicators(indicators, 2)
+    assert indicators[0] > 0.0
+    model.put(club_speed=10.0)
+    states = (fmpy.fmi3.fmi3Float64 * 4)(1e-9, 0.0, 0.0, 0.0)
+    model.setTime(1e-10)
+    model.setContinuousStates(states, 4)
+    model.getEventIndicators(indicators, 2)
+    assert indicators[0] < 0.0
+    model.enterEventMode()
+    assert model.updateDiscreteStates()[3]  # the state of velocity has jumped to the club's speed
+    model.getContinuousStates(states, 4)
+    assert list(states) == [1e-9, 0.0, 10.0, 0.0]
+    assert model.flags() == [True, True, False]
+
+
+# State
+
+
+@pytest.mark.parametrize("kind", [FMU3Slave, FMU3Model])
+@pytest.mark.parametrize("serialized", [False, True])
+def test_state(make, kind, serialized):
+    """Saved in mid-contact, a state goes on exactly as before: in this instance or another one."""
+    first, second = begin(make(kind), gap=0.001), make(kind)
+
+    def advance(instance, n):
+        if kind is FMU3Slave:
+            instance.doStep(n * 2e-5, 2e-5)
+            return
+        if n == 2:
+            instance.enterEventMode()
+            instance.updateDiscreteStates()
+        states = (fmpy.fmi3.fmi3Float64 * 4)(3e-4 * n - 1e-3, 1e-4 * n, 35.0 - n, 2.0 * n)
+        instance.setTime(n * 2e-5)
+        instance.setContinuousStates(states, 4)
+
+    for n in range(4):
+        advance(first, n)
+    first.put(k=1.2e6)
+    saved = first.getFMUState()
+    if serialized:
+        data = first.serializeFMUState(saved)
+        first.freeFMUState(saved)
+        saved = second.deserializeFMUState(data)
+    second.setFMUState(saved)
+    courses = []
+    for instance in (first, second):
+        course = []
+        for n in range(4, 12):
+            advance(instance, n)
+            course.append(repr(instance.all()))
+        courses.append(course)
+    assert courses[0] == courses[1]
+    first.setFMUState(saved)
+    advance(first, 4)
+    assert repr(first.all()) == courses[0][0]
+    second.freeFMUState(saved)
+
+
+def test_an_instance_may_be_set_back_to_its_beginning(make):
+    model = make(FMU3Model)
+    fresh = model.getFMUState()
+    states = (fmpy.fmi3.fmi3Float64 * 4)()
+    for club_speed, gap in ((35.0, 0.0), (20.0, 0.001)):
+        model.setFMUState(fresh)
+        begin(model, club_speed=club_speed, gap=gap)
+        model.getContinuousStates(states, 4)
+        assert list(states) == [-gap, 0.0, club_speed, 0.0]
+        assert model.flags() == [gap == 0.0, gap == 0.0, False]
+        states[:] = [0.01, 0.0, 30.0, 5.0]
+        model.setTime(1e-4)
+        model.setContinuousStates(states, 4)
+    model.freeFMUState(fresh)
+
+
+def test_a_state_of_nothing_is_refused(make):
+    slave, model = begin(make()), begin(make(FMU3Model))
+    model.setTime(0.0)
+    saved = model.getFMUState()
+    whole = bytes(model.serializeFMUState(saved))
+    model.freeFMUState(saved)
+    states = b"[-0.0, 0.0, 35.0, 0.0]"
+    assert whole.count(states) == 1
+    for data in (b"", b"[1, 2, 3]", whole[:-9], whole.replace(states, b"[-0.0, 0.0, 36.0, 0.0]")):
+        state = slave.deserializeFMUState(data)
+        slave.setFMUState(state)
+        slave.freeFMUState(state)
+    with pytest.raises(FMICallException):
+        slave.doStep(0.0, 1e-4)
+    slave.doStep(0.0, 1e-4)
+    assert slave.flags() == [True, True, False]
+
+
+# Bad input
+
+
+@pytest.mark.parametrize("bad", [{"k": math.nan}, {"b": -1.0}, {"gap": 1.0}])
+def test_bad_input_is_discarded_until_it_is_corrected(make, bad):
+    slave, reference = begin(make()), begin(make())
+    for instance in (slave, reference):
+        instance.doStep(0.0, 2e-4)
+    slave.put(**bad)
+    (name,) = bad
+    for _ in range(2):
+        with pytest.raises(FMICallException, match="discard"):
+            slave.doStep(2e-4, 1e-4)
+    assert name in slave.messages[0]
+    slave.put(**{name: slave.reals(name)[0]})
+    for instance in (slave, reference):
+        instance.doStep(2e-4, 1e-3)
+    assert slave.all() == reference.all()
+
+
+def test_bad_input_stops_a_solver(make):
+    model = begin(make(FMU3Model))
+    derivatives = (fmpy.fmi3.fmi3Float64 * 4)()
+    model.setTime(0.0)
+    model.put(k=-1.0)
+    model.getContinuousStateDerivatives(derivatives, 4)
+    assert all(math.isnan(value) for value in derivatives)
+    assert model.updateDiscreteStates()[1]
+    assert "k = -1.0" in model.messages[0]
+    model.put(k=1e6)
+    model.getContinuousStateDerivatives(derivatives, 4)
+    assert derivatives[0] == 35.0
+    assert not model.updateDiscreteStates()[1]
+
+
+@pytest.mark.parametrize("bad", [{"exponent": 2.0}, {"k": math.inf}, {"k": 1e300, "m_club": 1e-9}])
+@pytest.mark.parametrize("kind", ["ModelExchange", "CoSimulation"])
+def test_bad_start_values_end_the_initialization(extracted, bad, kind):
+    with pytest.raises(Exception, match=r"terminat"):
+        fmpy.simulate_fmu(extracted, fmi_type=kind, start_values=bad, use_event_mode=True)
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.001])
+def test_a_restitution_out_of_reach_stops_a_solver(make, gap):
+    line = {"law": 2, "restitution_at_rest": 0.5, "restitution_slope": 0.1}
+    model = begin(make(FMU3Model), gap=gap, **line)
+    states = (fmpy.fmi3.fmi3Float64 * 4)(0.0, 0.0, 35.0, 0.0)
+    model.setTime(gap / 35.0)
+    model.setContinuousStates(states, 4)
+    assert gap or "is refused at touch" in model.messages[-1]
+    assert model.updateDiscreteStates()[1]
+    assert "club_speed = 35.0 m/s is refused at touch" in model.messages[-1]
+    model.getContinuousStateDerivatives(states, 4)
+    assert all(math.isnan(value) for value in states)
+
+
+def test_nothing_that_a_host_asks_is_fatal(make):
+    slave = begin(make())
+    for kind in ("Float64", "Int32", "Int64", "UInt64", "Boolean"):
+        for reference in (0, 8, 20, 13, 999, 2**32 - 1):
+            getattr(slave, f"get{kind}")([reference])
+            getattr(slave, f"set{kind}")([reference], [1])
+    with pytest.raises(FMICallException, match="discard"):
+        slave.doStep(0.0, 1e-4)
+    model = begin(make(FMU3Model), law=2, exponent=3.0)
+    states = (fmpy.fmi3.fmi3Float64 * 4)()
+    for value in (math.nan, math.inf, 1e308, -1e308):
+        model.setTime(value)
+        states[:] = [value, -value, -value, value]
+        model.setContinuousStates(states, 4)
+        model.getContinuousStateDerivatives(states, 4)
+        model.getEventIndicators(states, 2)
+        model.updateDiscreteStates()
+        model.all()
+
+
+def test_a_step_in_model_exchange_is_refused(extracted, make):
+    slave = begin(make())
+    slave.fmi3SetTime(slave.component, 0.0)
+    with pytest.raises(FMICallException, match="discard"):
+        slave.doStep(0.0, 1e-4)
+    assert "Model Exchange" in slave.messages[-1]
+
+
+# Beside others
+
+
+def test_both_versions_in_one_process_run_their_own_code(fmu_path, fmi3_path):
+    program = """
+import fmpy, json, sys
+import golf_impact.component  # the process has the sources, too
+fmus = json.loads(sys.argv[1])
+rows = [fmpy.simulate_fmu(fmu, stop_time=1e-3, output_interval=1e-3) for fmu in fmus + fmus]
+packages = {name.split(".")[0] for name in sys.modules if name.startswith("golf_impact_")}
+print(json.dumps([[float(row["smash_factor"][-1]) for row in rows], sorted(packages)]))
+"""
+    for fmus in ([fmu_path, fmi3_path], [fmi3_path, fmu_path]):
+        done = subprocess.run(
+            [sys.executable, "-c", program, json.dumps([str(fmu) for fmu in fmus])],
+            capture_output=True,
+            text=True,
+            timeout=100,
+        )
+        assert done.returncode == 0, done.stderr[-2000:]
+        found, packages = json.loads(done.stdout)
+        assert found == [EXPECTED[1][0]] * 4
+        digests = sorted(f"golf_impact_{builder(fmi).digest()[:16]}" for fmi in (2, 3))
+        assert packages == digests
+
+
+_ECOS = """
+import json, sys
+from ecospy.EcosSimulation import EcosSimulation
+from ecospy.EcosSimulationStructure import EcosSimulationStructure
+fmu, step, steps, k, names = json.loads(sys.argv[1])
+with EcosSimulationStructure() as structure:
+    structure.add_model("impact", fmu)
+    structure.add_parameter_set("case", {"impact::gap": 0.002})
+    with EcosSimulation(structure=structure, step_size=step) as simulation:
+        assert simulation.init(parameter_set="case")
+        simulation.set_real("impact::k", k)
+        simulation.step(steps)
+        print("found", json.dumps([simulation.get_real(f"impact::{name}") for name in names]))
+"""
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-4, 1e-6])
+def test_ecos(fmi3_path, fmu, step):
+    if importlib.util.find_spec("ecospy") is None:
+        pytest.skip("ecospy isn't installed (pip install golf-impact[interop])")
+    loads = subprocess.run([sys.executable, "-c", "import ecospy.lib"], capture_output=True)
+    if loads.returncode:
+        pytest.skip("ecospy can't be loaded: apt-get install libtbb12")
+    given = json.dumps([str(fmi3_path), step, round(5e-3 / step), 8e5, CRITERIA])
+    done = subprocess.run(
+        [sys.executable, "-c", _ECOS, given], capture_output=True, text=True, timeout=100
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    (line,) = (text for text in done.stdout.splitlines() if text.startswith("found "))
+    exact = fmu.impact(CRITERIA, gap=0.002, k=8e5)
+    found = json.loads(line.removeprefix("found "))
+    assert found == pytest.approx(list(exact.values()), rel=1e-12)
+
+
+def test_the_physics_has_no_other_home(fmi3_path):
+    """Both faces together name no variable but by the table."""
+    sources = Path(builder(3).__file__).parent.parent / "fmu_src"
+    for face in ("club_ball_impact.py", "club_ball_impact_fmi3.py"):
+        text = (sources / face).read_text("utf-8")
+        named = [row.name for row in VARIABLES if f'"{row.name}"' in text]
+        assert named == []
