@@ -8,7 +8,6 @@ import importlib.metadata
 import json
 import os
 import platform
-import re
 import shlex
 import shutil
 import subprocess
@@ -19,6 +18,9 @@ import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
+
+from scenarios.archive import flaw, odd_characters
+from scenarios.stopping import temporary_folder
 
 _OLDEST = (3, 10)
 _TIMEOUT = 120.0
@@ -113,16 +115,8 @@ def _packages() -> Iterator[Finding]:
     yield Finding("ok", f"packages: {', '.join(found)}")
 
 
-def odd_characters(folder: Path) -> str:
-    """Characters of a folder that pythonfmu 0.7 can't take in the address of an FMU's resources.
-
-    Tools escape them there, and pythonfmu undoes only %20, the space; it crashes on the others.
-    """
-    return "".join(sorted(set(re.sub(r"[A-Za-z0-9/._~ \\:-]", "", str(folder)))))
-
-
 def _folders(fmu: Path | None) -> Iterator[Finding]:
-    folders = {"temporary folder, where tools extract FMUs": Path(tempfile.gettempdir())}
+    folders = {"temporary folder, where tools extract FMUs": Path(temporary_folder())}
     folders["current folder"] = Path.cwd()
     if fmu is not None:
         folders["folder of the FMU"] = fmu.absolute().parent
@@ -148,16 +142,12 @@ def _file(fmu: Path | None, found: list[Path]) -> Iterator[Finding]:
         fmu, why = current_fmu()
         if why:
             yield Finding("note", f"FMU: built, since {why}")
-    try:
-        with zipfile.ZipFile(fmu) as archive:
-            broken = archive.testzip()
-            names = archive.namelist()
-    except (OSError, zipfile.BadZipFile) as error:
-        yield Finding("problem", f"FMU: {fmu} can't be read: {_line(error)}")
+    why = flaw(fmu)
+    if why is not None:
+        yield Finding("problem", f"FMU: {why}")
         return
-    if broken or "modelDescription.xml" not in names:
-        yield Finding("problem", f"FMU: {fmu} is damaged ({broken or 'no modelDescription.xml'})")
-        return
+    with zipfile.ZipFile(fmu) as archive:
+        names = archive.namelist()
     binaries = sorted(
         {n.split("/")[1] for n in names if n.startswith("binaries/") and n[-1] != "/"}
     )
@@ -222,7 +212,8 @@ def preloaded(libpython: Path, fmu: Path | None = None) -> str | None:
     """
     program = shutil.which("true") or "/bin/true"
     # LD_PRELOAD takes no spaces, which the user's temporary folder may have.
-    place = "/tmp" if os.access("/tmp", os.W_OK) else None
+    spaces = " " in tempfile.gettempdir() and os.access("/tmp", os.W_OK)
+    place = "/tmp" if spaces else None
     with tempfile.TemporaryDirectory(prefix="golf-impact-doctor-", dir=place) as folder:
         libraries = [str(libpython)]
         if fmu is not None:

@@ -6,9 +6,13 @@ from typing import BinaryIO
 # Figures are written to files; without this matplotlib would look for a screen.
 os.environ.setdefault("MPLBACKEND", "Agg")
 
-import matplotlib.pyplot as plt
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from scenarios.stopping import held
+
+# The first import of all writes a list of fonts; half of it would hold up every later one.
+with held():
+    import matplotlib.pyplot as plt
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Okabe & Ito's colours: distinct under every common colour vision deficiency.
 BLUE, ORANGE, GREEN, SKY, VERMILION, PURPLE, BLACK = (

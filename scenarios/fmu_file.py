@@ -2,6 +2,7 @@
 
 import atexit
 import importlib.util
+import os
 import shutil
 import subprocess
 import sys
@@ -47,6 +48,9 @@ def default_path(build: ModuleType) -> Path:
     import platformdirs
 
     cache = platformdirs.user_cache_path("golf-impact")
+    if not cache.is_absolute():
+        # A user without a home: it would be a folder named ~ here.
+        cache = Path(tempfile.gettempdir(), "golf-impact")
     return cache / build.digest()[:16] / f"{build.NAME}.fmu"
 
 
@@ -62,7 +66,8 @@ def build_fmu(out: Path | None = None, fmi: int = 2) -> Path:
     """
     build = builder(fmi)
     out = default_path(build) if out is None else out
-    if out.is_dir():
+    # Not Path.is_dir, which raises where one may not look.
+    if os.path.isdir(out):
         raise UserError(f"{out} is a folder; give the name of the .fmu file to write")
     try:
         with held():
@@ -74,6 +79,8 @@ def build_fmu(out: Path | None = None, fmi: int = 2) -> Path:
 def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
     """The FMU of the present sources, built if need be.
 
+    Where it can't be written to its place, it is built for this process only.
+
     Args:
         fmi: the version of FMI, 2 or 3.
 
@@ -82,7 +89,7 @@ def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
     """
     build = builder(fmi)
     path = default_path(build)
-    if not path.exists():
+    if not os.path.exists(path):
         why = "it was missing"
     elif build.is_current(path):
         return path, None
@@ -110,8 +117,10 @@ def given_fmu(path: Path) -> Path:
     if builder().is_current(path):
         return path
     check_temporary_folder()
+    # Its modules come from where ours do, never from the working folder.
+    code = f"import sys; sys.path[:] = {sys.path!r}; from scenarios.trial import main; main()"
     done = subprocess.run(
-        [sys.executable, "-m", "scenarios.trial", str(path)],
+        [sys.executable, "-c", code, str(path)],
         capture_output=True,
         text=True,
         errors="replace",

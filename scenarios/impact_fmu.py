@@ -1,7 +1,6 @@
 """Drives the FMU through fmpy: one extraction, one instance, as many impacts as a scene wants."""
 
 import math
-import re
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -21,9 +20,12 @@ from fmpy.fmi2 import (
     fmi2CallbackFreeMemoryTYPE,
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
+    fmi2Discard,
 )
 
+from scenarios.archive import flaw
 from scenarios.errors import UserError
+from scenarios.fmu_file import check_temporary_folder
 
 #: One communication step that is longer than any contact here; the answer doesn't depend on it.
 HORIZON = 1.0
@@ -46,6 +48,23 @@ METRICS = (
     "kinetic_energy",
 )
 
+#: What a scene may set.
+INPUTS = (
+    "k",
+    "b",
+    "club_speed",
+    "m_club",
+    "m_ball",
+    "ball_diameter",
+    "ball_speed",
+    "gap",
+    "law",
+    "exponent",
+    "reference_compression",
+)
+
+FLAGS = ("touched", "in_contact", "separated")
+
 #: What a trajectory samples unless it is told otherwise.
 PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
 
@@ -62,17 +81,29 @@ class ImpactFmu:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        why = flaw(path)
+        if why is not None:
+            raise UserError(why)
         try:
             self.description = fmpy.read_model_description(str(path))
-        except FileNotFoundError:
-            raise UserError(f"there is no FMU at {path}: run `golf-impact build`") from None
         except Exception as error:  # whatever zip, XML and fmpy make of a broken file
             raise UserError(
                 f"{path} is no readable FMU ({_in_a_line(error)}): run `golf-impact build`"
             ) from error
         self.variables = {v.name: v for v in self.description.modelVariables}
-        if "smash_factor" not in self.variables or self.description.coSimulation is None:
+        if "smash_factor" not in self.variables:
             raise UserError(f"{path} is another FMU ({self.description.modelName}), not this one")
+        if self.description.fmiVersion != "2.0" or self.description.coSimulation is None:
+            raise UserError(
+                f"{path} is no FMU for co-simulation of FMI 2.0, which is needed here: run "
+                "`golf-impact build`"
+            )
+        missing = [n for n in (*INPUTS, *METRICS, *PATH, *FLAGS) if n not in self.variables]
+        if missing:
+            raise UserError(
+                f"{path} lacks {', '.join(missing)}, so it is of another version: run "
+                "`golf-impact build`"
+            )
         self.messages: list[str] = []
         self._folder: str | None = None
         self._slave: FMU2Slave | None = None
@@ -89,6 +120,8 @@ class ImpactFmu:
                 instanceName="impact",
             )
             slave.instantiate(callbacks=self._callbacks(), loggingOn=True)
+            # Restoring this state is far cheaper than a reset, which makes a new instance.
+            self._fresh = slave.getFMUstate()
         except Exception as error:
             shutil.rmtree(self._folder, ignore_errors=True)
             if isinstance(error, UserError):
@@ -98,8 +131,6 @@ class ImpactFmu:
                 f"{self.path} can't be loaded ({why}): run `golf-impact build`"
             ) from error
         self._slave = slave
-        # Restoring this state is far cheaper than a reset, which makes a new instance.
-        self._fresh = slave.getFMUstate()
         return self
 
     def __exit__(
@@ -109,21 +140,28 @@ class ImpactFmu:
         trace: TracebackType | None,
     ) -> None:
         slave = self.slave
-        slave.freeFMUstate(self._fresh)
-        slave.terminate()
-        slave.freeInstance()
+        # After an error that isn't a refusal further calls may crash the process.
+        failed = isinstance(error, FMICallException)
+        if not failed:
+            slave.freeFMUstate(self._fresh)
+            slave.terminate()
+            slave.freeInstance()
         self._slave = None
         assert self._folder is not None
         shutil.rmtree(self._folder, ignore_errors=True)
+        if failed:
+            said = f": {_in_a_line(self.messages[-1])}" if self.messages else ""
+            raise UserError(f"{self.path} failed ({_in_a_line(str(error))}{said})") from error
 
     def _extract(self, folder: str) -> None:
         """Extract the FMU where pythonfmu can load it, and see that what it needs is there."""
-        if not re.fullmatch(r"[A-Za-z0-9/._~ -]+", folder):
+        check_temporary_folder()
+        try:
+            fmpy.extract(str(self.path), folder)
+        except OSError as error:
             raise UserError(
-                f"pythonfmu can't load an FMU from {folder}: set TMPDIR to a folder whose name has "
-                "letters, digits, spaces and . _ ~ - only"
-            )
-        fmpy.extract(str(self.path), folder)
+                f"{self.path} can't be extracted into {folder}: {error.strerror or error}"
+            ) from error
         module = Path(folder, "resources", "slavemodule.txt")
         if not module.is_file():
             raise OSError("resources/slavemodule.txt is missing")
@@ -199,6 +237,8 @@ class ImpactFmu:
         try:
             self.slave.doStep(point, size)
         except FMICallException as error:
+            if error.status != fmi2Discard:
+                raise
             message = self.messages[-1] if self.messages else _in_a_line(error)
             raise UserError(message) from error
 
@@ -297,5 +337,5 @@ class ImpactFmu:
         return {"time": times, **{name: table[:, i] for i, name in enumerate(names)}}
 
 
-def _in_a_line(error: BaseException) -> str:
-    return (str(error) or type(error).__name__).strip().splitlines()[0]
+def _in_a_line(error: BaseException | str) -> str:
+    return (str(error).strip() or type(error).__name__).splitlines()[0]

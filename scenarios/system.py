@@ -14,6 +14,7 @@ from scenarios.errors import UserError
 from scenarios.fmu_file import builder
 from scenarios.impact_fmu import ImpactFmu
 from scenarios.outcome import Outcome, Table
+from scenarios.stopping import held
 
 TITLE = "A system: swing, impact and flight in one SSP file"
 
@@ -52,7 +53,8 @@ def build_system(folder: Path, impact: Path) -> list[Path]:
         UserError: a file can't be written.
     """
     try:
-        return system_builder().build(folder, impact)
+        with held():
+            return system_builder().build(folder, impact)
     except OSError as error:
         raise UserError(f"can't write into {folder}: {error.strerror or error}") from error
 
@@ -64,7 +66,8 @@ def write_cross_check(fmu: Path) -> list[Path]:
         UserError: a file can't be written.
     """
     try:
-        return system_builder().write_cross_check(fmu)
+        with held():
+            return system_builder().write_cross_check(fmu)
     except OSError as error:
         raise UserError(f"can't write beside {fmu}: {error.strerror or error}") from error
 

@@ -1,27 +1,45 @@
-"""Results on disk: written aside and renamed, so that a file is always a whole one."""
+"""Results on disk: written aside and renamed, so that a file is always a whole one.
+
+What belongs together is renamed together, under a lock on its folder: of two runs into one folder
+the last one's files stand, all of them.
+"""
 
 import base64
 import csv
 import io
 import json
 import os
+import secrets
 import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from scenarios.errors import UserError
 from scenarios.outcome import Outcome
+from scenarios.stopping import held
+
+try:
+    import fcntl
+except ImportError:  # Windows, where two runs at once may mix their files (each one whole)
+    fcntl = None  # type: ignore[assignment]
 
 
 def prepare(folder: Path) -> Path:
-    """Make the output folder, and make sure now that it can be written into.
+    """Make sure now that files can be written into a folder later; it isn't made yet.
 
     Raises:
-        UserError: it can't.
+        UserError: it can't be made, or not be written into.
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
+        for existing in (folder, *folder.absolute().parents):
+            with suppress(FileNotFoundError), tempfile.TemporaryFile(dir=existing):
+                return folder
+    except NotADirectoryError:
+        file = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+        raise UserError(
+            f"can't write into {folder}: {file} is a file; choose another folder with --out"
+        ) from None
     except OSError as error:
         raise UserError(
             f"can't write into {folder} ({error.strerror}): choose another folder with --out"
@@ -30,36 +48,80 @@ def prepare(folder: Path) -> Path:
 
 
 def write(path: Path, data: bytes) -> None:
-    """Write a file as a whole.
+    """Write a file as a whole; its folder is made if need be.
 
     Raises:
         UserError: it can't be written.
     """
+    write_together(path.parent, {path.name: data})
+
+
+def write_together(
+    folder: Path, files: Mapping[str, bytes], stale: Iterable[str] = ()
+) -> list[Path]:
+    """Write files into a folder, all of them or none, and nobody else's between them.
+
+    Args:
+        folder: made if need be.
+        files: content by name.
+        stale: names of files that are no longer true, which are removed.
+
+    Returns:
+        The files written.
+
+    Raises:
+        UserError: one of them can't be written; then all are as they were.
+    """
+    # A link stays one.
+    written = {folder / name: Path(os.path.realpath(folder / name)) for name in files}
+    asides: dict[Path, Path] = {}
+    path = folder
+    with held():
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with _alone(folder):
+                for path, final in written.items():
+                    if final.is_dir():
+                        raise UserError(f"can't write {path}: it is a folder")
+                    # Short: the name itself may be as long as a name can be.
+                    asides[final] = final.with_name(f".{secrets.token_hex(6)}.part")
+                    asides[final].write_bytes(files[path.name])
+                for final, aside in asides.items():
+                    os.replace(aside, final)
+                for path in (folder / name for name in stale):
+                    path.unlink(missing_ok=True)
+        except OSError as error:
+            raise UserError(f"can't write {path}: {error.strerror or error}") from error
+        finally:
+            for aside in asides.values():
+                aside.unlink(missing_ok=True)
+    return list(written)
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Wait until no other process of ours puts files into this folder."""
+    if fcntl is None:
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        handle, aside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    except OSError as error:
-        raise UserError(f"can't write {path}: {error.strerror}") from error
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        os.chmod(aside, 0o666 & ~_umask())
-        os.replace(aside, path)
-    except OSError as error:
-        raise UserError(f"can't write {path}: {error.strerror}") from error
+        # A file system without locks gets none.
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
     finally:
-        if os.path.exists(aside):
-            os.unlink(aside)
+        os.close(handle)
 
 
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def as_json(data: object) -> bytes:
+    """JSON, indented, every double to its last digit."""
+    return (json.dumps(data, indent=1) + "\n").encode()
 
 
 def write_json(path: Path, data: object) -> None:
-    """JSON, indented, every double to its last digit."""
-    write(path, (json.dumps(data, indent=1) + "\n").encode())
+    """The same as a file."""
+    write(path, as_json(data))
 
 
 def write_outcomes(
@@ -67,44 +129,43 @@ def write_outcomes(
 ) -> list[Path]:
     """Write results.json, trajectories as CSV, figures as PNG, and report.html.
 
+    Without figures, those that an earlier run left of the same outcomes are removed.
+
     Returns:
         The files written.
 
     Raises:
         UserError: one of them can't be written.
     """
-    written = []
-    results = folder / "results.json"
-    write_json(results, {name: outcome.cases for name, outcome in outcomes.items()})
-    written.append(results)
-    figures: dict[str, list[dict[str, str]]] = {}
+    files = {"results.json": as_json({name: one.cases for name, one in outcomes.items()})}
+    pictures: dict[str, list[dict[str, str]]] = {}
+    stale = []
     for name, outcome in outcomes.items():
         for file, columns in outcome.trajectories.items():
             text = io.StringIO()
             rows = csv.writer(text, lineterminator="\n")
             rows.writerow(columns)
             rows.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
-            written.append(folder / f"{file}.csv")
-            write(written[-1], text.getvalue().encode())
+            files[f"{file}.csv"] = text.getvalue().encode()
         if not with_figures:
+            stale += [f"{file}.png" for file in outcome.figures]
             continue
         for file, draw in outcome.figures.items():
             from scenarios import figures as drawing
 
             image = io.BytesIO()
             drawing.save(draw(), image)
-            written.append(folder / f"{file}.png")
-            write(written[-1], image.getvalue())
+            files[f"{file}.png"] = image.getvalue()
             data = base64.b64encode(image.getvalue()).decode()
-            figures.setdefault(name, []).append({"alt": file.replace("_", " "), "data": data})
-    written.append(folder / "report.html")
-    write(written[-1], _report(outcomes, figures, guid, version))
-    return written
+            pictures.setdefault(name, []).append({"alt": file.replace("_", " "), "data": data})
+    files["report.html"] = report(outcomes, pictures, guid, version)
+    return write_together(folder, files, stale)
 
 
-def _report(
+def report(
     outcomes: dict[str, Outcome], figures: dict[str, list[dict[str, str]]], guid: str, version: str
 ) -> bytes:
+    """The page report.html; `figures`: by outcome, each with `alt` and `data` (PNG as base64)."""
     import jinja2
 
     environment = jinja2.Environment(

@@ -1,14 +1,25 @@
 """The built FMU, and the tables of reference cases, for all tests."""
 
 import json
+import os
+import shutil
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
+from scenarios import doctor
 from scenarios.fmu_file import build_fmu
 from scenarios.impact_fmu import ImpactFmu
 
 HERE = Path(__file__).resolve().parent
+
+# The same few hundred examples every time; at night, new ones and far more of them:
+# HYPOTHESIS_PROFILE=nightly, or --hypothesis-profile=nightly.
+_slow_is_fine = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
+settings.register_profile("ci", max_examples=300, derandomize=True, database=None, **_slow_is_fine)
+settings.register_profile("nightly", max_examples=10_000, print_blob=True, **_slow_is_fine)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
 
 @pytest.fixture(scope="session")
@@ -28,6 +39,24 @@ def fmu(_loaded):
     """One instance for all tests; each starts it anew."""
     _loaded.messages.clear()
     return _loaded
+
+
+@pytest.fixture(scope="session")
+def compiler():
+    """A C compiler's path."""
+    found = shutil.which("cc") or shutil.which("gcc")
+    if found is None:
+        pytest.skip("there is no C compiler on this machine")
+    return found
+
+
+@pytest.fixture(scope="session")
+def libpython(fmu_path):
+    """A libpython that a native host can load the FMU with."""
+    for file in doctor.libpython_files():
+        if doctor.preloaded(file, fmu_path) is None:
+            return file
+    pytest.skip("there is no shared libpython on this machine")
 
 
 def reference_cases(*files):

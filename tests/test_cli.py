@@ -36,7 +36,7 @@ def test_version_and_help():
     from golf_impact import __version__
 
     assert golf("--version").stdout == f"golf-impact {__version__}\n"
-    for command in ((), ("run",), ("build",), ("list",)):
+    for command in ((), ("run",), ("build",), ("list",), ("calibrate",), ("sweep",)):
         done = golf(*command, "--help")
         assert done.returncode == 0
         assert "Usage" in done.stdout
@@ -100,7 +100,7 @@ def test_a_failed_check_exits_1(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 1
-    assert "max force (N) is the printed 6600" in done.stderr
+    assert "Check failed: baseline: max force (N) is the printed 6600" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """A plain C host loads the FMU: as simulation tools that aren't Python do."""
 
 import os
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -17,17 +16,6 @@ LAW_1 = {
     "club_velocity": 21.529171647570724,
     "ball_velocity": 54.74501042035889,
 }
-compiler = shutil.which("cc") or shutil.which("gcc")
-
-
-@pytest.fixture(scope="module")
-def libpython(fmu_path):
-    if compiler is None:
-        pytest.skip("there is no C compiler on this machine")
-    for file in doctor.libpython_files():
-        if doctor.preloaded(file, fmu_path) is None:
-            return file
-    pytest.skip("there is no shared libpython on this machine")
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +27,7 @@ def extracted(fmu_path, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def host(libpython, extracted, tmp_path_factory):
+def host(compiler, libpython, extracted, tmp_path_factory):
     program = tmp_path_factory.mktemp("host") / "host"
     description = fmpy.read_model_description(str(extracted))
     macros = [f"-DVR_{v.name}={v.valueReference}" for v in description.modelVariables]
@@ -131,7 +119,8 @@ def test_doctor_never_fails(tmp_path, monkeypatch):
     for file in (damaged, tmp_path / "missing.fmu", tmp_path):
         shown = []
         assert doctor.doctor(file, shown.append) == 1
-        assert any("can't be read" in text for text in shown)
+        (line,) = (text for text in shown if text.startswith("problem"))
+        assert str(file) in line
     monkeypatch.setattr(doctor.subprocess, "run", lambda *a, **k: 1 / 0)
     assert any("couldn't be examined" in finding.text for finding in doctor.examine(damaged))
 

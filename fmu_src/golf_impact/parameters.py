@@ -6,7 +6,7 @@ from typing import NamedTuple
 from .variables import Variable
 
 #: Rates (1/s), masses (kg), speeds and lengths outside these bounds would overflow on the way.
-_SMALLEST, _LARGEST = 1e-100, 1e100
+_SMALLEST, _LARGEST = 1e-75, 1e75
 
 #: A larger exponent makes powers of ordinary lengths overflow.
 _STEEPEST = 12.0
@@ -99,6 +99,18 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
             f"{_LARGEST:g}, masses and frequency above {_SMALLEST:g} (SI), and the damping ratio "
             f"and the ratio of the masses below {_RATIO:g}"
         )
+    closing = club_speed - p.ball_speed
+    if p.exponent != 1.0 and closing > 0.0:
+        # How far this speed compresses a ball that stiffens, and how fast that goes.
+        m = 0.5 * (p.exponent + 1.0)
+        length = (m * closing / omega) ** (1.0 / m) * p.reference_compression ** (1.0 - 1.0 / m)
+        if not (0.0 < length <= _LARGEST and closing <= _LARGEST * length):
+            return (
+                f"exponent = {p.exponent!r}, reference_compression = {p.reference_compression!r}, "
+                f"k = {k!r} and an approach speed of {closing!r} m/s together leave the range of a "
+                f"double: the compression that they lead to ({length:g} m) must be above 0 and "
+                f"below {_LARGEST:g} m, and the time in which they do above {_SMALLEST:g} s"
+            )
     return None
 
 
@@ -111,6 +123,7 @@ def ordinary(parameters: Parameters, inputs: Inputs) -> bool:
         and 1e-6 < p.m_ball < 1e6
         and abs(p.ball_speed) < 1e30
         and p.gap < 1e30
+        and (p.exponent == 1.0 or 1e-6 < p.reference_compression < 1e6)
     )
 
 

@@ -12,7 +12,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from scenarios.errors import UserError
-from scenarios.writing import prepare, write, write_json
+from scenarios.writing import as_json, prepare, write_together
 
 if TYPE_CHECKING:
     from scenarios.stress.ledger import Ledger
@@ -51,10 +51,9 @@ def stress(out: Path, quick: bool, seed: int | None = None) -> int:
     with Progress(console=Console(stderr=True), transient=True) as progress:
         results, maps, ledger = _measure(quick, seed, progress)
     results["conclusion"] = _conclusion(results, maps)
-    write_json(folder / "stress.json", plain(results))
     from scenarios.stress.stability import draw
 
-    write(folder / "stability.png", draw(maps))
+    write_together(folder, {"stress.json": as_json(plain(results)), "stability.png": draw(maps)})
     _print(Console(), results, ledger, folder)
     return 0 if results["passed"] else 1
 

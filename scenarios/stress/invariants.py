@@ -261,8 +261,9 @@ def _check_energy(driver: Driver, ledger: Ledger, case: Mapping[str, Any], impac
         for start, width in panels:
             for node, weight in zip(_NODES.tolist(), _WEIGHTS.tolist()):
                 place = start + node * width
-                driver.slave.doStep(point, place - at)
-                point, at = point + (place - at), place
+                if place > at:  # the last panel may be an ulp wide
+                    driver.slave.doStep(point, place - at)
+                    point, at = point + (place - at), place
                 dissipated += width * weight * _power(impact.law, segment.b, driver)
         if length > at:
             driver.slave.doStep(point, length - at)

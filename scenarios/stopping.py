@@ -1,0 +1,161 @@
+"""Ctrl-C and SIGTERM end the process at once, from wherever it is, and leave nothing half-written.
+
+No exception is raised: one that passes through an FMU's code is fatal to it (pythonfmu), and what
+would free the instance afterwards may crash. Instead all that is temporary lies in one folder,
+which is removed, and a result is put in its place while the signal is held back.
+"""
+
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+_PREFIX = "golf-impact-run-"
+
+#: s; a folder that is younger may not be locked yet by the process that made it.
+_SETTLED = 60.0
+
+_owner = 0
+_base: str | None = None
+_variable: str | None = None
+_scratch: str | None = None
+_holding = 0
+_asked = False
+
+
+def listen() -> None:
+    """Answer Ctrl-C, SIGTERM and SIGHUP from now on, but for those that the caller ignores."""
+    global _owner
+    _owner = os.getpid()
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, _stop)
+
+
+def open_scratch() -> None:
+    """Have all temporary files of this process and its children in one folder.
+
+    Those of processes that were killed are removed.
+
+    Raises:
+        OSError: there is no folder for temporary files.
+    """
+    global _base, _scratch, _variable
+    # Not at the top: signals are answered before anything slow is imported.
+    import tempfile
+
+    _base, _variable = tempfile.gettempdir(), os.environ.get("TMPDIR")
+    _remove_left_behind(_base)
+    with held():
+        _scratch = tempfile.mkdtemp(prefix=_PREFIX)
+        # Where folders can't be locked, none is taken for left behind either.
+        with suppress(OSError):
+            _locked(_scratch)
+    tempfile.tempdir = os.environ["TMPDIR"] = _scratch
+
+
+def close_scratch() -> None:
+    """Remove that folder; temporary files go where they went before."""
+    global _scratch
+    if _scratch is None or os.getpid() != _owner:
+        return
+    import shutil
+    import tempfile
+
+    tempfile.tempdir = _base
+    os.environ.pop("TMPDIR", None)
+    if _variable is not None:
+        os.environ["TMPDIR"] = _variable
+
+    # A child that hasn't noticed yet may write into it once more.
+    for _ in range(3):
+        shutil.rmtree(_scratch, ignore_errors=True)
+        if not os.path.exists(_scratch):
+            break
+    _scratch = None
+
+
+def temporary_folder() -> str:
+    """Where this system keeps temporary files."""
+    import tempfile
+
+    return _base or tempfile.gettempdir()
+
+
+@contextmanager
+def held() -> Iterator[None]:
+    """Signals that come within this block are answered at its end; keep it short."""
+    global _holding
+    _holding += 1
+    try:
+        yield
+    finally:
+        _holding -= 1
+        if _asked and not _holding:
+            _leave()
+
+
+def _stop(number: int, frame: object) -> None:
+    global _asked
+    _asked = True
+    if not _holding:
+        _leave()
+
+
+def _leave() -> None:
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    if os.getpid() == _owner:
+        close_scratch()
+        # The line of a progress bar is cleared, and the cursor that it hid is shown.
+        with suppress(OSError):
+            bar = b"\r\x1b[2K\x1b[?25h" if os.isatty(2) else b""
+            os.write(2, bar + b"Stopped; nothing half-written is left.\n")
+    os._exit(130)
+
+
+def _remove_left_behind(base: str) -> None:
+    """Folders of processes that didn't come to remove them: nobody holds their lock any more."""
+    if fcntl is None:
+        return
+    import shutil
+    import time
+
+    try:
+        names = [entry.path for entry in os.scandir(base) if entry.name.startswith(_PREFIX)]
+    except OSError:
+        return
+    for name in names:
+        try:
+            about = os.lstat(name)
+            if about.st_uid != os.getuid() or time.time() - about.st_mtime < _SETTLED:
+                continue
+            handle = _locked(name)
+        except OSError:
+            continue
+        shutil.rmtree(name, ignore_errors=True)
+        os.close(handle)
+
+
+def _locked(folder: str) -> int:
+    """Lock a folder for as long as this process lives, or its handle is open.
+
+    Raises:
+        OSError: another process has locked it.
+    """
+    if fcntl is None:
+        return -1
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(handle)
+        raise
+    return handle

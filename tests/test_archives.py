@@ -1,0 +1,432 @@
+"""Damaged, foreign and hostile .fmu files: one clear line, exit 2, nothing left, no crash."""
+
+import hashlib
+import json
+import os
+import shutil
+import stat
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from scenarios.archive import flaw
+from scenarios.errors import UserError
+from scenarios.fmu_file import build_plain_fmu, builder, given_fmu
+from scenarios.impact_fmu import ImpactFmu
+
+ROOT = Path(__file__).resolve().parent.parent
+COMMAND = Path(sys.executable).with_name("golf-impact")
+SUMS = "documentation/SHA256SUMS"
+
+
+@pytest.fixture(scope="module")
+def files(fmu_path):
+    """The FMU's files by name."""
+    return unpacked(fmu_path)
+
+
+def unpacked(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def packed(path, files):
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return path
+
+
+def with_more(tmp_path, files, *more):
+    """An FMU that has these further members: name or ZipInfo, and content."""
+    path = packed(tmp_path / "more.fmu", files)
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in more:
+            archive.writestr(name, content)
+    return path
+
+
+def refused(fmu, *words, tmp_path, command=("run", "table1", "--fmu")):
+    """One line on stderr with these words, exit 2, no file anywhere."""
+    temporary, cwd = tmp_path / "temporary", tmp_path / "cwd"
+    temporary.mkdir()
+    cwd.mkdir()
+    done = subprocess.run(
+        [COMMAND, *command, fmu, "--out", "out"],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env={**os.environ, "TMPDIR": str(temporary)},
+    )
+    assert done.returncode == 2, (done.returncode, done.stderr)
+    assert done.stdout == ""
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("Error: ")
+    for word in words:
+        assert word in line
+    assert list(temporary.iterdir()) == list(cwd.iterdir()) == []
+
+
+# What the command says, for one of each kind
+
+
+def truncated(tmp_path, files, fmu):
+    data = fmu.read_bytes()
+    (tmp_path / "half.fmu").write_bytes(data[: len(data) // 2])
+    return tmp_path / "half.fmu"
+
+
+def zip_slip(tmp_path, files, fmu):
+    return with_more(tmp_path, files, ("../outside.txt", b"here"))
+
+
+def another_guid(tmp_path, files, fmu):
+    text = files["modelDescription.xml"].decode()
+    guid = builder().guid_of(fmu)
+    assert guid in text
+    other = text.replace(guid, "11111111-2222-3333-4444-555555555555")
+    return packed(tmp_path / "x.fmu", files | {"modelDescription.xml": other.encode()})
+
+
+def foreign(tmp_path, files, fmu):
+    script = tmp_path / "stranger.py"
+    script.write_text(
+        "from pythonfmu import Fmi2Slave, Real, Fmi2Causality\n"
+        "class Stranger(Fmi2Slave):\n"
+        "    def __init__(self, **kwargs):\n"
+        "        super().__init__(**kwargs)\n"
+        "        self.out = 1.0\n"
+        "        self.register_variable(Real('out', causality=Fmi2Causality.output))\n"
+        "    def do_step(self, current_time, step_size):\n"
+        "        return True\n"
+    )
+    return build_plain_fmu(script, tmp_path / "built")
+
+
+def without_a_module(tmp_path, files, fmu):
+    """pythonfmu's library would take the process down."""
+    kept = {n: c for n, c in files.items() if not n.endswith("/impact.py") and n != SUMS}
+    return packed(tmp_path / "x.fmu", kept)
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        (truncated, ("half.fmu", "no readable FMU", "golf-impact build")),
+        (zip_slip, ("'../outside.txt'", "golf-impact build")),
+        (another_guid, ("modelDescription.xml isn't as it was built",)),
+        (foreign, ("Stranger.fmu is another FMU (Stranger)",)),
+        (without_a_module, ("x.fmu can't be run here", "golf-impact build")),
+    ],
+    ids=lambda value: getattr(value, "__name__", ""),
+)
+def test_the_command(tmp_path, files, fmu_path, made, words):
+    refused(made(tmp_path, files, fmu_path), *words, tmp_path=tmp_path)
+
+
+def test_a_sweep_refuses_as_well(tmp_path, files, fmu_path):
+    fmu = zip_slip(tmp_path, files, fmu_path)
+    command = ("sweep", "--set", "k=1e6,2e6", "--no-figures", "--fmu")
+    done = subprocess.run(
+        [COMMAND, *command, fmu, "--out", tmp_path / "x.csv"], capture_output=True, text=True
+    )
+    assert done.returncode == 2
+    assert "'../outside.txt'" in done.stderr
+    assert not (tmp_path / "x.csv").exists()
+
+
+def test_doctor_looks_before_it_runs(tmp_path, files, fmu_path):
+    done = subprocess.run(
+        [COMMAND, "doctor", zip_slip(tmp_path, files, fmu_path)], capture_output=True, text=True
+    )
+    assert done.returncode == 1
+    problems = [line for line in done.stdout.splitlines() if line.startswith("problem")]
+    assert len(problems) == 1
+    assert "'../outside.txt'" in problems[0]
+
+
+# The archive
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../x",
+        "resources/../../x",
+        "/etc/x",
+        "//host/x",
+        "C:/x",
+        "C:x",
+        "..\\x",
+        "a\\..\\..\\x",
+        "a/..",
+        "line\nbreak",
+    ],
+)
+def test_names_that_lead_elsewhere(tmp_path, files, name):
+    path = with_more(tmp_path, files, (zipfile.ZipInfo(name), b"here"))
+    why = flaw(path)
+    assert "leads elsewhere" in why
+    assert len(why.splitlines()) == 1
+    with pytest.raises(UserError, match="leads elsewhere"):
+        ImpactFmu(path)
+
+
+def test_links(tmp_path, files):
+    link = zipfile.ZipInfo("resources/link")
+    link.create_system = 3
+    link.external_attr = (stat.S_IFLNK | 0o777) << 16
+    assert "is a link" in flaw(with_more(tmp_path, files, (link, b"/etc")))
+
+
+def test_a_name_twice(tmp_path, files):
+    with pytest.warns(UserWarning, match="Duplicate"):
+        path = with_more(tmp_path, files, ("modelDescription.xml", b"<other/>"))
+    assert "twice" in flaw(path)
+
+
+def test_too_large(tmp_path, files):
+    path = tmp_path / "bomb.fmu"
+    packed(path, files)
+    with (
+        zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive,
+        archive.open("resources/zeros", "w") as member,
+    ):
+        for _ in range(65):
+            member.write(bytes(2**20))
+    assert path.stat().st_size < 2**20
+    assert "66 MB" in flaw(path)
+
+
+def test_a_size_that_lies(tmp_path, files):
+    """The directory says 10 bytes: no more are unpacked, and their CRC is wrong."""
+    path = tmp_path / "liar.fmu"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", bytes(2**22))
+        archive.infolist()[0].file_size = 10
+    assert "no readable FMU" in flaw(path)
+
+
+def test_every_truncation(tmp_path, fmu_path):
+    data, path = fmu_path.read_bytes(), tmp_path / "x.fmu"
+    for n in range(0, len(data), len(data) // 40):
+        path.write_bytes(data[:n])
+        assert "no readable FMU" in flaw(path)
+    path.write_bytes(data)
+    assert flaw(path) is None
+
+
+def test_a_damaged_byte_anywhere(tmp_path, fmu_path):
+    """Wherever a byte is changed that matters: it is seen, and the default build isn't current."""
+    data, path = bytearray(fmu_path.read_bytes()), tmp_path / "x.fmu"
+    seen = 0
+    for n in range(7, len(data), len(data) // 60):
+        data[n] ^= 0xFF
+        path.write_bytes(data)
+        try:
+            same = unpacked(path) == unpacked(fmu_path)
+        except Exception:
+            same = False
+        if not same:
+            seen += 1
+            assert flaw(path) is not None
+            assert not builder().is_current(path)
+        data[n] ^= 0xFF
+    assert seen > 50
+
+
+@pytest.mark.parametrize("name", ["modelDescription.xml", "resources/slavemodule.txt"])
+def test_a_missing_member(tmp_path, files, name):
+    assert f"{name} is missing" in flaw(
+        packed(tmp_path / "x.fmu", {n: c for n, c in files.items() if n != name})
+    )
+
+
+def test_no_archive_at_all(tmp_path):
+    empty = tmp_path / "empty.fmu"
+    empty.write_bytes(b"")
+    text = tmp_path / "text.fmu"
+    text.write_text("<fmiModelDescription/>")
+    nothing = packed(tmp_path / "nothing.fmu", {})
+    pipe = tmp_path / "pipe.fmu"
+    os.mkfifo(pipe)
+    assert "no readable FMU" in flaw(empty)
+    assert "no readable FMU" in flaw(text)
+    assert "modelDescription.xml is missing" in flaw(nothing)
+    assert "is a folder" in flaw(tmp_path)
+    assert "is no file" in flaw(pipe)
+    assert "there is no FMU" in flaw(tmp_path / "none.fmu")
+    assert "can't read" in flaw(empty / "below.fmu")
+    assert "can't read" in flaw(Path("x" * 300))
+
+
+def test_encrypted_or_packed_in_another_way(tmp_path, files):
+    path = packed(tmp_path / "x.fmu", files)
+    data = bytearray(path.read_bytes())
+    entry = data.index(b"PK\x01\x02")
+    data[entry + 8] |= 1
+    path.write_bytes(data)
+    assert "encrypted" in flaw(path)
+    data[entry + 8] &= ~1
+    data[entry + 10] = 99
+    path.write_bytes(data)
+    assert "no readable FMU" in flaw(path)
+
+
+# What is inside
+
+
+def described(tmp_path, files, *replacements):
+    """The FMU with another modelDescription.xml, and no list of its files."""
+    text = files["modelDescription.xml"].decode()
+    for old, new in replacements:
+        assert old in text
+        text = text.replace(old, new)
+    kept = {name: content for name, content in files.items() if name != SUMS}
+    return packed(tmp_path / "x.fmu", kept | {"modelDescription.xml": text.encode()})
+
+
+@pytest.mark.parametrize(
+    ("replacements", "words"),
+    [
+        ([("</fmiModelDescription>", "")], "no readable FMU"),
+        ([('fmiVersion="2.0"', 'fmiVersion="7.0"')], "no readable FMU"),
+        ([('"smash_factor"', '"smash"')], "another FMU"),
+        ([('"exponent"', '"exp"')], "lacks exponent"),
+    ],
+)
+def test_another_description(tmp_path, files, replacements, words):
+    with pytest.raises(UserError, match=words):
+        ImpactFmu(described(tmp_path, files, *replacements))
+
+
+def test_an_fmu_for_fmi_3(tmp_path):
+    fmu = builder(3).build(tmp_path / "x.fmu")
+    assert flaw(fmu) is None
+    with pytest.raises(UserError, match=r"FMI 2\.0, which is needed"):
+        ImpactFmu(fmu)
+
+
+def test_an_fmu_without_co_simulation(tmp_path, files):
+    text = files["modelDescription.xml"].decode()
+    begin = text.index("<CoSimulation")
+    end = text.index("/>", begin) + 2
+    if "</CoSimulation>" in text:
+        end = text.index("</CoSimulation>") + len("</CoSimulation>")
+    exchange = '<ModelExchange modelIdentifier="ClubBallImpact"/>'
+    path = described(tmp_path, files, (text[begin:end], exchange))
+    with pytest.raises(UserError, match="no FMU for co-simulation"):
+        ImpactFmu(path)
+
+
+def entry_point(files):
+    return f"resources/{files['resources/slavemodule.txt'].decode().strip()}.py"
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda files: {entry_point(files): b"this is no Python"},
+        lambda files: {entry_point(files): b"raise RuntimeError"},
+        lambda files: {entry_point(files): b"import os; os.abort()"},
+        lambda files: {"binaries/linux64/ClubBallImpact.so": b"no library"},
+        lambda files: {
+            "binaries/linux64/ClubBallImpact.so": files["binaries/linux64/ClubBallImpact.so"][:9999]
+        },
+        lambda files: {"resources/slavemodule.txt": b"another_module"},
+    ],
+    ids=["syntax", "exception", "abort", "library", "half library", "other module"],
+)
+def test_contents_that_crash_a_process(tmp_path, files, damage):
+    """Tried in a process of its own, since they pass for whole (they have no list of files)."""
+    kept = {name: content for name, content in files.items() if name != SUMS}
+    path = packed(tmp_path / "x.fmu", kept | damage(files))
+    assert flaw(path) is None
+    with pytest.raises(UserError, match="can't be run here") as error:
+        given_fmu(path)
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_one_that_was_only_packed_anew_is_taken(tmp_path, files, monkeypatch):
+    """And modules in the working folder don't stand for ours."""
+    for name in ("scenarios", "fmpy", "numpy"):
+        (tmp_path / f"{name}.py").write_text("raise RuntimeError")
+    monkeypatch.chdir(tmp_path)
+    kept = {name: content for name, content in files.items() if name != SUMS}
+    path = packed(tmp_path / "x.fmu", kept)
+    assert given_fmu(path) == path
+
+
+# The built FMU
+
+
+def test_a_damaged_build_is_made_anew(tmp_path, fmu_path, files, monkeypatch):
+    from scenarios import fmu_file
+
+    built = tmp_path / "ClubBallImpact.fmu"
+    monkeypatch.setattr(fmu_file, "default_path", lambda build: built)
+    assert fmu_file.current_fmu() == (built, "it was missing")
+    assert fmu_file.current_fmu() == (built, None)
+    whole = built.read_bytes()
+    assert whole == fmu_path.read_bytes()
+    without = {name: content for name, content in files.items() if "kelvin_voigt" not in name}
+    for damaged in (whole[:-100], b"", packed(tmp_path / "y", without).read_bytes()):
+        built.write_bytes(damaged)
+        assert fmu_file.current_fmu() == (built, "it was damaged")
+        assert built.read_bytes() == whole
+
+
+def test_the_list_of_files(tmp_path, fmu_path, files):
+    """Ours and pythonfmu's, nothing else; and each is what it says."""
+    import importlib.metadata
+
+    names = set(files)
+    module = entry_point(files)
+    package = module.removesuffix(".py").replace("club_ball_impact", "golf_impact")
+    ours = {
+        "modelDescription.xml",
+        "model.png",
+        "documentation/index.html",
+        "documentation/force.png",
+        "documentation/model.png",
+        "documentation/licenses/license.txt",
+        "documentation/licenses/pythonfmu.txt",
+        SUMS,
+        "resources/slavemodule.txt",
+        module,
+        f"{package}/club_ball_impact.py",
+    }
+    ours |= {f"{package}/{f.name}" for f in (ROOT / "fmu_src" / "golf_impact").glob("*.py")}
+    theirs = {
+        "binaries/linux64/ClubBallImpact.so": "resources/binaries/linux64/libpythonfmu-export.so",
+        "binaries/win64/ClubBallImpact.dll": "resources/binaries/win64/pythonfmu-export.dll",
+    }
+    theirs |= {
+        name: name.removeprefix("resources/pythonfmu/")
+        for name in names
+        if name.startswith("resources/pythonfmu/")
+    }
+    assert names == ours | set(theirs)
+    installed = {str(f): f for f in importlib.metadata.files("pythonfmu")}
+    for name, original in theirs.items():
+        assert files[name] == installed[f"pythonfmu/{original}"].read_binary(), name
+    with zipfile.ZipFile(fmu_path) as archive:
+        archive.extractall(tmp_path)
+    listed = (tmp_path / SUMS).read_text().splitlines()
+    assert [line.split("  ")[1] for line in listed] == sorted(names - {SUMS})
+    for line in listed:
+        expected, _, name = line.partition("  ")
+        assert hashlib.sha256(files[name]).hexdigest() == expected
+    if shutil.which("sha256sum"):
+        subprocess.run(["sha256sum", "--quiet", "-c", SUMS], cwd=tmp_path, check=True)
+
+
+def test_results_from_a_given_fmu(tmp_path, fmu_path):
+    done = subprocess.run(
+        [COMMAND, "run", "table1", "--fmu", fmu_path, "--out", tmp_path], capture_output=True
+    )
+    assert done.returncode == 0
+    assert "table1" in json.loads((tmp_path / "results.json").read_text())

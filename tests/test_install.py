@@ -1,0 +1,132 @@
+"""What is declared, and what a user gets who installs the wheel or the source distribution."""
+
+import importlib.metadata
+import os
+import re
+import shutil
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def declared(array):
+    """The lines of an array of pyproject.toml: requirement and comment."""
+    text = (ROOT / "pyproject.toml").read_text("utf-8")
+    lines = re.search(rf"^{array} = \[\n(.*?)^\]", text, re.MULTILINE | re.DOTALL)[1].splitlines()
+    return [re.fullmatch(r'\s*"([^"]+)",\s*(?:# (.+))?', line).groups() for line in lines]
+
+
+def test_every_dependency_has_a_range_and_a_reason():
+    rows = declared("dependencies")
+    assert len(rows) >= 9
+    for requirement, reason in rows:
+        assert re.match(r"[a-z0-9-]+>=[0-9.]+,<[0-9.]+", requirement), requirement
+        assert reason, requirement
+
+
+@pytest.mark.parametrize("extra", ["test", "calibrate", "sweep", "cluster", "interop"])
+def test_every_extra_has_a_bound_and_a_reason(extra):
+    for requirement, reason in declared(extra):
+        assert re.match(r"[a-z0-9-]+>=[0-9.]+", requirement), requirement
+        assert reason, requirement
+
+
+def test_nothing_undeclared_is_imported():
+    """A module that isn't ours or Python's comes from a declared package."""
+    arrays = ("dependencies", "test", "calibrate", "sweep", "cluster", "interop")
+    names = {re.match("[a-z0-9-]+", row[0])[0] for array in arrays for row in declared(array)}
+    found = importlib.metadata.packages_distributions()
+    ours = {"scenarios", "golf_impact", "fmu_src", *(p.stem for p in (ROOT / "fmu_src").glob("*"))}
+    for file in (path for folder in ("scenarios", "fmu_src", "build") for path in tree(folder)):
+        text = file.read_text("utf-8")
+        for module in re.findall(r"^ *(?:import|from) (\w+)", text, re.MULTILINE):
+            if module in ours or module in sys.stdlib_module_names or module == "tomllib":
+                continue
+            packages = {name.lower().replace("_", "-") for name in found.get(module, [])}
+            assert packages & names or not packages, (file.name, module)
+
+
+def tree(folder):
+    return (ROOT / folder).rglob("*.py")
+
+
+# At night: as a user does it, with an index of packages at hand
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Wheel and source distribution, made by `python -m build` in the root of a checkout."""
+    folder = tmp_path_factory.mktemp("checkout")
+    tools = environment(tmp_path_factory.mktemp("tools"))
+    if pip(tools, "build", check=False).returncode:
+        pytest.skip("no packages can be had here")
+    for name in ("fmu_src", "build", "scenarios", "tests"):
+        ignored = shutil.ignore_patterns("__pycache__", "*.fmu", "*.csv", "*.opt", "*.ssp")
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    for name in ("pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE"):
+        shutil.copy(ROOT / name, folder)
+    # The folder build/ lies in the working folder, but doesn't stand for the module.
+    subprocess.run([tools, "-m", "build"], cwd=folder, check=True, capture_output=True)
+    return {path.suffix: path for path in (folder / "dist").iterdir()}
+
+
+def environment(folder):
+    """A fresh virtual environment's Python."""
+    venv.create(folder, with_pip=True)
+    return folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def pip(python, *packages, check=True):
+    command = [python, "-m", "pip", "install", "--quiet", *packages]
+    return subprocess.run(command, check=check, capture_output=True, text=True)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("kind", [".whl", ".gz"])
+def test_an_installed_copy(tmp_path, made, fmu_path, kind):
+    python = environment(tmp_path / "environment")
+    pip(python, made[kind])
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    hidden = ("PYTHONPATH", "PYTHONHOME")
+    env = {key: value for key, value in os.environ.items() if key not in hidden}
+    env |= {"XDG_CACHE_HOME": str(tmp_path / "cache"), "LOCALAPPDATA": str(tmp_path / "cache")}
+
+    def golf(*arguments):
+        command = [python.with_name("golf-impact"), *arguments]
+        return subprocess.run(command, capture_output=True, text=True, cwd=outside, env=env)
+
+    done = golf("run", "baseline", "--no-figures")
+    assert done.returncode == 0, done.stderr
+    assert "54.745" in done.stdout
+    results = {path.name for path in (outside / "golf-impact-results").iterdir()}
+    assert results == {"results.json", "baseline.csv", "report.html"}
+    built = list((tmp_path / "cache").rglob("*.fmu"))
+    assert len(built) == 1
+    for command in (("list",), ("doctor",), ("run",), ("build", "--system", "--out", "x.fmu")):
+        done = golf(*command)
+        assert done.returncode == 0, (command, done.stderr)
+    version = "import importlib.metadata as m; print(m.version('pythonfmu'))"
+    theirs = subprocess.run([python, "-c", version], capture_output=True, text=True).stdout.strip()
+    if theirs == importlib.metadata.version("pythonfmu"):
+        assert built[0].read_bytes() == fmu_path.read_bytes()
+
+
+@pytest.mark.nightly
+def test_no_known_vulnerabilities(tmp_path, made):
+    python = environment(tmp_path / "environment")
+    pip(python, made[".whl"], "pip-audit")
+    done = subprocess.run(
+        [python, "-m", "pip_audit", "--skip-editable", "--progress-spinner", "off"],
+        capture_output=True,
+        text=True,
+    )
+    # What isn't known there is skipped without an error; numpy is known everywhere.
+    if "Error" in done.stderr or re.search("numpy.*could not be audited", done.stdout):
+        pytest.skip("the list of vulnerabilities can't be had here")
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -1,0 +1,417 @@
+"""Folders that are read-only, full, oddly named or not there, and two runs into one of them."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from scenarios.writing import write_together
+
+ROOT = Path(__file__).resolve().parent.parent
+COMMAND = Path(sys.executable).with_name("golf-impact")
+ODD = "ü # 100% (ß) & 'x'"
+
+posix = pytest.mark.skipif(os.name != "posix", reason="POSIX's users and limits")
+
+
+def golf(*arguments, cwd, env=None, program=(COMMAND,), **options):
+    return subprocess.run(
+        [*program, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env={**os.environ, "COLUMNS": "120"} | (env or {}),
+        **options,
+    )
+
+
+def refused(done, *words):
+    """Exit code 2 and nothing on stderr but one line that has these words."""
+    assert done.returncode == 2, (done.returncode, done.stderr)
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("Error: ")
+    for word in words:
+        assert str(word) in line
+
+
+def names(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def checkout(folder):
+    """A copy of the checkout, without anything built, and how to run it."""
+    for name in ("scenarios", "fmu_src"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    (folder / "build").mkdir()
+    for file in (ROOT / "build").glob("*.py"):
+        shutil.copy(file, folder / "build")
+    shutil.copytree(ROOT / "build" / "documentation", folder / "build" / "documentation")
+    shutil.copy(ROOT / "build" / "model.png", folder / "build")
+    shutil.copy(ROOT / "LICENSE", folder)
+    return {"PYTHONPATH": f"{folder}{os.pathsep}{folder / 'fmu_src'}"}
+
+
+def installed(folder):
+    """The same as a wheel lays it out."""
+    env = checkout(folder)
+    (folder / "build").rename(folder / "scenarios" / "fmu_build")
+    (folder / "LICENSE").rename(folder / "scenarios" / "fmu_build" / "LICENSE")
+    return env
+
+
+MODULE = (sys.executable, "-m", "scenarios")
+
+
+@pytest.fixture
+def nobody():
+    """Options of subprocess.run for a user without rights, and a folder that others can enter."""
+    if os.name != "posix":
+        pytest.skip("POSIX's users")
+    folder = Path(tempfile.mkdtemp(prefix="golf-impact-test-"))
+    folder.chmod(0o755)
+    options = {} if os.geteuid() else {"user": 65534, "group": 65534, "extra_groups": []}
+    env = checkout(folder / "checkout")
+    (folder / "own").mkdir()
+    (folder / "own").chmod(0o777)
+    # This Python may lie where others can't go; the system's can use the same packages.
+    packages = Path(pytest.__file__).parent.parent
+    env["PYTHONPATH"] += f"{os.pathsep}{packages}"
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    for python in (sys.executable, f"/usr/bin/{version}"):
+        options |= {"env": env, "program": (python, "-m", "scenarios")}
+        try:
+            if golf("list", cwd=folder, **options).returncode == 0:
+                break
+        except OSError:
+            continue
+    else:
+        shutil.rmtree(folder)
+        pytest.skip("another user can't run this Python")
+    for path in [folder / "checkout", *(folder / "checkout").rglob("*")]:
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    yield folder, options
+    for path in [folder / "checkout", *(folder / "checkout").rglob("*")]:
+        path.chmod(0o755)
+    shutil.rmtree(folder)
+
+
+# Rights
+
+
+def test_a_read_only_checkout(nobody):
+    """The FMU is built for the run, and the user is told."""
+    folder, options = nobody
+    done = golf("run", "table1", "--out", folder / "own" / "out", cwd=folder, **options)
+    assert done.returncode == 0, done.stderr
+    (line,) = done.stderr.splitlines()
+    assert "for this run only" in line
+    assert "build/ClubBallImpact.fmu: Permission denied" in line
+    assert names(folder / "own" / "out") == {"results.json", "report.html"}
+    refused(golf("build", cwd=folder, **options), "build/ClubBallImpact.fmu", "Permission denied")
+
+
+def test_a_cache_where_one_may_not_look(nobody):
+    """As of a user who has kept another one's HOME."""
+    folder, options = nobody
+    closed = folder / "closed"
+    closed.mkdir()
+    env = installed(folder / "site")
+    packages = options["env"]["PYTHONPATH"].split(os.pathsep)[-1]
+    env["PYTHONPATH"] += os.pathsep + packages
+    closed.chmod(0o700 if options.get("user") else 0)
+    options |= {"env": env | {"XDG_CACHE_HOME": str(closed)}}
+    done = golf("run", "table1", "--out", folder / "own" / "out", cwd=folder, **options)
+    assert done.returncode == 0, done.stderr
+    assert "Permission denied" in done.stderr
+    assert "for this run only" in done.stderr
+
+
+def test_no_right_to_write_here(nobody):
+    folder, options = nobody
+    refused(golf("run", "table1", cwd=folder, **options), "golf-impact-results", "--out")
+    refused(golf("bench", "--quick", cwd=folder, **options), "golf-impact-results", "--out")
+    assert names(folder) == {"checkout", "own"}
+
+
+@pytest.mark.parametrize("cache", ["blocked/golf-impact", "~/.cache/golf-impact"])
+def test_no_home(tmp_path, cache):
+    """An installed copy keeps the FMU in the user's cache; without one it builds it for the run.
+
+    The second is what platformdirs gives for a user who has no home at all.
+    """
+    env = installed(tmp_path / "site")
+    # With no right to make one, even for root: a file stands where the cache would be.
+    (tmp_path / "blocked").write_text("")
+    start = (
+        "import os, platformdirs, pathlib; from scenarios.__main__ import main\n"
+        "platformdirs.user_cache_path = lambda *_: pathlib.Path(os.environ['CACHE'])\n"
+        "main()"
+    )
+    env |= {"CACHE": cache if cache.startswith("~") else str(tmp_path / cache)}
+    cwd = tmp_path / "cwd"
+    cwd.mkdir()
+    clean = {key: value for key, value in os.environ.items() if key != "HOME"}
+    done = subprocess.run(
+        [sys.executable, "-c", start, "run", "table1", "--out", "out"],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env=clean | env,
+    )
+    assert done.returncode == 0, done.stderr
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("Built ")
+    assert names(cwd) == {"out"}
+
+
+def test_the_cache_of_an_installed_copy(tmp_path):
+    env = installed(tmp_path / "site") | {
+        "HOME": str(tmp_path / "home"),
+        "XDG_CACHE_HOME": str(tmp_path / "cache"),
+        "LOCALAPPDATA": str(tmp_path / "cache"),
+    }
+    first, second = (
+        golf("run", "table1", "--out", "out", cwd=tmp_path, env=env, program=MODULE)
+        for _ in range(2)
+    )
+    assert first.returncode == second.returncode == 0, first.stderr
+    assert "it was missing" in first.stderr
+    assert second.stderr == ""
+    assert len(list((tmp_path / "cache").rglob("ClubBallImpact.fmu"))) == 1
+
+
+# Names
+
+
+def test_odd_names_everywhere_but_for_temporary_files(tmp_path):
+    """The checkout, the working folder and --out."""
+    folder = tmp_path / ODD
+    env = checkout(folder / "checkout")
+    (folder / "here").mkdir()
+    done = golf(
+        "run", "table1", "system", "--out", f"out {ODD}",
+        cwd=folder / "here", env=env, program=MODULE,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "system_flight.png" in names(folder / "here" / f"out {ODD}")
+    fmu = folder / "checkout" / "build" / "ClubBallImpact.fmu"
+    assert fmu.exists()
+    done = golf("build", "--out", folder / "x.fmu", cwd=folder, env=env, program=MODULE)
+    assert done.returncode == 0, done.stderr
+    assert (folder / "x.fmu").read_bytes() == fmu.read_bytes()
+    done = golf(
+        "run", "table1", "--fmu", folder / "x.fmu", "--out", "out", cwd=folder, env=env,
+        program=MODULE,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("command", [("run", "table1"), ("build", "--out", "x.fmu")])
+def test_an_odd_folder_for_temporary_files(tmp_path, command):
+    """pythonfmu would take the process down."""
+    odd = tmp_path / ODD
+    odd.mkdir()
+    done = golf(*command, cwd=tmp_path, env={"TMPDIR": str(odd)})
+    refused(done, "set TMPDIR")
+    assert names(tmp_path) == {ODD}
+    assert names(odd) == set()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "table1", "--out", ""),
+        ("run", "table1", "--out="),
+        ("run", "table1", "--fmu", ""),
+        ("build", "--out", ""),
+        ("run", ""),
+    ],
+)
+def test_an_empty_argument(tmp_path, arguments):
+    """As an unset variable of the shell leaves it."""
+    refused(golf(*arguments, cwd=tmp_path), "an argument is empty")
+    assert names(tmp_path) == set()
+
+
+def test_long_names(tmp_path):
+    for out in ("x" * 300, "x/" * 3000):
+        refused(golf("run", "table1", "--out", out, cwd=tmp_path), "File name too long", "--out")
+    assert names(tmp_path) == set()
+    done = golf("build", "--out", "x" * 240 + ".fmu", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+def test_files_where_folders_are_needed_and_the_other_way_round(tmp_path):
+    file = tmp_path / "file"
+    file.write_text("mine")
+    for out in (file, file / "below"):
+        refused(golf("run", "table1", "--out", out, cwd=tmp_path), f"{file} is a file", "--out")
+    assert file.read_text() == "mine"
+    (tmp_path / "out" / "report.html").mkdir(parents=True)
+    refused(golf("run", "table1", "--out", "out", cwd=tmp_path), "report.html", "folder")
+    assert names(tmp_path / "out") == {"report.html"}
+
+
+def test_a_link_stays_one(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "results.json").symlink_to(tmp_path / "elsewhere" / "mine.json")
+    assert golf("run", "table1", "--out", "out", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "out" / "results.json").is_symlink()
+    assert "table1" in json.loads((tmp_path / "elsewhere" / "mine.json").read_text())
+
+
+# Space
+
+
+@pytest.fixture
+def small(tmp_path):
+    """A way to run the command with a file system of so many kB at tmp_path/small."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    script = 'mount -t tmpfs -o size="$0" none small && exec "$@"'
+    mounted = ("unshare", "-m", "sh", "-c", script)
+    try:
+        usable = not subprocess.run(
+            [*mounted, "4k", "true"], cwd=tmp_path, capture_output=True
+        ).returncode
+    except OSError:
+        usable = False
+    if not usable:
+        pytest.skip("file systems can't be mounted here")
+    after = 'code=$?; find small -mindepth 1 >&2; exit "$code"'
+    script = f'mount -t tmpfs -o size="$0" none small && {{ "$@"; {after}; }}'
+    return lambda size, *arguments, **options: golf(
+        *arguments,
+        cwd=tmp_path,
+        program=("unshare", "-m", "sh", "-c", script, size, COMMAND),
+        **options,
+    )
+
+
+def test_a_full_disk(small, tmp_path):
+    """One line and, as the listing after it shows, nothing left."""
+    full = "No space left on device"
+    refused(small("64k", "run", "--set", "k=1e6", "--out", "small"), "can't write small", full)
+    refused(small("256k", "build", "--out", "small/x.fmu"), "small/x.fmu", full)
+    env = {"TMPDIR": str(tmp_path / "small")}
+    refused(small("256k", "run", "table1", "--out", "out", env=env), full)
+    refused(small("256k", "build", "--out", "x.fmu", env=env), full)
+    assert names(tmp_path) == {"small"}
+
+
+@posix
+def test_files_that_may_not_grow(tmp_path):
+    import resource
+
+    for limit, command in ((10_000, ("run", "table1")), (100_000, ("build", "--out", "x.fmu"))):
+        done = golf(
+            *command,
+            cwd=tmp_path,
+            env={"TMPDIR": str(tmp_path)},
+            preexec_fn=lambda limit=limit: resource.setrlimit(
+                resource.RLIMIT_FSIZE, (limit, limit)
+            ),
+        )
+        refused(done, "File too large")
+        assert names(tmp_path) == set()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+def test_standard_output_that_is_full_or_closed(tmp_path):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [COMMAND, "run", "table1", "--out", "out"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=tmp_path,
+        )
+    refused(done, "No space left on device")
+    line = f'"{COMMAND}" run table1 --out out >&-'
+    done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    line = f'"{COMMAND}" run baseline --no-figures --out out | head -n 1'
+    done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, cwd=tmp_path)
+    assert "Traceback" not in done.stderr
+
+
+# Two at once
+
+
+def together(tmp_path, *commands):
+    processes = [
+        subprocess.Popen(
+            [COMMAND, *map(str, command), "--out", tmp_path / "out"],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for command in commands
+    ]
+    for process in processes:
+        _, said = process.communicate()
+        assert process.returncode == 0, said
+
+
+def one_runs_files(out, stiffnesses):
+    """results.json, custom.csv and report.html are those of one k."""
+    assert names(out) == {"results.json", "custom.csv", "report.html"}
+    case = json.loads((out / "results.json").read_text())["custom"]["custom"]
+    page = (out / "report.html").read_text()
+    (k,) = (k for k in stiffnesses if f"k = {k:g}<" in page or f"k = {k:g} " in page)
+    # The largest sample of 301 lies just below the largest force.
+    rows = (out / "custom.csv").read_text().splitlines()[1:]
+    largest = max(float(row.split(",")[1]) for row in rows)
+    assert case["max_force"] * 0.999 < largest <= case["max_force"]
+    return k, case["max_force"]
+
+
+@pytest.mark.parametrize("times", [2, pytest.param(50, marks=pytest.mark.nightly)])
+def test_two_runs_into_one_folder(tmp_path, times):
+    stiffnesses = (1e6, 2e6)
+    commands = [("run", "--set", f"k={k:g}", "--no-figures") for k in stiffnesses]
+    found = {}
+    for _ in range(times):
+        together(tmp_path, *commands)
+        k, force = one_runs_files(tmp_path / "out", stiffnesses)
+        assert found.setdefault(k, force) == force
+
+
+def test_one_that_comes_in_the_middle_of_another_waits(tmp_path, monkeypatch):
+    replace, in_the_middle = os.replace, threading.Event()
+
+    def slow(aside, final):
+        replace(aside, final)
+        if threading.current_thread() is first and final.name == "c":
+            in_the_middle.set()
+            time.sleep(0.3)
+
+    monkeypatch.setattr(os, "replace", slow)
+    out = tmp_path / "out"
+    first = threading.Thread(target=write_together, args=(out, dict.fromkeys("abcdef", b"1")))
+    first.start()
+    assert in_the_middle.wait(10.0)
+    write_together(out, dict.fromkeys("abcdef", b"2"))
+    first.join()
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == dict.fromkeys("abcdef", b"2")
+
+
+def test_figures_of_an_earlier_run_do_not_stay_beside_other_results(tmp_path):
+    first = golf("run", "--set", "k=1e6", "--out", "out", cwd=tmp_path)
+    assert "earlier" not in first.stdout
+    assert "custom_force.png" in names(tmp_path / "out")
+    second = golf("run", "--set", "k=2e6", "--out", "out", "--no-figures", cwd=tmp_path)
+    assert "in place of an earlier run's" in second.stdout
+    assert names(tmp_path / "out") == {"results.json", "custom.csv", "report.html"}
+
+
+def test_a_value_given_twice(tmp_path):
+    refused(golf("run", "--set", "k=1", "--set", "k=2", cwd=tmp_path), "k is given twice")

@@ -1,0 +1,236 @@
+"""Ctrl-C and SIGTERM at any moment: exit 130, files whole and of one run, nothing left over."""
+
+import contextlib
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+COMMAND = Path(sys.executable).with_name("golf-impact")
+STOPPED = "Stopped; nothing half-written is left."
+
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks into /proc")
+
+
+def begun(arguments, temporary, cwd):
+    """The command in a process of its own, as soon as it answers signals."""
+    process = subprocess.Popen(
+        [COMMAND, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=cwd,
+        env={**os.environ, "TMPDIR": str(temporary)},
+        # A test run in the background ignores Ctrl-C, and so would its children.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    while process.poll() is None and not answers(process.pid):
+        time.sleep(0.001)
+    return process
+
+
+def answers(pid):
+    with contextlib.suppress(OSError):
+        for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+            if line.startswith("SigCgt"):
+                return bool(int(line.split()[1], 16) >> (signal.SIGTERM - 1) & 1)
+    return False
+
+
+def stopped(arguments, delay, number, temporary, cwd):
+    """Send the signal after a delay; the exit code: 130, or 0 or 1 if the command was faster."""
+    process = begun(arguments, temporary, cwd)
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(delay)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=60)
+    assert "Traceback" not in said
+    assert "Exception" not in said
+    assert process.returncode in (130, 0, 1), said
+    assert (STOPPED in said) == (process.returncode == 130)
+    assert list(temporary.iterdir()) == []
+    return process.returncode
+
+
+def content(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()} if folder.exists() else {}
+
+
+def attack(tmp_path, times, seed, longest, arguments_of, allowed):
+    """Stop a command so many times; in its folder there is always one of what is allowed."""
+    temporary, out = tmp_path / "temporary", tmp_path / "out"
+    temporary.mkdir()
+    codes = []
+    rng = random.Random(seed)
+    for n in range(times):
+        number = rng.choice([signal.SIGINT, signal.SIGTERM])
+        delay = rng.uniform(0.0, longest)
+        codes.append(stopped(arguments_of(n, out), delay, number, temporary, tmp_path))
+        allowed(n, content(out))
+    return codes
+
+
+def run_of(n, out):
+    """Runs whose results differ from each to the next."""
+    return ("run", "--set", f"k={5e5 + 1e3 * n}", "--out", out)
+
+
+def attack_run(tmp_path, times, longest):
+    """The files of one run, all of them: they all name the same k, and agree with each other."""
+    before = {}
+
+    def whole(n, files):
+        nonlocal before
+        if files != before:
+            assert set(files) == {"results.json", "custom.csv", "custom_force.png", "report.html"}
+            assert all(files[name] != before.get(name) for name in files)
+            assert f"k = {5e5 + 1e3 * n:g}" in files["report.html"].decode()
+        before = files
+
+    return attack(tmp_path, times, 1, longest, run_of, whole)
+
+
+def attack_build(tmp_path, times, longest):
+    expected = tmp_path / "expected"
+    subprocess.run([COMMAND, "build", "--out", expected / "x.fmu"], check=True, capture_output=True)
+    right = content(expected)
+
+    def build(n, out):
+        out.mkdir(exist_ok=True)
+        for file in out.iterdir():
+            file.unlink()
+        out.joinpath("x.fmu").write_bytes(b"old")
+        return "build", "--out", out / "x.fmu"
+
+    def whole(n, files):
+        assert files["x.fmu"] in (b"old", right["x.fmu"])
+        assert all(files[name] == right[name] for name in files if name != "x.fmu")
+
+    return attack(tmp_path, times, 2, longest, build, whole)
+
+
+def attack_bench(tmp_path, times, longest):
+    def whole(n, files):
+        assert set(files) in (set(), {"bench.json", "run_time_vs_error.png"})
+
+    return attack(
+        tmp_path, times, 3, longest, lambda n, out: ("bench", "--quick", "--out", out), whole
+    )
+
+
+def test_run(tmp_path):
+    codes = attack_run(tmp_path, 5, 1.0)
+    assert codes.count(130) >= 1
+
+
+def test_build(tmp_path):
+    attack_build(tmp_path, 3, 0.8)
+
+
+def test_bench(tmp_path):
+    assert attack_bench(tmp_path, 2, 2.0) == [130, 130]
+
+
+@pytest.mark.nightly
+def test_run_at_200_moments(tmp_path):
+    codes = attack_run(tmp_path, 200, 2.0)
+    assert 20 <= codes.count(130) <= 200
+
+
+@pytest.mark.nightly
+def test_build_at_100_moments(tmp_path):
+    assert attack_build(tmp_path, 100, 1.2).count(130) >= 20
+
+
+@pytest.mark.nightly
+def test_bench_at_20_moments(tmp_path):
+    assert attack_bench(tmp_path, 20, 10.0).count(130) >= 10
+
+
+def test_inside_the_fmu(tmp_path):
+    """In an exception's place: pythonfmu would make it fatal, and then the process crashes."""
+    code = """
+import os, signal, sys
+from scenarios import stopping
+stopping.listen()
+stopping.open_scratch()
+from scenarios.fmu_file import current_fmu
+from scenarios.impact_fmu import ImpactFmu
+with ImpactFmu(current_fmu()[0]) as fmu:
+    fmu.start()
+    name = next(name for name in sys.modules if name.endswith(".component"))
+    def look(frame, event, argument):
+        if event == "call" and frame.f_globals.get("__name__") == name:
+            sys.setprofile(None)
+            os.kill(os.getpid(), signal.{signal})
+    sys.setprofile(look)
+    for _ in range(1000):
+        fmu.impact()
+print("not stopped")
+"""
+    for name in ("SIGINT", "SIGTERM"):
+        done = subprocess.run(
+            [sys.executable, "-c", code.replace("{signal}", name)],
+            capture_output=True,
+            text=True,
+            env={**os.environ, "TMPDIR": str(tmp_path)},
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )
+        assert (done.returncode, done.stdout) == (130, ""), done.stderr
+        assert done.stderr == f"{STOPPED}\n"
+        assert list(tmp_path.iterdir()) == []
+
+
+def test_held_back_while_a_file_is_written(tmp_path):
+    code = """
+import os, signal, sys, pathlib
+from scenarios import stopping, writing
+stopping.listen()
+replace = os.replace
+def late(*names):
+    os.kill(os.getpid(), signal.SIGTERM)
+    replace(*names)
+os.replace = late
+writing.write_together(pathlib.Path(sys.argv[1]), {"a": b"1", "b": b"2"})
+print("not stopped")
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code, tmp_path / "out"], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout) == (130, ""), done.stderr
+    assert content(tmp_path / "out") == {"a": b"1", "b": b"2"}
+
+
+def scratch_folders(temporary):
+    return {path for path in temporary.iterdir() if path.name.startswith("golf-impact-run-")}
+
+
+def test_what_killed_processes_left_is_removed(tmp_path):
+    """A process that is killed leaves its folder; the next command removes it, but none in use."""
+    bench = ("bench", "--quick", "--out", tmp_path / "out")
+    processes, folders = [], set()
+    for _ in range(2):
+        processes.append(begun(bench, tmp_path, tmp_path))
+        while len(scratch_folders(tmp_path)) == len(folders):
+            time.sleep(0.005)
+        (new,) = scratch_folders(tmp_path) - folders
+        folders.add(new)
+        processes[-1].folder = new
+    killed, alive = processes
+    killed.kill()
+    killed.communicate()
+    # Both look as if they were old.
+    for folder in folders:
+        os.utime(folder, (0, 0))
+    subprocess.run(
+        [COMMAND, "list"], check=True, capture_output=True, env={**os.environ, "TMPDIR": tmp_path}
+    )
+    assert scratch_folders(tmp_path) == {alive.folder}
+    alive.terminate()
+    alive.communicate()
+    assert scratch_folders(tmp_path) == set()
