@@ -565,7 +565,8 @@ class AbsoluteContact:
         for when in (*self._maxima, t):
             if when <= t:
                 d = self.state(when)[5]
-                if d > best[0]:
+                # Just past a maximum d is flat, and a later one larger by nothing but rounding.
+                if d > best[0] * (1.0 + 1e-14):
                     best = (d, when)
         return best
 

@@ -1,0 +1,670 @@
+"""Sweeps through the built FMU: what the tables hold, who computes them, and what stops them."""
+
+import csv
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import suppress
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet
+import pytest
+
+from scenarios import sweeps
+from scenarios.errors import UserError
+from scenarios.impact_fmu import METRICS, ImpactFmu
+from scenarios.sweeps import Stopped, Study, run_sweep
+from scenarios.sweeps.axes import Grid, Normal, Uniform, axis
+from scenarios.sweeps.chunk import FmuFile, Form, run_chunk
+from scenarios.sweeps.command import sweep
+from scenarios.sweeps.comparison import compare
+from scenarios.sweeps.impacts import horizon, impacts
+from scenarios.sweeps.plan import plan
+from scenarios.sweeps.sensitivity import sensitivity
+from scenarios.sweeps.study_file import Options, read_study
+
+STUDIES = Path(sweeps.__file__).parent.parent / "studies"
+COMMAND = Path(sys.executable).with_name("golf-impact")
+
+
+def table(path):
+    """Header and rows of a CSV file, as text."""
+    with open(path, newline="") as stream:
+        header, *rows = csv.reader(stream)
+    return header, rows
+
+
+def leftovers(folder):
+    return [path.name for path in folder.iterdir() if path.name.endswith(".part")]
+
+
+# Axes and studies
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("0.5e6:2e6:4", [0.5e6, 1e6, 1.5e6, 2e6]),
+        ("log:1e5:1e7:3", [1e5, 1e6, 1e7]),
+        ("0, 9,12", [0.0, 9.0, 12.0]),
+        ("7", [7.0]),
+        ("3:3:1", [3.0]),
+        ("-2:-1:2", [-2.0, -1.0]),
+    ],
+)
+def test_rows_of_values(text, values):
+    assert axis("k", text).values.tolist() == values
+
+
+def test_values_as_a_study_gives_them():
+    assert axis("k", 7).values.tolist() == [7.0]
+    assert axis("k", [1, 2.5]).values.tolist() == [1.0, 2.5]
+    assert axis("law", [1, 2]).values.dtype == np.int64
+    assert axis("ball", "document, roh-lee").values.tolist() == ["document", "roh-lee"]
+    assert axis("k", "normal:45:2") == Normal("k", 45.0, 2.0)
+    assert axis("k", "uniform:1:2") == Uniform("k", 1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("k", "2e6:1e6:5", "above its end"),
+        ("k", "log:0:1e6:5", "above 0"),
+        ("k", "log:2:1:5", "above its end"),
+        ("k", "1:2:0", "at least 1"),
+        ("k", "1:2:2.5", "whole number"),
+        ("k", "1:2:1e9", "more than"),
+        ("k", "1:2", "LO:HI:COUNT"),
+        ("k", "nan", "finite"),
+        ("k", "1,inf", "finite"),
+        ("k", "nan:1:3", "finite"),
+        ("k", "hard", "no number"),
+        ("k", "1,,2", "no number"),
+        ("k", "norm:1:2", "none of the forms"),
+        ("k", "normal:1:0", "> 0"),
+        ("k", "normal:1:nan", "finite"),
+        ("k", "uniform:2:1", "above its end"),
+        ("law", "1.5", "whole numbers"),
+        ("law", "normal:1:1", "whole numbers"),
+        ("ball", "golf", "choose from"),
+    ],
+)
+def test_axes_that_are_none(name, text, words):
+    with pytest.raises(UserError, match=words):
+        axis(name, text)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"sets": {}}, "nothing is swept"),
+        ({"sets": {"k": "normal:1e6:1"}}, "--samples"),
+        ({"sets": {"k": "1"}, "number_of_samples": 5}, "nothing to draw"),
+        ({"sets": {"k": "normal:1e6:1"}, "number_of_samples": 0}, "at least 1"),
+        ({"sets": {"k": "1"}, "design": "halton"}, "random, lhs, sobol"),
+        ({"sets": {"k": "1"}, "seed": -1}, "--seed"),
+        ({"sets": {"k": "1"}, "outputs": ("force", "force")}, "twice"),
+        ({"sets": dict.fromkeys("ab", "0:1:1000000")}, "cases"),
+    ],
+)
+def test_studies_that_are_none(arguments, words):
+    with pytest.raises(UserError, match=words):
+        Study.of(**arguments)
+
+
+def test_the_last_variable_runs_fastest():
+    study = Study.of({"k": "1,2", "b": "3,4,5"})
+    assert study.cases == 6
+    columns = study.columns(0, 6)
+    assert list(columns) == ["k", "b"]
+    assert columns["k"].tolist() == [1, 1, 1, 2, 2, 2]
+    assert columns["b"].tolist() == [3, 4, 5, 3, 4, 5]
+    assert study.columns(2, 4)["b"].tolist() == [5, 3]
+
+
+@pytest.mark.parametrize("design", ["random", "lhs", "sobol"])
+def test_samples(design):
+    sets = {"k": "normal:1e6:5e4", "b": "0,9", "club_speed": "uniform:40:50"}
+    study = Study.of(sets, None, 1024, 3, design)
+    columns = study.columns(0, study.cases)
+    # Every point of the grid has the same samples, and they run fastest.
+    assert columns["b"].tolist() == [0.0] * 1024 + [9.0] * 1024
+    for name in ("k", "club_speed"):
+        assert columns[name][:1024].tolist() == columns[name][1024:].tolist()
+    k, speed = columns["k"][:1024], columns["club_speed"][:1024]
+    # Four standard errors of independent samples.
+    assert abs(k.mean() - 1e6) < 4 * 5e4 / 32
+    assert abs(k.std() - 5e4) < 4 * 5e4 / math.sqrt(2048)
+    assert 40 <= speed.min() < speed.max() < 50
+    assert abs(np.corrcoef(k, speed)[0, 1]) < 4 / 32
+    if design != "random":
+        # Evenly: one in each of 1024 equal parts.
+        assert sorted(np.floor((speed - 40.0) * 102.4)) == list(range(1024))
+    again = Study.of(sets, None, 1024, 3, design).columns(0, 1024)
+    other = Study.of(sets, None, 1024, 4, design).columns(0, 1024)
+    assert again["k"].tolist() == k.tolist()
+    assert other["k"].tolist() != k.tolist()
+
+
+# Through the FMU
+
+
+CASES = {
+    "inputs under law 1": {"k": "0.5e6:2e6:7", "b": "0,9,300", "club_speed": "20,50"},
+    "after a gap": {"club_speed": "10:60:9", "gap": "0.1"},
+    "parameters under law 2": {"m_ball": "0.03:0.06:5", "ball_speed": "0,-3,60", "law": 2},
+    "both laws": {"law": "1,2", "k": "log:1:1e8:5", "gap": "0,0.2"},
+    "power law": {"law": 2, "exponent": "1,1.5,3", "k": "1e5,1e6"},
+}
+
+
+@pytest.mark.parametrize("sets", CASES.values(), ids=CASES)
+def test_numbers_are_those_of_one_impact_at_a_time(fmu, fmu_path, tmp_path, sets):
+    study = Study.of(sets, METRICS)
+    summary = run_sweep(study, tmp_path / "x.csv", fmu=fmu_path, chunk=5)
+    header, rows = table(tmp_path / "x.csv")
+    assert header == [*sets, *METRICS]
+    assert len(rows) == study.cases == summary.cases
+    assert summary.refused == 0
+    for row in rows:
+        values = dict(zip(header, map(float, row), strict=True))
+        case = {name: values[name] for name in sets}
+        # Text that comes back to the last bit.
+        assert fmu.impact(**case) == {name: values[name] for name in METRICS}
+
+
+def test_the_step_is_that_of_one_impact(fmu):
+    rng = np.random.default_rng(5)
+    names = ("k", "m_club", "m_ball", "club_speed", "ball_speed", "gap")
+    values = {name: 10.0 ** rng.uniform(-9, 3, 200) for name in names}
+    found = horizon(fmu, {}, values, 200)
+    for n in range(200):
+        assert found[n] == fmu._horizon({name: values[name][n].item() for name in names})
+
+
+def test_only_the_outputs_asked_for(fmu, fmu_path, tmp_path):
+    names = ("separated", "max_force", "touched")
+    study = Study.of({"k": 1e6, "club_speed": "-5,35"}, names)
+    run_sweep(study, tmp_path / "x.csv", fmu=fmu_path)
+    header, rows = table(tmp_path / "x.csv")
+    assert header == ["k", "club_speed", *names]
+    force = repr(fmu.impact()["max_force"])
+    assert rows == [["1000000.0", "-5.0", "0", "0.0", "0"], ["1000000.0", "35.0", "1", force, "1"]]
+
+
+def test_unknown_names(fmu_path, tmp_path):
+    for sets, outputs, words in (
+        ({"stiffness": "1"}, None, "stiffness: choose from k, b, club_speed"),
+        ({"force": "1"}, None, "no input or parameter force"),
+        ({"k": "1"}, ("speed",), "no output 'speed': choose from force"),
+        ({"k": "1"}, ("k",), "no output 'k'"),
+    ):
+        with pytest.raises(UserError, match=words):
+            run_sweep(Study.of(sets, outputs), tmp_path / "x.csv", fmu=fmu_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_balls(fmu, fmu_path, tmp_path):
+    from scenarios.balls import BALLS
+
+    study = Study.of({"ball": list(BALLS), "b": "1,2", "club_speed": "30,45"}, METRICS)
+    run_sweep(study, tmp_path / "x.csv", fmu=fmu_path)
+    header, rows = table(tmp_path / "x.csv")
+    assert [row[0] for row in rows] == [name for name in BALLS for _ in range(4)]
+    for row in rows:
+        values = dict(zip(header[1:], map(float, row[1:]), strict=True))
+        # A variable that is swept itself wins over the preset.
+        case = {**BALLS[row[0]].values, "b": values["b"], "club_speed": values["club_speed"]}
+        assert fmu.impact(**case) == {name: values[name] for name in METRICS}
+
+
+def test_refused_cases_are_empty_rows(fmu, fmu_path, tmp_path):
+    sets = {"k": "1e6,-1,2e6", "b": "-3,9"}
+    names = ("smash_factor", "separated")
+    summary = run_sweep(Study.of(sets, names), tmp_path / "x.csv", fmu=fmu_path)
+    _, rows = table(tmp_path / "x.csv")
+    assert [row[2] == "" for row in rows] == [True, False, True, True, True, False]
+    assert [row[3] for row in rows] == ["", "1", "", "", "", "1"]
+    # After a refusal the instance works on as if nothing had been.
+    assert float(rows[5][2]) == fmu.impact(k=2e6, b=9.0)["smash_factor"]
+    assert summary.refused == 4
+    row, reason = summary.first_refused
+    assert row == 1
+    assert "b = -3.0" in reason
+    run_sweep(Study.of(sets, names), tmp_path / "x.parquet", fmu=fmu_path, chunk=4)
+    found = pyarrow.parquet.read_table(tmp_path / "x.parquet").to_pydict()
+    assert [value is None for value in found["smash_factor"]] == [not row[2] for row in rows]
+    assert found["separated"] == [None, True, None, None, None, True]
+
+
+def test_all_cases_refused(fmu_path, tmp_path):
+    study = Study.of({"law": "1,3", "exponent": "2,3"})
+    summary = run_sweep(study, tmp_path / "x.csv", fmu=fmu_path)
+    assert summary.refused == summary.cases == 4
+    assert "exponent = 2.0" in summary.first_refused[1]
+
+
+def test_parquet_has_the_numbers_of_csv(fmu_path, tmp_path):
+    sets = {"ball": "document,document-old", "law": "1,2", "club_speed": "30:50:40"}
+    study = Study.of(sets)
+    run_sweep(study, tmp_path / "x.csv", fmu=fmu_path)
+    header, rows = table(tmp_path / "x.csv")
+    for chunk in (7, 1000):
+        run_sweep(study, tmp_path / f"{chunk}.parquet", fmu=fmu_path, chunk=chunk)
+    found = pyarrow.parquet.read_table(tmp_path / "7.parquet")
+    assert found.column_names == header
+    kinds = [str(kind) for kind in found.schema.types]
+    assert kinds == ["string", "int64"] + ["double"] * (len(header) - 2)
+    for name, column in zip(header, zip(*rows, strict=True), strict=True):
+        make = {"ball": str, "law": int}.get(name, float)
+        assert found[name].to_pylist() == [make(cell) for cell in column]
+    same = [(tmp_path / f"{chunk}.parquet").read_bytes() for chunk in (7, 1000)]
+    assert same[0] == same[1]
+
+
+# Who computes
+
+
+MONTE_CARLO = {"k": "normal:1e6:5e4", "b": "0,9", "m_ball": "uniform:0.045:0.046"}
+
+
+@pytest.fixture(scope="module")
+def alone(fmu_path, tmp_path_factory):
+    """A Monte Carlo study by one process, as bytes."""
+    path = tmp_path_factory.mktemp("alone") / "x.csv"
+    run_sweep(monte_carlo(), path, fmu=fmu_path)
+    return path.read_bytes()
+
+
+def monte_carlo():
+    return Study.of(MONTE_CARLO, None, 500, 1, "sobol")
+
+
+@pytest.mark.parametrize(("workers", "chunk"), [(1, 1), (1, 333), (2, 50), (3, 10_000)])
+def test_same_bytes_whatever_the_workers_and_chunks(alone, fmu_path, tmp_path, workers, chunk):
+    run_sweep(monte_carlo(), tmp_path / "x.csv", fmu=fmu_path, workers=workers, chunk=chunk)
+    assert (tmp_path / "x.csv").read_bytes() == alone
+
+
+def test_any_executor(alone, fmu_path, tmp_path):
+    with ThreadPoolExecutor(3) as threads:
+        path = tmp_path / "threads.csv"
+        run_sweep(monte_carlo(), path, fmu=fmu_path, executor=threads, chunk=70)
+        assert path.read_bytes() == alone
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
+        path = tmp_path / "processes.csv"
+        run_sweep(monte_carlo(), path, fmu=fmu_path, executor=processes, chunk=70)
+        assert path.read_bytes() == alone
+
+
+class Lazy(Executor):
+    """Computes when asked for the result, and counts what waits."""
+
+    def __init__(self):
+        self.waiting = self.most = 0
+
+    def submit(self, function, /, *arguments):
+        self.waiting += 1
+        self.most = max(self.most, self.waiting)
+
+        class Later(Future):
+            def done(later):  # noqa: N805
+                return True
+
+            def result(later):  # noqa: N805
+                self.waiting -= 1
+                return function(*arguments)
+
+        return Later()
+
+
+class Never(Lazy):
+    """Never done."""
+
+    def submit(self, function, /, *arguments):
+        self.waiting += 1
+        return Future()
+
+
+def test_few_chunks_are_under_way(alone, fmu_path, tmp_path):
+    lazy, never = Lazy(), Never()
+    run_sweep(monte_carlo(), tmp_path / "x.csv", fmu=fmu_path, executor=lazy, chunk=5)
+    assert (tmp_path / "x.csv").read_bytes() == alone
+    assert lazy.most == 1
+    with pytest.raises(Stopped):
+        run_sweep(
+            monte_carlo(), tmp_path / "x.csv", fmu=fmu_path, executor=never, chunk=5,
+            stop=lambda: never.waiting >= 32,
+        )  # fmt: skip
+    # 200 chunks, of which the memory never holds more than these.
+    assert never.waiting == 32
+
+
+def test_an_fmu_that_was_damaged_on_the_way(fmu, fmu_path):
+    file = FmuFile.read(fmu_path)
+    study = Study.of({"k": "1e6"})
+    made = plan(study, fmu.variables)
+    with pytest.raises(UserError, match="damaged"):
+        run_chunk(FmuFile("0" * 64, file.data), made, Form(True, (0,)), study.columns(0, 1))
+
+
+# What stops it
+
+
+def test_a_stopped_sweep_leaves_the_earlier_file(fmu_path, tmp_path):
+    path = tmp_path / "x.csv"
+    path.write_text("earlier")
+    seen = []
+    with pytest.raises(Stopped) as stopped:
+        run_sweep(
+            Study.of({"k": "1e6:2e6:1000"}), path, fmu=fmu_path, chunk=100,
+            progress=seen.append, stop=lambda: bool(seen) and seen[-1] >= 300,
+        )  # fmt: skip
+    assert stopped.value.done == 300
+    assert path.read_text() == "earlier"
+    assert leftovers(tmp_path) == []
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c(fmu_path, tmp_path, workers, number):
+    path = tmp_path / "x.csv"
+    path.write_text("earlier")
+    process = subprocess.Popen(
+        [
+            COMMAND, "sweep", "--set", "k=1e6:2e6:10000000", "--out", path, "--fmu", fmu_path,
+            "--workers", str(workers),
+        ],
+        stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    until = time.monotonic() + 60
+    while not any(part.stat().st_size > 1e5 for part in tmp_path.glob(".*.part")):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    # As a terminal does it: to all processes.
+    os.killpg(process.pid, number)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    done = int(errors.split(" of 10,000,000 cases were done")[0].replace(",", ""))
+    assert 0 < done < 10_000_000
+    assert "Traceback" not in errors
+    assert path.read_text() == "earlier"
+    assert leftovers(tmp_path) == []
+    # Soon nobody of its session is left.
+    until = time.monotonic() + 10
+    with suppress(ProcessLookupError):
+        while time.monotonic() < until:
+            os.killpg(process.pid, 0)
+            time.sleep(0.05)
+    assert time.monotonic() < until
+
+
+def test_a_worker_that_is_killed(fmu_path, tmp_path):
+    path = tmp_path / "x.csv"
+    path.write_text("earlier")
+    (tmp_path / "murder.py").write_text(
+        "import multiprocessing, os, sys\n"
+        "from scenarios.sweeps import Study, run_sweep\n"
+        "from scenarios.errors import UserError\n"
+        "def kill(done):\n"
+        "    os.kill(multiprocessing.active_children()[0].pid, 9)\n"
+        "if __name__ == '__main__':\n"
+        "    try:\n"
+        "        run_sweep(Study.of({'k': '1e6:2e6:1000000'}), sys.argv[1], fmu=sys.argv[2],\n"
+        "                  workers=2, progress=kill)\n"
+        "    except UserError as error:\n"
+        "        print(error, flush=True)\n"
+        "        os._exit(7)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, tmp_path / "murder.py", path, fmu_path],
+        capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert done.returncode == 7, done.stderr
+    assert "a worker process ended unexpectedly" in done.stdout
+    assert path.read_text() == "earlier"
+    assert leftovers(tmp_path) == []
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_a_full_disk(fmu_path, tmp_path, suffix):
+    path = tmp_path / f"x.{suffix}"
+    path.write_text("earlier")
+    # A limit on the size of files fails in the same call, with another reason.
+    code = (
+        "import resource, sys\nresource.setrlimit(resource.RLIMIT_FSIZE, (700_000, 700_000))\n"
+        f"sys.argv = ['x', 'sweep', '--set', 'k=1e6:2e6:20000', '--out', {str(path)!r}, '--fmu', "
+        f"{str(fmu_path)!r}]\nfrom scenarios.cli import main\nmain()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"Error: can't write {path}: File too large")
+    assert done.stderr.count("\n") == 1
+    assert path.read_text() == "earlier"
+    assert leftovers(tmp_path) == []
+
+
+def test_files_that_cannot_be_written(fmu_path, tmp_path):
+    (tmp_path / "folder.csv").mkdir()
+    study = Study.of({"k": "1e6"})
+    for name, words in (
+        ("x.txt", r"\.csv or \.parquet"),
+        ("folder.csv", "is a folder"),
+        ("none/x.csv", "no folder"),
+    ):
+        with pytest.raises(UserError, match=words):
+            run_sweep(study, tmp_path / name, fmu=fmu_path)
+    for options, words in (({"workers": 0}, "--workers 0"), ({"chunk": 0}, "--chunk 0")):
+        with pytest.raises(UserError, match=words):
+            run_sweep(study, tmp_path / "x.csv", fmu=fmu_path, **options)
+    assert [path.name for path in tmp_path.iterdir()] == ["folder.csv"]
+
+
+def test_a_link_stays_one(fmu_path, tmp_path):
+    (tmp_path / "link.csv").symlink_to(tmp_path / "data.csv")
+    run_sweep(Study.of({"k": "1e6"}), tmp_path / "link.csv", fmu=fmu_path)
+    assert (tmp_path / "link.csv").is_symlink()
+    assert (tmp_path / "data.csv").is_file()
+
+
+# The command, studies, pictures
+
+
+def options(fmu_path, out, sets, **others):
+    return Options(sets=sets, fmu=fmu_path, out=out, **others)
+
+
+def test_the_command(fmu_path, tmp_path):
+    done = subprocess.run(
+        [
+            COMMAND, "sweep", "--set", "k=1e6,2e6,-1", "--set", "b=9,0", "--outputs",
+            "smash_factor,max_force", "--out", "x.csv", "--fmu", fmu_path, "--compare",
+        ],
+        capture_output=True, text=True, cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    assert done.stdout.startswith("x.csv: 6 cases in ")
+    assert "Refused by the FMU: 2 cases" in done.stdout
+    assert "row 5: k = -1.0 N/m" in done.stdout
+    assert "the same numbers to the last bit" in done.stdout
+    assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.png", "report.html"}
+    assert "data:image/png" in (tmp_path / "report.html").read_text()
+
+
+def test_the_command_refuses_in_one_line(tmp_path):
+    for arguments, words in (
+        (("--set", "k=2:1:5", "--out", "x.csv"), "above its end"),
+        (("--set", "k=1", "--set", "k=2", "--out", "x.csv"), "twice"),
+        (("--set", "k=1e6"), "--out FILE.csv"),
+    ):
+        done = subprocess.run(
+            [COMMAND, "sweep", *arguments], capture_output=True, text=True, cwd=tmp_path
+        )
+        assert done.returncode == 2
+        assert done.stderr.startswith("Error: ")
+        assert done.stderr.count("\n") == 1
+        assert words in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_club_fitting_study(fmu_path, tmp_path):
+    study = STUDIES / "club_fitting.toml"
+    out = tmp_path / "fit.csv"
+    assert sweep(options(fmu_path, out, {"club_speed": "40,50"}), study) == 0
+    header, rows = table(out)
+    assert header[:4] == ["ball", "club_speed", "m_club", "smash_factor"]
+    assert len(rows) == 12
+    assert all(cell for row in rows for cell in row)
+    assert (tmp_path / "fit.png").is_file()
+
+
+def test_the_tolerance_study(fmu_path, tmp_path):
+    out = tmp_path / "tolerance.csv"
+    given = options(fmu_path, out, {"ball_speed": -1}, samples=64, seed=2)
+    assert sweep(given, STUDIES / "tolerance.toml") == 0
+    header, rows = table(out)
+    assert header[:7] == ["club_speed", "law", "k", "b", "m_ball", "ball_speed", "ball_velocity"]
+    assert len(rows) == 64
+    page = (tmp_path / "report.html").read_text()
+    assert "First-order Sobol indices" in page
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("stuff = 1", "no key stuff: choose from out, outputs"),
+        ("samples = 'many'", "samples = 'many' is refused: it must be a whole number"),
+        ("samples = true", "whole number"),
+        ("outputs = 'force'", "must be a list"),
+        ("outputs = [1]", "list of names"),
+        ("set = 1", r"table \[set\]"),
+        ("[set]\nk = true", "k in .set. must be a number"),
+        ("[set]\nk = {}", "k in .set. must be a number"),
+        ("samples = ", "no TOML file"),
+    ],
+)
+def test_studies_that_cannot_be_read(tmp_path, text, words):
+    path = tmp_path / "study.toml"
+    path.write_text(text)
+    with pytest.raises(UserError, match=words):
+        read_study(path)
+
+
+def test_the_command_line_wins_over_a_study(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(
+        'samples = 5\nseed = 3\nworkers = 2\noutputs = ["force"]\nfigures = false\nout = "a.csv"\n'
+        'compare = true\n[set]\nk = "normal:1:2"\nb = [1, 2]\n'
+    )
+    given = Options(sets={"gap": "1", "k": "1,2"}, samples=7, out=Path("b.csv"))
+    found = given.over(read_study(path))
+    assert list(found.sets.items()) == [("k", "1,2"), ("b", [1, 2]), ("gap", "1")]
+    assert (found.samples, found.seed, found.workers, found.outputs) == (7, 3, 2, ("force",))
+    assert (found.out, found.figures, found.compare) == (Path("b.csv"), False, True)
+
+
+PICTURES = {
+    "line": {"k": "log:1e5:1e7:30"},
+    "line in falling order": {"b": "12,9,0"},
+    "map": {"k": "0.5e6:2e6:12", "b": "0,-1,9,12"},
+    "more than two": {"k": "0.5e6:2e6:12", "b": "0,9,12", "club_speed": "30,40"},
+    "balls": {"ball": "document,roh-lee", "club_speed": "30,40"},
+    "one ball beside another": {"ball": "document,roh-lee"},
+    "samples": {"k": "normal:1e6:5e4", "b": "uniform:0:9"},
+    "samples, some refused": {"k": "normal:0:1e6"},
+    "samples over a grid": {"k": "normal:1e6:5e4", "club_speed": "30,40,50"},
+    "samples that change nothing": {"gap": "uniform:0:1", "b": 0, "law": 2},
+}
+
+
+@pytest.mark.parametrize("sets", PICTURES.values(), ids=PICTURES)
+def test_pictures(fmu_path, tmp_path, sets):
+    random = any(isinstance(axis(name, text), Normal | Uniform) for name, text in sets.items())
+    given = options(
+        fmu_path, tmp_path / "x.csv", sets, samples=40 if random else None,
+        outputs=("smash_factor",),
+    )  # fmt: skip
+    assert sweep(given, None) == 0
+    assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+    assert "data:image/png" in (tmp_path / "report.html").read_text()
+
+
+def test_nothing_to_draw(fmu_path, tmp_path):
+    assert sweep(options(fmu_path, tmp_path / "x.csv", {"k": "1e6"}), None) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "report.html"}
+    given = options(fmu_path, tmp_path / "y.csv", {"k": "1e6,2e6"}, figures=False)
+    assert sweep(given, None) == 0
+    assert not (tmp_path / "y.png").exists()
+
+
+def test_sobol_indices_of_a_sum():
+    study = Study.of({"k": "normal:1:2", "m_ball": "7", "b": "uniform:0:1"}, None, 256)
+    columns = study.columns(0, 256)
+    seen = []
+
+    def total(columns):
+        seen.append(len(columns["k"]))
+        assert (columns["m_ball"] == 7.0).all()
+        return columns["k"] + 6.0 * columns["b"]
+
+    found = sensitivity(study, total(columns), total)
+    # Variances 4 and 36 / 12.
+    assert found.values == pytest.approx({"k": 4 / 7, "b": 3 / 7}, abs=0.01)
+    assert seen == [256, 4 * 1024]
+
+
+def test_rank_correlations_where_no_design_is_possible():
+    study = Study.of({"k": "normal:1:2", "b": "uniform:0:1", "gap": "0,1"}, None, 256)
+    columns = study.columns(0, 512)
+    drawn = np.exp(columns["k"])
+    found = sensitivity(study, drawn, lambda columns: pytest.fail("no impacts of its own"))
+    assert found.values["k"] == pytest.approx(1.0)
+    assert abs(found.values["b"]) < 4 / math.sqrt(256)
+    assert "rank" in found.label
+    drawn[:] = 3.0
+    assert sensitivity(study, drawn, lambda columns: drawn) is None
+
+
+def test_a_refused_case_leaves_rank_correlations():
+    study = Study.of({"k": "normal:1:2"}, None, 64)
+    drawn = -study.columns(0, 64)["k"]
+    drawn[5] = math.nan
+    found = sensitivity(study, drawn, lambda columns: pytest.fail("no impacts of its own"))
+    assert found.values == pytest.approx({"k": -1.0})
+
+
+def test_the_comparison_compares(fmu_path, monkeypatch):
+    study = Study.of({"k": "1e6:2e6:50", "gap": "0,0.1"})
+    found = compare(study, fmu_path, rounds=1)
+    assert found.same
+    assert found.ratio > 1.0
+    from scenarios.sweeps import comparison
+
+    monkeypatch.setattr(comparison, "horizon", lambda *_: np.full(2000, 1e-5))
+    assert not compare(study, fmu_path, rounds=1).same
+    with pytest.raises(UserError, match="nothing to compare"):
+        compare(Study.of({"k": "-1"}), fmu_path)
+
+
+def test_impacts_in_an_instance_that_has_done_other_things(fmu, fmu_path):
+    study = Study.of({"club_speed": "30,40"})
+    made = plan(study, fmu.variables)
+    with ImpactFmu(fmu_path) as fresh:
+        expected = impacts(fresh, made, study.columns(0, 2)).outputs.tolist()
+    fmu.start(k=3e6, gap=1.0)
+    fmu.step(0.0, 1e-3)
+    assert impacts(fmu, made, study.columns(0, 2)).outputs.tolist() == expected
+    json.dumps(expected, allow_nan=False)
+
+
+def test_grids_know_whether_they_vary():
+    assert not axis("k", "1").varies
+    assert Grid("k", np.array([1.0, 2.0])).varies

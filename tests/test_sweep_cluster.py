@@ -1,0 +1,105 @@
+"""Sweeps on a Dask cluster of two local worker processes: the bytes are those of one process."""
+
+import logging
+import os
+
+import distributed
+import pytest
+
+from scenarios.errors import UserError
+from scenarios.sweeps import Stopped, Study, cluster, run_sweep
+from scenarios.sweeps.chunk import FmuFile
+from scenarios.sweeps.cluster import connected, run_on_cluster
+from scenarios.sweeps.command import sweep
+from scenarios.sweeps.study_file import Options
+
+SETS = {"k": "normal:1e6:5e5", "b": "0,9", "law": "1,2"}
+
+
+def study():
+    # A few of them have k < 0, which the FMU refuses.
+    return Study.of(SETS, None, 2000, 1)
+
+
+@pytest.fixture(scope="module")
+def alone(fmu_path, tmp_path_factory):
+    path = tmp_path_factory.mktemp("alone") / "x.csv"
+    summary = run_sweep(study(), path, fmu=fmu_path)
+    assert summary.refused > 0
+    return path.read_bytes()
+
+
+@pytest.fixture
+def workers():
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+    ) as made:
+        yield made
+
+
+def test_a_local_cluster(alone, fmu_path, tmp_path):
+    out = tmp_path / "x.csv"
+    given = Options(sets=SETS, out=out, samples=2000, seed=1, scheduler="local", workers=2,
+                    chunk=333, fmu=fmu_path, figures=False)  # fmt: skip
+    assert sweep(given, None) == 0
+    assert out.read_bytes() == alone
+
+
+def test_a_cluster_whose_worker_dies(alone, fmu_path, tmp_path, workers):
+    before = {worker.pid for worker in workers.workers.values()}
+    victim = min(before)
+    seen = []
+
+    def kill(done):
+        if not seen:
+            os.kill(victim, 9)
+        seen.append(done)
+
+    out = tmp_path / "x.csv"
+    address = workers.scheduler_address
+    run_on_cluster(study(), out, address, fmu=fmu_path, chunk=100, progress=kill)
+    assert out.read_bytes() == alone
+    assert seen == list(range(100, 8001, 100))
+    # The nanny has started another one, which serves as well.
+    run_on_cluster(study(), tmp_path / "y.csv", address, fmu=fmu_path, chunk=100)
+    assert (tmp_path / "y.csv").read_bytes() == alone
+    after = {worker.pid for worker in workers.workers.values()}
+    assert len(after) == 2
+    assert victim not in after
+
+
+def test_stopping(fmu_path, tmp_path, workers):
+    out = tmp_path / "x.csv"
+    out.write_text("earlier")
+    done = []
+    with pytest.raises(Stopped) as stopped:
+        run_on_cluster(
+            study(), out, workers.scheduler_address, fmu=fmu_path, chunk=100,
+            progress=done.append, stop=lambda: bool(done),
+        )  # fmt: skip
+    assert stopped.value.done == 100
+    assert out.read_text() == "earlier"
+    assert [path.name for path in tmp_path.iterdir()] == ["x.csv"]
+
+
+def test_the_fmu_is_checked_where_it_arrives(fmu, fmu_path, workers):
+    from scenarios.sweeps.chunk import Form, run_chunk
+    from scenarios.sweeps.plan import plan
+
+    made = plan(study(), fmu.variables)
+    data = FmuFile.read(fmu_path).data
+    with connected(workers.scheduler_address) as client:
+        damaged = client.submit(FmuFile, "0" * 64, data)
+        future = client.submit(
+            run_chunk, damaged, made, Form(True, (0,)), study().columns(0, 5), pure=False
+        )
+        with pytest.raises(UserError, match="damaged"):
+            future.result()
+
+
+def test_no_cluster(fmu_path, tmp_path, monkeypatch):
+    monkeypatch.setattr(cluster, "_PATIENCE", "0.5s")
+    for address in ("tcp://127.0.0.1:1", "nonsense"):
+        with pytest.raises(UserError, match=f"no Dask cluster with workers at {address}"):
+            run_on_cluster(study(), tmp_path / "x.csv", address, fmu=fmu_path)
+    assert list(tmp_path.iterdir()) == []

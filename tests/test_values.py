@@ -1,0 +1,366 @@
+"""Impacts over the whole range of every variable: refused with a reason, or right.
+
+A few hundred in CI, always the same ones; 10,000 of each kind with HYPOTHESIS_PROFILE=nightly.
+"""
+
+import math
+
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import fmi2Discard
+from hypothesis import assume, event, given
+from hypothesis import strategies as st
+
+from scenarios.stress import invariants
+from scenarios.stress.cases import Impact, Segment, contact_time_of_law2, quantum
+from scenarios.stress.driver import Driver
+from scenarios.stress.ledger import Ledger
+from scenarios.stress.scales import BAR, Scales
+
+#: Where times come from quadrature, all else is as exact, but at those times.
+BAR_OF_QUADRATURE = 1e-10
+
+#: Outputs that can only rise.
+RISING = ("contact_time", "max_force", "time_of_max_force", "max_compression", "impulse")
+
+
+@pytest.fixture(scope="module")
+def driver(_loaded):
+    # A driver goes back to the state that it finds.
+    _loaded.slave.setFMUstate(_loaded._fresh)
+    driver = Driver(_loaded)
+    yield driver
+    driver.close()
+
+
+def decades(low, high):
+    return st.floats(low, high).map(lambda power: 10.0**power)
+
+
+def signed(magnitudes):
+    return st.builds(lambda sign, x: sign * x, st.sampled_from((1.0, -1.0)), magnitudes)
+
+
+exponents = st.one_of(
+    st.just(1.0),
+    st.floats(1.0, 12.0),
+    st.sampled_from((1.5, 3.0, 12.0, 1.0 + 2e-16, 1.0 + 1e-9, 11.999999999)),
+)
+
+damping_ratios = st.one_of(
+    st.just(0.0),
+    decades(-6, 6),
+    st.floats(0.5, 1.5),
+    signed(decades(-16, -2)).map(lambda x: 1.0 + x),
+)
+
+
+@st.composite
+def impacts(draw):
+    """Values of an impact that is accepted: far beyond golf, but physics."""
+    mass, ratio = draw(decades(-3, 2)), draw(decades(-6, 6))
+    m_club, m_ball = mass * math.sqrt(ratio), mass / math.sqrt(ratio)
+    mu = m_club * (m_ball / (m_club + m_ball))
+    k = draw(st.one_of(st.just(1e6), decades(0, 12)))
+    law = draw(st.sampled_from((1, 2)))
+    ball_speed = draw(st.one_of(st.just(0.0), signed(decades(-6, 3))))
+    closing = draw(st.one_of(st.just(35.0), decades(-6, 3)))
+    values = {
+        "law": law,
+        "m_club": m_club,
+        "m_ball": m_ball,
+        "k": k,
+        "b": 2.0 * draw(damping_ratios) * math.sqrt(k * mu),
+        "club_speed": ball_speed + closing,
+        "ball_speed": ball_speed,
+        "gap": draw(st.one_of(st.just(0.0), decades(-6, 0))),
+    }
+    closing = values["club_speed"] - ball_speed
+    assume(closing > 0.0)
+    if law == 2 and draw(st.booleans()):
+        values["exponent"] = draw(exponents)
+        values["reference_compression"] = draw(decades(-5, 1))
+    if law == 2 and draw(st.integers(0, 3)) == 0:
+        coefficient = draw(st.one_of(st.floats(0.01, 1.0), decades(-20, -1)))
+        slope = draw(st.one_of(st.just(0.0), st.floats(0.0, 1.0))) * (1.0 - coefficient) / closing
+        values["restitution_at_rest"] = min(1.0, coefficient + slope * closing)
+        values["restitution_slope"] = slope
+        assume(values["restitution_at_rest"] - slope * closing > 1e-28)
+    return values
+
+
+def closing_speed(values):
+    return values["club_speed"] - values["ball_speed"]
+
+
+def damping_ratio(values):
+    """ζ of the linear oscillator in the law's own time."""
+    m_club, m_ball = values["m_club"], values["m_ball"]
+    mu = m_club * (m_ball / (m_club + m_ball))
+    stiffening = 0.5 * (values.get("exponent", 1.0) + 1.0)
+    return values["b"] / (2.0 * math.sqrt(stiffening * values["k"] * mu))
+
+
+def restitution(values):
+    """Law 2's coefficient of restitution, in closed form."""
+    if values.get("restitution_at_rest"):
+        return values["restitution_at_rest"] - values["restitution_slope"] * closing_speed(values)
+    zeta = damping_ratio(values)
+    return math.exp(-zeta * contact_time_of_law2(zeta, 1.0))
+
+
+def long_step(values):
+    """Long enough for all that will happen, s, and not so long that positions say nothing."""
+    m_club, m_ball = values["m_club"], values["m_ball"]
+    mu = m_club * (m_ball / (m_club + m_ball))
+    n, length = values.get("exponent", 1.0), values.get("reference_compression", 1.0)
+    omega, closing = math.sqrt(values["k"] / mu), closing_speed(values)
+    reach = closing / omega
+    if n > 1.0:
+        reach = length * (0.5 * (n + 1.0) * (reach / length) ** 2) ** (1.0 / (n + 1.0))
+    zeta = damping_ratio(values)
+    if values.get("restitution_at_rest"):
+        zeta = -math.log(restitution(values))
+    contact = 10.0 * (1.0 + math.log1p(zeta)) * (1.0 + zeta) * (reach / closing)
+    return values["gap"] / closing + contact
+
+
+def begun(driver, values):
+    driver.messages.clear()
+    driver.begin(values)
+    assert not driver.messages, driver.messages
+
+
+def check_at_an_instant(values, now):
+    """What holds whenever it is looked at."""
+    bad = [name for name, value in now.items() if not math.isfinite(value)]
+    assert not bad, {name: now[name] for name in bad}
+    assert now["touched"] == (now["in_contact"] or now["separated"])
+    assert not (now["in_contact"] and now["separated"])
+    assert 0.0 <= now["force"] <= now["max_force"] * (1.0 + BAR)
+    assert 0.0 <= now["compression"] <= now["max_compression"] * (1.0 + BAR)
+    if values["law"] == 2:
+        m_club, m_ball = values["m_club"], values["m_ball"]
+        size = m_club * abs(values["club_speed"]) + m_ball * abs(values["ball_speed"])
+        momentum = m_club * values["club_speed"] + m_ball * values["ball_speed"]
+        assert abs(now["momentum"] - momentum) <= BAR * size
+        gain = m_ball * (now["ball_velocity"] - values["ball_speed"])
+        speed = abs(values["club_speed"]) + abs(values["ball_speed"])
+        assert abs(now["impulse"] - gain) <= BAR * (m_ball * speed + now["impulse"])
+
+
+@given(values=impacts(), cuts=st.lists(st.floats(0.0, 1.0), max_size=12))
+def test_an_impact(driver, values, cuts):
+    """In one step, and cut anywhere: the same outputs, and what physics says of them."""
+    begun(driver, values)
+    step = long_step(values)
+    driver.slave.doStep(0.0, step)
+    final = driver.read()
+    event(f"law {values['law']}, exponent {values.get('exponent', 1.0) != 1.0}")
+    assert final["touched"]
+    check_at_an_instant(values, final)
+    v = values
+    speed = abs(v["club_speed"]) + abs(v["ball_speed"])
+    closing = closing_speed(v)
+    bar = BAR if v.get("exponent", 1.0) == 1.0 else BAR_OF_QUADRATURE
+    # Neither law puts energy in.
+    before = 0.5 * (v["m_club"] * v["club_speed"] ** 2 + v["m_ball"] * v["ball_speed"] ** 2)
+    assert final["kinetic_energy"] <= before * (1.0 + BAR)
+    if v["law"] == 2:
+        assert final["separated"]
+        coefficient = final["coefficient_of_restitution"]
+        off = abs(coefficient - restitution(v)) * closing / speed
+        assert off <= BAR
+        assert -BAR * speed / closing <= coefficient <= 1.0 + BAR * speed / closing
+    mu = v["m_club"] * (v["m_ball"] / (v["m_club"] + v["m_ball"]))
+    fastest = max(math.sqrt(v["k"] / mu), v["b"] / mu, 20.0 / final["contact_time"])
+    scales = Scales(
+        v,
+        force=final["max_force"],
+        compression=final["max_compression"],
+        impulse=final["impulse"],
+        contact_time=final["contact_time"],
+        approach=v["gap"] / closing,
+        span=step,
+        fastest=fastest,
+        speed=speed,
+        energy=final["kinetic_energy"],
+    )
+    # Cuts in approach and contact, but for the last step; any rounding of the points is allowed.
+    reach = min(step, v["gap"] / closing + 1.1 * final["contact_time"])
+    begun(driver, values)
+    point, seen, impulse = 0.0, {}, 0.0
+    for place in [*sorted(cut * reach for cut in cuts), step]:
+        size = place - point
+        if not size > 0.0:
+            continue
+        driver.slave.doStep(point, size)
+        point += size
+        now = driver.read()
+        check_at_an_instant(values, now)
+        for name in RISING:
+            fall = seen.get(name, 0.0) - now[name]
+            assert fall <= bar * scales.of(name) + 4e-16 * abs(now[name]), name
+        impulse += now["mean_force"] * size
+        seen = now
+    for name, value in seen.items():
+        if name != "mean_force":
+            off = scales.error(name, value, final[name])
+            assert off <= bar, (name, value, final[name], off)
+    late = scales.rounding_of_time("mean_force")
+    assert abs(impulse - final["impulse"]) <= (bar + late) * final["impulse"]
+
+
+@given(values=impacts(), number=st.integers(0, 2**32))
+def test_the_invariants_of_stress(driver, values, number):
+    """Energy balance, straddling steps and all the rest that `golf-impact stress` looks at."""
+    others = ("exponent", "reference_compression", "restitution_at_rest", "restitution_slope")
+    values = {name: value for name, value in values.items() if name not in others}
+    m_club, m_ball = values["m_club"], values["m_ball"]
+    omega = math.sqrt(values["k"] / (m_club * (m_ball / (m_club + m_ball))))
+    contact = contact_time_of_law2(damping_ratio(values), omega)
+    length = values["gap"] / closing_speed(values) + 2.0 * contact
+    unit = quantum(length)
+    segment = Segment(round(length / unit) * unit, values["k"], values["b"])
+    impact = Impact(number, values, 0.0, (segment,))
+    ledger = Ledger()
+    invariants.announce(ledger)
+    invariants.check(driver, ledger, impact, number, exact=False)
+    failed = {name: check for name, check in ledger.checks.items() if check.failures}
+    assert not failed, failed
+
+
+def test_the_time_of_the_largest_force_never_goes_back(driver):
+    """Around its maximum a force is flat: that a later one is an ulp larger is rounding."""
+    values = {
+        "law": 1,
+        "m_club": 1.6511082076446364,
+        "m_ball": 0.6056538241224874,
+        "k": 1e6,
+        "b": 281579248.5904923,
+        "club_speed": 1.0,
+    }
+    begun(driver, values)
+    size, before = 2.5483879036306085e-09, 0.0
+    for n in range(64):
+        driver.slave.doStep(n * size, size)
+        now = driver.read()["time_of_max_force"]
+        assert now >= before
+        before = now
+
+
+anything = st.floats(allow_nan=True, allow_infinity=True)
+magnitudes = signed(decades(-320, 308))
+
+
+def any_value(usual):
+    return st.one_of(
+        st.just(usual), decades(-12, 12).map(lambda x: usual * x or x), magnitudes, anything
+    )
+
+
+USUAL = {
+    "k": 1e6, "b": 9.0, "club_speed": 35.0, "m_club": 0.21, "m_ball": 0.04593,
+    "ball_diameter": 0.04267, "ball_speed": 0.0, "gap": 0.0, "exponent": 1.5,
+    "reference_compression": 0.005, "restitution_at_rest": 0.5, "restitution_slope": 1e-3,
+}  # fmt: skip
+
+
+@st.composite
+def any_values(draw):
+    """Some variables anywhere among the doubles, the others as they are."""
+    names = draw(st.lists(st.sampled_from(sorted(USUAL)), min_size=1, max_size=5, unique=True))
+    values = {name: draw(any_value(USUAL[name])) for name in names}
+    return values | {"law": draw(st.sampled_from((1, 2)))}
+
+
+@given(
+    values=any_values(),
+    later=st.dictionaries(st.sampled_from(("k", "b", "club_speed")), any_value(50.0)),
+    size=st.one_of(st.sampled_from((1e-4, 1.0)), decades(-30, 30), decades(-320, 100)),
+)
+def test_any_double(driver, values, later, size):
+    """Refused with a message and without any effect; or every output is a number."""
+    driver.messages.clear()
+    driver.begin(values)
+    accepted = _steps(driver, 0.0, size)
+    now = driver.read()
+    _check_numbers(driver, now, accepted)
+    if accepted and now["touched"]:
+        _check_balances(values, now)
+    if accepted:
+        driver.slave.setReal(driver._fmu.references(list(later)), list(later.values()))
+        driver.messages.clear()
+        again = _steps(driver, size, size)
+        later_on = driver.read()
+        _check_numbers(driver, later_on, again)
+        if not again:
+            assert not {n for n in now if now[n] != later_on[n]}
+            _check_recovery(driver, values, later, size)
+    event(f"accepted {accepted}")
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"law": 2, "exponent": 12.0, "reference_compression": 5e-211, "k": 1e-82, "m_club": 1e77},
+        {"law": 2, "exponent": 12.0, "reference_compression": 1e-300},
+        {"law": 1, "k": 2e250, "m_club": 2.3e88, "m_ball": 2.5e73, "b": 5e175, "club_speed": 6e60},
+    ],
+    ids=str,
+)
+def test_together_they_leave_the_doubles(driver, values):
+    """Each in its range; forces or impulses would be infinite: refused."""
+    driver.messages.clear()
+    driver.begin(USUAL | {"exponent": 1.0, "restitution_at_rest": 0.0} | values)
+    assert "range of a double" in driver.messages[0]
+    assert not _steps(driver, 0.0, 1e-4)
+
+
+def _check_recovery(driver, values, later, size):
+    """With the inputs set back, the run goes on as if the refused ones had never been."""
+    inputs = driver._fmu.references(list(later))
+    usual = [values.get(name, USUAL[name]) for name in later]
+    driver.slave.setReal(inputs, usual)
+    went_on = _steps(driver, size, size)
+    found = driver.read()
+    driver.begin(values)
+    assert _steps(driver, 0.0, size)
+    assert _steps(driver, size, size) == went_on
+    event("recovered")
+    assert found == driver.read()
+
+
+def _steps(driver, point, size):
+    try:
+        driver.slave.doStep(point, size)
+    except FMICallException as error:
+        status = error.status
+    else:
+        return True
+    assert status == fmi2Discard
+    assert driver.messages
+    return False
+
+
+def _check_numbers(driver, now, accepted):
+    if accepted:
+        bad = {name: value for name, value in now.items() if not math.isfinite(value)}
+        assert not bad, (bad, driver.messages)
+        assert now["force"] >= 0.0
+        assert now["max_force"] >= now["force"] * (1.0 - 1e-9)
+        assert not driver.messages, driver.messages
+
+
+def _check_balances(values, now):
+    """Nothing comes from nowhere, at the ends of the doubles too."""
+    v = USUAL | values
+    pairs = [(v["m_club"], v["club_speed"]), (v["m_ball"], v["ball_speed"])]
+    before = math.fsum(0.5 * m * u * u for m, u in pairs)
+    assert now["kinetic_energy"] <= before * (1.0 + BAR)
+    if v["law"] == 2:
+        momentum = math.fsum(m * u for m, u in pairs)
+        assert abs(now["momentum"] - momentum) <= BAR * sum(m * abs(u) for m, u in pairs)
+        speed = abs(v["club_speed"]) + abs(v["ball_speed"])
+        allowed = BAR * speed / (v["club_speed"] - v["ball_speed"])
+        assert -1.0 - allowed <= now["coefficient_of_restitution"] <= 1.0 + allowed
