@@ -14,7 +14,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from scenarios.errors import UserError
-from scenarios.writing import prepare, write, write_json
+from scenarios.writing import as_json, prepare, write_together
 
 _HERE = Path(__file__).resolve().parent
 
@@ -56,6 +56,8 @@ TARGETS = (
     Target("impact_speedup_over_simulate_fmu_law1", "the same under law 1", 85, True),
     Target("impact_speedup_over_scipy_law1", "the same under law 1", 75, True),
     Target("worst_error", "worst error of all reference cases, patterns, results", 1e-13),
+    Target("sweep_speedup_over_simulate_fmu", "sweep to CSV / loop over simulate_fmu", 60, True),
+    Target("sweep_two_workers_over_one", "sweep by two worker processes / by one", 1.7, True),
 )
 
 
@@ -73,6 +75,7 @@ def bench(out: Path, quick: bool) -> int:
         UserError: the folder can't be written into, or a package is missing.
     """
     try:
+        import distributed  # noqa: F401
         import mpmath  # noqa: F401
         import scipy  # noqa: F401
     except ImportError as error:
@@ -103,17 +106,20 @@ def bench(out: Path, quick: bool) -> int:
             f"law {law}": [asdict(one) for one in methods] for law, methods in series.items()
         },
     }
-    write_json(folder / "bench.json", _plain(results))
     from scenarios.benchmarks.drawing import run_time_vs_error
 
-    write(folder / "run_time_vs_error.png", run_time_vs_error(series))
+    files = {
+        "bench.json": as_json(_plain(results)),
+        "run_time_vs_error.png": run_time_vs_error(series),
+    }
+    write_together(folder, files)
     _print(Console(), results, series, folder)
     return 0 if passed else 1
 
 
 def _ticks(quick: bool) -> int:
     """About as many as there will be."""
-    return 150 if quick else 420
+    return 160 if quick else 440
 
 
 def _ticker(progress: Progress, name: str, total: int) -> Callable[[], None]:
@@ -123,7 +129,15 @@ def _ticker(progress: Progress, name: str, total: int) -> Callable[[], None]:
 
 def _measure(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
     # Not before they are needed: `golf-impact --help` stays fast.
-    from scenarios.benchmarks import accuracy, floor, growth, scene, speedup, work_precision
+    from scenarios.benchmarks import (
+        accuracy,
+        floor,
+        growth,
+        scene,
+        speedup,
+        sweep_rate,
+        work_precision,
+    )
     from scenarios.benchmarks.loaded import LoadedFmu
     from scenarios.benchmarks.timing import machine
     from scenarios.fmu_file import build_plain_fmu, current_fmu
@@ -148,6 +162,7 @@ def _measure(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
         instances = growth.over_instances(ours, 10 if quick else 1000, tick)
         imports = scene.imported(ours)
         guid = ours.description.guid
+    figures |= sweep_rate.measure(ours_path, quick, tick)
     with opened() as (driver, _):
         accurate = accuracy.measure(driver, 2 if quick else 60, tick)
     figures["worst_error"] = accurate.pop("worst_error")
