@@ -12,7 +12,7 @@ from math import atan2, ceil, cos, exp, expm1, inf, log, log1p, pi, sin, sqrt
 from .decay import decayed, difference, divided_differences, mean_fall
 from .from_zero import FromZero
 from .quadrature import GAUSS_5
-from .roots import offset_of_partner, offset_of_real_root, root_in_bracket
+from .roots import falling_zero, offset_of_partner, offset_of_real_root, root_in_bracket
 
 #: A damping ratio as small as this changes no bit of any result, and needs no case of its own.
 _LEAST_DAMPING = 1e-30
@@ -27,9 +27,6 @@ _BRIEF = 0.4
 #: What the roots are like: one real and an oscillating pair, three real, three of which two are
 #: close, or nearly one.
 _OSCILLATING, _THREE_RATES, _MEETING_RATES, _NEAR_TRIPLE_ROOTS = range(4)
-
-#: After so many steps of Newton's method, as a rule it needs 4 to 6, the sure way is taken.
-_NEWTON_STEPS = 40
 
 #: Decay exponents beyond this leave nothing of a double.
 _VANISHED = 745.0
@@ -143,12 +140,13 @@ class AbsoluteContact:
         #: Of the undamped spring, rad/s.
         self.frequency = omega
         #: The fastest rate of change in the phase, 1/s.
-        self.rate = omega * max(1.0, 2.0 * zeta)
+        fastest = 2.0 * zeta if zeta > 0.5 else 1.0
+        self.rate = omega * fastest
         duration = None
         # How long the drags alone need to part the bodies again, in units of 1/ω0: long before the
         # spring does if they move much faster than they close. Modes would cancel then.
         parting = drag1 * v1 - drag2 * v2
-        brief = d == 0.0 and 2.0 * closing * max(1.0, 2.0 * zeta) < _BRIEF * parting
+        brief = d == 0.0 and 2.0 * closing * fastest < _BRIEF * parting
         self._brief = brief
         if brief or apart < _NEAR_TRIPLE * r * r:
             self._kind = _NEAR_TRIPLE_ROOTS
@@ -203,7 +201,7 @@ class AbsoluteContact:
                 )
                 guess = (pi + atan2(-w0, h0 / second)) / (second * omega)
                 if compression == 0.0:
-                    duration = self._first_return(guess)
+                    duration = self._first_return()
             else:
                 self._kind = _MEETING_RATES
                 self._motion = (a * x, w0, h0, a1, c1, s1, a2, c2, s2)
@@ -244,7 +242,19 @@ class AbsoluteContact:
 
     def end(self) -> tuple[list[float], float]:
         """State and closing speed when contact ends: the compression is 0."""
-        _, x_club, _, v_club, v_ball, _ = self.state(self.duration)
+        t = self.duration
+        if self._kind == _OSCILLATING:
+            r, slow, frequency, _, _, _, a1, c1, s1, a2, c2, s2, x_c, x_s = self._motion
+            size = exp(-slow * t)
+            angle = frequency * t
+            c = size * cos(angle)
+            s = size * sin(angle)
+            e = exp(-r * t)
+            x_club = self._base[0] + (x_c - a1 * expm1(-r * t) / r - x_c * c + x_s * s)
+            v_club = a1 * e + c1 * c + s1 * s
+            v_ball = a2 * e + c2 * c + s2 * s
+        else:
+            _, x_club, _, v_club, v_ball, _ = self.state(t)
         return [0.0, x_club, x_club, v_club, v_ball, 0.0], v_club - v_ball
 
     def fast_state(self) -> tuple[Callable[[float], list[float]], float, float]:
@@ -349,36 +359,17 @@ class AbsoluteContact:
             return self._at(d / omega, heavy, light, moved_heavy / omega)
         return self._at(d / omega, -light, -heavy, -0.5 * (lost - (d - d0)) / omega)
 
-    def _first_return(self, guess: float) -> float | None:
+    def _first_return(self) -> float | None:
         """The usual end of contact: e^(rt)·d rises from 0 at touch to its first turning point, and
-        falls through 0 before its second one. None if Newton's method leaves that interval, or
-        finds no way: where d hardly reaches 0 again, it may go to and fro for ever.
+        falls through 0 before its second one. None if there is none, or it isn't found.
         """
-        _, slow, second = self._pair
         u, slope = self._critical
+        _, slow, second = self._pair
         low = atan2(u, -(slope + slow * u) / second)
-        r, slow, frequency, a0, c0, s0, a1, c1, s1, a2, c2, s2, _, _ = self._motion
+        r, slow, frequency, lone, cosine, sine, *_ = self._motion
         low /= frequency
-        high = low + pi / frequency
-        rate = complex(-slow, frequency)
-        a, c, s = a1 - a2, c1 - c2, s1 - s2
-        t = guess
-        for _ in range(_NEWTON_STEPS):
-            if not low < t < high:
-                return None
-            e = exp(-r * t)
-            z = complex_exp(rate * t)
-            p = z.real
-            q = z.imag
-            closing = a * e + c * p + s * q
-            if closing >= 0.0:
-                return None
-            step = (a0 * e + c0 * p + s0 * q) / closing
-            t -= step
-            # Convergence is quadratic: the next step would be below 1e-16.
-            if abs(step) <= 1e-8 * t:
-                return t if low < t < high else None
-        return None
+        # Without the pair's decay d doesn't vanish: its zeros stay exact.
+        return falling_zero(slow - r, frequency, lone, cosine, sine, low, low + pi / frequency)
 
     def _compression(self, t: float) -> tuple[float, float]:
         return self.state(t)[5], self.closing(t)
@@ -571,6 +562,9 @@ class AbsoluteContact:
         return best
 
     def _find_maxima(self) -> list[float]:
+        usual = self._only_maximum()
+        if usual is not None:
+            return [usual]
         oscillates, slow, second = self._pair
         fast = slow if oscillates else slow + second
         square = second * second if oscillates else 0.0
@@ -584,6 +578,34 @@ class AbsoluteContact:
         limit = min(limit, self.duration)
         crossings = self._crossings(self._closing, (slope, bend), sign, limit, guess)
         return [t for n, t in enumerate(crossings) if (n % 2 == 0) == (sign > 0.0)]
+
+    def _only_maximum(self) -> float | None:
+        """When d is largest, s, in the usual case: e^(rt)·d' falls from the start or from its first
+        turning point on, and contact ends before it could fall again. None otherwise.
+        """
+        if self._kind != _OSCILLATING or self._base[7]:
+            return None
+        u, slope = self._critical
+        _, slow, second = self._pair
+        bend = -2.0 * slow * slope - (slow * slow + second * second) * u
+        turning = atan2(slope, -(bend + slow * slope) / second)
+        if turning <= 0.0:
+            turning += pi
+        r, slow, frequency, lone, cosine, sine, *_ = self._motion
+        turning /= frequency
+        half_period = pi / frequency
+        low, high = (turning, turning + half_period) if slope > 0.0 else (0.0, turning)
+        if self.duration > high + half_period:
+            return None
+        return falling_zero(
+            slow - r,
+            frequency,
+            -r * lone,
+            frequency * sine - slow * cosine,
+            -frequency * cosine - slow * sine,
+            low,
+            min(high, self.duration),
+        )
 
 
 def _oscillating(

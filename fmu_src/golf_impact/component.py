@@ -233,8 +233,11 @@ class Component:
             self._report(problem)
             return False
         self._size = self.last_step = size
-        self._pace = size * self._scale
-        self._count = 1.0
+        if self._until == self._until:
+            self._pace = size * self._scale
+            self._count = 1.0
+        else:
+            self._tick(size)
         self._point = point + size
         self._now = None
         if self._watched:
@@ -542,12 +545,11 @@ class Component:
 
     def restore(self, snapshot: tuple | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
-        if not _is_own(snapshot):
+        if type(snapshot) is not tuple or not snapshot or snapshot[0] is not _OWN:
             self._refuse_once(
                 "a state that this component didn't make is refused; it has no effect"
             )
             return
-        assert snapshot is not None
         (
             _,
             self._mode,
