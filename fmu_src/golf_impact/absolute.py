@@ -161,11 +161,12 @@ class AbsoluteContact:
             # The real mode is (x, p, u), its left partner (-q x, q, u).
             u = p + r * x if x >= 0.0 else q * x / y
             norm = q * (p - x * x) + u * u
-            a = (q * (v1 - x * d) + u * v2) / norm
+            off = v1 - x * d
+            a = (q * off + u * v2) / norm
             # The state less a·(x, p, u), written out: heavy drag leaves almost nothing of it.
-            w0 = (d * (p * q + u * u) - x * (q * v1 + u * v2)) / norm
+            w0 = (d * (p * q + u * u) - x * (q * v1 + u * v2)) / norm if d else -x * a
             w1 = (v1 * (u * u - q * x * x) + p * (q * x * d - u * v2)) / norm
-            w2 = q * (v2 * (p - x * x) - u * (v1 - x * d)) / norm
+            w2 = q * (v2 * (p - x * x) - u * off) / norm
             # The closing speed less that of the real mode: unless they nearly cancel, it is better
             # than the difference of two velocities that may be far larger.
             h0 = closing - a * (p - u)
@@ -199,9 +200,10 @@ class AbsoluteContact:
                     (slow * c1 + second * s1) / (product * omega),
                     (second * c1 - slow * s1) / (product * omega),
                 )
-                guess = (pi + atan2(-w0, h0 / second)) / (second * omega)
                 if compression == 0.0:
                     duration = self._first_return()
+                if duration is None:
+                    guess = (pi + atan2(-w0, h0 / second)) / (second * omega)
             else:
                 self._kind = _MEETING_RATES
                 self._motion = (a * x, w0, h0, a1, c1, s1, a2, c2, s2)

@@ -27,9 +27,13 @@ def offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
             low = x
         else:
             high = x
-        step = f / ((span - x) * (drag + 2.0 * x) - slope - q)
-        if abs(step) <= 1e-9 * x:
-            return x - step
+        rate = drag + 2.0 * x
+        rest = span - x
+        fall = rest * rate - slope - q
+        step = f / fall
+        if abs(step) <= 3e-6 * x:
+            # Chebyshev's correction: what is left is the cube of the step.
+            return x - step * (1.0 + step * (rest - rate) / fall)
         x -= step
         if not low < x < high:
             x = 0.5 * (low + high)
