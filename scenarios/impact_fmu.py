@@ -264,11 +264,11 @@ class ImpactFmu:
             UserError: the FMU refuses a value.
         """
         self.start(**values)
-        self.step(0.0, self._horizon(values))
+        self.step(0.0, self.horizon(values))
         return self.read(outputs)
 
-    def _horizon(self, values: Mapping[str, float]) -> float:
-        """Long enough for the bodies to meet and, if they do, to part."""
+    def horizon(self, values: Mapping[str, float]) -> float:
+        """A step long enough for the bodies to meet and, if they do, to part, s."""
         gap = values.get("gap", 0.0)
         club = values.get("club_speed", self.default("club_speed"))
         closing = club - values.get("ball_speed", 0.0)

@@ -186,7 +186,7 @@ def test_the_step_is_that_of_one_impact(fmu):
     values = {name: 10.0 ** rng.uniform(-9, 3, 200) for name in names}
     found = horizon(fmu, {}, values, 200)
     for n in range(200):
-        assert found[n] == fmu._horizon({name: values[name][n].item() for name in names})
+        assert found[n] == fmu.horizon({name: values[name][n].item() for name in names})
 
 
 def test_only_the_outputs_asked_for(fmu, fmu_path, tmp_path):
@@ -668,3 +668,16 @@ def test_impacts_in_an_instance_that_has_done_other_things(fmu, fmu_path):
 def test_grids_know_whether_they_vary():
     assert not axis("k", "1").varies
     assert Grid("k", np.array([1.0, 2.0])).varies
+
+
+def test_a_step_long_enough_for_any_exponent(fmu):
+    # A stiffening ball is soft to a slow club: its contact may last for seconds.
+    names = ("exponent", "club_speed")
+    values = {"exponent": np.array([1.0, 1.5, 12.0]), "club_speed": np.array([1e-3, 1e-3, 1e-3])}
+    found = horizon(fmu, {"law": 2}, values, 3)
+    for n in range(3):
+        case = {name: values[name][n].item() for name in names}
+        assert found[n] == fmu.horizon({"law": 2, **case})
+        fmu.impact(law=2, **case)
+        assert fmu.flag("separated")
+    assert found[2] > 1.0

@@ -75,10 +75,10 @@ def sweep(given: Options, study_file: Path | None) -> int:
 
 
 def _fmu(path: Path | None) -> Path:
-    if path is not None:
-        return path
-    from scenarios.fmu_file import current_fmu
+    from scenarios.fmu_file import current_fmu, given_fmu
 
+    if path is not None:
+        return given_fmu(path)
     path, why = current_fmu()
     if why:
         _err.print(f"Built {path}: {why}.", soft_wrap=True, highlight=False)

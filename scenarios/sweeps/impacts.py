@@ -11,6 +11,7 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -173,6 +174,8 @@ def horizon(
 
     The same to the last bit as `ImpactFmu.impact` takes for one case.
     """
+    if "exponent" in values or fixed.get("exponent", 1.0) != 1.0:
+        return _each_by_itself(fmu, fixed, values, number)
     k, m_club, m_ball, club_speed, ball_speed, gap = (
         values.get(name, fixed.get(name, fmu.default(name)))
         for name in ("k", "m_club", "m_ball", "club_speed", "ball_speed", "gap")
@@ -185,3 +188,21 @@ def horizon(
         approach = np.where(closing > 0.0, np.divide(gap, closing), 0.0)
         steps = np.fmax(HORIZON, contact) + approach
     return np.broadcast_to(np.where(np.isfinite(steps) & (steps > 0.0), steps, HORIZON), (number,))
+
+
+def _each_by_itself(
+    fmu: ImpactFmu,
+    fixed: Mapping[str, float],
+    values: Mapping[str, np.ndarray],
+    number: int,
+) -> np.ndarray:
+    """With an exponent: powers of arrays may differ in their last bit from powers of numbers."""
+    names = [name for name in values if name in fmu.variables]
+    steps = np.full(number, HORIZON)
+    for n, case in enumerate(zip(*(values[name].tolist() for name in names), strict=True)):
+        # What the FMU will refuse may be anything here.
+        with suppress(ArithmeticError, TypeError, ValueError):
+            step = fmu.horizon({**fixed, **dict(zip(names, case))})
+            if 0.0 < step < math.inf:
+                steps[n] = step
+    return steps
