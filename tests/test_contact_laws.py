@@ -60,8 +60,8 @@ def test_the_check_can_fail():
 
 
 def test_the_border_of_separation_is_decided():
-    # The drag keeps the bodies together until nothing is left of d (1e-320 m). Where Newton's method
-    # looked for that return by d itself, it went to and fro for ever. By 80 digits:
+    # The drag keeps the bodies together until nothing is left of d (1e-320 m). Where Newton's
+    # method looked for that return by d itself, it went to and fro for ever. By 80 digits:
     late = AbsoluteContact(
         1033217.582605348, 1148.4834442997599, 0.21, 0.04593, 0.0, 0.0, 35.0, 0.0
     )
