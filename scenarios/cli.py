@@ -28,8 +28,9 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-_out = Console()
-_err = Console(stderr=True)
+# What users typed is shown as they typed it.
+_out = Console(markup=False, emoji=False)
+_err = Console(stderr=True, markup=False, emoji=False)
 
 
 def _version(asked: bool) -> None:
@@ -474,7 +475,7 @@ def _refuse_empty(arguments: list[str]) -> None:
             )
 
 
-def _one_line(call: Callable[[], None]) -> int:
+def _one_line(call: Callable[[], object]) -> int:
     """Run a command; whatever a user can mend becomes one line on stderr and exit code 2."""
     stopping.listen()
     for stream in (sys.stdout, sys.stderr):
@@ -495,14 +496,25 @@ def _one_line(call: Callable[[], None]) -> int:
         stopping.close_scratch()
 
 
-def _code_of(call: Callable[[], None]) -> int:
+def _code_of(call: Callable[[], object]) -> int:
     try:
-        call()
+        code = call()
     except SystemExit as stop:
-        if stop.code == 130:
-            _err.print("Stopped; nothing half-written is left.", style="red")
-        return stop.code if isinstance(stop.code, int) else 1
-    return 0
+        code = stop.code if isinstance(stop.code, int) else 1
+    except Exception as error:
+        # The parser's own errors, from click or from typer's copy of it.
+        words = getattr(error, "format_message", None)
+        if words is None:
+            raise
+        if type(error).__name__ == "NoArgsIsHelpError":
+            error.show()  # type: ignore[attr-defined]
+            return 2
+        context = getattr(error, "ctx", None)
+        where = f" (see {context.command_path} --help)" if context else ""
+        raise UserError(f"{words().rstrip('.')}{where}") from None
+    if code == 130:
+        _err.print("Stopped; nothing half-written is left.", style="red")
+    return code if isinstance(code, int) else 0
 
 
 def _complain(error: Exception) -> None:
@@ -517,7 +529,7 @@ def _complain(error: Exception) -> None:
 
 def main() -> None:
     """The console script."""
-    _leave(_one_line(app))
+    _leave(_one_line(lambda: app(standalone_mode=False)))
 
 
 def _leave(code: int) -> NoReturn:
@@ -534,4 +546,4 @@ def _leave(code: int) -> NoReturn:
 
 def run_alone(name: str) -> None:
     """One scenario as a script of its own: `python -m scenarios.baseline [OPTIONS]`."""
-    _leave(_one_line(lambda: app(["run", name, *sys.argv[1:]])))
+    _leave(_one_line(lambda: app(["run", name, *sys.argv[1:]], standalone_mode=False)))

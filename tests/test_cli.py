@@ -182,3 +182,26 @@ def test_a_very_soft_ball_still_parts(tmp_path):
     assert done.returncode == 0, done.stderr
     case = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
     assert case["coefficient_of_restitution"] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("calibrate", "--core", "0.7"), ("--core", "calibrate --help")),
+        (("build", "--fmi", "4"), ("--fmi",)),
+        (("nothing",), ("nothing",)),
+        (("sweep", "--seed", "abc"), ("--seed",)),
+        (("run", ":100:"), (":100:",)),
+        (("sweep", "--set", "k=log:-1:1:5", "--out", "x.csv"), ("k=log:-1:1:5",)),
+    ],
+)
+def test_one_line_for_any_mistake(arguments, words, tmp_path):
+    done = golf(*arguments, cwd=tmp_path)
+    refused(done, *words)
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_no_arguments_show_help():
+    done = golf()
+    assert done.returncode == 2
+    assert "Usage" in done.stdout + done.stderr

@@ -80,7 +80,7 @@ def bench(out: Path, quick: bool) -> int:
         import scipy  # noqa: F401
     except ImportError as error:
         raise UserError(
-            f"bench needs {error.name}: install it with `pip install golf-impact[test]`"
+            f"bench needs {error.name}: install it with `pip install 'golf-impact[test]'`"
         ) from error
     folder = prepare(out)
     errors = Console(stderr=True)

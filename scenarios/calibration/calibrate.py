@@ -91,7 +91,12 @@ class Calibration:
                 f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)} (none was given);"
                 " standard errors and χ² follow from it."
             )
-        if found.probability is None:
+        if found.probability is None and found.chi_squared > 1e-6:
+            words.append(
+                "These targets can't be met together by this law; what comes nearest to them is "
+                "shown, and standard errors are those of the σ alone."
+            )
+        elif found.probability is None:
             words.append(
                 "As many targets as parameters: they are met exactly, whatever the law; χ² says "
                 "nothing, and standard errors are those of the σ alone."

@@ -304,13 +304,17 @@ class _Search:
 
     def described(self, at: Coordinates, others: list[Coordinates], method: str) -> Fit:
         """The fit at a place."""
+        if at.damping < 1e-9:
+            at = Coordinates(at.length, 0.0, at.exponent)
         predicted = self.predictor.predict(at)
         assert predicted is not None
         values = self.predictor.values(at)
         free = self.predictor.law.free
         notes = []
         if at.damping < 1e-9:
-            notes.append("b is at its limit 0: these targets ask for no damping, or for less")
+            notes.append(
+                "the damping b is at its limit 0: these targets ask for no damping, or for less"
+            )
         if predicted["time_of_max_force"] == 0.0:
             notes.append("the force is largest at first touch: a dashpot more than a ball")
         if self.free_exponent and not LEAST_EXPONENT < at.exponent < LARGEST_EXPONENT:

@@ -44,7 +44,7 @@ def stress(out: Path, quick: bool, seed: int | None = None) -> int:
         import scipy  # noqa: F401
     except ImportError as error:
         raise UserError(
-            f"stress needs {error.name}: install it with `pip install golf-impact[test]`"
+            f"stress needs {error.name}: install it with `pip install 'golf-impact[test]'`"
         ) from error
     folder = prepare(out)
     seed = DEFAULT_SEED if seed is None else seed

@@ -1,6 +1,6 @@
 """The same chunks on a Dask cluster: an existing one by its address, or one made here.
 
-Its workers need this package (`pip install golf-impact[cluster]`); the FMU travels to them once
+Its workers need this package (`pip install 'golf-impact[cluster]'`); the FMU travels to them once
 and is checked there. A worker that dies gives its chunks back: Dask runs them elsewhere.
 """
 
@@ -86,7 +86,7 @@ def connected(scheduler: str, workers: int | None = None) -> Iterator[Client]:
         import distributed
     except ImportError as error:
         raise UserError(
-            "--scheduler needs Dask: install it with `pip install golf-impact[cluster]`, here and "
+            "--scheduler needs Dask: run `pip install 'golf-impact[cluster]'`, here and "
             "on the cluster's workers"
         ) from error
     # What happens to its connections is told by our own lines.

@@ -25,8 +25,8 @@ from scenarios.sweeps.study import Study
 from scenarios.sweeps.study_file import Options, read_study
 from scenarios.sweeps.target import check_path
 
-_out = Console()
-_err = Console(stderr=True)
+_out = Console(markup=False, emoji=False)
+_err = Console(stderr=True, markup=False, emoji=False)
 
 
 def sweep(given: Options, study_file: Path | None) -> int:
@@ -62,8 +62,11 @@ def sweep(given: Options, study_file: Path | None) -> int:
                 outcome = _outcome(study, summary, words)
                 found = _sensitivity(study, summary, fmu, stop, outcome)
     except Stopped as stopped:
+        file = "is written" if stopped.written else "is as it was"
+        if not options.out.exists():
+            file = "was not written"
         _err.print(
-            f"{stopped.done:,} of {study.cases:,} cases were done; {options.out} is as it was.",
+            f"{stopped.done:,} of {study.cases:,} cases were done; {options.out} {file}.",
             soft_wrap=True,
             highlight=False,
         )
@@ -134,7 +137,8 @@ def _words(summary: Summary, options: Options) -> list[str]:
     if options.scheduler is not None:
         who = f"on {options.scheduler}" if options.scheduler != "local" else "on a local cluster"
     else:
-        workers = options.workers or 1
+        chunks = -(-summary.cases // (options.chunk or CHUNK))
+        workers = min(options.workers or 1, chunks)
         who = f"in {workers} processes" if workers > 1 else "in one process"
     rate = summary.cases / summary.seconds
     words = [
@@ -155,7 +159,7 @@ def _compared(study: Study, fmu: Path, stop: threading.Event) -> list[str]:
 
     def tick() -> None:
         if stop.is_set():
-            raise Stopped(study.cases)
+            raise Stopped(study.cases, written=True)
 
     with _err.status("comparing with fmpy.simulate_fmu"):
         found = compare(study, fmu, tick=tick)
@@ -221,7 +225,7 @@ def _sensitivity(
             made = plan(study, instance.variables)
             for start in range(0, number, CHUNK):
                 if stop.is_set():
-                    raise Stopped(study.cases)
+                    raise Stopped(study.cases, written=True)
                 part = {name: column[start : start + CHUNK] for name, column in columns.items()}
                 parts.append(impacts(instance, made, made.values(part)).outputs[:, 0])
         return np.concatenate(parts)
@@ -231,7 +235,7 @@ def _sensitivity(
 
         found = sensitivity(study, summary.drawn, outputs_of)
     except ImportError:
-        outcome.words.append("Sensitivities need SciPy: `pip install golf-impact[sweep]`.")
+        outcome.words.append("Sensitivities need SciPy: `pip install 'golf-impact[sweep]'`.")
         return None
     if found is None:
         return None

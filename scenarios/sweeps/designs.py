@@ -49,7 +49,7 @@ def unit_samples(
         from scipy.stats import qmc
     except ImportError as error:
         raise UserError(
-            f"the design {design} needs SciPy: install it with `pip install golf-impact[sweep]`, "
+            f"the design {design} needs SciPy: install it with `pip install 'golf-impact[sweep]'`, "
             "or use --design random"
         ) from error
     if design == "lhs":

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 #: More points of a line, or along a side of a map, than these can't be seen.
 _MOST_POINTS, _MOST_SIDE = 2000, 300
 
+#: What varies by less (relative) is constant but for rounding.
+_CONSTANT = 1e-12
+
 #: Variables whose values are names, not amounts.
 _NAMED = ("ball", "law")
 
@@ -200,7 +203,11 @@ def _monte_carlo(
     rare = 0.05 if len(usable) > 2000 else 0.0
     bins = int(np.clip(np.sqrt(len(usable)), 8, 80))
     reach = np.percentile(usable, (rare, 100.0 - rare))
-    density, edges = np.histogram(usable, bins, range=tuple(reach), density=True)
+    low, high = (float(end) for end in reach)
+    if high - low <= _CONSTANT * max(abs(low), abs(high)):
+        margin = 1e-3 * max(abs(low), abs(high)) or 1.0
+        low, high = low - margin, high + margin
+    density, edges = np.histogram(usable, bins, range=(low, high), density=True)
     axes.stairs(density, edges, fill=True, color=figures.SKY)
     quantiles = np.percentile(usable, (5, 50, 95))
     digits = _digits(quantiles)
@@ -209,7 +216,8 @@ def _monte_carlo(
         axes.axvline(
             value, color=figures.BLACK, lw=1.4, ls=style, label=f"{percent} %: {value:.{digits}f}"
         )
-    axes.set(xlabel=output, ylabel="probability density")
+    left_out = f" ({2.0 * rare:g} % lie outside)" if rare else ""
+    axes.set(xlabel=output, ylabel=f"probability density{left_out}")
     axes.margins(y=0.06)
     figures.legend_above(axes, columns=3)
     return figure
@@ -247,6 +255,8 @@ def _capital(words: str) -> str:
 def _digits(values: np.ndarray) -> int:
     """Enough decimals to tell quantiles apart."""
     width = float(np.ptp(values))
+    if width <= _CONSTANT * float(np.abs(values).max()):
+        width = 1e-3 * float(np.abs(values).max())
     return int(np.clip(2 - np.floor(np.log10(width)), 0, 9)) if width > 0.0 else 4
 
 

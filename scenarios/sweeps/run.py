@@ -28,16 +28,20 @@ CHUNK = 2000
 #: A larger one would take too long to stop.
 LARGEST_CHUNK = 10_000
 
+#: Each takes some 50 MB; beyond one machine there are clusters.
+MOST_WORKERS = 256
+
 #: Chunks that may be under way or waiting to be written: what bounds the memory.
 _IN_FLIGHT = 32
 
 
 class Stopped(Exception):  # noqa: N818 (not an error: the user asked for it)
-    """The user stopped a sweep: so many cases had been done."""
+    """The user stopped a sweep: so many cases had been done, and whether the file was written."""
 
-    def __init__(self, done: int) -> None:
+    def __init__(self, done: int, written: bool = False) -> None:
         super().__init__(f"stopped after {done:,} cases")
         self.done = done
+        self.written = written
 
 
 @dataclass(frozen=True)
@@ -98,8 +102,10 @@ def run_sweep(
         from scenarios.fmu_file import current_fmu
 
         fmu, _ = current_fmu()
-    if workers < 1:
-        raise UserError(f"--workers {workers} is refused: it must be at least 1")
+    if not 1 <= workers <= MOST_WORKERS:
+        raise UserError(f"--workers {workers} is refused: it must be 1 to {MOST_WORKERS}")
+    # One that gets no chunk would only cost its start.
+    workers = min(workers, -(-study.cases // max(1, chunk)))
     source = Path(fmu)
     with _lines_for_errors(), ExitStack() as stack:
         if executor is None and workers == 1:

@@ -51,7 +51,11 @@ def sensitivity(
         None if the output is the same in all cases.
     """
     usable = np.isfinite(drawn)
-    if usable.sum() < 3 or np.ptp(drawn[usable]) == 0.0:
+    if usable.sum() < 3:
+        return None
+    least, greatest = float(drawn[usable].min()), float(drawn[usable].max())
+    # But for rounding: S under law 1 is the same at any speed.
+    if greatest - least <= 1e-12 * max(abs(least), abs(greatest)):
         return None
     if not study.varied_grid and usable.all():
         found = _sobol(study, outputs_of)
@@ -78,11 +82,16 @@ def _sobol(
     if not np.isfinite(found).all():
         return None
     parts = found.reshape(number + 2, 1, _POINTS)
-    indices = sobol_indices(
-        func={"f_A": parts[0], "f_B": parts[1], "f_AB": parts[2:]}, n=_POINTS
-    ).first_order
+    if number == 1:
+        # SciPy's estimator fails for one variable, which explains all by itself.
+        indices = np.ones(1)
+    else:
+        found_indices = sobol_indices(
+            func={"f_A": parts[0], "f_B": parts[1], "f_AB": parts[2:]}, n=_POINTS
+        )
+        indices = np.ravel(found_indices.first_order)
     return Sensitivity(
-        dict(zip((one.name for one in axes), np.ravel(indices).tolist(), strict=True)),
+        dict(zip((one.name for one in axes), indices.tolist(), strict=True)),
         "first-order Sobol index",
         f"First-order Sobol indices (Saltelli 2010) of {len(points):,} impacts of their own: the "
         "share of the output's variance that each variable explains by itself.",

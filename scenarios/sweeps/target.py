@@ -65,8 +65,7 @@ class Parquet:
             import pyarrow.parquet
         except ImportError as error:
             raise UserError(
-                "Parquet needs pyarrow: install it with `pip install golf-impact[sweep]`, or name "
-                "a .csv file"
+                "Parquet needs pyarrow: run `pip install 'golf-impact[sweep]'`, or name a .csv file"
             ) from error
         self._arrow = pyarrow
         kinds = {"ball": pyarrow.string(), "law": pyarrow.int64()}
