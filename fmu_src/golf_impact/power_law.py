@@ -15,6 +15,7 @@ from math import atan2, exp, hypot, inf, pi, sqrt
 
 from .oscillator import LEAST, Oscillator
 from .panels import Panel
+from .quadrature import GAUSS_5
 
 #: Where panels meet, as phases Ωσ since the last zero of x. The other zeros of x are pi apart along
 #: the real axis, or along the imaginary one above critical damping; they keep a distance from a
@@ -25,14 +26,8 @@ _FIRST_CUT_ABOVE, _GROWTH_ABOVE = 1.6, 1.6
 #: A panel nearer than this many widths to a zero of x is expanded about that zero.
 _NEAR = 1.5
 
-#: Gauss–Legendre points and weights on (0, 1).
-_GAUSS = (
-    (0.04691007703066800, 0.11846344252809454),
-    (0.23076534494715845, 0.23931433524968324),
-    (0.5, 0.28444444444444444),
-    (0.76923465505284155, 0.23931433524968324),
-    (0.95308992296933200, 0.11846344252809454),
-)
+#: Gauss–Legendre's points and weights on (0, 1).
+_GAUSS = tuple((0.5 + 0.5 * point, 0.5 * weight) for point, weight in GAUSS_5)
 
 #: A lower speed is not made the unit: powers might underflow.
 _LEAST_SPEED = 1e-150
