@@ -39,6 +39,12 @@ import {package}.club_ball_impact as face
 
 
 class {name}(face.{name}):
+    # What a host calls most is looked up by name, in this class first.
+    _set_fmu_state = face.{name}._set_fmu_state
+    do_step = face.{name}.do_step
+    get_real = face.{name}.get_real
+    set_real = face.{name}.set_real
+
     # pythonfmu 0.7.0 crashes on the second instance of a class that has no method of its own.
     def terminate(self):
         face.{name}.terminate(self)

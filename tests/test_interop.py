@@ -411,5 +411,5 @@ print(json.dumps([side_by_side, [one_run(folder, 1)[0] for folder in folders]]))
     (other,), _ = json.loads(alone.stdout.splitlines()[-1])
     for found in json.loads(done.stdout.splitlines()[-1]):
         this = found[order.index(str(fmu_path))]
-        assert this == EXPECTED[1][0]
+        assert this == pytest.approx(EXPECTED[1][0], rel=1e-15, abs=0.0)
         assert found[1 - order.index(str(fmu_path))] == other != this

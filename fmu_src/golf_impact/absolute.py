@@ -84,7 +84,7 @@ class AbsoluteContact:
             v1, v2 = -v_ball, -v_club
         mu = m_club * (m_ball / total)
         omega = sqrt(k / mu)
-        zeta = b / (2.0 * mu * omega) or _LEAST_DAMPING
+        zeta = b / (2.0 * mu * omega)
         if zeta < _LEAST_DAMPING:
             zeta = _LEAST_DAMPING
         drag1 = 2.0 * zeta * p
@@ -117,10 +117,10 @@ class AbsoluteContact:
             )
             # The two rates with the smaller ratio make the pair.
             low, middle, high = (rate for rate, _, _ in roots)
-            lone = 0 if middle * middle > low * high else 2
-            if roots[lone][0] != r:
-                r, x, y = roots[lone]
-                slow, fast = roots[1 - lone // 2][0], roots[2 - lone // 2][0]
+            single = 0 if middle * middle > low * high else 2
+            if roots[single][0] != r:
+                r, x, y = roots[single]
+                slow, fast = roots[1 - single // 2][0], roots[2 - single // 2][0]
                 second = fast - slow
             apart = abs((r - slow) * (r - fast))
         d = omega * compression
@@ -183,14 +183,16 @@ class AbsoluteContact:
                 a1, c1, s1, a2, c2, s2 = -a * u, -w2, -h2, -a * p, -w1, -h1
             if oscillates:
                 s1 /= second
+                h0 /= second
+                lone = a * x
                 self._kind = _OSCILLATING
                 self._motion = (
                     r * omega,
                     slow * omega,
                     second * omega,
-                    a * x / omega,
+                    lone / omega,
                     w0 / omega,
-                    h0 / (second * omega),
+                    h0 / omega,
                     a1,
                     c1,
                     s1,
@@ -201,9 +203,17 @@ class AbsoluteContact:
                     (second * c1 - slow * s1) / (product * omega),
                 )
                 if compression == 0.0:
-                    duration = self._first_return()
+                    # The usual end: e^(rτ)·d rises from 0 to its first turning point, and falls
+                    # through 0 before its second one. Looked for without the pair's decay, so that
+                    # d doesn't vanish: its zeros stay exact.
+                    turning = atan2(y0, (y2 - y1 - slow * y0) / second) / second
+                    tau = falling_zero(
+                        slow - r, second, lone, w0, h0, turning, turning + pi / second
+                    )
+                    if tau is not None:
+                        duration = tau / omega
                 if duration is None:
-                    guess = (pi + atan2(-w0, h0 / second)) / (second * omega)
+                    guess = (pi + atan2(-w0, h0)) / (second * omega)
             else:
                 self._kind = _MEETING_RATES
                 self._motion = (a * x, w0, h0, a1, c1, s1, a2, c2, s2)
@@ -263,7 +273,7 @@ class AbsoluteContact:
         """`state` for many instants: a function, and the scale and offset of time that it wants."""
         # Over one time constant of the real rate at most, 1 - (1 - e^(-rt)) loses nothing.
         if self._kind == _OSCILLATING and self._motion[0] * self.duration <= 1.0:
-            _, slow, frequency, _, c0, s0, *_ = self._motion
+            _, slow, frequency, _, c0, s0 = self._motion[:6]
             zero = FromZero(slow, frequency, c0, s0, self.duration)
             if zero.near:
                 return _oscillating(self._base[5], self._base[0], self._motion, zero), *zero.time
@@ -361,18 +371,6 @@ class AbsoluteContact:
             return self._at(d / omega, heavy, light, moved_heavy / omega)
         return self._at(d / omega, -light, -heavy, -0.5 * (lost - (d - d0)) / omega)
 
-    def _first_return(self) -> float | None:
-        """The usual end of contact: e^(rt)·d rises from 0 at touch to its first turning point, and
-        falls through 0 before its second one. None if there is none, or it isn't found.
-        """
-        u, slope = self._critical
-        _, slow, second = self._pair
-        low = atan2(u, -(slope + slow * u) / second)
-        r, slow, frequency, lone, cosine, sine, *_ = self._motion
-        low /= frequency
-        # Without the pair's decay d doesn't vanish: its zeros stay exact.
-        return falling_zero(slow - r, frequency, lone, cosine, sine, low, low + pi / frequency)
-
     def _compression(self, t: float) -> tuple[float, float]:
         return self.state(t)[5], self.closing(t)
 
@@ -456,7 +454,7 @@ class AbsoluteContact:
     def closing(self, t: float) -> float:
         """Closing speed d' at t, m/s, exact even where both bodies are much faster."""
         if self._kind == _OSCILLATING:
-            r, slow, frequency, a0, c0, s0, *_ = self._motion
+            r, slow, frequency, a0, c0, s0 = self._motion[:6]
             z = complex_exp(complex(-slow * t, frequency * t))
             pair = (frequency * s0 - slow * c0) * z.real - (slow * s0 + frequency * c0) * z.imag
             return pair - r * a0 * exp(-r * t)
@@ -466,7 +464,7 @@ class AbsoluteContact:
         if self._kind == _MEETING_RATES:
             r = self._system[4]
             _, slow, second = self._pair
-            a0, c0, s0, *_ = self._motion
+            a0, c0, s0 = self._motion[:3]
             pair = (s0 - slow * c0) * exp(-slow * tau)
             pair -= s0 * (slow + second) * difference(slow, second, tau)
             return pair - r * a0 * exp(-r * tau)
@@ -491,7 +489,7 @@ class AbsoluteContact:
         omega = self._omega
         k = self._base[5]
         if self._kind == _OSCILLATING:
-            r, slow, frequency, a0, c0, s0, *_ = self._motion
+            r, slow, frequency, a0, c0, s0 = self._motion[:6]
             square = slow * slow + frequency * frequency
             # The pair's amplitudes at the beginning.
             z = complex_exp(complex(-slow * begin, frequency * begin))
@@ -518,7 +516,7 @@ class AbsoluteContact:
         if self._kind == _MEETING_RATES:
             r = self._system[4]
             _, slow, second = self._pair
-            a0, c0, s0, *_ = self._motion
+            a0, c0, s0 = self._motion[:3]
             c0 = c0 * exp(-slow * start) + s0 * difference(slow, second, start)
             s0 *= exp(-(slow + second) * start)
             ramp = -expm1(-slow * tau) / slow
@@ -593,7 +591,7 @@ class AbsoluteContact:
         turning = atan2(slope, -(bend + slow * slope) / second)
         if turning <= 0.0:
             turning += pi
-        r, slow, frequency, lone, cosine, sine, *_ = self._motion
+        r, slow, frequency, lone, cosine, sine = self._motion[:6]
         turning /= frequency
         half_period = pi / frequency
         low, high = (turning, turning + half_period) if slope > 0.0 else (0.0, turning)

@@ -186,7 +186,7 @@ class Component:
 
     def _begin(self) -> str | None:
         """Fix the parameters; or say why they can't be used."""
-        unusable = [m for name, m in self._refused.items() if name in Parameters._fields]
+        unusable = [m for name, m in self._refused.items() if name in Parameters.__slots__]
         parameters, inputs = self._split()
         problem = "; ".join(unusable) or conflict(parameters, inputs)
         if problem is None:
@@ -298,14 +298,14 @@ class Component:
         inputs: Any = tuple(self._values[:INPUTS])
         impact = self._impact
         assert impact is not None
-        if impact.parameters[8]:
+        if impact.parameters.restitution_at_rest:
             if self._count:
                 self._fold()
             self._watched, problem = impact.refusal_of_touch(self.clock, self.carry, inputs, size)
             if problem is not None:
                 return problem
         if inputs != impact.in_force:
-            if not (self._ordinary and usual(*inputs)):
+            if not (self._ordinary and usual(inputs)):
                 problem = conflict(impact.parameters, inputs)
                 if problem is not None:
                     return problem
@@ -425,7 +425,10 @@ class Component:
         if self._quick:
             now = self._now or self._evaluate()
             impact = self._impact
-            return [result(impact, now, self) for result in self._quick]
+            found = []
+            for result in self._quick:
+                found.append(result(impact, now, self))
+            return found
         return self._read(self._plan)
 
     def discretes(self, references: list[int], type_: str) -> list:

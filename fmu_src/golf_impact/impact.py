@@ -149,8 +149,8 @@ class Impact:
 
     def state(self, high: float, low: float) -> State:
         """Force (N), positions (m) and velocities (m/s) of club and ball, compression (m)."""
+        t = (high - self._high) + (low - self._low)
         while True:
-            t = (high - self._high) + (low - self._low)
             phase = self.phase
             elapsed = phase.duration
             if t < elapsed:
@@ -171,9 +171,12 @@ class Impact:
                 back = end - begin
                 self._low += (begin - (end - back)) + (elapsed - back)
                 self._high = end
-                if t == elapsed or (high - end) + (low - self._low) < 0.0:
+                after = (high - end) + (low - self._low)
+                if t == elapsed or after < 0.0:
                     # Now, to the last bit of the clock.
                     self._high, self._low = high, low
+                    after = 0.0
+                t = after
             if self.touch is None:
                 u_club, u_ball = phase.u_club, phase.u_ball
                 x_ball = phase.x_ball + u_ball * elapsed
@@ -181,7 +184,8 @@ class Impact:
                 self._enter_contact(x_ball, 0.0, u_club, u_ball, u_club - u_ball)
             else:
                 self._finish(phase, elapsed)
-                self.phase = Flight(*phase.end())
+                start, closing = phase.end()
+                self.phase = Flight(start, closing)
 
     def course(
         self, high: float, low: float
@@ -204,7 +208,7 @@ class Impact:
         self, x_club: float, compression: float, v_club: float, v_ball: float, closing: float
     ) -> None:
         k, b, _ = self.in_force
-        if self.parameters[8]:
+        if self.parameters.restitution_at_rest:
             b = self._damping()
         self._contact_start = (k, b, x_club, compression, v_club, v_ball, closing)
         self.phase = self._contact = self._contact_phase()
@@ -245,19 +249,19 @@ class Impact:
 
     def _contact_phase(self) -> Any:
         p = self.parameters
-        law: Any = KelvinVoigtContact if p[5] == 2 else AbsoluteContact
+        law: Any = KelvinVoigtContact if p.law == 2 else AbsoluteContact
         k, b, x_club, compression, v_club, v_ball, closing = self._contact_start
-        if p[6] != 1.0:
-            law = partial(PowerLawContact, exponent=p[6], reference_compression=p[7])
-        return law(k, b, p[0], p[1], x_club, compression, v_club, v_ball, closing)
+        if p.exponent != 1.0:
+            law = partial(
+                PowerLawContact,
+                exponent=p.exponent,
+                reference_compression=p.reference_compression,
+            )
+        return law(k, b, p.m_club, p.m_ball, x_club, compression, v_club, v_ball, closing)
 
     def _finish(self, phase: Any, elapsed: float) -> None:
-        ended = (phase, elapsed, self._offset)
+        self._finished += ((phase, elapsed, self._offset),)
         self._offset += elapsed
-        if not self._finished:
-            self._finished = (ended,)
-            return
-        self._finished = (*self._finished, ended)
         if len(self._finished) >= _REMEMBERED:
             self._sum_up()
 
@@ -285,7 +289,7 @@ class Impact:
         self.state(high, low)
         self.in_force = inputs
         # With damping from a COR, b isn't used.
-        acting = 1 if self.parameters[8] else 2
+        acting = 1 if self.parameters.restitution_at_rest else 2
         if self.phase is self._contact and inputs[:acting] != before[:acting]:
             self._contact_changes(self.phase, (high - self._high) + (low - self._low))
             self._high, self._low = high, low
@@ -306,7 +310,7 @@ class Impact:
         self._finish(phase, t)
         k, b, _ = self.in_force
         p = self.parameters
-        if p[8]:
+        if p.restitution_at_rest:
             b = self._damping()
         closing = phase.closing(t)
         # A power law's phase ends at once by itself where its force is gone.
@@ -360,7 +364,7 @@ class Impact:
         phase = self.phase
         arguments = phase.arguments() if self.touch is None or phase is not self._contact else None
         return [
-            self.parameters,
+            self.parameters.values(),
             self.in_force,
             arguments,
             self._high,

@@ -155,7 +155,7 @@ class KelvinVoigtContact:
         ]
 
     def _basis_at(self, t: float) -> tuple[float, float]:
-        first, second, *_ = self._motion
+        first, second = self._motion[:2]
         if self._basis == _OSCILLATING:
             z = complex_exp(complex(-first * t, second * t))
             return z.real, z.imag
@@ -205,7 +205,7 @@ class KelvinVoigtContact:
 
         The reduced mass times the change of the closing speed.
         """
-        first, second, *_, w, w_s, _, _, _, _ = self._motion
+        first, second, _, _, _, _, w, w_s, _, _, _, _ = self._motion
         c, s = self._basis_at(begin)
         if self._basis == _TWO_RATES:
             lost = -w * c * expm1(-first * width) - w_s * s * expm1(-second * width)
@@ -241,7 +241,7 @@ class KelvinVoigtContact:
         )
         if self._basis != _OSCILLATING or slope <= 0.0:
             return force, 0.0
-        gamma, frequency, _, force_s, *_ = self._motion
+        gamma, frequency, _, force_s = self._motion[:4]
         when = atan2(slope, gamma * force_s + frequency * force) / frequency
         return self.state(when)[0], when
 
@@ -250,7 +250,7 @@ class KelvinVoigtContact:
         d, w = self._start[4], self.closing(0.0)
         if w <= 0.0:
             return d
-        first, second, *_, w_s, _, _, _, _ = self._motion
+        first, second, _, _, _, _, _, w_s, _, _, _, _ = self._motion
         if self._basis == _OSCILLATING:
             when = atan2(w, -w_s) / second
         else:

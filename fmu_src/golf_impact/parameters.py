@@ -1,9 +1,9 @@
 """What values the component accepts, one by one and together, and how it says no."""
 
 from math import inf, sqrt
-from typing import NamedTuple
+from typing import Any
 
-from .variables import Variable
+from .variables import VARIABLES, Variable
 
 #: Rates (1/s), masses (kg), speeds and lengths outside these bounds would overflow on the way.
 _SMALLEST, _LARGEST = 1e-75, 1e75
@@ -15,8 +15,15 @@ _STEEPEST = 12.0
 _RATIO = 1e15
 
 
-class Parameters(NamedTuple):
-    """The values that stay fixed from the end of initialization on, in the table's order."""
+class Parameters:
+    """The values that stay fixed from the end of initialization on; never changed in place.
+
+    Args:
+        values: in the table's order.
+    """
+
+    # Not a named tuple: an attribute of one costs a look-up.
+    __slots__ = tuple(row.name for row in VARIABLES if row.causality == "parameter")
 
     m_club: float
     m_ball: float
@@ -29,12 +36,20 @@ class Parameters(NamedTuple):
     restitution_at_rest: float
     restitution_slope: float
 
+    def __init__(self, *values: Any) -> None:
+        for name, value in zip(self.__slots__, values, strict=True):
+            setattr(self, name, value)
+
+    def values(self) -> tuple:
+        """What it is made from."""
+        return tuple(getattr(self, name) for name in self.__slots__)
+
 
 #: k (N/m), b (N.s/m) and club_speed (m/s): what a host may change at every communication point.
 Inputs = tuple[float, float, float]
 
 INPUTS = 3
-SETTABLE = INPUTS + len(Parameters._fields)
+SETTABLE = INPUTS + len(Parameters.__slots__)
 
 
 def refusal(variable: Variable, value: object) -> str:
@@ -118,7 +133,7 @@ def ordinary(parameters: Parameters, inputs: Inputs) -> bool:
     """Whether every magnitude is so ordinary that any `usual` inputs will do as well."""
     p = parameters
     return (
-        usual(*inputs)
+        usual(inputs)
         and 1e-6 < p.m_club < 1e6
         and 1e-6 < p.m_ball < 1e6
         and abs(p.ball_speed) < 1e30
@@ -127,7 +142,8 @@ def ordinary(parameters: Parameters, inputs: Inputs) -> bool:
     )
 
 
-def usual(k: float, b: float, club_speed: float) -> bool:
+def usual(inputs: Inputs) -> bool:
     """A quick yes for inputs that need no closer look; see `ordinary`."""
+    k, b, club_speed = inputs
     # With masses as in `ordinary` the damping ratio stays below 1e13.
     return 1e-6 < k < 1e30 and b < 1e6 and -1e30 < club_speed < 1e30

@@ -51,7 +51,7 @@ def _coefficient_of_restitution(impact: Impact, state: State, at: Moment) -> flo
     touch = impact.touch
     if touch is None:
         return 0.0
-    return (state[4] - state[3]) / (touch[3] - impact.parameters[3])
+    return (state[4] - state[3]) / (touch[3] - impact.parameters.ball_speed)
 
 
 def _energy_efficiency(impact: Impact, state: State, at: Moment) -> float:
@@ -59,8 +59,8 @@ def _energy_efficiency(impact: Impact, state: State, at: Moment) -> float:
     if touch is None:
         return 1.0
     v_club, v_ball = state[3], state[4]
-    parameters = impact.parameters
-    m_club, m_ball, u_ball = parameters[0], parameters[1], parameters[3]
+    p = impact.parameters
+    m_club, m_ball, u_ball = p.m_club, p.m_ball, p.ball_speed
     u_club = touch[3]
     at_touch = m_club * u_club * u_club + m_ball * u_ball * u_ball
     return (m_club * v_club * v_club + m_ball * v_ball * v_ball) / at_touch if at_touch else 1.0

@@ -197,7 +197,9 @@ class SolvedImpact:
 
     def snapshot(self) -> SolvedSnapshot:
         """Everything, for `restored`."""
-        return SolvedSnapshot(getattr(self, name) for name in self.__slots__)
+        values = {name: getattr(self, name) for name in self.__slots__}
+        values["parameters"] = self.parameters.values()
+        return SolvedSnapshot(values.values())
 
     @classmethod
     def restored(cls, snapshot: tuple) -> "SolvedImpact":
@@ -207,9 +209,10 @@ class SolvedImpact:
             TypeError, ValueError: it is no such thing.
         """
         self = cls.__new__(cls)
-        for name, value in zip(cls.__slots__, snapshot, strict=True):
+        values = dict(zip(cls.__slots__, snapshot, strict=True))
+        values["parameters"] = Parameters(*values["parameters"])
+        for name, value in values.items():
             setattr(self, name, tuple(value) if isinstance(value, list) else value)
-        self.parameters = Parameters(*self.parameters)
         self.states = [float(value) for value in self.states]
         return self
 
