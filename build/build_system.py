@@ -60,6 +60,9 @@ _BOOLEANS = ("separated", "landed")
 STOP_TIME = 0.06
 STEP_SIZE = 1e-4
 
+#: What each of them has of golf_impact.
+_SHARED = "at_exit"
+
 _SSP = "http://ssp-standard.org/SSP1/"
 _OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 
@@ -164,21 +167,27 @@ def build_companion(name: str, out: Path) -> Path:
     """
     from pythonfmu.builder import FmuBuilder
 
-    source = _build_fmu().source_folder() / f"{COMPANIONS[name]}.py"
-    total = hashlib.sha256(importlib.metadata.version("pythonfmu").encode())
-    total.update(source.read_bytes())
-    digest = total.hexdigest()
+    sources = _build_fmu().source_folder()
+    text = (sources / f"{COMPANIONS[name]}.py").read_bytes()
+    shared = (sources / "golf_impact" / f"{_SHARED}.py").read_bytes()
+    digest = hashlib.sha256(
+        importlib.metadata.version("pythonfmu").encode() + text + shared
+    ).hexdigest()
     # Modules are found by name: one with a digest can't be taken for another build's.
-    module = f"{COMPANIONS[name]}_{digest[:16]}"
+    module, private = f"{COMPANIONS[name]}_{digest[:16]}", f"{_SHARED}_{digest[:16]}"
+    text = text.replace(f"from golf_impact.{_SHARED} ".encode(), f"from {private} ".encode())
     before, write_bytecode = list(sys.path), sys.dont_write_bytecode
     with tempfile.TemporaryDirectory(prefix="golf-impact-build-") as scratch:
         script = Path(scratch) / f"{module}.py"
-        script.write_bytes(source.read_bytes())
+        script.write_bytes(text)
+        beside = Path(scratch) / f"{private}.py"
+        beside.write_bytes(shared)
         sys.dont_write_bytecode = True
         try:
             raw = FmuBuilder.build_FMU(
                 script,
                 dest=Path(scratch) / "packaged",
+                project_files=[beside],
                 canGetAndSetFMUstate=True,
                 canSerializeFMUstate=True,
             )
@@ -186,7 +195,8 @@ def build_companion(name: str, out: Path) -> Path:
         finally:
             sys.path[:] = before
             sys.dont_write_bytecode = write_bytecode
-            sys.modules.pop(module, None)
+            for loaded in (module, private):
+                sys.modules.pop(loaded, None)
         with zipfile.ZipFile(raw) as archive:
             files = {info.filename: archive.read(info) for info in archive.infolist()}
     description = "modelDescription.xml"

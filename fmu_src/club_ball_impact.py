@@ -5,6 +5,7 @@ No physics in here, and no list of variables: both are golf_impact's.
 
 from collections import OrderedDict
 
+from golf_impact.at_exit import release_at_exit
 from golf_impact.component import Component
 from golf_impact.native import Hold
 from golf_impact.variables import VARIABLES
@@ -15,6 +16,19 @@ from pythonfmu.logmsg import LogMsg
 
 class ClubBallImpact(Fmi2Slave):
     """A golf club hits a ball; see golf_impact.variables for what goes in and comes out."""
+
+    # Calls that a host makes again and again run straight into the component. pythonfmu looks them
+    # up by name every time: a slot is found without a look into the instance's dictionary.
+    __slots__ = (
+        "_component",
+        "_get_fmu_state",
+        "_hold",
+        "_set_fmu_state",
+        "do_step",
+        "get_real",
+        "set_real",
+        "vars",
+    )
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -27,15 +41,12 @@ class ClubBallImpact(Fmi2Slave):
         self.vars = _registered
         self._component = component
         self._hold = None
-        # Bound here, a call from the host runs straight into the component. The class names most of
-        # them too: a name that it doesn't have is looked up in its bases before.
-        self.__dict__.update(
-            do_step=component.step,
-            get_real=component.reals,
-            set_real=component.set_values,
-            _get_fmu_state=component.snapshot,
-            _set_fmu_state=component.restore,
-        )
+        release_at_exit(self.resources, "linux64/ClubBallImpact.so")
+        self.do_step = component.step
+        self.get_real = component.reals
+        self.set_real = component.set_values
+        self._get_fmu_state = component.snapshot
+        self._set_fmu_state = component.restore
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         # Not earlier: see Hold.
@@ -47,15 +58,6 @@ class ClubBallImpact(Fmi2Slave):
 
     def exit_initialization_mode(self):
         self._component.exit_initialization()
-
-    def do_step(self, current_time, step_size):
-        return self._component.step(current_time, step_size)
-
-    def get_real(self, vrs):
-        return self._component.reals(vrs)
-
-    def set_real(self, vrs, values):
-        self._component.set_values(vrs, values)
 
     def terminate(self):
         self._component.terminate()

@@ -8,6 +8,7 @@ import ctypes
 from collections import OrderedDict
 from typing import NamedTuple
 
+from golf_impact.at_exit import release_at_exit
 from golf_impact.hybrid import HybridComponent
 from golf_impact.native import Hold
 from golf_impact.variables import (
@@ -52,6 +53,7 @@ class ClubBallImpact(Fmi3Slave, ModelExchange):
         self.time = 0.0
         self._component = component
         self._hold = None
+        release_at_exit(self.resources, "x86_64-linux/ClubBallImpact.so")
         # Bound here, a call from the host runs straight into the component.
         self.__dict__.update(
             do_step=component.step,

@@ -6,12 +6,13 @@ steps moves the club by step * speed, so the rise starts at a communication poin
 the rise time at peak speed: with a constant step, however long, touch falls after the peak (the
 sum of step * speed over the rise stays below peak_speed * rise_time).
 
-Self-contained: pythonfmu, and the standard library's math.
+Self-contained: pythonfmu, the standard library's math, and the file at_exit.py of golf_impact.
 """
 
 from collections.abc import Callable
 from math import cos, isfinite, pi
 
+from golf_impact.at_exit import release_at_exit
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
 
@@ -38,6 +39,7 @@ class Swing(Fmi2Slave):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
+        release_at_exit(self.resources, "linux64/Swing.so")
         self.modelName = "Swing"
         self._time = 0.0
         #: When the rise started, s; None before.

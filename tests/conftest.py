@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,12 @@ def fmu_path(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def fmi3_path(tmp_path_factory):
+    """The same for FMI 3.0."""
+    return build_fmu(tmp_path_factory.mktemp("fmi3") / "ClubBallImpact.fmi3.fmu", fmi=3)
+
+
+@pytest.fixture(scope="session")
 def _loaded(fmu_path):
     with ImpactFmu(fmu_path) as fmu:
         yield fmu
@@ -48,6 +55,16 @@ def compiler():
     if found is None:
         pytest.skip("there is no C compiler on this machine")
     return found
+
+
+@pytest.fixture(scope="session")
+def freed(compiler, tmp_path_factory):
+    """A library to preload: whoever touches pythonfmu's own state once it is freed dies of it."""
+    library = tmp_path_factory.mktemp("freed") / "freed.so"
+    source = HERE / "native_host" / "freed.c"
+    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
+    subprocess.run([compiler, *flags, str(source), "-o", str(library)], check=True)
+    return library
 
 
 @pytest.fixture(scope="session")

@@ -52,11 +52,6 @@ CASES = {
 
 
 @pytest.fixture(scope="module")
-def fmi3_path(tmp_path_factory):
-    return build_fmu(tmp_path_factory.mktemp("fmi3") / "ClubBallImpact.fmi3.fmu", fmi=3)
-
-
-@pytest.fixture(scope="module")
 def extracted(fmi3_path, tmp_path_factory):
     return fmpy.extract(str(fmi3_path), str(tmp_path_factory.mktemp("extracted3")))
 
@@ -631,7 +626,8 @@ print(json.dumps([[float(row["smash_factor"][-1]) for row in rows], sorted(packa
         )
         assert done.returncode == 0, done.stderr[-2000:]
         found, packages = json.loads(done.stdout)
-        assert found == [EXPECTED[1][0]] * 4
+        assert found[1:] == found[:-1]
+        assert found[0] == pytest.approx(EXPECTED[1][0], rel=1e-15)
         digests = sorted(f"golf_impact_{builder(fmi).digest()[:16]}" for fmi in (2, 3))
         assert packages == digests
 

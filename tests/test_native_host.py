@@ -27,7 +27,7 @@ def extracted(fmu_path, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def host(compiler, libpython, extracted, tmp_path_factory):
+def host(compiler, libpython, freed, extracted, tmp_path_factory):
     program = tmp_path_factory.mktemp("host") / "host"
     description = fmpy.read_model_description(str(extracted))
     macros = [f"-DVR_{v.name}={v.valueReference}" for v in description.modelVariables]
@@ -37,9 +37,9 @@ def host(compiler, libpython, extracted, tmp_path_factory):
     command = [compiler, *flags, *macros, str(source), "-o", str(program), "-ldl", "-pthread"]
     subprocess.run(command, check=True)
 
-    def run(*task, preload=True, **environment):
+    def run(*task, preload=True, strict=False, **environment):
         if preload:
-            environment |= {"LD_PRELOAD": str(libpython)}
+            environment |= {"LD_PRELOAD": f"{libpython}:{freed}" if strict else str(libpython)}
         arguments = [program, extracted, description.guid, *task]
         done = subprocess.run(
             [str(a) for a in arguments],
@@ -81,8 +81,9 @@ def test_impact(host, step):
     ],
     ids=lambda task: task[0],
 )
-def test_life_of_an_instance(host, task):
-    same(host(*task))
+@pytest.mark.parametrize("strict", [False, True])
+def test_life_of_an_instance(host, task, strict):
+    same(host(*task, strict=strict))
 
 
 def test_the_enumeration_is_an_integer(host):
