@@ -48,7 +48,6 @@ class AbsoluteContact:
     __slots__ = (
         "_base",
         "_brief",
-        "_critical",
         "_initial",
         "_kind",
         "_maxima",
@@ -133,7 +132,6 @@ class AbsoluteContact:
         self._base = (x_club, m_club, m_ball, v_club, v_ball, k, b, compression)
         self._system = (p, q, drag1, drag2, r, zeta)
         self._initial = (d, v1, v2, y0, y1, y2)
-        self._critical = (y0, y1 - y2)
         self._omega = omega
         self._pair = (oscillates, slow, second)
         self._maxima: list[float] | None = None
@@ -206,12 +204,12 @@ class AbsoluteContact:
                     # The usual end: e^(rτ)·d rises from 0 to its first turning point, and falls
                     # through 0 before its second one. Looked for without the pair's decay, so that
                     # d doesn't vanish: its zeros stay exact.
-                    turning = atan2(y0, (y2 - y1 - slow * y0) / second) / second
-                    tau = falling_zero(
-                        slow - r, second, lone, w0, h0, turning, turning + pi / second
+                    turning = atan2(y0, (y2 - y1 - slow * y0) / second)
+                    angle = falling_zero(
+                        (slow - r) / second, lone, w0, h0, turning, turning + pi
                     )
-                    if tau is not None:
-                        duration = tau / omega
+                    if angle is not None:
+                        duration = angle / (second * omega)
                 if duration is None:
                     guess = (pi + atan2(-w0, h0)) / (second * omega)
             else:
@@ -219,7 +217,7 @@ class AbsoluteContact:
                 self._motion = (a * x, w0, h0, a1, c1, s1, a2, c2, s2)
                 guess = pi / omega
         if duration is None:
-            crossings = self._crossings(self._compression, self._critical, 1.0, inf, guess)
+            crossings = self._crossings(self._compression, (y0, y1 - y2), 1.0, inf, guess)
             duration = next(crossings, inf)
         #: s from the start of the phase until contact ends; inf if it never does.
         self.duration = duration
@@ -561,6 +559,11 @@ class AbsoluteContact:
                     best = (d, when)
         return best
 
+    def _critical(self) -> tuple[float, float]:
+        """Value and slope at the start of the pair function that is zero where e^(rt)·d turns."""
+        _, _, _, y0, y1, y2 = self._initial
+        return y0, y1 - y2
+
     def _find_maxima(self) -> list[float]:
         usual = self._only_maximum()
         if usual is not None:
@@ -568,7 +571,7 @@ class AbsoluteContact:
         oscillates, slow, second = self._pair
         fast = slow if oscillates else slow + second
         square = second * second if oscillates else 0.0
-        u, slope = self._critical
+        u, slope = self._critical()
         bend = -(slow + fast) * slope - (slow * fast + square) * u
         closing, change = self._closing(0.0)
         sign = 1.0 if (closing or change) > 0.0 else -1.0
@@ -585,27 +588,26 @@ class AbsoluteContact:
         """
         if self._kind != _OSCILLATING or self._base[7]:
             return None
-        u, slope = self._critical
+        u, slope = self._critical()
         _, slow, second = self._pair
         bend = -2.0 * slow * slope - (slow * slow + second * second) * u
         turning = atan2(slope, -(bend + slow * slope) / second)
         if turning <= 0.0:
             turning += pi
         r, slow, frequency, lone, cosine, sine = self._motion[:6]
-        turning /= frequency
-        half_period = pi / frequency
-        low, high = (turning, turning + half_period) if slope > 0.0 else (0.0, turning)
-        if self.duration > high + half_period:
+        low, high = (turning, turning + pi) if slope > 0.0 else (0.0, turning)
+        end = frequency * self.duration
+        if end > high + pi:
             return None
-        return falling_zero(
-            slow - r,
-            frequency,
+        angle = falling_zero(
+            (slow - r) / frequency,
             -r * lone,
             frequency * sine - slow * cosine,
             -frequency * cosine - slow * sine,
             low,
-            min(high, self.duration),
+            min(high, end),
         )
+        return None if angle is None else angle / frequency
 
 
 def _oscillating(

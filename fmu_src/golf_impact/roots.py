@@ -4,7 +4,7 @@ from collections.abc import Callable
 from math import atan2, cos, exp, hypot, inf, pi, sin, sqrt
 
 #: After so many steps of Newton's method, as a rule it needs 1 to 3, a sure way is taken.
-_NEWTON_STEPS = 40
+_NEWTON_STEPS = range(40)
 
 #: A larger exponent would overflow.
 _LARGEST_EXPONENT = 700.0
@@ -92,56 +92,49 @@ def root_in_bracket(
 
 
 def falling_zero(
-    rise: float,
-    frequency: float,
-    lone: float,
-    cosine: float,
-    sine: float,
-    low: float,
-    high: float,
+    rise: float, lone: float, cosine: float, sine: float, low: float, high: float
 ) -> float | None:
-    """Where lone·e^(rise·t) + cosine·cos(Ωt) + sine·sin(Ωt) falls through 0 between low and high.
+    """Where lone·e^(rise·θ) + cosine·cos θ + sine·sin θ falls through 0 between low and high.
 
     Newton's method, with Chebyshev's correction at the start and at the end.
 
     Args:
-        rise: 1/s.
-        frequency: Ω, 1/s, > 0.
-        lone: amplitude of the exponential.
+        rise: growth of the exponential over the angle θ.
+        lone: its amplitude.
         cosine: amplitude of the cosine.
         sine: amplitude of the sine.
-        low: s.
-        high: s; there is at most one zero in between.
+        low: angle, rad.
+        high: angle, rad; there is at most one zero in between.
 
     Returns:
-        The zero, s; None if the search leaves the interval, or finds no way: where the function
+        The zero, rad; None if the search leaves the interval, or finds no way: where the function
         hardly reaches 0, Newton's method may go to and fro for ever.
     """
     if rise * high > _LARGEST_EXPONENT:
         return None
     # The oscillation's own zero, where all derivatives are known without another cosine.
-    t = (pi - atan2(cosine, sine)) / frequency
-    real = lone * exp(rise * t)
-    slope = rise * real - frequency * hypot(cosine, sine)
+    angle = pi - atan2(cosine, sine)
+    real = lone * exp(rise * angle)
+    growth = rise * real
+    slope = growth - hypot(cosine, sine)
     step = real / slope if slope else high
-    if abs(step) < 0.1 * t:
-        t -= step * (1.0 + 0.5 * step * rise * rise * real / slope)
-    for _ in range(_NEWTON_STEPS):
-        if not low < t < high:
+    if abs(step) < 0.1 * angle:
+        angle -= step * (1.0 + 0.5 * step * rise * growth / slope)
+    for _ in _NEWTON_STEPS:
+        if not low < angle < high:
             return None
-        angle = frequency * t
         c = cos(angle)
         s = sin(angle)
-        real = lone * exp(rise * t)
+        real = lone * exp(rise * angle)
+        growth = rise * real
         swing = cosine * c + sine * s
-        slope = rise * real + frequency * (sine * c - cosine * s)
+        slope = growth + sine * c - cosine * s
         if slope >= 0.0:
             return None
         step = (real + swing) / slope
-        if abs(step) <= 5e-6 * t:
+        if abs(step) <= 5e-6 * angle:
             # What is left is the cube of the step.
-            bend = rise * rise * real - frequency * frequency * swing
-            t -= step * (1.0 + 0.5 * step * bend / slope)
-            return t if low < t < high else None
-        t -= step
+            angle -= step * (1.0 + 0.5 * step * (rise * growth - swing) / slope)
+            return angle if low < angle < high else None
+        angle -= step
     return None
