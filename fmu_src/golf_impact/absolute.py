@@ -5,7 +5,6 @@ The drag acts on absolute velocities, so momentum is lost to the surroundings, t
 on the frame of reference, and heavy damping can keep the bodies together for ever.
 """
 
-from cmath import exp as complex_exp
 from collections.abc import Callable, Generator, Iterator
 from math import atan2, ceil, cos, exp, expm1, inf, log, log1p, pi, sin, sqrt
 
@@ -205,9 +204,7 @@ class AbsoluteContact:
                     # through 0 before its second one. Looked for without the pair's decay, so that
                     # d doesn't vanish: its zeros stay exact.
                     turning = atan2(y0, (y2 - y1 - slow * y0) / second)
-                    angle = falling_zero(
-                        (slow - r) / second, lone, w0, h0, turning, turning + pi
-                    )
+                    angle = falling_zero((slow - r) / second, lone, w0, h0, turning, turning + pi)
                     if angle is not None:
                         duration = angle / (second * omega)
                 if duration is None:
@@ -239,9 +236,10 @@ class AbsoluteContact:
         if self._kind == _NEAR_TRIPLE_ROOTS:
             return self._near_triple(t)
         r, slow, frequency, a0, c0, s0, a1, c1, s1, a2, c2, s2, x_c, x_s = self._motion
-        z = complex_exp(complex(-slow * t, frequency * t))
-        c = z.real
-        s = z.imag
+        size = exp(-slow * t)
+        angle = frequency * t
+        c = size * cos(angle)
+        s = size * sin(angle)
         e = exp(-r * t)
         return self._at(
             a0 * e + c0 * c + s0 * s,
@@ -453,9 +451,10 @@ class AbsoluteContact:
         """Closing speed d' at t, m/s, exact even where both bodies are much faster."""
         if self._kind == _OSCILLATING:
             r, slow, frequency, a0, c0, s0 = self._motion[:6]
-            z = complex_exp(complex(-slow * t, frequency * t))
-            pair = (frequency * s0 - slow * c0) * z.real - (slow * s0 + frequency * c0) * z.imag
-            return pair - r * a0 * exp(-r * t)
+            angle = frequency * t
+            pair = (frequency * s0 - slow * c0) * cos(angle)
+            pair -= (slow * s0 + frequency * c0) * sin(angle)
+            return exp(-slow * t) * pair - r * a0 * exp(-r * t)
         tau = self._omega * t
         if self._kind == _THREE_RATES:
             return -sum(rate * a0 * exp(-rate * tau) for rate, a0, _, _ in self._motion)
@@ -490,8 +489,11 @@ class AbsoluteContact:
             r, slow, frequency, a0, c0, s0 = self._motion[:6]
             square = slow * slow + frequency * frequency
             # The pair's amplitudes at the beginning.
-            z = complex_exp(complex(-slow * begin, frequency * begin))
-            c0, s0 = c0 * z.real + s0 * z.imag, s0 * z.real - c0 * z.imag
+            size = exp(-slow * begin)
+            angle = frequency * begin
+            c = size * cos(angle)
+            s = size * sin(angle)
+            c0, s0 = c0 * c + s0 * s, s0 * c - c0 * s
             angle = frequency * width
             # 1 - e^(-x) cos(angle), also where it is small.
             fallen = 2.0 * sin(0.5 * angle) ** 2 - cos(angle) * expm1(-slow * width)

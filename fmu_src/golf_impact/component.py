@@ -295,7 +295,8 @@ class Component:
                     f"{self._point!r} s, and no state has been restored since"
                 )
             self._move_origin(point)
-        inputs: Any = tuple(self._values[:INPUTS])
+        values = self._values
+        inputs = values[0], values[1], values[2]
         impact = self._impact
         assert impact is not None
         if impact.parameters.restitution_at_rest:
@@ -569,7 +570,10 @@ class Component:
             impact,
         ) = snapshot
         self._values = list(values)
-        self._impact = Impact.restored(impact) if impact is not None else None
+        if impact is None or type(self._impact) is not Impact:
+            self._impact = None if impact is None else Impact.restored(impact)
+        else:
+            self._impact.restore(impact)
         self._anchored = self._watched = False
         self._count = 0.0
         self._size = self._until = nan

@@ -210,8 +210,8 @@ class Impact:
         k, b, _ = self.in_force
         if self.parameters.restitution_at_rest:
             b = self._damping()
-        self._contact_start = (k, b, x_club, compression, v_club, v_ball, closing)
-        self.phase = self._contact = self._contact_phase()
+        start = self._contact_start = (k, b, x_club, compression, v_club, v_ball, closing)
+        self.phase = self._contact = self._contact_phase(start)
 
     def _damping(self) -> float:
         """The damping that acts in this contact where it follows from a COR, N.s/m."""
@@ -247,10 +247,10 @@ class Impact:
             "and at most 1; set a lower club_speed, or another restitution line at the start"
         )
 
-    def _contact_phase(self) -> Any:
+    def _contact_phase(self, start: tuple[float, ...]) -> Any:
+        k, b, x_club, compression, v_club, v_ball, closing = start
         p = self.parameters
         law: Any = KelvinVoigtContact if p.law == 2 else AbsoluteContact
-        k, b, x_club, compression, v_club, v_ball, closing = self._contact_start
         if p.exponent != 1.0:
             law = partial(
                 PowerLawContact,
@@ -343,6 +343,11 @@ class Impact:
     def restored(cls, snapshot: tuple) -> "Impact":
         """The impact that a snapshot was taken of."""
         self = cls.__new__(cls)
+        self.restore(snapshot)
+        return self
+
+    def restore(self, snapshot: tuple) -> None:
+        """Become the impact that a snapshot was taken of."""
         (
             self.parameters,
             self.in_force,
@@ -356,7 +361,6 @@ class Impact:
             self._finished,
             self._peaks,
         ) = snapshot
-        return self
 
     def packed(self) -> list:
         """The same as numbers and lists of numbers, for `unpacked` in another process."""
@@ -397,7 +401,7 @@ class Impact:
         self._high, self._low, self._offset = high, low, offset
         self.touch = tuple(touch) if touch is not None else None
         self._contact_start = tuple(start)
-        self._contact = self._contact_phase() if has_contact else None
+        self._contact = self._contact_phase(self._contact_start) if has_contact else None
         if arguments is None:
             self.phase = self._contact
         else:

@@ -5,7 +5,6 @@ both bodies alike, so momentum is conserved, and contact ends when the force has
 the bodies can push but not pull (Schwager & Pöschel, Granular Matter 9, 465–469, 2007).
 """
 
-from cmath import exp as complex_exp
 from collections.abc import Callable
 from math import atan2, cos, exp, expm1, inf, log, log1p, sin, sqrt
 
@@ -157,8 +156,9 @@ class KelvinVoigtContact:
     def _basis_at(self, t: float) -> tuple[float, float]:
         first, second = self._motion[:2]
         if self._basis == _OSCILLATING:
-            z = complex_exp(complex(-first * t, second * t))
-            return z.real, z.imag
+            size = exp(-first * t)
+            angle = second * t
+            return size * cos(angle), size * sin(angle)
         c = exp(-first * t)
         if self._basis == _TWO_RATES:
             return c, exp(-second * t)
@@ -174,9 +174,10 @@ class KelvinVoigtContact:
         t = self.duration
         first, second, _, _, d, d_s, w, w_s, p, q, x, v = self._motion
         if self._basis == _OSCILLATING:
-            z = complex_exp(complex(-first * t, second * t))
-            c = z.real
-            s = z.imag
+            size = exp(-first * t)
+            angle = second * t
+            c = size * cos(angle)
+            s = size * sin(angle)
         else:
             c, s = self._basis_at(t)
         compression = d * c + d_s * s
