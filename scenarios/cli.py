@@ -535,8 +535,8 @@ def main() -> None:
 def _leave(code: int) -> NoReturn:
     """End the process here: nothing is open any more.
 
-    Once in some hundred ends of a process that had loaded an FMU, unloading pythonfmu's library
-    aborted it ("corrupted double-linked list"), after all was done and written.
+    Some commands load FMUs that are packaged as pythonfmu does it, whose library touches freed
+    memory at the end of a process (see golf_impact.at_exit): once in some hundred times it aborted.
     """
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError, AttributeError):
