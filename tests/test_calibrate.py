@@ -15,7 +15,15 @@ from scenarios.calibration.calibrate import Calibration, check
 from scenarios.calibration.contact_law import ContactLaw, Coordinates, Predictor
 from scenarios.calibration.fitting import fit
 from scenarios.calibration.laws import asked_for
-from scenarios.calibration.targets import TARGETS, Impact, Target, given, read_csv, target
+from scenarios.calibration.targets import (
+    TARGETS,
+    Impact,
+    Target,
+    doubts,
+    given,
+    read_csv,
+    target,
+)
 from scenarios.errors import UserError
 from scenarios.measured import MPH
 
@@ -378,6 +386,16 @@ def test_the_command_refuses(tmp_path):
     few = golf("calibrate", "--cor", "0.7", "--out", tmp_path / "out")
     refused(few, "too few targets")
     assert not (tmp_path / "out").exists()
+
+
+def test_another_unit_is_doubted(fmu):
+    sized = targets(cor=0.74, contact_time=600e-6)
+    assert doubts(IMPACT, sized) == []
+    told = " ".join(
+        Calibration(fmu, Impact(m_club=210.0), targets(cor=0.74, contact_time=600.0), LINEAR).words
+    )
+    assert "--contact-time 600 is taken in s" in told
+    assert "--m-club 210 is taken in kg" in told
 
 
 def test_without_scipy(tmp_path):

@@ -14,6 +14,7 @@ from scenarios.calibration.targets import (
     Impact,
     Target,
     check_together,
+    doubts,
     option,
 )
 from scenarios.errors import UserError
@@ -80,7 +81,8 @@ class Calibration:
     def words(self) -> list[str]:
         """What there is to say about the fit."""
         found = self.fit
-        words = [_sentence(note) for note in found.notes]
+        words = doubts(self.impact, self.targets)
+        words += [_sentence(note) for note in found.notes]
         words += [
             "These meet the targets just as well: " + _in_words(other) + "."
             for other in found.others

@@ -25,6 +25,9 @@ RESTITUTION = ("ball_speed", "club_speed_after", "cor")
 #: The σ of a target without one, as a fraction of its value.
 DEFAULT_SIGMA = 0.01
 
+#: No impact with a ball is so long (s), no club or ball so heavy (kg): another unit was meant.
+_LONG, _HEAVY = 0.1, 10.0
+
 #: Measurements that contradict a conservation law by more than so many σ are refused.
 _CONTRADICTION = 3.0
 
@@ -201,6 +204,21 @@ def check_impact(impact: Impact) -> None:
             raise UserError(
                 f"{option(name)} {value!r} is refused: it must be a finite number above 0"
             )
+
+
+def doubts(impact: Impact, targets: Mapping[str, Target]) -> list[str]:
+    """What may be in another unit than it should, in words; it is taken as it stands."""
+    found = [
+        f"{option(name)} {targets[name].value:g} is taken in s: write e.g. 600e-6 for 600 µs."
+        for name in ("contact_time", "time_of_max_force")
+        if name in targets and targets[name].value > _LONG
+    ]
+    found += [
+        f"{option(name)} {getattr(impact, name):g} is taken in kg: write e.g. 0.210 for 210 g."
+        for name in ("m_club", "m_ball")
+        if getattr(impact, name) > _HEAVY
+    ]
+    return found
 
 
 def check_together(targets: Mapping[str, Target], impact: Impact, law: int) -> None:
