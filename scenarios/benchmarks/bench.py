@@ -119,7 +119,7 @@ def bench(out: Path, quick: bool) -> int:
 
 def _ticks(quick: bool) -> int:
     """About as many as there will be."""
-    return 160 if quick else 440
+    return 182 if quick else 440
 
 
 def _ticker(progress: Progress, name: str, total: int) -> Callable[[], None]:
@@ -153,9 +153,8 @@ def _measure(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
         ours, document, empty, wide = (
             stack.enter_context(LoadedFmu(path)) for path in (ours_path, *paths)
         )
-        rounds, batch = (5, 20) if quick else (41, 200)
-        figures = floor.measure(ours, empty, wide, rounds, tick)
-        figures |= speedup.measure(ours, document, 3 if quick else 25, batch, tick)
+        figures = floor.measure(ours, empty, wide, 15 if quick else 41, tick)
+        figures |= speedup.measure(ours, document, 9 if quick else 25, tick)
         series = {law: work_precision.measure(ours, document, law, quick, tick) for law in (1, 2)}
         scenes = scene.measure(ours, quick)
         steps = growth.over_steps(ours, 1000 if quick else 100_000, tick)

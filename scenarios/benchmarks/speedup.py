@@ -28,12 +28,16 @@ STIFFNESSES = tuple(1e6 * (0.9 + 0.2 * (37 * n % 101) / 101) for n in range(101)
 #: Longer than any of these contacts, s.
 STEP = 1e-3
 
+#: Impacts per round: enough that the first ones, after another job has had the processor's caches,
+#: don't count; the other ways are far slower, and take fewer.
+_BATCH, _FEW = 200, 2
+
 #: The document's own time step, s.
 DOCUMENT_STEP = 0.5e-6
 
 
 def measure(
-    ours: LoadedFmu, document: LoadedFmu, rounds: int, batch: int, tick: Callable[[], None]
+    ours: LoadedFmu, document: LoadedFmu, rounds: int, tick: Callable[[], None]
 ) -> dict[str, float]:
     """Speed-ups by key, and each way's time per impact in µs (`…_us`), for both laws.
 
@@ -41,22 +45,20 @@ def measure(
         ours: ClubBallImpact.fmu.
         document: the document's scheme as an FMU.
         rounds: of which the medians are taken.
-        batch: impacts of ours per round; the others, far slower, take fewer.
         tick: called after each round.
     """
     found: dict[str, float] = {}
     for law, suffix in ((2, ""), (1, "_law1")):
-        few = max(1, batch // 100)
         # Each of its own folder: none is to profit from a library that another one has loaded.
         with LoadedFmu(ours.path) as alone, LoadedFmu(ours.path) as kept:
             jobs: dict[str, Job] = {
-                "fmu": _impacts(ours, law, batch),
+                "fmu": _impacts(ours, law, _BATCH),
                 "document_fmu": _document_impacts(document, law, 1),
-                "simulate_fmu": _simulations(alone, law, few),
+                "simulate_fmu": _simulations(alone, law, _FEW),
                 "simulate_fmu_from_file": _simulations(alone, law, 1, "from_file"),
-                "simulate_fmu_library_kept": _simulations(kept, law, few, "library_kept"),
-                "simulate_fmu_same_instance": _simulations(kept, law, few, "same_instance"),
-                "scipy": _scipy_impacts(law, few),
+                "simulate_fmu_library_kept": _simulations(kept, law, _FEW, "library_kept"),
+                "simulate_fmu_same_instance": _simulations(kept, law, _FEW, "same_instance"),
+                "scipy": _scipy_impacts(law, _FEW),
             }
             with undisturbed():
                 times = interleaved(jobs, rounds, tick)
