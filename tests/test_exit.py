@@ -39,6 +39,8 @@ for slave in slaves:
 for slave in slaves[: {"free all": 2, "free one": 1, "free none": 0}[end]]:
     slave.terminate()
     slave.freeInstance()
+# Each FMU has run its own copy.
+assert "golf_impact" not in sys.modules
 print("done")
 """
 
