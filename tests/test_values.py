@@ -317,6 +317,21 @@ def test_together_they_leave_the_doubles(driver, values):
     assert not _steps(driver, 0.0, 1e-4)
 
 
+@pytest.mark.parametrize("club_speed", [0.0, 1e-309, -1e-309])
+@pytest.mark.parametrize("law", [1, 2])
+def test_a_ball_that_hits_a_standing_club(driver, law, club_speed):
+    values = USUAL | {"law": law, "club_speed": club_speed, "ball_speed": -1.0, "gap": 0.0}
+    values |= {"exponent": 1.0, "restitution_at_rest": 0.0}
+    driver.messages.clear()
+    driver.begin(values)
+    assert _steps(driver, 0.0, 1e-2)
+    now = driver.read()
+    _check_numbers(driver, now, True)
+    assert now["separated"]
+    assert now["smash_factor"] == 0.0
+    assert 0.9 < now["coefficient_of_restitution"] < 1.0
+
+
 def _check_recovery(driver, values, later, size):
     """With the inputs set back, the run goes on as if the refused ones had never been."""
     inputs = driver._fmu.references(list(later))

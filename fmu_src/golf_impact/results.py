@@ -1,10 +1,12 @@
 """The outputs one by one: each a function of the impact at one instant, so that only those that are
 read are computed.
 
-Results are "so far" at every instant. Before touch S and COR are 0 and the energy efficiency is 1.
+Results are "so far" at every instant. Before touch S and COR are 0 and the energy efficiency is 1; S
+is 0, too, if the club stood at touch.
 """
 
 from collections.abc import Callable
+from math import inf
 from typing import Any, Protocol
 
 from .impact import Impact, State
@@ -44,7 +46,11 @@ def _touch_time(impact: Impact, state: State, at: Moment) -> float:
 
 def _smash_factor(impact: Impact, state: State, at: Moment) -> float:
     touch = impact.touch
-    return state[4] / touch[3] if touch is not None and touch[3] else 0.0
+    if touch is None or not touch[3]:
+        return 0.0
+    found = state[4] / touch[3]
+    # A club that all but stood leaves no double to tell it: as if it stood.
+    return 0.0 if abs(found) == inf else found
 
 
 def _coefficient_of_restitution(impact: Impact, state: State, at: Moment) -> float:
