@@ -13,6 +13,7 @@ import fmpy
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
+from golf_impact.component import Component
 
 POINTS = 400
 STEP = 2e-6  # the contact lasts about 300 of these
@@ -137,6 +138,7 @@ import json, sys
 sys.path.insert(0, sys.argv[1])
 import fmpy
 from fmpy.fmi2 import FMU2Slave
+from golf_impact.component import Component
 extracted, packed, begin, end, step, inputs = json.loads(sys.stdin.read())
 description = fmpy.read_model_description(extracted)
 references = {v.name: v.valueReference for v in description.modelVariables}
@@ -192,6 +194,21 @@ def test_bytes_that_are_no_state_are_refused(make, damage):
     with pytest.raises(FMICallException):
         slave.doStep(1e-4, 1e-4)
     slave.doStep(1e-4, 1e-4)
+
+
+def test_damaged_bytes_are_refused_wherever_the_damage_is(make):
+    """Cut anywhere, or any one bit wrong."""
+    slave = make()
+    slave.doStep(0.0, 1e-4)
+    state = slave.getFMUstate()
+    packed = slave.serializeFMUstate(state)
+    slave.freeFMUstate(state)
+    assert Component.unpacked(packed) is not None
+    for n in range(len(packed)):
+        assert Component.unpacked(packed[:n]) is None, n
+        for bit in range(8):
+            damaged = packed[:n] + bytes([packed[n] ^ 1 << bit]) + packed[n + 1 :]
+            assert Component.unpacked(damaged) is None, (n, bit)
 
 
 def test_a_state_before_the_first_step_and_before_initialization(make):

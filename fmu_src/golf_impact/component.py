@@ -62,6 +62,11 @@ def _is_own(snapshot: object) -> bool:
     return type(snapshot) is tuple and len(snapshot) > 0 and snapshot[0] is _OWN
 
 
+def _with_checksum(body: bytes) -> bytes:
+    """A JSON list without its end, ended by a checksum."""
+    return body + f", {crc32(body)}]".encode()
+
+
 def _listed(pick: Callable[[State], tuple]) -> Callable[[State], list[float]]:
     return lambda state: list(pick(state))
 
@@ -587,16 +592,15 @@ class Component:
         _, *plain, impact = snapshot
         if impact is not None:
             impact = Impact.restored(impact).packed()
-        body = json.dumps([_FORMAT, *plain, impact])[:-1]
-        return f"{body}, {crc32(body.encode())}]".encode()
+        return _with_checksum(json.dumps([_FORMAT, *plain, impact])[:-1].encode())
 
     @staticmethod
     def unpacked(data: bytes) -> tuple | None:
         """The snapshot that became these bytes, or None if they are none of this component's."""
         try:
             # Looked at before anything else is: damaged bytes could stand for any numbers.
-            body, _, checksum = data.rpartition(b", ")
-            if int(checksum.removesuffix(b"]")) != crc32(body):
+            body = data.rpartition(b", ")[0]
+            if data != _with_checksum(body):
                 return None
             form, mode, values, refused, once, *numbers, impact = json.loads(body + b"]")
             if form != _FORMAT:

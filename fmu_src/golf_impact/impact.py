@@ -511,15 +511,26 @@ def _impulse_between(contact: Any, begin: float, end: float, width: float | None
     smooth then, and Gauss's quadrature of it exact to a double.
     """
     width = end - begin if width is None else width
-    panels = 1
-    if width * contact.rate > 0.5:
-        panels = int(2.0 * width * contact.rate) + 1 if width * contact.rate < 32.0 else 0
-        # Ended by the drag before the spring could, a contact has modes that nearly cancel.
-        if not panels or contact.duration * contact.frequency > 1.0:
-            return contact.impulse(begin, width)
-    half = 0.5 * width / panels
+    rate = contact.rate
+    if width * rate <= 0.5:
+        return _gauss(contact, end, 0.5 * width)
+    if contact.duration * contact.frequency > 1.0:
+        return contact.impulse(begin, width)
+    # Ended by the drag before the spring could, a contact has modes that nearly cancel. Panels are
+    # short while the fastest one fades, and grow from then on.
+    total = 0.0
+    left = begin
+    while left < end:
+        panel = max(0.5 / rate, 0.15 * (left - 8.0 / rate))
+        right = min(left + min(panel, 0.25 / contact.frequency), end)
+        total += _gauss(contact, right, 0.5 * (right - left))
+        left = right
+    # The width is known better than its ends are.
+    return total * (width / (end - begin))
+
+
+def _gauss(contact: Any, end: float, half: float) -> float:
+    """The integral of the contact force over the last 2 * half seconds before end, N.s."""
     return half * sum(
-        weight * contact.state(end - half * (2 * n + 1 - node))[0]
-        for n in range(panels)
-        for node, weight in GAUSS_5
+        weight * contact.state(end - half * (1.0 - node))[0] for node, weight in GAUSS_5
     )

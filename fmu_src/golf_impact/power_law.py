@@ -58,6 +58,9 @@ class PowerLawContact:
     other the phase has duration 0.
     """
 
+    #: Its impulse is a change of the closing speed, good however short the contact: see Impact.
+    frequency = inf
+
     __slots__ = (
         "_final",
         "_initial",

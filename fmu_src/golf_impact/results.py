@@ -1,8 +1,8 @@
 """The outputs one by one: each a function of the impact at one instant, so that only those that are
 read are computed.
 
-Results are "so far" at every instant. Before touch S and COR are 0 and the energy efficiency is 1; S
-is 0, too, if the club stood at touch.
+Results are "so far" at every instant. Before touch S and COR are 0 and the energy efficiency is 1.
+S is 0, too, if the club stood at touch.
 """
 
 from collections.abc import Callable
