@@ -82,6 +82,7 @@ def build(
 ) -> None:
     """Build ClubBallImpact.fmu from its sources, and the cross-check files next to it."""
     from scenarios.fmu_file import build_fmu, check_temporary_folder
+    from scenarios.stopping import held
     from scenarios.system import build_system, write_cross_check
 
     check_temporary_folder()
@@ -90,13 +91,13 @@ def build(
             raise UserError("--system is refused with --fmi 3: the system's FMUs are of FMI 2.0")
         print(build_fmu(out, fmi=3))
         return
-    file = build_fmu(out)
-    print(file)
-    for other in write_cross_check(file):
-        print(other)
-    if system:
-        for other in build_system(file.parent, file):
-            print(other)
+    # All of the files, or none.
+    with held():
+        file = build_fmu(out)
+        files = [file, *write_cross_check(file)]
+        if system:
+            files += build_system(file.parent, file)
+    print(*files, sep="\n")
 
 
 @app.command(epilog="Example: golf-impact doctor ClubBallImpact.fmu")
@@ -190,7 +191,9 @@ def run(
     with _err.status("writing results"):
         replaced = (folder / "results.json").exists()
         write_outcomes(folder, outcomes, guid, __version__, figures)
-    earlier = " (in place of an earlier run's)" if replaced else ""
+    # Files of other scenarios than these stay.
+    earlier = " (the report and these scenarios' files in place of an earlier run's)"
+    earlier = earlier if replaced else ""
     _out.print(f"Results in {folder}{os.sep}{earlier}", soft_wrap=True, highlight=False)
     failed = [
         f"{name}: {check.claim.removeprefix(f'{name}: ')} ({check.detail})"
@@ -296,7 +299,7 @@ def calibrate(
     """
     from scenarios.calibration.calibrate import calibrate as calibrated
     from scenarios.calibration.laws import asked_for
-    from scenarios.calibration.targets import given
+    from scenarios.calibration.targets import doubts, given
 
     options = {
         "ball_speed": (ball_speed, sigma_ball_speed),
@@ -309,6 +312,8 @@ def calibrate(
     conditions = {"club_speed": club_speed, "m_club": m_club, "m_ball": m_ball}
     impact, targets = given(options, conditions, csv)
     chosen = asked_for(law, exponent, reference_compression)
+    for words in doubts(impact, targets):
+        _err.print(words, style="yellow", soft_wrap=True, highlight=False)
     with _err.status("calibrating"):
         found, written = calibrated(impact, targets, chosen, out, figures)
     for table in found.tables():

@@ -69,6 +69,8 @@ def build_fmu(out: Path | None = None, fmi: int = 2) -> Path:
     # Not Path.is_dir, which raises where one may not look.
     if os.path.isdir(out):
         raise UserError(f"{out} is a folder; give the name of the .fmu file to write")
+    if not str(out).endswith(".fmu"):
+        raise UserError(f"{out} is refused: the file's name must end in .fmu")
     try:
         with held():
             return build.build(out)

@@ -14,6 +14,7 @@ from fmpy.validation import validate_fmu
 from golf_impact.variables import VARIABLES
 from reference import Reference
 
+from scenarios.errors import UserError
 from scenarios.fmu_file import build_fmu, builder
 from scenarios.impact_fmu import METRICS, PATH
 
@@ -96,6 +97,14 @@ def test_two_builds_are_the_same_bytes(fmu_path, tmp_path):
     again = build_fmu(tmp_path / "again.fmu")
     assert again.read_bytes() == fmu_path.read_bytes()
     assert builder().is_current(again)
+
+
+def test_no_other_file_is_taken_for_an_fmu(tmp_path):
+    other = tmp_path / "notes.txt"
+    other.write_text("mine")
+    with pytest.raises(UserError, match="must end in .fmu"):
+        build_fmu(other)
+    assert other.read_text() == "mine"
 
 
 def test_the_fmu_needs_no_numpy(fmu_path, tmp_path):

@@ -26,6 +26,7 @@ from scenarios.sweeps.chunk import FmuFile, Form, run_chunk
 from scenarios.sweeps.command import sweep
 from scenarios.sweeps.comparison import compare
 from scenarios.sweeps.impacts import horizon, impacts
+from scenarios.sweeps.pictures import draw
 from scenarios.sweeps.plan import plan
 from scenarios.sweeps.sensitivity import sensitivity
 from scenarios.sweeps.study_file import Options, read_study
@@ -574,7 +575,8 @@ def test_the_command_line_wins_over_a_study(tmp_path):
 PICTURES = {
     "line": {"k": "log:1e5:1e7:30"},
     "line in falling order": {"b": "12,9,0"},
-    "map": {"k": "0.5e6:2e6:12", "b": "0,-1,9,12"},
+    "map": {"k": "0.5e6:2e6:12", "b": "0,-1,1,2,3,4,5,6"},
+    "a line for each of few": {"k": "0.5e6:2e6:12", "b": "0,-1,9,12"},
     "more than two": {"k": "0.5e6:2e6:12", "b": "0,9,12", "club_speed": "30,40"},
     "balls": {"ball": "document,roh-lee", "club_speed": "30,40"},
     "one ball beside another": {"ball": "document,roh-lee"},
@@ -595,6 +597,16 @@ def test_pictures(fmu_path, tmp_path, sets):
     assert sweep(given, None) == 0
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
     assert "data:image/png" in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.parametrize(("b", "lines"), [("0,9,12", 3), ("0:14:8", 0)])
+def test_few_values_are_lines(fmu, b, lines):
+    """Between them a map would show what nobody computed."""
+    study = Study.of({"k": "0.5e6:2e6:12", "b": b}, ("smash_factor",))
+    variables = {v.name: v for v in fmu.description.modelVariables}
+    axes = draw(study, np.linspace(1.0, 2.0, study.cases), variables, None).axes[0]
+    assert len(axes.lines) == lines
+    assert bool(axes.collections) == (lines == 0)
 
 
 def test_nothing_to_draw(fmu_path, tmp_path):
@@ -685,12 +697,12 @@ def test_a_step_long_enough_for_any_exponent(fmu):
 
 @pytest.mark.parametrize("law", [1, 2])
 @pytest.mark.parametrize("axis", ["club_speed=normal:45:2", "b=uniform:5:15"])
-def test_one_distribution_has_a_picture(tmp_path, law, axis):
+def test_one_distribution_has_a_picture(fmu_path, tmp_path, law, axis):
     # S doesn't depend on club speed, but for rounding; SciPy's Sobol indices fail for one variable.
     done = subprocess.run(
         [
             *(sys.executable, "-m", "scenarios", "sweep", "--set", f"law={law}", "--set", axis),
-            *("--samples", "50", "--out", str(tmp_path / "one.csv")),
+            *("--samples", "50", "--out", str(tmp_path / "one.csv"), "--fmu", str(fmu_path)),
         ],
         capture_output=True,
         text=True,

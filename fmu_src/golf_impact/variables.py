@@ -104,7 +104,7 @@ VARIABLES: tuple[Variable, ...] = (
     _parameter("ball_speed", "m/s", 0.0, "finite", 35.0, "mph", "Velocity of the ball before it is touched"),
     _parameter("gap", "m", 0.0, ">= 0", 0.1, "mm", "Distance between club face and ball at the start"),
     Variable("law", "parameter", "Enumeration", "", 1, 1, 2, "1 (absolute) or 2 (relative)", None, None, "Contact law"),
-    _parameter("exponent", "1", 1.0, ">= 1", 1.0, None, "Exponent n of the relative power law; must be 1 with law 1"),
+    _parameter("exponent", "1", 1.0, ">= 1", 1.0, None, "Exponent n of the relative power law, up to 12; must be 1 with law 1"),
     _parameter("reference_compression", "m", 0.005, "> 0", 0.005, "mm", "Compression at which k and b hold if exponent is not 1"),
     _parameter("restitution_at_rest", "1", 0.0, "0..1", 1.0, None, "If above 0, damping follows from COR = restitution_at_rest - restitution_slope * approach speed, and b is not used (law 2)"),
     _parameter("restitution_slope", "s/m", 0.0, ">= 0", 0.003, None, "Fall of the coefficient of restitution with approach speed; see restitution_at_rest"),

@@ -14,7 +14,6 @@ from scenarios.calibration.targets import (
     Impact,
     Target,
     check_together,
-    doubts,
     option,
 )
 from scenarios.errors import UserError
@@ -81,8 +80,7 @@ class Calibration:
     def words(self) -> list[str]:
         """What there is to say about the fit."""
         found = self.fit
-        words = doubts(self.impact, self.targets)
-        words += [_sentence(note) for note in found.notes]
+        words = [_sentence(note) for note in found.notes]
         words += [
             "These meet the targets just as well: " + _in_words(other) + "."
             for other in found.others

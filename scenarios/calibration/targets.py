@@ -25,8 +25,9 @@ RESTITUTION = ("ball_speed", "club_speed_after", "cor")
 #: The σ of a target without one, as a fraction of its value.
 DEFAULT_SIGMA = 0.01
 
-#: No impact with a ball is so long (s), no club or ball so heavy (kg): another unit was meant.
-_LONG, _HEAVY = 0.1, 10.0
+#: No impact with a ball is so long (s) or so soft (N), and no club or ball so heavy (kg): another
+#: unit was meant.
+_LONG, _SOFT, _HEAVY = 0.1, 20.0, 10.0
 
 #: Measurements that contradict a conservation law by more than so many σ are refused.
 _CONTRADICTION = 3.0
@@ -213,6 +214,9 @@ def doubts(impact: Impact, targets: Mapping[str, Target]) -> list[str]:
         for name in ("contact_time", "time_of_max_force")
         if name in targets and targets[name].value > _LONG
     ]
+    force = targets.get("max_force")
+    if force and force.value < _SOFT:
+        found.append(f"--max-force {force.value:g} is taken in N: write e.g. 6600 for 6.6 kN.")
     found += [
         f"{option(name)} {getattr(impact, name):g} is taken in kg: write e.g. 0.210 for 210 g."
         for name in ("m_club", "m_ball")

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 #: More points of a line, or along a side of a map, than these can't be seen.
 _MOST_POINTS, _MOST_SIDE = 2000, 300
 
+#: So few values are a line each: between them a map would show what nobody computed.
+_FEW = 7
+
 #: What varies by less (relative) is constant but for rounding.
 _CONSTANT = 1e-12
 
@@ -63,8 +66,9 @@ def draw(
     amounts.sort(key=lambda one: -len(one.values))
     if not amounts:
         return _bars(grid, named, label(variables[name]))
-    if named or len(amounts) == 1:
-        return _lines(grid, amounts[0], named[:1], labels, label(variables[name]))
+    few = [one for one in amounts[1:2] if len(one.values) <= _FEW]
+    if named or few or len(amounts) == 1:
+        return _lines(grid, amounts[0], (named or few)[:1], labels, label(variables[name]))
     return _map(grid, amounts[0], amounts[1], labels, label(variables[name]))
 
 
@@ -134,7 +138,8 @@ def _lines(
     marker = "o" if len(x) <= 12 else None
     for n in range(found.shape[-1]):
         colour = colours[n % len(colours)]
-        text = f"{by[0].name} {_short(names[0][n])}" if by else None
+        equals = "" if by and by[0].name in _NAMED else "= "
+        text = f"{by[0].name} {equals}{_short(names[0][n])}" if by else None
         if text is None and grid.sampled:
             text = "median"
         # Lines that coincide are told apart by their dashes.
