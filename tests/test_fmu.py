@@ -102,7 +102,7 @@ def test_two_builds_are_the_same_bytes(fmu_path, tmp_path):
 def test_no_other_file_is_taken_for_an_fmu(tmp_path):
     other = tmp_path / "notes.txt"
     other.write_text("mine")
-    with pytest.raises(UserError, match="must end in .fmu"):
+    with pytest.raises(UserError, match=r"must end in \.fmu"):
         build_fmu(other)
     assert other.read_text() == "mine"
 
