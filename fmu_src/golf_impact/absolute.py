@@ -229,11 +229,11 @@ class AbsoluteContact:
             Contact force (N), positions of club face and ball (m), velocities of club and
             ball (m/s), compression (m).
         """
-        if self._kind == _THREE_RATES:
-            return self._three_rates(t)
-        if self._kind == _MEETING_RATES:
-            return self._meeting_rates(t)
-        if self._kind == _NEAR_TRIPLE_ROOTS:
+        if self._kind != _OSCILLATING:
+            if self._kind == _THREE_RATES:
+                return self._three_rates(t)
+            if self._kind == _MEETING_RATES:
+                return self._meeting_rates(t)
             return self._near_triple(t)
         r, slow, frequency, a0, c0, s0, a1, c1, s1, a2, c2, s2, x_c, x_s = self._motion
         size = exp(-slow * t)
@@ -252,6 +252,7 @@ class AbsoluteContact:
         """State and closing speed when contact ends: the compression is 0."""
         t = self.duration
         if self._kind == _OSCILLATING:
+            # As `state` has it, but for d; written out, since every impact comes here (2 % of it).
             r, slow, frequency, _, _, _, a1, c1, s1, a2, c2, s2, x_c, x_s = self._motion
             size = exp(-slow * t)
             angle = frequency * t

@@ -575,10 +575,12 @@ class Component:
             impact,
         ) = snapshot
         self._values = list(values)
-        if impact is None or type(self._impact) is not Impact:
-            self._impact = None if impact is None else Impact.restored(impact)
-        else:
+        if impact is None:
+            self._impact = None
+        elif type(self._impact) is Impact:
             self._impact.restore(impact)
+        else:
+            self._impact = Impact.restored(impact)
         self._anchored = self._watched = False
         self._count = 0.0
         self._size = self._until = nan

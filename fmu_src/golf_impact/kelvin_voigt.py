@@ -154,7 +154,8 @@ class KelvinVoigtContact:
         ]
 
     def _basis_at(self, t: float) -> tuple[float, float]:
-        first, second = self._motion[:2]
+        motion = self._motion
+        first, second = motion[0], motion[1]
         if self._basis == _OSCILLATING:
             size = exp(-first * t)
             angle = second * t
@@ -172,14 +173,8 @@ class KelvinVoigtContact:
     def end(self) -> tuple[list[float], float]:
         """State and closing speed when contact ends: the force is 0, the ball not yet round."""
         t = self.duration
-        first, second, _, _, d, d_s, w, w_s, p, q, x, v = self._motion
-        if self._basis == _OSCILLATING:
-            size = exp(-first * t)
-            angle = second * t
-            c = size * cos(angle)
-            s = size * sin(angle)
-        else:
-            c, s = self._basis_at(t)
+        _, _, _, _, d, d_s, w, w_s, p, q, x, v = self._motion
+        c, s = self._basis_at(t)
         compression = d * c + d_s * s
         closing = w * c + w_s * s
         x += v * t
