@@ -31,7 +31,7 @@ from golf_scenarios.sweeps.plan import plan
 from golf_scenarios.sweeps.sensitivity import sensitivity
 from golf_scenarios.sweeps.study_file import Options, read_study
 
-STUDIES = Path(sweeps.__file__).parent.parent / "studies"
+STUDIES = Path(__file__).parents[1] / "scenarios" / "studies"
 COMMAND = Path(sys.executable).with_name("golf-impact")
 
 
