@@ -1,9 +1,9 @@
 """The document's impact, k = 1e6 N/m, b = 9 N.s/m, 35 m/s: its Figs. 4 and 5, its first list."""
 
-from scenarios.cases import check_printed, comparison, run_case
-from scenarios.document import BASELINE
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.outcome import Outcome
+from golf_scenarios.facts.document import BASELINE
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.checks import check_printed, comparison, run_case
+from golf_scenarios.report.outcome import Outcome
 
 TITLE = "Baseline: the document's impact, exactly"
 
@@ -30,7 +30,7 @@ def run(fmu: ImpactFmu) -> Outcome:
     outcome.trajectories["baseline"] = path
 
     def force():
-        from scenarios import figures
+        from golf_scenarios.report import figures
 
         figure, axes = figures.new("Contact force on the ball")
         micro = path["time"] * 1e6
@@ -53,7 +53,7 @@ def run(fmu: ImpactFmu) -> Outcome:
         return figure
 
     def both():
-        from scenarios import figures
+        from golf_scenarios.report import figures
 
         figure, axes = figures.new("Contact force on each body")
         micro = path["time"] * 1e6
@@ -65,7 +65,7 @@ def run(fmu: ImpactFmu) -> Outcome:
         return figure
 
     def motion():
-        from scenarios import figures
+        from golf_scenarios.report import figures
 
         figure, (left, right) = figures.new_pair("Velocities and positions")
         micro = path["time"] * 1e6
@@ -93,6 +93,6 @@ def run(fmu: ImpactFmu) -> Outcome:
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("baseline")

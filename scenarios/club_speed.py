@@ -1,9 +1,9 @@
 """A faster club: 35 and 50 m/s (the document's table and its Fig. 6)."""
 
-from scenarios.cases import check_printed, comparison, rises, run_case, stays
-from scenarios.document import CLUB_SPEED
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.outcome import Outcome
+from golf_scenarios.facts.document import CLUB_SPEED
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.checks import check_printed, comparison, rises, run_case, stays
+from golf_scenarios.report.outcome import Outcome
 
 TITLE = "Club speed: 35 and 50 m/s"
 
@@ -45,7 +45,7 @@ def run(fmu: ImpactFmu) -> Outcome:
     paths = dict(outcome.trajectories)
 
     def force():
-        from scenarios import figures
+        from golf_scenarios.report import figures
 
         figure, axes = figures.new("A faster club: more force, the same time")
         for (name, path), colour, style in zip(
@@ -62,6 +62,6 @@ def run(fmu: ImpactFmu) -> Outcome:
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("club_speed")

@@ -1,9 +1,9 @@
 """Balls of different compression: k = 0.5e6, 1e6 and 2e6 N/m (the document's table)."""
 
-from scenarios.cases import check_printed, comparison, falls, rises, run_case
-from scenarios.document import COMPRESSION
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.outcome import Outcome
+from golf_scenarios.facts.document import COMPRESSION
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.checks import check_printed, comparison, falls, rises, run_case
+from golf_scenarios.report.outcome import Outcome
 
 TITLE = "Compression: a stiffer ball"
 
@@ -39,6 +39,6 @@ def run(fmu: ImpactFmu) -> Outcome:
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("compression")

@@ -1,7 +1,7 @@
 """The model drawn (the document's Fig. 1): two masses, and the ball's spring between them."""
 
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.outcome import Outcome
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.outcome import Outcome
 
 TITLE = "The model"
 
@@ -21,7 +21,7 @@ def draw():
     """Both laws, one above the other."""
     from matplotlib.patches import Circle, FancyBboxPatch
 
-    from scenarios import figures
+    from golf_scenarios.report import figures
 
     figure, axes = figures.new("Club, ball, and the contact between them", (8.2, 6.2))
     axes.set(xlim=(0, 10), ylim=(-0.5, 7.1), aspect="equal")
@@ -98,6 +98,6 @@ def draw():
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("diagram")

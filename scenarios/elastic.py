@@ -1,10 +1,10 @@
 """No damping (b = 0), a hard ball and a soft one: what S and the contact time depend on."""
 
-from scenarios import closed_forms
-from scenarios.cases import check_printed, comparison, run_case, stays
-from scenarios.document import ELASTIC, ELASTIC_SOFT, USED
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.outcome import Outcome
+from golf_scenarios.facts import closed_forms
+from golf_scenarios.facts.document import ELASTIC, ELASTIC_SOFT, USED
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.checks import check_printed, comparison, run_case, stays
+from golf_scenarios.report.outcome import Outcome
 
 TITLE = "Elastic: b = 0"
 
@@ -66,6 +66,6 @@ def run(fmu: ImpactFmu) -> Outcome:
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("elastic")

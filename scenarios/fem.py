@@ -1,10 +1,10 @@
 """Roh & Lee's finite-element ball beside the model, with the back of the document's envelope."""
 
-from scenarios.cases import run_case
-from scenarios.document import ENVELOPE, ROH_LEE
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.measured import ROH_LEE_FIGURES
-from scenarios.outcome import Outcome, Table
+from golf_scenarios.facts.document import ENVELOPE, ROH_LEE
+from golf_scenarios.facts.measured import ROH_LEE_FIGURES
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.checks import run_case
+from golf_scenarios.report.outcome import Outcome, Table
 
 TITLE = "Finite elements: Roh & Lee's figures and the model"
 
@@ -98,6 +98,6 @@ def run(fmu: ImpactFmu) -> Outcome:
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("fem")

@@ -1,21 +1,13 @@
 """The document's own scheme as a second FMU: where its printed numbers come from.
 
 Explicit Euler with a step of 0.5 µs, in a deliberately ordinary pythonfmu slave
-(benchmarks/document_fmu.py).
+(golf_scenarios/peers/document_fmu.py).
 """
 
 import math
-import shutil
-import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 
-import fmpy
-from fmpy.fmi2 import FMU2Slave
-
-from scenarios.cases import LABELS, run_case
-from scenarios.document import (
+from golf_scenarios.facts.document import (
     BASELINE,
     CLUB_SPEED,
     COMPRESSION,
@@ -26,9 +18,10 @@ from scenarios.document import (
     USED,
     Printed,
 )
-from scenarios.fmu_file import build_plain_fmu
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.outcome import Outcome, Table
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.peers.document_scheme import document_fmu
+from golf_scenarios.report.checks import LABELS, run_case
+from golf_scenarios.report.outcome import Outcome, Table
 
 TITLE = "Finite difference: the document's scheme as an FMU"
 
@@ -44,82 +37,6 @@ OUT_OF_LINE = {
 }
 
 _COLUMNS = ["", "printed", "the scheme", "exact", "its error"]
-
-_READ = (
-    "club_velocity",
-    "ball_velocity",
-    "max_force",
-    "contact_time",
-    "impulse",
-    "contact_displacement",
-    "smash_factor",
-    "coefficient_of_restitution",
-    "energy_efficiency",
-)
-
-
-class DocumentFmu:
-    """The document's scheme, one instance reset for every impact.
-
-    Args:
-        folder: the extracted FMU.
-    """
-
-    def __init__(self, folder: str) -> None:
-        description = fmpy.read_model_description(folder, validate=False)
-        assert description.coSimulation is not None
-        self._references = {v.name: v.valueReference for v in description.modelVariables}
-        self.slave = FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=folder,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName="document",
-        )
-        self.slave.instantiate()
-
-    def impact(self, dt: float = TIME_STEP, **values: float) -> dict[str, float]:
-        """One impact, stepped by dt until contact ends; read once, at the end.
-
-        Args:
-            dt: communication step and Euler step, s.
-            values: inputs and parameters by name.
-
-        Returns:
-            The outputs by name (SI units).
-        """
-        slave = self.slave
-        slave.reset()
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        for name, value in {"dt": dt, **values}.items():
-            slave.setReal([self._references[name]], [value])
-        slave.exitInitializationMode()
-        in_contact = [self._references["in_contact"]]
-        n = 0
-        while slave.getBoolean(in_contact)[0]:
-            slave.doStep(n * dt, dt)
-            n += 1
-        values_read = slave.getReal([self._references[name] for name in _READ])
-        return dict(zip(_READ, values_read, strict=True))
-
-
-@contextmanager
-def document_fmu() -> Iterator[DocumentFmu]:
-    """The document's scheme as an FMU, built and extracted for the time of a `with` block."""
-    source = Path(__file__).parent / "benchmarks" / "document_fmu.py"
-    folder = tempfile.mkdtemp(prefix="golf-impact-")
-    try:
-        fmu = build_plain_fmu(source, Path(folder) / "fmu")
-        extracted = str(Path(folder) / "extracted")
-        fmpy.extract(str(fmu), extracted)
-        document = DocumentFmu(extracted)
-        try:
-            yield document
-        finally:
-            document.slave.terminate()
-            document.slave.freeInstance()
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _derived(found: dict[str, float], u_club: float) -> dict[str, float]:
@@ -198,6 +115,6 @@ def run(fmu: ImpactFmu) -> Outcome:
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("finite_difference")

@@ -1,8 +1,8 @@
 """The same impact under both laws: what momentum and energy do."""
 
-from scenarios.cases import LABELS, run_case, shown
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.outcome import Outcome, Table
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.checks import LABELS, run_case, shown
+from golf_scenarios.report.outcome import Outcome, Table
 
 TITLE = "Laws: drag on each body, or a damper between them"
 
@@ -71,7 +71,7 @@ def run(fmu: ImpactFmu) -> Outcome:
     outcome.trajectories |= {f"law_{law}": path for law, path in paths.items()}
 
     def courses():
-        from scenarios import figures
+        from golf_scenarios.report import figures
 
         figure, (left, right) = figures.new_pair("Momentum and kinetic energy during contact")
         labels = {1: "law 1: drag on each body", 2: "law 2: damper between them"}
@@ -90,6 +90,6 @@ def run(fmu: ImpactFmu) -> Outcome:
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("laws")

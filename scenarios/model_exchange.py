@@ -20,10 +20,10 @@ import numpy as np
 import pythonfmu3.builder  # noqa: F401
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
-from scenarios.balls import ball
-from scenarios.fmu_file import current_fmu
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.outcome import Outcome, Table
+from golf_scenarios.facts.balls import ball
+from golf_scenarios.fmu.file import current_fmu
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.outcome import Outcome, Table
 
 TITLE = "Model Exchange: what a general solver pays"
 
@@ -386,7 +386,7 @@ def _conclude(outcome: Outcome, found: _Found) -> None:
 
 
 def _figure(found: _Found):
-    from scenarios import figures
+    from golf_scenarios.report import figures
 
     figure, axes = figures.new("Error against run time: a host's solver, and the exact phases")
     colours = dict(zip(found.solved, (figures.ORANGE, figures.BLUE, figures.GREEN), strict=True))
@@ -433,6 +433,6 @@ def _figure(found: _Found):
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("model_exchange")

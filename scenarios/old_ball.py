@@ -1,9 +1,9 @@
 """An old ball, softer and more damped, beside a new one (the document's last table)."""
 
-from scenarios.cases import check_printed, comparison, falls, rises, run_case
-from scenarios.document import OLD_BALL
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.outcome import Outcome
+from golf_scenarios.facts.document import OLD_BALL
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.checks import check_printed, comparison, falls, rises, run_case
+from golf_scenarios.report.outcome import Outcome
 
 TITLE = "Old ball: softer and more damped"
 
@@ -33,6 +33,6 @@ def run(fmu: ImpactFmu) -> Outcome:
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("old_ball")

@@ -1,10 +1,10 @@
 """Compression ratings: what an indicative stiffness of each predicts over club speed."""
 
-from scenarios.balls import BALLS, rating_stiffness
-from scenarios.cases import falls, rises, run_case, shown, stays
-from scenarios.document import USED
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.outcome import Outcome, Table
+from golf_scenarios.facts.balls import BALLS, rating_stiffness
+from golf_scenarios.facts.document import USED
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.checks import falls, rises, run_case, shown, stays
+from golf_scenarios.report.outcome import Outcome, Table
 
 TITLE = "Compression ratings: low, mid and high over club speed (indicative)"
 
@@ -106,7 +106,7 @@ def _impacts(
 
 
 def _drawn(line: dict, fixed: dict):
-    from scenarios import figures
+    from golf_scenarios.report import figures
 
     figure, (left, right) = figures.new_pair("Compression ratings over club speed (indicative)")
     for name, colour, style in zip(
@@ -140,6 +140,6 @@ def _drawn(line: dict, fixed: dict):
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("rating")

@@ -1,13 +1,19 @@
 """COR and smash factor over club speed: what laws say, and what was measured."""
 
-from scenarios.balls import BALLS
-from scenarios.cases import falls, run_case, shown, stays
-from scenarios.closed_forms import elastic_smash_factor
-from scenarios.document import USED
-from scenarios.errors import UserError
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.measured import LOUGHBOROUGH, MEASUREMENTS, PENNER, PENNER_AT_REST, PENNER_SLOPE
-from scenarios.outcome import Outcome, Table
+from golf_scenarios.errors import UserError
+from golf_scenarios.facts.balls import BALLS
+from golf_scenarios.facts.closed_forms import elastic_smash_factor
+from golf_scenarios.facts.document import USED
+from golf_scenarios.facts.measured import (
+    LOUGHBOROUGH,
+    MEASUREMENTS,
+    PENNER,
+    PENNER_AT_REST,
+    PENNER_SLOPE,
+)
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.checks import falls, run_case, shown, stays
+from golf_scenarios.report.outcome import Outcome, Table
 
 TITLE = "Speed dependence: measured COR falls with club speed, a constant damper's doesn't"
 
@@ -94,7 +100,7 @@ def _check_refusal(outcome: Outcome, fmu: ImpactFmu) -> None:
 
 
 def _drawn(found: dict[str, list[dict[str, float]]], cor: str, smash: str):
-    from scenarios import figures
+    from golf_scenarios.report import figures
 
     figure, (left, right) = figures.new_pair("COR and smash factor over club speed")
     styles = (
@@ -138,6 +144,6 @@ def _drawn(found: dict[str, list[dict[str, float]]], cor: str, smash: str):
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("speed_dependence")

@@ -3,18 +3,14 @@
 The whole contact takes half a communication step of 1 ms; the carry doesn't depend on the step.
 """
 
-import importlib.util
 import tempfile
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
-from scenarios.errors import UserError
-from scenarios.fmu_file import builder
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.outcome import Outcome, Table
-from scenarios.stopping import held
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.fmu.system import build_system, run_ssp
+from golf_scenarios.report.outcome import Outcome, Table
 
 TITLE = "A system: swing, impact and flight in one SSP file"
 
@@ -33,62 +29,6 @@ _COLUMNS = {
     "BallFlight.apex": "apex",
     "BallFlight.flight_time": "flight_time",
 }
-
-
-def system_builder() -> ModuleType:
-    """build_system.py, which lies beside the build script of the FMU."""
-    path = Path(str(builder().__file__)).with_name("build_system.py")
-    spec = importlib.util.spec_from_file_location("golf_impact_build_system", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def build_system(folder: Path, impact: Path) -> list[Path]:
-    """Build the companion FMUs and the .ssp around an existing ClubBallImpact.fmu.
-
-    Raises:
-        UserError: a file can't be written.
-    """
-    try:
-        with held():
-            return system_builder().build(folder, impact)
-    except OSError as error:
-        raise UserError(f"can't write into {folder}: {error.strerror or error}") from error
-
-
-def write_cross_check(fmu: Path) -> list[Path]:
-    """Write the FMI cross-check files next to ClubBallImpact.fmu.
-
-    Raises:
-        UserError: a file can't be written.
-    """
-    try:
-        with held():
-            return system_builder().write_cross_check(fmu)
-    except OSError as error:
-        raise UserError(f"can't write beside {fmu}: {error.strerror or error}") from error
-
-
-def run_ssp(ssp: Path, step: float, stop: float) -> dict[str, np.ndarray]:
-    """Run the system in fmpy.ssp.
-
-    Args:
-        ssp: the .ssp file.
-        step: communication step size, s.
-        stop: end of the run, s.
-
-    Returns:
-        `time` (s, end of each step) and every connector by "Component.variable".
-    """
-    from fmpy.ssp.simulation import simulate_ssp
-
-    # fmpy adds up its steps; half a step less ends it where it should.
-    rows = simulate_ssp(str(ssp), stop_time=stop - 0.5 * step, step_size=step)
-    columns = {name: np.asarray(rows[name], dtype=float) for name in rows.dtype.names[1:]}
-    return {"time": step * np.arange(1, len(rows) + 1), **columns}
 
 
 def run(fmu: ImpactFmu) -> Outcome:
@@ -187,7 +127,7 @@ def _figures(runs: dict, whole: dict) -> dict:
     coarse, fine = runs[STEPS[0]], runs[STEPS[-1]]
 
     def speeds():
-        from scenarios import figures
+        from golf_scenarios.report import figures
 
         figure, axes = figures.new("Speeds, communication step 10 µs")
         milli = fine["time"] * 1e3
@@ -200,7 +140,7 @@ def _figures(runs: dict, whole: dict) -> dict:
         return figure
 
     def force():
-        from scenarios import figures
+        from golf_scenarios.report import figures
 
         figure, axes = figures.new("Force: one step of 1 ms has the same area")
         milli = (fine["time"] - fine["ClubBallImpact.touch_time"][-1]) * 1e3
@@ -219,7 +159,7 @@ def _figures(runs: dict, whole: dict) -> dict:
         return figure
 
     def flight():
-        from scenarios import figures
+        from golf_scenarios.report import figures
 
         figure, axes = figures.new("Flight of the ball", size=(7.2, 3.4))
         x, y = whole["BallFlight.distance"], whole["BallFlight.height"]
@@ -237,6 +177,6 @@ def _figures(runs: dict, whole: dict) -> dict:
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("system")

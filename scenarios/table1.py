@@ -1,9 +1,9 @@
 """The document's Table 1 as printed, beside the parameters that its numbers really come from."""
 
-from scenarios.cases import LABELS, run_case, shown
-from scenarios.document import BASELINE, TABLE_1, USED
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.outcome import Outcome, Table
+from golf_scenarios.facts.document import BASELINE, TABLE_1, USED
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.checks import LABELS, run_case, shown
+from golf_scenarios.report.outcome import Outcome, Table
 
 TITLE = "Table 1: the parameters printed, and those used"
 
@@ -50,6 +50,6 @@ def run(fmu: ImpactFmu) -> Outcome:
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("table1")

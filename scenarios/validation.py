@@ -1,11 +1,11 @@
 """How good is the model? Four balls against Roh & Lee's figures and published measurements."""
 
-from scenarios.balls import BALLS
-from scenarios.cases import run_case
-from scenarios.document import ROH_LEE
-from scenarios.impact_fmu import ImpactFmu
-from scenarios.measured import MEASUREMENTS, ROH_LEE_FIGURES, Measurement
-from scenarios.outcome import Outcome, Table
+from golf_scenarios.facts.balls import BALLS
+from golf_scenarios.facts.document import ROH_LEE
+from golf_scenarios.facts.measured import MEASUREMENTS, ROH_LEE_FIGURES, Measurement
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.checks import run_case
+from golf_scenarios.report.outcome import Outcome, Table
 
 TITLE = "Validation: how good is the model?"
 
@@ -148,7 +148,7 @@ def _drawn(
     off: dict[str, dict[str, float]],
     measured: dict[Measurement, dict[str, float]],
 ):
-    from scenarios import figures
+    from golf_scenarios.report import figures
 
     figure, (left, right) = figures.new_pair("The model against the finite-element ball (35 m/s)")
     looks = {
@@ -198,6 +198,6 @@ def _drawn(
 
 
 if __name__ == "__main__":
-    from scenarios.cli import run_alone
+    from golf_scenarios.commands.app import run_alone
 
     run_alone("validation")

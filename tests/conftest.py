@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from scenarios import doctor
-from scenarios.fmu_file import build_fmu
-from scenarios.impact_fmu import ImpactFmu
+from golf_scenarios.commands import doctor
+from golf_scenarios.fmu.file import build_fmu
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
 
 HERE = Path(__file__).resolve().parent
 

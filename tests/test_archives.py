@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.archive import flaw
-from scenarios.errors import UserError
-from scenarios.fmu_file import build_plain_fmu, builder, given_fmu
-from scenarios.impact_fmu import ImpactFmu
+from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.archive import flaw
+from golf_scenarios.fmu.file import build_plain_fmu, builder, given_fmu
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
 
 ROOT = Path(__file__).resolve().parent.parent
 COMMAND = Path(sys.executable).with_name("golf-impact")
@@ -352,7 +352,7 @@ def test_contents_that_crash_a_process(tmp_path, files, damage):
 
 def test_one_that_was_only_packed_anew_is_taken(tmp_path, files, monkeypatch):
     """And modules in the working folder don't stand for ours."""
-    for name in ("scenarios", "fmpy", "numpy"):
+    for name in ("golf_scenarios", "fmpy", "numpy"):
         (tmp_path / f"{name}.py").write_text("raise RuntimeError")
     monkeypatch.chdir(tmp_path)
     kept = {name: content for name, content in files.items() if name != SUMS}
@@ -364,7 +364,7 @@ def test_one_that_was_only_packed_anew_is_taken(tmp_path, files, monkeypatch):
 
 
 def test_a_damaged_build_is_made_anew(tmp_path, fmu_path, files, monkeypatch):
-    from scenarios import fmu_file
+    from golf_scenarios.fmu import file as fmu_file
 
     built = tmp_path / "ClubBallImpact.fmu"
     monkeypatch.setattr(fmu_file, "default_path", lambda build: built)
@@ -399,7 +399,7 @@ def test_the_list_of_files(tmp_path, fmu_path, files):
         module,
         f"{package}/club_ball_impact.py",
     }
-    ours |= {f"{package}/{f.name}" for f in (ROOT / "fmu_src" / "golf_impact").glob("*.py")}
+    ours |= {f"{package}/{name}" for name in builder().bundled()}
     theirs = {
         "binaries/linux64/ClubBallImpact.so": "resources/binaries/linux64/libpythonfmu-export.so",
         "binaries/win64/ClubBallImpact.dll": "resources/binaries/win64/pythonfmu-export.dll",

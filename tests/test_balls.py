@@ -5,9 +5,9 @@ import json
 import pytest
 from test_cli import golf, refused
 
-from scenarios.balls import BALLS, ball, rating_stiffness
-from scenarios.errors import UserError
-from scenarios.measured import MPH
+from golf_scenarios.errors import UserError
+from golf_scenarios.facts.balls import BALLS, ball, rating_stiffness
+from golf_scenarios.facts.measured import MPH
 
 
 @pytest.mark.parametrize("name", BALLS)

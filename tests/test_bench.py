@@ -8,20 +8,20 @@ import math
 
 import pytest
 
-from scenarios.benchmarks import accuracy, scene
-from scenarios.benchmarks.bench import TARGETS, bench
-from scenarios.benchmarks.empty_wide_fmu import (
+from golf_scenarios.benchmarks import accuracy, scene
+from golf_scenarios.benchmarks.bench import TARGETS, bench
+from golf_scenarios.benchmarks.empty_wide_fmu import (
     BOOLEAN_OUTPUTS,
     INPUTS,
     INTEGER_PARAMETERS,
     OUTPUTS,
     PARAMETERS,
 )
-from scenarios.benchmarks.loaded import LoadedFmu
-from scenarios.benchmarks.timing import interleaved, median_ratio
-from scenarios.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slope
-from scenarios.errors import UserError
-from scenarios.stress.driver import opened
+from golf_scenarios.benchmarks.loaded import LoadedFmu
+from golf_scenarios.benchmarks.timing import interleaved, median_ratio
+from golf_scenarios.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slope
+from golf_scenarios.errors import UserError
+from golf_scenarios.stress.driver import opened
 
 
 @pytest.fixture(scope="module")

@@ -10,12 +10,11 @@ import sys
 import pytest
 from test_cli import golf, refused
 
-from scenarios.balls import BALLS
-from scenarios.calibration.calibrate import Calibration, check
-from scenarios.calibration.contact_law import ContactLaw, Coordinates, Predictor
-from scenarios.calibration.fitting import fit
-from scenarios.calibration.laws import asked_for
-from scenarios.calibration.targets import (
+from golf_scenarios.calibration.calibrate import Calibration, check
+from golf_scenarios.calibration.contact_law import ContactLaw, Coordinates, Predictor
+from golf_scenarios.calibration.fitting import fit
+from golf_scenarios.calibration.laws import asked_for
+from golf_scenarios.calibration.targets import (
     TARGETS,
     Impact,
     Target,
@@ -24,8 +23,9 @@ from scenarios.calibration.targets import (
     read_csv,
     target,
 )
-from scenarios.errors import UserError
-from scenarios.measured import MPH
+from golf_scenarios.errors import UserError
+from golf_scenarios.facts.balls import BALLS
+from golf_scenarios.facts.measured import MPH
 
 IMPACT = Impact()
 LINEAR = ContactLaw("Kelvin–Voigt", 2, 1.0)
@@ -403,7 +403,10 @@ def test_another_unit_is_doubted(tmp_path):
 
 def test_without_scipy(tmp_path):
     """Calibrate says what to install; run needs it nowhere."""
-    start = "import sys; sys.modules['scipy'] = None; from scenarios.cli import main; sys.argv = "
+    start = (
+        "import sys; sys.modules['scipy'] = None\n"
+        "from golf_scenarios.commands.app import main; sys.argv = "
+    )
     calibrate = ["x", "calibrate", "--cor", "0.7", "--contact-time", "6e-4"]
     run = ["x", "run", "validation", "--ball", "tour", "--no-figures", "--out", str(tmp_path)]
     done = subprocess.run(

@@ -66,7 +66,8 @@ def test_build_and_run(tmp_path):
 def test_no_figures_needs_no_matplotlib(tmp_path):
     code = (
         "import sys; sys.argv = ['golf-impact', 'run', 'baseline', '--no-figures', '--out', "
-        f"{str(tmp_path)!r}]\nfrom scenarios import cli\nassert cli._one_line(cli.app) == 0\n"
+        f"{str(tmp_path)!r}]\nfrom golf_scenarios.commands import app\n"
+        "assert app._one_line(app.app) == 0\n"
         "assert 'matplotlib' not in sys.modules"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
@@ -93,10 +94,10 @@ def test_a_scenario_alone(tmp_path):
 
 def test_a_failed_check_exits_1(tmp_path):
     code = (
-        "import sys; from scenarios import document\n"
+        "import sys; from golf_scenarios.facts import document\n"
         "document.BASELINE['max_force'] = document.Printed('6600')\n"
         f"sys.argv = ['x', 'run', 'baseline', '--no-figures', '--out', {str(tmp_path)!r}]\n"
-        "from scenarios.cli import main\nmain()"
+        "from golf_scenarios.commands.app import main\nmain()"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 1

@@ -13,8 +13,8 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from scenarios.benchmarks import empty_fmu, empty_wide_fmu
-from scenarios.fmu_file import build_plain_fmu
+from golf_scenarios.benchmarks import empty_fmu, empty_wide_fmu
+from golf_scenarios.fmu.file import build_plain_fmu
 
 HERE = Path(__file__).resolve().parent
 

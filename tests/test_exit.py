@@ -14,9 +14,9 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from scenarios import system
-from scenarios.benchmarks import empty_fmu
-from scenarios.fmu_file import build_plain_fmu
+from golf_scenarios.benchmarks import empty_fmu
+from golf_scenarios.fmu import system
+from golf_scenarios.fmu.file import build_plain_fmu
 
 _PROGRAM = """
 import sys

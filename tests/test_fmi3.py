@@ -6,7 +6,6 @@ import math
 import subprocess
 import sys
 from itertools import pairwise
-from pathlib import Path
 
 import fmpy
 import numpy as np
@@ -26,9 +25,9 @@ from golf_impact.variables import (
 )
 from typer.testing import CliRunner
 
-from scenarios.cli import app
-from scenarios.errors import UserError
-from scenarios.fmu_file import build_fmu, builder
+from golf_scenarios.commands.app import app
+from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.file import build_fmu, builder
 
 OUTPUTS = [v.name for v in VARIABLES if v.causality == "output" and v.type == "Real"]
 FLAGS = [v.name for v in VARIABLES if v.type == "Boolean"]
@@ -668,8 +667,7 @@ def test_ecos(fmi3_path, fmu, step):
 
 def test_the_physics_has_no_other_home(fmi3_path):
     """Both faces together name no variable but by the table."""
-    sources = Path(builder(3).__file__).parent.parent / "fmu_src"
-    for face in ("club_ball_impact.py", "club_ball_impact_fmi3.py"):
-        text = (sources / face).read_text("utf-8")
+    for face in ("club_ball_impact", "club_ball_impact_fmi3"):
+        text = builder().face(face).read_text("utf-8")
         named = [row.name for row in VARIABLES if f'"{row.name}"' in text]
         assert named == []

@@ -14,9 +14,9 @@ from fmpy.validation import validate_fmu
 from golf_impact.variables import VARIABLES
 from reference import Reference
 
-from scenarios.errors import UserError
-from scenarios.fmu_file import build_fmu, builder
-from scenarios.impact_fmu import METRICS, PATH
+from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.file import build_fmu, builder
+from golf_scenarios.fmu.impact_fmu import METRICS, PATH
 
 #: See test_contact_laws.
 BAR = 1e-13

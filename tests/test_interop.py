@@ -19,8 +19,6 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
-from scenarios.fmu_file import builder
-
 ROOT = Path(__file__).resolve().parent.parent
 OUTPUTS = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
 STEPS = (1e-3, 1e-4, 1e-6)
@@ -269,10 +267,10 @@ def test_fmpy_finds_nothing_to_complain_about(fmu_path):
 
 @pytest.mark.parametrize("step", STEPS[:2])
 def test_a_container_with_another_fmu(fmu_path, tmp_path, step):
-    from scenarios.system import system_builder
+    from golf_build.system import build_companion
 
     shutil.copy(fmu_path, tmp_path / "ClubBallImpact.fmu")
-    system_builder().build_companion("BallFlight", tmp_path / "BallFlight.fmu")
+    build_companion("BallFlight", tmp_path / "BallFlight.fmu")
     links = ("ball_velocity", "separated", "touch_time", "contact_time")
     lines = [
         "rule;from_fmu;from_port;to_fmu;to_port",
@@ -361,8 +359,7 @@ def test_a_thousand_instances(extracted):
 def heavier(tmp_path_factory):
     """The same FMU built from changed sources: its ball is twice as heavy."""
     checkout = tmp_path_factory.mktemp("another checkout")
-    build = Path(str(builder().__file__))
-    shutil.copytree(build.parent, checkout / "build", ignore=shutil.ignore_patterns("*.fmu"))
+    shutil.copytree(ROOT / "build", checkout / "build", ignore=shutil.ignore_patterns("*.fmu"))
     shutil.copy(ROOT / "LICENSE", checkout)
     shutil.copytree(
         ROOT / "fmu_src", checkout / "fmu_src", ignore=shutil.ignore_patterns("__pycache__")

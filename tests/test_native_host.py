@@ -7,7 +7,7 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from scenarios import doctor
+from golf_scenarios.commands import doctor
 
 HERE = Path(__file__).resolve().parent
 LAW_1 = {

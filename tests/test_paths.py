@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.writing import write_together
+from golf_scenarios.report.writing import write_together
 
 ROOT = Path(__file__).resolve().parent.parent
 COMMAND = Path(sys.executable).with_name("golf-impact")
@@ -47,26 +47,27 @@ def names(folder):
 
 def checkout(folder):
     """A copy of the checkout, without anything built, and how to run it."""
-    for name in ("scenarios", "fmu_src"):
-        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
-    (folder / "build").mkdir()
-    for file in (ROOT / "build").glob("*.py"):
-        shutil.copy(file, folder / "build")
-    shutil.copytree(ROOT / "build" / "documentation", folder / "build" / "documentation")
-    shutil.copy(ROOT / "build" / "model.png", folder / "build")
+    ignored = shutil.ignore_patterns("__pycache__", "*.fmu", "*.ssp", "*.csv", "*.opt", "*.md")
+    for name in ("scenarios", "fmu_src", "build"):
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     shutil.copy(ROOT / "LICENSE", folder)
-    return {"PYTHONPATH": f"{folder}{os.pathsep}{folder / 'fmu_src'}"}
+    parts = (folder / name for name in ("scenarios", "build", "fmu_src"))
+    return {"PYTHONPATH": os.pathsep.join(map(str, parts))}
 
 
 def installed(folder):
     """The same as a wheel lays it out."""
-    env = checkout(folder)
-    (folder / "build").rename(folder / "scenarios" / "fmu_build")
-    (folder / "LICENSE").rename(folder / "scenarios" / "fmu_build" / "LICENSE")
-    return env
+    checkout(folder / "checkout")
+    for package in ("scenarios/golf_scenarios", "build/golf_build", "fmu_src/golf_impact"):
+        (folder / "checkout" / package).rename(folder / Path(package).name)
+    (folder / "checkout" / "LICENSE").rename(folder / "golf_build" / "LICENSE")
+    (folder / "checkout" / "fmu_src").rename(folder / "golf_build" / "faces")
+    (folder / "checkout" / "scenarios").rename(folder / "golf_scenarios" / "scripts")
+    shutil.rmtree(folder / "checkout")
+    return {"PYTHONPATH": str(folder)}
 
 
-MODULE = (sys.executable, "-m", "scenarios")
+MODULE = (sys.executable, "-m", "golf_scenarios")
 
 
 @pytest.fixture
@@ -85,7 +86,7 @@ def nobody():
     env["PYTHONPATH"] += f"{os.pathsep}{packages}"
     version = f"python{sys.version_info.major}.{sys.version_info.minor}"
     for python in (sys.executable, f"/usr/bin/{version}"):
-        options |= {"env": env, "program": (python, "-m", "scenarios")}
+        options |= {"env": env, "program": (python, "-m", "golf_scenarios")}
         try:
             if golf("list", cwd=folder, **options).returncode == 0:
                 break
@@ -150,7 +151,7 @@ def test_no_home(tmp_path, cache):
     # With no right to make one, even for root: a file stands where the cache would be.
     (tmp_path / "blocked").write_text("")
     start = (
-        "import os, platformdirs, pathlib; from scenarios.__main__ import main\n"
+        "import os, platformdirs, pathlib; from golf_scenarios.__main__ import main\n"
         "platformdirs.user_cache_path = lambda *_: pathlib.Path(os.environ['CACHE'])\n"
         "main()"
     )

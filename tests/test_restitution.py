@@ -7,8 +7,8 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from golf_impact.restitution import damping_ratio
 
-from scenarios.errors import UserError
-from scenarios.impact_fmu import METRICS
+from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.impact_fmu import METRICS
 
 AT_REST, SLOPE = 0.86, 0.0029
 LINE = {"law": 2, "restitution_at_rest": AT_REST, "restitution_slope": SLOPE}

@@ -5,11 +5,12 @@ from itertools import pairwise
 
 import pytest
 
-from scenarios import cases, document
-from scenarios.finite_difference import document_fmu
-from scenarios.outcome import Outcome
-from scenarios.registry import SCENARIOS, scenario
-from scenarios.writing import write_outcomes
+from golf_scenarios.commands.scripts import SCENARIOS, scenario
+from golf_scenarios.facts import document
+from golf_scenarios.peers.document_scheme import document_fmu
+from golf_scenarios.report import checks as cases
+from golf_scenarios.report.outcome import Outcome
+from golf_scenarios.report.writing import write_outcomes
 
 
 @pytest.mark.parametrize("name", SCENARIOS)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from reference import Reference as OtherReference
 
-from scenarios.benchmarks.problem import Case
-from scenarios.errors import UserError
-from scenarios.stress import cases, invariants, stability, stress
-from scenarios.stress.driver import opened
-from scenarios.stress.ledger import Ledger
-from scenarios.stress.reference import Reference
+from golf_scenarios.errors import UserError
+from golf_scenarios.peers.problem import Case
+from golf_scenarios.stress import cases, invariants, stability, stress
+from golf_scenarios.stress.driver import opened
+from golf_scenarios.stress.ledger import Ledger
+from golf_scenarios.stress.reference import Reference
 
 
 @pytest.fixture(scope="module")

@@ -17,21 +17,21 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 
-from scenarios import sweeps
-from scenarios.errors import UserError
-from scenarios.impact_fmu import METRICS, ImpactFmu
-from scenarios.sweeps import Stopped, Study, run_sweep
-from scenarios.sweeps.axes import Grid, Normal, Uniform, axis
-from scenarios.sweeps.chunk import FmuFile, Form, run_chunk
-from scenarios.sweeps.command import sweep
-from scenarios.sweeps.comparison import compare
-from scenarios.sweeps.impacts import horizon, impacts
-from scenarios.sweeps.pictures import draw
-from scenarios.sweeps.plan import plan
-from scenarios.sweeps.sensitivity import sensitivity
-from scenarios.sweeps.study_file import Options, read_study
+from golf_scenarios import sweeps
+from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.impact_fmu import METRICS, ImpactFmu
+from golf_scenarios.sweeps import Stopped, Study, run_sweep
+from golf_scenarios.sweeps.axes import Grid, Normal, Uniform, axis
+from golf_scenarios.sweeps.chunk import FmuFile, Form, run_chunk
+from golf_scenarios.sweeps.command import sweep
+from golf_scenarios.sweeps.comparison import compare
+from golf_scenarios.sweeps.impacts import horizon, impacts
+from golf_scenarios.sweeps.pictures import draw
+from golf_scenarios.sweeps.plan import plan
+from golf_scenarios.sweeps.sensitivity import sensitivity
+from golf_scenarios.sweeps.study_file import Options, read_study
 
-STUDIES = Path(sweeps.__file__).parent.parent / "studies"
+STUDIES = Path(__file__).parents[1] / "scenarios" / "studies"
 COMMAND = Path(sys.executable).with_name("golf-impact")
 
 
@@ -213,7 +213,7 @@ def test_unknown_names(fmu_path, tmp_path):
 
 
 def test_balls(fmu, fmu_path, tmp_path):
-    from scenarios.balls import BALLS
+    from golf_scenarios.facts.balls import BALLS
 
     study = Study.of({"ball": list(BALLS), "b": "1,2", "club_speed": "30,45"}, METRICS)
     run_sweep(study, tmp_path / "x.csv", fmu=fmu_path)
@@ -412,8 +412,8 @@ def test_a_worker_that_is_killed(fmu_path, tmp_path):
     path.write_text("earlier")
     (tmp_path / "murder.py").write_text(
         "import multiprocessing, os, sys\n"
-        "from scenarios.sweeps import Study, run_sweep\n"
-        "from scenarios.errors import UserError\n"
+        "from golf_scenarios.sweeps import Study, run_sweep\n"
+        "from golf_scenarios.errors import UserError\n"
         "def kill(done):\n"
         "    os.kill(multiprocessing.active_children()[0].pid, 9)\n"
         "if __name__ == '__main__':\n"
@@ -442,7 +442,7 @@ def test_a_full_disk(fmu_path, tmp_path, suffix):
     code = (
         "import resource, sys\nresource.setrlimit(resource.RLIMIT_FSIZE, (700_000, 700_000))\n"
         f"sys.argv = ['x', 'sweep', '--set', 'k=1e6:2e6:20000', '--out', {str(path)!r}, '--fmu', "
-        f"{str(fmu_path)!r}]\nfrom scenarios.cli import main\nmain()"
+        f"{str(fmu_path)!r}]\nfrom golf_scenarios.commands.app import main\nmain()"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 2
@@ -658,7 +658,7 @@ def test_the_comparison_compares(fmu_path, monkeypatch):
     found = compare(study, fmu_path, rounds=1)
     assert found.same
     assert found.ratio > 1.0
-    from scenarios.sweeps import comparison
+    from golf_scenarios.sweeps import comparison
 
     monkeypatch.setattr(comparison, "horizon", lambda *_: np.full(2000, 1e-5))
     assert not compare(study, fmu_path, rounds=1).same
@@ -701,7 +701,16 @@ def test_one_distribution_has_a_picture(fmu_path, tmp_path, law, axis):
     # S doesn't depend on club speed, but for rounding; SciPy's Sobol indices fail for one variable.
     done = subprocess.run(
         [
-            *(sys.executable, "-m", "scenarios", "sweep", "--set", f"law={law}", "--set", axis),
+            *(
+                sys.executable,
+                "-m",
+                "golf_scenarios",
+                "sweep",
+                "--set",
+                f"law={law}",
+                "--set",
+                axis,
+            ),
             *("--samples", "50", "--out", str(tmp_path / "one.csv"), "--fmu", str(fmu_path)),
         ],
         capture_output=True,

@@ -6,12 +6,12 @@ import os
 import distributed
 import pytest
 
-from scenarios.errors import UserError
-from scenarios.sweeps import Stopped, Study, cluster, run_sweep
-from scenarios.sweeps.chunk import FmuFile
-from scenarios.sweeps.cluster import connected, run_on_cluster
-from scenarios.sweeps.command import sweep
-from scenarios.sweeps.study_file import Options
+from golf_scenarios.errors import UserError
+from golf_scenarios.sweeps import Stopped, Study, cluster, run_sweep
+from golf_scenarios.sweeps.chunk import FmuFile
+from golf_scenarios.sweeps.cluster import connected, run_on_cluster
+from golf_scenarios.sweeps.command import sweep
+from golf_scenarios.sweeps.study_file import Options
 
 SETS = {"k": "normal:1e6:5e5", "b": "0,9", "law": "1,2"}
 
@@ -83,8 +83,8 @@ def test_stopping(fmu_path, tmp_path, workers):
 
 
 def test_the_fmu_is_checked_where_it_arrives(fmu, fmu_path, workers):
-    from scenarios.sweeps.chunk import Form, run_chunk
-    from scenarios.sweeps.plan import plan
+    from golf_scenarios.sweeps.chunk import Form, run_chunk
+    from golf_scenarios.sweeps.plan import plan
 
     made = plan(study(), fmu.variables)
     data = FmuFile.read(fmu_path).data

@@ -13,7 +13,9 @@ import pytest
 from fmpy.fmi2 import FMU2Slave
 from scipy.integrate import solve_ivp
 
-from scenarios import system
+from golf_build.system import build_companion
+from golf_scenarios.commands.scripts import scenario
+from golf_scenarios.fmu import system
 
 STEPS = (1e-3, 7e-4, 1e-4, 1e-6)
 STOP = 0.056  # s: the ball has been launched by then
@@ -238,7 +240,7 @@ def test_companions_are_valid_and_reproducible(files, index, tmp_path):
 
     path = files[index]
     assert validate_fmu(str(path)) == []
-    again = system.system_builder().build_companion(path.stem, tmp_path / path.name)
+    again = build_companion(path.stem, tmp_path / path.name)
     assert again.read_bytes() == path.read_bytes()
 
 
@@ -338,7 +340,7 @@ def test_at_1_ms_the_contact_falls_inside_one_step(carries, fmu):
 
 
 def test_the_scenario_passes_its_own_checks(fmu):
-    outcome = system.run(fmu)
+    outcome = scenario("system").run(fmu)
     assert outcome.checks
     assert [check for check in outcome.checks if not check.passed] == []
 
@@ -356,7 +358,7 @@ def test_cross_check_files(fmu_path, tmp_path):
 
     fmu = tmp_path / "ClubBallImpact.fmu"
     fmu.write_bytes(fmu_path.read_bytes())
-    written = system.system_builder().write_cross_check(fmu)
+    written = system.write_cross_check(fmu)
     names = {"_ref.csv", "_in.csv", "_ref.opt"}
     assert {f.name for f in written} == {f"ClubBallImpact{n}" for n in names} | {"README.md"}
     options = read_ref_opt_file(str(tmp_path / "ClubBallImpact_ref.opt"))
@@ -389,6 +391,6 @@ def test_a_foreign_readme_is_left_alone(fmu_path, tmp_path):
     fmu = tmp_path / "ClubBallImpact.fmu"
     fmu.write_bytes(fmu_path.read_bytes())
     (tmp_path / "README.md").write_text("# mine\n")
-    written = system.system_builder().write_cross_check(fmu)
+    written = system.write_cross_check(fmu)
     assert tmp_path / "README.md" not in written
     assert (tmp_path / "README.md").read_text() == "# mine\n"

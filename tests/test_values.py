@@ -11,11 +11,11 @@ from fmpy.fmi2 import fmi2Discard
 from hypothesis import assume, event, example, given
 from hypothesis import strategies as st
 
-from scenarios.stress import invariants
-from scenarios.stress.cases import Impact, Segment, contact_time_of_law2, quantum
-from scenarios.stress.driver import Driver
-from scenarios.stress.ledger import Ledger
-from scenarios.stress.scales import BAR, Scales
+from golf_scenarios.stress import invariants
+from golf_scenarios.stress.cases import Impact, Segment, contact_time_of_law2, quantum
+from golf_scenarios.stress.driver import Driver
+from golf_scenarios.stress.ledger import Ledger
+from golf_scenarios.stress.scales import BAR, Scales
 
 #: Where times come from quadrature, all else is as exact, but at those times.
 BAR_OF_QUADRATURE = 1e-10

@@ -1,0 +1,199 @@
+"""Run time against error: the FMU and its peers on the document's baseline impact, law 1 and 2.
+
+Each point is the time that one impact takes, set-up off the clock, and the worst error among both
+final velocities (over |u_C| + |u_B|), contact time and largest force (relative).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from golf_scenarios.benchmarks import reference
+from golf_scenarios.benchmarks.floor import READ
+from golf_scenarios.benchmarks.loaded import LoadedFmu, saved_start
+from golf_scenarios.benchmarks.timing import typical_seconds, undisturbed
+from golf_scenarios.peers import (
+    explicit_euler,
+    explicit_euler_numpy,
+    runge_kutta4,
+    semi_implicit_euler,
+    solve_ivp,
+    stormer_verlet,
+)
+from golf_scenarios.peers.problem import Case, Outcome, errors
+
+#: What makes an Outcome, as the FMUs name it.
+_OUTCOME = ("club_velocity", "ball_velocity", "contact_time", "max_force")
+
+FMU_STEPPED = "this FMU, read every step"
+FMU_ONCE = "this FMU, metrics only"
+
+#: Stepping methods in plain Python, by the name in the figure.
+_STEPPING: dict[str, Any] = {
+    "explicit Euler, Python": explicit_euler,
+    "explicit Euler, NumPy": explicit_euler_numpy,
+    "semi-implicit Euler": semi_implicit_euler,
+    "Störmer–Verlet": stormer_verlet,
+    "Runge–Kutta 4": runge_kutta4,
+}
+DOCUMENT = "the document's scheme as FMU"
+
+
+@dataclass
+class Series:
+    """One method: points from coarse to fine.
+
+    Attributes:
+        method: its name.
+        settings: dt (s) or rtol of each point.
+        setting: "dt" or "rtol".
+        seconds: s per impact.
+        errors: without unit; inf where the method found no end of contact.
+        order: of the error in dt (log–log slope), for stepping methods.
+    """
+
+    method: str
+    setting: str
+    settings: list[float] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+    errors: list[float] = field(default_factory=list)
+    order: float | None = None
+
+    def add(self, setting: float, seconds: float, error: float) -> None:
+        """One more point."""
+        self.settings.append(setting)
+        self.seconds.append(seconds)
+        self.errors.append(error)
+
+
+def measure(
+    ours: LoadedFmu, document: LoadedFmu, law: int, quick: bool, tick: Callable[[], None]
+) -> list[Series]:
+    """All methods on the baseline impact under one law."""
+    case = Case(law=law)
+    exact = reference.solve(case)
+    budget = 0.005 if quick else 0.15
+    finest = 1e-6 if quick else 1e-8
+    steps = [dt for dt in _ladder(1e-5, 1e-8) if dt >= finest]
+    found = []
+
+    def record(series: Series, setting: float, solve: Callable[[], Outcome]) -> None:
+        error = max(errors(case, solve(), exact))
+        with undisturbed():
+            seconds = typical_seconds(solve, budget, 1 if quick else 3)
+        series.add(setting, seconds, error if math.isfinite(error) else math.inf)
+        tick()
+
+    series = Series(DOCUMENT, "dt")
+    for dt in steps:
+        record(series, dt, _stepped_document(document, law, dt))
+    series.order = slope(series.settings, series.errors)
+    found.append(series)
+    for name, module in _STEPPING.items():
+        series = Series(name, "dt")
+        for dt in steps:
+            record(series, dt, partial(module.solve, case, dt))
+        series.order = slope(series.settings, series.errors)
+        found.append(series)
+    for method in solve_ivp.METHODS:
+        series = Series(f"SciPy {method}", "rtol")
+        for exponent in range(3, 14, 5 if quick else 1):
+            rtol = 10.0**-exponent
+            record(
+                series,
+                rtol,
+                partial(solve_ivp.solve, case, rtol, method),
+            )
+        found.append(series)
+    series = Series(FMU_STEPPED, "dt")
+    for dt in [dt for dt in _ladder(1e-3, 1e-7) if dt >= finest]:
+        record(series, dt, _stepped_fmu(ours, law, dt))
+    found.append(series)
+    series = Series(FMU_ONCE, "dt")
+    record(series, 1e-3, _metrics_only(ours, law, 1e-3))
+    found.append(series)
+    return found
+
+
+def _ladder(high: float, low: float) -> list[float]:
+    """1, 2 and 5 in every decade, downwards."""
+    places = range(round(math.log10(high)), round(math.log10(low)) - 1, -1)
+    values = [digit * 10.0**place for place in places for digit in (5.0, 2.0, 1.0)]
+    return [value for value in values if low * 0.999 < value < high * 1.001]
+
+
+def slope(settings: Sequence[float], found: Sequence[float]) -> float | None:
+    """The least-squares slope of log error over log dt, while rounding plays no part."""
+    points = [
+        (math.log10(dt), math.log10(error))
+        for dt, error in zip(settings, found, strict=True)
+        if 1e-11 < error < 1.0
+    ]
+    if len(points) < 3:
+        return None
+    x_mean = sum(x for x, _ in points) / len(points)
+    y_mean = sum(y for _, y in points) / len(points)
+    spread = sum((x - x_mean) ** 2 for x, _ in points)
+    return sum((x - x_mean) * (y - y_mean) for x, y in points) / spread
+
+
+def _stepped_document(fmu: LoadedFmu, law: int, dt: float) -> Callable[[], Outcome]:
+    """To the end of contact, which takes a number of steps that is known beforehand."""
+    slave = fmu.instance(law=law, dt=dt)
+    start = saved_start(slave)
+    contact, read = fmu.find(("in_contact",)), fmu.find(_OUTCOME)
+    number = 0
+    while slave.getBoolean(contact)[0] and number * dt < 0.01:
+        slave.doStep(number * dt, dt)
+        number += 1
+
+    def solve() -> Outcome:
+        slave.setFMUstate(start)
+        do_step = slave.doStep
+        for n in range(number):
+            do_step(n * dt, dt)
+        return Outcome(*slave.getReal(read))
+
+    return solve
+
+
+def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Callable[[], Outcome]:
+    """1 ms in steps of dt, five outputs read at each, the metrics at the end."""
+    slave = fmu.instance(law=law)
+    start = saved_start(slave)
+    outcome, read = fmu.find(_OUTCOME), fmu.find(READ)
+    points = [0.0]
+    for _ in range(round(1e-3 / dt) - 1):
+        points.append(points[-1] + dt)
+
+    def solve() -> Outcome:
+        slave.setFMUstate(start)
+        do_step, get_real = slave.doStep, slave.getReal
+        for point in points:
+            do_step(point, dt)
+            get_real(read)
+        return Outcome(*get_real(outcome))
+
+    return solve
+
+
+def _metrics_only(fmu: LoadedFmu, law: int, step: float) -> Callable[[], Outcome]:
+    """One step and one read, with a new k every time but the first (k = 1e6 for the error)."""
+    slave = fmu.instance(law=law)
+    start = saved_start(slave)
+    k, outcome = fmu.find(("k",)), fmu.find(_OUTCOME)
+    calls = 0
+
+    def solve() -> Outcome:
+        nonlocal calls
+        slave.setFMUstate(start)
+        slave.setReal(k, [1e6 + calls % 100])
+        calls += 1
+        slave.doStep(0.0, step)
+        return Outcome(*slave.getReal(outcome))
+
+    return solve

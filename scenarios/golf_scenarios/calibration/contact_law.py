@@ -1,0 +1,133 @@
+"""What a contact law predicts for a target, through the FMU, in coordinates that suit a fit."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from golf_scenarios.calibration.targets import TARGETS, Impact
+from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+
+#: The exponents that the FMU takes.
+LEAST_EXPONENT, LARGEST_EXPONENT = 1.0, 12.0
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """A law and which of its parameters are free; k and b always are.
+
+    Attributes:
+        title: as tables show it.
+        law: 1 (absolute) or 2 (relative).
+        exponent: n, or None if it is free too.
+        reference_compression: d_r, at which k and b hold, m.
+    """
+
+    title: str
+    law: int
+    exponent: float | None
+    reference_compression: float = 0.005
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """The FMU's names of the free parameters."""
+        return ("k", "b") if self.exponent is not None else ("k", "b", "exponent")
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """A contact by its size, damping and shape.
+
+    With v the club speed, m = (n + 1)/2 and ω = √(m k/μ) at the reference compression,
+    ζ = b/(2 μ ω), and L is the compression that the speed would reach without damping, up to a
+    factor of order 1: ω (L/d_r)^(m - 1) = m v/L. Then speeds depend on ζ alone, times are
+    proportional to L and forces to 1/L, whatever d_r is.
+
+    Attributes:
+        length: L, m.
+        damping: z = ζ up to 1, and 1 + ln ζ beyond: smooth, and b = 0 is within reach.
+        exponent: n.
+    """
+
+    length: float
+    damping: float
+    exponent: float
+
+    @property
+    def zeta(self) -> float:
+        """ζ."""
+        return self.damping if self.damping <= 1.0 else math.exp(self.damping - 1.0)
+
+
+def damping_coordinate(zeta: float) -> float:
+    """The z of a ζ."""
+    return zeta if zeta <= 1.0 else 1.0 + math.log(zeta)
+
+
+class Predictor:
+    """One law in one impact.
+
+    Args:
+        fmu: in use.
+        impact: speed and masses.
+        law: which.
+    """
+
+    def __init__(self, fmu: ImpactFmu, impact: Impact, law: ContactLaw) -> None:
+        self.impact = impact
+        self.law = law
+        self._fmu = fmu
+        self._outputs = [output for output, _, _ in TARGETS.values()]
+
+    def values(self, at: Coordinates) -> dict[str, float]:
+        """All inputs and parameters of the FMU that the result needs, by name (SI units)."""
+        n, impact = at.exponent, self.impact
+        mu, v, d = impact.reduced_mass, impact.club_speed, self.law.reference_compression
+        m = 0.5 * (n + 1.0)
+        omega = m * (v / at.length) * (d / at.length) ** (m - 1.0)
+        return {
+            "k": mu * omega * omega / m,
+            "b": 2.0 * at.zeta * mu * omega,
+            "law": self.law.law,
+            "exponent": n,
+            "reference_compression": d,
+            "club_speed": v,
+            "m_club": impact.m_club,
+            "m_ball": impact.m_ball,
+        }
+
+    def predict(self, at: Coordinates) -> dict[str, float] | None:
+        """What each target would be, by its name; None if the bodies never part."""
+        try:
+            found = self._fmu.impact(self._outputs, **self.values(at))
+        except (UserError, OverflowError):
+            # Far from any ball, values may leave what the FMU takes; a fit only has to turn back.
+            return None
+        if not self._fmu.flag("separated"):
+            return None
+        return {name: found[output] for name, (output, _, _) in TARGETS.items()}
+
+    def path(self, at: Coordinates) -> tuple[list[float], list[float]]:
+        """Time since touch (s) and contact force (N), 301 of each."""
+        values: dict[str, Any] = self.values(at)
+        path = self._fmu.trajectory(names=("force",), **values)
+        return path["time"].tolist(), path["force"].tolist()
+
+    def sensitivities(self, at: Coordinates) -> list[list[float]]:
+        """d(k, b, n)/d(ln L, z, n), by rows."""
+        n, values = at.exponent, self.values(at)
+        k, b = values["k"], values["b"]
+        d = self.law.reference_compression
+        size = -(n + 1.0)
+        shape = 1.0 / (n + 1.0) + math.log(d / at.length)
+        critical = (
+            2.0
+            * self.impact.reduced_mass
+            * math.sqrt(0.5 * (n + 1.0) * k / self.impact.reduced_mass)
+        )
+        steep = 1.0 if at.damping <= 1.0 else at.zeta
+        return [
+            [k * size, 0.0, k * shape],
+            [0.5 * b * size, critical * steep, 0.5 * b * (shape + 1.0 / (n + 1.0))],
+            [0.0, 0.0, 1.0],
+        ]

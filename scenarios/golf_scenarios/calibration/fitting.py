@@ -1,0 +1,422 @@
+"""Finds the parameters of a contact law: exactly where that can be, else by least squares.
+
+Needs SciPy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from golf_scenarios.calibration.contact_law import (
+    LARGEST_EXPONENT,
+    LEAST_EXPONENT,
+    ContactLaw,
+    Coordinates,
+    Predictor,
+    damping_coordinate,
+)
+from golf_scenarios.calibration.targets import RESTITUTION, Impact, Target, independent
+from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+
+if TYPE_CHECKING:
+    import numpy as np
+
+#: Where the search looks first: ζ and n, far beyond any ball.
+_ZETAS = (0.0, *(10.0 ** (-3.0 + 0.125 * i) for i in range(49)))
+_EXPONENTS = (1.0, 1.1, 1.25, 1.4, 1.6, 1.8, 2.1, 2.5, 3.0, 4.0, 6.0, 8.5, 12.0)
+
+#: How many of the best places found there are refined.
+_STARTS = 8
+
+#: A prediction of a law that keeps the bodies together is this many σ off.
+_FAR = 1e9
+
+#: Two answers are equally good if their χ² differ by less than this, and the same if their
+#: coordinates do.
+_EQUAL_CHI_SQUARED, _SAME_PLACE = 1e-6, 1e-4
+
+#: A direction that changes the targets this much less than the best does is undetermined.
+_UNDETERMINED = 1e-7
+
+
+@dataclass
+class Fit:
+    """What was found for one law.
+
+    Attributes:
+        law: fitted.
+        method: how.
+        values: inputs and parameters of the FMU that the result needs, by name (SI units).
+        standard_errors: of the free parameters, by name; None where it isn't defined.
+        predicted: what the FMU gives for each kind of target, by name.
+        residuals: (predicted - target)/σ of each target, by name.
+        path: time since touch (s) and contact force (N).
+        others: values of further answers that meet the targets just as well.
+        notes: what there is to know about this fit.
+    """
+
+    law: ContactLaw
+    method: str
+    values: dict[str, float]
+    standard_errors: dict[str, float | None]
+    predicted: dict[str, float]
+    residuals: dict[str, float]
+    path: tuple[list[float], list[float]]
+    others: list[dict[str, float]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def chi_squared(self) -> float:
+        """Sum of the squared residuals."""
+        return sum(residual**2 for residual in self.residuals.values())
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Targets less free parameters."""
+        return len(self.residuals) - len(self.law.free)
+
+    @property
+    def probability(self) -> float | None:
+        """The chance of a χ² this large if law and σ were right; None without freedom."""
+        if self.degrees_of_freedom == 0:
+            return None
+        from scipy.special import gammaincc
+
+        return float(gammaincc(0.5 * self.degrees_of_freedom, 0.5 * self.chi_squared))
+
+
+def missing(law: ContactLaw, targets: Mapping[str, Target]) -> str | None:
+    """Why these targets can't tell the law's free parameters, or None if they can."""
+    have, need = independent(targets), len(law.free)
+    if have >= need:
+        return None
+    names = ", ".join(law.free[:-1]) + " and " + law.free[-1]
+    why = f"{names} need {need} independent targets, these are {have}"
+    if sum(name in RESTITUTION for name in targets) > 1:
+        why += " (ball speed, club speed after and COR tell the damping only, and count as one)"
+    return why
+
+
+def fit(fmu: ImpactFmu, impact: Impact, targets: Mapping[str, Target], law: ContactLaw) -> Fit:
+    """The parameters of a law that meet these targets best.
+
+    Two targets for two parameters, of which one is a speed or COR, have an exact inverse: speeds
+    give ζ (in closed form under law 2, by root finding under law 1), the other one the size. All
+    else is weighted least squares, started from the best places of a wide grid.
+
+    Args:
+        fmu: in use.
+        impact: in which the targets were measured.
+        targets: by name.
+        law: with its free parameters.
+
+    Raises:
+        UserError: there are too few targets.
+    """
+    why = missing(law, targets)
+    if why:
+        raise UserError(f"too few targets: {why}")
+    search = _Search(Predictor(fmu, impact, law), targets)
+    for method, places in (
+        ("closed form" if law.law == 2 else "root finding", search.exact),
+        ("weighted least squares", search.least_squares),
+    ):
+        found = places()
+        if found:
+            return search.described(found[0], found[1:], method)
+    raise UserError(f"{law.title}: no contact that ends comes near these targets")
+
+
+class _Search:
+    def __init__(self, predictor: Predictor, targets: Mapping[str, Target]) -> None:
+        self.predictor = predictor
+        self.targets = targets
+        law, impact = predictor.law, predictor.impact
+        # A length of the right order: only its logarithm is searched.
+        time, peak, force = (
+            targets[name].value if name in targets else 0.0
+            for name in ("contact_time", "time_of_max_force", "max_force")
+        )
+        v = impact.club_speed
+        if time > 0.0 or peak > 0.0:
+            self.length = v * (time or 2.0 * peak) / math.pi
+        elif force > 0.0:
+            self.length = impact.reduced_mass * v * v / force
+        else:
+            self.length = 1.5e-4 * v
+        self.exponents = _EXPONENTS if law.exponent is None else (law.exponent,)
+        self.free_exponent = law.exponent is None
+        # Under law 2 a speed tells ζ: without these, a valley may lie between two points.
+        told = [_restitution(targets[name], impact) for name in RESTITUTION if name in targets]
+        self.zetas = sorted({*_ZETAS, *(_zeta(e) for e in told if law.law == 2 and 0.0 < e < 1.0)})
+
+    def residuals(self, predicted: Mapping[str, float] | None) -> list[float]:
+        """(predicted - target)/σ, in the targets' order."""
+        if predicted is None:
+            return [_FAR] * len(self.targets)
+        return [(predicted[name] - t.value) / t.sigma for name, t in self.targets.items()]
+
+    def chi_squared(self, at: Coordinates) -> float:
+        return sum(r * r for r in self.residuals(self.predictor.predict(at)))
+
+    # Exact inverse
+
+    def exact(self) -> list[Coordinates]:
+        """The answer without a search, in a list; an empty one if there is none this way."""
+        names = list(self.targets)
+        speeds = [name for name in names if name in RESTITUTION]
+        if self.free_exponent or len(names) != 2 or len(speeds) != 1:
+            return []
+        speed = self.targets[speeds[0]]
+        size = next(t for name, t in self.targets.items() if name not in RESTITUTION)
+        law, impact = self.predictor.law, self.predictor.impact
+        if law.law == 2:
+            restitution = _restitution(speed, impact)
+            zetas = [_zeta(restitution)] if 0.0 < restitution < 1.0 else []
+        else:
+            zetas = list(self._zetas_by_root_finding(speed))
+        for zeta in zetas:
+            at = Coordinates(self.length, damping_coordinate(zeta), self.exponents[0])
+            predicted = self.predictor.predict(at)
+            if predicted is None or predicted[size.name] <= 0.0 or size.value <= 0.0:
+                continue
+            ratio = size.value / predicted[size.name]
+            length = self.length * (1.0 / ratio if size.name == "max_force" else ratio)
+            at = Coordinates(length, at.damping, at.exponent)
+            # A jump of the prediction can look like a root.
+            if self.chi_squared(at) < _EQUAL_CHI_SQUARED:
+                return [at]
+        return []
+
+    def _zetas_by_root_finding(self, speed: Target) -> Iterator[float]:
+        """Every ζ at which a speed is met, the smallest first."""
+        from scipy.optimize import brentq
+
+        def off(zeta: float) -> float:
+            place = Coordinates(self.length, damping_coordinate(zeta), self.exponents[0])
+            predicted = self.predictor.predict(place)
+            return math.nan if predicted is None else predicted[speed.name] - speed.value
+
+        previous = None
+        for zeta in _ZETAS:
+            value = off(zeta)
+            parted = not math.isnan(value)
+            if not parted and previous:
+                zeta = _last_parting(off, previous[0], zeta)
+                value = off(zeta)
+            if previous and previous[1] * value <= 0.0:
+                yield brentq(lambda z: _or_zero(off(z)), previous[0], zeta, xtol=1e-300, rtol=1e-15)
+            previous = (zeta, value) if parted else None
+
+    # Least squares
+
+    def least_squares(self) -> list[Coordinates]:
+        """The best answer, and all that are as good: the least damped first, then by exponent."""
+        refined = [at for start in self._starts() if (at := self._refine(start))]
+        if not refined:
+            return []
+        best = min(chi for chi, _ in refined)
+        good = [at for chi, at in refined if chi <= best + _EQUAL_CHI_SQUARED * max(1.0, best)]
+        good.sort(key=lambda at: (round(at.damping, 6), at.exponent))
+        places: list[Coordinates] = []
+        for place in good:
+            if not any(_same(place, other) for other in places):
+                places.append(place)
+        return places
+
+    def _starts(self) -> list[Coordinates]:
+        """The best places of a grid in ζ and n, each with the length that suits it."""
+        grid: dict[tuple[int, int], tuple[float, Coordinates]] = {}
+        for j, n in enumerate(self.exponents):
+            for i, zeta in enumerate(self.zetas):
+                at = Coordinates(self.length, damping_coordinate(zeta), n)
+                predicted = self.predictor.predict(at)
+                if predicted is None:
+                    continue
+                scale = self._scale(predicted)
+                scaled = {
+                    "contact_time": predicted["contact_time"] * scale,
+                    "time_of_max_force": predicted["time_of_max_force"] * scale,
+                    "max_force": predicted["max_force"] / scale,
+                }
+                chi = sum(r * r for r in self.residuals({**predicted, **scaled}))
+                grid[i, j] = (chi, Coordinates(self.length * scale, at.damping, n))
+
+        def lowest(i: int, j: int) -> bool:
+            near = [(i + p, j + q) for p in (-1, 0, 1) for q in (-1, 0, 1)]
+            return all(grid[i, j][0] <= grid[place][0] for place in near if place in grid)
+
+        order = sorted(grid, key=lambda place: grid[place][0])
+        valleys = [place for place in order if lowest(*place)]
+        others = [place for place in order if place not in valleys]
+        return [grid[place][1] for place in (valleys + others)[:_STARTS]]
+
+    def _scale(self, predicted: Mapping[str, float]) -> float:
+        """By what to multiply the length so that times and forces are met best (in logarithms)."""
+        total = weights = 0.0
+        for name, sign in (("contact_time", 1.0), ("time_of_max_force", 1.0), ("max_force", -1.0)):
+            wanted = self.targets.get(name)
+            if wanted and wanted.value > 0.0 and predicted[name] > 0.0:
+                weight = (wanted.value / wanted.sigma) ** 2
+                weights += weight
+                total += weight * sign * math.log(wanted.value / predicted[name])
+        return math.exp(total / weights) if weights else 1.0
+
+    def _refine(self, start: Coordinates) -> tuple[float, Coordinates] | None:
+        """χ² and place of the minimum that a start leads to."""
+        from scipy.optimize import least_squares
+
+        def place(x: np.ndarray) -> Coordinates:
+            n = float(x[2]) if self.free_exponent else start.exponent
+            return Coordinates(start.length * math.exp(x[0]), float(x[1]), n)
+
+        def residuals(x: np.ndarray) -> list[float]:
+            return self.residuals(self.predictor.predict(place(x)))
+
+        x0 = [0.0, start.damping]
+        low, high = [-math.inf, 0.0], [math.inf, math.inf]
+        if self.free_exponent:
+            x0.append(start.exponent)
+            low.append(LEAST_EXPONENT)
+            high.append(LARGEST_EXPONENT)
+        found = least_squares(
+            residuals,
+            x0,
+            jac="3-point",
+            bounds=(low, high),
+            method="trf",
+            x_scale=1.0,
+            xtol=1e-15,
+            ftol=1e-15,
+            gtol=1e-15,
+            max_nfev=200,
+        )
+        at = place(found.x)
+        if self.predictor.predict(at) is None:
+            return None
+        return self.chi_squared(at), at
+
+    # What was found
+
+    def described(self, at: Coordinates, others: list[Coordinates], method: str) -> Fit:
+        """The fit at a place."""
+        if at.damping < 1e-9:
+            at = Coordinates(at.length, 0.0, at.exponent)
+        predicted = self.predictor.predict(at)
+        assert predicted is not None
+        values = self.predictor.values(at)
+        free = self.predictor.law.free
+        notes = []
+        if at.damping < 1e-9:
+            notes.append(
+                "the damping b is at its limit 0: these targets ask for no damping, or for less"
+            )
+        if predicted["time_of_max_force"] == 0.0:
+            notes.append("the force is largest at first touch: a dashpot more than a ball")
+        if self.free_exponent and not LEAST_EXPONENT < at.exponent < LARGEST_EXPONENT:
+            notes.append(f"the exponent is at its limit {at.exponent:g}")
+        errors = self._standard_errors(at)
+        unknown = [name for name in free if errors[name] is None]
+        if unknown:
+            notes.append(f"no standard error is defined for {' and '.join(unknown)}")
+        return Fit(
+            law=self.predictor.law,
+            method=method,
+            values=values,
+            standard_errors=errors,
+            predicted=predicted,
+            residuals=dict(zip(self.targets, self.residuals(predicted), strict=True)),
+            path=self.predictor.path(at),
+            others=[self.predictor.values(other) for other in others],
+            notes=notes,
+        )
+
+    def _standard_errors(self, at: Coordinates) -> dict[str, float | None]:
+        """From the Jacobian of the residuals; a parameter at its limit has none."""
+        import numpy as np
+
+        free = self.predictor.law.free
+        x = [math.log(at.length), at.damping, at.exponent][: len(free)]
+        at_limit = [
+            False,
+            at.damping < 1e-9,
+            self.free_exponent and not LEAST_EXPONENT < at.exponent < LARGEST_EXPONENT,
+        ]
+        moving = [n for n in range(len(free)) if not at_limit[n]]
+        columns = []
+        for n in moving:
+            # About the cube root of a double's resolution: best for a central difference.
+            step = 1e-5 * max(1.0, abs(x[n])) if n else 1e-5
+            if n == 1:
+                step = min(step, 0.5 * at.damping)
+            if n == 2:
+                room = min(at.exponent - LEAST_EXPONENT, LARGEST_EXPONENT - at.exponent)
+                step = min(step, 0.5 * room)
+            ends = []
+            for sign in (-1.0, 1.0):
+                moved = [*x, at.exponent][:3]
+                moved[n] += sign * step
+                length = at.length * math.exp(moved[0] - x[0])
+                place = Coordinates(length, moved[1], moved[2])
+                ends.append(np.array(self.residuals(self.predictor.predict(place))))
+            columns.append((ends[1] - ends[0]) / (2.0 * step))
+        jacobian = np.array(columns).T
+        _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
+        if len(singular) < len(moving) or singular[-1] <= _UNDETERMINED * singular[0]:
+            return dict.fromkeys(free)
+        spread = directions.T / singular
+        by_parameter = np.array(self.predictor.sensitivities(at))[: len(free), moving] @ spread
+        errors = np.sqrt((by_parameter**2).sum(axis=1)).tolist()
+        return {name: None if at_limit[n] else errors[n] for n, name in enumerate(free)}
+
+
+def _last_parting(off: Callable[[float], float], low: float, high: float) -> float:
+    """About the largest ζ from `low` on at which the bodies still part; at `high` they don't."""
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if math.isnan(off(middle)) else (middle, high)
+    return low
+
+
+def _or_zero(value: float) -> float:
+    return 0.0 if math.isnan(value) else value
+
+
+def _same(a: Coordinates, b: Coordinates) -> bool:
+    return (
+        abs(math.log(a.length / b.length)) < _SAME_PLACE
+        and abs(a.damping - b.damping) < _SAME_PLACE
+        and abs(a.exponent - b.exponent) < _SAME_PLACE
+    )
+
+
+def _restitution(speed: Target, impact: Impact) -> float:
+    """The COR that a speed means where momentum is conserved."""
+    total, u = impact.m_club + impact.m_ball, impact.club_speed
+    if speed.name == "ball_speed":
+        return speed.value * total / (impact.m_club * u) - 1.0
+    if speed.name == "club_speed_after":
+        return (u - speed.value) * total / (impact.m_ball * u) - 1.0
+    return speed.value
+
+
+def _zeta(restitution: float) -> float:
+    """ζ of a COR under law 2: e = exp(-2 ζ s), ζ = cos θ, s = θ/sin θ (cosh, sinh beyond 1).
+
+    Schwager & Pöschel, Granular Matter 9, 465–469 (2007).
+    """
+    from scipy.optimize import brentq
+
+    half = -0.5 * math.log(restitution)
+    tight = {"xtol": 1e-300, "rtol": 1e-15}
+    if half < 0.5:
+        # φ = π/2 - θ keeps its digits where damping is small.
+        phi = brentq(lambda phi: (0.5 * math.pi - phi) * math.tan(phi) - half, 0.0, 1.0, **tight)
+        return math.sin(phi)
+    if half < 1.0:
+        return math.cos(brentq(lambda t: t / math.tan(t) - half, 1e-9, 1.5, **tight))
+    return math.cosh(brentq(lambda t: t / math.tanh(t) - half, 1e-9, half + 1.0, **tight))

@@ -1,0 +1,298 @@
+"""Measured targets and the impact they were measured in: read, and refused if impossible."""
+
+import csv
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from golf_scenarios.errors import UserError
+
+#: Targets by name: the FMU's output, how it is called, its unit.
+TARGETS: dict[str, tuple[str, str, str]] = {
+    "ball_speed": ("ball_velocity", "ball speed after", "m/s"),
+    "club_speed_after": ("club_velocity", "club speed after", "m/s"),
+    "cor": ("coefficient_of_restitution", "COR", ""),
+    "contact_time": ("contact_time", "contact time", "s"),
+    "max_force": ("max_force", "max force", "N"),
+    "time_of_max_force": ("time_of_max_force", "time of max force", "s"),
+}
+
+#: Targets that tell how much is given back. A law of two bodies has one number for it, so that all
+#: of them together count as one.
+RESTITUTION = ("ball_speed", "club_speed_after", "cor")
+
+#: The σ of a target without one, as a fraction of its value.
+DEFAULT_SIGMA = 0.01
+
+#: No impact with a ball is so long (s) or so soft (N), and no club or ball so heavy (kg): another
+#: unit was meant.
+_LONG, _SOFT, _HEAVY = 0.1, 20.0, 10.0
+
+#: Measurements that contradict a conservation law by more than so many σ are refused.
+_CONTRADICTION = 3.0
+
+
+@dataclass(frozen=True)
+class Impact:
+    """The impact in which the targets were measured: speed (m/s) and masses (kg), ball at rest."""
+
+    club_speed: float = 35.0
+    m_club: float = 0.210
+    m_ball: float = 0.04593
+
+    @property
+    def reduced_mass(self) -> float:
+        """μ = m_C m_B / (m_C + m_B), kg."""
+        return self.m_club * (self.m_ball / (self.m_club + self.m_ball))
+
+
+@dataclass(frozen=True)
+class Target:
+    """A measured value with its standard deviation, SI units.
+
+    Attributes:
+        name: a key of TARGETS.
+        value: measured.
+        sigma: its standard deviation.
+        stated: whether somebody said so, or it is the default.
+    """
+
+    name: str
+    value: float
+    sigma: float
+    stated: bool = True
+
+
+def option(name: str) -> str:
+    """The option that gives this value on the command line."""
+    return "--" + name.replace("_", "-")
+
+
+def target(name: str, value: float, sigma: float | None = None) -> Target:
+    """A target that can be one.
+
+    Raises:
+        UserError: it can't.
+    """
+    label, unit = TARGETS[name][1:]
+    shown = f"{option(name)} {value!r} is refused: "
+    if not math.isfinite(value):
+        raise UserError(f"{shown}{label} must be a finite number, in {unit or 'no unit'}")
+    if name == "cor" and not 0.0 < value < 1.0:
+        why = "leaves the ball on the club" if value <= 0.0 else "gains energy"
+        why = "loses none (set b = 0 for that)" if value == 1.0 else why
+        raise UserError(f"{shown}a COR of {value:g} {why}; it must be above 0 and below 1")
+    if name in ("contact_time", "max_force", "ball_speed") and value <= 0.0:
+        raise UserError(f"{shown}{label} must be above 0 {unit}")
+    if name == "time_of_max_force" and value < 0.0:
+        raise UserError(f"{shown}{label} must be at least 0 s; it counts from first touch")
+    if sigma is None:
+        if value == 0.0:
+            raise UserError(f"{option(name)} 0 needs {option('sigma_' + name)}: 1 % of it is no σ")
+        return Target(name, value, DEFAULT_SIGMA * abs(value), False)
+    if not (math.isfinite(sigma) and sigma > 0.0):
+        raise UserError(
+            f"{option('sigma_' + name)} {sigma!r} is refused: a standard deviation must be a "
+            f"finite number above 0{' ' + unit if unit else ''}"
+        )
+    return Target(name, value, sigma)
+
+
+def given(
+    options: Mapping[str, tuple[float | None, float | None]],
+    conditions: Mapping[str, float | None],
+    file: Path | None = None,
+) -> tuple[Impact, dict[str, Target]]:
+    """The impact and the targets of the command line and, where that is silent, of a CSV file.
+
+    Args:
+        options: (value, sigma) of each target by name, None where not given.
+        conditions: values of the impact by name, None where not given.
+        file: see `read_csv`.
+
+    Raises:
+        UserError: a value can't be.
+    """
+    listed, also = read_csv(file) if file else ({}, {})
+    impact = Impact(**{**also, **{n: v for n, v in conditions.items() if v is not None}})
+    targets = {}
+    for name, (value, sigma) in options.items():
+        if value is not None:
+            targets[name] = target(name, value, sigma)
+        elif name in listed:
+            value, stated = listed[name]
+            targets[name] = target(name, value, stated if sigma is None else sigma)
+        elif sigma is not None:
+            raise UserError(
+                f"{option('sigma_' + name)} {sigma!r} is refused without {option(name)}: there is "
+                "nothing that it is the standard deviation of"
+            )
+    check_impact(impact)
+    return impact, targets
+
+
+def read_csv(path: Path) -> tuple[dict[str, tuple[float, float | None]], dict[str, float]]:
+    """Targets and the impact from a CSV file with the columns target, value and sigma.
+
+    Names are those of the options, with - or _; club_speed, m_club and m_ball may be given too.
+    The column sigma, or a cell of it, may be left out.
+
+    Returns:
+        Targets as (value, sigma or None) by name, and values of the impact by name.
+
+    Raises:
+        UserError: the file can't be read or understood.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise UserError(f"can't read {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise UserError(f"{path} is no text in UTF-8: save it as CSV (UTF-8)") from error
+    rows = csv.reader(text.splitlines())
+    header = [cell.strip().lower() for cell in next(rows, [])]
+    if not {"target", "value"} <= set(header) or not set(header) <= {"target", "value", "sigma"}:
+        raise UserError(
+            f"{path} is refused: its first line must be target,value,sigma (sigma may be left "
+            f"out), not {','.join(header)!r}"
+        )
+    targets: dict[str, tuple[float, float | None]] = {}
+    impact: dict[str, float] = {}
+    for number, row in enumerate(rows, 2):
+        cells = [cell.strip() for cell in row]
+        if not any(cells):
+            continue
+        where = f"{path}, line {number}"
+        if len(cells) > len(header):
+            raise UserError(f"{where} is refused: it has more cells than the first line")
+        given = dict(zip(header, cells))
+        name = given["target"].lower().lstrip("-").replace("-", "_")
+        value, sigma = (_number(given.get(column, ""), where) for column in ("value", "sigma"))
+        known = name in TARGETS or name in Impact.__dataclass_fields__
+        if not known:
+            raise UserError(
+                f"{where}: there is no target {given['target']!r}: choose from "
+                f"{', '.join(TARGETS)}, or {', '.join(Impact.__dataclass_fields__)}"
+            )
+        if value is None:
+            raise UserError(f"{where}: {name} has no value")
+        if name in targets or name in impact:
+            raise UserError(f"{where}: {name} is given twice")
+        if name in TARGETS:
+            targets[name] = (value, sigma)
+        elif sigma is not None:
+            raise UserError(f"{where}: {name} is taken as exact, leave its sigma empty")
+        else:
+            impact[name] = value
+    return targets, impact
+
+
+def _number(text: str, where: str) -> float | None:
+    if not text:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        raise UserError(f"{where}: {text!r} is no number (e.g. 600e-6)") from None
+
+
+def check_impact(impact: Impact) -> None:
+    """Raises UserError for an impact that can't be."""
+    for name in Impact.__dataclass_fields__:
+        value = getattr(impact, name)
+        if not (math.isfinite(value) and value > 0.0):
+            raise UserError(
+                f"{option(name)} {value!r} is refused: it must be a finite number above 0"
+            )
+
+
+def doubts(impact: Impact, targets: Mapping[str, Target]) -> list[str]:
+    """What may be in another unit than it should, in words; it is taken as it stands."""
+    found = [
+        f"{option(name)} {targets[name].value:g} is taken in s: write e.g. 600e-6 for 600 µs."
+        for name in ("contact_time", "time_of_max_force")
+        if name in targets and targets[name].value > _LONG
+    ]
+    force = targets.get("max_force")
+    if force and force.value < _SOFT:
+        found.append(f"--max-force {force.value:g} is taken in N: write e.g. 6600 for 6.6 kN.")
+    found += [
+        f"{option(name)} {getattr(impact, name):g} is taken in kg: write e.g. 0.210 for 210 g."
+        for name in ("m_club", "m_ball")
+        if getattr(impact, name) > _HEAVY
+    ]
+    return found
+
+
+def check_together(targets: Mapping[str, Target], impact: Impact, law: int) -> None:
+    """Refuse targets that no contact at all could show together.
+
+    Args:
+        targets: by name.
+        impact: in which they were measured.
+        law: 1 or 2; only 2 conserves momentum.
+
+    Raises:
+        UserError: with the reason.
+    """
+    time, peak = targets.get("contact_time"), targets.get("time_of_max_force")
+    if time and peak and peak.value >= time.value:
+        raise UserError(
+            f"--time-of-max-force {peak.value!r} is refused: the largest force can't come after "
+            f"the contact's end, --contact-time {time.value!r}"
+        )
+    u = impact.club_speed
+    ball, club, cor = (targets.get(name) for name in RESTITUTION)
+    if ball and club:
+        if law == 2:
+            start = impact.m_club * u
+            end = impact.m_club * club.value + impact.m_ball * ball.value
+            sigma = math.hypot(impact.m_club * club.sigma, impact.m_ball * ball.sigma)
+            if abs(end - start) > _CONTRADICTION * sigma:
+                raise UserError(
+                    "these speeds don't conserve momentum (law 2 does): "
+                    f"{start:.6g} N.s before, {end:.6g} N.s after, off by "
+                    f"{abs(end - start) / sigma:.1f} σ (at most {_CONTRADICTION:g}; σ = "
+                    f"{sigma:.2g} N.s); correct speeds or masses, or give larger --sigma-… values"
+                )
+        implied = (ball.value - club.value) / u
+        sigma = math.hypot(ball.sigma, club.sigma) / u
+        off = abs(implied - cor.value) / math.hypot(sigma, cor.sigma) if cor else 0.0
+        if cor and off > _CONTRADICTION:
+            raise UserError(
+                f"--cor {cor.value!r} is refused beside these speeds: (ball - club) / club speed "
+                f"= {implied:.6g}, off by {off:.1f} σ (at most {_CONTRADICTION:g})"
+            )
+    for names, implied, sigma in _implied_restitution(ball, club, impact, law):
+        if implied - sigma >= 1.0 or implied + sigma <= 0.0:
+            why = "more energy than there was" if implied > 0.0 else "a ball that doesn't leave"
+            raise UserError(
+                f"{names} at a club speed of {u:g} m/s would be a COR of {implied:.4g}, {why}; it "
+                "must be above 0 and below 1"
+            )
+
+
+def _implied_restitution(
+    ball: Target | None, club: Target | None, impact: Impact, law: int
+) -> Iterator[tuple[str, float, float]]:
+    """The COR that speeds tell: options, value and σ."""
+    u = impact.club_speed
+    total = impact.m_club + impact.m_ball
+    if ball and club:
+        names = f"--ball-speed {ball.value!r} with --club-speed-after {club.value!r}"
+        sigma = math.hypot(ball.sigma, club.sigma) / u
+        yield names, (ball.value - club.value) / u, sigma
+    elif law == 2 and ball:
+        factor = total / (impact.m_club * u)
+        yield f"--ball-speed {ball.value!r}", factor * ball.value - 1.0, factor * ball.sigma
+    elif law == 2 and club:
+        factor = total / (impact.m_ball * u)
+        value = factor * (u - club.value) - 1.0
+        yield f"--club-speed-after {club.value!r}", value, factor * club.sigma
+
+
+def independent(targets: Mapping[str, Target]) -> int:
+    """How many parameters these targets can tell apart."""
+    others = sum(name not in RESTITUTION for name in targets)
+    return others + any(name in RESTITUTION for name in targets)

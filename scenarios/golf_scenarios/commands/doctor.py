@@ -1,0 +1,290 @@
+"""Looks at this machine: whether the FMU loads here, and what a host that isn't Python needs.
+
+Nothing in here may fail: whatever goes wrong is a finding.
+"""
+
+import ctypes.util
+import importlib.metadata
+import json
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from golf_scenarios.fmu.archive import flaw, odd_characters
+from golf_scenarios.stopping import temporary_folder
+
+_OLDEST = (3, 10)
+_TIMEOUT = 120.0
+
+#: Packages whose version matters to the FMU and to those who drive it.
+_PACKAGES = ("golf-impact", "pythonfmu", "fmpy", "numpy", "libcosimpy", "ecospy")
+
+#: One impact in a process of its own: a crash there is a finding here.
+_LOAD = """
+import fmpy, json, sys
+rows = fmpy.simulate_fmu(sys.argv[1], stop_time=0.005, step_size=0.001, output_interval=0.001,
+                         output=["smash_factor", "coefficient_of_restitution"])
+print(json.dumps([float(rows[-1][1]), float(rows[-1][2])]))
+"""
+
+#: What Python needs inside a native host: its standard library, found without its own program.
+_EMBEDDED = "import ctypes, encodings, json, math, threading"
+
+
+class Finding(NamedTuple):
+    """One thing found: level is "ok", "note", "warning" or "problem"."""
+
+    level: str
+    text: str
+
+
+def examine(fmu: Path | None = None) -> Iterator[Finding]:
+    """Look at the interpreter, packages, folders, the FMU and libpython, one finding at a time.
+
+    Args:
+        fmu: the .fmu file; that of the present sources if None, built if need be.
+    """
+    yield from _guarded("interpreter", _interpreter)
+    yield from _guarded("packages", _packages)
+    yield from _guarded("folders", lambda: _folders(fmu))
+    file: list[Path] = []
+    yield from _guarded("FMU", lambda: _file(fmu, file))
+    if file:
+        yield from _guarded("FMU", lambda: _load(file[0]))
+    yield from _guarded("native hosts", lambda: _native(file[0] if file else None))
+
+
+def doctor(fmu: Path | None, show: Callable[[str], None] = print) -> int:
+    """Show every finding in a line.
+
+    Returns:
+        0, or 1 if there is a problem.
+    """
+    status = 0
+    for level, text in examine(fmu):
+        show(f"{level:<8} {text}")
+        status |= level == "problem"
+    return int(status)
+
+
+def _guarded(what: str, look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+    try:
+        yield from look()
+    except Exception as error:
+        yield Finding("warning", f"{what}: couldn't be examined: {_line(error)}")
+
+
+def _line(error: object) -> str:
+    lines = str(error).strip().splitlines()
+    return lines[-1] if lines else "no message"
+
+
+# Python
+
+
+def _interpreter() -> Iterator[Finding]:
+    bits = "64" if sys.maxsize > 2**32 else "32"
+    text = f"{platform.python_implementation()} {platform.python_version()}, {bits} bit"
+    old = sys.version_info < _OLDEST or platform.python_implementation() != "CPython"
+    yield Finding("problem" if old else "ok", f"Python: {text}, {sys.executable}")
+    if old:
+        yield Finding("problem", "Python: the FMU needs CPython 3.10 or later")
+    machine = f"{platform.system()} {platform.machine()}"
+    if machine in ("Linux x86_64", "Windows AMD64"):
+        yield Finding("ok", f"platform: {machine}")
+    else:
+        yield Finding("problem", f"platform: pythonfmu has no binary for {machine}")
+
+
+def _packages() -> Iterator[Finding]:
+    found = []
+    for name in _PACKAGES:
+        try:
+            found.append(f"{name} {importlib.metadata.version(name)}")
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    yield Finding("ok", f"packages: {', '.join(found)}")
+
+
+def _folders(fmu: Path | None) -> Iterator[Finding]:
+    folders = {"temporary folder, where tools extract FMUs": Path(temporary_folder())}
+    folders["current folder"] = Path.cwd()
+    if fmu is not None:
+        folders["folder of the FMU"] = fmu.absolute().parent
+    for what, folder in folders.items():
+        odd = odd_characters(folder)
+        if odd:
+            yield Finding(
+                "warning",
+                f"{what}: {folder} has {' '.join(odd)} in its name: pythonfmu can't load an FMU "
+                "that is extracted there (set TMPDIR to a folder without, e.g. TMPDIR=/tmp)",
+            )
+        else:
+            yield Finding("ok", f"{what}: {folder}")
+
+
+# The FMU
+
+
+def _file(fmu: Path | None, found: list[Path]) -> Iterator[Finding]:
+    if fmu is None:
+        from golf_scenarios.fmu.file import current_fmu
+
+        fmu, why = current_fmu()
+        if why:
+            yield Finding("note", f"FMU: built, since {why}")
+    why = flaw(fmu)
+    if why is not None:
+        yield Finding("problem", f"FMU: {why}")
+        return
+    with zipfile.ZipFile(fmu) as archive:
+        names = archive.namelist()
+    binaries = sorted(
+        {n.split("/")[1] for n in names if n.startswith("binaries/") and n[-1] != "/"}
+    )
+    yield Finding("ok", f"FMU: {fmu}, binaries for {', '.join(binaries) or 'nothing'}")
+    found.append(fmu)
+
+
+def _load(fmu: Path) -> Iterator[Finding]:
+    done = subprocess.run(
+        [sys.executable, "-c", _LOAD, str(fmu)],
+        capture_output=True,
+        text=True,
+        errors="replace",
+        timeout=_TIMEOUT,
+    )
+    lines = done.stdout.strip().splitlines()
+    if done.returncode == 0 and lines:
+        smash, restitution = json.loads(lines[-1])
+        yield Finding("ok", f"FMU: loads and runs here (S = {smash:.6g}, COR = {restitution:.6g})")
+        return
+    ended = f"signal {-done.returncode}" if done.returncode < 0 else f"exit {done.returncode}"
+    yield Finding("problem", f"FMU: can't be run here ({ended}): {_line(done.stderr)}")
+
+
+# Native hosts
+
+
+def libpython_files() -> list[Path]:
+    """Shared libraries of Python on this machine, that of this interpreter first."""
+    var = sysconfig.get_config_var
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    folders = [
+        Path(folder)
+        for folder in (
+            var("LIBDIR"),
+            f"{sys.base_prefix}/lib",
+            var("LIBPL"),
+            f"/usr/lib/{var('MULTIARCH') or ''}",
+            "/usr/lib64",
+            "/usr/local/lib",
+        )
+        if folder
+    ]
+    names = [var("INSTSONAME"), f"libpython{version}.so.1.0", f"libpython{version}.so"]
+    paths = [folder / name for folder in folders for name in names if name]
+    found = ctypes.util.find_library(f"python{version}")
+    if found:
+        paths += [folder / found for folder in folders]
+    files = {path.resolve(): None for path in paths if ".so" in path.name and path.is_file()}
+    return list(files)
+
+
+def preloaded(libpython: Path, fmu: Path | None = None) -> str | None:
+    """Try a library as a native host would: by the dynamic linker, with nothing of Python around.
+
+    Args:
+        libpython: the shared library.
+        fmu: an FMU whose binary must find all that it needs there.
+
+    Returns:
+        What is wrong, or None.
+    """
+    program = shutil.which("true") or "/bin/true"
+    # LD_PRELOAD takes no spaces, which the user's temporary folder may have.
+    spaces = " " in tempfile.gettempdir() and os.access("/tmp", os.W_OK)
+    place = "/tmp" if spaces else None
+    with tempfile.TemporaryDirectory(prefix="golf-impact-doctor-", dir=place) as folder:
+        libraries = [str(libpython)]
+        if fmu is not None:
+            with zipfile.ZipFile(fmu) as archive:
+                binaries = (n for n in archive.namelist() if n.startswith("binaries/linux64/"))
+                name = next((n for n in binaries if n.endswith(".so")), None)
+                if name is None:
+                    return "the FMU has no binary for linux64"
+                libraries.append(archive.extract(name, folder))
+        environment = {"LD_PRELOAD": ":".join(libraries), "LD_BIND_NOW": "1", "PATH": os.defpath}
+        done = subprocess.run(
+            [program], env=environment, capture_output=True, text=True, timeout=_TIMEOUT
+        )
+    return _line(done.stderr) if done.returncode or done.stderr.strip() else None
+
+
+def _needs_home() -> bool:
+    """Whether a Python without a program of its own misses its standard library here.
+
+    A host of another name and a PATH without Python is what Python finds inside a native host.
+    """
+    program = getattr(sys, "_base_executable", None) or sys.executable
+    with tempfile.TemporaryDirectory(prefix="golf-impact-doctor-") as empty:
+        done = subprocess.run(
+            ["native-host", "-c", _EMBEDDED],
+            executable=program,
+            env={"PATH": empty},
+            cwd=empty,
+            capture_output=True,
+            timeout=_TIMEOUT,
+        )
+    return done.returncode != 0
+
+
+def native_line(libpython: Path, host: str = "your-host") -> str:
+    """The command line that starts a native host with this library."""
+    parts = [f"LD_PRELOAD={shlex.quote(str(libpython))}"]
+    if _needs_home():
+        parts.append(f"PYTHONHOME={shlex.quote(sys.base_prefix)}")
+    return " ".join([*parts, host])
+
+
+def _native(fmu: Path | None) -> Iterator[Finding]:
+    if os.name == "nt":
+        folder = Path(sys.base_prefix)
+        yield Finding("ok", f"native hosts: set PATH={folder};%PATH%  (python3.dll is there)")
+        return
+    if not sys.platform.startswith("linux"):
+        yield Finding("warning", "native hosts: pythonfmu has binaries for Linux and Windows only")
+        return
+    files = libpython_files()
+    for file in files:
+        if " " in str(file) or ":" in str(file):
+            yield Finding("warning", f"libpython: {file}: LD_PRELOAD can't take spaces or colons")
+            continue
+        wrong = preloaded(file, fmu)
+        if wrong:
+            yield Finding("warning", f"libpython: {file} doesn't serve: {wrong}")
+            continue
+        yield Finding("ok", f"libpython: {file}")
+        yield Finding("ok", f"native hosts: {native_line(file)}")
+        yield Finding(
+            "note",
+            "native hosts: or let a host of your own call "
+            f'dlopen("{file}", RTLD_NOW | RTLD_GLOBAL) before it loads the FMU',
+        )
+        return
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    yield Finding(
+        "warning",
+        f"libpython: none found for Python {version}; hosts written in Python don't need it, "
+        f"others do (Debian, Ubuntu: apt-get install libpython{version}; pyenv: "
+        "PYTHON_CONFIGURE_OPTS=--enable-shared pyenv install; conda has it)",
+    )

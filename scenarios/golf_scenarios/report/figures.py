@@ -1,0 +1,74 @@
+"""How figures look. Only scenarios that draw import this, and with it matplotlib."""
+
+import os
+from typing import BinaryIO
+
+# Figures are written to files; without this matplotlib would look for a screen.
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+from golf_scenarios.stopping import held
+
+# The first import of all writes a list of fonts; half of it would hold up every later one.
+with held():
+    import matplotlib.pyplot as plt
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Okabe & Ito's colours: distinct under every common colour vision deficiency.
+BLUE, ORANGE, GREEN, SKY, VERMILION, PURPLE, BLACK = (
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#56B4E9",
+    "#D55E00",
+    "#CC79A7",
+    "#000000",
+)
+
+plt.rcParams.update(
+    {
+        "axes.grid": True,
+        "axes.spines.right": False,
+        "axes.spines.top": False,
+        "axes.titlelocation": "left",
+        "axes.titleweight": "bold",
+        "figure.constrained_layout.use": True,
+        "figure.dpi": 130,
+        "font.size": 10.5,
+        "grid.alpha": 0.35,
+        "grid.linewidth": 0.6,
+        "legend.frameon": False,
+        "lines.linewidth": 2.0,
+    }
+)
+
+
+def new(title: str, size: tuple[float, float] = (7.2, 4.4)) -> tuple[Figure, Axes]:
+    """A figure with one pair of axes."""
+    figure, axes = plt.subplots(figsize=size)
+    axes.set_title(title, pad=26)
+    return figure, axes
+
+
+def new_pair(title: str) -> tuple[Figure, tuple[Axes, Axes]]:
+    """A figure with two pairs of axes side by side."""
+    figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.4))
+    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
+    return figure, (axes[0], axes[1])
+
+
+def legend_above(axes: Axes, columns: int = 4) -> None:
+    """A legend between title and axes, where it can't cover the data."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2)
+
+
+def mark(axes: Axes, x: float, y: float, text: str) -> None:
+    """A point with a label above it."""
+    axes.plot([x], [y], "o", color=BLACK, ms=5, zorder=5)
+    axes.annotate(text, (x, y), xytext=(0, 7), textcoords="offset points", ha="center")
+
+
+def save(figure: Figure, file: BinaryIO) -> None:
+    """Write a PNG and forget the figure."""
+    figure.savefig(file)
+    plt.close(figure)

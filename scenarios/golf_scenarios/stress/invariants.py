@@ -1,0 +1,345 @@
+"""What holds for every impact, whatever its inputs and whatever the steps."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from golf_scenarios.stress.cases import (
+    Impact,
+    Steps,
+    equal_steps,
+    flat,
+    one_step,
+    random_steps,
+    straddling_steps,
+    without_gap,
+)
+from golf_scenarios.stress.driver import Driver, Outputs
+from golf_scenarios.stress.ledger import Ledger
+from golf_scenarios.stress.reference import Reference
+from golf_scenarios.stress.scales import BAR, Scales
+
+#: Outputs that can only rise.
+_RISING = ("contact_time", "max_force", "time_of_max_force", "max_compression", "impulse")
+
+#: Gauss's quadrature on (0, 1), for the energy that the damping takes.
+_NODES, _WEIGHTS = (0.5 * x for x in np.polynomial.legendre.leggauss(16))
+_NODES = _NODES + 0.5
+
+#: Rates times length of a panel: the integrand is then exact to a double with 16 points.
+_PANEL = 2.0
+
+#: See _scales, in units of 1/ω0.
+_LATER = 10.0
+
+#: Under law 1 a contact may last for ever: the balance is then drawn up over its beginning.
+_MOST_PANELS = 80
+
+
+def announce(ledger: Ledger) -> None:
+    """The checks of this module."""
+    for name, claim, bar in (
+        ("momentum", "law 2: momentum stays, of its sum of magnitudes", BAR),
+        ("impulse", "law 2: the ball gains the impulse, in mass times speeds", BAR),
+        ("energy", "kinetic + spring + dissipated energy stays, of the largest", BAR),
+        ("force", "force >= 0 and <= max_force, of max_force", BAR),
+        ("restitution", "law 2: 0 < COR <= 1, on the scale of velocities", BAR),
+        ("partition", "all outputs are the same by every partition, on their scales", BAR),
+        ("rising", "contact time, maxima and impulse never fall, on their scales", BAR),
+        ("mean_force", "mean forces times steps add up to the impulse", BAR),
+        ("flags", "touched, in_contact, separated follow each other (1 if not)", 0.0),
+        ("finite", "NaN or infinite outputs", 0.0),
+        ("warnings", "messages and warnings", 0.0),
+        ("reference", "all outputs against 80-digit arithmetic, on their scales", BAR),
+    ):
+        ledger.claim(name, claim, bar)
+
+
+def check(driver: Driver, ledger: Ledger, impact: Impact, seed: int, exact: bool) -> None:
+    """Look at one impact in every way; against the reference too, if `exact`."""
+    case = {"seed": seed, **impact.described()}
+    driver.messages.clear()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        final = driver.run(impact, one_step(impact))
+        _check_finite(ledger, case, final, "one step")
+        if impact.closing <= 0.0:
+            _check_untouched(ledger, case, final)
+        else:
+            scales = _scales(driver, impact, final)
+            partitions = {
+                "random": random_steps(impact, seed),
+                "equal": equal_steps(impact),
+                "straddling": straddling_steps(impact, final["contact_time"], seed),
+            }
+            for name, steps in partitions.items():
+                watch = _Watch(ledger, case, impact, scales, name, steps)
+                end = driver.run(impact, steps, watch.see)
+                watch.finish(end)
+                _compare(ledger, case, scales, "partition", end, final, partition=name)
+            if impact.law == 2 and not impact.changed:
+                _check_restitution(ledger, case, scales, final)
+            _check_energy(driver, ledger, case, impact)
+            if exact:
+                for name in ("random", "straddling"):
+                    _check_reference(driver, ledger, case, impact, scales, partitions[name])
+    found = [*driver.messages, *(str(warning.message) for warning in caught)]
+    ledger.record("warnings", float(len(found)), case, messages=found[:3])
+
+
+def _scales(driver: Driver, impact: Impact, final: Outputs) -> Scales:
+    """From the run in one step, which `driver` has just made.
+
+    A contact that isn't over (law 1 may never part) is followed on for ten natural time units, to
+    see how large things get in it.
+    """
+    values = {**impact.values, "start_time": impact.start_time}
+    later = final
+    if not final["separated"]:
+        mu = _reduced_mass(impact)
+        driver.slave.doStep(impact.start_time + impact.span, _LATER * math.sqrt(mu / values["k"]))
+        later = driver.read()
+    # A stiffness that rises in contact puts energy into it.
+    speed = max(
+        abs(values["club_speed"]) + abs(values["ball_speed"]),
+        abs(final["club_velocity"]) + abs(final["ball_velocity"]),
+    )
+    return Scales(
+        values,
+        force=later["max_force"],
+        compression=later["max_compression"],
+        impulse=later["impulse"],
+        contact_time=later["contact_time"],
+        approach=impact.approach,
+        span=impact.span,
+        fastest=_fastest(impact),
+        speed=speed,
+        energy=final["kinetic_energy"],
+    )
+
+
+def _reduced_mass(impact: Impact) -> float:
+    m_club, m_ball = impact.values["m_club"], impact.values["m_ball"]
+    return m_club * (m_ball / (m_club + m_ball))
+
+
+def _fastest(impact: Impact) -> float:
+    mu = _reduced_mass(impact)
+    return max(max(math.sqrt(s.k / mu), s.b / mu) for s in impact.segments)
+
+
+def _check_finite(ledger: Ledger, case: Mapping[str, Any], found: Outputs, where: str) -> None:
+    bad = [name for name, value in found.items() if not math.isfinite(value)]
+    ledger.record("finite", float(len(bad)), case, outputs=bad, partition=where)
+
+
+def _check_untouched(ledger: Ledger, case: Mapping[str, Any], final: Outputs) -> None:
+    wrong = final["touched"] or final["in_contact"] or final["separated"]
+    ledger.record("flags", float(wrong), case)
+
+
+def _compare(
+    ledger: Ledger,
+    case: Mapping[str, Any],
+    scales: Scales,
+    check: str,
+    found: Outputs,
+    expected: Mapping[str, Any],
+    **where: Any,
+) -> None:
+    for name, value in expected.items():
+        if name != "mean_force":  # it belongs to the last step
+            error = scales.error(name, found[name], value)
+            ledger.record(check, error, case, output=name, **where)
+
+
+class _Watch:
+    """Looks at the outputs after each step of one run."""
+
+    def __init__(
+        self,
+        ledger: Ledger,
+        case: Mapping[str, Any],
+        impact: Impact,
+        scales: Scales,
+        partition: str,
+        steps: Steps,
+    ) -> None:
+        self.ledger, self.case, self.scales = ledger, case, scales
+        self.impact = impact
+        self.where = {"partition": partition, "steps": flat(steps)}
+        self.before: Outputs = {}
+        self.impulse = 0.0
+        v = impact.values
+        self.momentum = v["m_club"] * v["club_speed"] + v["m_ball"] * v["ball_speed"]
+        self.momenta = abs(v["m_club"] * v["club_speed"]) + abs(v["m_ball"] * v["ball_speed"])
+
+    def record(self, name: str, error: float, **where: Any) -> None:
+        self.ledger.record(name, error, self.case, **self.where, **where)
+
+    def see(self, size: float, now: Outputs) -> None:
+        _check_finite(self.ledger, self.case, now, str(self.where["partition"]))
+        force, largest = now["force"], self.scales.force
+        over = max(0.0, -force, force - now["max_force"])
+        self.record("force", over / largest if largest else over)
+        order = (
+            now["in_contact"] == (now["touched"] and not now["separated"])
+            and now["touched"] >= self.before.get("touched", False)
+            and now["separated"] >= self.before.get("separated", False)
+            and not (force > 0.0 and not now["in_contact"])
+        )
+        self.record("flags", 0.0 if order else 1.0)
+        for name in _RISING:
+            fall = self.before.get(name, 0.0) - now[name]
+            scale = self.scales.of(name)
+            self.record("rising", max(0.0, fall) / scale if scale else 0.0, output=name)
+        if self.impact.law == 2:
+            v = self.impact.values
+            momenta = {
+                "momentum": now["momentum"],
+                "velocities": v["m_club"] * now["club_velocity"]
+                + v["m_ball"] * now["ball_velocity"],
+            }
+            for name, momentum in momenta.items():
+                self.record("momentum", abs(momentum - self.momentum) / self.momenta, output=name)
+            gain = v["m_ball"] * (now["ball_velocity"] - v["ball_speed"])
+            scale = v["m_ball"] * self.scales.speed + self.scales.impulse
+            self.record("impulse", abs(gain - now["impulse"]) / scale)
+        self.impulse += now["mean_force"] * size
+        self.before = now
+
+    def finish(self, end: Outputs) -> None:
+        if end["impulse"]:
+            off = abs(self.impulse - end["impulse"]) / self.scales.impulse
+            # Where in a step the contact ended is known to the rounding of its length.
+            self.record("mean_force", max(0.0, off - self.scales.rounding_of_time("mean_force")))
+
+
+def _check_restitution(
+    ledger: Ledger, case: Mapping[str, Any], scales: Scales, final: Outputs
+) -> None:
+    restitution = final["coefficient_of_restitution"]
+    out = max(0.0, restitution - 1.0)
+    if restitution <= 0.0:
+        # Not even its smallest value, exp(-2ζs) ~ 1/(4ζ²), is below the rounding of velocities.
+        out = max(out, -restitution)
+    ledger.record(
+        "restitution",
+        out / scales.of("coefficient_of_restitution"),
+        case,
+        restitution=restitution,
+    )
+
+
+def _check_energy(driver: Driver, ledger: Ledger, case: Mapping[str, Any], impact: Impact) -> None:
+    """Kinetic and spring energy at the ends of each phase, and what was dissipated between them.
+
+    The dissipated power is integrated over velocities read at Gauss's points. The impact begins
+    with touch here: a gap would only blur when the points are.
+    """
+    impact = without_gap(impact)
+    total = driver.run(impact, one_step(impact))["contact_time"]
+    driver.begin(impact.values)
+    m_club, m_ball = impact.values["m_club"], impact.values["m_ball"]
+    worst, largest, point, begin = 0.0, 0.0, 0.0, 0.0
+    for number, segment in enumerate(impact.segments):
+        length = min(segment.length, total - begin)
+        if length <= 0.0:
+            break
+        before = _energy(driver.read(), segment.k, m_club, m_ball)
+        if number:
+            driver.set_inputs(segment.k, segment.b)
+        dissipated, at = 0.0, 0.0
+        panels = _panels(segment, m_club, m_ball, length)
+        if len(panels) == _MOST_PANELS:
+            length = sum(panels[-1])
+        for start, width in panels:
+            for node, weight in zip(_NODES.tolist(), _WEIGHTS.tolist()):
+                place = start + node * width
+                if place > at:  # the last panel may be an ulp wide
+                    driver.slave.doStep(point, place - at)
+                    point, at = point + (place - at), place
+                dissipated += width * weight * _power(impact.law, segment.b, driver)
+        if length > at:
+            driver.slave.doStep(point, length - at)
+            point += length - at
+        after = _energy(driver.read(), segment.k, m_club, m_ball)
+        largest = max(largest, before, after)
+        worst = max(worst, abs(after + dissipated - before))
+        begin += length
+        if len(panels) == _MOST_PANELS:
+            break
+    ledger.record("energy", worst / largest, case)
+
+
+def _energy(now: Outputs, k: float, m_club: float, m_ball: float) -> float:
+    """Kinetic and spring energy, J."""
+    v_club, v_ball, d = now["club_velocity"], now["ball_velocity"], now["compression"]
+    return 0.5 * (m_club * v_club * v_club + m_ball * v_ball * v_ball + k * d * d)
+
+
+def _power(law: int, b: float, driver: Driver) -> float:
+    """What the damping takes now, W."""
+    v_club, v_ball = driver.velocities()
+    if law == 1:
+        return b * (v_club * v_club + v_ball * v_ball)
+    return b * (v_club - v_ball) ** 2
+
+
+def _panels(segment: Any, m_club: float, m_ball: float, length: float) -> list[tuple[float, float]]:
+    """(start, width) of panels, s: as short as the fastest rate asks for, then growing."""
+    mu = m_club * (m_ball / (m_club + m_ball))
+    omega = math.sqrt(segment.k / mu)
+    fastest = max(omega, segment.b / mu)
+    widest = _PANEL / omega
+    panels: list[tuple[float, float]] = []
+    start, width = 0.0, _PANEL / fastest
+    while start < length and len(panels) < _MOST_PANELS:
+        width = min(width, widest, length - start)
+        panels.append((start, width))
+        start += width
+        if start * fastest > 8.0 * _PANEL:
+            width *= 1.5
+    return panels
+
+
+def _check_reference(
+    driver: Driver,
+    ledger: Ledger,
+    case: Mapping[str, Any],
+    impact: Impact,
+    scales: Scales,
+    steps: Steps,
+) -> None:
+    """Every output at a few instants: those of a partition that lie in contact, and its end."""
+    seen: list[Outputs] = []
+    driver.run(impact, steps, lambda size, now: seen.append(now))
+    chosen = [n for n, now in enumerate(seen) if now["in_contact"]]
+    some = {*chosen[:: max(1, len(chosen) // 3)], len(seen) - 1}
+    exact = Reference({**impact.values, "start_time": impact.start_time})
+    number = 0
+    for place, (segment, sizes) in enumerate(zip(impact.segments, steps)):
+        inputs = {"k": segment.k, "b": segment.b} if place else {}
+        pending = 0.0
+        for index, size in enumerate(sizes):
+            pending += size  # exact: multiples of one unit
+            last = index == len(sizes) - 1
+            if number in some or last:
+                exact.step(pending, **inputs)
+                pending, inputs = 0.0, {}
+            if number in some:
+                _compare(
+                    ledger,
+                    case,
+                    scales,
+                    "reference",
+                    seen[number],
+                    exact.outputs(),
+                    steps=flat(steps)[: number + 1],
+                )
+            number += 1

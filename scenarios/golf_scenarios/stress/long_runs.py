@@ -1,0 +1,122 @@
+"""The two long runs: a million steps of 1 ns, and 100,000 impacts in one instance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from golf_scenarios.benchmarks.timing import resident_bytes
+from golf_scenarios.stress.cases import Impact, Segment
+from golf_scenarios.stress.driver import Driver
+from golf_scenarios.stress.ledger import Ledger
+from golf_scenarios.stress.reference import Reference
+from golf_scenarios.stress.scales import BAR, Scales
+
+#: s; with k = 2.5e5 N/m the contact lasts 1.24 ms, so that a million are all in it.
+_TINY = 1e-9
+_STIFFNESS = 2.5e5
+
+_VALUES = {
+    "m_club": 0.210,
+    "m_ball": 0.04593,
+    "k": _STIFFNESS,
+    "b": 9.0,
+    "club_speed": 35.0,
+    "ball_speed": 0.0,
+    "gap": 0.0,
+}
+
+#: Memory may grow by as much as this, bytes: allocators keep some pages of their own.
+_SLACK = 2_000_000
+
+#: So many impacts in a row are timed and weighed as one part.
+_PARTS = 10
+
+
+def announce(ledger: Ledger) -> None:
+    """The checks of this module."""
+    ledger.claim("tiny_steps", "steps of 1 ns: outputs against 80 digits, on their scales", BAR)
+    ledger.claim("tiny_steps_memory", "steps of 1 ns: memory gained, MB", _SLACK / 1e6)
+    ledger.claim("many_impacts", "the last impacts give what the first ones gave (difference)", 0.0)
+    ledger.claim("many_impacts_memory", "many impacts: memory gained, MB", _SLACK / 1e6)
+
+
+def tiny_steps(
+    driver: Driver, ledger: Ledger, law: int, number: int, tick: Callable[[], None]
+) -> dict[str, Any]:
+    """The errors over the run, read 20 times on the way: the same at its end as at its start."""
+    values = {**_VALUES, "law": law}
+    impact = Impact(0, values, 0.0, (Segment(2e-3, _STIFFNESS, 9.0),))
+    over = driver.run(impact, [[2e-3]])
+    scales = Scales(
+        values,
+        force=over["max_force"],
+        compression=over["max_compression"],
+        impulse=over["impulse"],
+        contact_time=over["contact_time"],
+        approach=0.0,
+        span=0.0,
+        fastest=0.0,
+        speed=values["club_speed"],
+        energy=0.0,
+    )
+    exact = Reference(values)
+    driver.begin(values)
+    every = number // 20
+    point, worst = 0.0, []
+    memory = None
+    do_step = driver.slave.doStep
+    for _ in range(20):
+        for _ in range(every):
+            do_step(point, _TINY)
+            point += _TINY
+        exact.step_by(every, _TINY)
+        found = driver.read()
+        if memory is None:
+            memory = resident_bytes()
+        errors = {
+            name: scales.error(name, found[name], value) for name, value in exact.outputs().items()
+        }
+        name = max(errors, key=lambda name: errors[name])
+        worst.append(errors[name])
+        ledger.record("tiny_steps", errors[name], values, output=name, time=point)
+        tick()
+    gained = _gained(memory)
+    ledger.record("tiny_steps_memory", gained or 0.0, values)
+    return {"steps": every * 20, "errors": worst, "memory_gained_mb": gained}
+
+
+def many_impacts(
+    driver: Driver, ledger: Ledger, number: int, tick: Callable[[], None]
+) -> dict[str, Any]:
+    """One instance from impact to impact, k and law different each time, over and over again."""
+    rounds = [
+        {**_VALUES, "law": 1 + n % 2, "k": 1e6 * (1.0 + 0.01 * n), "gap": 1e-4 * (n % 3)}
+        for n in range(30)
+    ]
+
+    def impact(values: dict[str, float]) -> dict[str, Any]:
+        driver.begin(values)
+        driver.slave.doStep(0.0, 1.0)
+        return driver.read()
+
+    first = [impact(values) for values in rounds]
+    memory = resident_bytes()
+    for _ in range(_PARTS):
+        for n in range(number // _PARTS):
+            driver.begin(rounds[n % len(rounds)])
+            driver.slave.doStep(0.0, 1.0)
+            driver.velocities()
+        tick()
+    for values, before in zip(rounds, first, strict=True):
+        after = impact(values)
+        difference = max(abs(after[name] - before[name]) for name in before)
+        ledger.record("many_impacts", difference, values)
+    gained = _gained(memory)
+    ledger.record("many_impacts_memory", gained or 0.0, {"impacts": number})
+    return {"impacts": number, "memory_gained_mb": gained}
+
+
+def _gained(before: int | None) -> float | None:
+    now = resident_bytes()
+    return None if before is None or now is None else max(0.0, (now - before) / 1e6)

@@ -1,0 +1,263 @@
+"""Where each method blows up: the error over step size and damping, all without unit.
+
+A law-2 impact of the document's bodies; ω0 h is the step over the undamped time scale, ζ the
+damping ratio. The error is the worst of velocities (over |u_C| + |u_B|), contact time and largest
+force (relative). SciPy's adaptive methods choose h themselves: their map is over rtol instead.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+
+from golf_scenarios.benchmarks import reference
+from golf_scenarios.peers import (
+    explicit_euler,
+    runge_kutta4,
+    semi_implicit_euler,
+    solve_ivp,
+    stormer_verlet,
+)
+from golf_scenarios.peers.problem import Case, Outcome, errors
+from golf_scenarios.report import figures
+from golf_scenarios.stress.driver import Driver
+
+OURS = "this FMU"
+
+_OUTCOME = ("club_velocity", "ball_velocity", "contact_time", "max_force")
+
+#: Colours run from a double's resolution to nonsense.
+_LEAST, _MOST = -16.0, 2.0
+
+
+@dataclass
+class Map:
+    """The errors of one method.
+
+    Attributes:
+        method: its name.
+        axis: "ω0 h" or "rtol".
+        steps: ω0 h or rtol.
+        damping: ζ.
+        errors: shape (damping, steps); inf where there is no answer.
+    """
+
+    method: str
+    axis: str
+    steps: np.ndarray
+    damping: np.ndarray
+    errors: np.ndarray
+
+
+def _euler(x: float, zeta: float) -> np.ndarray:
+    return np.array([[1.0, x], [-x, 1.0 - 2.0 * zeta * x]])
+
+
+def _semi_implicit(x: float, zeta: float) -> np.ndarray:
+    kick = np.array([[1.0, 0.0], [-x, 1.0 - 2.0 * zeta * x]])
+    return np.array([[1.0, x], [0.0, 1.0]]) @ kick
+
+
+def _verlet(x: float, zeta: float) -> np.ndarray:
+    explicit = np.array([[1.0, 0.0], [-0.5 * x, 1.0 - zeta * x]])
+    implicit = np.array([[1.0, 0.0], [-0.5 * x / (1.0 + zeta * x), 1.0 / (1.0 + zeta * x)]])
+    return implicit @ np.array([[1.0, x], [0.0, 1.0]]) @ explicit
+
+
+def _runge_kutta(x: float, zeta: float) -> np.ndarray:
+    a = x * np.array([[0.0, 1.0], [-1.0, -2.0 * zeta]])
+    one = np.eye(2)
+    return one + a @ (one + a / 2.0 @ (one + a / 3.0 @ (one + a / 4.0)))
+
+
+#: Peers that step: their module and the matrix that takes (ω0 d, d') over one step of ω0 h.
+STEPPING: dict[str, tuple[Any, Callable[[float, float], np.ndarray]]] = {
+    "explicit Euler": (explicit_euler, _euler),
+    "semi-implicit Euler": (semi_implicit_euler, _semi_implicit),
+    "Störmer–Verlet": (stormer_verlet, _verlet),
+    "Runge–Kutta 4": (runge_kutta4, _runge_kutta),
+}
+
+
+def euler_limit(zeta: float) -> float:
+    """Explicit Euler's largest stable ω0 h: 2ζ below critical damping, 2/(ζ + √(ζ²-1)) above."""
+    if zeta <= 1.0:
+        return 2.0 * zeta
+    return 2.0 / (zeta + math.sqrt((zeta - 1.0) * (zeta + 1.0)))
+
+
+def stable(step: Callable[[float, float], np.ndarray], x: float, zeta: float) -> bool:
+    """Whether the free motion doesn't grow: no eigenvalue of the step is outside the unit circle.
+
+    One on the circle (an undamped symplectic method) is allowed its rounding.
+    """
+    return bool(np.abs(np.linalg.eigvals(step(x, zeta))).max() <= 1.0 + 1e-9)
+
+
+def measure(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
+    """The maps of the FMU and its peers."""
+    steps = np.logspace(-2 if quick else -3, 3, 6 if quick else 37)
+    damping = np.array([0.0, *np.logspace(-2, 3, 4 if quick else 26)])
+    tolerances = np.logspace(-3, -13, 3 if quick else 11)
+    exact = {zeta: reference.solve(_case(zeta)) for zeta in damping.tolist()}
+    solvers: list[tuple[str, str, np.ndarray, Callable[[Case, float], Outcome]]] = [
+        (OURS, "ω0 h", steps, lambda case, x: _fmu(driver, case, x))
+    ]
+    for name, (module, _) in STEPPING.items():
+        solvers.append(
+            (
+                name,
+                "ω0 h",
+                steps,
+                partial(_stepped, module),
+            )
+        )
+    for method in ("DOP853", "LSODA", "Radau"):
+        solvers.append(
+            (
+                f"SciPy {method}",
+                "rtol",
+                tolerances,
+                partial(solve_ivp.solve, method=method),
+            )
+        )
+    maps = []
+    for name, axis, columns, solve in solvers:
+        table = np.full((len(damping), len(columns)), np.inf)
+        for row, zeta in enumerate(damping.tolist()):
+            case = _case(zeta)
+            for column, x in enumerate(columns.tolist()):
+                table[row, column] = _error(case, solve, x, exact[zeta])
+            tick()
+        maps.append(Map(name, axis, columns, damping, table))
+    return maps
+
+
+def _stepped(module: Any, case: Case, x: float) -> Outcome:
+    """A stepping method's answer with the step ω0·h = x."""
+    return module.solve(case, x / case.natural_frequency)
+
+
+def _case(zeta: float) -> Case:
+    plain = Case(law=2)
+    return Case(law=2, b=2.0 * zeta * math.sqrt(plain.k * plain.reduced_mass))
+
+
+def _error(case: Case, solve: Callable[[Case, float], Outcome], x: float, exact: Outcome) -> float:
+    with warnings.catch_warnings():
+        # A peer that blows up may say so: that is what the map is for.
+        warnings.simplefilter("ignore")
+        try:
+            error = max(errors(case, solve(case, x), exact))
+        except (ArithmeticError, ValueError):
+            return math.inf
+    return error if math.isfinite(error) else math.inf
+
+
+def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
+    """By steps of x/ω0 through the contact, until it is over."""
+    size = x / case.natural_frequency
+    driver.begin(
+        {
+            "law": case.law,
+            "m_club": case.m_club,
+            "m_ball": case.m_ball,
+            "k": case.k,
+            "b": case.b,
+            "club_speed": case.club_speed,
+            "ball_speed": case.ball_speed,
+        }
+    )
+    point = 0.0
+    while not driver.separated():
+        driver.slave.doStep(point, size)
+        point += size
+    found = driver.read()
+    return Outcome(*(found[name] for name in _OUTCOME))
+
+
+def draw(maps: list[Map]) -> bytes:
+    """The maps as PNG, one colour scale; the limits of theory on those that step."""
+    figure, axes = figures.plt.subplots(2, 4, figsize=(13.5, 7.2), sharey=True)
+    figure.suptitle(
+        "Error over step size and damping (law 2): the FMU is flat, stepping methods blow up",
+        x=0.01,
+        ha="left",
+        fontweight="bold",
+    )
+    mesh = None
+    for one, place in zip(maps, axes.flat):
+        rows = one.damping.copy()
+        rows[0] = rows[1] / (rows[2] / rows[1])  # ζ = 0 is drawn one row below the smallest
+        with np.errstate(divide="ignore"):
+            table = np.log10(np.maximum(one.errors, 10.0**_LEAST))
+        shown = np.ma.masked_invalid(np.minimum(table, _MOST + 1.0))
+        shown = np.ma.masked_where(~np.isfinite(one.errors), shown)
+        mesh = place.pcolormesh(
+            _edges(one.steps), _edges(rows), shown, cmap="cividis", vmin=_LEAST, vmax=_MOST
+        )
+        place.set_facecolor(figures.VERMILION)
+        place.set(xscale="log", yscale="log", title=one.method)
+        place.set_xlabel("ω0 h" if one.axis == "ω0 h" else "rtol")
+        place.grid(False)
+        if one.axis == "rtol":
+            place.invert_xaxis()
+        elif one.method in STEPPING:
+            _limit(place, one, rows)
+    for place in axes[:, 0]:
+        place.set_ylabel("damping ratio ζ (lowest row: 0)")
+    assert mesh is not None
+    bar = figure.colorbar(mesh, ax=axes, shrink=0.85, extend="max")
+    bar.set_label("log10 of the error")
+    handles = [
+        Line2D([], [], color="white", lw=2.0, ls="--"),
+        Rectangle((0, 0), 1, 1, color=figures.VERMILION),
+    ]
+    legend = figure.legend(
+        handles,
+        ["limit of stability from theory (stable to the left)", "no end of contact found"],
+        loc="outside lower left",
+        ncols=2,
+    )
+    legend.get_frame().set(facecolor="0.35", alpha=1.0)
+    legend.set_frame_on(True)
+    for text in legend.get_texts():
+        text.set_color("white")
+    image = io.BytesIO()
+    figures.save(figure, image)
+    return image.getvalue()
+
+
+def _edges(centres: np.ndarray) -> np.ndarray:
+    """Between which the cells of a logarithmic axis lie."""
+    places = np.log10(centres)
+    middles = 0.5 * (places[1:] + places[:-1])
+    first, last = 2.0 * places[0] - middles[0], 2.0 * places[-1] - middles[-1]
+    return 10.0 ** np.array([first, *middles, last])
+
+
+def _limit(place: Any, one: Map, rows: np.ndarray) -> None:
+    """The edge of stability: explicit Euler's in closed form, the others' from their matrices."""
+    low, high = one.steps[0], one.steps[-1]
+    zetas = np.logspace(math.log10(rows[0]), math.log10(rows[-1]), 200)
+    if one.method == "explicit Euler":
+        limits = [euler_limit(zeta) for zeta in zetas.tolist()]
+    else:
+        step = STEPPING[one.method][1]
+        grid = np.logspace(math.log10(low), math.log10(high), 400).tolist()
+        limits = [
+            next((x for x in grid if not stable(step, x, zeta)), math.inf)
+            for zeta in zetas.tolist()
+        ]
+    drawn = [(x, zeta) for x, zeta in zip(limits, zetas.tolist()) if low <= x <= high]
+    if drawn:
+        place.plot(*zip(*drawn), color="white", ls="--")

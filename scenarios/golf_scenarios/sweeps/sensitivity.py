@@ -1,0 +1,117 @@
+"""Which of several uncertain variables an output depends on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from golf_scenarios.sweeps.designs import unit_samples
+from golf_scenarios.sweeps.study import Study
+
+#: Points of the design for Sobol indices: each costs an impact for every variable and two more.
+_POINTS = 1024
+
+#: Rank correlations of more cases than this gain nothing.
+_MOST_RANKED = 100_000
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """How much each variable matters.
+
+    Attributes:
+        values: by variable: first-order Sobol indices, or rank correlations.
+        label: what they are, for an axis.
+        note: how they were found, in a sentence.
+    """
+
+    values: dict[str, float]
+    label: str
+    note: str
+
+
+def sensitivity(
+    study: Study,
+    drawn: np.ndarray,
+    outputs_of: Callable[[dict[str, np.ndarray]], np.ndarray],
+) -> Sensitivity | None:
+    """First-order Sobol indices where a design for them is possible, else rank correlations.
+
+    The design needs impacts of its own, and independent distributions: no grid beside them, and no
+    case that the FMU refuses.
+
+    Args:
+        study: its distributions are the variables.
+        drawn: the output in all cases, shape (cases,); NaN where refused.
+        outputs_of: the same output for columns of all swept variables.
+
+    Returns:
+        None if the output is the same in all cases.
+    """
+    usable = np.isfinite(drawn)
+    if usable.sum() < 3:
+        return None
+    least, greatest = float(drawn[usable].min()), float(drawn[usable].max())
+    # But for rounding: S under law 1 is the same at any speed.
+    if greatest - least <= 1e-12 * max(abs(least), abs(greatest)):
+        return None
+    if not study.varied_grid and usable.all():
+        found = _sobol(study, outputs_of)
+        if found is not None:
+            return found
+    return _ranked(study, drawn)
+
+
+def _sobol(
+    study: Study, outputs_of: Callable[[dict[str, np.ndarray]], np.ndarray]
+) -> Sensitivity | None:
+    """Saltelli's design by a Sobol sequence; scipy.stats.sobol_indices has the estimators."""
+    from scipy.stats import sobol_indices
+
+    axes = study.distributions
+    number = len(axes)
+    unit = unit_samples(2 * number, _POINTS, np.random.default_rng(study.seed), "sobol")
+    a, b = unit[:, :number], unit[:, number:]
+    mixed = [np.where(np.arange(number) == n, b, a) for n in range(number)]
+    points = np.concatenate([a, b, *mixed])
+    columns = {one.name: one.from_unit(points[:, n]) for n, one in enumerate(axes)}
+    columns |= {one.name: np.repeat(one.values, len(points)) for one in study.grid}
+    found = outputs_of({name: columns[name] for name in study.names})
+    if not np.isfinite(found).all():
+        return None
+    parts = found.reshape(number + 2, 1, _POINTS)
+    if number == 1:
+        # SciPy's estimator fails for one variable, which explains all by itself.
+        indices = np.ones(1)
+    else:
+        found_indices = sobol_indices(
+            func={"f_A": parts[0], "f_B": parts[1], "f_AB": parts[2:]}, n=_POINTS
+        )
+        indices = np.ravel(found_indices.first_order)
+    return Sensitivity(
+        dict(zip((one.name for one in axes), indices.tolist(), strict=True)),
+        "first-order Sobol index",
+        f"First-order Sobol indices (Saltelli 2010) of {len(points):,} impacts of their own: the "
+        "share of the output's variance that each variable explains by itself.",
+    )
+
+
+def _ranked(study: Study, drawn: np.ndarray) -> Sensitivity:
+    from scipy.stats import rankdata
+
+    usable = np.flatnonzero(np.isfinite(drawn))
+    usable = usable[:: -(-len(usable) // _MOST_RANKED)]
+    columns = study.columns_at(usable)
+    ranks = rankdata(drawn[usable])
+    values = {}
+    for one in study.distributions:
+        own = rankdata(columns[one.name])
+        values[one.name] = float(np.corrcoef(own, ranks)[0, 1])
+    return Sensitivity(
+        values,
+        "Spearman's rank correlation",
+        "Spearman's rank correlations of the cases themselves; Sobol indices need independent "
+        "distributions alone and no refused case.",
+    )

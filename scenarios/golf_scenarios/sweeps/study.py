@@ -1,0 +1,157 @@
+"""What a sweep computes: the swept variables, their cases in order, and the outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from golf_scenarios.errors import UserError
+from golf_scenarios.sweeps.axes import Axis, Grid, axis
+from golf_scenarios.sweeps.designs import DESIGNS, samples
+
+#: What is read unless a study says otherwise: what the end of a contact tells. Law 1 has to search
+#: for the extremes (max_force ...), and Booleans take a call of their own.
+OUTPUTS = (
+    "smash_factor",
+    "coefficient_of_restitution",
+    "energy_efficiency",
+    "club_velocity",
+    "ball_velocity",
+    "contact_time",
+)
+
+_MOST_CASES = 10**10
+
+
+@dataclass(frozen=True)
+class Study:
+    """A parametric study.
+
+    The cases are those of the grid, the last axis running fastest; where an axis is a distribution,
+    every point of the grid gets the same samples, which run faster than all.
+
+    Attributes:
+        axes: the swept variables in order.
+        outputs: of the FMU, in order.
+        number_of_samples: of the distributions together; 1 where there is none.
+        seed: of the samples.
+        design: "random", "lhs" (Latin hypercube) or "sobol".
+    """
+
+    axes: tuple[Axis, ...]
+    outputs: tuple[str, ...] = OUTPUTS
+    number_of_samples: int = 1
+    seed: int = 0
+    design: str = "random"
+    _samples: dict[str, np.ndarray] = field(default_factory=dict, repr=False, compare=False)
+
+    @classmethod
+    def of(
+        cls,
+        sets: Mapping[str, Any],
+        outputs: Sequence[str] | None = None,
+        number_of_samples: int | None = None,
+        seed: int = 0,
+        design: str = "random",
+    ) -> Study:
+        """The study that a user describes.
+
+        Args:
+            sets: by variable: a number, a list, or text as in `--set`: "0.5e6:2e6:100",
+                "log:1e5:1e7:50", "0,9,12", "normal:45:2", "uniform:30:50".
+            outputs: of the FMU; `OUTPUTS` by default.
+            number_of_samples: needed with a distribution.
+            seed: of the samples, at least 0.
+            design: see the class.
+
+        Raises:
+            UserError: an axis, an output or a number isn't allowed.
+        """
+        axes = tuple(axis(name, given) for name, given in sets.items())
+        if not axes:
+            raise UserError("nothing is swept: give --set NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100")
+        chosen = OUTPUTS if outputs is None else tuple(name.strip() for name in outputs)
+        if len(set(chosen)) < len(chosen):
+            raise UserError(f"--outputs {','.join(chosen)} names one output twice")
+        random = [one.name for one in axes if not isinstance(one, Grid)]
+        if design not in DESIGNS:
+            raise UserError(f"--design {design} is unknown: choose from {', '.join(DESIGNS)}")
+        if seed < 0:
+            raise UserError(f"--seed {seed} is refused: it must be at least 0")
+        if random and number_of_samples is None:
+            raise UserError(f"{random[0]} is a distribution: say with --samples how many to draw")
+        if number_of_samples is not None and not random:
+            raise UserError(
+                "--samples has nothing to draw from: give a distribution, e.g. "
+                "--set club_speed=normal:45:2"
+            )
+        number = 1 if number_of_samples is None else number_of_samples
+        if number < 1:
+            raise UserError(f"--samples {number} is refused: it must be at least 1")
+        study = cls(axes, chosen, number, seed, design)
+        if study.cases > _MOST_CASES:
+            raise UserError(
+                f"{study.cases:,} cases are more than {_MOST_CASES:,}: use fewer values"
+            )
+        return study
+
+    @property
+    def grid(self) -> tuple[Grid, ...]:
+        """The axes that are rows of values."""
+        return tuple(one for one in self.axes if isinstance(one, Grid))
+
+    @property
+    def varied_grid(self) -> tuple[Grid, ...]:
+        """Those of them with more than one value."""
+        return tuple(one for one in self.grid if one.varies)
+
+    @property
+    def distributions(self) -> tuple:
+        """The axes that are distributions."""
+        return tuple(one for one in self.axes if not isinstance(one, Grid))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The swept variables in order."""
+        return tuple(one.name for one in self.axes)
+
+    @cached_property
+    def cases(self) -> int:
+        """How many there are."""
+        return prod(len(one.values) for one in self.grid) * self.number_of_samples
+
+    def columns(self, start: int, stop: int) -> dict[str, np.ndarray]:
+        """The values of the swept variables in the cases from `start` to `stop` (exclusive)."""
+        return self.columns_at(np.arange(start, stop))
+
+    def columns_at(self, index: np.ndarray) -> dict[str, np.ndarray]:
+        """The values of the swept variables in the cases of these numbers (from 0).
+
+        Each is a function of the case's number alone: chunks of any size give the same.
+
+        Returns:
+            By variable, arrays of the index's shape.
+        """
+        found: dict[str, np.ndarray] = {}
+        stride = self.number_of_samples
+        sample = index % stride
+        for one in reversed(self.axes):
+            if isinstance(one, Grid):
+                found[one.name] = one.values[index // stride % len(one.values)]
+                stride *= len(one.values)
+            else:
+                found[one.name] = self._drawn[one.name][sample]
+        return {name: found[name] for name in self.names}
+
+    @property
+    def _drawn(self) -> dict[str, np.ndarray]:
+        if not self._samples:
+            self._samples.update(
+                samples(self.distributions, self.number_of_samples, self.seed, self.design)
+            )
+        return self._samples

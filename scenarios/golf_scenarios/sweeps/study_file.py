@@ -1,0 +1,97 @@
+"""A study as a TOML file: the words of the command line as keys, and the table [set]."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from golf_scenarios.errors import UserError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a sweep is told, by the command line or a study; None: not given.
+
+    Attributes:
+        sets: swept variables in order, as `Study.of` takes them.
+        others: as the options of `golf-impact sweep`.
+    """
+
+    sets: dict[str, Any] = field(default_factory=dict)
+    out: Path | None = None
+    outputs: tuple[str, ...] | None = None
+    samples: int | None = None
+    seed: int | None = None
+    design: str | None = None
+    workers: int | None = None
+    chunk: int | None = None
+    scheduler: str | None = None
+    compare: bool | None = None
+    figures: bool | None = None
+    fmu: Path | None = None
+
+    def over(self, study: Options) -> Options:
+        """These, and where they say nothing, a study's; a variable of both keeps its place."""
+        mine = {name: value for name, value in vars(self).items() if value is not None}
+        return replace(study, **mine | {"sets": study.sets | self.sets})
+
+
+#: Keys of a study beside [set], and the type of their values.
+_KEYS: dict[str, type] = {
+    "out": str,
+    "outputs": list,
+    "samples": int,
+    "seed": int,
+    "design": str,
+    "workers": int,
+    "chunk": int,
+    "scheduler": str,
+    "compare": bool,
+    "figures": bool,
+    "fmu": str,
+}
+
+
+def read_study(path: Path) -> Options:
+    """The options that a study gives.
+
+    Raises:
+        UserError: the file can't be read, or has something else than these keys.
+    """
+    try:
+        with open(path, "rb") as stream:
+            table = tomllib.load(stream)
+    except OSError as error:
+        raise UserError(f"can't read the study {path}: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{path} is no TOML file: {error}") from error
+    sets = table.pop("set", {})
+    if not isinstance(sets, dict):
+        raise UserError(f"{path}: write a table [set] with a line for each swept variable")
+    for name, value in sets.items():
+        items = value if isinstance(value, list) else [value]
+        if not all(isinstance(one, (int, float, str)) and one is not True for one in items):
+            raise UserError(f"{path}: {name} in [set] must be a number, a text or a list of them")
+    for key, value in table.items():
+        if key not in _KEYS:
+            raise UserError(f"{path}: there is no key {key}: choose from {', '.join(_KEYS)}, [set]")
+        kind = _KEYS[key]
+        # A Boolean is an integer to Python.
+        if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+            raise UserError(f"{path}: {key} = {value!r} is refused: it must be {_WORDS[kind]}")
+    if not all(isinstance(name, str) for name in table.get("outputs", ())):
+        raise UserError(f"{path}: outputs must be a list of names")
+    for key, make in (("outputs", tuple), ("out", Path), ("fmu", Path)):
+        if key in table:
+            table[key] = make(table[key])
+    return Options(sets=sets, **table)
+
+
+_WORDS = {str: "a text", list: "a list", int: "a whole number", bool: "true or false"}
