@@ -14,7 +14,7 @@ from .laws import LAWS
 from .laws.contact import Start, State
 from .parameters import Inputs, Parameters
 
-#: Instants that differ by less (relative) are one and the same to a host.
+#: Of a host's clock, relative.
 _RESOLUTION = 2.0**-52
 
 #: So many changes of k or b in one contact are remembered before their peaks are looked up.
@@ -151,8 +151,8 @@ class Impact:
     def elapsed(self, high: float, low: float) -> float:
         """Time since the start of the present phase, s; of an instant not before it."""
         t = (high - self.began_high) + (low - self.began_low)
-        # An instant that is the event's to the last bit of the clock may lie before it.
-        return t if t > 0.0 else 0.0
+        # To a host, an instant is the event's if they differ by no more than the clock's last bit.
+        return t if t > _RESOLUTION * self.began_high else 0.0
 
     def advance(self, high: float, low: float) -> float:
         """Go on to the phase of this instant; return the time since its start, s.
@@ -229,10 +229,7 @@ class Impact:
 
     def _at_touch(self, high: float, low: float) -> bool:
         """Whether this is the very instant of touch, so that no step has moved past it yet."""
-        touch = self.touch
-        if touch is None or self._offset or self.phase is not self._contact:
-            return False
-        return (high - touch[0]) + (low - touch[1]) <= _RESOLUTION * touch[0]
+        return self.in_contact and not self._offset and not self.elapsed(high, low)
 
     def hold(self, high: float, low: float, inputs: Inputs) -> None:
         """Take these inputs from this instant on (the start of a communication step).
