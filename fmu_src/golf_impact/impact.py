@@ -240,23 +240,25 @@ class Impact:
             ArithmeticError, ValueError: the contact that follows leaves the range of a double;
                 nothing has changed.
         """
-        before = self.in_force
         p = self.parameters
+        t = (high - self.began_high) + (low - self.began_low)
+        if self.touch is None and t <= self.phase.duration + _RESOLUTION * high:
+            if inputs[2] != self.in_force[2]:
+                self._approach_anew(t, inputs[2])
+                self.began_high, self.began_low = high, low
+            self.in_force = inputs
+            return
         t = self.advance(high, low)
         if self._at_touch(high, low):
             assert self.touch is not None
             x = self.touch[2]
             self.phase = Approach(x, 0.0, x, inputs[2], p.ball_speed)
             self.touch = self._contact = None
-        elif self.touch is None:
-            if inputs[2] != before[2]:
-                self._approach_anew(t, inputs[2])
-                self.began_high, self.began_low = high, low
-        elif self.phase is self._contact:
+        elif self.in_contact:
             law = LAWS[p.law]
-            closing = self.touch[3] - p.ball_speed
-            k, b = inputs[0], law.damping(p, inputs, closing)
+            assert self.touch is not None
             assert self._contact_start is not None
+            k, b = inputs[0], law.damping(p, inputs, self.touch[3] - p.ball_speed)
             if (k, b) != self._contact_start[:2]:
                 self._change_contact(k, b, t, high, low)
                 self.began_high, self.began_low = high, low

@@ -7,7 +7,7 @@ and taken only when it is whole.
 """
 
 from collections.abc import Callable
-from math import inf, isfinite, nan
+from math import ceil, inf, isfinite, nan
 from typing import Any
 
 from ..impact import Impact
@@ -203,7 +203,7 @@ class Component:
             self._size = nan
             self._report(problem)
             return False
-        if size == self.last_step and self._count:
+        if size == self.last_step:
             self._count += 1.0
         else:
             self.clock, self.carry = self.instant()
@@ -218,7 +218,11 @@ class Component:
 
     def instant(self) -> tuple[float, float]:
         """The present instant: the sum of the accepted steps, s, as a pair."""
-        count, size = self._count, self.last_step
+        return self._after(self._count)
+
+    def _after(self, count: float) -> tuple[float, float]:
+        """The instant after so many of the counted steps."""
+        size = self.last_step
         if not count:
             return self.clock, self.carry
         if count == 1.0:
@@ -410,6 +414,12 @@ class Component:
         try:
             t = impact.advance(high, low)
             phase = impact.phase
+            # Steps that were over before the phase began only cost digits of its own time.
+            before = (impact.began_high - self.clock) + (impact.began_low - self.carry)
+            if before > 0.0 and self._count:
+                passed = min(float(ceil(before / self.last_step)), self._count)
+                self.clock, self.carry = self._after(passed)
+                self._count -= passed
             if phase is not self._course_of:
                 self._motion, self._scale = phase.course()
                 self._course_of = phase
