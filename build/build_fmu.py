@@ -9,7 +9,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "fmu_src")]
 
-from golf_build import fmi2  # noqa: E402
+from golf_build.fmi2 import BUILDER  # noqa: E402
 
 if __name__ == "__main__":
-    print(fmi2.build(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE / f"{fmi2.NAME}.fmu"))
+    print(BUILDER.build(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE / f"{BUILDER.name}.fmu"))

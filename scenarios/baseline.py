@@ -1,98 +1,70 @@
 """The document's impact, k = 1e6 N/m, b = 9 N.s/m, 35 m/s: its Figs. 4 and 5, its first list."""
 
-from golf_scenarios.facts.document import BASELINE
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.report.checks import check_printed, comparison, run_case
-from golf_scenarios.report.outcome import Outcome
+from golf_scenarios.scenario import Report, document, main
 
 TITLE = "Baseline: the document's impact, exactly"
+CHAPTER = 2
 
 
-def run(fmu: ImpactFmu) -> Outcome:
+def run(fmu):
     """Metrics in one step, then 301 samples over the contact."""
-    outcome = Outcome(TITLE)
-    metrics = run_case(outcome, fmu, "baseline")
-    check_printed(outcome, "baseline", metrics, BASELINE)
-    outcome.tables.append(comparison(TITLE, {"baseline": (metrics, BASELINE)}))
-    b = 9.0
-    drag = b * metrics["contact_displacement"]
-    outcome.check_close(
+    report = Report(TITLE, fmu)
+    metrics = report.impact("baseline", document.BASELINE)
+    report.compare({"baseline": document.BASELINE})
+
+    drag = 9.0 * metrics["contact_displacement"]
+    report.check_close(
         "J and P_B differ because the drag on the ball takes b·x_B",
         metrics["impulse"] - metrics["momentum_gain_ball"],
         drag,
         1e-12,
     )
-    outcome.words.append(
+    report.say(
         f"The contact force gives the ball {metrics['impulse']:.4f} N.s, of which the ball keeps "
         f"{metrics['momentum_gain_ball']:.4f} N.s: the drag takes b·x_B = {drag:.4f} N.s."
     )
+
     path = fmu.trajectory()
-    outcome.trajectories["baseline"] = path
+    report.trajectories["baseline"] = path
+    micro, kilonewton = path["time"] * 1e6, path["force"] / 1e3
+    contact_micro, peak = metrics["contact_time"] * 1e6, metrics["max_force"]
 
-    def force():
-        from golf_scenarios.report import figures
-
+    @report.figure("baseline_force")
+    def force(figures):
         figure, axes = figures.new("Contact force on the ball")
-        micro = path["time"] * 1e6
-        axes.fill_between(micro, path["force"] / 1e3, color=figures.SKY, alpha=0.35, lw=0)
-        axes.plot(micro, path["force"] / 1e3, color=figures.BLUE)
-        figures.mark(
-            axes,
-            metrics["time_of_max_force"] * 1e6,
-            metrics["max_force"] / 1e3,
-            f"{metrics['max_force']:.0f} N",
-        )
-        axes.text(
-            metrics["contact_time"] * 0.5e6,
-            metrics["max_force"] * 0.35e-3,
-            f"impulse J = {metrics['impulse']:.3f} N.s\n"
-            f"contact time {metrics['contact_time'] * 1e6:.1f} µs",
-            ha="center",
-        )
+        axes.fill_between(micro, kilonewton, color=figures.SKY, alpha=0.35, lw=0)
+        axes.plot(micro, kilonewton, color=figures.BLUE)
+        figures.mark(axes, metrics["time_of_max_force"] * 1e6, peak / 1e3, f"{peak:.0f} N")
+        words = f"impulse J = {metrics['impulse']:.3f} N.s\ncontact time {contact_micro:.1f} µs"
+        axes.text(0.5 * contact_micro, 0.35e-3 * peak, words, ha="center")
         axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
         return figure
 
-    def both():
-        from golf_scenarios.report import figures
-
+    @report.figure("baseline_forces")
+    def both(figures):
         figure, axes = figures.new("Contact force on each body")
-        micro = path["time"] * 1e6
-        axes.plot(micro, path["force"] / 1e3, color=figures.BLUE, label="on the ball")
-        axes.plot(micro, -path["force"] / 1e3, color=figures.ORANGE, ls="--", label="on the club")
+        axes.plot(micro, kilonewton, color=figures.BLUE, label="on the ball")
+        axes.plot(micro, -kilonewton, color=figures.ORANGE, ls="--", label="on the club")
         axes.axhline(0, color="0.6", lw=0.8)
         axes.set(xlabel="time since touch (µs)", ylabel="force (kN)")
         figures.legend_above(axes)
         return figure
 
-    def motion():
-        from golf_scenarios.report import figures
-
-        figure, (left, right) = figures.new_pair("Velocities and positions")
-        micro = path["time"] * 1e6
-        end = metrics["contact_time"] * 1e6
-        for axes in (left, right):
-            axes.axvline(end, color="0.45", lw=1.0, ls=":", label="they part")
-        left.plot(micro, path["club_velocity"], color=figures.ORANGE, ls="--", label="club")
-        left.plot(micro, path["ball_velocity"], color=figures.BLUE, label="ball")
-        left.set(xlabel="time since touch (µs)", ylabel="velocity (m/s)")
-        right.plot(
-            micro, path["club_position"] * 1e3, color=figures.ORANGE, ls="--", label="club face"
-        )
-        right.plot(micro, path["ball_position"] * 1e3, color=figures.BLUE, label="ball")
-        right.set(xlabel="time since touch (µs)", ylabel="position (mm)")
-        for axes in (left, right):
+    @report.figure("baseline_motion")
+    def motion(figures):
+        figure, pair = figures.new_pair("Velocities and positions")
+        shows = (("velocity", "m/s", 1.0, "club"), ("position", "mm", 1e3, "club face"))
+        for axes, (what, unit, factor, club) in zip(pair, shows, strict=True):
+            axes.axvline(contact_micro, color="0.45", lw=1.0, ls=":", label="they part")
+            on_club, on_ball = (path[f"{body}_{what}"] * factor for body in ("club", "ball"))
+            axes.plot(micro, on_club, color=figures.ORANGE, ls="--", label=club)
+            axes.plot(micro, on_ball, color=figures.BLUE, label="ball")
+            axes.set(xlabel="time since touch (µs)", ylabel=f"{what} ({unit})")
             figures.legend_above(axes)
         return figure
 
-    outcome.figures |= {
-        "baseline_force": force,
-        "baseline_forces": both,
-        "baseline_motion": motion,
-    }
-    return outcome
+    return report
 
 
 if __name__ == "__main__":
-    from golf_scenarios.commands.app import run_alone
-
-    run_alone("baseline")
+    main(__file__)

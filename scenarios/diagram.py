@@ -1,27 +1,25 @@
 """The model drawn (the document's Fig. 1): two masses, and the ball's spring between them."""
 
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.report.outcome import Outcome
+from golf_scenarios.scenario import Report, main
 
 TITLE = "The model"
+CHAPTER = 1
 
 
-def run(fmu: ImpactFmu) -> Outcome:
+def run(fmu):
     """A drawing; nothing is simulated."""
-    outcome = Outcome(TITLE)
-    outcome.figures["diagram"] = draw
-    outcome.words.append(
+    report = Report(TITLE, fmu)
+    report.figure("diagram")(draw)
+    report.say(
         "Law 2's damper stands between the bodies, beside the spring; law 1's drag acts on each "
         "body against the ground, which is what the document's equations say."
     )
-    return outcome
+    return report
 
 
-def draw():
+def draw(figures):
     """Both laws, one above the other."""
     from matplotlib.patches import Circle, FancyBboxPatch
-
-    from golf_scenarios.report import figures
 
     figure, axes = figures.new("Club, ball, and the contact between them", (8.2, 6.2))
     axes.set(xlim=(0, 10), ylim=(-0.5, 7.1), aspect="equal")
@@ -98,6 +96,4 @@ def draw():
 
 
 if __name__ == "__main__":
-    from golf_scenarios.commands.app import run_alone
-
-    run_alone("diagram")
+    main(__file__)

@@ -1,17 +1,14 @@
 """Roh & Lee's finite-element ball beside the model, with the back of the document's envelope."""
 
-from golf_scenarios.facts.document import ENVELOPE, ROH_LEE
-from golf_scenarios.facts.measured import ROH_LEE_FIGURES
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.report.checks import run_case
-from golf_scenarios.report.outcome import Outcome, Table
+from golf_scenarios.scenario import QUANTITIES, Report, document, main, measured
 
 TITLE = "Finite elements: Roh & Lee's figures and the model"
+CHAPTER = 7
 
 
-def envelope() -> dict[str, float]:
+def envelope():
     """The document's back-of-the-envelope numbers, worked out from Roh & Lee's figures (SI)."""
-    paper = ROH_LEE
+    paper = document.ROH_LEE
     m_club, m_ball = paper["m_club"], paper["m_ball"]
     u, v_club, v_ball = paper["club_speed"], paper["club_velocity"], paper["ball_velocity"]
     force = m_ball * v_ball / paper["contact_time"]
@@ -32,59 +29,53 @@ def envelope() -> dict[str, float]:
     }
 
 
-def run(fmu: ImpactFmu) -> Outcome:
+def run(fmu):
     """The envelope, and the document's fit under both laws."""
-    outcome = Outcome(TITLE)
+    report = Report(TITLE, fmu)
     numbers = envelope()
     units = ("N", "m", "", "", "", "N.s", "N.s", "J", "J", "%")
     rows = []
-    for (name, printed), unit in zip(ENVELOPE.items(), units, strict=True):
+    for (name, printed), unit in zip(document.ENVELOPE.items(), units, strict=True):
         value = numbers[name]
         rows.append([f"{name} ({unit})" if unit else name, printed.text, printed.shown(value)])
         # One unit of the last digit: the document rounds some numbers and cuts others.
-        outcome.check_close(
+        report.check_close(
             f"{name} is the printed {printed.text}",
             value,
             printed.value,
             2.0 * printed.half_digit,
             "one unit of the last printed digit",
         )
-    outcome.tables.append(
-        Table("Back of the envelope, from the paper's figures", ["", "document", "computed"], rows)
-    )
-    model = run_case(outcome, fmu, "law 1 (the document's fit)")
-    relative = run_case(outcome, fmu, "law 2, the same k and b", law=2)
+    title = "Back of the envelope, from the paper's figures"
+    report.table(title, ["", "document", "computed"], rows)
+
+    model = report.impact("law 1 (the document's fit)")
+    relative = report.impact("law 2, the same k and b", law=2)
     rows, misses = [], {}
-    for metric, (label, factor, value) in ROH_LEE_FIGURES.items():
+    for metric, value in measured.ROH_LEE_FIGURES.items():
+        quantity = QUANTITIES[metric]
+        cells = [quantity.plain, f"{value * quantity.factor:.5g}"]
+        for metrics in (model, relative):
+            off = f"{(metrics[metric] / value - 1.0) * 100:+.1f} %"
+            cells += [f"{metrics[metric] * quantity.factor:.5g}", off]
+        rows.append(cells)
         misses[metric] = model[metric] / value - 1.0
-        rows.append(
-            [
-                label,
-                f"{value * factor:.5g}",
-                f"{model[metric] * factor:.5g}",
-                f"{misses[metric] * 100:+.1f} %",
-                f"{relative[metric] * factor:.5g}",
-                f"{(relative[metric] / value - 1.0) * 100:+.1f} %",
-            ]
-        )
-    outcome.tables.append(
-        Table(
-            "Roh & Lee's finite-element ball and the document's fit (k = 1e6, b = 9)",
-            ["", "paper", "law 1", "off", "law 2", "off"],
-            rows,
-        )
+    report.table(
+        "Roh & Lee's finite-element ball and the document's fit (k = 1e6, b = 9)",
+        ["", "paper", "law 1", "off", "law 2", "off"],
+        rows,
     )
-    outcome.check(
+    report.check(
         "the fit meets force and contact time within 5 %",
         abs(misses["max_force"]) < 0.05 and abs(misses["contact_time"]) < 0.05,
         f"{misses['max_force'] * 100:+.1f} % and {misses['contact_time'] * 100:+.1f} %",
     )
-    outcome.check(
+    report.check(
         "the fit misses COR by more than a quarter",
         misses["coefficient_of_restitution"] > 0.25,
         f"{misses['coefficient_of_restitution'] * 100:+.1f} %",
     )
-    outcome.words.append(
+    report.say(
         "Verdict: k = 1e6 and b = 9 reproduce how hard and how long the finite-element ball pushes "
         f"(force {misses['max_force'] * 100:+.1f} %, time {misses['contact_time'] * 100:+.1f} %), "
         "but not what it gives back: the model returns "
@@ -94,10 +85,8 @@ def run(fmu: ImpactFmu) -> Outcome:
         f"{numbers['coefficient of restitution']:.3f}. As law 1 loses momentum besides, its energy "
         "figure looks better than its COR."
     )
-    return outcome
+    return report
 
 
 if __name__ == "__main__":
-    from golf_scenarios.commands.app import run_alone
-
-    run_alone("fem")
+    main(__file__)

@@ -5,25 +5,11 @@ Explicit Euler with a step of 0.5 µs, in a deliberately ordinary pythonfmu slav
 """
 
 import math
-from collections.abc import Iterator
 
-from golf_scenarios.facts.document import (
-    BASELINE,
-    CLUB_SPEED,
-    COMPRESSION,
-    ELASTIC,
-    ELASTIC_SOFT,
-    OLD_BALL,
-    TIME_STEP,
-    USED,
-    Printed,
-)
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.peers.document_scheme import document_fmu
-from golf_scenarios.report.checks import LABELS, run_case
-from golf_scenarios.report.outcome import Outcome, Table
+from golf_scenarios.scenario import Report, derived, document, document_fmu, label, main
 
 TITLE = "Finite difference: the document's scheme as an FMU"
+CHAPTER = 12
 
 #: The document's program goes on for 2 or 3 samples after the bodies part, until they are this far
 #: apart, m; 35 to 48 µm print the same numbers.
@@ -36,85 +22,63 @@ OUT_OF_LINE = {
     ("k = 2e6", "ball_velocity"): "55.67",
 }
 
-_COLUMNS = ["", "printed", "the scheme", "exact", "its error"]
 
-
-def _derived(found: dict[str, float], u_club: float) -> dict[str, float]:
-    m_club, m_ball = USED["m_club"], USED["m_ball"]
-    v_club, v_ball = found["club_velocity"], found["ball_velocity"]
-    return found | {
-        "contact_displacement_over_diameter": found["contact_displacement"] / USED["ball_diameter"],
-        "momentum_gain_ball": m_ball * v_ball,
-        "momentum_initial": m_club * u_club,
-        "momentum_final": m_club * v_club + m_ball * v_ball,
-        "kinetic_energy_initial": 0.5 * m_club * u_club**2,
-        "kinetic_energy_final": 0.5 * (m_club * v_club**2 + m_ball * v_ball**2),
-    }
-
-
-def _printed_cases() -> Iterator[tuple[str, dict[str, float], dict[str, Printed]]]:
-    yield "baseline", {}, BASELINE
-    yield "elastic", {"b": 0.0}, ELASTIC
-    yield "elastic, k = 0.5e6", {"b": 0.0, "k": 0.5e6}, ELASTIC_SOFT
-    yield "50 m/s", {"club_speed": 50.0}, CLUB_SPEED[50.0]
-    for k, row in COMPRESSION.items():
+def _printed_cases():
+    """Name, inputs and printed numbers of every case that the document prints."""
+    yield "baseline", {}, document.BASELINE
+    yield "elastic", {"b": 0.0}, document.ELASTIC
+    yield "elastic, k = 0.5e6", {"b": 0.0, "k": 0.5e6}, document.ELASTIC_SOFT
+    yield "50 m/s", {"club_speed": 50.0}, document.CLUB_SPEED[50.0]
+    for k, row in document.COMPRESSION.items():
         yield f"k = {k / 1e6:g}e6", {"k": k}, row
-    yield "old ball", {"k": 0.5e6, "b": 12.0}, OLD_BALL[0.5e6, 12.0]
+    yield "old ball", {"k": 0.5e6, "b": 12.0}, document.OLD_BALL[0.5e6, 12.0]
 
 
-def run(fmu: ImpactFmu) -> Outcome:
+def run(fmu):
     """Every case of the document, by its scheme and exactly; then the scheme with smaller steps."""
-    outcome = Outcome(TITLE)
-    largest = (0.0, "")
-    with document_fmu() as document:
+    report = Report(TITLE, fmu)
+    errors = {}
+    with document_fmu() as euler:
         for name, values, printed in _printed_cases():
-            exact = run_case(outcome, fmu, name, **values)
-            found = document.impact(end_gap=END_GAP, **values)
-            scheme = _derived(found, values.get("club_speed", 35.0))
-            outcome.cases[f"{name}, document's scheme"] = scheme
+            exact = report.impact(name, **values)
+            given = {"club_speed": 35.0, "ball_speed": 0.0, **document.USED, **values}
+            outputs = euler.impact(end_gap=END_GAP, **values)
+            scheme = report.cases[f"{name}, document's scheme"] = derived(outputs, given)
             rows = []
             for metric, number in printed.items():
-                rows.append(
-                    [
-                        LABELS[metric],
-                        number.text,
-                        number.shown(scheme[metric]),
-                        number.shown(exact[metric]),
-                        f"{(scheme[metric] / exact[metric] - 1.0) * 100:+.2f} %",
-                    ]
-                )
-                off = abs(scheme[metric] - number.value)
-                claim = f"{name}: the scheme prints {LABELS[metric]} {number.text}"
+                error = scheme[metric] / exact[metric] - 1.0
+                errors[f"{label(metric)}, {name}"] = abs(error)
+                shown = (number.shown(metrics[metric]) for metrics in (scheme, exact))
+                rows.append([label(metric), number.text, *shown, f"{error * 100:+.2f} %"])
                 # Rounded or cut: the document does either (K1 = 128.625 is printed 128.62).
-                reproduced = off <= number.half_digit * 1.05
+                reproduced = abs(scheme[metric] - number.value) <= number.half_digit * 1.05
                 if (name, metric) in OUT_OF_LINE:
-                    claim = f"{name}: {LABELS[metric]} {number.text} is out of line"
-                    outcome.check(claim, not reproduced, f"it gives {OUT_OF_LINE[name, metric]}")
+                    claim = f"{name}: {label(metric)} {number.text} is out of line"
+                    report.check(claim, not reproduced, f"it gives {OUT_OF_LINE[name, metric]}")
                 else:
-                    outcome.check(claim, reproduced, f"{scheme[metric]:.8g}")
-                error = abs(scheme[metric] / exact[metric] - 1.0)
-                if error > largest[0]:
-                    largest = (error, f"{LABELS[metric]}, {name}")
-            outcome.tables.append(Table(f"The document's scheme: {name}", _COLUMNS, rows))
-        exact = outcome.cases["baseline"]
-        errors = {}
-        for dt in (4e-6, 2e-6, 1e-6, 0.5e-6, 0.25e-6):
-            found = document.impact(dt)
-            errors[dt] = abs(found["ball_velocity"] - exact["ball_velocity"])
-    steps = list(errors)
-    order = math.log(errors[steps[0]] / errors[steps[-1]]) / math.log(steps[0] / steps[-1])
-    outcome.check("explicit Euler is of first order", 0.9 < order < 1.1, f"{order:.3f} measured")
-    outcome.words += [
+                    claim = f"{name}: the scheme prints {label(metric)} {number.text}"
+                    report.check(claim, reproduced, f"{scheme[metric]:.8g}")
+            columns = ["", "printed", "the scheme", "exact", "its error"]
+            report.table(f"The document's scheme: {name}", columns, rows)
+        right = report.cases["baseline"]["ball_velocity"]
+        off = {
+            dt: abs(euler.impact(dt)["ball_velocity"] - right)
+            for dt in (4e-6, 2e-6, 1e-6, 0.5e-6, 0.25e-6)
+        }
+
+    steps = list(off)
+    order = math.log(off[steps[0]] / off[steps[-1]]) / math.log(steps[0] / steps[-1])
+    report.check("explicit Euler is of first order", 0.9 < order < 1.1, f"{order:.3f} measured")
+    largest = max(errors, key=errors.__getitem__)
+    report.say(
         f"The scheme reproduces every printed number but {len(OUT_OF_LINE)}; its largest error is "
-        f"{largest[0] * 100:.2f} % ({largest[1]}).",
+        f"{errors[largest] * 100:.2f} % ({largest}).",
         f"Its error in the ball's velocity falls with the {order:.2f}th power of the step: "
-        f"{errors[TIME_STEP]:.4f} m/s at 0.5 µs, over some 1240 communication steps. The exact "
-        "FMU takes one.",
-    ]
-    return outcome
+        f"{off[document.TIME_STEP]:.4f} m/s at 0.5 µs, over some 1240 communication steps. The "
+        "exact FMU takes one.",
+    )
+    return report
 
 
 if __name__ == "__main__":
-    from golf_scenarios.commands.app import run_alone
-
-    run_alone("finite_difference")
+    main(__file__)

@@ -1,78 +1,63 @@
 """The same impact under both laws: what momentum and energy do."""
 
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.report.checks import LABELS, run_case, shown
-from golf_scenarios.report.outcome import Outcome, Table
+from golf_scenarios.scenario import Report, label, main, shown
 
 TITLE = "Laws: drag on each body, or a damper between them"
+CHAPTER = 11
 
 _METRICS = (
-    "club_velocity",
-    "ball_velocity",
-    "smash_factor",
-    "coefficient_of_restitution",
-    "energy_efficiency",
-    "contact_time",
-    "max_force",
-    "impulse",
-    "momentum_gain_ball",
-    "momentum_initial",
-    "momentum_final",
+    *("club_velocity", "ball_velocity", "smash_factor", "coefficient_of_restitution"),
+    *("energy_efficiency", "contact_time", "max_force", "impulse", "momentum_gain_ball"),
+    *("momentum_initial", "momentum_final"),
 )
 
 _PATH = ("force", "momentum", "kinetic_energy", "energy_efficiency")
 
 
-def run(fmu: ImpactFmu) -> Outcome:
+def run(fmu):
     """Metrics and the course of momentum and energy under law 1 and law 2."""
-    outcome = Outcome(TITLE)
-    absolute = run_case(outcome, fmu, "law 1 (absolute)", law=1)
-    relative = run_case(outcome, fmu, "law 2 (relative)", law=2)
+    report = Report(TITLE, fmu)
+    absolute = report.impact("law 1 (absolute)", law=1)
+    relative = report.impact("law 2 (relative)", law=2)
     rows = [
-        [LABELS[metric], shown(metric, absolute[metric]), shown(metric, relative[metric])]
+        [label(metric), shown(metric, absolute[metric]), shown(metric, relative[metric])]
         for metric in _METRICS
     ]
-    outcome.tables.append(Table(TITLE, ["", "law 1 (absolute)", "law 2 (relative)"], rows))
+    report.table(TITLE, ["", *report.cases], rows)
+
     lost = 1.0 - absolute["momentum_final"] / absolute["momentum_initial"]
-    outcome.check(
+    report.check(
         "law 1 loses 4 % of the momentum", 0.035 < lost < 0.045, f"it loses {lost * 100:.2f} %"
     )
-    outcome.check_close(
-        "law 2 conserves momentum",
-        relative["momentum_final"],
-        relative["momentum_initial"],
-        1e-13 * relative["momentum_initial"],
-    )
-    outcome.check_close(
-        "under law 2 the ball keeps the whole impulse",
-        relative["momentum_gain_ball"],
-        relative["impulse"],
-        1e-13 * relative["impulse"],
-    )
+    for claim, metric, expected in (
+        ("law 2 conserves momentum", "momentum_final", "momentum_initial"),
+        ("under law 2 the ball keeps the whole impulse", "momentum_gain_ball", "impulse"),
+    ):
+        report.check_close(claim, relative[metric], relative[expected], 1e-13 * relative[expected])
     # A moving frame: both bodies 10 m/s faster. Only a law of relative motion can't tell.
-    moving = run_case(outcome, fmu, "law 2, moving", law=2, club_speed=45.0, ball_speed=10.0)
-    dragged = run_case(outcome, fmu, "law 1, moving", law=1, club_speed=45.0, ball_speed=10.0)
-    outcome.check_close(
+    moving = report.impact("law 2, moving", law=2, club_speed=45.0, ball_speed=10.0)
+    dragged = report.impact("law 1, moving", law=1, club_speed=45.0, ball_speed=10.0)
+    report.check_close(
         "law 2 gives the same COR when both bodies move 10 m/s faster",
         moving["coefficient_of_restitution"],
         relative["coefficient_of_restitution"],
         1e-12,
     )
     shift = dragged["coefficient_of_restitution"] - absolute["coefficient_of_restitution"]
-    outcome.check("law 1 gives another", abs(shift) > 1e-4, f"COR changes by {shift:+.5f}")
-    outcome.words += [
+    report.check("law 1 gives another", abs(shift) > 1e-4, f"COR changes by {shift:+.5f}")
+    report.say(
         f"Law 1 takes {lost * 100:.2f} % of the momentum out of the system, as if the bodies moved "
         "through a fluid; so the impulse (2.67 N.s) and the ball's gain (2.51 N.s) differ.",
         "Law 2 is what the document's text describes, a spring and a damper connecting the two "
         "masses: momentum stays, and the loss depends on relative velocity alone. Choose law 1 to "
         "reproduce the document, law 2 for everything else.",
-    ]
+    )
+
     paths = {law: fmu.trajectory(names=_PATH, law=law) for law in (1, 2)}
-    outcome.trajectories |= {f"law_{law}": path for law, path in paths.items()}
+    report.trajectories |= {f"law_{law}": path for law, path in paths.items()}
 
-    def courses():
-        from golf_scenarios.report import figures
-
+    @report.figure("laws")
+    def courses(figures):
         figure, (left, right) = figures.new_pair("Momentum and kinetic energy during contact")
         labels = {1: "law 1: drag on each body", 2: "law 2: damper between them"}
         for law, colour, style in ((1, figures.ORANGE, "--"), (2, figures.BLUE, "-")):
@@ -85,11 +70,8 @@ def run(fmu: ImpactFmu) -> Outcome:
             figures.legend_above(axes, columns=1)
         return figure
 
-    outcome.figures["laws"] = courses
-    return outcome
+    return report
 
 
 if __name__ == "__main__":
-    from golf_scenarios.commands.app import run_alone
-
-    run_alone("laws")
+    main(__file__)

@@ -5,32 +5,21 @@ BDF) at several tolerances and with explicit Euler, beside its co-simulation.
 """
 
 import math
-import shutil
-import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from functools import partial
 from typing import NamedTuple
 
-import fmpy
 import numpy as np
 
-# Before an FMU brings its own copy, which has no binaries to build another FMU with.
-import pythonfmu3.builder  # noqa: F401
-from fmpy.fmi3 import FMU3Model, FMU3Slave
-
-from golf_scenarios.facts.balls import ball
-from golf_scenarios.fmu.file import current_fmu
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.report.outcome import Outcome, Table
+from golf_scenarios.scenario import BALLS, LoadedFmu3, Report, current_fmu, main
 
 TITLE = "Model Exchange: what a general solver pays"
+CHAPTER = 15
 
 _LAWS: dict[str, dict[str, float]] = {
     "law 1": {"law": 1},
     "law 2": {"law": 2},
-    "power law": dict(ball("roh-lee").values),
+    "power law": dict(BALLS["roh-lee"].values),
 }
 
 _TOLERANCES = tuple(10.0**-n for n in range(3, 13))
@@ -50,11 +39,7 @@ _LEAST_ERROR = 1e-16
 _SAME = 1e-13
 
 
-#: Runs one impact and gives its metrics.
-_Runner = Callable[[], dict[str, float]]
-
-
-class _Run:
+class _Way:
     """One way of running one impact: errors are relative to the FMI 2.0 FMU's results.
 
     Args:
@@ -64,273 +49,158 @@ class _Run:
         counted: runs it and says how often it asks for derivatives, too; None if it doesn't.
     """
 
-    def __init__(
-        self,
-        setting: float,
-        run: _Runner,
-        exact: dict[str, float],
-        counted: Callable[[_Runner], tuple[dict[str, float], int]] | None = None,
-    ) -> None:
-        self.setting = setting
-        self._run = run
-        self.metrics, self.evaluations = counted(run) if counted is not None else (run(), 0)
+    def __init__(self, setting, run, exact, counted=None) -> None:
+        self.setting, self.run = setting, run
+        self.evaluations = 0
+        if counted is None:
+            self.metrics = run()
+        else:
+            self.metrics, self.evaluations = counted(run)
         self.seconds = math.inf
-        speed, contact = "ball_velocity", "contact_time"
-        self.speed_error = abs(self.metrics[speed] - exact[speed]) / abs(exact[speed])
-        self.time_error = abs(self.metrics[contact] - exact[contact]) / exact[contact]
+        self.speed_error, self.time_error = (
+            abs(self.metrics[name] - exact[name]) / exact[name] for name in _METRICS[:2]
+        )
 
-    def measure(self) -> None:
+    def time(self):
         """Run it again; the fastest counts: whatever else the machine does only adds to it."""
         now = time.perf_counter()
         enough = now + _LEAST_TIME
         while now < enough:
             begin = now
-            self._run()
+            self.run()
             now = time.perf_counter()
             self.seconds = min(self.seconds, now - begin)
 
+    def numbers(self):
+        """For results.json."""
+        return {
+            **self.metrics,
+            "run_time": self.seconds,
+            "derivative_evaluations": float(self.evaluations),
+            "ball_velocity_error": self.speed_error,
+            "contact_time_error": self.time_error,
+        }
 
-class _Found(NamedTuple):
-    """All runs: by law where there is one for each."""
 
-    solved: dict[str, list[_Run]]
-    stepped: dict[str, _Run]
-    euler: list[_Run]
-    simulated: _Run
+class _Ways(NamedTuple):
+    """All of them: by law where there is one for each."""
 
-    def all(self) -> list[_Run]:
-        """Every run once."""
-        solved = [one for runs in self.solved.values() for one in runs]
+    solved: dict[str, list[_Way]]
+    stepped: dict[str, _Way]
+    euler: list[_Way]
+    simulated: _Way
+
+    def all(self) -> list[_Way]:
+        """Every one once."""
+        solved = [one for ways in self.solved.values() for one in ways]
         return [*solved, *self.stepped.values(), *self.euler, self.simulated]
 
 
-class _Fmi3:
-    """The FMI 3.0 FMU, extracted: one instance of each kind, set back for every run.
-
-    Args:
-        folder: where it has been extracted.
-    """
-
-    def __init__(self, folder: str) -> None:
-        self.folder = folder
-        self.description = fmpy.read_model_description(folder)
-        self.references = {v.name: v.valueReference for v in self.description.modelVariables}
-        self.model, self.slave = (
-            kind(
-                guid=self.description.guid,
-                unzipDirectory=folder,
-                modelIdentifier=self.description.modelName,
-                instanceName=kind.__name__,
-            )
-            for kind in (FMU3Model, FMU3Slave)
-        )
-        self.model.instantiate()
-        self.slave.instantiate(eventModeUsed=True)
-        self._fresh = {id(one): one.getFMUState() for one in (self.model, self.slave)}
-
-    def free(self) -> None:
-        """Free both instances."""
-        for instance in (self.model, self.slave):
-            instance.freeFMUState(self._fresh[id(instance)])
-            instance.terminate()
-            instance.freeInstance()
-
-    def set_back(self, instance: FMU3Model | FMU3Slave) -> None:
-        """As it was instantiated."""
-        instance.setFMUState(self._fresh[id(instance)])
-
-    def simulate(self, instance: FMU3Model | FMU3Slave, **options) -> dict[str, float]:
-        """One impact by fmpy.simulate_fmu; the metrics at its end."""
-        self.set_back(instance)
-        rows = fmpy.simulate_fmu(
-            self.folder,
-            model_description=self.description,
-            fmu_instance=instance,
-            stop_time=_STOP,
-            output=_METRICS,
-            record_events=False,
-            **options,
-        )
-        return {name: float(rows[name][-1]) for name in _METRICS}
-
-    def step(self, values: dict[str, float]) -> dict[str, float]:
-        """One impact in one communication step, as a scene that drives the instance itself."""
-        slave = self.slave
-        self.set_back(slave)
-        self.begin(values)
-        slave.doStep(0.0, _STOP)
-        return self.read(_METRICS)
-
-    def begin(self, values: dict[str, float]) -> None:
-        """Initialize the co-simulation with these inputs and parameters."""
-        slave = self.slave
-        slave.enterInitializationMode(startTime=0.0)
-        for name, value in values.items():
-            if name == "law":
-                slave.setInt64([self.references[name]], [int(value)])
-            else:
-                slave.setFloat64([self.references[name]], [value])
-        slave.exitInitializationMode()
-
-    def read(self, names: tuple[str, ...]) -> dict[str, float]:
-        """Outputs of the co-simulation."""
-        values = self.slave.getFloat64([self.references[name] for name in names])
-        return dict(zip(names, values, strict=True))
-
-    def solve(self, values: dict[str, float], **options) -> dict[str, float]:
-        """One impact in Model Exchange."""
-        return self.simulate(self.model, start_values=values, **options)
-
-    def counted(self, run: _Runner) -> tuple[dict[str, float], int]:
-        """A run's metrics, and how often it asks the model for its derivatives."""
-        asked = self.model.getContinuousStateDerivatives
-        count = 0
-
-        def counting(*arguments):
-            nonlocal count
-            count += 1
-            return asked(*arguments)
-
-        self.model.getContinuousStateDerivatives = counting
-        try:
-            return run(), count
-        finally:
-            del self.model.getContinuousStateDerivatives
-
-
-@contextmanager
-def _extracted() -> Iterator[_Fmi3]:
-    path, _ = current_fmu(fmi=3)
-    folder = tempfile.mkdtemp(prefix="golf-impact-")
-    try:
-        fmpy.extract(str(path), folder)
-        fmi3 = _Fmi3(folder)
-        try:
-            yield fmi3
-        finally:
-            fmi3.free()
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-def _slope(runs: list[_Run]) -> float:
-    """The power of its setting with which the ball's error in speed falls: a fit over all runs."""
-    settings = [math.log(run.setting) for run in runs]
-    errors = [math.log(max(run.speed_error, _LEAST_ERROR)) for run in runs]
-    return float(np.polyfit(settings, errors, 1)[0])
-
-
-def run(fmu: ImpactFmu) -> Outcome:
+def run(fmu):
     """Every law by CVode, by Euler and stepped; then the events of the co-simulation."""
-    outcome = Outcome(TITLE)
+    report = Report(TITLE, fmu)
     exact = {name: fmu.impact(_METRICS, **values) for name, values in _LAWS.items()}
-    with _extracted() as fmi3:
-        found = _found(fmi3, exact)
+    with LoadedFmu3(current_fmu(fmi=3)[0]) as fmi3:
+        ways = _ways(fmi3, exact)
         # In turns, so that a busy moment of the machine doesn't hit one of them alone.
         for _ in range(_REPEATS):
-            for one in found.all():
-                one.measure()
-        _event_mode(outcome, fmu, fmi3)
-    for name, runs in found.solved.items():
-        for one in runs:
-            outcome.cases[f"{name}, CVode {one.setting:.0e}"] = _numbers(one)
-        outcome.cases[f"{name}, co-simulation"] = _numbers(found.stepped[name])
-    outcome.cases |= {f"law 1, Euler {one.setting:.1e}": _numbers(one) for one in found.euler}
-    outcome.tables.append(_table(found))
-    _check(outcome, found)
-    _conclude(outcome, found)
-    outcome.figures["model_exchange"] = lambda: _figure(found)
-    return outcome
+            for one in ways.all():
+                one.time()
+        _check_events(report, fmi3)
+    for name, solved in ways.solved.items():
+        for one in solved:
+            report.cases[f"{name}, CVode {one.setting:.0e}"] = one.numbers()
+        report.cases[f"{name}, co-simulation"] = ways.stepped[name].numbers()
+    report.cases |= {f"law 1, Euler {one.setting:.1e}": one.numbers() for one in ways.euler}
+    report.table(TITLE, ["", "derivatives", "ms", "error of v_B", "of contact time"], _rows(ways))
+    _check(report, ways)
+    _conclude(report, ways)
+
+    @report.figure("model_exchange")
+    def error_against_run_time(figures):
+        return _drawn(figures, ways)
+
+    return report
 
 
-def _found(fmi3: _Fmi3, exact: dict[str, dict[str, float]]) -> _Found:
-    def cvode(name: str, tolerance: float) -> _Run:
+def _ways(fmi3, exact):
+    def solve(values, **options):
+        return fmi3.simulate(fmi3.model, _METRICS, stop_time=_STOP, start_values=values, **options)
+
+    def step(values):
+        # One communication step, as a scene that drives the instance itself.
+        fmi3.begin(values)
+        fmi3.slave.doStep(0.0, _STOP)
+        return fmi3.read(_METRICS)
+
+    def cvode(name, tolerance):
         options = {"relative_tolerance": tolerance, "output_interval": _STOP / 10}
-        run = partial(fmi3.solve, _LAWS[name], **options)
-        return _Run(tolerance, run, exact[name], fmi3.counted)
+        return _Way(tolerance, partial(solve, _LAWS[name], **options), exact[name], fmi3.counted)
 
-    def euler(h: float) -> _Run:
-        run = partial(fmi3.solve, {}, solver="Euler", step_size=h, output_interval=h)
-        return _Run(h, run, exact["law 1"], fmi3.counted)
+    def euler(h):
+        run = partial(solve, {}, solver="Euler", step_size=h, output_interval=h)
+        return _Way(h, run, exact["law 1"], fmi3.counted)
 
-    simulate = partial(fmi3.simulate, fmi3.slave, output_interval=_STOP)
-    return _Found(
+    at_once = {"stop_time": _STOP, "output_interval": _STOP}
+    simulated = partial(fmi3.simulate, fmi3.slave, _METRICS, **at_once)
+    return _Ways(
         {name: [cvode(name, tolerance) for tolerance in _TOLERANCES] for name in _LAWS},
-        {
-            name: _Run(_STOP, partial(fmi3.step, values), exact[name])
-            for name, values in _LAWS.items()
-        },
+        {name: _Way(_STOP, partial(step, _LAWS[name]), exact[name]) for name in _LAWS},
         [euler(h) for h in _EULER_STEPS],
-        _Run(_STOP, simulate, exact["law 1"]),
+        _Way(_STOP, simulated, exact["law 1"]),
     )
 
 
-def _numbers(one: _Run) -> dict[str, float]:
-    return {
-        **one.metrics,
-        "run_time": one.seconds,
-        "derivative_evaluations": float(one.evaluations),
-        "ball_velocity_error": one.speed_error,
-        "contact_time_error": one.time_error,
-    }
-
-
-def _table(found: _Found) -> Table:
-    def row(name: str, one: _Run) -> list[str]:
+def _rows(ways):
+    def row(name, one):
         return [
-            name,
-            str(one.evaluations or "–"),
-            f"{one.seconds * 1e3:.3g}",
-            f"{one.speed_error:.1e}",
-            f"{one.time_error:.1e}",
+            *(name, str(one.evaluations or "–"), f"{one.seconds * 1e3:.3g}"),
+            *(f"{one.speed_error:.1e}", f"{one.time_error:.1e}"),
         ]
 
-    rows = []
-    for name, runs in found.solved.items():
-        for one in runs:
+    for name, solved in ways.solved.items():
+        for one in solved:
             if one.setting in _SHOWN:
-                rows.append(row(f"{name}: CVode {one.setting:.0e}", one))
+                yield row(f"{name}: CVode {one.setting:.0e}", one)
         if name == "law 1":
-            rows += [row(f"{name}: Euler {one.setting * 1e6:g} µs", one) for one in found.euler]
-            rows.append(row(f"{name}: simulate_fmu", found.simulated))
-        rows.append(row(f"{name}: one step", found.stepped[name]))
-    columns = ["", "derivatives", "ms", "error of v_B", "of contact time"]
-    return Table(TITLE, columns, rows)
+            for one in ways.euler:
+                yield row(f"{name}: Euler {one.setting * 1e6:g} µs", one)
+            yield row(f"{name}: simulate_fmu", ways.simulated)
+        yield row(f"{name}: one step", ways.stepped[name])
 
 
-def _check(outcome: Outcome, found: _Found) -> None:
-    for name, one in found.stepped.items():
+def _check(report, ways):
+    for name, one in ways.stepped.items():
         worst = max(one.speed_error, one.time_error)
-        outcome.check(
+        report.check(
             f"{name}: co-simulation gives what the FMI 2.0 FMU gives",
             worst <= _SAME,
             f"off by {worst:.1e}, allowed {_SAME:.0e}",
         )
-    for name, runs in found.solved.items():
-        slope, last = _slope(runs), runs[-1]
+    for name, solved in ways.solved.items():
+        slope, last = _slope(solved), solved[-1]
         # BDF keeps the error of a step below the tolerance; over the contact it adds up.
-        outcome.check(
+        report.check(
             f"{name}: CVode's error falls with its tolerance",
             0.6 < slope < 1.2,
             f"with its power {slope:.2f}",
         )
-        outcome.check(
+        report.check(
             f"{name}: at a tolerance of {last.setting:.0e} Model Exchange gives the same impact",
             max(last.speed_error, last.time_error) < 1e-8,
             f"ball velocity off by {last.speed_error:.1e}, contact time by {last.time_error:.1e}",
         )
-    order = _slope(found.euler)
-    outcome.check("explicit Euler is of first order", 0.9 < order < 1.1, f"{order:.3f} measured")
+    order = _slope(ways.euler)
+    report.check("explicit Euler is of first order", 0.9 < order < 1.1, f"{order:.3f} measured")
 
 
-def _event_mode(outcome: Outcome, fmu: ImpactFmu, fmi3: _Fmi3) -> None:
+def _check_events(report, fmi3):
     """Step to every event that fmi3UpdateDiscreteStates announces."""
     gap = 0.001
-    found = fmu.impact(("touch_time", "contact_time"), gap=gap)
-    expected = [found["touch_time"], found["touch_time"] + found["contact_time"]]
-    slave = fmi3.slave
-    fmi3.set_back(slave)
+    exact = report.fmu.impact(("touch_time", "contact_time"), gap=gap)
+    expected = [exact["touch_time"], exact["touch_time"] + exact["contact_time"]]
     fmi3.begin({"gap": gap})
+    slave = fmi3.slave
     # The first step tells the instance the host's time.
     slave.enterStepMode()
     now = 1e-9
@@ -345,26 +215,33 @@ def _event_mode(outcome: Outcome, fmu: ImpactFmu, fmi3: _Fmi3) -> None:
         slave.doStep(now, when - now)
         now = when
         events.append(now)
-    flags = slave.getBoolean([fmi3.references[n] for n in ("touched", "in_contact", "separated")])
-    outcome.check(
+    flags = slave.getBoolean(fmi3.references(("touched", "in_contact", "separated")))
+    report.check(
         "event mode announces touch and separation, and nothing else",
         len(events) == 2 and flags == [True, False, True],
         f"{len(events)} events",
     )
     if len(events) == 2:
         off = max(abs(event - right) for event, right in zip(events, expected, strict=True))
-        outcome.check(
-            "both at the exact time", off <= 1e-13 * found["contact_time"], f"off by {off:.1e} s"
+        report.check(
+            "both at the exact time", off <= 1e-13 * exact["contact_time"], f"off by {off:.1e} s"
         )
 
 
-def _conclude(outcome: Outcome, found: _Found) -> None:
-    law_1 = found.solved["law 1"]
+def _slope(ways):
+    """The power of its setting with which the ball's error in speed falls: a fit over all ways."""
+    settings = [math.log(one.setting) for one in ways]
+    errors = [math.log(max(one.speed_error, _LEAST_ERROR)) for one in ways]
+    return float(np.polyfit(settings, errors, 1)[0])
+
+
+def _conclude(report, ways):
+    law_1 = ways.solved["law 1"]
     good = min((one for one in law_1 if one.speed_error < 1e-6), key=lambda one: one.seconds)
     best = law_1[-1]
-    exact = found.stepped["law 1"]
-    document = found.euler[-1]
-    outcome.words += [
+    exact = ways.stepped["law 1"]
+    document = ways.euler[-1]
+    report.say(
         f"Law 1 to six digits costs CVode {good.evaluations} evaluations of the derivatives and "
         f"{good.seconds * 1e3:.1f} ms, {good.seconds / exact.seconds:.0f} times the "
         f"{exact.seconds * 1e6:.0f} µs of one communication step, which is exact. At a tolerance "
@@ -372,34 +249,32 @@ def _conclude(outcome: Outcome, found: _Found) -> None:
         f"ms for an error of {best.speed_error:.0e}.",
         f"Explicit Euler at {document.setting * 1e6:g} µs, the document's scheme, errs by "
         f"{document.speed_error:.1e} after {document.evaluations} evaluations; halving the step "
-        f"divides that by {2.0 ** _slope(found.euler):.2f}.",
-    ]
-    smooth, steep = (
-        sum(one.evaluations for one in found.solved[name]) for name in ("law 2", "power law")
+        f"divides that by {2.0 ** _slope(ways.euler):.2f}.",
     )
-    outcome.words.append(
+    smooth, steep = (
+        sum(one.evaluations for one in ways.solved[name]) for name in ("law 2", "power law")
+    )
+    report.say(
         "CVode's error in the ball's velocity falls with the power "
-        + ", ".join(f"{_slope(runs):.2f} ({name})" for name, runs in found.solved.items())
+        + ", ".join(f"{_slope(solved):.2f} ({name})" for name, solved in ways.solved.items())
         + f" of its tolerance. The power law's damper has an infinite slope at first touch: over "
         f"all tolerances it costs {steep / smooth:.1f} times the evaluations of the linear law 2."
     )
 
 
-def _figure(found: _Found):
-    from golf_scenarios.report import figures
-
+def _drawn(figures, ways):
     figure, axes = figures.new("Error against run time: a host's solver, and the exact phases")
-    colours = dict(zip(found.solved, (figures.ORANGE, figures.BLUE, figures.GREEN), strict=True))
-    for (name, runs), marker in zip(found.solved.items(), "osD", strict=True):
+    colours = dict(zip(ways.solved, (figures.ORANGE, figures.BLUE, figures.GREEN), strict=True))
+    for (name, solved), marker in zip(ways.solved.items(), "osD", strict=True):
         axes.loglog(
-            [one.seconds * 1e3 for one in runs],
-            [max(one.speed_error, _LEAST_ERROR) for one in runs],
+            [one.seconds * 1e3 for one in solved],
+            [max(one.speed_error, _LEAST_ERROR) for one in solved],
             marker + "-",
             color=colours[name],
             label=f"{name}, CVode",
             ms=5,
         )
-        one = found.stepped[name]
+        one = ways.stepped[name]
         axes.plot(
             one.seconds * 1e3,
             max(one.speed_error, _LEAST_ERROR),
@@ -409,14 +284,14 @@ def _figure(found: _Found):
             mec=figures.BLACK,
         )
     axes.loglog(
-        [one.seconds * 1e3 for one in found.euler],
-        [one.speed_error for one in found.euler],
+        [one.seconds * 1e3 for one in ways.euler],
+        [one.speed_error for one in ways.euler],
         "^--",
         color=figures.VERMILION,
         label="law 1, explicit Euler",
         ms=6,
     )
-    left = min(one.seconds for one in found.stepped.values()) * 1e3
+    left = min(one.seconds for one in ways.stepped.values()) * 1e3
     axes.annotate(
         "co-simulation, one step:\nequal to FMI 2.0 to the last digits",
         (left, 2e-16),
@@ -433,6 +308,4 @@ def _figure(found: _Found):
 
 
 if __name__ == "__main__":
-    from golf_scenarios.commands.app import run_alone
-
-    run_alone("model_exchange")
+    main(__file__)

@@ -1,38 +1,29 @@
 """An old ball, softer and more damped, beside a new one (the document's last table)."""
 
-from golf_scenarios.facts.document import OLD_BALL
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.report.checks import check_printed, comparison, falls, rises, run_case
-from golf_scenarios.report.outcome import Outcome
+from golf_scenarios.scenario import Report, document, main
 
 TITLE = "Old ball: softer and more damped"
+CHAPTER = 6
 
 
-def run(fmu: ImpactFmu) -> Outcome:
+def run(fmu):
     """Metrics only: two impacts, two communication steps."""
-    outcome = Outcome(TITLE)
-    found = {}
-    for name, ((k, b), printed) in zip(("new", "old"), OLD_BALL.items(), strict=True):
-        metrics = run_case(outcome, fmu, name, k=k, b=b)
-        check_printed(outcome, name, metrics, printed)
-        found[name] = (metrics, printed)
-    outcome.tables.append(comparison(TITLE, found))
+    report = Report(TITLE, fmu)
+    printed = dict(zip(("new", "old"), document.OLD_BALL.values(), strict=True))
+    for (name, numbers), (k, b) in zip(printed.items(), document.OLD_BALL, strict=True):
+        report.impact(name, numbers, k=k, b=b)
+    report.compare(printed)
 
-    def both(metric: str) -> list[float]:
-        return [metrics[metric] for metrics, _ in found.values()]
-
-    falls(outcome, "an old ball: the club is slower at release", both("club_velocity"))
-    falls(outcome, "an old ball: the ball is slower at release", both("ball_velocity"))
-    falls(outcome, "an old ball: the contact force is smaller", both("max_force"))
-    falls(outcome, "an old ball: the smash factor is smaller", both("smash_factor"))
-    falls(outcome, "an old ball: COR is smaller", both("coefficient_of_restitution"))
-    rises(outcome, "an old ball: contact is longer", both("contact_time"))
-    rises(outcome, "an old ball: it is deformed more", both("max_compression"))
-    falls(outcome, "an old ball: energy is transferred worse", both("energy_efficiency"))
-    return outcome
+    report.falls("an old ball: the club is slower at release", "club_velocity")
+    report.falls("an old ball: the ball is slower at release", "ball_velocity")
+    report.falls("an old ball: the contact force is smaller", "max_force")
+    report.falls("an old ball: the smash factor is smaller", "smash_factor")
+    report.falls("an old ball: COR is smaller", "coefficient_of_restitution")
+    report.rises("an old ball: contact is longer", "contact_time")
+    report.rises("an old ball: it is deformed more", "max_compression")
+    report.falls("an old ball: energy is transferred worse", "energy_efficiency")
+    return report
 
 
 if __name__ == "__main__":
-    from golf_scenarios.commands.app import run_alone
-
-    run_alone("old_ball")
+    main(__file__)

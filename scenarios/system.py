@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.fmu.system import build_system, run_ssp
-from golf_scenarios.report.outcome import Outcome, Table
+from golf_scenarios.scenario import Report, build_system, main, run_ssp
 
 TITLE = "A system: swing, impact and flight in one SSP file"
+CHAPTER = 14
 
 #: Communication steps, s. At 1e-6 s (in the tests) nothing changes but the time it takes.
 STEPS = (1e-3, 7e-4, 1e-4, 1e-5)
@@ -31,9 +30,9 @@ _COLUMNS = {
 }
 
 
-def run(fmu: ImpactFmu) -> Outcome:
+def run(fmu):
     """The same system at four communication steps, then one run as far as the landing."""
-    outcome = Outcome(TITLE)
+    report = Report(TITLE, fmu)
     with tempfile.TemporaryDirectory(prefix="golf-impact-system-") as folder:
         ssp = build_system(Path(folder), fmu.path)[-1]
         runs = {step: run_ssp(ssp, step, _LAUNCHED) for step in STEPS}
@@ -43,41 +42,39 @@ def run(fmu: ImpactFmu) -> Outcome:
         case = {name: float(path[column][-1]) for column, name in _COLUMNS.items()}
         # A step's share of the impulse is its mean force times its length.
         case["impulse_by_mean_force"] = float(np.sum(path["ClubBallImpact.mean_force"]) * step)
-        outcome.cases[f"step_{step:g}_s"] = case
+        report.cases[f"step_{step:g}_s"] = case
         rows.append(
             [
                 f"{step * 1e6:g} µs",
-                f"{case['carry']:.6f}",
-                f"{case['apex']:.6f}",
-                f"{case['impulse']:.8f}",
-                f"{case['impulse_by_mean_force']:.8f}",
+                *(f"{case[name]:.6f}" for name in ("carry", "apex")),
+                *(f"{case[name]:.8f}" for name in ("impulse", "impulse_by_mean_force")),
                 f"{np.max(path['ClubBallImpact.force']) / 1e3:.2f}",
             ]
         )
     columns = ["step", "carry (m)", "apex (m)", "J (N.s)", "Σ mean force · step", "peak seen (kN)"]
-    outcome.tables.append(Table(TITLE, columns, rows))
-    _checks(outcome, fmu, runs, whole)
-    coarse = outcome.cases[f"step_{STEPS[0]:g}_s"]
-    outcome.words.append(
+    report.table(TITLE, columns, rows)
+    _check(report, runs, whole)
+    coarse = report.cases[f"step_{STEPS[0]:g}_s"]
+    report.say(
         f"The ball carries {coarse['carry']:.2f} m and rises to {coarse['apex']:.2f} m, whatever "
         "the communication step. At 1 ms the contact is over between two communication points: a "
         "host may never see the force, but impulse and mean_force have all of it."
     )
-    outcome.trajectories["system_flight"] = {
+    report.trajectories["system_flight"] = {
         "time": whole["time"],
         "distance": whole["BallFlight.distance"],
         "height": whole["BallFlight.height"],
     }
-    outcome.figures |= _figures(runs, whole)
-    return outcome
+    _draw(report, runs, whole)
+    return report
 
 
-def _checks(outcome: Outcome, fmu: ImpactFmu, runs: dict, whole: dict) -> None:
-    alone = fmu.impact(("impulse", "smash_factor"))
-    carries = [case["carry"] for case in outcome.cases.values()]
-    for step, case in zip(STEPS, outcome.cases.values(), strict=True):
+def _check(report, runs, whole):
+    alone = report.fmu.impact(("impulse", "smash_factor"))
+    carries = [case["carry"] for case in report.cases.values()]
+    for step, case in zip(STEPS, report.cases.values(), strict=True):
         label = f"{step * 1e6:g} µs"
-        outcome.check_close(
+        report.check_close(
             f"carry at {label} is that at {STEPS[-1] * 1e6:g} µs",
             case["carry"],
             carries[-1],
@@ -85,14 +82,14 @@ def _checks(outcome: Outcome, fmu: ImpactFmu, runs: dict, whole: dict) -> None:
             "1 nm; both come from the same instant of separation",
         )
         for name in ("impulse", "smash_factor"):
-            outcome.check_close(
+            report.check_close(
                 f"{name} at {label} is that of the impact alone",
                 case[name],
                 alone[name],
                 1e-12,
                 "the club has its peak speed at touch",
             )
-        outcome.check_close(
+        report.check_close(
             f"mean_force loses no momentum at {label}",
             case["impulse_by_mean_force"],
             case["impulse"],
@@ -102,20 +99,20 @@ def _checks(outcome: Outcome, fmu: ImpactFmu, runs: dict, whole: dict) -> None:
         path = runs[step]
         speed = path["Swing.club_speed"]
         reached = path["time"][np.argmax(speed)]
-        outcome.check(
+        report.check(
             f"touch falls after the peak at {label}",
             case["touch_time"] >= reached,
             f"peak from {reached:.6g} s, touch at {case['touch_time']:.6g} s",
         )
     coarse = runs[STEPS[0]]
-    outcome.check(
+    report.check(
         "at 1 ms the whole contact falls inside one step: its host never sees a force",
         np.max(coarse["ClubBallImpact.force"]) == 0.0
         and np.count_nonzero(coarse["ClubBallImpact.mean_force"]) == 1,
         f"mean_force of that step {np.max(coarse['ClubBallImpact.mean_force']):.6g} N",
     )
-    landed = outcome.cases[f"step_{STEPS[0]:g}_s"]
-    outcome.check_close(
+    landed = report.cases[f"step_{STEPS[0]:g}_s"]
+    report.check_close(
         "the ball comes down where carry said at launch",
         float(whole["BallFlight.distance"][-1]),
         landed["carry"],
@@ -123,12 +120,11 @@ def _checks(outcome: Outcome, fmu: ImpactFmu, runs: dict, whole: dict) -> None:
     )
 
 
-def _figures(runs: dict, whole: dict) -> dict:
+def _draw(report, runs, whole):
     coarse, fine = runs[STEPS[0]], runs[STEPS[-1]]
 
-    def speeds():
-        from golf_scenarios.report import figures
-
+    @report.figure("system_speeds")
+    def speeds(figures):
         figure, axes = figures.new("Speeds, communication step 10 µs")
         milli = fine["time"] * 1e3
         axes.plot(milli, fine["Swing.club_speed"], color=figures.BLACK, ls=":", label="swing")
@@ -139,9 +135,8 @@ def _figures(runs: dict, whole: dict) -> dict:
         figures.legend_above(axes)
         return figure
 
-    def force():
-        from golf_scenarios.report import figures
-
+    @report.figure("system_force")
+    def force(figures):
         figure, axes = figures.new("Force: one step of 1 ms has the same area")
         milli = (fine["time"] - fine["ClubBallImpact.touch_time"][-1]) * 1e3
         near = (milli > -0.7) & (milli < 1.2)
@@ -158,9 +153,8 @@ def _figures(runs: dict, whole: dict) -> dict:
         figures.legend_above(axes, columns=3)
         return figure
 
-    def flight():
-        from golf_scenarios.report import figures
-
+    @report.figure("system_flight")
+    def flight(figures):
         figure, axes = figures.new("Flight of the ball", size=(7.2, 3.4))
         x, y = whole["BallFlight.distance"], whole["BallFlight.height"]
         axes.plot(x, y, color=figures.BLUE)
@@ -173,10 +167,6 @@ def _figures(runs: dict, whole: dict) -> dict:
         axes.set(xlim=(0, 1.2 * x[-1]), ylim=(0, 1.25 * y[top]))
         return figure
 
-    return {"system_speeds": speeds, "system_force": force, "system_flight": flight}
-
 
 if __name__ == "__main__":
-    from golf_scenarios.commands.app import run_alone
-
-    run_alone("system")
+    main(__file__)

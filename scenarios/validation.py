@@ -1,13 +1,9 @@
 """How good is the model? Four balls against Roh & Lee's figures and published measurements."""
 
-from golf_scenarios.facts.balls import BALLS
-from golf_scenarios.facts.document import ROH_LEE
-from golf_scenarios.facts.measured import MEASUREMENTS, ROH_LEE_FIGURES, Measurement
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.report.checks import run_case
-from golf_scenarios.report.outcome import Outcome, Table
+from golf_scenarios.scenario import BALLS, QUANTITIES, Report, document, main, measured
 
 TITLE = "Validation: how good is the model?"
+CHAPTER = 8
 
 #: Presets, and how table and figure call them.
 _BALLS = {
@@ -22,87 +18,81 @@ _BALLS = {
 _FITTED = ("ball_velocity", "club_velocity", "contact_time", "max_force")
 _MEETS, _PREDICTS = 0.01, 0.02
 
-#: Factor and unit in which a measurement is shown, where not SI.
-_SHOWN = {"contact_time": (1e6, " (µs)")}
 
-
-def run(fmu: ImpactFmu) -> Outcome:
+def run(fmu):
     """The balls at 35 m/s, and at the speeds of the measurements."""
-    outcome = Outcome(TITLE)
-    paper = {name: (label, value) for name, (label, _, value) in ROH_LEE_FIGURES.items()}
-    speed = ROH_LEE["club_speed"]
-    found = {name: _at(outcome, fmu, name, speed) for name in _BALLS}
+    report = Report(TITLE, fmu)
+    paper = measured.ROH_LEE_FIGURES
+    speed = document.ROH_LEE["club_speed"]
+
+    def at(name, speed):
+        case = f"{name}, {speed:.4g} m/s"
+        if case not in report.cases:
+            report.impact(case, club_speed=speed, **BALLS[name].values)
+        return report.cases[case]
+
+    fits = {name: at(name, speed) for name in _BALLS}
     off = {
-        name: {metric: found[name][metric] / value - 1.0 for metric, (_, value) in paper.items()}
+        name: {metric: fits[name][metric] / value - 1.0 for metric, value in paper.items()}
         for name in _BALLS
     }
     rows = []
-    for metric, (label, factor, value) in ROH_LEE_FIGURES.items():
-        star = "" if metric in _FITTED else " *"
-        cells = [_cell(found[name][metric], value, factor) for name in _BALLS]
-        rows.append([f"{label}, 35 m/s{star}", f"{factor * value:.4g}", *cells])
-    measured = {}
-    for measurement in MEASUREMENTS[1:]:
-        values = {
-            name: _at(outcome, fmu, name, measurement.club_speed)[measurement.metric]
-            for name in _BALLS
-        }
-        measured[measurement] = values
-        factor, unit = _SHOWN.get(measurement.metric, (1.0, ""))
-        cells = [_cell(value, measurement.middle, factor) for value in values.values()]
+    for metric, value in paper.items():
+        quantity, star = QUANTITIES[metric], "" if metric in _FITTED else " *"
+        cells = [_cell(fits[name][metric], value, quantity.factor) for name in _BALLS]
+        rows.append([f"{quantity.plain}, 35 m/s{star}", f"{quantity.factor * value:.4g}", *cells])
+    others = {}
+    for one in measured.MEASUREMENTS[1:]:
+        values = others[one] = {name: at(name, one.club_speed)[one.metric] for name in _BALLS}
+        quantity = QUANTITIES[one.metric]
+        unit = f" ({quantity.unit})" if quantity.unit else ""
+        cells = [_cell(value, one.middle, quantity.factor) for value in values.values()]
         rows.append(
             [
-                f"{measurement.what}{unit}, {measurement.club_speed:.3g} m/s *",
-                _published(measurement, factor),
+                f"{one.what}{unit}, {one.club_speed:.3g} m/s *",
+                _published(one, quantity.factor),
                 *cells,
             ]
         )
-    outcome.tables.append(
-        Table(
-            "Published figures and the model (* not fitted)",
-            ["", "published", *_BALLS.values()],
-            rows,
-        )
-    )
-    _check(outcome, off)
-    outcome.words += _verdict(off, found, measured)
+    title = "Published figures and the model (* not fitted)"
+    report.table(title, ["", "published", *_BALLS.values()], rows)
+    _check(report, off)
+    report.say(*_verdict(off, fits, others))
+
     paths = {
         name: fmu.trajectory(names=("force",), club_speed=speed, **BALLS[name].values)
         for name in _BALLS
     }
-    outcome.trajectories |= {f"validation_{name}": path for name, path in paths.items()}
-    outcome.figures["validation"] = lambda: _drawn(paths, off, measured)
-    return outcome
+    report.trajectories |= {f"validation_{name}": path for name, path in paths.items()}
+
+    @report.figure("validation")
+    def beside_the_paper(figures):
+        return _drawn(figures, paths, off)
+
+    return report
 
 
-def _at(outcome: Outcome, fmu: ImpactFmu, name: str, speed: float) -> dict[str, float]:
-    case = f"{name}, {speed:.4g} m/s"
-    if case not in outcome.cases:
-        run_case(outcome, fmu, case, club_speed=speed, **BALLS[name].values)
-    return outcome.cases[case]
-
-
-def _cell(value: float, published: float, factor: float) -> str:
+def _cell(value, published, factor):
     return f"{factor * value:.4g} ({(value / published - 1.0) * 100:+.1f} %)"
 
 
-def _published(measurement: Measurement, factor: float) -> str:
-    if measurement.low == measurement.high:
-        return f"{factor * measurement.low:.4g}"
-    return f"{factor * measurement.low:.3g}–{factor * measurement.high:.3g}"
+def _published(one, factor):
+    if one.low == one.high:
+        return f"{factor * one.low:.4g}"
+    return f"{factor * one.low:.3g}–{factor * one.high:.3g}"
 
 
-def _check(outcome: Outcome, off: dict[str, dict[str, float]]) -> None:
+def _check(report, off):
     ball = off["roh-lee"]
     for metric in _FITTED:
-        label = ROH_LEE_FIGURES[metric][0]
-        outcome.check(
+        label = QUANTITIES[metric].plain
+        report.check(
             f"the calibrated ball meets the {label} within {_MEETS * 100:g} %",
             abs(ball[metric]) <= _MEETS,
             f"{ball[metric] * 100:+.2f} %",
         )
     predicted = ball["time_of_max_force"]
-    outcome.check(
+    report.check(
         f"it predicts the time of max force, which wasn't fitted, within {_PREDICTS * 100:g} %",
         abs(predicted) <= _PREDICTS,
         f"{predicted * 100:+.2f} %",
@@ -112,23 +102,19 @@ def _check(outcome: Outcome, off: dict[str, dict[str, float]]) -> None:
         ("roh-lee-linear", "nor do the best k and b of a linear law"),
     ):
         worst = max(abs(off[name][metric]) for metric in _FITTED)
-        outcome.check(claim, worst > _MEETS, f"the worst is {worst * 100:.1f} % off")
+        report.check(claim, worst > _MEETS, f"the worst is {worst * 100:.1f} % off")
 
 
-def _verdict(
-    off: dict[str, dict[str, float]],
-    found: dict[str, dict[str, float]],
-    measured: dict[Measurement, dict[str, float]],
-) -> list[str]:
-    def worst(name: str) -> float:
+def _verdict(off, fits, others):
+    def worst(name):
         return max(abs(off[name][metric]) for metric in _FITTED) * 100
 
-    rigid = next(m for m in measured if m.face == "rigid")
-    constant, line = (measured[rigid][name] for name in ("roh-lee", "penner"))
+    rigid = next(m for m in others if m.face == "rigid")
+    constant, line = (others[rigid][name] for name in ("roh-lee", "penner"))
     return [
         f"Verdict: the document's model misses v_B, v_C, contact time or max force by up to "
         f"{worst('document'):.0f} %, mostly for its COR "
-        f"({found['document']['coefficient_of_restitution']:.2f}, not 0.74). The best linear ball "
+        f"({fits['document']['coefficient_of_restitution']:.2f}, not 0.74). The best linear ball "
         f"(Kelvin–Voigt) still misses by {worst('roh-lee-linear'):.1f} %: one that loses this much "
         "pushes too softly, or too briefly.",
         f"With the exponent free all four are met within {worst('roh-lee'):.1f} %, and the time "
@@ -143,13 +129,7 @@ def _verdict(
     ]
 
 
-def _drawn(
-    paths: dict[str, dict],
-    off: dict[str, dict[str, float]],
-    measured: dict[Measurement, dict[str, float]],
-):
-    from golf_scenarios.report import figures
-
+def _drawn(figures, paths, off):
     figure, (left, right) = figures.new_pair("The model against the finite-element ball (35 m/s)")
     looks = {
         "document": (figures.ORANGE, "--", "s"),
@@ -157,7 +137,7 @@ def _drawn(
         "roh-lee-tsuji": (figures.PURPLE, ":", "D"),
         "roh-lee": (figures.BLUE, "-", "o"),
     }
-    names = list(ROH_LEE_FIGURES)
+    names = list(measured.ROH_LEE_FIGURES)
     for name, (colour, style, mark) in looks.items():
         path = paths[name]
         left.plot(
@@ -172,10 +152,10 @@ def _drawn(
             ms=7,
             mew=1.6,
         )
-    end, peak = ROH_LEE["contact_time"] * 1e6, ROH_LEE["time_of_max_force"] * 1e6
+    end, peak = document.ROH_LEE["contact_time"] * 1e6, document.ROH_LEE["time_of_max_force"] * 1e6
     left.plot(
         [peak, end],
-        [ROH_LEE["max_force"] / 1e3, 0.0],
+        [document.ROH_LEE["max_force"] / 1e3, 0.0],
         "P",
         color=figures.BLACK,
         ms=9,
@@ -184,10 +164,7 @@ def _drawn(
         label="Roh & Lee",
     )
     left.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
-    labels = [
-        ROH_LEE_FIGURES[name][0].partition(" (")[0] + ("" if name in _FITTED else " *")
-        for name in names
-    ]
+    labels = [QUANTITIES[name].name + ("" if name in _FITTED else " *") for name in names]
     right.set_yticks(range(len(names)), labels)
     right.axvline(0.0, color=figures.BLACK, lw=1.0)
     right.axvspan(-1.0, 1.0, color=figures.BLACK, alpha=0.1, lw=0)
@@ -198,6 +175,4 @@ def _drawn(
 
 
 if __name__ == "__main__":
-    from golf_scenarios.commands.app import run_alone
-
-    run_alone("validation")
+    main(__file__)

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from golf_build.packaging import bundled, guid_of
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.archive import flaw
-from golf_scenarios.fmu.file import build_plain_fmu, builder, given_fmu
+from golf_scenarios.fmu.file import BUILDERS, build_plain_fmu, given_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -85,7 +86,7 @@ def zip_slip(tmp_path, files, fmu):
 
 def another_guid(tmp_path, files, fmu):
     text = files["modelDescription.xml"].decode()
-    guid = builder().guid_of(fmu)
+    guid = guid_of(fmu)
     assert guid in text
     other = text.replace(guid, "11111111-2222-3333-4444-555555555555")
     return packed(tmp_path / "x.fmu", files | {"modelDescription.xml": other.encode()})
@@ -233,7 +234,7 @@ def test_a_damaged_byte_anywhere(tmp_path, fmu_path):
         if not same:
             seen += 1
             assert flaw(path) is not None
-            assert not builder().is_current(path)
+            assert not BUILDERS[2].is_current(path)
         data[n] ^= 0xFF
     assert seen > 50
 
@@ -304,7 +305,7 @@ def test_another_description(tmp_path, files, replacements, words):
 
 
 def test_an_fmu_for_fmi_3(tmp_path):
-    fmu = builder(3).build(tmp_path / "x.fmu")
+    fmu = BUILDERS[3].build(tmp_path / "x.fmu")
     assert flaw(fmu) is None
     with pytest.raises(UserError, match=r"FMI 2\.0, which is needed"):
         ImpactFmu(fmu)
@@ -399,7 +400,7 @@ def test_the_list_of_files(tmp_path, fmu_path, files):
         module,
         f"{package}/club_ball_impact.py",
     }
-    ours |= {f"{package}/{name}" for name in builder().bundled()}
+    ours |= {f"{package}/{name}" for name in bundled()}
     theirs = {
         "binaries/linux64/ClubBallImpact.so": "resources/binaries/linux64/libpythonfmu-export.so",
         "binaries/win64/ClubBallImpact.dll": "resources/binaries/win64/pythonfmu-export.dll",

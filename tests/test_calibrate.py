@@ -16,7 +16,7 @@ from golf_scenarios.calibration.fitting import fit
 from golf_scenarios.calibration.laws import asked_for
 from golf_scenarios.calibration.targets import (
     TARGETS,
-    Impact,
+    Conditions,
     Target,
     doubts,
     given,
@@ -27,7 +27,7 @@ from golf_scenarios.errors import UserError
 from golf_scenarios.facts.balls import BALLS
 from golf_scenarios.facts.measured import MPH
 
-IMPACT = Impact()
+IMPACT = Conditions()
 LINEAR = ContactLaw("Kelvin–Voigt", 2, 1.0)
 ABSOLUTE = ContactLaw("absolute", 1, 1.0)
 FREE = ContactLaw("free", 2, None)
@@ -91,7 +91,7 @@ def test_the_document_found_again(fmu, speed, size):
 def random_case(seed):
     """A law, an impact, parameters and targets, far beyond golf."""
     draw = random.Random(seed)
-    impact = Impact(draw.uniform(5, 70), draw.uniform(0.1, 0.4), draw.uniform(0.03, 0.06))
+    impact = Conditions(draw.uniform(5, 70), draw.uniform(0.1, 0.4), draw.uniform(0.03, 0.06))
     law = draw.choice((1, 2, 2, 2))
     free = law == 2 and draw.random() < 0.5
     n = 1.0 if law == 1 or (not free and draw.random() < 0.5) else draw.uniform(1.05, 3.5)
@@ -185,7 +185,7 @@ def test_presets_are_what_calibrate_finds(fmu, name, law):
 
 
 def test_the_tour_preset(fmu):
-    tour = Impact(club_speed=113 * MPH)
+    tour = Conditions(club_speed=113 * MPH)
     wanted = targets(ball_speed=167 * MPH, contact_time=475e-6)
     found = fit(fmu, tour, wanted, ContactLaw("Tsuji", 2, 1.5))
     for variable, value in BALLS["tour"].values.items():
@@ -323,7 +323,7 @@ def test_targets_from_a_file(tmp_path):
     )
     options = dict.fromkeys(TARGETS, (None, None))
     impact, found = given({**options, "cor": (0.75, 0.02)}, {"m_club": 0.21}, file)
-    assert impact == Impact(club_speed=36.0, m_club=0.21)
+    assert impact == Conditions(club_speed=36.0, m_club=0.21)
     assert found == {
         "ball_speed": Target("ball_speed", 50.0, 0.5),
         "cor": Target("cor", 0.75, 0.02),
@@ -375,7 +375,7 @@ def test_the_command(tmp_path):
     done = golf(*arguments, "--out", tmp_path, "--no-figures")
     assert done.returncode == 0, done.stderr
     case = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
-    for name, (output, _, _) in TARGETS.items():
+    for name, (output, _) in TARGETS.items():
         assert case[output] == found["predicted"][name]
 
 

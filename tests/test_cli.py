@@ -67,7 +67,7 @@ def test_no_figures_needs_no_matplotlib(tmp_path):
     code = (
         "import sys; sys.argv = ['golf-impact', 'run', 'baseline', '--no-figures', '--out', "
         f"{str(tmp_path)!r}]\nfrom golf_scenarios.commands import app\n"
-        "assert app._one_line(app.app) == 0\n"
+        "assert app.one_line(sys.argv[1:]) == 0\n"
         "assert 'matplotlib' not in sys.modules"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
@@ -107,7 +107,7 @@ def test_a_failed_check_exits_1(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("baselin",), ("baselin", "baseline, elastic")),
+        (("baselin",), ("baselin", "baseline, club_speed")),
         (("--set", "stiffness=1"), ("stiffness", "k, b, club_speed")),
         (("--set", "force=1"), ("force", "k, b, club_speed")),
         (("--set", "k=hard"), ("hard", "no number")),

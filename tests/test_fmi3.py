@@ -25,9 +25,10 @@ from golf_impact.variables import (
 )
 from typer.testing import CliRunner
 
+from golf_build.packaging import face_file
 from golf_scenarios.commands.app import app
 from golf_scenarios.errors import UserError
-from golf_scenarios.fmu.file import build_fmu, builder
+from golf_scenarios.fmu.file import BUILDERS, build_fmu
 
 OUTPUTS = [v.name for v in VARIABLES if v.causality == "output" and v.type == "Real"]
 FLAGS = [v.name for v in VARIABLES if v.type == "Boolean"]
@@ -110,10 +111,10 @@ def begin(instance, start=0.0, **values):
 def test_it_is_reproducible_and_knows_when_it_is_out_of_date(fmi3_path, fmu_path, tmp_path):
     again = build_fmu(tmp_path / "again.fmu", fmi=3)
     assert again.read_bytes() == fmi3_path.read_bytes()
-    assert builder(3).is_current(again)
-    assert not builder(3).is_current(fmu_path)
-    assert not builder(2).is_current(again)
-    assert builder(2).digest() != builder(3).digest()
+    assert BUILDERS[3].is_current(again)
+    assert not BUILDERS[3].is_current(fmu_path)
+    assert not BUILDERS[2].is_current(again)
+    assert BUILDERS[2].digest() != BUILDERS[3].digest()
 
 
 def test_fmpy_finds_nothing_to_complain_about(fmi3_path):
@@ -395,7 +396,7 @@ def test_inputs_may_jump_in_contact(extracted, fmu):
     fmu.start(**values)
     for (now, *inputs), then in zip(change, [5e-5, 2.5e-4, 2e-3], strict=True):
         for name, value in zip(("club_speed", "k", "b"), inputs, strict=True):
-            fmu._set(name, value)
+            fmu.set({name: value})
         fmu.step(now, then - now)
     exact = fmu.read(OUTPUTS)
     for name in (*CRITERIA, "touch_time", "contact_time", "impulse", "contact_displacement"):
@@ -627,7 +628,7 @@ print(json.dumps([[float(row["smash_factor"][-1]) for row in rows], sorted(packa
         found, packages = json.loads(done.stdout)
         assert found[1:] == found[:-1]
         assert found[0] == pytest.approx(EXPECTED[1][0], rel=1e-15)
-        digests = sorted(f"golf_impact_{builder(fmi).digest()[:16]}" for fmi in (2, 3))
+        digests = sorted(f"golf_impact_{BUILDERS[fmi].digest()[:16]}" for fmi in (2, 3))
         assert packages == digests
 
 
@@ -668,6 +669,6 @@ def test_ecos(fmi3_path, fmu, step):
 def test_the_physics_has_no_other_home(fmi3_path):
     """Both faces together name no variable but by the table."""
     for face in ("club_ball_impact", "club_ball_impact_fmi3"):
-        text = builder().face(face).read_text("utf-8")
+        text = face_file(face).read_text("utf-8")
         named = [row.name for row in VARIABLES if f'"{row.name}"' in text]
         assert named == []

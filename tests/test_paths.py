@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from golf_scenarios.report.writing import write_together
+from golf_scenarios.files import write_together
 
 ROOT = Path(__file__).resolve().parent.parent
 COMMAND = Path(sys.executable).with_name("golf-impact")

@@ -5,15 +5,14 @@ from itertools import pairwise
 
 import pytest
 
-from golf_scenarios.commands.scripts import SCENARIOS, scenario
+from golf_scenarios.commands.scripts import names, scenario
 from golf_scenarios.facts import document
 from golf_scenarios.peers.document_scheme import document_fmu
-from golf_scenarios.report import checks as cases
-from golf_scenarios.report.outcome import Outcome
-from golf_scenarios.report.writing import write_outcomes
+from golf_scenarios.report.page import write_outcomes
+from golf_scenarios.report.report import Report
 
 
-@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("name", names())
 def test_scenario(fmu, name):
     outcome = scenario(name).run(fmu)
     assert [check for check in outcome.checks if not check.passed] == []
@@ -24,7 +23,7 @@ def test_scenario(fmu, name):
 
 def test_figures_and_report(fmu, tmp_path):
     outcomes = {name: scenario(name).run(fmu) for name in ("diagram", "baseline", "laws")}
-    files = write_outcomes(tmp_path, outcomes, "guid", "0", with_figures=True)
+    files = write_outcomes(tmp_path, outcomes, "guid", with_figures=True)
     assert all(file.stat().st_size > 0 for file in files)
     assert {"diagram.png", "baseline_force.png", "laws.png"} <= {file.name for file in files}
     page = (tmp_path / "report.html").read_text()
@@ -50,10 +49,9 @@ def test_one_step_for_metrics(fmu, monkeypatch):
 
 
 def test_a_wrong_printed_number_fails(fmu):
-    outcome = Outcome("")
-    metrics = cases.run_case(outcome, fmu, "case")
-    cases.check_printed(outcome, "case", metrics, {"smash_factor": document.Printed("1.59")})
-    assert [check.passed for check in outcome.checks].count(False) == 1
+    report = Report("", fmu)
+    report.impact("case", {"smash_factor": document.Printed("1.59")})
+    assert [check.passed for check in report.checks].count(False) == 1
 
 
 def test_the_documents_scheme_is_of_first_order(fmu):

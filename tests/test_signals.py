@@ -189,14 +189,14 @@ def test_held_back_while_a_file_is_written(tmp_path):
     code = """
 import os, signal, sys, pathlib
 from golf_scenarios import stopping
-from golf_scenarios.report import writing
+from golf_scenarios import files
 stopping.listen()
 replace = os.replace
 def late(*names):
     os.kill(os.getpid(), signal.SIGTERM)
     replace(*names)
 os.replace = late
-writing.write_together(pathlib.Path(sys.argv[1]), {"a": b"1", "b": b"2"})
+files.write_together(pathlib.Path(sys.argv[1]), {"a": b"1", "b": b"2"})
 print("not stopped")
 """
     done = subprocess.run(

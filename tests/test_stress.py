@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from reference import Reference as OtherReference
 
+from golf_scenarios.commands.stress import stress
 from golf_scenarios.errors import UserError
-from golf_scenarios.peers.problem import Case
-from golf_scenarios.stress import cases, invariants, stability, stress
+from golf_scenarios.peers import problem
+from golf_scenarios.peers.problem import Case, Outcome
+from golf_scenarios.stress import cases, exact, invariants, stability
 from golf_scenarios.stress.driver import opened
 from golf_scenarios.stress.ledger import Ledger
 from golf_scenarios.stress.reference import Reference
@@ -18,11 +20,24 @@ from golf_scenarios.stress.reference import Reference
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("stress")
-    code = stress(folder, quick=True, seed=7)
+    code = stress(quick=True, folder=folder, seed=7)
     found = json.loads((folder / "stress.json").read_text())
     assert code == (0 if found["passed"] else 1)
     assert (folder / "stability.png").read_bytes().startswith(b"\x89PNG")
     return found
+
+
+@pytest.mark.parametrize("law", [1, 2])
+def test_the_exact_outcome_is_what_the_fmu_gives(law):
+    case = Case(law=law)
+    with opened() as (driver, _):
+        driver.begin(vars(case))
+        driver.slave.doStep(0.0, case.time_limit)
+        found = driver.read()
+    right = exact.solve(case)
+    outcome = Outcome(*(found[name] for name in Outcome._fields))
+    assert max(problem.errors(case, outcome, right)) < 1e-14
+    assert max(problem.errors(case, outcome._replace(max_force=1.0), right)) > 0.9
 
 
 def test_every_invariant_holds(results):
@@ -201,4 +216,4 @@ def test_cases_of_the_map_have_the_damping_they_say():
 def test_a_folder_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(UserError, match="choose another folder"):
-        stress(tmp_path / "file", quick=True, seed=1)
+        stress(quick=True, folder=tmp_path / "file", seed=1)

@@ -17,17 +17,17 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 
-from golf_scenarios import sweeps
+from golf_scenarios.commands.sweep import swept
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.impact_fmu import METRICS, ImpactFmu
-from golf_scenarios.sweeps import Stopped, Study, run_sweep
+from golf_scenarios.sweeps import Stopped, Study, comparison, run_sweep
 from golf_scenarios.sweeps.axes import Grid, Normal, Uniform, axis
 from golf_scenarios.sweeps.chunk import FmuFile, Form, run_chunk
-from golf_scenarios.sweeps.command import sweep
 from golf_scenarios.sweeps.comparison import compare
 from golf_scenarios.sweeps.impacts import horizon, impacts
 from golf_scenarios.sweeps.pictures import draw
 from golf_scenarios.sweeps.plan import plan
+from golf_scenarios.sweeps.run import Sweep
 from golf_scenarios.sweeps.sensitivity import sensitivity
 from golf_scenarios.sweeps.study_file import Options, read_study
 
@@ -519,7 +519,7 @@ def test_the_command_refuses_in_one_line(tmp_path):
 def test_the_club_fitting_study(fmu_path, tmp_path):
     study = STUDIES / "club_fitting.toml"
     out = tmp_path / "fit.csv"
-    assert sweep(options(fmu_path, out, {"club_speed": "40,50"}), study) == 0
+    assert swept(options(fmu_path, out, {"club_speed": "40,50"}), study) == 0
     header, rows = table(out)
     assert header[:4] == ["ball", "club_speed", "m_club", "smash_factor"]
     assert len(rows) == 12
@@ -530,7 +530,7 @@ def test_the_club_fitting_study(fmu_path, tmp_path):
 def test_the_tolerance_study(fmu_path, tmp_path):
     out = tmp_path / "tolerance.csv"
     given = options(fmu_path, out, {"ball_speed": -1}, samples=64, seed=2)
-    assert sweep(given, STUDIES / "tolerance.toml") == 0
+    assert swept(given, STUDIES / "tolerance.toml") == 0
     header, rows = table(out)
     assert header[:7] == ["club_speed", "law", "k", "b", "m_ball", "ball_speed", "ball_velocity"]
     assert len(rows) == 64
@@ -594,7 +594,7 @@ def test_pictures(fmu_path, tmp_path, sets):
         fmu_path, tmp_path / "x.csv", sets, samples=40 if random else None,
         outputs=("smash_factor",),
     )  # fmt: skip
-    assert sweep(given, None) == 0
+    assert swept(given, None) == 0
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
     assert "data:image/png" in (tmp_path / "report.html").read_text()
 
@@ -610,10 +610,10 @@ def test_few_values_are_lines(fmu, b, lines):
 
 
 def test_nothing_to_draw(fmu_path, tmp_path):
-    assert sweep(options(fmu_path, tmp_path / "x.csv", {"k": "1e6"}), None) == 0
+    assert swept(options(fmu_path, tmp_path / "x.csv", {"k": "1e6"}), None) == 0
     assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "report.html"}
     given = options(fmu_path, tmp_path / "y.csv", {"k": "1e6,2e6"}, figures=False)
-    assert sweep(given, None) == 0
+    assert swept(given, None) == 0
     assert not (tmp_path / "y.png").exists()
 
 
@@ -655,15 +655,17 @@ def test_a_refused_case_leaves_rank_correlations():
 
 def test_the_comparison_compares(fmu_path, monkeypatch):
     study = Study.of({"k": "1e6:2e6:50", "gap": "0,0.1"})
-    found = compare(study, fmu_path, rounds=1)
-    assert found.same
-    assert found.ratio > 1.0
-    from golf_scenarios.sweeps import comparison
-
-    monkeypatch.setattr(comparison, "horizon", lambda *_: np.full(2000, 1e-5))
-    assert not compare(study, fmu_path, rounds=1).same
-    with pytest.raises(UserError, match="nothing to compare"):
-        compare(Study.of({"k": "-1"}), fmu_path)
+    with Sweep(study, fmu_path) as sweep:
+        found = compare(sweep, rounds=1)
+        assert found.same
+        assert found.ratio > 1.0
+        monkeypatch.setattr(comparison, "horizon", lambda *_: np.full(2000, 1e-5))
+        assert not compare(sweep, rounds=1).same
+    with (
+        pytest.raises(UserError, match="nothing to compare"),
+        Sweep(Study.of({"k": "-1"}), fmu_path) as sweep,
+    ):
+        compare(sweep)
 
 
 def test_impacts_in_an_instance_that_has_done_other_things(fmu, fmu_path):

@@ -6,11 +6,11 @@ import os
 import distributed
 import pytest
 
+from golf_scenarios.commands.sweep import swept
 from golf_scenarios.errors import UserError
 from golf_scenarios.sweeps import Stopped, Study, cluster, run_sweep
 from golf_scenarios.sweeps.chunk import FmuFile
-from golf_scenarios.sweeps.cluster import connected, run_on_cluster
-from golf_scenarios.sweeps.command import sweep
+from golf_scenarios.sweeps.cluster import connected
 from golf_scenarios.sweeps.study_file import Options
 
 SETS = {"k": "normal:1e6:5e5", "b": "0,9", "law": "1,2"}
@@ -41,7 +41,7 @@ def test_a_local_cluster(alone, fmu_path, tmp_path):
     out = tmp_path / "x.csv"
     given = Options(sets=SETS, out=out, samples=2000, seed=1, scheduler="local", workers=2,
                     chunk=333, fmu=fmu_path, figures=False)  # fmt: skip
-    assert sweep(given, None) == 0
+    assert swept(given, None) == 0
     assert out.read_bytes() == alone
 
 
@@ -57,11 +57,11 @@ def test_a_cluster_whose_worker_dies(alone, fmu_path, tmp_path, workers):
 
     out = tmp_path / "x.csv"
     address = workers.scheduler_address
-    run_on_cluster(study(), out, address, fmu=fmu_path, chunk=100, progress=kill)
+    run_sweep(study(), out, scheduler=address, fmu=fmu_path, chunk=100, progress=kill)
     assert out.read_bytes() == alone
     assert seen == list(range(100, 8001, 100))
     # The nanny has started another one, which serves as well.
-    run_on_cluster(study(), tmp_path / "y.csv", address, fmu=fmu_path, chunk=100)
+    run_sweep(study(), tmp_path / "y.csv", scheduler=address, fmu=fmu_path, chunk=100)
     assert (tmp_path / "y.csv").read_bytes() == alone
     after = {worker.pid for worker in workers.workers.values()}
     assert len(after) == 2
@@ -73,8 +73,8 @@ def test_stopping(fmu_path, tmp_path, workers):
     out.write_text("earlier")
     done = []
     with pytest.raises(Stopped) as stopped:
-        run_on_cluster(
-            study(), out, workers.scheduler_address, fmu=fmu_path, chunk=100,
+        run_sweep(
+            study(), out, scheduler=workers.scheduler_address, fmu=fmu_path, chunk=100,
             progress=done.append, stop=lambda: bool(done),
         )  # fmt: skip
     assert stopped.value.done == 100
@@ -101,5 +101,5 @@ def test_no_cluster(fmu_path, tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "_PATIENCE", "0.5s")
     for address in ("tcp://127.0.0.1:1", "nonsense"):
         with pytest.raises(UserError, match=f"no Dask cluster with workers at {address}"):
-            run_on_cluster(study(), tmp_path / "x.csv", address, fmu=fmu_path)
+            run_sweep(study(), tmp_path / "x.csv", scheduler=address, fmu=fmu_path)
     assert list(tmp_path.iterdir()) == []

@@ -1,21 +1,15 @@
-"""Builds ClubBallImpact.fmi3.fmu: the same sources through pythonfmu3, for FMI 3.0.
+"""ClubBallImpact.fmi3.fmu: the same sources through pythonfmu3, for FMI 3.0.
 
 Co-simulation and Model Exchange in one file. pythonfmu3 0.3.4 writes no ranges, display units or
-derivatives that are states as well; what FMI 2.0 and 3.0 share is in fmi2.py.
+derivatives that are states as well.
 """
 
-import tempfile
-from pathlib import Path
 from xml.etree import ElementTree
 
-import golf_impact
 from golf_impact import variables as tables
 
-from golf_build import fmi2 as _shared
-
-NAME = "ClubBallImpact.fmi3"
-
-_FACE = "club_ball_impact_fmi3"
+from golf_build import description as xml
+from golf_build.packaging import Builder
 
 _ENTRY = '''"""The entry point; pythonfmu3 finds the class by the text Fmi3Slave in this file."""
 
@@ -23,130 +17,64 @@ import {package}.club_ball_impact_fmi3 as face
 from pythonfmu3 import Fmi3Slave
 
 
-class {name}(face.{name}, Fmi3Slave):
+class ClubBallImpact(face.ClubBallImpact, Fmi3Slave):
     pass
 '''
 
-
-def digest() -> str:
-    """SHA-256 over the sources and the version of pythonfmu3: decides if a build is current."""
-    files = {**_shared.sources(_FACE), "fmi3.py": Path(__file__).read_bytes()}
-    return _shared.digest_of(files, "pythonfmu3")
+_ROWS = tables.VARIABLES + tables.MORE_VARIABLES
 
 
-def guid_of(fmu: Path) -> str | None:
-    """The instantiation token inside an FMU file, or None if it can't be read."""
-    return _shared.guid_of(fmu)
-
-
-def is_current(fmu: Path) -> bool:
-    """Whether this file was built from the sources as they are now."""
-    return guid_of(fmu) == _shared.guid(digest())
-
-
-def build(out: Path) -> Path:
-    """Build the FMU.
-
-    Args:
-        out: the .fmu file to write; it is written aside and renamed, so it is always whole.
-
-    Returns:
-        The file written.
-
-    Raises:
-        OSError: the file can't be written.
-    """
-    from pythonfmu3.builder import FmuBuilder
-
-    of_digest = digest()
-    with tempfile.TemporaryDirectory(prefix="golf-impact-build-") as scratch:
-        raw = _shared.package(
-            Path(scratch),
-            of_digest[:16],
-            _FACE,
-            _ENTRY,
-            FmuBuilder.build_FMU,
-            canGetAndSetFMUState=True,
-            canSerializeFMUState=True,
-        )
-        files = _shared.unpacked(raw)
-    files["modelDescription.xml"] = _model_description(files["modelDescription.xml"], of_digest)
-    files |= _shared.documents("pythonfmu3", _documentation())
-    return _shared.write(out, files)
-
-
-def _model_description(written: bytes, of_digest: str) -> bytes:
+def _described(written: bytes, token: str) -> bytes:
     """Pythonfmu3's modelDescription.xml with all that the table of variables knows."""
-    root = ElementTree.fromstring(written)
-    for element in root.iter():
-        element.tail = element.text = None
-    root.attrib |= {
-        "instantiationToken": _shared.guid(of_digest),
-        "generationDateAndTime": _shared.EPOCH_TEXT,
-        "version": golf_impact.__version__,
-        "author": _shared.AUTHOR,
-        "license": "MIT",
-        "copyright": _shared.AUTHOR,
-        "description": _shared.DESCRIPTION,
-        "variableNamingConvention": "flat",
+    root = xml.parsed(written, instantiationToken=token, description=xml.DESCRIPTION)
+    xml.child(root, "CoSimulation").attrib |= {
+        "canHandleVariableCommunicationStepSize": "true",
+        "hasEventMode": "true",
     }
-    stepping = _shared.child(root, "CoSimulation")
-    stepping.attrib |= {"canHandleVariableCommunicationStepSize": "true", "hasEventMode": "true"}
-    place = list(root).index(stepping) + 1
-    root.insert(place, _shared.unit_definitions(tables.UNITS | tables.MORE_UNITS))
-    root.insert(place + 1, _type_definitions(tables.LAWS))
-    experiment = ElementTree.Element(
-        "DefaultExperiment", startTime="0", stopTime="0.001", stepSize="1e-06"
-    )
-    root.insert(list(root).index(_shared.child(root, "ModelVariables")), experiment)
+    meaning = "The force between the bodies"
+    law = ElementTree.Element("EnumerationType", name="ContactLaw", description=meaning)
+    for number, (name, text) in tables.LAWS.items():
+        ElementTree.SubElement(law, "Item", name=name, value=str(number), description=text)
+    xml.insert_units(root, tables.UNITS | tables.MORE_UNITS, law)
+    xml.insert_experiment(root)
     references = tables.ALL_REFERENCES
     derivative_of = dict(zip(tables.DERIVATIVES, tables.STATES, strict=True))
-    rows = tables.VARIABLES + tables.MORE_VARIABLES
-    for variable, row in zip(_shared.child(root, "ModelVariables"), rows, strict=True):
+    for variable, row in zip(xml.child(root, "ModelVariables"), _ROWS, strict=True):
         assert variable.get("name") == row.name
         if row.name in tables.CO_SIMULATION_ONLY:
             variable.set("description", f"{row.description} (NaN in Model Exchange)")
         if row.start is not None:
             variable.set("start", repr(row.start))
         if row.type == "Enumeration":
-            variable.set("declaredType", "ContactLaw")
-            variable.attrib |= {"min": str(min(tables.LAWS)), "max": str(max(tables.LAWS))}
+            variable.attrib |= {"declaredType": "ContactLaw", **xml.bounds(tables.LAWS)}
         if row.type == "Real":
-            variable.attrib |= _shared.real_attributes(row)
+            variable.attrib |= xml.real_attributes(row)
         if row.causality == "independent":
             # Of its attributes FMI 3.0 allows an independent variable few.
             del variable.attrib["nominal"]
         if row.name in derivative_of:
             variable.set("derivative", str(references[derivative_of[row.name]]))
-    structure = _shared.child(root, "ModelStructure")
+    structure = xml.child(root, "ModelStructure")
     structure.clear()
-    outputs = [row.name for row in rows if row.causality == "output"]
-    unknown = dict.fromkeys((*outputs, *tables.DERIVATIVES))
+    outputs = [row.name for row in _ROWS if row.causality == "output"]
     for tag, names in (
         ("Output", outputs),
         ("ContinuousStateDerivative", tables.DERIVATIVES),
-        ("InitialUnknown", unknown),
+        ("InitialUnknown", dict.fromkeys((*outputs, *tables.DERIVATIVES))),
         ("EventIndicator", tables.INDICATORS),
     ):
         for name in names:
             ElementTree.SubElement(structure, tag, valueReference=str(references[name]))
-    return _shared.as_text(root)
+    return xml.as_text(root)
 
 
-def _type_definitions(laws: dict) -> ElementTree.Element:
-    types = ElementTree.Element("TypeDefinitions")
-    law = ElementTree.SubElement(
-        types, "EnumerationType", name="ContactLaw", description="The force between the bodies"
-    )
-    for number, (name, text) in laws.items():
-        ElementTree.SubElement(law, "Item", name=name, value=str(number), description=text)
-    return types
-
-
-def _documentation() -> bytes:
-    return _shared.documentation(
-        variables=tables.VARIABLES + tables.MORE_VARIABLES,
-        unsolved=tables.CO_SIMULATION_ONLY,
-        fmi=3,
-        runtime="pythonfmu3",
-    )
+BUILDER = Builder(
+    name="ClubBallImpact.fmi3",
+    fmi=3,
+    runtime="pythonfmu3",
+    face="club_ball_impact_fmi3",
+    entry=_ENTRY,
+    capabilities={"canGetAndSetFMUState": True, "canSerializeFMUState": True},
+    described=_described,
+    variables={"variables": _ROWS, "unsolved": tables.CO_SIMULATION_ONLY},
+)

@@ -1,7 +1,7 @@
 """What ClubBallImpact.fmu costs, and how exact it is, beside other methods (golf_scenarios.peers).
 
-Two FMUs to hold it against, each packed by pythonfmu from one file alone:
-
-- `empty_fmu`: what a call costs when nothing is computed.
-- `empty_wide_fmu`: what instantiating costs with as many variables as ClubBallImpact has.
+- `floor`: calls, beside FMUs in which nothing is computed (`empty_fmu`, and `empty_wide_fmu` with
+  as many variables; each packed by pythonfmu from one file alone).
+- `speedup`, `sweep_rate`: an impact, and many. · `work_precision`: run time against error.
+- `accuracy`: the worst error of all reference cases. · `limits`: what is promised.
 """

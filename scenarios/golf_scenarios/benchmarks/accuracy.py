@@ -93,7 +93,7 @@ def _impact(number: int, law: int, changes: dict[str, float]) -> Impact:
     return Impact(number, values, 0.0, (segment,))
 
 
-def measure(driver: Driver, randoms: int, tick: Callable[[], None]) -> dict[str, Any]:
+def worst_error(driver: Driver, randoms: int, tick: Callable[[], None]) -> dict[str, Any]:
     """The worst error on the scales of the tolerance table, what it belongs to, and how many.
 
     Each case is looked at in ten instants of two partitions, and at the end of four.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import accumulate, repeat
 from time import perf_counter
 
 from fmpy.fmi2 import FMU2Slave
 
-from golf_scenarios.benchmarks.loaded import LoadedFmu, saved_start
-from golf_scenarios.benchmarks.timing import Job, interleaved, median_ratio, undisturbed
+from golf_scenarios.fmu.loaded import LoadedFmu
+from golf_scenarios.timing import Job, interleaved, median_ratio, undisturbed
 
 #: What is read at every step, and as many outputs of the empty FMU.
 READ = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity")
@@ -19,21 +20,19 @@ _POINTS = 600
 _STEP = 1e-6
 
 
-def measure(
+def call_ratios(
     ours: LoadedFmu, empty: LoadedFmu, wide: LoadedFmu, rounds: int, tick: Callable[[], None]
 ) -> dict[str, float]:
     """Ratios of medians to the empty FMUs by name, and the floor's own times in µs (`…_us`)."""
+    read, empty_read = ours.references(READ), empty.references(EMPTY_READ)
     jobs: dict[str, Job] = {}
-    jobs["step empty"] = _stepping(empty.instance(), _POINTS)
-    jobs["read empty"] = _reading(empty.instance(), empty.find(EMPTY_READ))
-    for law in (1, 2):
-        jobs[f"step {law}"] = _stepping(ours.instance(law=law), _POINTS)
-        jobs[f"read {law}"] = _reading(ours.instance(law=law), ours.find(READ))
-        # A host that computes its points, as fmpy.simulate_fmu does, instead of adding steps up.
-        jobs[f"step n·h {law}"] = _stepping(ours.instance(law=law), _POINTS, added_up=False)
-        jobs[f"read n·h {law}"] = _reading(ours.instance(law=law), ours.find(READ), added_up=False)
-    jobs["step n·h empty"] = _stepping(empty.instance(), _POINTS, added_up=False)
-    jobs["read n·h empty"] = _reading(empty.instance(), empty.find(EMPTY_READ), added_up=False)
+    # n·h: a host that computes its points, as fmpy.simulate_fmu does, instead of adding steps up.
+    for how, added_up in (("", True), (" n·h", False)):
+        jobs[f"step{how} empty"] = _stepping(empty.instance(), added_up)
+        jobs[f"read{how} empty"] = _reading(empty.instance(), empty_read, added_up)
+        for law in (1, 2):
+            jobs[f"step{how} {law}"] = _stepping(ours.instance(law=law), added_up)
+            jobs[f"read{how} {law}"] = _reading(ours.instance(law=law), read, added_up)
     jobs["instantiate"] = _instantiating(ours)
     jobs["instantiate empty"] = _instantiating(wide)
     with undisturbed():
@@ -66,18 +65,16 @@ def measure(
     return found
 
 
-def _points(steps: int, added_up: bool) -> list[float]:
-    points = [n * _STEP for n in range(steps)]
+def _points(added_up: bool) -> list[float]:
     if added_up:
-        for n in range(1, steps):
-            points[n] = points[n - 1] + _STEP
-    return points
+        return list(accumulate(repeat(_STEP, _POINTS - 1), initial=0.0))
+    return [n * _STEP for n in range(_POINTS)]
 
 
-def _stepping(slave: FMU2Slave, steps: int, added_up: bool = True) -> Job:
+def _stepping(slave: FMU2Slave, added_up: bool) -> Job:
     """Time of doStep alone, s."""
-    start = saved_start(slave)
-    points = _points(steps, added_up)
+    start = slave.getFMUstate()
+    points = _points(added_up)
 
     def job() -> float:
         slave.setFMUstate(start)
@@ -85,15 +82,15 @@ def _stepping(slave: FMU2Slave, steps: int, added_up: bool = True) -> Job:
         begin = perf_counter()
         for point in points:
             do_step(point, _STEP)
-        return (perf_counter() - begin) / steps
+        return (perf_counter() - begin) / len(points)
 
     return job
 
 
-def _reading(slave: FMU2Slave, references: list[int], added_up: bool = True) -> Job:
+def _reading(slave: FMU2Slave, references: list[int], added_up: bool) -> Job:
     """Time of doStep and one getReal of five outputs, s."""
-    start = saved_start(slave)
-    points = _points(_POINTS, added_up)
+    start = slave.getFMUstate()
+    points = _points(added_up)
 
     def job() -> float:
         slave.setFMUstate(start)

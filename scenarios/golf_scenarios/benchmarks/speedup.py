@@ -14,10 +14,10 @@ from typing import Any
 import fmpy
 from fmpy.fmi2 import FMU2Slave
 
-from golf_scenarios.benchmarks.loaded import LoadedFmu, saved_start
-from golf_scenarios.benchmarks.timing import Job, interleaved, median_ratio, undisturbed
+from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.peers import solve_ivp
 from golf_scenarios.peers.problem import Case
+from golf_scenarios.timing import Job, interleaved, median_ratio, undisturbed
 
 #: S, COR and E: what a metrics-only scene reads.
 METRICS = ("smash_factor", "coefficient_of_restitution", "energy_efficiency")
@@ -36,7 +36,7 @@ _BATCH, _FEW = 200, 2
 DOCUMENT_STEP = 0.5e-6
 
 
-def measure(
+def speedups(
     ours: LoadedFmu, document: LoadedFmu, rounds: int, tick: Callable[[], None]
 ) -> dict[str, float]:
     """Speed-ups by key, and each way's time per impact in µs (`…_us`), for both laws.
@@ -80,8 +80,8 @@ def impact(slave: FMU2Slave, start: object, k: list[int], read: list[int], value
 
 def _impacts(fmu: LoadedFmu, law: int, number: int) -> Job:
     slave = fmu.instance(law=law)
-    start = saved_start(slave)
-    k, read = fmu.find(("k",)), fmu.find(METRICS)
+    start = slave.getFMUstate()
+    k, read = fmu.references(("k",)), fmu.references(METRICS)
     values = cycle(STIFFNESSES)
 
     def job() -> float:
@@ -96,9 +96,9 @@ def _impacts(fmu: LoadedFmu, law: int, number: int) -> Job:
 def _document_impacts(fmu: LoadedFmu, law: int, number: int) -> Job:
     """To the end of contact, and no further; that number of steps is known beforehand."""
     slave = fmu.instance(law=law)
-    start = saved_start(slave)
-    k, read = fmu.find(("k",)), fmu.find(METRICS)
-    ended, number_of_steps = fmu.find(("in_contact",)), {}
+    start = slave.getFMUstate()
+    k, read = fmu.references(("k",)), fmu.references(METRICS)
+    ended, number_of_steps = fmu.references(("in_contact",)), {}
     for value in STIFFNESSES[:11]:
         slave.setFMUstate(start)
         slave.setReal(k, [value])

@@ -12,22 +12,18 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from golf_scenarios.benchmarks import reference
 from golf_scenarios.benchmarks.floor import READ
-from golf_scenarios.benchmarks.loaded import LoadedFmu, saved_start
-from golf_scenarios.benchmarks.timing import typical_seconds, undisturbed
+from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.peers import (
     explicit_euler,
-    explicit_euler_numpy,
     runge_kutta4,
     semi_implicit_euler,
     solve_ivp,
     stormer_verlet,
 )
 from golf_scenarios.peers.problem import Case, Outcome, errors
-
-#: What makes an Outcome, as the FMUs name it.
-_OUTCOME = ("club_velocity", "ball_velocity", "contact_time", "max_force")
+from golf_scenarios.stress.exact import solve as exact_outcome
+from golf_scenarios.timing import typical_seconds, undisturbed
 
 FMU_STEPPED = "this FMU, read every step"
 FMU_ONCE = "this FMU, metrics only"
@@ -35,7 +31,6 @@ FMU_ONCE = "this FMU, metrics only"
 #: Stepping methods in plain Python, by the name in the figure.
 _STEPPING: dict[str, Any] = {
     "explicit Euler, Python": explicit_euler,
-    "explicit Euler, NumPy": explicit_euler_numpy,
     "semi-implicit Euler": semi_implicit_euler,
     "Störmer–Verlet": stormer_verlet,
     "Runge–Kutta 4": runge_kutta4,
@@ -70,16 +65,16 @@ class Series:
         self.errors.append(error)
 
 
-def measure(
+def run_time_and_error(
     ours: LoadedFmu, document: LoadedFmu, law: int, quick: bool, tick: Callable[[], None]
 ) -> list[Series]:
     """All methods on the baseline impact under one law."""
     case = Case(law=law)
-    exact = reference.solve(case)
+    exact = exact_outcome(case)
     budget = 0.005 if quick else 0.15
     finest = 1e-6 if quick else 1e-8
     steps = [dt for dt in _ladder(1e-5, 1e-8) if dt >= finest]
-    found = []
+    all_series = []
 
     def record(series: Series, setting: float, solve: Callable[[], Outcome]) -> None:
         error = max(errors(case, solve(), exact))
@@ -92,13 +87,13 @@ def measure(
     for dt in steps:
         record(series, dt, _stepped_document(document, law, dt))
     series.order = slope(series.settings, series.errors)
-    found.append(series)
+    all_series.append(series)
     for name, module in _STEPPING.items():
         series = Series(name, "dt")
         for dt in steps:
             record(series, dt, partial(module.solve, case, dt))
         series.order = slope(series.settings, series.errors)
-        found.append(series)
+        all_series.append(series)
     for method in solve_ivp.METHODS:
         series = Series(f"SciPy {method}", "rtol")
         for exponent in range(3, 14, 5 if quick else 1):
@@ -108,15 +103,15 @@ def measure(
                 rtol,
                 partial(solve_ivp.solve, case, rtol, method),
             )
-        found.append(series)
+        all_series.append(series)
     series = Series(FMU_STEPPED, "dt")
     for dt in [dt for dt in _ladder(1e-3, 1e-7) if dt >= finest]:
         record(series, dt, _stepped_fmu(ours, law, dt))
-    found.append(series)
+    all_series.append(series)
     series = Series(FMU_ONCE, "dt")
     record(series, 1e-3, _metrics_only(ours, law, 1e-3))
-    found.append(series)
-    return found
+    all_series.append(series)
+    return all_series
 
 
 def _ladder(high: float, low: float) -> list[float]:
@@ -126,11 +121,11 @@ def _ladder(high: float, low: float) -> list[float]:
     return [value for value in values if low * 0.999 < value < high * 1.001]
 
 
-def slope(settings: Sequence[float], found: Sequence[float]) -> float | None:
+def slope(settings: Sequence[float], errors: Sequence[float]) -> float | None:
     """The least-squares slope of log error over log dt, while rounding plays no part."""
     points = [
         (math.log10(dt), math.log10(error))
-        for dt, error in zip(settings, found, strict=True)
+        for dt, error in zip(settings, errors, strict=True)
         if 1e-11 < error < 1.0
     ]
     if len(points) < 3:
@@ -144,8 +139,8 @@ def slope(settings: Sequence[float], found: Sequence[float]) -> float | None:
 def _stepped_document(fmu: LoadedFmu, law: int, dt: float) -> Callable[[], Outcome]:
     """To the end of contact, which takes a number of steps that is known beforehand."""
     slave = fmu.instance(law=law, dt=dt)
-    start = saved_start(slave)
-    contact, read = fmu.find(("in_contact",)), fmu.find(_OUTCOME)
+    start = slave.getFMUstate()
+    contact, read = fmu.references(("in_contact",)), fmu.references(Outcome._fields)
     number = 0
     while slave.getBoolean(contact)[0] and number * dt < 0.01:
         slave.doStep(number * dt, dt)
@@ -164,8 +159,8 @@ def _stepped_document(fmu: LoadedFmu, law: int, dt: float) -> Callable[[], Outco
 def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Callable[[], Outcome]:
     """1 ms in steps of dt, five outputs read at each, the metrics at the end."""
     slave = fmu.instance(law=law)
-    start = saved_start(slave)
-    outcome, read = fmu.find(_OUTCOME), fmu.find(READ)
+    start = slave.getFMUstate()
+    outcome, read = fmu.references(Outcome._fields), fmu.references(READ)
     points = [0.0]
     for _ in range(round(1e-3 / dt) - 1):
         points.append(points[-1] + dt)
@@ -184,8 +179,8 @@ def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Callable[[], Outcome]:
 def _metrics_only(fmu: LoadedFmu, law: int, step: float) -> Callable[[], Outcome]:
     """One step and one read, with a new k every time but the first (k = 1e6 for the error)."""
     slave = fmu.instance(law=law)
-    start = saved_start(slave)
-    k, outcome = fmu.find(("k",)), fmu.find(_OUTCOME)
+    start = slave.getFMUstate()
+    k, outcome = fmu.references(("k",)), fmu.references(Outcome._fields)
     calls = 0
 
     def solve() -> Outcome:

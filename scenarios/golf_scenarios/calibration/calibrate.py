@@ -1,22 +1,23 @@
-"""Fits, compares, shows and writes: what the command `golf-impact calibrate` does."""
+"""A calibration: the fit asked for beside others, and how both are shown."""
 
-import io
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
+from golf_build import VERSION
 from golf_scenarios.calibration import laws
 from golf_scenarios.calibration.contact_law import ContactLaw
 from golf_scenarios.calibration.fitting import Fit, fit, missing
 from golf_scenarios.calibration.targets import (
     DEFAULT_SIGMA,
     TARGETS,
-    Impact,
+    Conditions,
     Target,
     check_together,
     option,
 )
 from golf_scenarios.errors import UserError
+from golf_scenarios.facts.quantities import QUANTITIES, Quantity
+from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 from golf_scenarios.report.outcome import Table
 
@@ -24,9 +25,6 @@ from golf_scenarios.report.outcome import Table
 _UNLIKELY = 0.01
 
 _UNITS = {"k": "N/m", "b": "N.s/m", "exponent": ""}
-
-#: Units in which targets are shown, where not SI: factor and unit.
-_SHOWN = {"contact_time": (1e6, "µs"), "time_of_max_force": (1e6, "µs")}
 
 #: Rows of the comparison, above the targets.
 _COMPARED: dict[str, Callable[[Fit], str]] = {
@@ -42,7 +40,7 @@ class Calibration:
 
     Args:
         fmu: in use.
-        impact: in which the targets were measured.
+        conditions: of the impact in which the targets were measured.
         targets: by name.
         law: the law asked for.
 
@@ -51,12 +49,12 @@ class Calibration:
     """
 
     def __init__(
-        self, fmu: ImpactFmu, impact: Impact, targets: Mapping[str, Target], law: ContactLaw
+        self, fmu: ImpactFmu, conditions: Conditions, targets: Mapping[str, Target], law: ContactLaw
     ) -> None:
-        check(impact, targets, law)
-        self.impact = impact
+        check(conditions, targets, law)
+        self.conditions = conditions
         self.targets = targets
-        self.fit = fit(fmu, impact, targets, law)
+        self.fit = fit(fmu, conditions, targets, law)
         self.compared: list[tuple[ContactLaw, Fit | str]] = []
         for other in laws.compared(law.reference_compression):
             why = missing(other, targets)
@@ -66,7 +64,7 @@ class Calibration:
                 self.compared.append((other, f"needs {len(other.free)} independent targets"))
             else:
                 try:
-                    self.compared.append((other, fit(fmu, impact, targets, other)))
+                    self.compared.append((other, fit(fmu, conditions, targets, other)))
                 except UserError as error:
                     self.compared.append((other, str(error)))
 
@@ -153,11 +151,12 @@ class Calibration:
             for name in TARGETS
             if name not in self.targets
         ]
-        impact = self.impact
+        measured = self.conditions
         return [
             Table(
                 f"{found.law.title} (law {found.law.law}), {found.method}; club "
-                f"{impact.club_speed:g} m/s and {impact.m_club:g} kg, ball {impact.m_ball:g} kg",
+                f"{measured.club_speed:g} m/s and {measured.m_club:g} kg, ball "
+                f"{measured.m_ball:g} kg",
                 ["", "value", "standard error"],
                 parameters,
             ),
@@ -189,11 +188,11 @@ class Calibration:
                 rows[0][n] = found
         return Table("The laws compared", ["", *[law.title for law, _ in fits]], rows)
 
-    def as_json(self, version: str) -> dict[str, Any]:
+    def as_json(self) -> dict[str, Any]:
         """All of it, for calibrate.json (SI units)."""
         found = self.fit
         return {
-            "version": version,
+            "version": VERSION,
             "command": self.command,
             "law": found.law.law,
             "title": found.law.title,
@@ -225,12 +224,10 @@ class Calibration:
         from golf_scenarios.calibration.drawing import draw
         from golf_scenarios.report import figures
 
-        image = io.BytesIO()
-        figures.save(draw(self.fit, self.compared, self.targets), image)
-        return image.getvalue()
+        return figures.png(draw(self.fit, self.compared, self.targets))
 
 
-def check(impact: Impact, targets: Mapping[str, Target], law: ContactLaw) -> None:
+def check(conditions: Conditions, targets: Mapping[str, Target], law: ContactLaw) -> None:
     """Refuse what can't be answered, with the reason.
 
     Raises:
@@ -241,64 +238,54 @@ def check(impact: Impact, targets: Mapping[str, Target], law: ContactLaw) -> Non
             "calibrate needs at least two measured targets, e.g. golf-impact calibrate --cor 0.743 "
             f"--contact-time 600e-6; there are {', '.join(option(name) for name in TARGETS)}"
         )
-    check_together(targets, impact, law.law)
+    check_together(targets, conditions, law.law)
     why = missing(law, targets)
     if why:
         raise UserError(f"too few targets for {law.title}: {why}")
 
 
-def calibrate(
-    impact: Impact, targets: Mapping[str, Target], law: ContactLaw, folder: Path, figures: bool
-) -> tuple[Calibration, list[Path]]:
-    """Calibrate, and write calibrate.json and calibrate.png.
+def calibrated(
+    conditions: Conditions,
+    targets: Mapping[str, Target],
+    law: ContactLaw,
+    prepare: Callable[[], object] = lambda: None,
+) -> Calibration:
+    """The calibration with the FMU of the present sources.
 
     Args:
-        impact: in which the targets were measured.
+        conditions: of the impact in which the targets were measured.
         targets: by name.
         law: with its free parameters.
-        folder: for both files.
-        figures: whether to draw.
-
-    Returns:
-        What was found, and the files.
+        prepare: called before the search begins.
 
     Raises:
-        UserError: the targets are impossible or too few, SciPy is missing, or the folder can't be
-            written into.
+        UserError: the targets are impossible or too few, or SciPy is missing.
     """
-    check(impact, targets, law)
+    check(conditions, targets, law)
     try:
         import scipy  # noqa: F401
     except ImportError:
         raise UserError(
             'calibrate needs SciPy: install it with `pip install "golf-impact[calibrate]"`'
         ) from None
-    from golf_impact import __version__
+    prepare()
+    with ImpactFmu(current_fmu()[0]) as fmu:
+        return Calibration(fmu, conditions, targets, law)
 
-    from golf_scenarios.fmu.file import current_fmu
-    from golf_scenarios.report.writing import prepare, write, write_json
 
-    prepare(folder)
-    file, _ = current_fmu()
-    with ImpactFmu(file) as fmu:
-        found = Calibration(fmu, impact, targets, law)
-    written = [folder / "calibrate.json"]
-    write_json(written[0], found.as_json(__version__))
-    if figures:
-        written.append(folder / "calibrate.png")
-        write(written[1], found.drawn())
-    return found, written
+def _quantity(name: str) -> Quantity:
+    """A target as tables show it."""
+    output, text = TARGETS[name]
+    return QUANTITIES[output]._replace(name=text, symbol="")
 
 
 def label(name: str) -> str:
     """A target with the unit it is shown in."""
-    _, text, unit = TARGETS[name]
-    unit = _SHOWN.get(name, (1.0, unit))[1]
-    return f"{text} ({unit})" if unit else text
+    return _quantity(name).label
 
 
 def _shown(name: str, value: float, digits: int = 5) -> str:
-    return f"{value * _SHOWN.get(name, (1.0, ''))[0]:.{digits}g}"
+    return f"{value * _quantity(name).factor:.{digits}g}"
 
 
 def _error(error: float | None) -> str:

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from golf_scenarios.calibration.targets import TARGETS, Impact
+from golf_scenarios.calibration.targets import TARGETS, Conditions
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 
@@ -69,20 +69,20 @@ class Predictor:
 
     Args:
         fmu: in use.
-        impact: speed and masses.
+        conditions: speed and masses.
         law: which.
     """
 
-    def __init__(self, fmu: ImpactFmu, impact: Impact, law: ContactLaw) -> None:
-        self.impact = impact
+    def __init__(self, fmu: ImpactFmu, conditions: Conditions, law: ContactLaw) -> None:
+        self.conditions = conditions
         self.law = law
         self._fmu = fmu
-        self._outputs = [output for output, _, _ in TARGETS.values()]
+        self._outputs = [output for output, _ in TARGETS.values()]
 
     def values(self, at: Coordinates) -> dict[str, float]:
         """All inputs and parameters of the FMU that the result needs, by name (SI units)."""
-        n, impact = at.exponent, self.impact
-        mu, v, d = impact.reduced_mass, impact.club_speed, self.law.reference_compression
+        n, conditions = at.exponent, self.conditions
+        mu, v, d = conditions.reduced_mass, conditions.club_speed, self.law.reference_compression
         m = 0.5 * (n + 1.0)
         omega = m * (v / at.length) * (d / at.length) ** (m - 1.0)
         return {
@@ -92,8 +92,8 @@ class Predictor:
             "exponent": n,
             "reference_compression": d,
             "club_speed": v,
-            "m_club": impact.m_club,
-            "m_ball": impact.m_ball,
+            "m_club": conditions.m_club,
+            "m_ball": conditions.m_ball,
         }
 
     def predict(self, at: Coordinates) -> dict[str, float] | None:
@@ -105,7 +105,7 @@ class Predictor:
             return None
         if not self._fmu.flag("separated"):
             return None
-        return {name: found[output] for name, (output, _, _) in TARGETS.items()}
+        return {name: found[output] for name, (output, _) in TARGETS.items()}
 
     def path(self, at: Coordinates) -> tuple[list[float], list[float]]:
         """Time since touch (s) and contact force (N), 301 of each."""
@@ -122,8 +122,8 @@ class Predictor:
         shape = 1.0 / (n + 1.0) + math.log(d / at.length)
         critical = (
             2.0
-            * self.impact.reduced_mass
-            * math.sqrt(0.5 * (n + 1.0) * k / self.impact.reduced_mass)
+            * self.conditions.reduced_mass
+            * math.sqrt(0.5 * (n + 1.0) * k / self.conditions.reduced_mass)
         )
         steep = 1.0 if at.damping <= 1.0 else at.zeta
         return [

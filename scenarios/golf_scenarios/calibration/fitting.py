@@ -18,7 +18,7 @@ from golf_scenarios.calibration.contact_law import (
     Predictor,
     damping_coordinate,
 )
-from golf_scenarios.calibration.targets import RESTITUTION, Impact, Target, independent
+from golf_scenarios.calibration.targets import RESTITUTION, Conditions, Target, independent
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 
@@ -101,7 +101,9 @@ def missing(law: ContactLaw, targets: Mapping[str, Target]) -> str | None:
     return why
 
 
-def fit(fmu: ImpactFmu, impact: Impact, targets: Mapping[str, Target], law: ContactLaw) -> Fit:
+def fit(
+    fmu: ImpactFmu, conditions: Conditions, targets: Mapping[str, Target], law: ContactLaw
+) -> Fit:
     """The parameters of a law that meet these targets best.
 
     Two targets for two parameters, of which one is a speed or COR, have an exact inverse: speeds
@@ -110,7 +112,7 @@ def fit(fmu: ImpactFmu, impact: Impact, targets: Mapping[str, Target], law: Cont
 
     Args:
         fmu: in use.
-        impact: in which the targets were measured.
+        conditions: of the impact in which the targets were measured.
         targets: by name.
         law: with its free parameters.
 
@@ -120,7 +122,7 @@ def fit(fmu: ImpactFmu, impact: Impact, targets: Mapping[str, Target], law: Cont
     why = missing(law, targets)
     if why:
         raise UserError(f"too few targets: {why}")
-    search = _Search(Predictor(fmu, impact, law), targets)
+    search = _Search(Predictor(fmu, conditions, law), targets)
     for method, places in (
         ("closed form" if law.law == 2 else "root finding", search.exact),
         ("weighted least squares", search.least_squares),
@@ -135,23 +137,23 @@ class _Search:
     def __init__(self, predictor: Predictor, targets: Mapping[str, Target]) -> None:
         self.predictor = predictor
         self.targets = targets
-        law, impact = predictor.law, predictor.impact
+        law, conditions = predictor.law, predictor.conditions
         # A length of the right order: only its logarithm is searched.
         time, peak, force = (
             targets[name].value if name in targets else 0.0
             for name in ("contact_time", "time_of_max_force", "max_force")
         )
-        v = impact.club_speed
+        v = conditions.club_speed
         if time > 0.0 or peak > 0.0:
             self.length = v * (time or 2.0 * peak) / math.pi
         elif force > 0.0:
-            self.length = impact.reduced_mass * v * v / force
+            self.length = conditions.reduced_mass * v * v / force
         else:
             self.length = 1.5e-4 * v
         self.exponents = _EXPONENTS if law.exponent is None else (law.exponent,)
         self.free_exponent = law.exponent is None
         # Under law 2 a speed tells ζ: without these, a valley may lie between two points.
-        told = [_restitution(targets[name], impact) for name in RESTITUTION if name in targets]
+        told = [_restitution(targets[name], conditions) for name in RESTITUTION if name in targets]
         self.zetas = sorted({*_ZETAS, *(_zeta(e) for e in told if law.law == 2 and 0.0 < e < 1.0)})
 
     def residuals(self, predicted: Mapping[str, float] | None) -> list[float]:
@@ -173,9 +175,9 @@ class _Search:
             return []
         speed = self.targets[speeds[0]]
         size = next(t for name, t in self.targets.items() if name not in RESTITUTION)
-        law, impact = self.predictor.law, self.predictor.impact
+        law, conditions = self.predictor.law, self.predictor.conditions
         if law.law == 2:
-            restitution = _restitution(speed, impact)
+            restitution = _restitution(speed, conditions)
             zetas = [_zeta(restitution)] if 0.0 < restitution < 1.0 else []
         else:
             zetas = list(self._zetas_by_root_finding(speed))
@@ -394,13 +396,13 @@ def _same(a: Coordinates, b: Coordinates) -> bool:
     )
 
 
-def _restitution(speed: Target, impact: Impact) -> float:
+def _restitution(speed: Target, conditions: Conditions) -> float:
     """The COR that a speed means where momentum is conserved."""
-    total, u = impact.m_club + impact.m_ball, impact.club_speed
+    total, u = conditions.m_club + conditions.m_ball, conditions.club_speed
     if speed.name == "ball_speed":
-        return speed.value * total / (impact.m_club * u) - 1.0
+        return speed.value * total / (conditions.m_club * u) - 1.0
     if speed.name == "club_speed_after":
-        return (u - speed.value) * total / (impact.m_ball * u) - 1.0
+        return (u - speed.value) * total / (conditions.m_ball * u) - 1.0
     return speed.value
 
 

@@ -8,15 +8,18 @@ from pathlib import Path
 
 from golf_scenarios.errors import UserError
 
-#: Targets by name: the FMU's output, how it is called, its unit.
-TARGETS: dict[str, tuple[str, str, str]] = {
-    "ball_speed": ("ball_velocity", "ball speed after", "m/s"),
-    "club_speed_after": ("club_velocity", "club speed after", "m/s"),
-    "cor": ("coefficient_of_restitution", "COR", ""),
-    "contact_time": ("contact_time", "contact time", "s"),
-    "max_force": ("max_force", "max force", "N"),
-    "time_of_max_force": ("time_of_max_force", "time of max force", "s"),
+#: Targets by name: the FMU's output, and how it is called.
+TARGETS = {
+    "ball_speed": ("ball_velocity", "ball speed after"),
+    "club_speed_after": ("club_velocity", "club speed after"),
+    "cor": ("coefficient_of_restitution", "COR"),
+    "contact_time": ("contact_time", "contact time"),
+    "max_force": ("max_force", "max force"),
+    "time_of_max_force": ("time_of_max_force", "time of max force"),
 }
+
+#: Their units on the command line and in files: SI.
+_UNITS = {"ball_speed": "m/s", "club_speed_after": "m/s", "cor": "", "max_force": "N"}
 
 #: Targets that tell how much is given back. A law of two bodies has one number for it, so that all
 #: of them together count as one.
@@ -34,7 +37,7 @@ _CONTRADICTION = 3.0
 
 
 @dataclass(frozen=True)
-class Impact:
+class Conditions:
     """The impact in which the targets were measured: speed (m/s) and masses (kg), ball at rest."""
 
     club_speed: float = 35.0
@@ -75,7 +78,7 @@ def target(name: str, value: float, sigma: float | None = None) -> Target:
     Raises:
         UserError: it can't.
     """
-    label, unit = TARGETS[name][1:]
+    label, unit = TARGETS[name][1], _UNITS.get(name, "s")
     shown = f"{option(name)} {value!r} is refused: "
     if not math.isfinite(value):
         raise UserError(f"{shown}{label} must be a finite number, in {unit or 'no unit'}")
@@ -103,7 +106,7 @@ def given(
     options: Mapping[str, tuple[float | None, float | None]],
     conditions: Mapping[str, float | None],
     file: Path | None = None,
-) -> tuple[Impact, dict[str, Target]]:
+) -> tuple[Conditions, dict[str, Target]]:
     """The impact and the targets of the command line and, where that is silent, of a CSV file.
 
     Args:
@@ -115,21 +118,22 @@ def given(
         UserError: a value can't be.
     """
     listed, also = read_csv(file) if file else ({}, {})
-    impact = Impact(**{**also, **{n: v for n, v in conditions.items() if v is not None}})
+    stated = {name: value for name, value in conditions.items() if value is not None}
+    measured = Conditions(**{**also, **stated})
     targets = {}
     for name, (value, sigma) in options.items():
         if value is not None:
             targets[name] = target(name, value, sigma)
         elif name in listed:
-            value, stated = listed[name]
-            targets[name] = target(name, value, stated if sigma is None else sigma)
+            value, given_sigma = listed[name]
+            targets[name] = target(name, value, given_sigma if sigma is None else sigma)
         elif sigma is not None:
             raise UserError(
                 f"{option('sigma_' + name)} {sigma!r} is refused without {option(name)}: there is "
                 "nothing that it is the standard deviation of"
             )
-    check_impact(impact)
-    return impact, targets
+    check_conditions(measured)
+    return measured, targets
 
 
 def read_csv(path: Path) -> tuple[dict[str, tuple[float, float | None]], dict[str, float]]:
@@ -169,11 +173,11 @@ def read_csv(path: Path) -> tuple[dict[str, tuple[float, float | None]], dict[st
         given = dict(zip(header, cells))
         name = given["target"].lower().lstrip("-").replace("-", "_")
         value, sigma = (_number(given.get(column, ""), where) for column in ("value", "sigma"))
-        known = name in TARGETS or name in Impact.__dataclass_fields__
+        known = name in TARGETS or name in Conditions.__dataclass_fields__
         if not known:
             raise UserError(
                 f"{where}: there is no target {given['target']!r}: choose from "
-                f"{', '.join(TARGETS)}, or {', '.join(Impact.__dataclass_fields__)}"
+                f"{', '.join(TARGETS)}, or {', '.join(Conditions.__dataclass_fields__)}"
             )
         if value is None:
             raise UserError(f"{where}: {name} has no value")
@@ -197,17 +201,17 @@ def _number(text: str, where: str) -> float | None:
         raise UserError(f"{where}: {text!r} is no number (e.g. 600e-6)") from None
 
 
-def check_impact(impact: Impact) -> None:
+def check_conditions(conditions: Conditions) -> None:
     """Raises UserError for an impact that can't be."""
-    for name in Impact.__dataclass_fields__:
-        value = getattr(impact, name)
+    for name in Conditions.__dataclass_fields__:
+        value = getattr(conditions, name)
         if not (math.isfinite(value) and value > 0.0):
             raise UserError(
                 f"{option(name)} {value!r} is refused: it must be a finite number above 0"
             )
 
 
-def doubts(impact: Impact, targets: Mapping[str, Target]) -> list[str]:
+def doubts(conditions: Conditions, targets: Mapping[str, Target]) -> list[str]:
     """What may be in another unit than it should, in words; it is taken as it stands."""
     found = [
         f"{option(name)} {targets[name].value:g} is taken in s: write e.g. 600e-6 for 600 µs."
@@ -218,19 +222,19 @@ def doubts(impact: Impact, targets: Mapping[str, Target]) -> list[str]:
     if force and force.value < _SOFT:
         found.append(f"--max-force {force.value:g} is taken in N: write e.g. 6600 for 6.6 kN.")
     found += [
-        f"{option(name)} {getattr(impact, name):g} is taken in kg: write e.g. 0.210 for 210 g."
+        f"{option(name)} {getattr(conditions, name):g} is taken in kg: write e.g. 0.210 for 210 g."
         for name in ("m_club", "m_ball")
-        if getattr(impact, name) > _HEAVY
+        if getattr(conditions, name) > _HEAVY
     ]
     return found
 
 
-def check_together(targets: Mapping[str, Target], impact: Impact, law: int) -> None:
+def check_together(targets: Mapping[str, Target], conditions: Conditions, law: int) -> None:
     """Refuse targets that no contact at all could show together.
 
     Args:
         targets: by name.
-        impact: in which they were measured.
+        conditions: of the impact in which they were measured.
         law: 1 or 2; only 2 conserves momentum.
 
     Raises:
@@ -242,13 +246,13 @@ def check_together(targets: Mapping[str, Target], impact: Impact, law: int) -> N
             f"--time-of-max-force {peak.value!r} is refused: the largest force can't come after "
             f"the contact's end, --contact-time {time.value!r}"
         )
-    u = impact.club_speed
+    u = conditions.club_speed
     ball, club, cor = (targets.get(name) for name in RESTITUTION)
     if ball and club:
         if law == 2:
-            start = impact.m_club * u
-            end = impact.m_club * club.value + impact.m_ball * ball.value
-            sigma = math.hypot(impact.m_club * club.sigma, impact.m_ball * ball.sigma)
+            start = conditions.m_club * u
+            end = conditions.m_club * club.value + conditions.m_ball * ball.value
+            sigma = math.hypot(conditions.m_club * club.sigma, conditions.m_ball * ball.sigma)
             if abs(end - start) > _CONTRADICTION * sigma:
                 raise UserError(
                     "these speeds don't conserve momentum (law 2 does): "
@@ -264,7 +268,7 @@ def check_together(targets: Mapping[str, Target], impact: Impact, law: int) -> N
                 f"--cor {cor.value!r} is refused beside these speeds: (ball - club) / club speed "
                 f"= {implied:.6g}, off by {off:.1f} σ (at most {_CONTRADICTION:g})"
             )
-    for names, implied, sigma in _implied_restitution(ball, club, impact, law):
+    for names, implied, sigma in _implied_restitution(ball, club, conditions, law):
         if implied - sigma >= 1.0 or implied + sigma <= 0.0:
             why = "more energy than there was" if implied > 0.0 else "a ball that doesn't leave"
             raise UserError(
@@ -274,20 +278,20 @@ def check_together(targets: Mapping[str, Target], impact: Impact, law: int) -> N
 
 
 def _implied_restitution(
-    ball: Target | None, club: Target | None, impact: Impact, law: int
+    ball: Target | None, club: Target | None, conditions: Conditions, law: int
 ) -> Iterator[tuple[str, float, float]]:
     """The COR that speeds tell: options, value and σ."""
-    u = impact.club_speed
-    total = impact.m_club + impact.m_ball
+    u = conditions.club_speed
+    total = conditions.m_club + conditions.m_ball
     if ball and club:
         names = f"--ball-speed {ball.value!r} with --club-speed-after {club.value!r}"
         sigma = math.hypot(ball.sigma, club.sigma) / u
         yield names, (ball.value - club.value) / u, sigma
     elif law == 2 and ball:
-        factor = total / (impact.m_club * u)
+        factor = total / (conditions.m_club * u)
         yield f"--ball-speed {ball.value!r}", factor * ball.value - 1.0, factor * ball.sigma
     elif law == 2 and club:
-        factor = total / (impact.m_ball * u)
+        factor = total / (conditions.m_ball * u)
         value = factor * (u - club.value) - 1.0
         yield f"--club-speed-after {club.value!r}", value, factor * club.sigma
 

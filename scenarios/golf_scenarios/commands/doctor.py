@@ -1,9 +1,8 @@
-"""Looks at this machine: whether the FMU loads here, and what a host that isn't Python needs.
+"""`golf-impact doctor`: does the FMU load here, and what does a host that isn't Python need?
 
 Nothing in here may fail: whatever goes wrong is a finding.
 """
 
-import ctypes.util
 import importlib.metadata
 import json
 import os
@@ -12,15 +11,18 @@ import shlex
 import shutil
 import subprocess
 import sys
-import sysconfig
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+import typer
 
 from golf_scenarios.fmu.archive import flaw, odd_characters
 from golf_scenarios.stopping import temporary_folder
+
+EPILOG = "Example: golf-impact doctor ClubBallImpact.fmu"
 
 _OLDEST = (3, 10)
 _TIMEOUT = 120.0
@@ -63,15 +65,16 @@ def examine(fmu: Path | None = None) -> Iterator[Finding]:
     yield from _guarded("native hosts", lambda: _native(file[0] if file else None))
 
 
-def doctor(fmu: Path | None, show: Callable[[str], None] = print) -> int:
-    """Show every finding in a line.
-
-    Returns:
-        0, or 1 if there is a problem.
-    """
+def doctor(
+    fmu: Annotated[
+        Path | None,
+        typer.Argument(metavar="[FMU]", help="The .fmu file; the built one by default."),
+    ] = None,
+) -> int:
+    """Look whether the FMU loads on this machine, and show how hosts that aren't Python load it."""
     status = 0
     for level, text in examine(fmu):
-        show(f"{level:<8} {text}")
+        print(f"{level:<8} {text}")
         status |= level == "problem"
     return int(status)
 
@@ -177,27 +180,11 @@ def _load(fmu: Path) -> Iterator[Finding]:
 
 def libpython_files() -> list[Path]:
     """Shared libraries of Python on this machine, that of this interpreter first."""
-    var = sysconfig.get_config_var
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    folders = [
-        Path(folder)
-        for folder in (
-            var("LIBDIR"),
-            f"{sys.base_prefix}/lib",
-            var("LIBPL"),
-            f"/usr/lib/{var('MULTIARCH') or ''}",
-            "/usr/lib64",
-            "/usr/local/lib",
-        )
-        if folder
-    ]
-    names = [var("INSTSONAME"), f"libpython{version}.so.1.0", f"libpython{version}.so"]
-    paths = [folder / name for folder in folders for name in names if name]
-    found = ctypes.util.find_library(f"python{version}")
-    if found:
-        paths += [folder / found for folder in folders]
-    files = {path.resolve(): None for path in paths if ".so" in path.name and path.is_file()}
-    return list(files)
+    import find_libpython
+
+    paths = (Path(path) for path in find_libpython.candidate_paths() if path)
+    files = (path.resolve() for path in paths if path.is_absolute() and path.is_file())
+    return list(dict.fromkeys(file for file in files if ".so" in file.name))
 
 
 def preloaded(libpython: Path, fmu: Path | None = None) -> str | None:

@@ -1,4 +1,4 @@
-"""The scenarios by name, each imported only when it runs."""
+"""The scenario scripts: found by being there, loaded by their path."""
 
 import importlib.util
 from pathlib import Path
@@ -8,39 +8,70 @@ from golf_scenarios.errors import UserError
 
 _ROOM = Path(__file__).resolve().parents[1]
 
-#: The scripts: beside golf_scenarios in a checkout, inside it where it is installed.
+#: Where they lie: beside golf_scenarios in a checkout, inside it where it is installed.
 FOLDER = _ROOM / "scripts" if (_ROOM / "scripts").is_dir() else _ROOM.parent
 
-SCENARIOS = (
-    "diagram",
-    "baseline",
-    "elastic",
-    "club_speed",
-    "compression",
-    "old_ball",
-    "fem",
-    "validation",
-    "speed_dependence",
-    "rating",
-    "laws",
-    "finite_difference",
-    "table1",
-    "system",
-    "model_exchange",
-)
+
+def names() -> list[str]:
+    """The names of our scenarios."""
+    return sorted(path.stem for path in FOLDER.glob("*.py"))
 
 
-def scenario(name: str) -> ModuleType:
-    """The module of a scenario: it has TITLE and run(fmu) -> Outcome.
+def scenarios() -> dict[str, ModuleType]:
+    """Our scenarios by name, as their chapters follow each other."""
+    loaded = {name: scenario(name) for name in names()}
+    last = float("inf")
+    return dict(sorted(loaded.items(), key=lambda item: getattr(item[1], "CHAPTER", last)))
+
+
+def scenario(given: str) -> ModuleType:
+    """The module of a scenario: it has TITLE and `run(fmu)`.
+
+    Args:
+        given: the name of one of ours, or the path of a script.
 
     Raises:
-        UserError: there is none of this name.
+        UserError: there is none, or it is no scenario.
     """
-    if name not in SCENARIOS:
-        raise UserError(f"there is no scenario {name!r}: choose from {', '.join(SCENARIOS)}")
-    spec = importlib.util.spec_from_file_location(f"golf_scenario_{name}", FOLDER / f"{name}.py")
+    path = FOLDER / f"{given}.py"
+    if given.endswith(".py"):
+        path = Path(given)
+    elif given not in names():
+        raise UserError(
+            f"there is no scenario {given!r}: choose from {', '.join(names())}, or give the path "
+            "of a script (.py)"
+        )
+    spec = importlib.util.spec_from_file_location(f"golf_scenario_{path.stem}", path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    try:
+        spec.loader.exec_module(module)
+    except FileNotFoundError as error:
+        missing = error.filename == str(path)
+        raise UserError(f"there is no script {path}" if missing else wrong(path, error)) from error
+    except (Exception, SystemExit) as error:
+        raise UserError(wrong(path, error)) from error
+    if not isinstance(getattr(module, "TITLE", None), str):
+        raise UserError(f'{path} is no scenario: give it a line TITLE = "..."')
+    if not callable(getattr(module, "run", None)):
+        raise UserError(f"{path} is no scenario: give it a function run(fmu) that gives a Report")
     return module
+
+
+def wrong(path: Path, error: BaseException) -> str:
+    """What is wrong with a script, in one line."""
+    where = f", line {line}" if (line := _line_in(path, error)) else ""
+    return f"{path}{where} can't be run: {type(error).__name__}: {error}"
+
+
+def _line_in(path: Path, error: BaseException) -> int | None:
+    """The line of the script that an error comes from."""
+    if isinstance(error, SyntaxError):
+        return error.lineno
+    lines, trace = [], error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == str(path):
+            lines.append(trace.tb_lineno)
+        trace = trace.tb_next
+    return lines[-1] if lines else None

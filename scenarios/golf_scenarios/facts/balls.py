@@ -7,7 +7,6 @@ from typing import Any
 
 from golf_scenarios.errors import UserError
 from golf_scenarios.facts.measured import PENNER, PENNER_AT_REST, PENNER_SLOPE, ROH, TRACKMAN, USGA
-from golf_scenarios.report.outcome import Table
 
 
 @dataclass(frozen=True)
@@ -146,17 +145,3 @@ def ball(name: str) -> Ball:
     if name not in BALLS:
         raise UserError(f"there is no ball {name!r}: choose from {', '.join(BALLS)}")
     return BALLS[name]
-
-
-def table() -> Table:
-    """All presets, as `golf-impact list --balls` shows them."""
-    rows = [
-        [
-            ball.name,
-            ball.title,
-            ", ".join(f"{name} = {value:.6g}" for name, value in ball.values.items()),
-            ball.source,
-        ]
-        for ball in BALLS.values()
-    ]
-    return Table("Balls", ["name", "what it is", "values (SI)", "source"], rows)

@@ -80,17 +80,15 @@ MEASUREMENTS = (
     Measurement("contact time, driver", _TIME, 113 * MPH, 450e-6, 500e-6, USGA, "springy"),
 )
 
-#: Roh & Lee's figures by the FMU's outputs, and how tables show them: label, factor.
+#: Roh & Lee's figures by the FMU's outputs (SI units).
 ROH_LEE_FIGURES = {
-    "club_velocity": ("club velocity (m/s)", 1.0, ROH_LEE["club_velocity"]),
-    "ball_velocity": ("ball velocity (m/s)", 1.0, ROH_LEE["ball_velocity"]),
-    "smash_factor": ("smash factor", 1.0, ROH_LEE["ball_velocity"] / ROH_LEE["club_speed"]),
+    "club_velocity": ROH_LEE["club_velocity"],
+    "ball_velocity": ROH_LEE["ball_velocity"],
+    "smash_factor": ROH_LEE["ball_velocity"] / ROH_LEE["club_speed"],
     "coefficient_of_restitution": (
-        "COR",
-        1.0,
-        (ROH_LEE["ball_velocity"] - ROH_LEE["club_velocity"]) / ROH_LEE["club_speed"],
+        (ROH_LEE["ball_velocity"] - ROH_LEE["club_velocity"]) / ROH_LEE["club_speed"]
     ),
-    "contact_time": ("contact time (µs)", 1e6, ROH_LEE["contact_time"]),
-    "max_force": ("max force (N)", 1.0, ROH_LEE["max_force"]),
-    "time_of_max_force": ("time of max force (µs)", 1e6, ROH_LEE["time_of_max_force"]),
+    "contact_time": ROH_LEE["contact_time"],
+    "max_force": ROH_LEE["max_force"],
+    "time_of_max_force": ROH_LEE["time_of_max_force"],
 }

@@ -3,13 +3,15 @@
 import hashlib
 import re
 import stat
+import tempfile
 import zipfile
 from pathlib import Path, PurePosixPath
 
+from golf_build.archive import SUMS
+from golf_scenarios.errors import UserError
+
 #: Bytes, unpacked; ours has 1 MB.
 _LARGEST = 64 * 2**20
-
-_SUMS = "documentation/SHA256SUMS"
 
 
 def flaw(path: Path) -> str | None:
@@ -61,9 +63,9 @@ def _flaw_inside(archive: zipfile.ZipFile) -> str | None:
         return "modelDescription.xml is missing"
     # Reading looks at the CRC, too.
     found = {name: hashlib.sha256(archive.read(name)).hexdigest() for name in names}
-    if _SUMS not in found:
+    if SUMS not in found:
         return None
-    for line in archive.read(_SUMS).decode().splitlines():
+    for line in archive.read(SUMS).decode().splitlines():
         expected, _, name = line.partition("  ")
         if name not in found:
             return f"{name} is missing"
@@ -78,3 +80,17 @@ def odd_characters(folder: Path | str) -> str:
     Tools escape them there, and pythonfmu undoes only %20, the space; it crashes on the others.
     """
     return "".join(sorted(set(re.sub(r"[A-Za-z0-9/._~ \\:-]", "", str(folder)))))
+
+
+def check_temporary_folder() -> None:
+    """See that an FMU can be loaded where tools extract it.
+
+    Raises:
+        UserError: pythonfmu would crash.
+    """
+    folder = tempfile.gettempdir()
+    if odd_characters(folder):
+        raise UserError(
+            f"pythonfmu can't load an FMU from {folder}: set TMPDIR to a folder whose name has "
+            "letters, digits, spaces and . _ ~ - only"
+        )

@@ -7,37 +7,30 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from types import ModuleType
 
-from golf_build import fmi2, fmi3
+from golf_build import fmi2, fmi3, packaging
 from golf_scenarios.errors import UserError
-from golf_scenarios.fmu.archive import odd_characters
+from golf_scenarios.fmu.archive import check_temporary_folder
 from golf_scenarios.stopping import held
 
 #: build/ of a checkout; anything else where golf_build is installed.
-_CHECKOUT = fmi2.HERE.parent
+_CHECKOUT = packaging.HERE.parent
+
+#: What builds the FMU, by the version of FMI.
+BUILDERS = {2: fmi2.BUILDER, 3: fmi3.BUILDER}
 
 
-def builder(fmi: int = 2) -> ModuleType:
-    """What builds the FMU of this version of FMI."""
-    return {2: fmi2, 3: fmi3}[fmi]
-
-
-def _in_checkout() -> bool:
-    return (_CHECKOUT / "build_fmu.py").is_file()
-
-
-def default_path(build: ModuleType) -> Path:
+def default_path(builder: packaging.Builder) -> Path:
     """build/ in a checkout; else the user's cache, under the digest of the sources."""
-    if _in_checkout():
-        return _CHECKOUT / f"{build.NAME}.fmu"
+    if (_CHECKOUT / "build_fmu.py").is_file():
+        return _CHECKOUT / f"{builder.name}.fmu"
     import platformdirs
 
     cache = platformdirs.user_cache_path("golf-impact")
     if not cache.is_absolute():
         # A user without a home: it would be a folder named ~ here.
         cache = Path(tempfile.gettempdir(), "golf-impact")
-    return cache / build.digest()[:16] / f"{build.NAME}.fmu"
+    return cache / builder.digest()[:16] / f"{builder.name}.fmu"
 
 
 def build_fmu(out: Path | None = None, fmi: int = 2) -> Path:
@@ -50,8 +43,7 @@ def build_fmu(out: Path | None = None, fmi: int = 2) -> Path:
     Raises:
         UserError: the file can't be written.
     """
-    build = builder(fmi)
-    out = default_path(build) if out is None else out
+    out = default_path(BUILDERS[fmi]) if out is None else out
     # Not Path.is_dir, which raises where one may not look.
     if os.path.isdir(out):
         raise UserError(f"{out} is a folder; give the name of the .fmu file to write")
@@ -59,7 +51,7 @@ def build_fmu(out: Path | None = None, fmi: int = 2) -> Path:
         raise UserError(f"{out} is refused: the file's name must end in .fmu")
     try:
         with held():
-            return build.build(out)
+            return BUILDERS[fmi].build(out)
     except OSError as error:
         raise UserError(f"can't write {out}: {error.strerror or error}") from error
 
@@ -75,13 +67,13 @@ def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
     Returns:
         The file, and why it was built (None if it was there).
     """
-    build = builder(fmi)
-    path = default_path(build)
+    builder = BUILDERS[fmi]
+    path = default_path(builder)
     if not os.path.exists(path):
         why = "it was missing"
-    elif build.is_current(path):
+    elif builder.is_current(path):
         return path, None
-    elif build.guid_of(path) is None:
+    elif packaging.guid_of(path) is None:
         why = "it was damaged"
     else:
         why = "its sources have changed"
@@ -102,7 +94,7 @@ def given_fmu(path: Path) -> Path:
     from golf_scenarios.fmu.impact_fmu import ImpactFmu
 
     ImpactFmu(path)
-    if builder().is_current(path):
+    if BUILDERS[2].is_current(path):
         return path
     check_temporary_folder()
     # Its modules come from where ours do, never from the working folder.
@@ -122,20 +114,6 @@ def given_fmu(path: Path) -> Path:
     raise UserError(f"{path} can't be run here ({why}): run `golf-impact build`")
 
 
-def check_temporary_folder() -> None:
-    """See that an FMU can be loaded where tools extract it.
-
-    Raises:
-        UserError: pythonfmu would crash.
-    """
-    folder = tempfile.gettempdir()
-    if odd_characters(folder):
-        raise UserError(
-            f"pythonfmu can't load an FMU from {folder}: set TMPDIR to a folder whose name has "
-            "letters, digits, spaces and . _ ~ - only"
-        )
-
-
 def build_plain_fmu(script: Path, folder: Path) -> Path:
     """Package a self-contained slave as pythonfmu does, with nothing added.
 
@@ -143,12 +121,6 @@ def build_plain_fmu(script: Path, folder: Path) -> Path:
         script: the Python file with the slave.
         folder: where the .fmu goes.
     """
-    from pythonfmu.builder import FmuBuilder
-
-    path, modules = list(sys.path), set(sys.modules)
-    try:
-        return FmuBuilder.build_FMU(script, dest=folder)
-    finally:
-        sys.path[:] = path
-        if script.stem not in modules:
-            sys.modules.pop(script.stem, None)
+    with packaging.packaged("pythonfmu", script.stem, script.read_bytes(), {}, {}) as fmu:
+        folder.mkdir(parents=True, exist_ok=True)
+        return Path(shutil.copy(fmu, folder))

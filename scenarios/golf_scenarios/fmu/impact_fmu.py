@@ -1,31 +1,18 @@
-"""Drives the FMU through fmpy: one extraction, one instance, as many impacts as a scene wants."""
+"""Drives ClubBallImpact.fmu: one extraction, one instance, as many impacts as a scene wants."""
 
 import math
 import shutil
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-import fmpy
 import numpy as np
-
-# Before an FMU brings its own copy, which has no binaries to build another FMU with.
-import pythonfmu.builder  # noqa: F401
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import (
-    FMU2Slave,
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-    fmi2Discard,
-)
 
 from golf_scenarios.errors import UserError
-from golf_scenarios.fmu.archive import flaw
-from golf_scenarios.fmu.file import check_temporary_folder
+from golf_scenarios.fmu.archive import check_temporary_folder, flaw
+from golf_scenarios.fmu.loaded import LoadedFmu, in_a_line
 
 #: One communication step that is longer than any contact here; the answer doesn't depend on it.
 HORIZON = 1.0
@@ -69,7 +56,7 @@ FLAGS = ("touched", "in_contact", "separated")
 PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
 
 
-class ImpactFmu:
+class ImpactFmu(LoadedFmu):
     """The FMU, extracted and instantiated once, for use in a `with` block.
 
     Args:
@@ -80,17 +67,15 @@ class ImpactFmu:
     """
 
     def __init__(self, path: Path) -> None:
-        self.path = path
         why = flaw(path)
         if why is not None:
             raise UserError(why)
         try:
-            self.description = fmpy.read_model_description(str(path))
+            super().__init__(path)
         except Exception as error:  # whatever zip, XML and fmpy make of a broken file
             raise UserError(
-                f"{path} is no readable FMU ({_in_a_line(error)}): run `golf-impact build`"
+                f"{path} is no readable FMU ({in_a_line(error)}): run `golf-impact build`"
             ) from error
-        self.variables = {v.name: v for v in self.description.modelVariables}
         if "smash_factor" not in self.variables:
             raise UserError(f"{path} is another FMU ({self.description.modelName}), not this one")
         if self.description.fmiVersion != "2.0" or self.description.coSimulation is None:
@@ -104,33 +89,29 @@ class ImpactFmu:
                 f"{path} lacks {', '.join(missing)}, so it is of another version: run "
                 "`golf-impact build`"
             )
-        self.messages: list[str] = []
-        self._folder: str | None = None
-        self._slave: FMU2Slave | None = None
-        self._fresh: Any = None
 
     def __enter__(self) -> "ImpactFmu":
-        self._folder = tempfile.mkdtemp(prefix="golf-impact-")
+        check_temporary_folder()
         try:
-            self._extract(self._folder)
-            slave = FMU2Slave(
-                guid=self.description.guid,
-                unzipDirectory=self._folder,
-                modelIdentifier=self.description.coSimulation.modelIdentifier,
-                instanceName="impact",
-            )
-            slave.instantiate(callbacks=self._callbacks(), loggingOn=True)
-            # Restoring this state is far cheaper than a reset, which makes a new instance.
-            self._fresh = slave.getFMUstate()
-        except Exception as error:
-            shutil.rmtree(self._folder, ignore_errors=True)
-            if isinstance(error, UserError):
-                raise
-            why = _in_a_line(error)
+            super().__enter__()
+        except OSError as error:
+            shutil.rmtree(self.folder, ignore_errors=True)
             raise UserError(
-                f"{self.path} can't be loaded ({why}): run `golf-impact build`"
+                f"{self.path} can't be extracted into {self.folder}: {error.strerror or error}"
             ) from error
-        self._slave = slave
+        try:
+            # Without these pythonfmu would take the process down.
+            module = Path(self.folder, "resources", "slavemodule.txt")
+            if not module.is_file():
+                raise OSError("resources/slavemodule.txt is missing")
+            if not module.with_name(f"{module.read_text().strip()}.py").is_file():
+                raise OSError("its Python module is missing")
+            self.slave  # noqa: B018 (instantiated here, where an error has a line of its own)
+        except Exception as error:
+            shutil.rmtree(self.folder, ignore_errors=True)
+            raise UserError(
+                f"{self.path} can't be loaded ({in_a_line(error)}): run `golf-impact build`"
+            ) from error
         return self
 
     def __exit__(
@@ -139,116 +120,10 @@ class ImpactFmu:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        slave = self.slave
-        # After an error that isn't a refusal further calls may crash the process.
-        failed = isinstance(error, FMICallException)
-        if not failed:
-            slave.freeFMUstate(self._fresh)
-            slave.terminate()
-            slave.freeInstance()
-        self._slave = None
-        assert self._folder is not None
-        shutil.rmtree(self._folder, ignore_errors=True)
-        if failed:
-            said = f": {_in_a_line(self.messages[-1])}" if self.messages else ""
-            raise UserError(f"{self.path} failed ({_in_a_line(str(error))}{said})") from error
-
-    def _extract(self, folder: str) -> None:
-        """Extract the FMU where pythonfmu can load it, and see that what it needs is there."""
-        check_temporary_folder()
-        try:
-            fmpy.extract(str(self.path), folder)
-        except OSError as error:
-            raise UserError(
-                f"{self.path} can't be extracted into {folder}: {error.strerror or error}"
-            ) from error
-        module = Path(folder, "resources", "slavemodule.txt")
-        if not module.is_file():
-            raise OSError("resources/slavemodule.txt is missing")
-        if not module.with_name(f"{module.read_text().strip()}.py").is_file():
-            raise OSError("its Python module is missing")
-
-    def _callbacks(self) -> fmi2CallbackFunctions:
-        def log(environment, instance, status, category, message) -> None:
-            self.messages.append(message.decode("utf-8", "replace"))
-
-        callbacks = fmi2CallbackFunctions()
-        callbacks.logger = fmi2CallbackLoggerTYPE(log)
-        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
-        return callbacks
-
-    @property
-    def slave(self) -> FMU2Slave:
-        """Fmpy's instance, for calls that aren't here."""
-        assert self._slave is not None, "use ImpactFmu in a with block"
-        return self._slave
-
-    def references(self, names: Sequence[str]) -> list[int]:
-        """Value references of variables by name."""
-        return [self.variables[name].valueReference for name in names]
-
-    def start(self, **values: float) -> None:
-        """A new run with these inputs and parameters (defaults for the others).
-
-        Raises:
-            UserError: the FMU refuses a value, or doesn't know the variable.
-        """
-        self.begin(**values)
-        self.slave.exitInitializationMode()
-        if self.messages:
-            raise UserError(self.messages[0])
-
-    def begin(self, **values: float) -> None:
-        """A new run as far as initialization mode, where more can be set; `messages` has refusals.
-
-        Raises:
-            UserError: the FMU doesn't know the variable.
-        """
-        slave = self.slave
-        slave.setFMUstate(self._fresh)
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        self.messages.clear()
-        for name, value in values.items():
-            self._set(name, value)
-
-    def _set(self, name: str, value: float) -> None:
-        variable = self.variables.get(name)
-        if variable is None or variable.causality not in ("input", "parameter"):
-            known = [v.name for v in self.variables.values() if v.causality != "output"]
-            raise UserError(
-                f"there is no input or parameter {name}: choose from {', '.join(known)}"
-            )
-        reference = [variable.valueReference]
-        if variable.type == "Integer":
-            if not abs(value) < 2**31 or value != int(value):
-                raise UserError(f"{name} = {value!r} is refused: it must be a whole number, 1 or 2")
-            self.slave.setInteger(reference, [int(value)])
-        else:
-            self.slave.setReal(reference, [value])
-
-    def step(self, point: float, size: float) -> None:
-        """One communication step.
-
-        Raises:
-            UserError: the FMU refuses it.
-        """
-        try:
-            self.slave.doStep(point, size)
-        except FMICallException as error:
-            if error.status != fmi2Discard:
-                raise
-            message = self.messages[-1] if self.messages else _in_a_line(error)
-            raise UserError(message) from error
-
-    def read(self, names: Sequence[str]) -> dict[str, float]:
-        """Values of Real variables at this communication point, by name."""
-        return dict(zip(names, self.slave.getReal(self.references(names)), strict=True))
-
-    def flag(self, name: str) -> bool:
-        """Value of a Boolean output."""
-        return bool(self.slave.getBoolean(self.references([name]))[0])
+        super().__exit__(kind, error, trace)
+        if isinstance(error, FMICallException):
+            said = f": {in_a_line(self.messages[-1])}" if self.messages else ""
+            raise UserError(f"{self.path} failed ({in_a_line(error)}{said})") from error
 
     def impact(self, outputs: Sequence[str] = METRICS, **values: Any) -> dict[str, float]:
         """One impact in one communication step: metrics only.
@@ -292,10 +167,6 @@ class ImpactFmu:
             period = math.pi * compression / closing
         return period
 
-    def default(self, name: str) -> float:
-        """The start value of an input or parameter."""
-        return float(self.variables[name].start)
-
     def trajectory(
         self, points: int = 301, names: Sequence[str] = PATH, **values: Any
     ) -> dict[str, np.ndarray]:
@@ -335,7 +206,3 @@ class ImpactFmu:
             self.step(times[n - 1], times[n] - times[n - 1])
             table[n] = self.slave.getReal(references)
         return {"time": times, **{name: table[:, i] for i, name in enumerate(names)}}
-
-
-def _in_a_line(error: BaseException | str) -> str:
-    return (str(error).strip() or type(error).__name__).splitlines()[0]

@@ -22,19 +22,6 @@ def build_system(folder: Path, impact: Path) -> list[Path]:
         raise UserError(f"can't write into {folder}: {error.strerror or error}") from error
 
 
-def write_cross_check(fmu: Path) -> list[Path]:
-    """Write the FMI cross-check files next to ClubBallImpact.fmu.
-
-    Raises:
-        UserError: a file can't be written.
-    """
-    try:
-        with held():
-            return system.write_cross_check(fmu)
-    except OSError as error:
-        raise UserError(f"can't write beside {fmu}: {error.strerror or error}") from error
-
-
 def run_ssp(ssp: Path, step: float, stop: float) -> dict[str, np.ndarray]:
     """Run the system in fmpy.ssp.
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from .problem import Case, Outcome
+from golf_scenarios.peers.problem import Case, Outcome
 
 #: The document's time step, s.
 DT = 0.5e-6

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 
-from .interpolation import fall_through_zero, peak, value
-from .problem import Case, Outcome
+from golf_scenarios.peers.interpolation import fall_through_zero, peak, value
+from golf_scenarios.peers.problem import Case, Outcome
 
 
 def solve(case: Case, dt: float) -> Outcome:

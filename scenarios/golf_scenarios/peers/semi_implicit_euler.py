@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from .problem import Case, Outcome
+from golf_scenarios.peers.problem import Case, Outcome
 
 
 def solve(case: Case, dt: float) -> Outcome:

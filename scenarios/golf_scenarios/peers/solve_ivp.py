@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from .problem import Case, Outcome
+from golf_scenarios.peers.problem import Case, Outcome
 
 METHODS = ("RK45", "DOP853", "LSODA", "Radau")
 

@@ -1,7 +1,7 @@
-"""How figures look. Only scenarios that draw import this, and with it matplotlib."""
+"""How figures look. Imported only to draw: matplotlib comes with it."""
 
+import io
 import os
-from typing import BinaryIO
 
 # Figures are written to files; without this matplotlib would look for a screen.
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -68,7 +68,9 @@ def mark(axes: Axes, x: float, y: float, text: str) -> None:
     axes.annotate(text, (x, y), xytext=(0, 7), textcoords="offset points", ha="center")
 
 
-def save(figure: Figure, file: BinaryIO) -> None:
-    """Write a PNG and forget the figure."""
-    figure.savefig(file)
+def png(figure: Figure) -> bytes:
+    """A figure as PNG; it is forgotten then."""
+    image = io.BytesIO()
+    figure.savefig(image)
     plt.close(figure)
+    return image.getvalue()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,7 +39,7 @@ class Outcome:
         tables: in the order in which they are shown.
         checks: what was claimed and whether it holds.
         trajectories: by file name without suffix: columns by name, arrays of one shape (n,).
-        figures: by file name without suffix: a function that draws it (and imports matplotlib).
+        figures: by file name without suffix: a function that draws it, with the module `figures`.
         words: the conclusions.
     """
 
@@ -48,7 +48,7 @@ class Outcome:
     tables: list[Table] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
     trajectories: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
-    figures: dict[str, Callable[[], Figure]] = field(default_factory=dict)
+    figures: dict[str, Callable[[Any], Figure]] = field(default_factory=dict)
     words: list[str] = field(default_factory=list)
 
     def check(self, claim: str, passed: bool, detail: str = "") -> None:

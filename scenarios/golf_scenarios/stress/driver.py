@@ -30,22 +30,11 @@ class Driver:
         self._k_b = fmu.references(("k", "b"))
         self._separated = fmu.references(("separated",))
         self._velocities = fmu.references(("club_velocity", "ball_velocity"))
-        self._fresh = self.slave.getFMUstate()
-
-    def close(self) -> None:
-        """Give back what belongs to the instance."""
-        self.slave.freeFMUstate(self._fresh)
 
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
         """A new run."""
-        slave = self.slave
-        slave.setFMUstate(self._fresh)
-        slave.setupExperiment(startTime=start_time)
-        slave.enterInitializationMode()
-        names = [name for name in values if name != "law"]
-        slave.setReal(self._fmu.references(names), [values[name] for name in names])
-        slave.setInteger(self._fmu.references(("law",)), [int(values["law"])])
-        slave.exitInitializationMode()
+        self._fmu.begin(values, start_time)
+        self.slave.exitInitializationMode()
 
     def set_inputs(self, k: float, b: float) -> None:
         """For the steps to come."""
@@ -92,8 +81,4 @@ class Driver:
 def opened() -> Iterator[tuple[Driver, ImpactFmu]]:
     """The FMU of the present sources."""
     with ImpactFmu(current_fmu()[0]) as fmu:
-        driver = Driver(fmu)
-        try:
-            yield driver, fmu
-        finally:
-            driver.close()
+        yield Driver(fmu), fmu

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from golf_scenarios.benchmarks.timing import resident_bytes
 from golf_scenarios.stress.cases import Impact, Segment
 from golf_scenarios.stress.driver import Driver
 from golf_scenarios.stress.ledger import Ledger
 from golf_scenarios.stress.reference import Reference
 from golf_scenarios.stress.scales import BAR, Scales
+from golf_scenarios.timing import resident_bytes
 
 #: s; with k = 2.5e5 N/m the contact lasts 1.24 ms, so that a million are all in it.
 _TINY = 1e-9

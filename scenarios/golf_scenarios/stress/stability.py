@@ -7,7 +7,6 @@ force (relative). SciPy's adaptive methods choose h themselves: their map is ove
 
 from __future__ import annotations
 
-import io
 import math
 import warnings
 from collections.abc import Callable
@@ -19,7 +18,6 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from golf_scenarios.benchmarks import reference
 from golf_scenarios.peers import (
     explicit_euler,
     runge_kutta4,
@@ -30,10 +28,9 @@ from golf_scenarios.peers import (
 from golf_scenarios.peers.problem import Case, Outcome, errors
 from golf_scenarios.report import figures
 from golf_scenarios.stress.driver import Driver
+from golf_scenarios.stress.exact import solve as exact_outcome
 
 OURS = "this FMU"
-
-_OUTCOME = ("club_velocity", "ball_velocity", "contact_time", "max_force")
 
 #: Colours run from a double's resolution to nonsense.
 _LEAST, _MOST = -16.0, 2.0
@@ -103,34 +100,21 @@ def stable(step: Callable[[float, float], np.ndarray], x: float, zeta: float) ->
     return bool(np.abs(np.linalg.eigvals(step(x, zeta))).max() <= 1.0 + 1e-9)
 
 
-def measure(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
+def maps(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
     """The maps of the FMU and its peers."""
     steps = np.logspace(-2 if quick else -3, 3, 6 if quick else 37)
     damping = np.array([0.0, *np.logspace(-2, 3, 4 if quick else 26)])
     tolerances = np.logspace(-3, -13, 3 if quick else 11)
-    exact = {zeta: reference.solve(_case(zeta)) for zeta in damping.tolist()}
+    exact = {zeta: exact_outcome(_case(zeta)) for zeta in damping.tolist()}
     solvers: list[tuple[str, str, np.ndarray, Callable[[Case, float], Outcome]]] = [
         (OURS, "ω0 h", steps, lambda case, x: _fmu(driver, case, x))
     ]
     for name, (module, _) in STEPPING.items():
-        solvers.append(
-            (
-                name,
-                "ω0 h",
-                steps,
-                partial(_stepped, module),
-            )
-        )
+        solvers.append((name, "ω0 h", steps, partial(_stepped, module)))
     for method in ("DOP853", "LSODA", "Radau"):
-        solvers.append(
-            (
-                f"SciPy {method}",
-                "rtol",
-                tolerances,
-                partial(solve_ivp.solve, method=method),
-            )
-        )
-    maps = []
+        adaptive = partial(solve_ivp.solve, method=method)
+        solvers.append((f"SciPy {method}", "rtol", tolerances, adaptive))
+    measured = []
     for name, axis, columns, solve in solvers:
         table = np.full((len(damping), len(columns)), np.inf)
         for row, zeta in enumerate(damping.tolist()):
@@ -138,8 +122,8 @@ def measure(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
             for column, x in enumerate(columns.tolist()):
                 table[row, column] = _error(case, solve, x, exact[zeta])
             tick()
-        maps.append(Map(name, axis, columns, damping, table))
-    return maps
+        measured.append(Map(name, axis, columns, damping, table))
+    return measured
 
 
 def _stepped(module: Any, case: Case, x: float) -> Outcome:
@@ -166,23 +150,13 @@ def _error(case: Case, solve: Callable[[Case, float], Outcome], x: float, exact:
 def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
     """By steps of x/ω0 through the contact, until it is over."""
     size = x / case.natural_frequency
-    driver.begin(
-        {
-            "law": case.law,
-            "m_club": case.m_club,
-            "m_ball": case.m_ball,
-            "k": case.k,
-            "b": case.b,
-            "club_speed": case.club_speed,
-            "ball_speed": case.ball_speed,
-        }
-    )
+    driver.begin(vars(case))
     point = 0.0
     while not driver.separated():
         driver.slave.doStep(point, size)
         point += size
     found = driver.read()
-    return Outcome(*(found[name] for name in _OUTCOME))
+    return Outcome(*(found[name] for name in Outcome._fields))
 
 
 def draw(maps: list[Map]) -> bytes:
@@ -232,9 +206,7 @@ def draw(maps: list[Map]) -> bytes:
     legend.set_frame_on(True)
     for text in legend.get_texts():
         text.set_color("white")
-    image = io.BytesIO()
-    figures.save(figure, image)
-    return image.getvalue()
+    return figures.png(figure)
 
 
 def _edges(centres: np.ndarray) -> np.ndarray:

@@ -4,12 +4,11 @@ From Python: `run_sweep(Study.of({"k": "0.5e6:2e6:100", "b": "0,9,12"}), "k.csv"
 `executor=` any executor of the interface of concurrent.futures takes the chunks.
 
 - `axes`, `designs`, `study`, `study_file`: what is swept. · `plan`, `impacts`, `chunk`: through the
-  FMU. · `target`: the file. · `run`, `pool`, `cluster`: who computes.
+  FMU. · `table_file`: the file. · `run`, `pool`, `cluster`: who computes.
 - `comparison`: beside a loop over fmpy.simulate_fmu. · `pictures`, `sensitivity`: what came out.
-- `command`: the command line.
 """
 
-from golf_scenarios.sweeps.run import Stopped, Summary, run_sweep
+from golf_scenarios.sweeps.run import Stopped, Summary, Sweep, run_sweep
 from golf_scenarios.sweeps.study import Study
 
-__all__ = ["Stopped", "Study", "Summary", "run_sweep"]
+__all__ = ["Stopped", "Study", "Summary", "Sweep", "run_sweep"]

@@ -5,23 +5,19 @@ from __future__ import annotations
 import hashlib
 import tempfile
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from multiprocessing.util import Finalize
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.sweeps.impacts import impacts
 from golf_scenarios.sweeps.plan import Plan
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from golf_scenarios.fmu.impact_fmu import ImpactFmu
 
 
 @dataclass(frozen=True)
@@ -118,8 +114,6 @@ def computed(
     instance: ImpactFmu, plan: Plan, form: Form, columns: Mapping[str, np.ndarray]
 ) -> Chunk:
     """The same in an instance at hand."""
-    from golf_scenarios.sweeps.impacts import impacts
-
     found = impacts(instance, plan, plan.values(columns))
     return Chunk(
         cases=len(found.outputs),
@@ -173,8 +167,6 @@ def unpacked(fmu: FmuFile) -> Iterator[ImpactFmu]:
     Raises:
         UserError: the bytes aren't those that were sent, or can't be loaded here.
     """
-    from golf_scenarios.fmu.impact_fmu import ImpactFmu
-
     if hashlib.sha256(fmu.data).hexdigest() != fmu.digest:
         raise UserError("the FMU was damaged on its way to this process")
     with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:

@@ -8,21 +8,16 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager, suppress
-from functools import partial
-from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from golf_scenarios.errors import UserError
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.sweeps.chunk import FmuFile, release, run_chunk
-from golf_scenarios.sweeps.plan import plan
+from golf_scenarios.fmu.loaded import in_a_line
+from golf_scenarios.sweeps.chunk import FmuFile, release
 from golf_scenarios.sweeps.pool import interrupts_held_back
-from golf_scenarios.sweeps.run import CHUNK, Summary, write_sweep
-from golf_scenarios.sweeps.study import Study
-from golf_scenarios.sweeps.target import Target
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -34,45 +29,28 @@ _PATIENCE = "20s"
 _RETRIES = 2
 
 
-def run_on_cluster(
-    study: Study,
-    out: Path | str,
-    scheduler: str,
-    *,
-    fmu: Path | str,
-    workers: int | None = None,
-    chunk: int = CHUNK,
-    progress: Callable[[int], None] = lambda done: None,
-    stop: Callable[[], bool] = lambda: False,
-) -> Summary:
-    """As `run_sweep`, with chunks run by the workers of a Dask cluster.
+@contextmanager
+def executor_of(
+    scheduler: str, workers: int | None, fmu: FmuFile
+) -> Iterator[tuple[Executor, Any]]:
+    """An executor whose calls the workers of a Dask cluster run, and what the FMU is to them.
 
     Args:
-        study: what to compute.
-        out: a .csv or .parquet file.
         scheduler: the address of an existing one ("tcp://host:8786"), or "local".
-        fmu: the .fmu file.
         workers: of a local cluster; as many as there are processors by default.
-        chunk: see `run_sweep`.
-        progress: see there.
-        stop: see there.
+        fmu: the FMU.
 
     Raises:
-        UserError: also if Dask is missing, or the cluster can't be reached or gives up.
-        Stopped: as there.
+        UserError: Dask is missing, or the cluster can't be reached or gives up.
     """
-    made = plan(study, ImpactFmu(Path(fmu)).variables)
     with ExitStack() as stack:
-        target = stack.enter_context(Target(Path(out), study, made))
         client = stack.enter_context(connected(scheduler, workers))
-        file = FmuFile.read(Path(fmu))
         # A task of its own: Dask brings it to each worker once, and again to one that is new.
-        sent = client.submit(FmuFile, file.digest, file.data, key=f"golf-impact-fmu-{file.digest}")
+        sent = client.submit(FmuFile, fmu.digest, fmu.data, key=f"golf-impact-fmu-{fmu.digest}")
         executor = client.get_executor(retries=_RETRIES)
         stack.callback(executor.shutdown, wait=False)
-        submit = partial(executor.submit, run_chunk, sent)
         with _lines_for_errors(scheduler):
-            return write_sweep(study, made, target, submit, chunk, progress, stop)
+            yield executor, sent
 
 
 @contextmanager
@@ -112,7 +90,7 @@ def connected(scheduler: str, workers: int | None = None) -> Iterator[Client]:
             client.wait_for_workers(1, timeout=_PATIENCE)
         except (OSError, ValueError) as error:
             raise UserError(
-                f"no Dask cluster with workers at {scheduler} ({_in_a_line(error)}): start "
+                f"no Dask cluster with workers at {scheduler} ({in_a_line(error)}): start "
                 "`dask scheduler` and `dask worker`, or use --scheduler local"
             ) from error
         client.register_plugin(_releasing(distributed.WorkerPlugin))
@@ -153,16 +131,12 @@ def _lines_for_errors(scheduler: str) -> Iterator[None]:
     except KilledWorker as error:
         raise UserError(
             f"the cluster at {scheduler} gave up: a chunk lost its worker again and again "
-            f"({_in_a_line(error)})"
+            f"({in_a_line(error)})"
         ) from error
     except (CancelledError, OSError) as error:
-        raise UserError(f"the cluster at {scheduler} went away ({_in_a_line(error)})") from error
+        raise UserError(f"the cluster at {scheduler} went away ({in_a_line(error)})") from error
     except ImportError as error:
         raise UserError(
             f"a worker of {scheduler} lacks {error.name}: install golf-impact[cluster] there, in "
             "the same version"
         ) from error
-
-
-def _in_a_line(error: BaseException) -> str:
-    return (str(error) or type(error).__name__).strip().splitlines()[0]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import tempfile
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -14,14 +13,11 @@ from typing import Any
 import fmpy
 import numpy as np
 
-from golf_scenarios.benchmarks.timing import interleaved, median_ratio, undisturbed
 from golf_scenarios.errors import UserError
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.sweeps.chunk import computed
 from golf_scenarios.sweeps.impacts import horizon, impacts
-from golf_scenarios.sweeps.plan import Plan, plan
-from golf_scenarios.sweeps.study import Study
-from golf_scenarios.sweeps.target import Csv, Target
+from golf_scenarios.sweeps.run import Sweep
+from golf_scenarios.sweeps.table_file import Csv, TableFile
+from golf_scenarios.timing import interleaved, median_ratio, undisturbed
 
 #: Cases of the sweep per round, and of the loop, which takes about as long for them.
 _CASES, _LOOPED = 2000, 25
@@ -44,28 +40,34 @@ class Comparison:
     same: bool
 
 
-def compare(
-    study: Study, fmu: Path, rounds: int = 7, tick: Callable[[], None] = lambda: None
-) -> Comparison:
+def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: None) -> Comparison:
     """Measure both on cases of a study: the same cases, outputs and communication step.
 
     Args:
-        study: its cases, taken evenly from all.
-        fmu: the .fmu file.
+        sweep: its cases are taken evenly from all.
         rounds: of which the medians are taken.
         tick: called after each round.
 
     Raises:
         UserError: the FMU refuses all cases tried.
     """
-    with ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-")))
-        instance = stack.enter_context(ImpactFmu(fmu))
-        made = plan(study, instance.variables)
-        sweep = _Sweep(study, made, instance, folder / "sweep.csv")
-        loop = _Loop(sweep, folder)
+    index = np.arange(_CASES)
+    cases = sweep.study.cases
+    # Evenly from all; where there are fewer, again and again.
+    index = index * cases // _CASES if cases > _CASES else index % cases
+    with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+        file = Path(folder, "sweep.csv")
+
+        def swept() -> float:
+            begin = perf_counter()
+            columns = sweep.study.columns_at(index)
+            with TableFile(file, sweep.study, sweep.plan) as table:
+                table.write(columns, sweep.here(Csv.form(sweep.plan), columns).result())
+            return (perf_counter() - begin) / len(index)
+
+        loop = _Loop(sweep, index, Path(folder))
         with undisturbed():
-            times = interleaved({"sweep": sweep, "loop": loop}, rounds, tick)
+            times = interleaved({"sweep": swept, "loop": loop}, rounds, tick)
     middle = {name: sorted(seconds)[len(seconds) // 2] for name, seconds in times.items()}
     return Comparison(
         sweep=1.0 / middle["sweep"],
@@ -75,38 +77,21 @@ def compare(
     )
 
 
-class _Sweep:
-    """A sweep of some cases in an instance at hand, into a file; called, it times itself."""
-
-    def __init__(self, study: Study, made: Plan, instance: ImpactFmu, path: Path) -> None:
-        self.study, self.plan, self.instance, self.path = study, made, instance, path
-        index = np.arange(_CASES)
-        # Evenly from all; where there are fewer, again and again.
-        self.index = index * study.cases // _CASES if study.cases > _CASES else index % study.cases
-
-    def __call__(self) -> float:
-        begin = perf_counter()
-        columns = self.study.columns_at(self.index)
-        with Target(self.path, self.study, self.plan) as target:
-            target.write(columns, computed(self.instance, self.plan, Csv.form(self.plan), columns))
-        return (perf_counter() - begin) / len(self.index)
-
-
 class _Loop:
     """The same through simulate_fmu, a few cases per call."""
 
-    def __init__(self, sweep: _Sweep, folder: Path) -> None:
+    def __init__(self, sweep: Sweep, index: np.ndarray, folder: Path) -> None:
         self.same = True
         self._sweep = sweep
         self._file = folder / "loop.csv"
         self._fmu = str(folder / "fmu")
-        fmpy.extract(str(sweep.instance.path), self._fmu)
-        values = sweep.plan.values(sweep.study.columns_at(sweep.index))
+        fmpy.extract(str(sweep.fmu.path), self._fmu)
+        values = sweep.plan.values(sweep.study.columns_at(index))
         found = impacts(sweep.instance, sweep.plan, values)
-        usable = np.setdiff1d(np.arange(len(sweep.index)), found.refused)
+        usable = np.setdiff1d(np.arange(len(index)), found.refused)
         if not len(usable):
             raise UserError(f"there is nothing to compare: the FMU refuses all: {found.reason}")
-        steps = horizon(sweep.instance, sweep.plan.fixed, values, len(sweep.index)).tolist()
+        steps = horizon(sweep.instance, sweep.plan.fixed, values, len(index)).tolist()
         #: Start values, communication step and the sweep's outputs, case by case.
         self._cases: list[tuple[dict[str, Any], float, list[float]]] = [
             (
@@ -134,7 +119,7 @@ class _Loop:
                     output_interval=step,
                     start_values=values,
                     output=outputs,
-                    model_description=self._sweep.instance.description,
+                    model_description=self._sweep.fmu.description,
                 )
                 row = [result[name][-1].item() for name in outputs]
                 writer.writerow((*values.values(), *row))

@@ -107,7 +107,8 @@ class _Table:
 def _prepared(fmu: ImpactFmu, plan: Plan) -> Any:
     """The state in which the cases begin to differ, to be freed by the caller."""
     slave = fmu.slave
-    fmu.begin(**plan.fixed)
+    fmu.messages.clear()
+    fmu.begin(plan.fixed)
     if plan.only_inputs:
         refusals = list(fmu.messages)
         slave.exitInitializationMode()

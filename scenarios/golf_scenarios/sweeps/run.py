@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -15,12 +15,14 @@ from typing import Any
 import numpy as np
 
 from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 from golf_scenarios.sweeps.chunk import Chunk, FmuFile, Form, computed, release, run_chunk
-from golf_scenarios.sweeps.plan import Plan, plan
+from golf_scenarios.sweeps.impacts import impacts
+from golf_scenarios.sweeps.plan import plan
 from golf_scenarios.sweeps.pool import WorkerProcesses
 from golf_scenarios.sweeps.study import Study
-from golf_scenarios.sweeps.target import Target
+from golf_scenarios.sweeps.table_file import TableFile
 
 #: Cases of a chunk: some 40 ms of work.
 CHUNK = 2000
@@ -65,16 +67,139 @@ class Summary:
     drawn: np.ndarray
 
 
+#: Begins a chunk: (form, columns) to a future of what it gives.
+Submit = Callable[[Form, dict[str, np.ndarray]], "Future[Chunk]"]
+
+
+class Sweep:
+    """A study and the FMU that it runs through, for use in a `with` block.
+
+    Args:
+        study: what to compute.
+        fmu: the .fmu file; by default that of the present sources, built if need be.
+
+    Raises:
+        UserError: the study doesn't fit the FMU.
+    """
+
+    def __init__(self, study: Study, fmu: Path | str | None = None) -> None:
+        self.study = study
+        self.fmu = ImpactFmu(current_fmu()[0] if fmu is None else Path(fmu))
+        self.plan = plan(study, self.fmu.variables)
+        self._stack = ExitStack()
+
+    def __enter__(self) -> Sweep:
+        return self
+
+    def __exit__(self, *error: Any) -> bool | None:
+        return self._stack.__exit__(*error)
+
+    @property
+    def instance(self) -> ImpactFmu:
+        """The FMU loaded into this process, when first needed."""
+        if not self.fmu.folder:
+            self._stack.enter_context(self.fmu)
+        return self.fmu
+
+    def outputs(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """The outputs of these cases, shape (cases, outputs); refused ones are NaN."""
+        return impacts(self.instance, self.plan, self.plan.values(columns)).outputs
+
+    def here(self, form: Form, columns: Mapping[str, np.ndarray]) -> Future[Chunk]:
+        """A chunk computed here and now, as an executor would return it."""
+        future: Future[Chunk] = Future()
+        future.set_result(computed(self.instance, self.plan, form, columns))
+        return future
+
+    def through(self, executor: Executor, fmu: Any) -> Submit:
+        """Chunks computed by an executor; `fmu` is the file, or what stands for it there."""
+        return partial(executor.submit, run_chunk, fmu, self.plan)  # type: ignore[call-arg]
+
+    @contextmanager
+    def _submitting(
+        self, executor: Executor | None, scheduler: str | None, workers: int | None, chunks: int
+    ) -> Iterator[Submit]:
+        file = FmuFile.read(self.fmu.path)
+        if scheduler is not None:
+            from golf_scenarios.sweeps.cluster import executor_of
+
+            with executor_of(scheduler, workers, file) as (executor, sent):
+                yield self.through(executor, sent)
+            return
+        workers = 1 if workers is None else workers
+        if not 1 <= workers <= MOST_WORKERS:
+            raise UserError(f"--workers {workers} is refused: it must be 1 to {MOST_WORKERS}")
+        # One that gets no chunk would only cost its start.
+        workers = min(workers, chunks)
+        try:
+            if executor is not None:
+                try:
+                    yield self.through(executor, file)
+                finally:
+                    # An executor of threads has loaded it here.
+                    release()
+            elif workers > 1:
+                with WorkerProcesses(workers, file) as pool:
+                    yield self.through(pool, file.name_only)
+            else:
+                yield self.here
+        except BrokenExecutor as error:
+            raise UserError(
+                "a worker process ended unexpectedly (killed, or out of memory?): nothing was "
+                "written"
+            ) from error
+
+    def run(
+        self,
+        out: Path | str,
+        *,
+        executor: Executor | None = None,
+        workers: int | None = None,
+        scheduler: str | None = None,
+        chunk: int = CHUNK,
+        progress: Callable[[int], None] = lambda done: None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> Summary:
+        """Write one row a case; arguments, result and errors as of `run_sweep`."""
+        if not 1 <= chunk <= LARGEST_CHUNK:
+            raise UserError(f"--chunk {chunk} is refused: it must be 1 to {LARGEST_CHUNK:,}")
+        chunks = -(-self.study.cases // chunk)
+        with (
+            TableFile(Path(out), self.study, self.plan) as table,
+            self._submitting(executor, scheduler, workers, chunks) as submit,
+        ):
+            return self.write(table, submit, chunk, progress, stop)
+
+    def write(
+        self,
+        table: TableFile,
+        submit: Submit,
+        chunk: int = CHUNK,
+        progress: Callable[[int], None] = lambda done: None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> Summary:
+        """Run all chunks and write them in order."""
+        study = self.study
+        drawn = np.empty(study.cases)
+        refused, first, done = 0, None, 0
+        # Draws the samples, if there are any.
+        study.columns(0, 1)
+        begin = time.perf_counter()
+        chunks = _in_order(study, partial(submit, table.format.form(self.plan)), chunk, stop)
+        for columns, part in chunks:
+            table.write(columns, part)
+            drawn[done : done + part.cases] = part.kept[:, 0]
+            if part.first is not None and first is None:
+                first = done + part.first[0] + 1, part.first[1]
+            refused += part.refused
+            done += part.cases
+            progress(done)
+        seconds = time.perf_counter() - begin
+        return Summary(table.path, done, refused, first, seconds, drawn)
+
+
 def run_sweep(
-    study: Study,
-    out: Path | str,
-    *,
-    fmu: Path | str | None = None,
-    executor: Executor | None = None,
-    workers: int = 1,
-    chunk: int = CHUNK,
-    progress: Callable[[int], None] = lambda done: None,
-    stop: Callable[[], bool] = lambda: False,
+    study: Study, out: Path | str, *, fmu: Path | str | None = None, **options: Any
 ) -> Summary:
     """Run a study through the FMU and write one row a case.
 
@@ -84,99 +209,26 @@ def run_sweep(
         study: what to compute; see `Study.of`.
         out: a .csv or .parquet file. It gets its name when it is whole.
         fmu: the .fmu file; by default that of the present sources, built if need be.
-        executor: anything that has the interface of concurrent.futures: its processes need this
-            package, and get the FMU with each chunk. By default worker processes of our own.
-        workers: how many of those; 1 computes in this process.
-        chunk: cases that a worker gets at a time, at most 10,000.
-        progress: called with the number of cases done.
-        stop: asked between chunks whether to end.
+        options:
+            executor: anything that has the interface of concurrent.futures: its processes need
+                this package, and get the FMU with each chunk.
+            scheduler: a Dask cluster: its address ("tcp://host:8786"), or "local".
+            workers: how many processes of our own; 1 by default, which computes in this process.
+                Of a local cluster as many as there are processors.
+            chunk: cases that a worker gets at a time, at most 10,000.
+            progress: called with the number of cases done.
+            stop: asked between chunks whether to end.
 
     Returns:
         What was done.
 
     Raises:
-        UserError: the study doesn't fit the FMU, the file can't be written, a worker died.
+        UserError: the study doesn't fit the FMU, the file can't be written, a worker died; Dask is
+            missing, or the cluster can't be reached or gives up.
         Stopped: `stop` said so. No file was written, one that was there is whole.
     """
-    if fmu is None:
-        from golf_scenarios.fmu.file import current_fmu
-
-        fmu, _ = current_fmu()
-    if not 1 <= workers <= MOST_WORKERS:
-        raise UserError(f"--workers {workers} is refused: it must be 1 to {MOST_WORKERS}")
-    # One that gets no chunk would only cost its start.
-    workers = min(workers, -(-study.cases // max(1, chunk)))
-    source = Path(fmu)
-    with _lines_for_errors(), ExitStack() as stack:
-        if executor is None and workers == 1:
-            instance = ImpactFmu(source)
-            made = plan(study, instance.variables)
-            target = stack.enter_context(Target(Path(out), study, made))
-            stack.enter_context(instance)
-            submit: Submit = partial(at_once, partial(computed, instance))
-            return write_sweep(study, made, target, submit, chunk, progress, stop)
-        made = plan(study, ImpactFmu(source).variables)
-        target = stack.enter_context(Target(Path(out), study, made))
-        file = FmuFile.read(source)
-        if executor is None:
-            executor = stack.enter_context(WorkerProcesses(workers, file))
-            file = file.name_only
-        else:
-            # An executor of threads has loaded it here.
-            stack.callback(release)
-        submit = partial(executor.submit, run_chunk, file)  # type: ignore[call-arg]
-        return write_sweep(study, made, target, submit, chunk, progress, stop)
-
-
-@contextmanager
-def _lines_for_errors() -> Iterator[None]:
-    try:
-        yield
-    except BrokenExecutor as error:
-        raise UserError(
-            "a worker process ended unexpectedly (killed, or out of memory?): nothing was written"
-        ) from error
-
-
-#: Begins a chunk: (plan, form, columns) to a future of what it gives.
-Submit = Callable[[Plan, Form, dict[str, np.ndarray]], "Future[Chunk]"]
-
-
-def at_once(compute: Callable[..., Chunk], *arguments: Any) -> Future[Chunk]:
-    """A chunk computed here and now, as an executor would return it."""
-    future: Future[Chunk] = Future()
-    future.set_result(compute(*arguments))
-    return future
-
-
-def write_sweep(
-    study: Study,
-    made: Plan,
-    target: Target,
-    submit: Submit,
-    chunk: int,
-    progress: Callable[[int], None],
-    stop: Callable[[], bool],
-) -> Summary:
-    """Run all chunks and write them in order; arguments and errors as of `run_sweep`."""
-    if not 1 <= chunk <= LARGEST_CHUNK:
-        raise UserError(f"--chunk {chunk} is refused: it must be 1 to {LARGEST_CHUNK:,}")
-    drawn = np.empty(study.cases)
-    refused, first, done = 0, None, 0
-    # Draws the samples, if there are any.
-    study.columns(0, 1)
-    begin = time.perf_counter()
-    chunks = _in_order(study, partial(submit, made, target.format.form(made)), chunk, stop)
-    for columns, found in chunks:
-        target.write(columns, found)
-        drawn[done : done + found.cases] = found.kept[:, 0]
-        if found.first is not None and first is None:
-            first = done + found.first[0] + 1, found.first[1]
-        refused += found.refused
-        done += found.cases
-        progress(done)
-    seconds = time.perf_counter() - begin
-    return Summary(target.path, done, refused, first, seconds, drawn)
+    with Sweep(study, fmu) as sweep:
+        return sweep.run(out, **options)
 
 
 def _in_order(
@@ -203,9 +255,9 @@ def _in_order(
             if stop():
                 raise Stopped(done)
             columns, future = waiting.popleft()
-            found = future.result()
-            done += found.cases
-            yield columns, found
+            part = future.result()
+            done += part.cases
+            yield columns, part
     finally:
         for _, future in waiting:
             future.cancel()

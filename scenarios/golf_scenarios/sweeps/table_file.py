@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import os
-import secrets
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol
 
 import numpy as np
 
+from golf_build.archive import whole
 from golf_scenarios.errors import UserError
 from golf_scenarios.sweeps.chunk import Chunk, Form
 from golf_scenarios.sweeps.plan import Plan
@@ -116,7 +116,7 @@ class Parquet:
 _FORMATS: dict[str, Any] = {".csv": Csv, ".parquet": Parquet}
 
 
-class Target:
+class TableFile:
     """The file to write, for use in a `with` block: whole under its name, or not there.
 
     Args:
@@ -131,22 +131,15 @@ class Target:
     def __init__(self, path: Path, study: Study, plan: Plan) -> None:
         check_path(path)
         self.path = path
-        # A link stays one.
-        self._final = Path(os.path.realpath(path))
-        self._aside = self._final.with_name(f".{self._final.name}.{secrets.token_hex(4)}.part")
-        try:
-            self._stream = open(self._aside, "xb")  # noqa: SIM115 (closed in __exit__)
-        except OSError as error:
-            raise _cannot(path, error) from error
-        try:
-            self.format: Format = _FORMATS[path.suffix.lower()](self._stream, study, plan)
-        except BaseException as error:
-            self._discard()
-            if isinstance(error, OSError):
-                raise _cannot(path, error) from error
-            raise
+        self._study, self._plan = study, plan
+        self._stack = ExitStack()
 
-    def __enter__(self) -> Target:
+    def __enter__(self) -> TableFile:
+        with self._lines(), ExitStack() as stack:
+            stream = stack.enter_context(whole(self.path))
+            kind = _FORMATS[self.path.suffix.lower()]
+            self.format: Format = kind(stream, self._study, self._plan)
+            self._stack = stack.pop_all()
         return self
 
     def write(self, columns: Mapping[str, np.ndarray], chunk: Chunk) -> None:
@@ -155,10 +148,8 @@ class Target:
         Raises:
             UserError: it can't be written, e.g. because the disk is full.
         """
-        try:
+        with self._lines():
             self.format.write(columns, chunk)
-        except OSError as error:
-            raise _cannot(self.path, error) from error
 
     def __exit__(
         self,
@@ -167,23 +158,22 @@ class Target:
         trace: TracebackType | None,
     ) -> None:
         if error is not None:
-            self._discard()
+            # Closing writes what is buffered, which may fail once more on a full disk.
+            with suppress(OSError):
+                self._stack.__exit__(kind, error, trace)
             return
-        try:
+        with self._lines(), self._stack:
             self.format.finish()
-            self._stream.close()
-            os.replace(self._aside, self._final)
-        except OSError as problem:
-            raise _cannot(self.path, problem) from problem
-        finally:
-            self._discard()
 
-    def _discard(self) -> None:
-        """Close and remove what lies aside, if it is still there."""
-        # Closing writes what is buffered, which may fail once more on a full disk.
-        with suppress(OSError):
-            self._stream.close()
-        self._aside.unlink(missing_ok=True)
+    @contextmanager
+    def _lines(self) -> Iterator[None]:
+        """What goes wrong with the file, as one line."""
+        try:
+            yield
+        except OSError as error:
+            raise UserError(
+                f"can't write {self.path}: {error.strerror or error}; a file there stays as it was"
+            ) from error
 
 
 def check_path(path: Path) -> None:
@@ -202,7 +192,3 @@ def check_path(path: Path) -> None:
         raise UserError(f"can't write {path}: there is no folder {path.parent}; make it first")
     if path.exists() and not os.access(path, os.W_OK):
         raise UserError(f"can't write {path}: it is write-protected")
-
-
-def _cannot(path: Path, error: OSError) -> UserError:
-    return UserError(f"can't write {path}: {error.strerror or error}; a file there stays as it was")

@@ -1,0 +1,65 @@
+"""Archives whose bytes depend on their content alone, and files that are always whole."""
+
+import hashlib
+import io
+import os
+import secrets
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+#: The list of an FMU's files with their sums.
+SUMS = "documentation/SHA256SUMS"
+
+#: Everything in an archive is of this time.
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+EPOCH_TEXT = "1980-01-01T00:00:00Z"
+
+_FIRST = ("modelDescription.xml", "SystemStructure.ssd")
+
+
+def unpacked(archive: Path) -> dict[str, bytes]:
+    """The files in an archive by name."""
+    with zipfile.ZipFile(archive) as opened:
+        return {info.filename: opened.read(info) for info in opened.infolist()}
+
+
+def sums(files: dict[str, bytes]) -> bytes:
+    """The SHA-256 of every file, as `sha256sum -c` reads them."""
+    lines = (f"{hashlib.sha256(files[name]).hexdigest()}  {name}\n" for name in sorted(files))
+    return "".join(lines).encode()
+
+
+def packed(files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
+    """An archive: same order, times and attributes whatever the machine."""
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w", method, compresslevel=9) as archive:
+        for name in sorted(files, key=lambda name: (name not in _FIRST, name)):
+            info = zipfile.ZipInfo(name, _EPOCH)
+            info.compress_type = method
+            info.create_system = 3
+            info.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            archive.writestr(info, files[name])
+    return data.getvalue()
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[BinaryIO]:
+    """A file to write: it takes its name at the end of the block, or is removed if that raises.
+
+    A link stays one: what it leads to is replaced.
+
+    Raises:
+        OSError: it can't be written; a file of this name stays as it was.
+    """
+    final = Path(os.path.realpath(path))
+    # Short: the name itself may be as long as a name can be.
+    aside = final.with_name(f".{secrets.token_hex(6)}.part")
+    try:
+        with open(aside, "xb") as stream:
+            yield stream
+        os.replace(aside, final)
+    finally:
+        aside.unlink(missing_ok=True)

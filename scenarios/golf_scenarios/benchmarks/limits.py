@@ -1,0 +1,45 @@
+"""What is promised of the benchmark's figures."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Limit:
+    """What is promised of a figure.
+
+    Attributes:
+        key: in bench.json.
+        meaning: in words.
+        value: at most this, or at least if `rising`.
+        rising: whether more is better.
+    """
+
+    key: str
+    meaning: str
+    value: float
+    rising: bool = False
+
+    def met(self, figure: float) -> bool:
+        """Whether a figure keeps the promise."""
+        return figure >= self.value if self.rising else figure <= self.value
+
+    @property
+    def in_words(self) -> str:
+        """The limit with its sense."""
+        return f"{'≥' if self.rising else '≤'} {self.value:g}"
+
+
+LIMITS = (
+    Limit("do_step_over_empty", "doStep / the empty FMU's", 1.15),
+    Limit("step_and_read5_over_empty", "doStep + getReal of 5 in contact / the empty FMU's", 1.0),
+    Limit("instantiate_over_empty", "instantiate / an empty FMU with as many variables", 1.3),
+    Limit("impact_speedup_over_document_fmu", "one impact / document's scheme as FMU", 140, True),
+    Limit("impact_speedup_over_simulate_fmu", "one impact / simulate_fmu of this FMU", 120, True),
+    Limit("impact_speedup_over_scipy", "one impact / DOP853 with events, 1e-12", 100, True),
+    Limit("impact_speedup_over_document_fmu_law1", "the same under law 1", 100, True),
+    Limit("impact_speedup_over_simulate_fmu_law1", "the same under law 1", 85, True),
+    Limit("impact_speedup_over_scipy_law1", "the same under law 1", 75, True),
+    Limit("worst_error", "worst error of all reference cases, patterns, results", 1e-13),
+    Limit("sweep_speedup_over_simulate_fmu", "sweep to CSV / loop over simulate_fmu", 60, True),
+    Limit("sweep_two_workers_over_one", "sweep by two worker processes / by one", 1.7, True),
+)

@@ -1,0 +1,132 @@
+"""`golf-impact bench`."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from golf_scenarios.commands.console import RESULTS, out, progress, rich_table, say
+from golf_scenarios.errors import UserError
+
+EPILOG = "Example: golf-impact bench --quick --out bench"
+
+
+def bench(
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A short run: the same, measured less.")
+    ] = False,
+    folder: Annotated[
+        Path, typer.Option("--out", help="The folder for bench.json and figures.")
+    ] = RESULTS,
+) -> int:
+    """Measure run time against error beside other methods, and what an impact costs."""
+    need("bench", "distributed", "mpmath", "scipy")
+    from golf_scenarios.benchmarks.all import measured, ticks
+    from golf_scenarios.benchmarks.drawing import run_time_vs_error
+    from golf_scenarios.benchmarks.limits import LIMITS
+    from golf_scenarios.files import as_json, prepare, write_together
+
+    prepare(folder)
+    with progress() as bar:
+        about = measured(quick, bar("benchmark", ticks(quick)))
+    figures, series = about["figures"], about.pop("series")
+    targets = {
+        one.key: {"limit": one.in_words, "passed": one.met(figures[one.key])} for one in LIMITS
+    }
+    missed = [key for key, target in targets.items() if not target["passed"]]
+    results: dict[str, Any] = {
+        **{one.key: figures[one.key] for one in LIMITS},
+        "targets": targets,
+        "passed": not missed,
+        "quick": quick,
+        "conclusion": _conclusion(missed, figures),
+        **about,
+        "run_time_vs_error": {
+            f"law {law}": [asdict(one) for one in methods] for law, methods in series.items()
+        },
+    }
+    image = run_time_vs_error(series)
+    write_together(folder, {"bench.json": as_json(results), "run_time_vs_error.png": image})
+    _show(results, series)
+    say(f"Results in {folder}")
+    return 1 if missed else 0
+
+
+def need(command: str, *packages: str) -> None:
+    """See that these packages are there.
+
+    Raises:
+        UserError: one isn't.
+    """
+    for name in packages:
+        try:
+            __import__(name)
+        except ImportError as error:
+            raise UserError(
+                f"{command} needs {error.name}: install it with `pip install 'golf-impact[test]'`"
+            ) from error
+
+
+def _conclusion(missed: list[str], figures: dict[str, float]) -> list[str]:
+    fast = (
+        f"An impact's S, COR and E cost {figures['impact_by_fmu_us']:.0f} µs through fmpy "
+        f"({figures['impact_by_fmu_law1_us']:.0f} µs under law 1): "
+        f"{figures['impact_speedup_over_document_fmu']:.0f} times less than the document's scheme "
+        f"as an FMU and {figures['impact_speedup_over_scipy']:.0f} times less than SciPy's DOP853, "
+        f"with a worst error of {figures['worst_error']:.1g}"
+        + (f"; missed on this machine: {', '.join(missed)}." if missed else ".")
+    )
+    limits = (
+        "What this can't do: a step that is read costs what FMI and Python cost, a few µs, so "
+        "code without FMI is as fast for a coarse answer, instances in one process share one "
+        "interpreter lock, and nothing here makes the model more true, only its equations exactly "
+        "solved."
+    )
+    return [fast, limits]
+
+
+def _show(results: dict[str, Any], series: dict[int, Any]) -> None:
+    from golf_scenarios.benchmarks.limits import LIMITS
+
+    about = results["machine"]
+    out.print(
+        f"{about['processor']}, {about['cores']} cores, {about['system']}, {about['python']}, "
+        f"fmpy {about['fmpy']}, pythonfmu {about['pythonfmu']}, numpy {about['numpy']}, "
+        f"scipy {about['scipy']}",
+        highlight=False,
+    )
+    table = rich_table("Targets (ratios within one run)", "", "figure", "target", "")
+    for one in LIMITS:
+        passed = results["targets"][one.key]["passed"]
+        words = f"{one.key}\n  {one.meaning}"
+        table.add_row(words, f"{results[one.key]:.3g}", one.in_words, verdict(passed))
+    out.print(table)
+    table = rich_table("More ratios, without targets", "", "figure")
+    for key, value in results["figures"].items():
+        if not key.endswith("_us") and key not in results:
+            table.add_row(key, f"{value:.3g}")
+    out.print(table)
+    columns = ("", "order", "coarsest: error", "µs", "finest: error", "µs")
+    for law, methods in series.items():
+        table = rich_table(f"Run time against error, law {law}", *columns)
+        for one in methods:
+            order = "" if one.order is None else f"{one.order:.2f}"
+            ends = ((f"{one.errors[n]:.1e}", f"{1e6 * one.seconds[n]:.0f}") for n in (0, -1))
+            table.add_row(one.method, order, *(cell for end in ends for cell in end))
+        out.print(table)
+    where = results["worst_error_is_of"]
+    out.print(
+        f"Worst error {results['worst_error']:.2g}: {where.get('output')} of {where.get('case')}, "
+        f"{where.get('pattern')} ({where['numbers_compared']} numbers in {where['cases']} cases).",
+        highlight=False,
+    )
+    for words in results["conclusion"]:
+        out.print(words, highlight=False)
+
+
+def verdict(passed: bool, number: int | str = "") -> Any:
+    """A cell that says whether something holds."""
+    from rich.text import Text
+
+    return Text("pass", "green") if passed else Text(f"FAIL {number}".strip(), "red")

@@ -1,0 +1,64 @@
+"""What commands say, and what their options have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from rich.table import Table as RichTable
+
+    from golf_scenarios.report.outcome import Table
+
+#: Where results go unless --out says otherwise.
+RESULTS = Path("golf-impact-results")
+
+# What users typed is shown as they typed it.
+out = Console(markup=False, emoji=False)
+err = Console(stderr=True, markup=False, emoji=False)
+
+
+def say(words: object) -> None:
+    """A line, however long."""
+    out.print(str(words), soft_wrap=True, highlight=False)
+
+
+def warn(words: object, style: str | None = None) -> None:
+    """A line on stderr, however long."""
+    err.print(str(words), style=style, soft_wrap=True, highlight=False)
+
+
+def print_table(table: Table, numbers: bool = True) -> None:
+    """A table of the report; its columns but the first to the right if they hold numbers."""
+    rich = rich_table(table.title, *table.columns, numbers=numbers)
+    for row in table.rows:
+        rich.add_row(*row)
+    out.print(rich)
+
+
+def rich_table(title: str, *columns: str, numbers: bool = True) -> RichTable:
+    """An empty table for the terminal."""
+    from rich.table import Table as RichTable
+
+    rich = RichTable(title=title, title_justify="left", title_style="bold")
+    for n, column in enumerate(columns):
+        rich.add_column(column, justify="right" if n and numbers else "left", overflow="fold")
+    return rich
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[str, int], Callable[[], None]]]:
+    """Bars on stderr: begun with a name and a total, each gives what moves it on by one."""
+    from rich.progress import Progress
+
+    with Progress(console=err, transient=True) as bars:
+
+        def bar(name: str, total: int) -> Callable[[], None]:
+            task = bars.add_task(name, total=total)
+            return lambda: bars.advance(task)
+
+        yield bar

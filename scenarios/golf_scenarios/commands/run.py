@@ -1,0 +1,162 @@
+"""`golf-impact run`."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from golf_scenarios.commands.console import RESULTS, err, out, print_table, say, warn
+from golf_scenarios.errors import UserError
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from golf_scenarios.fmu.impact_fmu import ImpactFmu
+    from golf_scenarios.report.outcome import Outcome
+
+EPILOG = (
+    "Examples: golf-impact run · golf-impact run baseline --no-figures · golf-impact run "
+    "--set k=8e5 --set club_speed=42 · golf-impact run path/to/mine.py"
+)
+
+
+def run(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME]...", help="Scenarios, or scripts of your own; all of ours by default."
+        ),
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A case of your own; repeatable."),
+    ] = None,
+    ball: Annotated[
+        str | None,
+        typer.Option(
+            "--ball",
+            metavar="NAME",
+            help="A case with this ball (golf-impact list --balls); --set wins over its values.",
+        ),
+    ] = None,
+    folder: Annotated[
+        Path, typer.Option("--out", help="The folder for results, figures and report.html.")
+    ] = RESULTS,
+    figures: Annotated[bool, typer.Option(help="Draw figures.")] = True,
+    fmu: Annotated[
+        Path | None, typer.Option("--fmu", help="Use this .fmu file; don't build.")
+    ] = None,
+) -> int:
+    """Run scenarios through the FMU, print their tables, check them, and write the results."""
+    from golf_scenarios.commands.scripts import scenario, scenarios
+    from golf_scenarios.facts.balls import ball as named_ball
+    from golf_scenarios.files import prepare
+    from golf_scenarios.fmu.impact_fmu import ImpactFmu
+    from golf_scenarios.report.page import write_outcomes
+    from golf_scenarios.report.report import own_case
+
+    values = {**(named_ball(ball).values if ball else {}), **_values(set_ or [])}
+    if names or values:
+        scripts = {Path(name).stem: scenario(name) for name in dict.fromkeys(names or ())}
+    else:
+        scripts = scenarios()
+    prepare(folder)
+    outcomes: dict[str, Outcome] = {}
+    with ImpactFmu(fmu_file(fmu)) as instance:
+        for name, script in scripts.items():
+            with err.status(f"running {name}"):
+                outcomes[name] = _outcome(script, instance)
+            _show(name, outcomes[name])
+        if values:
+            outcomes["custom"] = own_case(instance, values)
+            _show("custom", outcomes["custom"])
+        guid = instance.description.guid
+    with err.status("writing results"):
+        replaced = (folder / "results.json").exists()
+        write_outcomes(folder, outcomes, guid, figures)
+    # Files of other scenarios than these stay.
+    earlier = " (the report and these scenarios' files in place of an earlier run's)"
+    say(f"Results in {folder}{os.sep}{earlier if replaced else ''}")
+    failed = [
+        f"{name}: {check.claim.removeprefix(f'{name}: ')} ({check.detail})"
+        for name, outcome in outcomes.items()
+        for check in outcome.checks
+        if not check.passed
+    ]
+    for line in failed:
+        warn(f"Check failed: {line}", style="red")
+    return 1 if failed else 0
+
+
+def fmu_file(given: Path | None) -> Path:
+    """The FMU that a user names, or that of the present sources, built if need be.
+
+    Raises:
+        UserError: the given one can't be used.
+    """
+    from golf_scenarios.fmu.file import current_fmu, given_fmu
+
+    if given is not None:
+        return given_fmu(given)
+    path, why = current_fmu()
+    if why:
+        warn(f"Built {path}: {why}.")
+    return path
+
+
+def _outcome(script: "ModuleType", fmu: "ImpactFmu") -> "Outcome":
+    from golf_scenarios.commands.scripts import wrong
+    from golf_scenarios.report.outcome import Outcome
+
+    try:
+        outcome = script.run(fmu)
+    except (UserError, OSError):
+        raise
+    except Exception as error:
+        raise UserError(wrong(Path(str(script.__file__)), error)) from error
+    if not isinstance(outcome, Outcome):
+        raise UserError(f"{script.__file__}: run(fmu) gives {outcome!r}; it must give its Report")
+    return outcome
+
+
+def _values(pairs: list[str]) -> dict[str, float]:
+    values = {}
+    for name, text in pairs_of(pairs, "VALUE", "k=8e5"):
+        if name in values:
+            raise UserError(f"--set {name} is given twice: write it once")
+        try:
+            values[name] = float(text)
+        except ValueError:
+            raise UserError(
+                f"--set {name}={text} is refused: {text!r} is no number (e.g. --set {name}=1.5)"
+            ) from None
+    return values
+
+
+def pairs_of(pairs: list[str], what: str, example: str) -> list[tuple[str, str]]:
+    """Names and texts of options --set NAME=TEXT.
+
+    Raises:
+        UserError: one has another form.
+    """
+    split = []
+    for pair in pairs:
+        name, equals, text = pair.partition("=")
+        if not (equals and name.strip() and text.strip()):
+            raise UserError(
+                f"--set {pair} is refused: write --set NAME={what}, e.g. --set {example}"
+            )
+        split.append((name.strip(), text))
+    return split
+
+
+def _show(name: str, outcome: "Outcome") -> None:
+    for table in outcome.tables:
+        print_table(table)
+    for words in outcome.words:
+        out.print(words, highlight=False)
+    if outcome.checks:
+        passed = sum(check.passed for check in outcome.checks)
+        out.print(f"{name}: {passed} of {len(outcome.checks)} checks passed", style="bold")
+    out.print()

@@ -1,0 +1,359 @@
+"""`golf-impact sweep`: options to a study, progress, the summary, pictures."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from golf_scenarios.commands.console import err, say, warn
+from golf_scenarios.commands.run import fmu_file, pairs_of
+from golf_scenarios.errors import UserError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from golf_scenarios.report.outcome import Outcome
+    from golf_scenarios.sweeps.axes import Axis
+    from golf_scenarios.sweeps.run import Summary, Sweep
+    from golf_scenarios.sweeps.sensitivity import Sensitivity
+    from golf_scenarios.sweeps.study_file import Options
+
+EPILOG = (
+    "Examples: golf-impact sweep --set k=0.5e6:2e6:100 --out k.csv · golf-impact sweep "
+    "--set k=log:1e5:1e7:50 --set b=0,9,12 --workers 2 --out k_b.parquet · golf-impact sweep "
+    "--set club_speed=normal:45:2 --samples 1000 --out speed.csv"
+)
+
+
+def sweep(
+    study: Annotated[
+        Path | None,
+        typer.Argument(metavar="[STUDY]", help="A study as a TOML file; options win over it."),
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUES",
+            help="LO:HI:COUNT, log:LO:HI:COUNT, A,B,C, normal:MEAN:SIGMA or uniform:LO:HI, for an "
+            "input or parameter of the FMU or `ball`; repeatable, the last one runs fastest.",
+        ),
+    ] = None,
+    out_: Annotated[
+        Path | None, typer.Option("--out", help="The table: FILE.csv or FILE.parquet.")
+    ] = None,
+    outputs: Annotated[
+        str | None,
+        typer.Option("--outputs", metavar="A,B,C", help="The FMU's outputs to read, no others."),
+    ] = None,
+    samples: Annotated[
+        int | None, typer.Option("--samples", help="How many to draw of the distributions.")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", help="Of the samples.", show_default="0")
+    ] = None,
+    design: Annotated[
+        str | None,
+        typer.Option(
+            "--design",
+            metavar="random|lhs|sobol",
+            help="How samples lie: independent, Latin hypercube, Sobol sequence.",
+            show_default="random",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", help="Processes that compute.", show_default="1")
+    ] = None,
+    chunk: Annotated[
+        int | None,
+        typer.Option(
+            "--chunk",
+            help="Cases that a worker gets at a time; changes no result.",
+            show_default="2000",
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler", metavar="tcp://HOST:PORT|local", help="Compute on a Dask cluster."
+        ),
+    ] = None,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Also measure a loop over fmpy.simulate_fmu.")
+    ] = False,
+    figures: Annotated[
+        bool | None,
+        typer.Option("--figures/--no-figures", help="Draw a picture, and write report.html."),
+    ] = None,
+    fmu: Annotated[
+        Path | None, typer.Option("--fmu", help="Use this .fmu file; don't build.")
+    ] = None,
+) -> int:
+    """Many impacts through the FMU into one table: a row a case, variables first, then outputs."""
+    from golf_scenarios.sweeps.study_file import Options
+
+    options = Options(
+        sets=_texts(set_ or []),
+        out=out_,
+        outputs=None if outputs is None else tuple(outputs.split(",")),
+        samples=samples,
+        seed=seed,
+        design=design,
+        workers=workers,
+        chunk=chunk,
+        scheduler=scheduler,
+        compare=compare or None,
+        figures=figures,
+        fmu=fmu,
+    )
+    return swept(options, study)
+
+
+def swept(options: Options, study: Path | None) -> int:
+    """Run the sweep that options and a study describe, and say what came out.
+
+    Returns:
+        The exit code: 0, or 130 if the user stopped it.
+
+    Raises:
+        UserError: something in it isn't allowed, or a file can't be written.
+    """
+    from golf_scenarios.sweeps.run import Stopped, Sweep
+    from golf_scenarios.sweeps.study import Study
+    from golf_scenarios.sweeps.study_file import read_study
+    from golf_scenarios.sweeps.table_file import check_path
+
+    if study is not None:
+        options = options.over(read_study(study))
+    if options.out is None:
+        raise UserError("say where the table goes: --out FILE.csv or FILE.parquet")
+    asked = Study.of(
+        options.sets,
+        options.outputs,
+        options.samples,
+        0 if options.seed is None else options.seed,
+        options.design or "random",
+    )
+    check_path(options.out)
+    with _stop_asked() as stop, Sweep(asked, fmu_file(options.fmu)) as running:
+        try:
+            summary = _run(running, options, options.out, stop)
+            words = _words(summary, options)
+            for line in words:
+                say(line)
+            if options.compare:
+                words += _compared(running, stop)
+            if options.figures is not False:
+                outcome = _outcome(running, summary, words)
+                sensitivity = _sensitivity(running, summary, stop, outcome)
+        except Stopped as stopped:
+            file = "is written" if stopped.written else "is as it was"
+            if not options.out.exists():
+                file = "was not written"
+            done = f"{stopped.done:,} of {asked.cases:,} cases were done"
+            warn(f"{done}; {options.out} {file}.")
+            return 130
+    if options.figures is not False:
+        for path in _draw(running, summary, outcome, sensitivity):
+            say(path)
+    return 0
+
+
+def _texts(pairs: list[str]) -> dict[str, str]:
+    texts: dict[str, str] = {}
+    for name, text in pairs_of(pairs, "VALUES", "k=0.5e6:2e6:100"):
+        if name in texts:
+            raise UserError(f"--set {name} is given twice: write one list, e.g. --set {name}=A,B")
+        texts[name] = text
+    return texts
+
+
+@contextmanager
+def _stop_asked() -> Iterator[threading.Event]:
+    """Set on Ctrl-C and SIGTERM, which are answered between cases: never inside the FMU's code."""
+    from golf_scenarios.sweeps.pool import SIGNALS
+
+    stop = threading.Event()
+    # nohup has a signal ignored, and so it stays.
+    heard = [n for n in SIGNALS if n == signal.SIGINT or signal.getsignal(n) != signal.SIG_IGN]
+    before = {number: signal.signal(number, lambda *_: stop.set()) for number in heard}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _run(sweep: Sweep, options: Options, table: Path, stop: threading.Event) -> Summary:
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    from golf_scenarios.sweeps.run import CHUNK
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+        TextColumn("left"),
+    )
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
+        task = progress.add_task("sweep", total=sweep.study.cases, rate="")
+
+        def advance(done: int) -> None:
+            speed = progress.tasks[task].speed
+            rate = f"{speed:,.0f} impacts/s" if speed else ""
+            progress.update(task, completed=done, rate=rate)
+
+        return sweep.run(
+            table,
+            workers=options.workers,
+            scheduler=options.scheduler,
+            chunk=CHUNK if options.chunk is None else options.chunk,
+            progress=advance,
+            stop=stop.is_set,
+        )
+
+
+def _words(summary: Summary, options: Options) -> list[str]:
+    from golf_scenarios.sweeps.run import CHUNK
+
+    if options.scheduler is not None:
+        who = f"on {options.scheduler}" if options.scheduler != "local" else "on a local cluster"
+    else:
+        chunks = -(-summary.cases // (options.chunk or CHUNK))
+        workers = min(options.workers or 1, chunks)
+        who = f"in {workers} processes" if workers > 1 else "in one process"
+    rate = summary.cases / summary.seconds
+    words = [
+        f"{summary.path}: {summary.cases:,} cases in {summary.seconds:.2f} s {who} "
+        f"({rate:,.0f} impacts/s)"
+    ]
+    if summary.first_refused is not None:
+        row, reason = summary.first_refused
+        words.append(
+            f"Refused by the FMU: {summary.refused:,} cases, their outputs are empty; the first is "
+            f"row {row:,}: {reason}"
+        )
+    return words
+
+
+def _compared(sweep: Sweep, stop: threading.Event) -> list[str]:
+    from golf_scenarios.sweeps.comparison import compare
+    from golf_scenarios.sweeps.run import Stopped
+
+    def tick() -> None:
+        if stop.is_set():
+            raise Stopped(sweep.study.cases, written=True)
+
+    with err.status("comparing with fmpy.simulate_fmu"):
+        both = compare(sweep, tick=tick)
+    same = "the same numbers to the last bit" if both.same else "OTHER NUMBERS"
+    words = [
+        f"In turns, on the same cases and outputs, both written to CSV: {both.sweep:,.0f} "
+        f"impacts/s in one process, {both.simulate_fmu:,.0f} by a loop over fmpy.simulate_fmu "
+        f"(FMU extracted and description read beforehand, one step): {both.ratio:.0f} times the "
+        f"rate, {same}."
+    ]
+    say(words[0])
+    if not both.same:
+        raise UserError("the sweep and fmpy.simulate_fmu disagree: rebuild the FMU")
+    return words
+
+
+def _outcome(sweep: Sweep, summary: Summary, words: list[str]) -> Outcome:
+    import numpy as np
+
+    from golf_scenarios.report.outcome import Outcome, Table
+
+    outcome = Outcome(f"Sweep {summary.path.name}", words=list(words))
+    rows = [[one.name, _described(one)] for one in sweep.study.axes]
+    outcome.tables.append(Table("Swept variables (SI units)", ["", "values"], rows))
+    usable = summary.drawn[np.isfinite(summary.drawn)]
+    if len(usable):
+        name = sweep.study.outputs[0]
+        columns = ["", "least", "5 %", "median", "95 %", "greatest", "mean", "standard deviation"]
+        values = (*np.percentile(usable, (0, 5, 50, 95, 100)), usable.mean(), usable.std())
+        row = [name, *(f"{value:.6g}" for value in values)]
+        outcome.tables.append(Table(f"{name} over all cases", columns, [row]))
+    return outcome
+
+
+def _described(axis: Axis) -> str:
+    from golf_scenarios.sweeps.axes import Grid, Normal
+
+    if isinstance(axis, Normal):
+        return f"normal, mean {axis.mean:g}, standard deviation {axis.sigma:g}"
+    if not isinstance(axis, Grid):
+        return f"uniform, {axis.low:g} to {axis.high:g}"
+    values = [value if isinstance(value, str) else f"{value:g}" for value in axis.values[:6]]
+    if len(axis.values) > len(values):
+        return f"{', '.join(values[:3])} … {axis.values[-1]:g} ({len(axis.values):,} values)"
+    return ", ".join(values)
+
+
+def _sensitivity(
+    sweep: Sweep, summary: Summary, stop: threading.Event, outcome: Outcome
+) -> Sensitivity | None:
+    """How much each distribution matters, if there is one."""
+    import numpy as np
+
+    from golf_scenarios.report.outcome import Table
+    from golf_scenarios.sweeps.run import CHUNK, Stopped
+
+    if not sweep.study.distributions:
+        return None
+
+    def outputs_of(columns: dict[str, np.ndarray]) -> np.ndarray:
+        number = len(next(iter(columns.values())))
+        parts = []
+        for start in range(0, number, CHUNK):
+            if stop.is_set():
+                raise Stopped(sweep.study.cases, written=True)
+            part = {name: column[start : start + CHUNK] for name, column in columns.items()}
+            parts.append(sweep.outputs(part)[:, 0])
+        return np.concatenate(parts)
+
+    try:
+        from golf_scenarios.sweeps.sensitivity import sensitivity
+
+        result = sensitivity(sweep.study, summary.drawn, outputs_of)
+    except ImportError:
+        outcome.words.append("Sensitivities need SciPy: `pip install 'golf-impact[sweep]'`.")
+        return None
+    if result is not None:
+        outcome.words.append(result.note)
+        rows = [[name, f"{value:.4f}"] for name, value in result.values.items()]
+        title = f"What {sweep.study.outputs[0]} depends on"
+        outcome.tables.append(Table(title, ["", result.label], rows))
+    return result
+
+
+def _draw(
+    sweep: Sweep, summary: Summary, outcome: Outcome, sensitivity: Sensitivity | None
+) -> list[Path]:
+    """The picture beside the data, and report.html with it."""
+    from golf_scenarios.files import write_together
+    from golf_scenarios.report import figures
+    from golf_scenarios.report.page import page
+    from golf_scenarios.sweeps.pictures import draw
+
+    images = {}
+    figure = draw(sweep.study, summary.drawn, sweep.fmu.variables, sensitivity)
+    if figure is not None:
+        images[outcome.title] = figures.png(figure)
+    files = {summary.path.with_suffix(".png").name: image for image in images.values()}
+    files["report.html"] = page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
+    return write_together(summary.path.parent, files)

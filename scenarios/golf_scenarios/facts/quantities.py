@@ -1,0 +1,66 @@
+"""How quantities are called and shown: one table for reports, figures and calibration."""
+
+from typing import NamedTuple
+
+
+class Quantity(NamedTuple):
+    """A metric as people read it.
+
+    Attributes:
+        name: in words.
+        symbol: behind the name, if it has one.
+        unit: in which it is shown.
+        factor: of that unit in SI.
+        decimals: with which it is shown: enough to see a difference.
+    """
+
+    name: str
+    symbol: str = ""
+    unit: str = ""
+    factor: float = 1.0
+    decimals: int = 4
+
+    @property
+    def label(self) -> str:
+        """Name, symbol and unit."""
+        words = f"{self.name} {self.symbol}" if self.symbol else self.name
+        return f"{words} ({self.unit})" if self.unit else words
+
+    @property
+    def plain(self) -> str:
+        """Name and unit."""
+        return self._replace(symbol="").label
+
+    def shown(self, value: float) -> str:
+        """A value (SI) in the unit of the label."""
+        return f"{value * self.factor:.{self.decimals}f}"
+
+
+#: By the metric's name: those of the FMU's outputs, and of what is derived from them.
+QUANTITIES = {
+    "club_velocity": Quantity("club velocity", "v_C", "m/s", decimals=3),
+    "ball_velocity": Quantity("ball velocity", "v_B", "m/s", decimals=3),
+    "momentum_initial": Quantity("initial momentum", "", "N.s"),
+    "momentum_final": Quantity("final momentum", "", "N.s"),
+    "kinetic_energy_initial": Quantity("initial kinetic energy", "", "J", decimals=3),
+    "kinetic_energy_final": Quantity("final kinetic energy", "", "J", decimals=3),
+    "smash_factor": Quantity("smash factor", "S"),
+    "coefficient_of_restitution": Quantity("COR"),
+    "contact_time": Quantity("contact time", "", "µs", 1e6, 2),
+    "contact_displacement_over_diameter": Quantity("contact displacement / D"),
+    "max_force": Quantity("max force", "", "N", decimals=1),
+    "time_of_max_force": Quantity("time of max force", "", "µs", 1e6, 2),
+    "impulse": Quantity("impulse", "J", "N.s"),
+    "momentum_gain_ball": Quantity("momentum gained by ball", "P_B", "N.s"),
+    "energy_efficiency": Quantity("energy efficiency", "E", "%", 100.0, 2),
+}
+
+
+def label(metric: str) -> str:
+    """Name, symbol and unit of a metric; of one that the table lacks, its name in the code."""
+    return QUANTITIES[metric].label if metric in QUANTITIES else metric
+
+
+def shown(metric: str, value: float) -> str:
+    """A metric's value (SI) in the unit of its label."""
+    return QUANTITIES.get(metric, Quantity(metric)).shown(value)

@@ -1,0 +1,110 @@
+"""Results on disk: files that belong together are written together, each of them whole.
+
+Of two runs into one folder at once the last one's files stand, all of them.
+"""
+
+import json
+import os
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from golf_build.archive import whole
+from golf_scenarios.errors import UserError
+from golf_scenarios.stopping import held
+
+try:
+    import fcntl
+except ImportError:  # Windows, where two runs at once may mix their files (each one whole)
+    fcntl = None  # type: ignore[assignment]
+
+
+def prepare(folder: Path) -> Path:
+    """Make sure now that files can be written into a folder later; it isn't made yet.
+
+    Raises:
+        UserError: it can't be made, or not be written into.
+    """
+    try:
+        for existing in (folder, *folder.absolute().parents):
+            with suppress(FileNotFoundError), tempfile.TemporaryFile(dir=existing):
+                return folder
+    except NotADirectoryError:
+        file = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+        raise UserError(
+            f"can't write into {folder}: {file} is a file; choose another folder with --out"
+        ) from None
+    except OSError as error:
+        raise UserError(
+            f"can't write into {folder} ({error.strerror}): choose another folder with --out"
+        ) from error
+    return folder
+
+
+def write_together(
+    folder: Path, files: Mapping[str, bytes], stale: Iterable[str] = ()
+) -> list[Path]:
+    """Write files into a folder, all of them or none, and nobody else's between them.
+
+    Args:
+        folder: made if need be.
+        files: content by name.
+        stale: names of files that are no longer true, which are removed.
+
+    Returns:
+        The files written.
+
+    Raises:
+        UserError: one of them can't be written; then all are as they were.
+    """
+    path = folder
+    with held():
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            # They take their names when the block ends.
+            with _alone(folder), ExitStack() as stack:
+                for path in (folder / name for name in files):
+                    if path.is_dir():
+                        raise UserError(f"can't write {path}: it is a folder")
+                    stream = stack.enter_context(whole(path))
+                    stream.write(files[path.name])
+                    # A disk that is full must say so before any file is in its place.
+                    stream.flush()
+            for path in (folder / name for name in stale):
+                path.unlink(missing_ok=True)
+        except OSError as error:
+            raise UserError(f"can't write {path}: {error.strerror or error}") from error
+    return [folder / name for name in files]
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Wait until no other process of ours puts files into this folder."""
+    if fcntl is None:
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        # A file system without locks gets none.
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
+def as_json(data: object) -> bytes:
+    """JSON, indented, every double to its last digit; null for those that JSON doesn't have."""
+    return (json.dumps(_finite(data), indent=1) + "\n").encode()
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not abs(value) < float("inf"):
+        return None
+    return value

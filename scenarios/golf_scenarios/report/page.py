@@ -1,0 +1,82 @@
+"""The results of scenarios as files, and the page report.html."""
+
+import base64
+import csv
+import io
+from collections.abc import Mapping
+from pathlib import Path
+
+from golf_build import VERSION
+from golf_scenarios.files import as_json, write_together
+from golf_scenarios.report.outcome import Outcome
+
+
+def write_outcomes(
+    folder: Path, outcomes: dict[str, Outcome], guid: str, with_figures: bool
+) -> list[Path]:
+    """Write results.json, trajectories as CSV, figures as PNG, and report.html.
+
+    Without figures, those that an earlier run left of the same outcomes are removed.
+
+    Returns:
+        The files written.
+
+    Raises:
+        UserError: one of them can't be written.
+    """
+    files = {"results.json": as_json({name: one.cases for name, one in outcomes.items()})}
+    images: dict[str, dict[str, bytes]] = {}
+    for name, outcome in outcomes.items():
+        for file, columns in outcome.trajectories.items():
+            text = io.StringIO()
+            rows = csv.writer(text, lineterminator="\n")
+            rows.writerow(columns)
+            rows.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+            files[f"{file}.csv"] = text.getvalue().encode()
+        if with_figures and outcome.figures:
+            from golf_scenarios.report import figures
+
+            images[name] = {
+                file: figures.png(draw(figures)) for file, draw in outcome.figures.items()
+            }
+            files |= {f"{file}.png": image for file, image in images[name].items()}
+    files["report.html"] = page(outcomes, images, guid)
+    known = [f"{file}.png" for outcome in outcomes.values() for file in outcome.figures]
+    return write_together(folder, files, stale=() if with_figures else known)
+
+
+def page(
+    outcomes: Mapping[str, Outcome], images: Mapping[str, Mapping[str, bytes]], guid: str
+) -> bytes:
+    """The page report.html: self-contained.
+
+    Args:
+        outcomes: by name.
+        images: of each, PNG by file name.
+        guid: of the FMU.
+    """
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    checks = [check for outcome in outcomes.values() for check in outcome.checks]
+    shown = {
+        name: [
+            {"alt": file.replace("_", " "), "data": base64.b64encode(image).decode()}
+            for file, image in of_one.items()
+        ]
+        for name, of_one in images.items()
+    }
+    text = environment.get_template("report.html.jinja").render(
+        outcomes=outcomes,
+        figures=shown,
+        guid=guid,
+        version=VERSION,
+        passed=sum(check.passed for check in checks),
+        total=len(checks),
+    )
+    return text.encode()

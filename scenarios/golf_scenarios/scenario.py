@@ -1,0 +1,54 @@
+"""What a scenario script is written with: the one import of ours that it needs.
+
+A scenario is a file with TITLE and `run(fmu)`, which gives a `Report`: impacts are run, what they
+must show is checked, tables and figures are made. `golf-impact run FILE` runs it, and
+`python FILE` does where it ends with `main(__file__)`. CHAPTER is its place in the whole report;
+one without comes last.
+"""
+
+from pathlib import Path
+
+from golf_scenarios.errors import UserError
+from golf_scenarios.facts import closed_forms, document, measured
+from golf_scenarios.facts.balls import BALLS, rating_stiffness
+from golf_scenarios.facts.quantities import QUANTITIES, label, shown
+from golf_scenarios.fmu.file import current_fmu
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.fmu.loaded import LoadedFmu3
+from golf_scenarios.fmu.system import build_system, run_ssp
+from golf_scenarios.peers.document_scheme import document_fmu
+from golf_scenarios.report.report import Metrics, Report, derived
+
+__all__ = [
+    "BALLS",
+    "QUANTITIES",
+    "ImpactFmu",
+    "LoadedFmu3",
+    "Metrics",
+    "Report",
+    "UserError",
+    "build_system",
+    "closed_forms",
+    "current_fmu",
+    "derived",
+    "document",
+    "document_fmu",
+    "label",
+    "main",
+    "measured",
+    "rating_stiffness",
+    "run_ssp",
+    "shown",
+]
+
+
+def main(script: str) -> None:
+    """Run this script's scenario, as `golf-impact run` does, with its options."""
+    import sys
+
+    from golf_scenarios import stopping
+
+    stopping.listen()
+    from golf_scenarios.commands.app import main as command
+
+    command(["run", str(Path(script).resolve()), *sys.argv[1:]])
