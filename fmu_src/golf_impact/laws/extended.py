@@ -31,8 +31,10 @@ from ..numerics.decimals import PI, arithmetic
 from ..numerics.zeros import zero_between
 from .contact import Start, State
 
-#: Digits; and those where damping ratio or ratio of the masses are beyond the other two.
-_DIGITS, _MANY_DIGITS, _HEAVY, _UNEQUAL = 57, 95, 5e4, 1e8
+#: Digits; and those for a damping ratio, a ratio of the masses or one of the speeds to what they
+#: close by that are beyond these: then up to 70 cancel.
+_DIGITS, _MANY_DIGITS = 57, 95
+_HEAVY, _UNEQUAL, _FAST = 5e4, 1e8, 1e5
 
 #: A damping ratio as small as this changes no bit of any result.
 _LEAST_DAMPING = Decimal(10) ** -30
@@ -95,9 +97,14 @@ class ExtendedContact:
         equations: Callable[[Decimal, Decimal, Decimal, Decimal], Equations],
     ) -> None:
         mu = m_club * (m_ball / (m_club + m_ball))
-        zeta = b / (2.0 * sqrt(k / mu) * mu)
-        unequal = max(m_club, m_ball) > _UNEQUAL * min(m_club, m_ball)
-        numbers = arithmetic(_MANY_DIGITS if zeta > _HEAVY or unequal else _DIGITS)
+        omega = sqrt(k / mu)
+        moved = abs(start.closing) + omega * start.compression
+        many = (
+            b > 2.0 * _HEAVY * mu * omega
+            or max(m_club, m_ball) > _UNEQUAL * min(m_club, m_ball)
+            or max(abs(start.v_club), abs(start.v_ball)) > _FAST * moved
+        )
+        numbers = arithmetic(_MANY_DIGITS if many else _DIGITS)
         self._in_use, self._exp, self._cos_sin = numbers
         with self._in_use():
             self._set_up(*map(Decimal, (k, b, m_club, m_ball)), start, equations)
@@ -335,7 +342,9 @@ class ExtendedContact:
         # It swings about a level, ever more: when does it first swing through zero?
         f = self._function(self._force)
         points = self._turning_points(f)
-        lows = [(self._exp(self._r * t) * self._value(f, t)[0], t) for t in (next(points), next(points))]
+        lows = [
+            (self._exp(self._r * t) * self._value(f, t)[0], t) for t in (next(points), next(points))
+        ]
         lowest, when = min(lows)
         level, half_period = self._level(f), PI / self._second
         swings = (level / (level - lowest)).ln() / (growth * 2 * half_period)
