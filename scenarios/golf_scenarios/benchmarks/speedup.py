@@ -47,7 +47,7 @@ def speedups(
         rounds: of which the medians are taken.
         tick: called after each round.
     """
-    found: dict[str, float] = {}
+    figures: dict[str, float] = {}
     for law, suffix in ((2, ""), (1, "_law1")):
         # Each of its own folder: none is to profit from a library that another one has loaded.
         with LoadedFmu(ours.path) as alone, LoadedFmu(ours.path) as kept:
@@ -63,11 +63,11 @@ def speedups(
             with undisturbed():
                 times = interleaved(jobs, rounds, tick)
         for name, seconds in times.items():
-            found[f"impact_by_{name}{suffix}_us"] = 1e6 * sorted(seconds)[len(seconds) // 2]
+            figures[f"impact_by_{name}{suffix}_us"] = 1e6 * sorted(seconds)[len(seconds) // 2]
             if name != "fmu":
                 key = f"impact_speedup_over_{name}{suffix}"
-                found[key] = median_ratio(seconds, times["fmu"])
-    return found
+                figures[key] = median_ratio(seconds, times["fmu"])
+    return figures
 
 
 def impact(slave: FMU2Slave, start: object, k: list[int], read: list[int], value: float):

@@ -58,7 +58,7 @@ def run(
 
     values = {**(named_ball(ball).values if ball else {}), **_values(set_ or [])}
     if names or values:
-        scripts = {}
+        scripts: dict[str, ModuleType] = {}
         for name in dict.fromkeys(names or ()):
             script = scenario(name)
             if scripts.setdefault(Path(name).stem, script) is not script:
