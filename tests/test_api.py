@@ -53,7 +53,8 @@ def test_nothing_of_it_travels_inside_the_fmu(fmu_path):
     import zipfile
 
     with zipfile.ZipFile(fmu_path) as archive:
-        (name,) = (n for n in archive.namelist() if n.endswith("/__init__.py") and "golf" in n)
-        text = archive.read(name).decode()
+        ours = [name for name in archive.namelist() if name.startswith("resources/golf_impact_")]
+        (package,) = {name.split("/")[1] for name in ours}
+        text = archive.read(f"resources/{package}/__init__.py").decode()
     assert golf_impact.__version__ in text
     assert "golf_scenarios" not in text
