@@ -11,13 +11,13 @@ is solved at once by its Taylor series, step after step as long as the series co
 is at a communication point is a value of a polynomial, and the landing is a root of one. The host's
 steps don't matter. `carry` and `apex` tell at launch what the flight will come to.
 
-Self-contained: pythonfmu, the standard library's math, and the file at_exit.py of golf_impact.
+Self-contained: pythonfmu, the standard library's math, and golf_impact's host/at_exit.py.
 """
 
 from collections.abc import Callable
 from math import cos, exp, inf, isfinite, pi, sin, sqrt
 
-from golf_impact.at_exit import release_at_exit
+from golf_impact.host.at_exit import release_at_exit
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
 

@@ -6,13 +6,13 @@ steps moves the club by step * speed, so the rise starts at a communication poin
 the rise time at peak speed: with a constant step, however long, touch falls after the peak (the
 sum of step * speed over the rise stays below peak_speed * rise_time).
 
-Self-contained: pythonfmu, the standard library's math, and the file at_exit.py of golf_impact.
+Self-contained: pythonfmu, the standard library's math, and golf_impact's host/at_exit.py.
 """
 
 from collections.abc import Callable
 from math import cos, isfinite, pi
 
-from golf_impact.at_exit import release_at_exit
+from golf_impact.host.at_exit import release_at_exit
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
 

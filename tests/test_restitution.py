@@ -5,7 +5,7 @@ import math
 import mpmath
 import pytest
 from fmpy.fmi1 import FMICallException
-from golf_impact.restitution import damping_ratio
+from golf_impact.laws.restitution import damping_ratio
 
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.impact_fmu import METRICS

@@ -13,7 +13,7 @@ import fmpy
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
-from golf_impact.component import Component
+from golf_impact.component.component import Component
 
 POINTS = 400
 STEP = 2e-6  # the contact lasts about 300 of these
@@ -138,7 +138,7 @@ import json, sys
 sys.path.insert(0, sys.argv[1])
 import fmpy
 from fmpy.fmi2 import FMU2Slave
-from golf_impact.component import Component
+from golf_impact.component.component import Component
 extracted, packed, begin, end, step, inputs = json.loads(sys.stdin.read())
 description = fmpy.read_model_description(extracted)
 references = {v.name: v.valueReference for v in description.modelVariables}

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from .laws import LAWS as _LAWS
+
 _LARGEST = 1.7976931348623157e308
 _ABOVE_ZERO = 5e-324
 
@@ -48,11 +50,8 @@ UNITS: dict[str, Unit] = {
     "1": Unit({}, {"%": 100.0}),
 }
 
-#: The contact laws by the value of the parameter `law`.
-LAWS: dict[int, tuple[str, str]] = {
-    1: ("absolute", "A spring between the bodies and a drag b*v on each: the source document's"),
-    2: ("relative", "A spring and a damper between the bodies: conserves momentum"),
-}
+#: Name and description of each contact law, by the value of the parameter `law`.
+LAWS: dict[int, tuple[str, str]] = {n: (law.name, law.description) for n, law in _LAWS.items()}
 
 
 def _real(
@@ -103,7 +102,7 @@ VARIABLES: tuple[Variable, ...] = (
     _parameter("ball_diameter", "m", 0.04267, "> 0", 0.04, "mm", "Diameter of the ball"),
     _parameter("ball_speed", "m/s", 0.0, "finite", 35.0, "mph", "Velocity of the ball before it is touched"),
     _parameter("gap", "m", 0.0, ">= 0", 0.1, "mm", "Distance between club face and ball at the start"),
-    Variable("law", "parameter", "Enumeration", "", 1, 1, 2, "1 (absolute) or 2 (relative)", None, None, "Contact law"),
+    Variable("law", "parameter", "Enumeration", "", 1, min(LAWS), max(LAWS), " or ".join(f"{n} ({name})" for n, (name, _) in LAWS.items()), None, None, "Contact law"),
     _parameter("exponent", "1", 1.0, ">= 1", 1.0, None, "Exponent n of the relative power law, up to 12; must be 1 with law 1"),
     _parameter("reference_compression", "m", 0.005, "> 0", 0.005, "mm", "Compression at which k and b hold if exponent is not 1"),
     _parameter("restitution_at_rest", "1", 0.0, "0..1", 1.0, None, "If above 0, damping follows from COR = restitution_at_rest - restitution_slope * approach speed, and b is not used (law 2)"),

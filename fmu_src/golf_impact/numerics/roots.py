@@ -1,7 +1,6 @@
-"""Roots of law 1's characteristic polynomial as offsets from a drag rate; a root in a bracket."""
+"""Zeros in doubles, which law 1's usual contact needs."""
 
-from collections.abc import Callable
-from math import atan2, cos, exp, hypot, inf, pi, sin, sqrt
+from math import atan2, cos, exp, hypot, pi, sin
 
 #: After so many steps of Newton's method, as a rule it needs 1 to 3, a sure way is taken.
 _NEWTON_STEPS = range(40)
@@ -40,55 +39,6 @@ def offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
             if x in (low, high):
                 break
     return x
-
-
-def offset_of_partner(
-    rate: float, other: float, x: float, y: float, p: float, q: float, drag: float
-) -> float:
-    """How far one rate of the pair lies above the slower drag; x, y: the single rate's offsets.
-
-    Three ways to the same number; which of them cancels depends on the case.
-    """
-    own_y = x + other
-    rest = q - rate * own_y
-    by_product = p * own_y / rest if rest else inf
-    ways = (
-        (max(rate, drag), rate - drag),
-        (max(y, other), y - other),
-        (abs(by_product) * q / abs(rest) if rest else inf, by_product),
-    )
-    return min(ways)[1]
-
-
-def root_in_bracket(
-    value: Callable[[float], tuple[float, float]],
-    low: float,
-    high: float,
-    sign: float,
-    guess: float,
-) -> float:
-    """The zero between low (where f has this sign) and high, by Newton's method in the bracket."""
-    t = guess if low < guess < high else 0.5 * (low + high)
-    before = inf
-    while True:
-        f, slope = value(t)
-        if f * sign > 0.0:
-            low = t
-        else:
-            high = t
-        step = f / slope if slope else inf
-        # Convergence is quadratic: the next step would be below 1e-18.
-        if abs(step) <= 1e-9 * t:
-            return min(max(t - step, low), high)
-        new = t - step
-        # A step that doesn't shrink is of no use: halve the bracket, by ratio where it is wide.
-        if not low < new < high or abs(step) > 0.5 * before:
-            new = sqrt(low) * sqrt(high) if high > 4.0 * low > 0.0 else 0.5 * (low + high)
-            if new in (low, high):
-                return new
-            step = inf
-        before = abs(step)
-        t = new
 
 
 def falling_zero(

@@ -7,8 +7,10 @@ Matter 9, 465–469, 2007). So ζ is chosen at touch.
 """
 
 from math import asinh, atan2, log, pi, sqrt
+from typing import TYPE_CHECKING
 
-from .parameters import Parameters
+if TYPE_CHECKING:
+    from ..parameters import Parameters
 
 #: A lower COR would need more damping than leaves anything of the spring beside it.
 _LEAST = 1e-29
@@ -17,17 +19,17 @@ _LEAST = 1e-29
 _CRITICAL = 1e-4
 
 
-def restitution(parameters: Parameters, closing: float) -> float:
+def restitution(parameters: "Parameters", closing: float) -> float:
     """COR at an approach speed (m/s), by the line of the parameters; below 0 it can't be had."""
     return parameters.restitution_at_rest - parameters.restitution_slope * closing
 
 
-def out_of_reach(parameters: Parameters, closing: float) -> bool:
+def out_of_reach(parameters: "Parameters", closing: float) -> bool:
     """Whether the line leaves 0…1 at this approach speed, m/s."""
     return not _LEAST <= restitution(parameters, closing) <= 1.0
 
 
-def damping(parameters: Parameters, k: float, closing: float) -> float:
+def damping(parameters: "Parameters", k: float, closing: float) -> float:
     """The damping b, N.s/m, that gives this COR.
 
     Args:

@@ -4,38 +4,27 @@ Nobody tells an instance which of the two it is for. The first call that only Mo
 decides; from then on the host's time and states count, and steps are refused.
 """
 
-import json
-from binascii import crc32
 from collections.abc import Callable
 from math import inf, nan, nextafter
 from typing import Any
 
+from ..impact import Impact
+from ..laws.contact import State
+from ..parameters import INPUTS
+from ..variables import MORE_VARIABLES, VARIABLES
 from .component import BLOCKED, STEPPING, Component
-from .impact import Impact
-from .parameters import INPUTS, conflict
-from .solved import (
-    SolvedImpact,
-    SolvedSnapshot,
-    acceleration,
-    separation_indicator,
-    touch_indicator,
-)
-from .variables import ALL_REFERENCES
+from .outputs import OUTPUTS, Output, Outputs
+from .solved import SolvedImpact, acceleration, separation_indicator, touch_indicator
+from .state import is_own
 
-#: How to read what FMI 2.0 doesn't have, by value reference.
-_MORE: dict[int, Any] = {
-    ALL_REFERENCES[name]: result
-    for name, result in {
-        "time": lambda impact, state, at: at.time(),
-        "club_acceleration": lambda impact, state, at: acceleration(impact, state, 0),
-        "ball_acceleration": lambda impact, state, at: acceleration(impact, state, 1),
-        "touch_indicator": lambda impact, state, at: touch_indicator(impact, state),
-        "separation_indicator": lambda impact, state, at: separation_indicator(impact, state),
-    }.items()
+#: What FMI 2.0 doesn't have.
+_MORE: dict[str, Output] = {
+    "time": lambda impact, state, at: at.time(),
+    "club_acceleration": lambda impact, state, at: acceleration(impact, state, 0),
+    "ball_acceleration": lambda impact, state, at: acceleration(impact, state, 1),
+    "touch_indicator": lambda impact, state, at: touch_indicator(impact, state),
+    "separation_indicator": lambda impact, state, at: separation_indicator(impact, state),
 }
-
-#: First item of a serialized state in Model Exchange.
-_FORMAT = "golf-impact solved state 1"
 
 
 class HybridComponent(Component):
@@ -47,6 +36,9 @@ class HybridComponent(Component):
 
     __slots__ = ("_solved",)
 
+    outputs = Outputs(VARIABLES + MORE_VARIABLES, OUTPUTS | _MORE)
+    kinds = {"phases": Impact, "solved": SolvedImpact}
+
     def __init__(self, report: Callable[[str], None]) -> None:
         super().__init__(report)
         #: The impact as the host's solver finds it; None while the phases do.
@@ -57,28 +49,24 @@ class HybridComponent(Component):
 
     def time(self) -> float:
         """The host's time, s."""
-        if self._count:
-            self._fold_clock()
-        return self.origin + (self.clock + self.carry)
+        high, low = self.instant()
+        return self.origin + (high + low)
 
-    def _move_origin(self, point: float) -> None:
+    def _set_origin(self, origin: float) -> None:
         if not self.last_step:
-            self.start_time = point
-        super()._move_origin(point)
+            self.start_time = origin
+        super()._set_origin(origin)
 
-    def _problem(self, point: float, size: float) -> str | None:
+    def _look(self, point: float, size: float) -> str | None:
         if self._solved is not None:
             return "a step is refused: this instance is used for Model Exchange"
-        return super()._problem(point, size)
+        return super()._look(point, size)
 
-    def _functions(self, references: list[int], type_: str) -> tuple:
-        known = super()._functions(references, type_)
-        if type_ != "Real":
-            return known
-        return tuple(
-            (reference, _MORE[reference]) if reference in _MORE else function
-            for reference, function in zip(references, known)
-        )
+    def _evaluate(self) -> State:
+        if self._solved is None:
+            return super()._evaluate()
+        self._now = self._solved.state()
+        return self._now
 
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
         """Set inputs and parameters; what is refused keeps its value. See `Component`."""
@@ -111,27 +99,37 @@ class HybridComponent(Component):
         if problem is None and solved is not None:
             self._now = None
             jumped = solved.update(self.clock)
-            problem = _refusal(solved)
+            if solved.refusal_of_touch is not None:
+                problem = _refused_at_touch(solved)
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
             return True, jumped, None
         return False, jumped, self._next_event() if solved is None else None
 
     def _next_event(self) -> float | None:
+        """The host's time of the next touch or separation, s."""
         impact = self._impact
         if not self.last_step or impact is None:
             return None
-        self._fold_clock()
+        high, low = self.instant()
         ahead = Impact.restored(impact.snapshot())
-        inputs: Any = tuple(self._values[:INPUTS])
+        values = self._values
+        inputs = values[0], values[1], values[2]
         try:
             if inputs != ahead.in_force:
-                ahead.hold(self.clock, self.carry, inputs)
-            when = self.origin + ahead.next_event(self.clock, self.carry)
+                ahead.hold(high, low, inputs)
+            ahead.advance(high, low)
         except (ArithmeticError, ValueError):
             return None
-        # A step that ends there must have passed it, whatever its rounding.
-        return nextafter(max(when, self._point), inf) if when < inf else None
+        left = nextafter(ahead.phase.duration - ahead.elapsed(high, low), inf)
+        if left == inf:
+            return None
+        # The event belongs to a step that ends there, so the difference that the host takes as its
+        # step must not be shorter, whatever its rounding.
+        when = self._point + left
+        while when - self._point < left:
+            when = nextafter(when, inf)
+        return when
 
     # Model Exchange
 
@@ -146,9 +144,8 @@ class HybridComponent(Component):
             self._impact = solved  # type: ignore[assignment]  # results look at either
             self._now = None
             self._until = self.last_step = nan
-            problem = _refusal(solved)
-            if problem is not None:
-                self._report(problem)
+            if solved.refusal_of_touch is not None:
+                self._report(_refused_at_touch(solved))
         return solved
 
     def set_time(self, time: float) -> None:
@@ -175,7 +172,7 @@ class HybridComponent(Component):
     def derivatives(self) -> list[float]:
         """Of the states; NaN while values are refused, so that no solver goes on with others."""
         solved = self._solving()
-        if self._refused or self._mode == BLOCKED or solved.out_of_reach:
+        if self._refused or self._mode == BLOCKED or solved.refusal_of_touch is not None:
             return [nan] * 4
         return solved.derivatives()
 
@@ -187,52 +184,16 @@ class HybridComponent(Component):
 
     def restore(self, snapshot: tuple | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
-        if snapshot is None or not _is_solved(snapshot):
+        if snapshot is None or not is_own(snapshot):
             super().restore(snapshot)
-            self._solved = None
             return
-        super().restore((*snapshot[:-1], None))
-        self._solved = SolvedImpact.restored(snapshot[-1])
-        self._impact = self._solved  # type: ignore[assignment]
-
-    @staticmethod
-    def packed(snapshot: tuple) -> bytes:
-        """A snapshot as bytes, for another process."""
-        if not _is_solved(snapshot):
-            return Component.packed(snapshot)
-        plain = Component.packed((*snapshot[:-1], None)).decode()
-        solved = json.dumps(snapshot[-1])
-        return json.dumps([_FORMAT, plain, solved, crc32(solved.encode())]).encode()
-
-    @staticmethod
-    def unpacked(data: bytes) -> tuple | None:
-        """The snapshot that became these bytes, or None if they are none of this component's."""
-        try:
-            form, plain, solved, checksum = json.loads(data)
-        except (TypeError, ValueError):
-            form = None
-        if form != _FORMAT:
-            return Component.unpacked(data)
-        try:
-            if crc32(solved.encode()) != checksum:
-                return None
-            made = SolvedImpact.restored(json.loads(solved))
-            snapshot = Component.unpacked(plain.encode())
-            if snapshot is None or conflict(made.parameters, made.in_force) is not None:
-                return None
-        except (ArithmeticError, AttributeError, TypeError, ValueError):
-            return None
-        return (*snapshot[:-1], made.snapshot())
+        solved = snapshot[-1] if SolvedImpact.has_made(snapshot[-1]) else None
+        super().restore((*snapshot[:-1], None) if solved else snapshot)
+        self._solved = SolvedImpact.restored(solved) if solved else None
+        if solved:
+            self._impact = self._solved  # type: ignore[assignment]
 
 
-def _refusal(solved: SolvedImpact) -> str | None:
-    if not solved.out_of_reach or solved.touch is None:
-        return None
-    return (
-        f"club_speed = {solved.touch[3]!r} m/s is refused at touch: the coefficient of restitution "
-        "that follows from it must be above 0 and at most 1"
-    )
-
-
-def _is_solved(snapshot: tuple) -> bool:
-    return isinstance(snapshot, tuple) and any(isinstance(p, SolvedSnapshot) for p in snapshot)
+def _refused_at_touch(solved: SolvedImpact) -> str:
+    assert solved.touch is not None
+    return f"club_speed = {solved.touch[3]!r} m/s is refused at touch: {solved.refusal_of_touch}"

@@ -6,19 +6,13 @@ equations say how that changes. `results` reads both in the same way.
 
 from math import nan
 
-from .equations import accelerations, contact_force
-from .impact import Impact, State, Touch
-from .parameters import Inputs, Parameters
-from .restitution import damping, out_of_reach
+from ..impact import Impact, Touch
+from ..laws import LAWS
+from ..laws.contact import State
+from ..parameters import Inputs, Parameters
 
 #: Added to an indicator that may be exactly 0 before its event: solvers look for changes of sign.
 _ABOVE_ZERO = 1e-18
-
-
-class SolvedSnapshot(tuple):
-    """Everything in a solved impact, known as such among other snapshots."""
-
-    __slots__ = ()
 
 
 class SolvedImpact:
@@ -36,8 +30,8 @@ class SolvedImpact:
         "_ended",
         "in_contact",
         "in_force",
-        "out_of_reach",
         "parameters",
+        "refusal_of_touch",
         "started",
         "states",
         "touch",
@@ -53,8 +47,8 @@ class SolvedImpact:
         #: First touch, in the host's time, or None before it.
         self.touch: Touch | None = None
         self.in_contact = False
-        #: Whether the touch was too fast, or too slow, for a coefficient of restitution.
-        self.out_of_reach = False
+        #: Why the law can't have the touch that there was.
+        self.refusal_of_touch: str | None = None
         #: Whether the host's time at the start is known, or may not be told any more.
         self.started = False
         #: What law 1's drag has taken from the ball until the last event, N.s; and b from then on
@@ -74,19 +68,15 @@ class SolvedImpact:
         compression = x_club - x_ball
         force = 0.0
         if self.in_contact:
-            force = contact_force(self.parameters, *self._acting, compression, v_club - v_ball)
+            p = self.parameters
+            k, b = self._acting
+            force = LAWS[p.law].force(p, k, b, compression, v_club - v_ball)
         return [force, x_club, x_ball, v_club, v_ball, compression]
 
     def derivatives(self) -> list[float]:
         """Of the four states, in their order."""
-        force, _, _, v_club, v_ball, _ = self._now()
-        if not self.in_contact:
-            return [v_club, v_ball, 0.0, 0.0]
-        return [
-            v_club,
-            v_ball,
-            *accelerations(self.parameters, self.in_force[1], force, v_club, v_ball),
-        ]
+        now = self._now()
+        return [now[3], now[4], acceleration(self, now, 0), acceleration(self, now, 1)]
 
     def indicators(self) -> list[float]:
         """Of touch and separation."""
@@ -101,11 +91,11 @@ class SolvedImpact:
         self._act()
 
     def _act(self) -> None:
-        k, b, _ = self.in_force
-        p = self.parameters
-        if p.restitution_at_rest and self.touch is not None:
-            b = damping(p, k, self.touch[3] - p.ball_speed)
-        self._acting = k, b
+        p, inputs = self.parameters, self.in_force
+        b = inputs[1]
+        if self.touch is not None:
+            b = LAWS[p.law].damping(p, inputs, self.touch[3] - p.ball_speed)
+        self._acting = inputs[0], b
 
     def _drag(self) -> float:
         """What law 1's drag has taken from the ball since the last event, N.s."""
@@ -127,10 +117,9 @@ class SolvedImpact:
                 self.touch = (time, 0.0, x_ball, club_speed)
                 self.in_contact = True
                 p = self.parameters
-                self.out_of_reach = p.restitution_at_rest > 0.0 and out_of_reach(
-                    p, club_speed - p.ball_speed
-                )
-                self._act()
+                self.refusal_of_touch = LAWS[p.law].refusal_of_touch(p, club_speed - p.ball_speed)
+                if self.refusal_of_touch is None:
+                    self._act()
                 self._dragging = (self._drag_coefficient(), x_ball)
             return v_club != club_speed
         if self.in_contact:
@@ -142,16 +131,11 @@ class SolvedImpact:
         return False
 
     def _drag_coefficient(self) -> float:
-        return self.in_force[1] if self.parameters.law == 1 else 0.0
+        return LAWS[self.parameters.law].drag(self._acting[1])
 
     # What results ask for, as of Impact
 
-    @property
-    def phase(self) -> object:
-        """Never the same: there is no function of time to read from."""
-        return object()
-
-    def state(self, high: float, low: float) -> State:
+    def state(self) -> State:
         """Force (N), positions (m) and velocities (m/s) of club and ball, compression (m)."""
         now = self._now()
         now[0] = max(0.0, now[0])
@@ -195,24 +179,35 @@ class SolvedImpact:
 
     # State
 
-    def snapshot(self) -> SolvedSnapshot:
-        """Everything, for `restored`."""
-        values = {name: getattr(self, name) for name in self.__slots__}
-        values["parameters"] = self.parameters.values()
-        return SolvedSnapshot(values.values())
+    def snapshot(self) -> list:
+        """Everything, for `restored`; its parts are never changed in place."""
+        return [getattr(self, name) for name in self.__slots__]
+
+    @staticmethod
+    def has_made(snapshot: object) -> bool:
+        """Whether this is a snapshot of a solved impact."""
+        return type(snapshot) is list
 
     @classmethod
-    def restored(cls, snapshot: tuple) -> "SolvedImpact":
-        """The impact that a snapshot was taken of, or what JSON has made of it.
-
-        Raises:
-            TypeError, ValueError: it is no such thing.
-        """
+    def restored(cls, snapshot: list) -> "SolvedImpact":
+        """The impact that a snapshot was taken of."""
         self = cls.__new__(cls)
-        values = dict(zip(cls.__slots__, snapshot, strict=True))
-        values["parameters"] = Parameters(*values["parameters"])
-        for name, value in values.items():
-            setattr(self, name, tuple(value) if isinstance(value, list) else value)
+        for name, value in zip(cls.__slots__, snapshot, strict=True):
+            setattr(self, name, value)
+        return self
+
+    def packed(self) -> list:
+        """The same as numbers and lists of numbers, for `unpacked` in another process."""
+        at = self.__slots__.index("parameters")
+        plain = self.snapshot()
+        plain[at] = self.parameters.values()
+        return plain
+
+    @classmethod
+    def unpacked(cls, packed: list) -> "SolvedImpact":
+        """The impact that `packed` was taken of."""
+        self = cls.restored([tuple(v) if isinstance(v, list) else v for v in packed])
+        self.parameters = Parameters(*self.parameters)  # type: ignore[misc]
         self.states = [float(value) for value in self.states]
         return self
 
@@ -230,7 +225,7 @@ def touch_indicator(impact: AnyImpact, state: State) -> float:
 
 
 def separation_indicator(impact: AnyImpact, state: State) -> float:
-    """Above 0 until the force has gone and the bodies part, then -1.
+    """Above 0 until the force has gone and the bodies part, then below 0 for good.
 
     The force is 0 at touch, too; but then they are closing.
     """
@@ -238,13 +233,29 @@ def separation_indicator(impact: AnyImpact, state: State) -> float:
         return 1.0
     if not impact.in_contact:
         return -1.0
+    if _over(state):
+        return min(state[0], -_ABOVE_ZERO)
     force, _, _, v_club, v_ball, _ = state
     return max(force, v_club - v_ball) + _ABOVE_ZERO
 
 
-def acceleration(impact: AnyImpact, state: State, body: int) -> float:
-    """The acceleration of club (0) or ball (1), m/s²."""
-    if not impact.in_contact:
-        return 0.0
+def _over(state: State) -> bool:
+    """Whether contact is over, though a solver that looks for the event may not know it yet."""
     force, _, _, v_club, v_ball, _ = state
-    return accelerations(impact.parameters, impact.in_force[1], force, v_club, v_ball)[body]
+    return force <= 0.0 and v_club < v_ball
+
+
+def acceleration(impact: AnyImpact, state: State, body: int) -> float:
+    """The acceleration of club (0) or ball (1), m/s².
+
+    Past the end of contact the bodies move freely, as they will: pulled back by a force below 0
+    they would turn round, and a solver with long steps would overlook the separation.
+    """
+    if not impact.in_contact or _over(state):
+        return 0.0
+    p = impact.parameters
+    force, _, _, v_club, v_ball, _ = state
+    drag = LAWS[p.law].drag(impact.in_force[1])
+    if body:
+        return (force - drag * v_ball) / p.m_ball
+    return -(force + drag * v_club) / p.m_club

@@ -1,4 +1,4 @@
-"""Law 2 with an exponent n > 1: a stiffening spring and a matching damper between the bodies.
+"""The power law: a spring that stiffens and a matching damper between the bodies (n > 1).
 
 The contact force is F = k d_r (d/d_r)^n + b (d/d_r)^((n-1)/2) d', with d the compression, d' the
 closing speed and d_r the compression at which k and b hold. It acts on both bodies alike, so
@@ -13,9 +13,10 @@ from collections.abc import Callable
 from itertools import pairwise
 from math import atan2, exp, hypot, inf, pi, sqrt
 
-from .oscillator import LEAST, Oscillator
-from .panels import Panel
-from .quadrature import GAUSS_5
+from ..numerics.gauss import GAUSS_5
+from ..numerics.oscillator import LEAST, Oscillator
+from ..numerics.panels import Panel
+from .contact import Start, State
 
 #: Where panels meet, as phases Ωσ since the last zero of x. The other zeros of x are pi apart along
 #: the real axis, or along the imaginary one above critical damping; they keep a distance from a
@@ -46,20 +47,12 @@ class PowerLawContact:
         b: damping there, N.s/m, >= 0.
         m_club: mass of the club head, kg.
         m_ball: mass of the ball, kg.
-        x_club: position of the club face when the phase starts, m.
-        compression: how far the club face is past the ball's rest shape then, m, >= 0.
-        v_club: velocity of the club head then, m/s.
-        v_ball: velocity of the ball then, m/s.
-        closing: v_club - v_ball, where it is known better than that difference tells.
+        start: where the bodies are.
         exponent: n, > 1.
         reference_compression: d_r, m, > 0.
 
-    The state must be one in contact: a force above zero, or first touch while closing. From any
-    other the phase has duration 0.
+    From a start without a force, and not of a first touch, the phase has duration 0.
     """
-
-    #: Its impulse is a change of the closing speed, good however short the contact: see Impact.
-    frequency = inf
 
     __slots__ = (
         "_final",
@@ -81,20 +74,14 @@ class PowerLawContact:
         b: float,
         m_club: float,
         m_ball: float,
-        x_club: float,
-        compression: float,
-        v_club: float,
-        v_ball: float,
-        closing: float | None = None,
-        *,
+        start: Start,
         exponent: float,
         reference_compression: float,
     ) -> None:
+        x_club, d, v_club, v_ball, w = start
         total = m_club + m_ball
         p = m_ball / total
         mu = m_club * p
-        d = compression
-        w = v_club - v_ball if closing is None else closing
         m = 0.5 * (exponent + 1.0)
         power = (exponent - 1.0) / (exponent + 1.0)
         omega = sqrt(m * (k / mu))
@@ -185,32 +172,23 @@ class PowerLawContact:
         force = self._scales[3] * relative ** (self._powers[0] - 1.0) * drive
         return force if force > 0.0 else 0.0
 
-    def state(self, t: float) -> list[float]:
-        """Everything that moves, at one instant.
+    def course(self) -> tuple[Callable[[float], State], float]:
+        """See `ContactPhase`."""
+        return self._state, 1.0
 
-        Args:
-            t: time since the start of the phase, s, from 0 to `duration`.
-
-        Returns:
-            Contact force (N), positions of club face and ball (m), velocities of club and
-            ball (m/s), compression (m).
-        """
+    def _state(self, t: float) -> State:
         x_club, d0, v_club, v_ball, w0, _ = self._initial
         p, q, _ = self._masses
         force, d, w = self._relative_motion(t)
         x = x_club + ((p * v_ball + q * v_club) * t - p * (d0 - d))
         return [force, x, x - d, v_club - p * (w0 - w), v_ball + q * (w0 - w), d]
 
-    def end(self) -> tuple[list[float], float]:
-        """State and closing speed when contact ends: the force is 0, the ball not yet round."""
-        return self.state(self.duration), self._final[2]
-
-    def fast_state(self) -> tuple[Callable[[float], list[float]], float, float]:
-        """`state` for many instants, scale and offset of time: here there is no faster way."""
-        return self.state, 1.0, 0.0
+    def end(self) -> tuple[State, float]:
+        """See `ContactPhase`: the force is 0, the ball not yet round."""
+        return self._state(self.duration), self._final[2]
 
     def closing(self, t: float) -> float:
-        """Closing speed v_club - v_ball at t, m/s, exact even where it is a tiny difference."""
+        """See `ContactPhase`."""
         return self._relative_motion(t)[2]
 
     def _relative_motion(self, t: float) -> tuple[float, float, float]:
@@ -226,10 +204,9 @@ class PowerLawContact:
         return self._force(relative, drive), length * relative, speed * u
 
     def impulse(self, begin: float, width: float) -> float:
-        """Impulse of the contact force over [begin, begin + width] (s), N.s.
-
-        Exact relative to the width, however short.
-        """
+        """See `ContactPhase`."""
+        if not self._panels:
+            return 0.0
         x, u = self._start
         motion = self._motion
         _, speed, omega, force = self._scales
@@ -259,18 +236,11 @@ class PowerLawContact:
         return self._panels[-1].stop if self._panels else 0.0
 
     def peak_force(self, t: float) -> tuple[float, float]:
-        """The largest contact force on [0, t] and its time.
-
-        Args:
-            t: s since the start of the phase, at most `duration`.
-
-        Returns:
-            Force (N) and time since the start of the phase (s).
-        """
+        """See `ContactPhase`."""
         if self._peak is None:
             self._peak = self._find_peak()
         largest, when = self._peak
-        return (largest, when) if t >= when else (self.state(t)[0], t)
+        return (largest, when) if t >= when else (self._relative_motion(t)[0], t)
 
     def _find_peak(self) -> tuple[float, float]:
         # F' = 0 is 2ζP r² + (1 + P - 4ζ²) r - 2ζ = 0 with r = u/x. Along the motion r only falls,
@@ -289,13 +259,13 @@ class PowerLawContact:
         return self._force(x ** (1.0 / m), drive), self._time(sigma)
 
     def peak_compression(self, t: float) -> float:
-        """The largest compression on [0, t], m; t (s) at most `duration`."""
+        """See `ContactPhase`."""
         x, u = self._start
         if u <= 0.0 or not self._panels:
             return self._initial[1]
         sigma = self._sigma_at_ratio(0.0)
         if t < self.duration and t < self._time(sigma):
-            return self.state(t)[5]
+            return self._relative_motion(t)[1]
         return self._scales[0] * self._motion.after(x, u, sigma)[0] ** (1.0 / self._powers[0])
 
     def _sigma_at_ratio(self, r: float) -> float:

@@ -1,0 +1,171 @@
+"""What can be read, one by one: each a function of the impact at one instant, so that only those
+that are read are computed.
+
+Results are "so far" at every instant. Before touch S and COR are 0 and the energy efficiency is 1.
+S is 0, too, if the club stood at touch.
+"""
+
+from collections.abc import Callable
+from math import inf
+from operator import itemgetter
+from typing import Any, Protocol
+
+from ..impact import Impact
+from ..laws.contact import State
+from ..parameters import SETTABLE
+from ..variables import Variable
+
+
+class Moment(Protocol):
+    """What an output may ask about the communication point, beside the impact's state."""
+
+    #: The last communication step, s (0 before the first).
+    last_step: float
+    #: The host's time at the start of the run, and when the clock stood at 0, s.
+    start_time: float
+    origin: float
+
+    def instant(self) -> tuple[float, float]:
+        """Time since the start, s, as a pair."""
+
+    def value_of(self, reference: int) -> Any:
+        """An input or a parameter."""
+
+    def unknown(self, type_: str) -> float:
+        """For a value reference that no variable of this type has."""
+
+
+#: Its arguments: the impact, its state, and the communication point.
+Output = Callable[[Any, State, Any], Any]
+
+
+def _moving(index: int) -> Output:
+    return lambda impact, state, at: state[index]
+
+
+def _mean_force(impact: Impact, state: State, at: Moment) -> float:
+    step = at.last_step
+    return impact.impulse_of_step(*at.instant(), step) / step if step else 0.0
+
+
+def _touch_time(impact: Impact, state: State, at: Moment) -> float:
+    touch = impact.touch
+    return at.start_time if touch is None else at.origin + (touch[0] + touch[1])
+
+
+def _smash_factor(impact: Impact, state: State, at: Moment) -> float:
+    touch = impact.touch
+    if touch is None or not touch[3]:
+        return 0.0
+    factor = state[4] / touch[3]
+    # A club that all but stood leaves no double to tell it: as if it stood.
+    return 0.0 if abs(factor) == inf else factor
+
+
+def _coefficient_of_restitution(impact: Impact, state: State, at: Moment) -> float:
+    touch = impact.touch
+    if touch is None:
+        return 0.0
+    return (state[4] - state[3]) / (touch[3] - impact.parameters.ball_speed)
+
+
+def _energy_efficiency(impact: Impact, state: State, at: Moment) -> float:
+    touch = impact.touch
+    if touch is None:
+        return 1.0
+    v_club, v_ball = state[3], state[4]
+    p = impact.parameters
+    m_club, m_ball, u_ball = p.m_club, p.m_ball, p.ball_speed
+    u_club = touch[3]
+    at_touch = m_club * u_club * u_club + m_ball * u_ball * u_ball
+    return (m_club * v_club * v_club + m_ball * v_ball * v_ball) / at_touch if at_touch else 1.0
+
+
+def _momentum(impact: Impact, state: State, at: Moment) -> float:
+    return impact.parameters.m_club * state[3] + impact.parameters.m_ball * state[4]
+
+
+def _kinetic_energy(impact: Impact, state: State, at: Moment) -> float:
+    _, _, _, v_club, v_ball, _ = state
+    p = impact.parameters
+    return 0.5 * (p.m_club * v_club * v_club + p.m_ball * v_ball * v_ball)
+
+
+#: By name; Model Exchange adds its own.
+OUTPUTS: dict[str, Output] = {
+    "force": _moving(0),
+    "club_position": _moving(1),
+    "ball_position": _moving(2),
+    "club_velocity": _moving(3),
+    "ball_velocity": _moving(4),
+    "compression": _moving(5),
+    "mean_force": _mean_force,
+    "touched": lambda impact, state, at: impact.touch is not None,
+    "in_contact": lambda impact, state, at: impact.in_contact,
+    "separated": lambda impact, state, at: impact.touch is not None and not impact.in_contact,
+    "touch_time": _touch_time,
+    "smash_factor": _smash_factor,
+    "coefficient_of_restitution": _coefficient_of_restitution,
+    "energy_efficiency": _energy_efficiency,
+    "contact_time": lambda impact, state, at: impact.contact_time(*at.instant()),
+    "max_force": lambda impact, state, at: impact.peak_force(*at.instant())[0],
+    "time_of_max_force": lambda impact, state, at: impact.peak_force(*at.instant())[1],
+    "max_compression": lambda impact, state, at: impact.peak_compression(*at.instant()),
+    "contact_displacement": lambda impact, state, at: impact.contact_displacement(state),
+    "impulse": lambda impact, state, at: impact.impulse(*at.instant()),
+    "momentum": _momentum,
+    "kinetic_energy": _kinetic_energy,
+}
+
+#: The value references of what a phase's state is, in its order.
+MOVING = range(SETTABLE, SETTABLE + 6)
+
+
+#: How to read a list of references: they themselves and how to pick their values from the state,
+#: if all are of the state (None: they are its first ones); else None twice, and the outputs.
+Reading = tuple[list[int] | None, Callable[[State], list[float]] | None, tuple[Output, ...]]
+
+_MAX_READINGS = 256
+
+
+class Outputs:
+    """What an instance can be asked for, by value reference.
+
+    Args:
+        variables: the table.
+        functions: of each output, by name.
+    """
+
+    def __init__(self, variables: tuple[Variable, ...], functions: dict[str, Output]) -> None:
+        self._variables = variables
+        self._functions = functions
+        self._readings: dict[tuple[tuple[int, ...], str], Reading] = {}
+
+    def reading(self, references: tuple[int, ...], type_: str) -> Reading:
+        """How to read variables of one type; a host asks for a few lists again and again."""
+        key = references, type_
+        if key not in self._readings:
+            if len(self._readings) >= _MAX_READINGS:
+                self._readings.clear()
+            self._readings[key] = self._reading(references, type_)
+        return self._readings[key]
+
+    def _reading(self, references: tuple[int, ...], type_: str) -> Reading:
+        if type_ != "Real" or len(references) < 2 or not all(n in MOVING for n in references):
+            return None, None, tuple(self._output(n, type_) for n in references)
+        places = [MOVING.index(n) for n in references]
+        if len(places) > 4 and places == list(range(len(places))):
+            return list(references), None, ()
+        first, last = places[0], places[-1]
+        if places == list(range(first, last + 1)):
+            return list(references), itemgetter(slice(first, last + 1)), ()
+        pick = itemgetter(*places)
+        return list(references), lambda state: list(pick(state)), ()
+
+    def _output(self, reference: int, type_: str) -> Output:
+        known = 0 <= reference < len(self._variables)
+        if not known or self._variables[reference].type != type_:
+            return lambda impact, state, at: at.unknown(type_)
+        if reference < SETTABLE:
+            return lambda impact, state, at: at.value_of(reference)
+        return self._functions[self._variables[reference].name]

@@ -1,0 +1,65 @@
+"""The state of an instance: known as this component's own, and as bytes for another process."""
+
+import json
+from binascii import crc32
+from typing import Any
+
+from ..parameters import SETTABLE, conflict
+from ..variables import VARIABLES
+
+#: First item of a serialized state: another layout must have another one.
+_FORMAT = "golf-impact state 3"
+
+#: First item of every snapshot: those of another version of this component, loaded in the same
+#: process, have another one.
+OWN = object()
+
+
+def is_own(snapshot: object) -> bool:
+    """Whether this component made it."""
+    return type(snapshot) is tuple and len(snapshot) > 0 and snapshot[0] is OWN
+
+
+def _with_checksum(body: bytes) -> bytes:
+    """A JSON list without its end, ended by a checksum."""
+    return body + f", {crc32(body)}]".encode()
+
+
+def packed(snapshot: tuple, kinds: dict[str, Any]) -> bytes:
+    """A snapshot as bytes: a JSON list whose last item is a checksum.
+
+    Args:
+        snapshot: of an instance.
+        kinds: the classes of impacts that its last item may be a snapshot of, by a name.
+    """
+    if not is_own(snapshot):
+        return b""
+    _, *plain, impact = snapshot
+    kind = None
+    if impact is not None:
+        kind = next(name for name, made in kinds.items() if made.has_made(impact))
+        impact = kinds[kind].restored(impact).packed()
+    return _with_checksum(json.dumps([_FORMAT, *plain, kind, impact])[:-1].encode())
+
+
+def unpacked(data: bytes, kinds: dict[str, Any]) -> tuple | None:
+    """The snapshot that became these bytes, or None if they are none of this component's."""
+    try:
+        # Looked at before anything else is: damaged bytes could stand for any numbers.
+        body = data.rpartition(b", ")[0]
+        if data != _with_checksum(body):
+            return None
+        form, mode, values, refused, once, *numbers, kind, impact = json.loads(body + b"]")
+        if form != _FORMAT:
+            return None
+        allowed = zip(VARIABLES[:SETTABLE], values, strict=True)
+        if not all(variable.low <= value <= variable.high for variable, value in allowed):
+            return None
+        if kind is not None:
+            made = kinds[kind].unpacked(impact)
+            if conflict(made.parameters, made.in_force) is not None:
+                return None
+            impact = made.snapshot()
+        return (OWN, mode, tuple(values), refused, tuple(once), *numbers, impact)
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+        return None

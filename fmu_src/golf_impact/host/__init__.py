@@ -1,0 +1,1 @@
+"""What works around hosts and pythonfmu; nothing in here knows of an impact."""

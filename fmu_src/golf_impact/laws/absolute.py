@@ -1,0 +1,291 @@
+"""Law 1: a spring between the bodies and a drag b·v on each of them (the source document's law).
+
+m_C v_C' = -k d - b v_C,  m_B v_B' = k d - b v_B,  d' = v_C - v_B, in contact until d returns to 0.
+The drag acts on absolute velocities, so momentum is lost to the surroundings, the answer depends
+on the frame of reference, and heavy damping can keep the bodies together for ever.
+
+In units of 1/ω, ω² = k/μ, and with the mass fractions p and q of the lighter and the heavier body,
+the rates are the roots of s³ - 2ζs² + (1 + 4ζ²pq)s - 4ζpq. One of them, r, lies between the two
+drags 2ζp and 2ζq. A usual contact has moderate damping, so that the other two are a pair that
+oscillates far from r, and it ends when the pair has swung once: every impact in golf is one. All
+others are told by `ExtendedContact`.
+"""
+
+from collections.abc import Callable
+from decimal import Decimal
+from math import atan2, cos, exp, expm1, pi, sin, sqrt
+from typing import TYPE_CHECKING
+
+from ..numerics.gauss import integral
+from ..numerics.roots import falling_zero, offset_of_real_root
+from .contact import ContactPhase, Start, State
+from .extended import Equations, ExtendedContact
+
+if TYPE_CHECKING:
+    from ..parameters import Inputs, Parameters
+
+#: A damping ratio as small as this changes no bit of any result, and needs no case of its own.
+_LEAST_DAMPING = 1e-30
+
+#: With a higher damping ratio rates may meet, and digits are lost.
+MOST_DAMPING = 0.7
+
+#: If the real mode's share is more than this of what the bodies compress by themselves, it and the
+#: pair's nearly cancel: drag moves the bodies together, or apart, much faster than they close.
+MOST_REAL_MODE = 0.5
+
+
+def equations(k: Decimal, b: Decimal, m_club: Decimal, m_ball: Decimal) -> Equations:
+    """The law for `ExtendedContact`."""
+    total = m_club + m_ball
+    slow, fast = sorted((b / m_club, b / m_ball))
+    apart = b * (m_club - m_ball) / total
+    return Equations(
+        alpha=slow + fast - 2 * b / total,
+        beta=apart / m_club + apart / m_ball,
+        gamma=2 * b / total,
+        delta=apart / total,
+        slowest=slow,
+        fastest=fast,
+        damper=Decimal(0),
+        drag=b,
+    )
+
+
+class UsualContact:
+    """A usual contact phase, in doubles; see `ContactPhase`.
+
+    Each quantity is a sum of e^(-rt), e^(-ht) cos Rt and e^(-ht) sin Rt.
+
+    Args:
+        k: contact stiffness, N/m, > 0.
+        b: damping, N.s/m, >= 0; the damping ratio is at most `MOST_DAMPING`.
+        m_club: mass of the club head, kg.
+        m_ball: mass of the ball, kg.
+        start: where the bodies are.
+    """
+
+    __slots__ = ("_arguments", "_motion", "_peak", "_pull", "duration", "rate")
+
+    def __init__(self, k: float, b: float, m_club: float, m_ball: float, start: Start) -> None:
+        self._arguments = k, b, m_club, m_ball, start
+        _, compression, v_club, v_ball, closing = start
+        total = m_club + m_ball
+        # The equations keep their form when the bodies change places and the axis is turned round.
+        if m_club >= m_ball:
+            p, q = m_ball / total, m_club / total
+            v1, v2 = v_club, v_ball
+        else:
+            p, q = m_club / total, m_ball / total
+            v1, v2 = -v_ball, -v_club
+        mu = m_club * (m_ball / total)
+        #: The fastest rate of change in the phase, 1/s.
+        self.rate = omega = sqrt(k / mu)
+        zeta = b / (2.0 * mu * omega)
+        if zeta < _LEAST_DAMPING:
+            zeta = _LEAST_DAMPING
+        drag1 = 2.0 * zeta * p
+        x = offset_of_real_root(p, q, drag1, 2.0 * zeta * (abs(m_club - m_ball) / total))
+        r = drag1 + x
+        u = p + r * x
+        # How far r lies below the faster drag: the same equation, and no cancellation.
+        y = q * x / u
+        h = 0.5 * (drag1 + y)
+        second = sqrt(4.0 * zeta * p * q / r - h * h)
+        d = omega * compression
+
+        # The state (d, v1, v2) is a·(x, p, u), the real mode, and w, which is left for the pair.
+        # (-q x, q, u) is the mode's left partner, and (g0, g1, g2) is (A + h) w / R.
+        a = (q * (v1 - x * d) + u * v2) / (q * (p - x * x) + u * u)
+        w0, w1, w2 = d - a * x, v1 - a * p, v2 - a * u
+        g0 = (closing + r * a * x + h * w0) / second
+        g1 = ((h - drag1) * w1 - p * w0) / second
+        g2 = ((h - 2.0 * zeta * q) * w2 + q * w0) / second
+
+        #: s from the start of the phase until contact ends; 0 if it isn't a usual contact.
+        self.duration = 0.0
+        lone = a * x
+        if abs(lone) <= MOST_REAL_MODE * (d + max(closing, 0.0)):
+            angle = _first_fall((h - r) / second, lone, w0, g0)
+            if angle is not None:
+                self.duration = angle / (second * omega)
+        if m_club >= m_ball:
+            a1, c1, s1, a2, c2, s2 = a * p, w1, g1, a * u, w2, g2
+        else:
+            a1, c1, s1, a2, c2, s2 = -a * u, -w2, -g2, -a * p, -w1, -g1
+        size = (h * h + second * second) * omega
+        self._motion = (
+            r * omega,
+            h * omega,
+            second * omega,
+            lone / omega,
+            w0 / omega,
+            g0 / omega,
+            a1,
+            c1,
+            s1,
+            a2,
+            c2,
+            s2,
+            (h * c1 + second * s1) / size,
+            (second * c1 - h * s1) / size,
+        )
+        self._peak: tuple[float, float] | None = None
+
+    def course(self) -> tuple[Callable[[float], State], float]:
+        """See `ContactPhase`: time is the angle Rt."""
+        r, h, frequency, a0, c0, s0, a1, c1, s1, a2, c2, s2, x_c, x_s = self._motion
+        k, _, _, _, (x_club, *_) = self._arguments
+        lone, pair = -r / frequency, -h / frequency
+        x_0, x_a = x_club + x_c, -a1 / r
+
+        def state(angle: float) -> State:
+            size = exp(pair * angle)
+            c = size * cos(angle)
+            s = size * sin(angle)
+            fallen = expm1(lone * angle)
+            e = 1.0 + fallen
+            d = a0 * e + c0 * c + s0 * s
+            x = x_0 + x_a * fallen - x_c * c + x_s * s
+            return [k * d, x, x - d, a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s, d]
+
+        return state, frequency
+
+    def end(self) -> tuple[State, float]:
+        """See `ContactPhase`."""
+        t = self.duration
+        r, h, frequency, _, _, _, a1, c1, s1, a2, c2, s2, x_c, x_s = self._motion
+        size = exp(-h * t)
+        angle = frequency * t
+        c = size * cos(angle)
+        s = size * sin(angle)
+        fallen = expm1(-r * t)
+        e = 1.0 + fallen
+        x = self._arguments[4].x_club + (x_c - a1 / r * fallen - x_c * c + x_s * s)
+        v_club = a1 * e + c1 * c + s1 * s
+        v_ball = a2 * e + c2 * c + s2 * s
+        return [0.0, x, x, v_club, v_ball, 0.0], v_club - v_ball
+
+    def closing(self, t: float) -> float:
+        """See `ContactPhase`."""
+        r, h, frequency, a0, c0, s0, *_ = self._motion
+        angle = frequency * t
+        pair = (frequency * s0 - h * c0) * cos(angle) - (h * s0 + frequency * c0) * sin(angle)
+        return exp(-h * t) * pair - r * a0 * exp(-r * t)
+
+    def impulse(self, begin: float, width: float) -> float:
+        """See `ContactPhase`: k times the integral of d.
+
+        Not from the momentum gained and what the drag took, which nearly cancel.
+        """
+        if width * self.rate <= 0.5:
+            return integral(self._force, begin + width, width)
+        r, h, frequency, a0, c0, s0, *_ = self._motion
+        # The pair's amplitudes at the beginning.
+        size = exp(-h * begin)
+        angle = frequency * begin
+        c = size * cos(angle)
+        s = size * sin(angle)
+        c0, s0 = c0 * c + s0 * s, s0 * c - c0 * s
+        angle = frequency * width
+        # 1 - e^(-x) cos(angle), also where it is small.
+        fallen = 2.0 * sin(0.5 * angle) ** 2 - cos(angle) * expm1(-h * width)
+        pair = (h * c0 + frequency * s0) * fallen
+        pair += (frequency * c0 - h * s0) * exp(-h * width) * sin(angle)
+        lone = a0 * exp(-r * begin) * expm1(-r * width) / r
+        return self._arguments[0] * (pair / (h * h + frequency * frequency) - lone)
+
+    def _force(self, t: float) -> float:
+        r, h, frequency, a0, c0, s0, *_ = self._motion
+        angle = frequency * t
+        pair = c0 * cos(angle) + s0 * sin(angle)
+        return self._arguments[0] * (a0 * exp(-r * t) + exp(-h * t) * pair)
+
+    def peak_force(self, t: float) -> tuple[float, float]:
+        """See `ContactPhase`."""
+        if self._peak is None:
+            self._peak = self._find_peak()
+        force, when = self._peak
+        return (force, when) if t >= when else (self._force(t), t)
+
+    def peak_compression(self, t: float) -> float:
+        """See `ContactPhase`: force and compression are largest together."""
+        return self.peak_force(t)[0] / self._arguments[0]
+
+    def _find_peak(self) -> tuple[float, float]:
+        k, _, _, _, start = self._arguments
+        if start.closing <= 0.0:
+            return k * start.compression, 0.0
+        r, h, frequency, a0, c0, s0, *_ = self._motion
+        # Of d' as of d.
+        angle = _first_fall(
+            (h - r) / frequency, -r * a0, frequency * s0 - h * c0, -h * s0 - frequency * c0
+        )
+        if angle is None:
+            return ExtendedContact(*self._arguments, equations).peak_force(self.duration)
+        when = angle / frequency
+        return self._force(when), when
+
+
+def _first_fall(rise: float, lone: float, cosine: float, sine: float) -> float | None:
+    """The angle at which lone · e^(rise·θ) + cosine · cos θ + sine · sin θ first falls through 0.
+
+    Divided by e^(rise·θ) this rises until it turns, if it does so at first, and falls from there on
+    until it turns again, half a turn later. None if that isn't enough for it.
+    """
+    turning = atan2(sine - rise * cosine, cosine + rise * sine)
+    return falling_zero(rise, lone, cosine, sine, max(turning, 0.0), turning + pi)
+
+
+def contact(k: float, b: float, m_club: float, m_ball: float, start: Start) -> ContactPhase:
+    """A contact phase under law 1: a usual one if it is, else one in many digits."""
+    mu = m_club * (m_ball / (m_club + m_ball))
+    if b <= 2.0 * MOST_DAMPING * mu * sqrt(k / mu):
+        usual = UsualContact(k, b, m_club, m_ball, start)
+        if usual.duration:
+            return usual
+    return ExtendedContact(k, b, m_club, m_ball, start, equations)
+
+
+class AbsoluteLaw:
+    """Law 1; see `Law`."""
+
+    name = "absolute"
+    description = "A spring between the bodies and a drag b*v on each: the source document's"
+
+    def refusal(self, parameters: "Parameters", inputs: "Inputs") -> str | None:
+        """See `Law`: neither a power law nor a given coefficient of restitution."""
+        p = parameters
+        if p.exponent != 1.0:
+            return (
+                f"exponent = {p.exponent!r} is refused with law = 1 (absolute): set exponent = 1, "
+                "or law = 2 (relative)"
+            )
+        if p.restitution_at_rest > 0.0:
+            return (
+                f"restitution_at_rest = {p.restitution_at_rest!r} is refused with law = 1 "
+                "(absolute): set it to 0, or law = 2 (relative)"
+            )
+        return None
+
+    def refusal_of_touch(self, parameters: "Parameters", closing: float) -> str | None:
+        """See `Law`: none is refused."""
+        return None
+
+    def damping(self, parameters: "Parameters", inputs: "Inputs", closing: float) -> float:
+        """See `Law`."""
+        return inputs[1]
+
+    def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
+        """See `Law`."""
+        return contact(k, b, parameters.m_club, parameters.m_ball, start)
+
+    def force(
+        self, parameters: "Parameters", k: float, b: float, compression: float, closing: float
+    ) -> float:
+        """See `Law`."""
+        return k * compression
+
+    def drag(self, b: float) -> float:
+        """See `Law`."""
+        return b

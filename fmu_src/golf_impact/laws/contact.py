@@ -1,0 +1,85 @@
+"""What a contact law is, and what a contact phase answers."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+if TYPE_CHECKING:
+    from ..parameters import Inputs, Parameters
+
+#: Force (N), positions of club and ball (m), their velocities (m/s), compression (m).
+State = list[float]
+
+
+class Start(NamedTuple):
+    """Where the bodies are when a contact phase begins.
+
+    Attributes:
+        x_club: position of the club face, m.
+        compression: how far it is past the ball's rest shape, m, >= 0.
+        v_club, v_ball: velocities, m/s.
+        closing: v_club - v_ball, which may be known better than that difference tells, m/s.
+    """
+
+    x_club: float
+    compression: float
+    v_club: float
+    v_ball: float
+    closing: float
+
+
+class ContactPhase(Protocol):
+    """Contact under constant k and b, from its start until the contact force is gone.
+
+    Times are s since the start of the phase, at most `duration`.
+    """
+
+    #: s until contact ends; inf if it never does.
+    duration: float
+    #: The fastest rate of change in the phase, 1/s.
+    rate: float
+
+    def course(self) -> tuple[Callable[[float], State], float]:
+        """A function that gives the state, and how much of its own time passes in a second."""
+
+    def end(self) -> tuple[State, float]:
+        """State and closing speed (m/s) when contact ends."""
+
+    def closing(self, t: float) -> float:
+        """Closing speed v_club - v_ball, m/s, good relative to itself however small it is."""
+
+    def impulse(self, begin: float, width: float) -> float:
+        """Impulse of the contact force over [begin, begin + width], N.s."""
+
+    def peak_force(self, t: float) -> tuple[float, float]:
+        """The largest contact force on [0, t], N, and its time."""
+
+    def peak_compression(self, t: float) -> float:
+        """The largest compression on [0, t], m."""
+
+
+class Law(Protocol):
+    """A contact law: m_C v_C' = -F - c v_C, m_B v_B' = F - c v_B with force F and drag c."""
+
+    #: As the FMU's enumeration shows it.
+    name: str
+    description: str
+
+    def refusal(self, parameters: "Parameters", inputs: "Inputs") -> str | None:
+        """Why the law can't have these values, or None."""
+
+    def refusal_of_touch(self, parameters: "Parameters", closing: float) -> str | None:
+        """Why it can't have a touch at this approach speed (m/s), or None."""
+
+    def damping(self, parameters: "Parameters", inputs: "Inputs", closing: float) -> float:
+        """The damping b that acts after a touch at this approach speed (m/s), N.s/m."""
+
+    def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
+        """The phase that begins at `start`: first touch while closing, or a force above 0."""
+
+    def force(
+        self, parameters: "Parameters", k: float, b: float, compression: float, closing: float
+    ) -> float:
+        """Contact force, N; past the end of contact it goes on below 0."""
+
+    def drag(self, b: float) -> float:
+        """The coefficient c of the drag on each body, N.s/m."""

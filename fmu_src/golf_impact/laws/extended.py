@@ -1,0 +1,345 @@
+"""Any linear contact in some 60 decimal digits: one form for every rate, damping and start.
+
+The closed forms of a linear contact cancel where two rates meet, where drag is heavy, or where the
+bodies move much faster than they close. In doubles each of these needs a form of its own, and each
+border between two forms is a place to be wrong at. With 57 digits, losing 40 costs nothing, and
+one form serves them all. It is slower than the laws' usual forms in doubles, which hand over to it
+where their digits aren't safe.
+
+The state is x = (d, w, V): compression, closing speed, velocity of the centre of mass. It obeys
+
+    d' = w,  w' = -ω² d - α w + β V,  V' = δ w - γ V.
+
+One mode decays at a real rate r; the other two rates, a pair, are the roots of s² - 2hs + c = 0,
+real or not. With R² = c - h², Newton's form of the exponential needs no eigenvectors:
+
+    x(t) = E x(0) + S y + G z,  y = (A + r) x(0),  z = (A + 2h - r) y,
+    E = e^(-rt),  S = e^(-ht) sin(Rt)/R,  G = (E - e^(-ht) cos Rt - (h - r) S)/((h - r)² + R²),
+
+with sinh and cosh where R² < 0. Force, d, d' and their slopes are linear in x: f = l·x. And
+e^(rt) f turns where l·(A + r) x(t) is zero. The mode of r has no part in that, so these points are
+known in closed form; between two of them f has at most one zero (Rolle's theorem). So every zero
+is bracketed before it is looked for, and none is missed.
+"""
+
+from collections.abc import Callable, Iterator
+from decimal import Decimal
+from math import atan2, pi, sqrt
+from typing import NamedTuple
+
+from ..numerics.decimals import PI, arithmetic
+from ..numerics.zeros import zero_between
+from .contact import Start, State
+
+#: Digits; and those where damping ratio or ratio of the masses are beyond the other two.
+_DIGITS, _MANY_DIGITS, _HEAVY, _UNEQUAL = 57, 95, 5e4, 1e8
+
+#: A damping ratio as small as this changes no bit of any result.
+_LEAST_DAMPING = Decimal(10) ** -30
+
+#: Squares of rates that lie nearer (relative) are moved apart: that changes no bit either.
+_APART = Decimal(10) ** -40
+
+_INFINITY = Decimal("Infinity")
+
+#: The coefficients of d, w and V in a function of the state; or its shares of E, S and G.
+Row = tuple[Decimal, Decimal, Decimal]
+
+
+class Equations(NamedTuple):
+    """The coefficients above, and what belongs to the force.
+
+    Attributes:
+        alpha, beta, gamma, delta: 1/s.
+        slowest, fastest: bounds of the real rate r, 1/s.
+        damper: the force is k d + damper · w; N.s/m.
+        drag: each body is dragged by drag · its own velocity; N.s/m.
+    """
+
+    alpha: Decimal
+    beta: Decimal
+    gamma: Decimal
+    delta: Decimal
+    slowest: Decimal
+    fastest: Decimal
+    damper: Decimal
+    drag: Decimal
+
+
+class _Function(NamedTuple):
+    """A linear function of the state, and its slope, by their shares of E, S and G."""
+
+    value: Row
+    slope: Row
+
+
+class ExtendedContact:
+    """A contact phase of a linear law; see `ContactPhase`.
+
+    Args:
+        k: contact stiffness, N/m, > 0.
+        b: damping, N.s/m, >= 0.
+        m_club: mass of the club head, kg.
+        m_ball: mass of the ball, kg.
+        start: where the bodies are.
+        equations: of the law, from k, b and the masses.
+    """
+
+    def __init__(
+        self,
+        k: float,
+        b: float,
+        m_club: float,
+        m_ball: float,
+        start: Start,
+        equations: Callable[[Decimal, Decimal, Decimal, Decimal], Equations],
+    ) -> None:
+        mu = m_club * (m_ball / (m_club + m_ball))
+        zeta = b / (2.0 * sqrt(k / mu) * mu)
+        unequal = max(m_club, m_ball) > _UNEQUAL * min(m_club, m_ball)
+        numbers = arithmetic(_MANY_DIGITS if zeta > _HEAVY or unequal else _DIGITS)
+        self._in_use, self._exp, self._cos_sin = numbers
+        with self._in_use():
+            self._set_up(*map(Decimal, (k, b, m_club, m_ball)), start, equations)
+
+    def _set_up(self, k, b, m_club, m_ball, start, equations) -> None:
+        self._m_ball = m_ball
+        self._p, self._q = p, q = m_ball / (m_club + m_ball), m_club / (m_club + m_ball)
+        self._omega_squared = k / (m_club * p)
+        b = max(b, 2 * _LEAST_DAMPING * (k * m_club * p).sqrt())
+        self._equations = equations(k, b, m_club, m_ball)
+        #: The fastest rate of change in the phase, 1/s.
+        self.rate = float(max(self._find_rates(), self._omega_squared.sqrt()))
+
+        d, w = Decimal(start.compression), Decimal(start.closing)
+        x = d, w, q * Decimal(start.v_club) + p * Decimal(start.v_ball)
+        y = self._grown(x, self._r)
+        z = self._grown(y, 2 * self._h - self._r)
+        #: Of E, S and G in d, w and V.
+        self._shares = tuple(zip(x, y, z))
+        self._x_ball = Decimal(start.x_club) - d
+        zero = Decimal(0)
+        self._compression: Row = Decimal(1), zero, zero
+        self._force: Row = k, self._equations.damper, zero
+        self._peaks: dict[Row, list[tuple[Decimal, Decimal]]] = {}
+        self._end = self._end_of_contact()
+        #: s from the start of the phase until contact ends; inf if it never does.
+        self.duration = float(self._end)
+
+    def _find_rates(self) -> Decimal:
+        """Set r, h, R and what depends on them; return the sum of the rates."""
+        alpha, beta, gamma, delta, slowest, fastest, _, _ = self._equations
+        # The characteristic polynomial is s³ + total s² + minors s + product.
+        total = alpha + gamma
+        minors = alpha * gamma - beta * delta + self._omega_squared
+        product = self._omega_squared * gamma
+        r = slowest
+        if slowest < fastest:
+            r = zero_between(
+                lambda r: (
+                    product - r * (minors - r * (total - r)),
+                    r * (2 * total - 3 * r) - minors,
+                ),
+                slowest,
+                fastest,
+            )
+        h, c = (total - r) / 2, product / r if r else minors
+        square = c - h * h
+        if abs(square) < _APART * c:
+            square = _APART * c
+        self._r, self._h = r, h
+        self._apart = (h - r) * (h - r) + square
+        self._oscillates = square > 0
+        #: R, of cos and sin or of cosh and sinh.
+        self._second = abs(square).sqrt()
+        # A product takes a third of the time of a quotient.
+        self._s_scale = 1 / (self._second if self._oscillates else 2 * self._second)
+        self._g_scale = 1 / self._apart
+        self._fast = h if self._oscillates else h + self._second
+        self._slow = h if self._oscillates else c / self._fast
+        return total
+
+    # The solution
+
+    def _grown(self, x: Row, rate: Decimal) -> Row:
+        """(A + rate) x."""
+        d, w, v = x
+        alpha, beta, gamma, delta = self._equations[:4]
+        return (
+            w + rate * d,
+            beta * v - self._omega_squared * d + (rate - alpha) * w,
+            delta * w + (rate - gamma) * v,
+        )
+
+    def _function(self, row: Row) -> _Function:
+        """The function of the state with these coefficients."""
+        return _Function(self._shares_in(row), self._shares_in(self._slope(row)))
+
+    def _slope(self, row: Row) -> Row:
+        """The coefficients of f' from those of f."""
+        alpha, beta, gamma, delta = self._equations[:4]
+        d, w, v = row
+        return -self._omega_squared * w, d - alpha * w + delta * v, beta * w - gamma * v
+
+    def _shares_in(self, row: Row) -> Row:
+        of_d, of_w, of_v = self._shares
+        d, w, v = row
+        e, s, g = (d * a + w * b + v * c for a, b, c in zip(of_d, of_w, of_v))
+        return e, s, g
+
+    def _basis(self, t: Decimal) -> Row:
+        """E, S and G."""
+        e, slow = self._exp(-self._r * t), self._exp(-self._slow * t)
+        if self._oscillates:
+            # Once nothing is left, an angle may have too many turns for its digits.
+            cosine, sine = self._cos_sin(self._second * t) if slow else (slow, slow)
+            c, s = slow * cosine, slow * sine * self._s_scale
+        else:
+            fast = self._exp(-self._fast * t)
+            c, s = (slow + fast) / 2, (slow - fast) * self._s_scale
+        return e, s, (e - c - (self._h - self._r) * s) * self._g_scale
+
+    def _moving(self, t: Decimal) -> tuple[Decimal, Decimal, Decimal, Decimal]:
+        """Compression, closing speed, and the ball's position and velocity."""
+        e, s, g = self._basis(t)
+        (d0, d1, d2), (w0, w1, w2), (v0, v1, v2) = self._shares
+        d = d0 * e + d1 * s + d2 * g
+        w = w0 * e + w1 * s + w2 * g
+        v = v0 * e + v1 * s + v2 * g
+        _, _, gamma, delta, *_ = self._equations
+        # Drag takes momentum as the bodies move; without it their centre moves uniformly.
+        mean = (delta * (d - d0) - (v - v0)) / gamma if gamma else v0 * t
+        return d, w, self._x_ball + mean - self._q * (d - d0), v - self._q * w
+
+    def course(self) -> tuple[Callable[[float], State], float]:
+        """See `ContactPhase`."""
+        return self._state, 1.0
+
+    def _state(self, t: float) -> State:
+        with self._in_use():
+            return self._as_floats(Decimal(t))
+
+    def _as_floats(self, t: Decimal) -> State:
+        d, w, x_ball, v_ball = self._moving(t)
+        force = self._force[0] * d + self._force[1] * w
+        return [float(value) for value in (force, x_ball + d, x_ball, v_ball + w, v_ball, d)]
+
+    def end(self) -> tuple[State, float]:
+        """See `ContactPhase`."""
+        with self._in_use():
+            state = self._as_floats(self._end)
+            state[0], state[5] = 0.0, max(0.0, state[5])
+            return state, float(self._moving(self._end)[1])
+
+    def closing(self, t: float) -> float:
+        """See `ContactPhase`."""
+        with self._in_use():
+            return float(self._moving(Decimal(t))[1])
+
+    def impulse(self, begin: float, width: float) -> float:
+        """See `ContactPhase`: what the ball has gained, and what the drag has taken from it."""
+        with self._in_use():
+            _, _, x, v = self._moving(Decimal(begin))
+            _, _, x_later, v_later = self._moving(Decimal(begin) + Decimal(width))
+            return float(self._m_ball * (v_later - v) + self._equations.drag * (x_later - x))
+
+    def peak_force(self, t: float) -> tuple[float, float]:
+        """See `ContactPhase`."""
+        return self._largest(self._force, t)
+
+    def peak_compression(self, t: float) -> float:
+        """See `ContactPhase`."""
+        return self._largest(self._compression, t)[0]
+
+    def _largest(self, row: Row, t: float) -> tuple[float, float]:
+        """The largest value of a function on [0, t], and its time, s."""
+        with self._in_use():
+            f = self._function(row)
+            if row not in self._peaks:
+                slope = self._slope(row)
+                # Whatever swings was larger a period before.
+                end = min(self._end, 3 * PI / self._second) if self._oscillates else self._end
+                tops = [when for when, falls in self._changes(slope, end) if falls]
+                self._peaks[row] = [(self._value(f, when)[0], when) for when in tops]
+            now = Decimal(t)
+            seen = [peak for peak in self._peaks[row] if peak[1] <= now]
+            value, when = max([(f.value[0], Decimal(0)), *seen, (self._value(f, now)[0], now)])
+            return float(value), float(when)
+
+    # Zeros
+
+    def _value(self, f: _Function, t: Decimal) -> tuple[Decimal, Decimal]:
+        """A function and its slope."""
+        e, s, g = self._basis(t)
+        (a, b, c), (a_slope, b_slope, c_slope) = f
+        return a * e + b * s + c * g, a_slope * e + b_slope * s + c_slope * g
+
+    def _turning_points(self, f: _Function) -> Iterator[Decimal]:
+        """Where e^(rt) f turns, s, in order."""
+        second = self._second
+        u, along = f.value[1], (f.slope[1] + self._h * f.value[1]) / second
+        if not self._oscillates:
+            if abs(along + u) < abs(along - u) and (along + u) * (along - u) > 0:
+                yield ((along - u) / (along + u)).ln() / (2 * second)
+            return
+        # Double precision will do for the ends of brackets.
+        size = max(abs(u), abs(along))
+        angle = Decimal(atan2(u / size, -along / size) % pi or pi) if size else PI
+        while True:
+            yield angle / second
+            angle += PI
+
+    def _level(self, f: _Function) -> Decimal:
+        """The share of the mode of r: none where d and w know nothing of V."""
+        return f.value[0] + f.value[2] / self._apart if self._equations.beta else Decimal(0)
+
+    def _at_last(self, f: _Function) -> Decimal:
+        """Something with the sign of f after a long time, for a pair of real rates."""
+        level = self._level(f)
+        if level and self._r < self._slow:
+            return level
+        return f.value[1] - f.value[2] / (self._slow - self._r)
+
+    def _changes(self, row: Row, end: Decimal) -> Iterator[tuple[Decimal, bool]]:
+        """When a function changes its sign up to `end`, s, and whether it falls then; in order."""
+        f = self._function(row)
+        bend = self._shares_in(self._slope(self._slope(row)))
+        positive = (f.value[0] or f.slope[0] or bend[0]) > 0
+        points = self._turning_points(f)
+        low = Decimal(0)
+        while low < end:
+            high = min(next(points, end), end)
+            later = self._at_last(f) if high == _INFINITY else self._value(f, high)[0]
+            if later and (later > 0) != positive:
+                if high == _INFINITY:
+                    high = 2 * low + 1 / self._fast
+                    while (self._value(f, high)[0] > 0) == positive:
+                        low, high = high, 2 * high
+                    end = high
+                yield self._zero(f, low, high), positive
+                positive = not positive
+            low = high
+
+    def _zero(self, f: _Function, low: Decimal, high: Decimal) -> Decimal:
+        return zero_between(lambda t: self._value(f, t), low, high)
+
+    def _end_of_contact(self) -> Decimal:
+        """When the force has fallen to 0, s."""
+        # The first fall of e^(rt) F ends within three half swings.
+        first_fall = 3 * PI / self._second if self._oscillates else _INFINITY
+        for when, _ in self._changes(self._force, first_fall):
+            return when
+        growth = self._r - self._h
+        if not self._oscillates or growth <= 0:
+            return _INFINITY
+        # It swings about a level, ever more: when does it first swing through zero?
+        f = self._function(self._force)
+        points = self._turning_points(f)
+        lows = [(self._exp(self._r * t) * self._value(f, t)[0], t) for t in (next(points), next(points))]
+        lowest, when = min(lows)
+        level, half_period = self._level(f), PI / self._second
+        swings = (level / (level - lowest)).ln() / (growth * 2 * half_period)
+        when += swings.to_integral_value() * 2 * half_period
+        while self._value(f, when)[0] > 0:
+            when += 2 * half_period
+        return self._zero(f, when - half_period, when)

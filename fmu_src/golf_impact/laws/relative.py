@@ -1,0 +1,272 @@
+"""Law 2: a spring and a damper between the bodies (Kelvin–Voigt).
+
+The contact force is F = k d + b d', with d the compression and d' the closing speed. It acts on
+both bodies alike, so momentum is conserved, and contact ends when the force has fallen to zero:
+the bodies can push but not pull (Schwager & Pöschel, Granular Matter 9, 465–469, 2007).
+
+The centre of mass moves uniformly, and the compression is a damped oscillation about zero with
+ω² = k/μ and ζ = b/(2√(kμ)): in a usual contact below critical damping, where the bodies swing. A
+contact with more damping is told by `ExtendedContact`. With an exponent the spring stiffens, and a contact
+is a `PowerLawContact`.
+"""
+
+from collections.abc import Callable
+from decimal import Decimal
+from math import atan2, cos, exp, inf, sin, sqrt
+from typing import TYPE_CHECKING
+
+from ..numerics.gauss import integral
+from .contact import ContactPhase, Start, State
+from .extended import Equations, ExtendedContact
+from .power_law import PowerLawContact
+from .restitution import damping, out_of_reach, restitution
+
+if TYPE_CHECKING:
+    from ..parameters import Inputs, Parameters
+
+#: A larger exponent makes powers of ordinary lengths overflow.
+_STEEPEST = 12.0
+
+#: Lengths (m) and rates (1/s) to which a power law may lead.
+_LARGEST = 1e75
+
+#: With a higher damping ratio there is no swing, and no cosine and sine to tell it with.
+MOST_DAMPING = 0.999
+
+
+def equations(k: Decimal, b: Decimal, m_club: Decimal, m_ball: Decimal) -> Equations:
+    """The law for `ExtendedContact`."""
+    none = Decimal(0)
+    return Equations(
+        alpha=b / m_club + b / m_ball,
+        beta=none,
+        gamma=none,
+        delta=none,
+        slowest=none,
+        fastest=none,
+        damper=b,
+        drag=none,
+    )
+
+
+class UsualContact:
+    """A usual contact phase, in doubles; see `ContactPhase`.
+
+    Each quantity is a sum of e^(-γt) cos Ωt and e^(-γt) sin Ωt, with γ = ζω and Ω² = ω² - γ².
+
+    Args:
+        k: contact stiffness, N/m, > 0.
+        b: damping, N.s/m, >= 0; the damping ratio is at most `MOST_DAMPING`.
+        m_club: mass of the club head, kg.
+        m_ball: mass of the ball, kg.
+        start: where the bodies are.
+    """
+
+    __slots__ = ("_compression", "_motion", "_mu", "_peak", "_slope", "duration", "rate")
+
+    def __init__(self, k: float, b: float, m_club: float, m_ball: float, start: Start) -> None:
+        x_club, d, v_club, v_ball, w = start
+        total = m_club + m_ball
+        p = m_ball / total
+        q = m_club / total
+        self._mu = mu = m_club * p
+        #: The fastest rate of change in the phase, 1/s.
+        self.rate = omega = sqrt(k / mu)
+        zeta = b / (2.0 * mu * omega)
+        gamma = zeta * omega
+        frequency = omega * sqrt((1.0 - zeta) * (1.0 + zeta))
+        pull = omega * omega * d
+        force = k * d + b * w
+        force_s = mu * (w * (omega * omega - 2.0 * gamma * gamma) - gamma * pull) / frequency
+        self._motion = (
+            gamma,
+            frequency,
+            force,
+            force_s,
+            d,
+            (w + gamma * d) / frequency,
+            w,
+            -(gamma * w + pull) / frequency,
+            p,
+            q,
+            x_club - p * d,
+            q * v_club + p * v_ball,
+        )
+        #: s from the start of the phase until contact ends.
+        self.duration = atan2(force, -force_s) / frequency
+        #: Of the force at the start, N/s.
+        self._slope = k * (w * (1.0 - 2.0 * zeta) * (1.0 + 2.0 * zeta) - 2.0 * zeta * omega * d)
+        self._peak: tuple[float, float] | None = None
+
+    def course(self) -> tuple[Callable[[float], State], float]:
+        """See `ContactPhase`: time is the angle Ωt."""
+        gamma, frequency, force, force_s, d, d_s, w, w_s, p, q, x, v = self._motion
+        rate = -gamma / frequency
+        v_angle = v / frequency
+
+        def state(angle: float) -> State:
+            size = exp(rate * angle)
+            c = size * cos(angle)
+            s = size * sin(angle)
+            compression = d * c + d_s * s
+            closing = w * c + w_s * s
+            mean = x + v_angle * angle
+            return [
+                force * c + force_s * s,
+                mean + p * compression,
+                mean - q * compression,
+                v + p * closing,
+                v - q * closing,
+                compression,
+            ]
+
+        return state, frequency
+
+    def _basis(self, t: float) -> tuple[float, float]:
+        gamma, frequency, *_ = self._motion
+        size = exp(-gamma * t)
+        angle = frequency * t
+        return size * cos(angle), size * sin(angle)
+
+    def end(self) -> tuple[State, float]:
+        """See `ContactPhase`: the force is 0, the ball not yet round."""
+        t = self.duration
+        gamma, frequency, _, _, d, d_s, w, w_s, p, q, x, v = self._motion
+        size = exp(-gamma * t)
+        angle = frequency * t
+        c = size * cos(angle)
+        s = size * sin(angle)
+        compression = d * c + d_s * s
+        closing = w * c + w_s * s
+        x += v * t
+        return [
+            0.0,
+            x + p * compression,
+            x - q * compression,
+            v + p * closing,
+            v - q * closing,
+            compression,
+        ], closing
+
+    def closing(self, t: float) -> float:
+        """See `ContactPhase`."""
+        c, s = self._basis(t)
+        return self._motion[6] * c + self._motion[7] * s
+
+    def _force(self, t: float) -> float:
+        c, s = self._basis(t)
+        return self._motion[2] * c + self._motion[3] * s
+
+    def impulse(self, begin: float, width: float) -> float:
+        """See `ContactPhase`: the reduced mass times the change of the closing speed."""
+        if width * self.rate <= 0.5:
+            return integral(self._force, begin + width, width)
+        return self._mu * (self.closing(begin) - self.closing(begin + width))
+
+    def peak_force(self, t: float) -> tuple[float, float]:
+        """See `ContactPhase`."""
+        if self._peak is None:
+            self._peak = self._find_peak()
+        largest, when = self._peak
+        return (largest, when) if t >= when else (self._force(t), t)
+
+    def _find_peak(self) -> tuple[float, float]:
+        gamma, frequency, force, force_s, *_ = self._motion
+        # From half of critical damping on, the force falls from the start.
+        if self._slope <= 0.0:
+            return force, 0.0
+        when = atan2(self._slope, gamma * force_s + frequency * force) / frequency
+        return self._force(when), when
+
+    def peak_compression(self, t: float) -> float:
+        """See `ContactPhase`."""
+        _, frequency, _, _, d, d_s, w, w_s, *_ = self._motion
+        if w <= 0.0:
+            return d
+        c, s = self._basis(min(t, atan2(w, -w_s) / frequency))
+        return d * c + d_s * s
+
+
+def contact(k: float, b: float, m_club: float, m_ball: float, start: Start) -> ContactPhase:
+    """A contact phase under law 2: a usual one if it is, else one in many digits."""
+    mu = m_club * (m_ball / (m_club + m_ball))
+    if b <= 2.0 * MOST_DAMPING * mu * sqrt(k / mu):
+        return UsualContact(k, b, m_club, m_ball, start)
+    return ExtendedContact(k, b, m_club, m_ball, start, equations)
+
+
+class RelativeLaw:
+    """Law 2; see `Law`."""
+
+    name = "relative"
+    description = "A spring and a damper between the bodies: conserves momentum"
+
+    def refusal(self, parameters: "Parameters", inputs: "Inputs") -> str | None:
+        """See `Law`: powers must stay in the range of a double."""
+        p = parameters
+        n, length = p.exponent, p.reference_compression
+        closing = inputs[2] - p.ball_speed
+        if n > _STEEPEST:
+            return (
+                f"exponent = {n!r} is refused: beyond {_STEEPEST:g} forces leave the range of a "
+                "double"
+            )
+        if n == 1.0 or closing <= 0.0:
+            return None
+        # How far this speed compresses a ball that stiffens, and how fast that goes.
+        m = 0.5 * (n + 1.0)
+        k, total = inputs[0], p.m_club + p.m_ball
+        omega = sqrt(k / (p.m_club * (p.m_ball / total)))
+        reach = (m * closing / omega) ** (1.0 / m) * length ** (1.0 - 1.0 / m)
+        if 0.0 < reach <= _LARGEST and closing <= _LARGEST * reach:
+            return None
+        return (
+            f"exponent = {n!r}, reference_compression = {length!r}, k = {k!r} and an approach "
+            f"speed of {closing!r} m/s together leave the range of a double: the compression that "
+            f"they lead to ({reach:g} m) must be above 0 and below {_LARGEST:g} m, and the time in "
+            f"which they do above {1.0 / _LARGEST:g} s"
+        )
+
+    def refusal_of_touch(self, parameters: "Parameters", closing: float) -> str | None:
+        """See `Law`: a coefficient of restitution that falls with speed must stay in 0…1."""
+        p = parameters
+        if not p.restitution_at_rest or not out_of_reach(p, closing):
+            return None
+        return (
+            "restitution_at_rest - restitution_slope * approach speed = "
+            f"{p.restitution_at_rest!r} - {p.restitution_slope!r} * {closing!r} = "
+            f"{restitution(p, closing)!r} must be above 0 and at most 1; set a lower club_speed, "
+            "or another restitution line at the start"
+        )
+
+    def damping(self, parameters: "Parameters", inputs: "Inputs", closing: float) -> float:
+        """See `Law`: where it follows from a coefficient of restitution, b isn't used."""
+        if parameters.restitution_at_rest:
+            return damping(parameters, inputs[0], closing)
+        return inputs[1]
+
+    def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
+        """See `Law`."""
+        p = parameters
+        if p.exponent != 1.0:
+            return PowerLawContact(
+                k, b, p.m_club, p.m_ball, start, p.exponent, p.reference_compression
+            )
+        return contact(k, b, p.m_club, p.m_ball, start)
+
+    def force(
+        self, parameters: "Parameters", k: float, b: float, compression: float, closing: float
+    ) -> float:
+        """See `Law`."""
+        n = parameters.exponent
+        if n == 1.0:
+            return k * compression + b * closing
+        try:
+            power = (abs(compression) / parameters.reference_compression) ** (0.5 * (n - 1.0))
+        except OverflowError:
+            power = inf
+        return power * (k * power * compression + b * closing)
+
+    def drag(self, b: float) -> float:
+        """See `Law`: none, the damper is between the bodies."""
+        return 0.0
