@@ -32,12 +32,13 @@ def alone(fmu_path, tmp_path_factory):
 @pytest.fixture
 def workers():
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
     ) as made:
         yield made
 
 
-def test_a_local_cluster(alone, fmu_path, tmp_path):
+def test_a_local_cluster_beside_another(alone, fmu_path, tmp_path, workers):
+    """It takes no port that another may have, so nothing is warned of."""
     out = tmp_path / "x.csv"
     given = Options(sets=SETS, out=out, samples=2000, seed=1, scheduler="local", workers=2,
                     chunk=333, fmu=fmu_path, figures=False)  # fmt: skip

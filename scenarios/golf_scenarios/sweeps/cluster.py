@@ -78,7 +78,9 @@ def connected(scheduler: str, workers: int | None = None) -> Iterator[Client]:
                         distributed.LocalCluster(
                             n_workers=workers or os.cpu_count(),
                             threads_per_worker=1,
-                            dashboard_address=None,
+                            # None would take port 8787, and warn if somebody has it.
+                            dashboard_address=":0",
+                            scheduler_kwargs={"dashboard": False},
                             silence_logs=logging.CRITICAL,
                             # Removed here, whatever happens to the workers.
                             env={"TMPDIR": scratch},
