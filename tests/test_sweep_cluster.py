@@ -84,16 +84,14 @@ def test_stopping(fmu_path, tmp_path, workers):
 
 
 def test_the_fmu_is_checked_where_it_arrives(fmu, fmu_path, workers):
-    from golf_scenarios.sweeps.chunk import Form, run_chunk
+    from golf_scenarios.sweeps.chunk import run_chunk
     from golf_scenarios.sweeps.plan import plan
 
     made = plan(study(), fmu.variables)
     data = FmuFile.read(fmu_path).data
     with connected(workers.scheduler_address) as client:
         damaged = client.submit(FmuFile, "0" * 64, data)
-        future = client.submit(
-            run_chunk, damaged, made, Form(True, (0,)), study().columns(0, 5), pure=False
-        )
+        future = client.submit(run_chunk, damaged, made, True, study().columns(0, 5), pure=False)
         with pytest.raises(UserError, match="damaged"):
             future.result()
 

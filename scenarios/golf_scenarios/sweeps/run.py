@@ -17,12 +17,12 @@ import numpy as np
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.sweeps.chunk import Chunk, FmuFile, Form, computed, release, run_chunk
+from golf_scenarios.sweeps.chunk import Chunk, FmuFile, computed, release, run_chunk
 from golf_scenarios.sweeps.impacts import impacts
 from golf_scenarios.sweeps.plan import plan
 from golf_scenarios.sweeps.pool import WorkerProcesses
 from golf_scenarios.sweeps.study import Study
-from golf_scenarios.sweeps.table_file import TableFile
+from golf_scenarios.sweeps.table_file import Csv, Parquet, table_file
 
 #: Cases of a chunk: some 40 ms of work.
 CHUNK = 2000
@@ -67,8 +67,8 @@ class Summary:
     drawn: np.ndarray
 
 
-#: Begins a chunk: (form, columns) to a future of what it gives.
-Submit = Callable[[Form, dict[str, np.ndarray]], "Future[Chunk]"]
+#: Begins a chunk: (whether as text, columns) to a future of what it gives.
+Submit = Callable[[bool, dict[str, np.ndarray]], "Future[Chunk]"]
 
 
 class Sweep:
@@ -103,12 +103,12 @@ class Sweep:
 
     def outputs(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
         """The outputs of these cases, shape (cases, outputs); refused ones are NaN."""
-        return impacts(self.instance, self.plan, self.plan.values(columns)).outputs
+        return impacts(self.instance, self.plan, self.plan.values(columns))[0]
 
-    def here(self, form: Form, columns: Mapping[str, np.ndarray]) -> Future[Chunk]:
+    def here(self, as_text: bool, columns: Mapping[str, np.ndarray]) -> Future[Chunk]:
         """A chunk computed here and now, as an executor would return it."""
         future: Future[Chunk] = Future()
-        future.set_result(computed(self.instance, self.plan, form, columns))
+        future.set_result(computed(self.instance, self.plan, as_text, columns))
         return future
 
     def through(self, executor: Executor, fmu: Any) -> Submit:
@@ -165,38 +165,38 @@ class Sweep:
         if not 1 <= chunk <= LARGEST_CHUNK:
             raise UserError(f"--chunk {chunk} is refused: it must be 1 to {LARGEST_CHUNK:,}")
         chunks = -(-self.study.cases // chunk)
+        out = Path(out)
         with (
-            TableFile(Path(out), self.study, self.plan) as table,
+            table_file(out, self.study, self.plan) as table,
             self._submitting(executor, scheduler, workers, chunks) as submit,
         ):
-            return self.write(table, submit, chunk, progress, stop)
+            # Draws the samples, if there are any, before the clock starts.
+            self.study.columns(0, 1)
+            begin = time.perf_counter()
+            drawn, refused, first = self.write(table, submit, chunk, progress, stop)
+            seconds = time.perf_counter() - begin
+        return Summary(out, len(drawn), refused, first, seconds, drawn)
 
     def write(
         self,
-        table: TableFile,
+        table: Csv | Parquet,
         submit: Submit,
         chunk: int = CHUNK,
         progress: Callable[[int], None] = lambda done: None,
         stop: Callable[[], bool] = lambda: False,
-    ) -> Summary:
-        """Run all chunks and write them in order."""
-        study = self.study
-        drawn = np.empty(study.cases)
+    ) -> tuple[np.ndarray, int, tuple[int, str] | None]:
+        """Run all chunks and write them in order; `drawn`, `refused` and `first_refused`."""
+        drawn = np.empty(self.study.cases)
         refused, first, done = 0, None, 0
-        # Draws the samples, if there are any.
-        study.columns(0, 1)
-        begin = time.perf_counter()
-        chunks = _in_order(study, partial(submit, table.format.form(self.plan)), chunk, stop)
-        for columns, part in chunks:
+        for columns, part in _in_order(self.study, partial(submit, table.as_text), chunk, stop):
             table.write(columns, part)
-            drawn[done : done + part.cases] = part.kept[:, 0]
-            if part.first is not None and first is None:
-                first = done + part.first[0] + 1, part.first[1]
-            refused += part.refused
-            done += part.cases
+            drawn[done : done + len(part.outputs)] = part.outputs[:, 0]
+            if part.reason and first is None:
+                first = done + int(part.refused.argmax()) + 1, part.reason
+            refused += int(part.refused.sum())
+            done += len(part.outputs)
             progress(done)
-        seconds = time.perf_counter() - begin
-        return Summary(table.path, done, refused, first, seconds, drawn)
+        return drawn, refused, first
 
 
 def run_sweep(
@@ -257,7 +257,7 @@ def _in_order(
                 raise Stopped(done)
             columns, future = waiting.popleft()
             part = future.result()
-            done += part.cases
+            done += len(part.outputs)
             yield columns, part
     finally:
         for _, future in waiting:
