@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from golf_scenarios.calibration.contact_law import (
     LARGEST_EXPONENT,
@@ -117,19 +117,16 @@ def fit(
         law: with its free parameters.
 
     Raises:
-        UserError: there are too few targets.
+        UserError: no contact that ends comes near the targets.
     """
-    why = missing(law, targets)
-    if why:
-        raise UserError(f"too few targets: {why}")
     search = _Search(Predictor(fmu, conditions, law), targets)
     for method, places in (
         ("closed form" if law.law == 2 else "root finding", search.exact),
         ("weighted least squares", search.least_squares),
     ):
-        found = places()
-        if found:
-            return search.described(found[0], found[1:], method)
+        answers = places()
+        if answers:
+            return search.described(answers[0], answers[1:], method)
     raise UserError(f"{law.title}: no contact that ends comes near these targets")
 
 
@@ -152,9 +149,12 @@ class _Search:
             self.length = 1.5e-4 * v
         self.exponents = _EXPONENTS if law.exponent is None else (law.exponent,)
         self.free_exponent = law.exponent is None
-        # Under law 2 a speed tells ζ: without these, a valley may lie between two points.
-        told = [_restitution(targets[name], conditions) for name in RESTITUTION if name in targets]
-        self.zetas = sorted({*_ZETAS, *(_zeta(e) for e in told if law.law == 2 and 0.0 < e < 1.0)})
+        zetas = set(_ZETAS)
+        if law.law == 2:
+            # A speed tells ζ: without these, a valley may lie between two points.
+            told = [_restitution(t, conditions) for n, t in targets.items() if n in RESTITUTION]
+            zetas |= {_zeta(restitution) for restitution in told if 0.0 < restitution < 1.0}
+        self.zetas = sorted(zetas)
 
     def residuals(self, predicted: Mapping[str, float] | None) -> list[float]:
         """(predicted - target)/σ, in the targets' order."""
@@ -211,7 +211,14 @@ class _Search:
                 zeta = _last_parting(off, previous[0], zeta)
                 value = off(zeta)
             if previous and previous[1] * value <= 0.0:
-                yield brentq(lambda z: _or_zero(off(z)), previous[0], zeta, xtol=1e-300, rtol=1e-15)
+                yield brentq(
+                    # A ζ that keeps the bodies together ends the search.
+                    lambda z: 0.0 if math.isnan(value := off(z)) else value,
+                    previous[0],
+                    zeta,
+                    xtol=1e-300,
+                    rtol=1e-15,
+                )
             previous = (zeta, value) if parted else None
 
     # Least squares
@@ -270,65 +277,65 @@ class _Search:
 
     def _refine(self, start: Coordinates) -> tuple[float, Coordinates] | None:
         """χ² and place of the minimum that a start leads to."""
+        x = self._solved(start, max_nfev=200).x
+        n = float(x[2]) if self.free_exponent else start.exponent
+        at = Coordinates(start.length * math.exp(x[0]), float(x[1]), n)
+        if self.predictor.predict(at) is None:
+            return None
+        return self.chi_squared(at), at
+
+    def _solved(self, start: Coordinates, max_nfev: int) -> Any:
+        """SciPy's least squares in (ln L, z, n), where ln L is 0 at the start."""
         from scipy.optimize import least_squares
 
-        def place(x: np.ndarray) -> Coordinates:
-            n = float(x[2]) if self.free_exponent else start.exponent
-            return Coordinates(start.length * math.exp(x[0]), float(x[1]), n)
-
         def residuals(x: np.ndarray) -> list[float]:
-            return self.residuals(self.predictor.predict(place(x)))
+            n = float(x[2]) if self.free_exponent else start.exponent
+            place = Coordinates(start.length * math.exp(x[0]), float(x[1]), n)
+            return self.residuals(self.predictor.predict(place))
 
-        x0 = [0.0, start.damping]
-        low, high = [-math.inf, 0.0], [math.inf, math.inf]
-        if self.free_exponent:
-            x0.append(start.exponent)
-            low.append(LEAST_EXPONENT)
-            high.append(LARGEST_EXPONENT)
-        found = least_squares(
+        number = len(self.predictor.law.free)
+        return least_squares(
             residuals,
-            x0,
+            [0.0, start.damping, start.exponent][:number],
             jac="3-point",
-            bounds=(low, high),
+            bounds=(
+                [-math.inf, 0.0, LEAST_EXPONENT][:number],
+                [math.inf, math.inf, LARGEST_EXPONENT][:number],
+            ),
             method="trf",
             x_scale=1.0,
             xtol=1e-15,
             ftol=1e-15,
             gtol=1e-15,
-            max_nfev=200,
+            max_nfev=max_nfev,
         )
-        at = place(found.x)
-        if self.predictor.predict(at) is None:
-            return None
-        return self.chi_squared(at), at
 
     # What was found
 
     def described(self, at: Coordinates, others: list[Coordinates], method: str) -> Fit:
         """The fit at a place."""
-        if at.damping < 1e-9:
-            at = Coordinates(at.length, 0.0, at.exponent)
-        predicted = self.predictor.predict(at)
-        assert predicted is not None
-        values = self.predictor.values(at)
-        free = self.predictor.law.free
         notes = []
-        if at.damping < 1e-9:
+        no_damping = at.damping < 1e-9
+        if no_damping:
+            at = Coordinates(at.length, 0.0, at.exponent)
             notes.append(
                 "the damping b is at its limit 0: these targets ask for no damping, or for less"
             )
+        predicted = self.predictor.predict(at)
+        assert predicted is not None
         if predicted["time_of_max_force"] == 0.0:
             notes.append("the force is largest at first touch: a dashpot more than a ball")
-        if self.free_exponent and not LEAST_EXPONENT < at.exponent < LARGEST_EXPONENT:
+        end = self.free_exponent and not LEAST_EXPONENT < at.exponent < LARGEST_EXPONENT
+        if end:
             notes.append(f"the exponent is at its limit {at.exponent:g}")
-        errors = self._standard_errors(at)
-        unknown = [name for name in free if errors[name] is None]
+        errors = self._standard_errors(at, [False, no_damping, end])
+        unknown = [name for name, error in errors.items() if error is None]
         if unknown:
             notes.append(f"no standard error is defined for {' and '.join(unknown)}")
         return Fit(
             law=self.predictor.law,
             method=method,
-            values=values,
+            values=self.predictor.values(at),
             standard_errors=errors,
             predicted=predicted,
             residuals=dict(zip(self.targets, self.residuals(predicted), strict=True)),
@@ -337,36 +344,13 @@ class _Search:
             notes=notes,
         )
 
-    def _standard_errors(self, at: Coordinates) -> dict[str, float | None]:
+    def _standard_errors(self, at: Coordinates, at_limit: list[bool]) -> dict[str, float | None]:
         """From the Jacobian of the residuals; a parameter at its limit has none."""
         import numpy as np
 
         free = self.predictor.law.free
-        x = [math.log(at.length), at.damping, at.exponent][: len(free)]
-        at_limit = [
-            False,
-            at.damping < 1e-9,
-            self.free_exponent and not LEAST_EXPONENT < at.exponent < LARGEST_EXPONENT,
-        ]
         moving = [n for n in range(len(free)) if not at_limit[n]]
-        columns = []
-        for n in moving:
-            # About the cube root of a double's resolution: best for a central difference.
-            step = 1e-5 * max(1.0, abs(x[n])) if n else 1e-5
-            if n == 1:
-                step = min(step, 0.5 * at.damping)
-            if n == 2:
-                room = min(at.exponent - LEAST_EXPONENT, LARGEST_EXPONENT - at.exponent)
-                step = min(step, 0.5 * room)
-            ends = []
-            for sign in (-1.0, 1.0):
-                moved = [*x, at.exponent][:3]
-                moved[n] += sign * step
-                length = at.length * math.exp(moved[0] - x[0])
-                place = Coordinates(length, moved[1], moved[2])
-                ends.append(np.array(self.residuals(self.predictor.predict(place))))
-            columns.append((ends[1] - ends[0]) / (2.0 * step))
-        jacobian = np.array(columns).T
+        jacobian = self._solved(at, max_nfev=1).jac[:, moving]
         _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
         if len(singular) < len(moving) or singular[-1] <= _UNDETERMINED * singular[0]:
             return dict.fromkeys(free)
@@ -382,10 +366,6 @@ def _last_parting(off: Callable[[float], float], low: float, high: float) -> flo
         middle = 0.5 * (low + high)
         low, high = (low, middle) if math.isnan(off(middle)) else (middle, high)
     return low
-
-
-def _or_zero(value: float) -> float:
-    return 0.0 if math.isnan(value) else value
 
 
 def _same(a: Coordinates, b: Coordinates) -> bool:

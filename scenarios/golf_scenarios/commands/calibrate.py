@@ -83,12 +83,13 @@ def calibrate(
         "time_of_max_force": (time_of_max_force, sigma_time_of_max_force),
     }
     conditions = {"club_speed": club_speed, "m_club": m_club, "m_ball": m_ball}
+    prepare(folder)
     measured, targets = given(options, conditions, csv)
     chosen = asked_for(law, exponent, reference_compression)
     for words in doubts(measured, targets):
         warn(words, style="yellow")
     with err.status("calibrating"):
-        calibration = calibrated(measured, targets, chosen, lambda: prepare(folder))
+        calibration = calibrated(measured, targets, chosen)
         files = {"calibrate.json": as_json(calibration.as_json())}
         if figures:
             files["calibrate.png"] = calibration.drawn()
