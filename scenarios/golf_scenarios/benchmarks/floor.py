@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import accumulate, repeat
+from statistics import median
 from time import perf_counter
 
 from fmpy.fmi2 import FMU2Slave
@@ -61,7 +62,7 @@ def call_ratios(
         "read 1",
         "read 2",
     ):
-        figures[f"{name.replace(' ', '_')}_us"] = 1e6 * sorted(times[name])[len(times[name]) // 2]
+        figures[f"{name.replace(' ', '_')}_us"] = 1e6 * median(times[name])
     return figures
 
 
