@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from golf_scenarios.commands.console import RESULTS, err, out, print_table, say, warn
+from golf_scenarios.commands.console import RESULTS, err, out, paragraphs, print_table, say, warn
 
 EPILOG = (
     "Examples: golf-impact calibrate --cor 0.743 --contact-time 600e-6 · golf-impact calibrate "
@@ -96,8 +96,7 @@ def calibrate(
         written = write_together(folder, files)
     for table in calibration.tables():
         print_table(table)
-    for words in calibration.words:
-        out.print(words, highlight=False)
+    paragraphs(calibration.words)
     say(f"\n{', '.join(str(file) for file in written)}")
     out.print("Run it:", style="bold")
     # Plain, so that it can be copied: no wrapping, no mark-up.

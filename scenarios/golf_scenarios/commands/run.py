@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from golf_scenarios.commands.console import RESULTS, err, out, print_table, say, warn
+from golf_scenarios.commands.console import RESULTS, err, out, paragraphs, print_table, say, warn
 from golf_scenarios.errors import UserError
 
 if TYPE_CHECKING:
@@ -158,8 +158,7 @@ def pairs_of(pairs: list[str], what: str, example: str) -> list[tuple[str, str]]
 def _show(name: str, outcome: "Outcome") -> None:
     for table in outcome.tables:
         print_table(table)
-    for words in outcome.words:
-        out.print(words, highlight=False)
+    paragraphs(outcome.words)
     if outcome.checks:
         passed = sum(check.passed for check in outcome.checks)
         out.print(f"{name}: {passed} of {len(outcome.checks)} checks passed", style="bold")

@@ -77,13 +77,20 @@ class Sweep:
     Args:
         study: what to compute.
         fmu: the .fmu file; by default that of the present sources, built if need be.
+        stop: asked between chunks whether to end.
 
     Raises:
         UserError: the study doesn't fit the FMU.
     """
 
-    def __init__(self, study: Study, fmu: Path | str | None = None) -> None:
+    def __init__(
+        self,
+        study: Study,
+        fmu: Path | str | None = None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> None:
         self.study = study
+        self.stop = stop
         self.fmu = ImpactFmu(current_fmu()[0] if fmu is None else Path(fmu))
         self.plan = plan(study, self.fmu.variables)
         self._stack = ExitStack()
@@ -101,9 +108,23 @@ class Sweep:
             self._stack.enter_context(self.fmu)
         return self.fmu
 
-    def outputs(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        """The outputs of these cases, shape (cases, outputs); refused ones are NaN."""
-        return impacts(self.instance, self.plan, self.plan.values(columns))[0]
+    def go_on(self) -> None:
+        """Raise Stopped if the user has asked for it since the table was written."""
+        if self.stop():
+            raise Stopped(self.study.cases, written=True)
+
+    def first_output(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """The first output of these cases, shape (cases,); NaN where refused.
+
+        Raises:
+            Stopped: the user has asked for it.
+        """
+        parts = []
+        for start in range(0, len(next(iter(columns.values()))), CHUNK):
+            self.go_on()
+            part = {name: column[start : start + CHUNK] for name, column in columns.items()}
+            parts.append(impacts(self.instance, self.plan, self.plan.values(part))[0][:, 0])
+        return np.concatenate(parts)
 
     def here(self, as_text: bool, columns: Mapping[str, np.ndarray]) -> Future[Chunk]:
         """A chunk computed here and now, as an executor would return it."""
@@ -159,7 +180,6 @@ class Sweep:
         scheduler: str | None = None,
         chunk: int = CHUNK,
         progress: Callable[[int], None] = lambda done: None,
-        stop: Callable[[], bool] = lambda: False,
     ) -> Summary:
         """Write one row a case; arguments, result and errors as of `run_sweep`."""
         if not 1 <= chunk <= LARGEST_CHUNK:
@@ -173,7 +193,7 @@ class Sweep:
             # Draws the samples, if there are any, before the clock starts.
             self.study.columns(0, 1)
             begin = time.perf_counter()
-            drawn, refused, first = self.write(table, submit, chunk, progress, stop)
+            drawn, refused, first = self.write(table, submit, chunk, progress)
             seconds = time.perf_counter() - begin
         return Summary(out, len(drawn), refused, first, seconds, drawn)
 
@@ -183,12 +203,13 @@ class Sweep:
         submit: Submit,
         chunk: int = CHUNK,
         progress: Callable[[int], None] = lambda done: None,
-        stop: Callable[[], bool] = lambda: False,
     ) -> tuple[np.ndarray, int, tuple[int, str] | None]:
         """Run all chunks and write them in order; `drawn`, `refused` and `first_refused`."""
         drawn = np.empty(self.study.cases)
         refused, first, done = 0, None, 0
-        for columns, part in _in_order(self.study, partial(submit, table.as_text), chunk, stop):
+        for columns, part in _in_order(
+            self.study, partial(submit, table.as_text), chunk, self.stop
+        ):
             table.write(columns, part)
             drawn[done : done + len(part.outputs)] = part.outputs[:, 0]
             if part.reason and first is None:
@@ -200,7 +221,12 @@ class Sweep:
 
 
 def run_sweep(
-    study: Study, out: Path | str, *, fmu: Path | str | None = None, **options: Any
+    study: Study,
+    out: Path | str,
+    *,
+    fmu: Path | str | None = None,
+    stop: Callable[[], bool] = lambda: False,
+    **options: Any,
 ) -> Summary:
     """Run a study through the FMU and write one row a case.
 
@@ -210,6 +236,7 @@ def run_sweep(
         study: what to compute; see `Study.of`.
         out: a .csv or .parquet file. It gets its name when it is whole.
         fmu: the .fmu file; by default that of the present sources, built if need be.
+        stop: asked between chunks whether to end.
         options:
             executor: anything that has the interface of concurrent.futures: its processes need
                 this package, and get the FMU with each chunk.
@@ -218,7 +245,6 @@ def run_sweep(
                 Of a local cluster as many as there are processors.
             chunk: cases that a worker gets at a time, at most 10,000.
             progress: called with the number of cases done.
-            stop: asked between chunks whether to end.
 
     Returns:
         What was done.
@@ -228,7 +254,7 @@ def run_sweep(
             missing, or the cluster can't be reached or gives up.
         Stopped: `stop` said so. No file was written, one that was there is whole.
     """
-    with Sweep(study, fmu) as sweep:
+    with Sweep(study, fmu, stop) as sweep:
         return sweep.run(out, **options)
 
 
