@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 from ..numerics.decimals import PI, arithmetic
 from ..numerics.zeros import zero_between
-from .contact import Start, State
+from .contact import ContactPhase, Start, State
 
 #: Digits; and those for a damping ratio, a ratio of the masses or one of the speeds to what they
 #: close by that are beyond these: then up to 70 cancel.
@@ -75,7 +75,7 @@ class _Function(NamedTuple):
     slope: Row
 
 
-class ExtendedContact:
+class ExtendedContact(ContactPhase):
     """A contact phase of a linear law; see `ContactPhase`.
 
     Args:
@@ -107,9 +107,12 @@ class ExtendedContact:
         numbers = arithmetic(_MANY_DIGITS if many else _DIGITS)
         self._in_use, self._exp, self._cos_sin = numbers
         with self._in_use():
-            self._set_up(*map(Decimal, (k, b, m_club, m_ball)), start, equations)
+            self._set_up(start, equations, *map(Decimal, (k, b, m_club, m_ball)))
 
-    def _set_up(self, k, b, m_club, m_ball, start, equations) -> None:
+    def _set_up(
+        self, start: Start, equations: Callable[..., Equations], k: Decimal, b: Decimal,
+        m_club: Decimal, m_ball: Decimal,
+    ) -> None:  # fmt: skip
         self._m_ball = m_ball
         self._p, self._q = p, q = m_ball / (m_club + m_ball), m_club / (m_club + m_ball)
         self._omega_squared = k / (m_club * p)
@@ -219,7 +222,6 @@ class ExtendedContact:
         return d, w, self._x_ball + mean - self._q * (d - d0), v - self._q * w
 
     def course(self) -> tuple[Callable[[float], State], float]:
-        """See `ContactPhase`."""
         return self._state, 1.0
 
     def _state(self, t: float) -> State:
@@ -232,30 +234,26 @@ class ExtendedContact:
         return [float(value) for value in (force, x_ball + d, x_ball, v_ball + w, v_ball, d)]
 
     def end(self) -> tuple[State, float]:
-        """See `ContactPhase`."""
         with self._in_use():
             state = self._as_floats(self._end)
             state[0], state[5] = 0.0, max(0.0, state[5])
             return state, float(self._moving(self._end)[1])
 
     def closing(self, t: float) -> float:
-        """See `ContactPhase`."""
         with self._in_use():
             return float(self._moving(Decimal(t))[1])
 
     def impulse(self, begin: float, width: float) -> float:
-        """See `ContactPhase`: what the ball has gained, and what the drag has taken from it."""
+        """What the ball has gained, and what the drag has taken from it."""
         with self._in_use():
             _, _, x, v = self._moving(Decimal(begin))
             _, _, x_later, v_later = self._moving(Decimal(begin) + Decimal(width))
             return float(self._m_ball * (v_later - v) + self._equations.drag * (x_later - x))
 
     def peak_force(self, t: float) -> tuple[float, float]:
-        """See `ContactPhase`."""
         return self._largest(self._force, t)
 
     def peak_compression(self, t: float) -> float:
-        """See `ContactPhase`."""
         return self._largest(self._compression, t)[0]
 
     def _largest(self, row: Row, t: float) -> tuple[float, float]:

@@ -351,7 +351,7 @@ class Reference:
         return left - (t - begun)
 
     def outputs(self) -> dict[str, Real]:
-        """Every output by name; flags as bool. At the instant of touch, the limit from the right."""
+        """Every output by name; flags as bool. At touch, the limit from the right."""
         if self.touch_clock is None and self.state["d"] == 0 and self.state["w"] > 0:
             later = copy(self)
             later._touch(self.clock)
