@@ -6,7 +6,7 @@ Needs SciPy.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -106,9 +106,9 @@ def fit(
 ) -> Fit:
     """The parameters of a law that meet these targets best.
 
-    Two targets for two parameters, of which one is a speed or COR, have an exact inverse: speeds
-    give ζ (in closed form under law 2, by root finding under law 1), the other one the size. All
-    else is weighted least squares, started from the best places of a wide grid.
+    Two targets for two parameters of law 2, of which one is a speed or COR, have an exact inverse:
+    that one gives ζ in closed form, the other one the size. All else is weighted least squares,
+    started from the best places of a wide grid.
 
     Args:
         fmu: in use.
@@ -121,7 +121,7 @@ def fit(
     """
     search = _Search(Predictor(fmu, conditions, law), targets)
     for method, places in (
-        ("closed form" if law.law == 2 else "root finding", search.exact),
+        ("closed form", search.exact),
         ("weighted least squares", search.least_squares),
     ):
         answers = places()
@@ -169,57 +169,20 @@ class _Search:
 
     def exact(self) -> list[Coordinates]:
         """The answer without a search, in a list; an empty one if there is none this way."""
-        names = list(self.targets)
-        speeds = [name for name in names if name in RESTITUTION]
-        if self.free_exponent or len(names) != 2 or len(speeds) != 1:
+        speeds = [t for name, t in self.targets.items() if name in RESTITUTION]
+        sizes = [t for name, t in self.targets.items() if name not in RESTITUTION]
+        if self.predictor.law.law != 2 or self.free_exponent or len(speeds) != 1 or len(sizes) != 1:
             return []
-        speed = self.targets[speeds[0]]
-        size = next(t for name, t in self.targets.items() if name not in RESTITUTION)
-        law, conditions = self.predictor.law, self.predictor.conditions
-        if law.law == 2:
-            restitution = _restitution(speed, conditions)
-            zetas = [_zeta(restitution)] if 0.0 < restitution < 1.0 else []
-        else:
-            zetas = list(self._zetas_by_root_finding(speed))
-        for zeta in zetas:
-            at = Coordinates(self.length, damping_coordinate(zeta), self.exponents[0])
-            predicted = self.predictor.predict(at)
-            if predicted is None or predicted[size.name] <= 0.0 or size.value <= 0.0:
-                continue
-            ratio = size.value / predicted[size.name]
-            length = self.length * (1.0 / ratio if size.name == "max_force" else ratio)
-            at = Coordinates(length, at.damping, at.exponent)
-            # A jump of the prediction can look like a root.
-            if self.chi_squared(at) < _EQUAL_CHI_SQUARED:
-                return [at]
-        return []
-
-    def _zetas_by_root_finding(self, speed: Target) -> Iterator[float]:
-        """Every ζ at which a speed is met, the smallest first."""
-        from scipy.optimize import brentq
-
-        def off(zeta: float) -> float:
-            place = Coordinates(self.length, damping_coordinate(zeta), self.exponents[0])
-            predicted = self.predictor.predict(place)
-            return math.nan if predicted is None else predicted[speed.name] - speed.value
-
-        previous = None
-        for zeta in _ZETAS:
-            value = off(zeta)
-            parted = not math.isnan(value)
-            if not parted and previous:
-                zeta = _last_parting(off, previous[0], zeta)
-                value = off(zeta)
-            if previous and previous[1] * value <= 0.0:
-                yield brentq(
-                    # A ζ that keeps the bodies together ends the search.
-                    lambda z: 0.0 if math.isnan(value := off(z)) else value,
-                    previous[0],
-                    zeta,
-                    xtol=1e-300,
-                    rtol=1e-15,
-                )
-            previous = (zeta, value) if parted else None
+        size, restitution = sizes[0], _restitution(speeds[0], self.predictor.conditions)
+        if not 0.0 < restitution < 1.0:
+            return []
+        at = Coordinates(self.length, damping_coordinate(_zeta(restitution)), self.exponents[0])
+        predicted = self.predictor.predict(at)
+        if predicted is None or predicted[size.name] <= 0.0 or size.value <= 0.0:
+            return []
+        ratio = size.value / predicted[size.name]
+        length = self.length * (1.0 / ratio if size.name == "max_force" else ratio)
+        return [Coordinates(length, at.damping, at.exponent)]
 
     # Least squares
 
@@ -358,14 +321,6 @@ class _Search:
         by_parameter = np.array(self.predictor.sensitivities(at))[: len(free), moving] @ spread
         errors = np.sqrt((by_parameter**2).sum(axis=1)).tolist()
         return {name: None if at_limit[n] else errors[n] for n, name in enumerate(free)}
-
-
-def _last_parting(off: Callable[[float], float], low: float, high: float) -> float:
-    """About the largest ζ from `low` on at which the bodies still part; at `high` they don't."""
-    for _ in range(12):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if math.isnan(off(middle)) else (middle, high)
-    return low
 
 
 def _same(a: Coordinates, b: Coordinates) -> bool:
