@@ -18,7 +18,13 @@ from golf_scenarios.calibration.contact_law import (
     Predictor,
     damping_coordinate,
 )
-from golf_scenarios.calibration.targets import RESTITUTION, Conditions, Target, independent
+from golf_scenarios.calibration.targets import (
+    RESTITUTION,
+    Conditions,
+    Target,
+    independent,
+    restitution,
+)
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 
@@ -152,8 +158,8 @@ class _Search:
         zetas = set(_ZETAS)
         if law.law == 2:
             # A speed tells ζ: without these, a valley may lie between two points.
-            told = [_restitution(t, conditions) for n, t in targets.items() if n in RESTITUTION]
-            zetas |= {_zeta(restitution) for restitution in told if 0.0 < restitution < 1.0}
+            told = [restitution(t, conditions)[0] for n, t in targets.items() if n in RESTITUTION]
+            zetas |= {_zeta(e) for e in told if 0.0 < e < 1.0}
         self.zetas = sorted(zetas)
 
     def residuals(self, predicted: Mapping[str, float] | None) -> list[float]:
@@ -173,10 +179,10 @@ class _Search:
         sizes = [t for name, t in self.targets.items() if name not in RESTITUTION]
         if self.predictor.law.law != 2 or self.free_exponent or len(speeds) != 1 or len(sizes) != 1:
             return []
-        size, restitution = sizes[0], _restitution(speeds[0], self.predictor.conditions)
-        if not 0.0 < restitution < 1.0:
+        size, (cor, _) = sizes[0], restitution(speeds[0], self.predictor.conditions)
+        if not 0.0 < cor < 1.0:
             return []
-        at = Coordinates(self.length, damping_coordinate(_zeta(restitution)), self.exponents[0])
+        at = Coordinates(self.length, damping_coordinate(_zeta(cor)), self.exponents[0])
         predicted = self.predictor.predict(at)
         if predicted is None or predicted[size.name] <= 0.0 or size.value <= 0.0:
             return []
@@ -331,24 +337,14 @@ def _same(a: Coordinates, b: Coordinates) -> bool:
     )
 
 
-def _restitution(speed: Target, conditions: Conditions) -> float:
-    """The COR that a speed means where momentum is conserved."""
-    total, u = conditions.m_club + conditions.m_ball, conditions.club_speed
-    if speed.name == "ball_speed":
-        return speed.value * total / (conditions.m_club * u) - 1.0
-    if speed.name == "club_speed_after":
-        return (u - speed.value) * total / (conditions.m_ball * u) - 1.0
-    return speed.value
-
-
-def _zeta(restitution: float) -> float:
+def _zeta(cor: float) -> float:
     """ζ of a COR under law 2: e = exp(-2 ζ s), ζ = cos θ, s = θ/sin θ (cosh, sinh beyond 1).
 
     Schwager & Pöschel, Granular Matter 9, 465–469 (2007).
     """
     from scipy.optimize import brentq
 
-    half = -0.5 * math.log(restitution)
+    half = -0.5 * math.log(cor)
     tight = {"xtol": 1e-300, "rtol": 1e-15}
     if half < 0.5:
         # φ = π/2 - θ keeps its digits where damping is small.
