@@ -14,6 +14,7 @@ import typer
 from golf_scenarios.commands.console import err, progress, say, warn
 from golf_scenarios.commands.run import fmu_file, pairs_of
 from golf_scenarios.errors import UserError
+from golf_scenarios.stopping import SIGNALS
 
 if TYPE_CHECKING:
     from golf_scenarios.report.outcome import Outcome
@@ -96,7 +97,7 @@ def sweep(
     from golf_scenarios.sweeps.study_file import Options
 
     options = Options(
-        sets=_texts(set_ or []),
+        sets=pairs_of(set_ or [], "VALUES", "k=0.5e6:2e6:100", "write one list, NAME=A,B"),
         out=out_,
         outputs=None if outputs is None else tuple(outputs.split(",")),
         samples=samples,
@@ -169,20 +170,9 @@ def swept(options: Options, study: Path | None) -> int:
     return 0
 
 
-def _texts(pairs: list[str]) -> dict[str, str]:
-    texts: dict[str, str] = {}
-    for name, text in pairs_of(pairs, "VALUES", "k=0.5e6:2e6:100"):
-        if name in texts:
-            raise UserError(f"--set {name} is given twice: write one list, e.g. --set {name}=A,B")
-        texts[name] = text
-    return texts
-
-
 @contextmanager
 def _stop_asked() -> Iterator[threading.Event]:
     """Set on Ctrl-C and SIGTERM, which are answered between cases: never inside the FMU's code."""
-    from golf_scenarios.sweeps.pool import SIGNALS
-
     stop = threading.Event()
     # nohup has a signal ignored, and so it stays.
     heard = [n for n in SIGNALS if n == signal.SIGINT or signal.getsignal(n) != signal.SIG_IGN]
