@@ -12,7 +12,6 @@ from types import ModuleType
 import golf_impact
 
 from golf_build import description as xml
-from golf_build import fmi2
 from golf_build.archive import packed, unpacked, whole
 from golf_build.packaging import HERE, bundled, face_file, packaged, rendered
 
@@ -57,12 +56,12 @@ STOP_TIME = 0.06
 STEP_SIZE = 1e-4
 
 
-def build(folder: Path, impact: Path | None = None) -> list[Path]:
+def build(folder: Path, impact: Path) -> list[Path]:
     """Build the system.
 
     Args:
         folder: where the companions and the .ssp go.
-        impact: ClubBallImpact.fmu; built into the folder if None.
+        impact: ClubBallImpact.fmu.
 
     Returns:
         The files written, the .ssp last.
@@ -72,11 +71,7 @@ def build(folder: Path, impact: Path | None = None) -> list[Path]:
     """
     folder = folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    if impact is None:
-        impact = fmi2.BUILDER.build(folder / f"{fmi2.BUILDER.name}.fmu")
-        written.append(impact)
-    written += [build_companion(name, folder / f"{name}.fmu") for name in COMPANIONS]
+    written = [build_companion(name, folder / f"{name}.fmu") for name in COMPANIONS]
     files = {"SystemStructure.ssd": _system_structure()}
     fmus = {"ClubBallImpact.fmu": impact} | {f"{n}.fmu": folder / f"{n}.fmu" for n in COMPANIONS}
     files |= {f"{_RESOURCES}/{name}": file.read_bytes() for name, file in sorted(fmus.items())}

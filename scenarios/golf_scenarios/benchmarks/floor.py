@@ -93,17 +93,17 @@ def _reading(slave: FMU2Slave, references: list[int]) -> Job:
     return job
 
 
-def _instantiating(fmu: LoadedFmu, number: int = 5) -> Job:
+def _instantiating(fmu: LoadedFmu) -> Job:
     """instantiate() of fmpy, s; its object is made and the instance freed off the clock."""
     # The library and its modules stay loaded, whatever is freed.
     fmu.instance()
 
     def job() -> float:
-        slaves = [fmu.blank() for _ in range(number)]
+        slaves = [fmu.blank() for _ in range(5)]
         begin = perf_counter()
         for slave in slaves:
             slave.instantiate()
-        seconds = (perf_counter() - begin) / number
+        seconds = (perf_counter() - begin) / len(slaves)
         for slave in slaves:
             fmu.free(slave)
         return seconds

@@ -240,12 +240,12 @@ def _needs_home() -> bool:
     return done.returncode != 0
 
 
-def native_line(libpython: Path, host: str = "your-host") -> str:
+def native_line(libpython: Path) -> str:
     """The command line that starts a native host with this library."""
     parts = [f"LD_PRELOAD={shlex.quote(str(libpython))}"]
     if _needs_home():
         parts.append(f"PYTHONHOME={shlex.quote(sys.base_prefix)}")
-    return " ".join([*parts, host])
+    return " ".join([*parts, "your-host"])
 
 
 def _native(fmu: Path | None) -> _Findings:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import cycle, islice
 from pathlib import Path
@@ -82,38 +82,31 @@ class _Loop:
 
     def __init__(self, sweep: Sweep, index: np.ndarray, folder: Path) -> None:
         self.same = True
-        self._sweep = sweep
-        self._file = folder / "loop.csv"
-        self._fmu = str(folder / "fmu")
-        fmpy.extract(str(sweep.fmu.path), self._fmu)
+        self._sweep, self._folder = sweep, folder
+        fmpy.extract(str(sweep.fmu.path), str(folder / "fmu"))
         values = sweep.plan.values(sweep.study.columns_at(index))
         expected, reason = impacts(sweep.instance, sweep.plan, values)
         usable = np.flatnonzero(~np.isnan(expected[:, 0]))
         if not len(usable):
             raise UserError(f"there is nothing to compare: the FMU refuses all: {reason}")
         steps = np.broadcast_to(sweep.fmu.horizon({**sweep.plan.fixed, **values}), len(index))
-        #: Start values, communication step and the sweep's outputs, case by case.
-        self._cases: Iterator[tuple[dict[str, Any], float, list[float]]] = cycle(
-            [
-                (
-                    sweep.plan.fixed | {name: column[n].item() for name, column in values.items()},
-                    steps[n].item(),
-                    expected[n].tolist(),
-                )
-                for n in usable[:: max(1, len(usable) // (4 * _LOOPED))]
-            ]
-        )
+
+        def case(n: int) -> tuple[dict[str, Any], float, list[float]]:
+            """Start values, communication step and the sweep's outputs."""
+            given = {name: column[n].item() for name, column in values.items()}
+            return sweep.plan.fixed | given, steps[n].item(), expected[n].tolist()
+
+        self._cases = cycle([case(n) for n in usable[:: max(1, len(usable) // (4 * _LOOPED))]])
 
     def __call__(self) -> float:
-        begin = perf_counter()
         outputs = self._sweep.plan.outputs
-        rows = []
-        with open(self._file, "w", newline="") as stream:
+        begin = perf_counter()
+        with open(self._folder / "loop.csv", "w", newline="") as stream:
             writer = csv.writer(stream)
             writer.writerow((*self._sweep.study.names, *outputs))
             for values, step, expected in islice(self._cases, _LOOPED):
                 result = fmpy.simulate_fmu(
-                    self._fmu,
+                    str(self._folder / "fmu"),
                     stop_time=step,
                     output_interval=step,
                     start_values=values,
@@ -122,7 +115,5 @@ class _Loop:
                 )
                 row = [result[name][-1].item() for name in outputs]
                 writer.writerow((*values.values(), *row))
-                rows.append((row, expected))
-        seconds = perf_counter() - begin
-        self.same = self.same and all(row == expected for row, expected in rows)
-        return seconds / _LOOPED
+                self.same &= row == expected
+        return (perf_counter() - begin) / _LOOPED
