@@ -8,14 +8,12 @@ import uuid
 import zipfile
 from pathlib import Path
 from types import ModuleType
-from xml.etree import ElementTree
 
 import golf_impact
 
 from golf_build import description as xml
-from golf_build import fmi2
 from golf_build.archive import packed, unpacked, whole
-from golf_build.packaging import bundled, face_file, packaged
+from golf_build.packaging import HERE, bundled, face_file, packaged, rendered
 
 #: The system's file, and in it the folder of the FMUs (SSP 1.0, section 5).
 NAME = "GolfSwing.ssp"
@@ -57,16 +55,13 @@ _BOOLEANS = ("separated", "landed")
 STOP_TIME = 0.06
 STEP_SIZE = 1e-4
 
-_SSP = "http://ssp-standard.org/SSP1/"
-_OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 
-
-def build(folder: Path, impact: Path | None = None) -> list[Path]:
+def build(folder: Path, impact: Path) -> list[Path]:
     """Build the system.
 
     Args:
         folder: where the companions and the .ssp go.
-        impact: ClubBallImpact.fmu; built into the folder if None.
+        impact: ClubBallImpact.fmu.
 
     Returns:
         The files written, the .ssp last.
@@ -76,11 +71,7 @@ def build(folder: Path, impact: Path | None = None) -> list[Path]:
     """
     folder = folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    if impact is None:
-        impact = fmi2.BUILDER.build(folder / f"{fmi2.BUILDER.name}.fmu")
-        written.append(impact)
-    written += [build_companion(name, folder / f"{name}.fmu") for name in COMPANIONS]
+    written = [build_companion(name, folder / f"{name}.fmu") for name in COMPANIONS]
     files = {"SystemStructure.ssd": _system_structure()}
     fmus = {"ClubBallImpact.fmu": impact} | {f"{n}.fmu": folder / f"{n}.fmu" for n in COMPANIONS}
     files |= {f"{_RESOURCES}/{name}": file.read_bytes() for name, file in sorted(fmus.items())}
@@ -148,55 +139,20 @@ def _described(written: bytes, tables: ModuleType, guid: str) -> bytes:
 
 def _system_structure() -> bytes:
     """SystemStructure.ssd: SSP 1.0, with the annotation that libcosim takes its step from."""
-    root = ElementTree.Element(
-        "ssd:SystemStructureDescription",
-        {
-            "xmlns:ssd": f"{_SSP}SystemStructureDescription",
-            "xmlns:ssc": f"{_SSP}SystemStructureCommon",
-            "xmlns:osp": _OSP,
-            "name": "GolfSwing",
-            "version": "1.0",
-        },
+    inputs = [(end, "input") for _, end in CONNECTIONS]
+    outputs = [(start, "output") for start, _ in CONNECTIONS]
+    observed = [(path, "output") for path in OBSERVED]
+    components: dict[str, list[tuple[str, str]]] = {
+        name: [] for name in ("Swing", "ClubBallImpact", "BallFlight")
+    }
+    for path, kind in (*inputs, *outputs, *observed):
+        component, name = path.split(".")
+        components[component].append((name, kind))
+    return rendered(
+        HERE / "SystemStructure.ssd.jinja",
+        components=components,
+        connections=[(*start.split("."), *end.split(".")) for start, end in CONNECTIONS],
+        booleans=_BOOLEANS,
+        stop_time=STOP_TIME,
+        step_size=STEP_SIZE,
     )
-    system = ElementTree.SubElement(root, "ssd:System", name="GolfSwing")
-    elements = ElementTree.SubElement(system, "ssd:Elements")
-    outputs = [start for start, _ in CONNECTIONS] + list(OBSERVED)
-    for component in ("Swing", "ClubBallImpact", "BallFlight"):
-        node = ElementTree.SubElement(
-            elements,
-            "ssd:Component",
-            name=component,
-            type="application/x-fmu-sharedlibrary",
-            source=f"{_RESOURCES}/{component}.fmu",
-        )
-        connectors = ElementTree.SubElement(node, "ssd:Connectors")
-        for kind, paths in (("input", [end for _, end in CONNECTIONS]), ("output", outputs)):
-            for path in paths:
-                owner, name = path.split(".")
-                if owner == component:
-                    connector = ElementTree.SubElement(
-                        connectors, "ssd:Connector", name=name, kind=kind
-                    )
-                    type_ = "ssc:Boolean" if name in _BOOLEANS else "ssc:Real"
-                    ElementTree.SubElement(connector, type_)
-    connections = ElementTree.SubElement(system, "ssd:Connections")
-    for start, end in CONNECTIONS:
-        (from_, output), (to, input_) = start.split("."), end.split(".")
-        ElementTree.SubElement(
-            connections,
-            "ssd:Connection",
-            startElement=from_,
-            startConnector=output,
-            endElement=to,
-            endConnector=input_,
-        )
-    experiment = ElementTree.SubElement(
-        root, "ssd:DefaultExperiment", startTime="0", stopTime=repr(STOP_TIME)
-    )
-    annotations = ElementTree.SubElement(experiment, "ssd:Annotations")
-    annotation = ElementTree.SubElement(
-        annotations, "ssc:Annotation", type="com.opensimulationplatform"
-    )
-    algorithm = ElementTree.SubElement(annotation, "osp:Algorithm")
-    ElementTree.SubElement(algorithm, "osp:FixedStepAlgorithm", baseStepSize=repr(STEP_SIZE))
-    return xml.as_text(root)

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from golf_scenarios.commands.console import RESULTS, out, progress, rich_table, say
+from golf_scenarios.commands.console import RESULTS, out, paragraphs, progress, rich_table, say
 from golf_scenarios.errors import UserError
 
 EPILOG = "Example: golf-impact bench --quick --out bench"
@@ -122,8 +122,7 @@ def _show(results: dict[str, Any], series: dict[int, Any]) -> None:
         f"{where.get('pattern')} ({where['numbers_compared']} numbers in {where['cases']} cases).",
         highlight=False,
     )
-    for words in results["conclusion"]:
-        out.print(words, highlight=False)
+    paragraphs(results["conclusion"])
 
 
 def verdict(passed: bool, number: int | str = "") -> Any:
