@@ -379,11 +379,17 @@ class Component:
             if self._moving:
                 return self.reals(references)
             self._outputs = list(references), outputs
-        return self._read(outputs)
+        now = self._now or self._evaluate()
+        try:
+            return [output(self._impact, now, self) for output in outputs]
+        except (ArithmeticError, ValueError) as error:
+            return self._out_of_range(error, outputs)
 
     def discretes(self, references: list[int], type_: str) -> list:
         """Values of variables of another type ("Enumeration", "Boolean")."""
-        return self._read(self.outputs.reading(tuple(references), type_)[2])
+        now = self._now or self._evaluate()
+        outputs = self.outputs.reading(tuple(references), type_)[2]
+        return [output(self._impact, now, self) for output in outputs]
 
     def value_of(self, reference: int) -> Any:
         """An input or a parameter as the host has set it."""
@@ -394,14 +400,9 @@ class Component:
         self._refuse_once(f"a value reference that no {type_} variable has is refused")
         return nan if type_ == "Real" else 0
 
-    def _read(self, outputs: tuple[Output, ...]) -> list:
-        now = self._now or self._evaluate()
-        impact = self._impact
-        try:
-            return [output(impact, now, self) for output in outputs]
-        except (ArithmeticError, ValueError) as error:
-            self._report(f"{_OUT_OF_RANGE} ({error})")
-            return [nan] * len(outputs)
+    def _out_of_range(self, error: Exception, outputs: tuple[Output, ...]) -> list:
+        self._report(f"{_OUT_OF_RANGE} ({error})")
+        return [nan] * len(outputs)
 
     def _evaluate(self) -> State:
         """The state at this communication point, and what the fast read needs of its phase."""

@@ -187,9 +187,9 @@ class RelativeLaw(Law):
         """Powers must stay in the range of a double."""
         p = parameters
         n, length = p.exponent, p.reference_compression
-        closing = inputs[2] - p.ball_speed
         if n == 1.0:
             return None
+        closing = inputs[2] - p.ball_speed
         if n > _STEEPEST:
             return (
                 f"exponent = {n!r} is refused: beyond {_STEEPEST:g} forces leave the range of a "
