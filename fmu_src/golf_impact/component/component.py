@@ -92,7 +92,7 @@ class Component:
         self._once: tuple[str, ...] = ()
         #: Before stepping: a preview for the present values, made when it is read.
         self._impact: Impact | None = None
-        #: The sum of the accepted steps, s, as a pair, but for the last `_count` equal ones.
+        #: The sum of the accepted steps, s, as a pair, but for the last `_count`, of one size.
         self.clock = 0.0
         self.carry = 0.0
         self._count = 0.0
@@ -208,8 +208,8 @@ class Component:
         if size == self.last_step:
             self._count += 1.0
         else:
-            self.clock, self.carry = instant
-            self._count = 1.0
+            self.clock, self.carry = added(*instant, size)
+            self._count = 0.0
             self._until = nan
         self.last_step = size
         self._size = nan if self._watched else size
@@ -414,18 +414,14 @@ class Component:
                 inputs = (1.0, 0.0, parameters.ball_speed)
             impact = self._impact = Impact(parameters, inputs)
         count = self._count
-        clock, carry = self.clock, self.carry
-        if count == 1.0:
-            high, low = instant = added(clock, carry, self.last_step)
-        else:
-            high, low = instant = self.instant()
+        high, low = instant = self.instant() if count else (self.clock, self.carry)
         try:
             t = impact.advance(high, low)
             phase, began, began_low = impact.phase, impact.began_high, impact.began_low
             offset = (self.clock - began) + (self.carry - began_low)
             if offset < 0.0 and count:
                 # Steps that were over before the phase began only cost digits of its own time.
-                passed = ceil(-offset / self.last_step) if count > 1.0 else 1
+                passed = ceil(-offset / self.last_step)
                 self.clock, self.carry = instant if passed >= count else self.instant(passed)
                 self._count = count = max(0.0, count - passed)
                 offset = (self.clock - began) + (self.carry - began_low)
