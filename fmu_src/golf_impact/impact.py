@@ -185,8 +185,10 @@ class Impact:
         t = self.elapsed(high, low)
         phase, (k, b, start) = self.phase, self.contact_start
         if not t:
-            x_club, compression, v_club, v_ball, _ = start
-            state[1:] = x_club, x_club - compression, v_club, v_ball, compression
+            x_club, compression, v_club, v_ball, closing = start
+            p = self.parameters
+            force = p.contact_law.force(p, k, b, compression, closing)
+            state[:] = force, x_club, x_club - compression, v_club, v_ball, compression
         elif t * phase.rate <= EARLY and not start.compression:
             p = self.parameters
             state[5] = phase.compression(t)

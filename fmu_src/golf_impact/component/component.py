@@ -421,7 +421,8 @@ class Component:
             offset = (self.clock - began) + (self.carry - began_low)
             if offset < 0.0 and count:
                 # Steps that were over before the phase began only cost digits of its own time.
-                passed = ceil(-offset / self.last_step)
+                # A phase that begins on a communication point begins there to the last bits.
+                passed = ceil(-offset / self.last_step - 1e-9)
                 self.clock, self.carry = instant if passed >= count else self.instant(passed)
                 self._count = count = max(0.0, count - passed)
                 offset = (self.clock - began) + (self.carry - began_low)

@@ -21,7 +21,16 @@ _CRITICAL = 1e-4
 
 def restitution(parameters: "Parameters", closing: float) -> float:
     """COR at an approach speed (m/s), by the line of the parameters; below 0 it can't be had."""
-    return parameters.restitution_at_rest - parameters.restitution_slope * closing
+    slope = parameters.restitution_slope
+    fall = slope * closing
+    lost = 0.0
+    if max(slope, closing) < 1e150:
+        # What the product has lost, by Dekker's halves: near 0 the difference is made of that.
+        high, other = 134217729.0 * slope, 134217729.0 * closing
+        high, other = high - (high - slope), other - (other - closing)
+        low, rest = slope - high, closing - other
+        lost = ((high * other - fall) + high * rest + low * other) + low * rest
+    return (parameters.restitution_at_rest - fall) - lost
 
 
 def out_of_reach(parameters: "Parameters", closing: float) -> bool:
