@@ -21,7 +21,7 @@ _RESOLUTION = 2.0**-52
 _REMEMBERED = 64
 
 
-#: A named tuple by its values in a third of the time of its own way: every impact makes three.
+#: A named tuple by its values in a third of the time of its own way: every impact makes one.
 _made = tuple.__new__
 
 
@@ -35,10 +35,10 @@ def added(high: float, low: float, elapsed: float) -> tuple[float, float]:
     return nearest, low - (nearest - total)
 
 
-class Free(NamedTuple):
+class Free:
     """Both bodies move freely: before first touch and after the contact.
 
-    Attributes:
+    Args:
         x_ball: position of the ball at the start of the phase, m.
         v_club, v_ball: velocities, m/s.
         compression, compression_low: how far the club face is past the ball's near side at the
@@ -47,13 +47,39 @@ class Free(NamedTuple):
         duration: s until first touch; inf if there will be none.
     """
 
-    x_ball: float
-    v_club: float
-    v_ball: float
-    compression: float
-    compression_low: float
-    closing: float
-    duration: float
+    __slots__ = (
+        "closing",
+        "compression",
+        "compression_low",
+        "duration",
+        "v_ball",
+        "v_club",
+        "x_ball",
+    )
+
+    def __init__(
+        self,
+        x_ball: float,
+        v_club: float,
+        v_ball: float,
+        compression: float,
+        compression_low: float,
+        closing: float,
+        duration: float,
+    ) -> None:
+        self.x_ball = x_ball
+        self.v_club = v_club
+        self.v_ball = v_ball
+        self.compression = compression
+        self.compression_low = compression_low
+        self.closing = closing
+        self.duration = duration
+
+    def arguments(self) -> tuple[float, ...]:
+        """What it is made from."""
+        low = self.compression_low
+        speeds = self.v_club, self.v_ball
+        return self.x_ball, *speeds, self.compression, low, self.closing, self.duration
 
     def course(self) -> tuple[Callable[[float], State], float]:
         """As of a contact phase."""
@@ -61,20 +87,20 @@ class Free(NamedTuple):
 
     def state(self, t: float) -> State:
         """Force, positions, velocities and compression at t, s since the start of the phase."""
-        x_ball, v_club, v_ball, compression, compression_low, closing, _ = self
-        x_ball += v_ball * t
-        compression += compression_low + closing * t
+        v_ball, closing = self.v_ball, self.closing
+        x_ball = self.x_ball + v_ball * t
+        compression = self.compression + (self.compression_low + closing * t)
         x_club = x_ball + compression
         # Bodies that close aren't compressed yet, whatever the last bits say.
         left = compression if compression > 0.0 >= closing else 0.0
-        return [0.0, x_club, x_ball, v_club, v_ball, left]
+        return [0.0, x_club, x_ball, self.v_club, v_ball, left]
 
 
 def approach(x_ball: float, gap: float, gap_low: float, u_club: float, u_ball: float) -> Free:
     """Free motion until the gap (m, as a pair) is closed."""
     closing = u_club - u_ball
     duration = max(0.0, gap + gap_low) / closing if closing > 0.0 else inf
-    return _made(Free, (x_ball, u_club, u_ball, -gap, -gap_low, closing, duration))
+    return Free(x_ball, u_club, u_ball, -gap, -gap_low, closing, duration)
 
 
 #: First touch: when (s since the start, as a pair), where (m), and how fast the club was (m/s).
@@ -156,8 +182,8 @@ class Impact:
             nearest = end + low_part
             end, end_low = nearest, low_part - (nearest - end)
             if self.touch is None:
-                x_ball, v_club, v_ball, _, _, closing, _ = phase
-                x_ball += v_ball * duration
+                v_club, v_ball, closing = phase.v_club, phase.v_ball, phase.closing
+                x_ball = phase.x_ball + v_ball * duration
                 start = _made(Start, (x_ball, 0.0, v_club, v_ball, closing))
                 p = self.parameters
                 k, b, _ = self.in_force
@@ -168,10 +194,10 @@ class Impact:
                 self.touch = (end, end_low, x_ball, v_club)
             else:
                 x_ball, v_club, v_ball, compression, closing = phase.end()
-                following = x_ball, v_club, v_ball, compression, 0.0, closing, inf
+                following = Free(x_ball, v_club, v_ball, compression, 0.0, closing, inf)
                 self._finished += ((phase, duration, self._offset),)
                 self._offset += duration
-                self.phase = _made(Free, following)
+                self.phase = following
             self.began_high, self.began_low = end, end_low
 
     def settled(self, state: State, high: float, low: float) -> State:
@@ -343,7 +369,7 @@ class Impact:
         self._sum_up()
         parameters, in_force, phase, high, low, touch, contact, *rest = _everything(self)
         start, offset, _, peaks = rest
-        free = None if phase is contact else phase
+        free = None if phase is contact else phase.arguments()
         has_contact = contact is not None
         values = parameters.values()
         return [values, in_force, free, high, low, touch, has_contact, start, offset, peaks]
