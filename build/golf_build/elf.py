@@ -1,0 +1,102 @@
+"""Shared libraries of Linux as bytes: what they need, without what nobody needs, under new names.
+
+Only what the standalone FMU asks for: 64 bit, little endian (System V ABI, chapters 4 and 5; the
+symbol versions: Linux Standard Base 5.0, section 10.7).
+"""
+
+import struct
+from collections.abc import Iterator, Mapping
+
+_LOAD, _DYNAMIC = 1, 2
+_NEEDED, _STRTAB, _SONAME, _RPATH, _DEBUG, _RUNPATH = 1, 5, 14, 15, 21, 29
+_VERNEED, _VERNEEDNUM = 0x6FFFFFFE, 0x6FFFFFFF
+
+
+def _segments(data: bytes) -> Iterator[tuple[int, int, int, int]]:
+    """Type, offset in the file, address, size in the file."""
+    start, size, count = (*struct.unpack_from("<Q", data, 32), *struct.unpack_from("<HH", data, 54))
+    for n in range(count):
+        kind, _, offset, address, _, length = struct.unpack_from("<IIQQQQ", data, start + n * size)
+        yield kind, offset, address, length
+
+
+def _dynamic(data: bytes) -> list[tuple[int, int]]:
+    (begin, size) = next((o, s) for kind, o, _, s in _segments(data) if kind == _DYNAMIC)
+    return list(struct.iter_unpack("<qQ", data[begin : begin + size]))
+
+
+def _offset(data: bytes, address: int) -> int:
+    for kind, offset, start, size in _segments(data):
+        if kind == _LOAD and start <= address < start + size:
+            return address - start + offset
+    raise ValueError(f"address {address:#x} is in no segment")
+
+
+def _text(data: bytes, at: int) -> str:
+    return data[at : data.index(b"\0", at)].decode()
+
+
+def needed(data: bytes) -> list[str]:
+    """The libraries that it needs."""
+    entries = _dynamic(data)
+    table = _offset(data, dict(entries)[_STRTAB])
+    return [_text(data, table + value) for tag, value in entries if tag == _NEEDED]
+
+
+def soname(data: bytes) -> str:
+    """Its own name."""
+    entries = dict(_dynamic(data))
+    return _text(data, _offset(data, entries[_STRTAB]) + entries[_SONAME])
+
+
+def glibc(data: bytes) -> tuple[int, ...]:
+    """The oldest glibc that has all that it needs, as (2, 17)."""
+    entries = dict(_dynamic(data))
+    if _VERNEED not in entries:
+        return (0,)
+    table = _offset(data, entries[_STRTAB])
+    at, versions = _offset(data, entries[_VERNEED]), [(0,)]
+    for _ in range(entries[_VERNEEDNUM]):
+        _, count, _, first, following = struct.unpack_from("<HHIII", data, at)
+        one = at + first
+        for _ in range(count):
+            _, _, _, name, then = struct.unpack_from("<IHHII", data, one)
+            system, _, number = _text(data, table + name).partition("_")
+            if system == "GLIBC" and number[0].isdigit():
+                versions.append(tuple(map(int, number.split("."))))
+            one += then
+        at += following
+    return max(versions)
+
+
+def stripped(data: bytes) -> bytes:
+    """Without sections (debugging information, names that only a compiler's linker reads)."""
+    end = max(offset + size for kind, offset, _, size in _segments(data) if kind == _LOAD)
+    # Offset, size, number of the section headers and which one has their names.
+    head = bytearray(data[: max(end, 64)])
+    struct.pack_into("<Q", head, 40, 0)
+    struct.pack_into("<HHH", head, 58, 0, 0, 0)
+    return bytes(head)
+
+
+def unplaced(data: bytes) -> bytes:
+    """Without folders of this machine in which it would look for libraries."""
+    changed = bytearray(data)
+    entries = _dynamic(data)
+    table = _offset(data, dict(entries)[_STRTAB])
+    (start,) = (offset for kind, offset, _, _ in _segments(data) if kind == _DYNAMIC)
+    for n, (tag, value) in enumerate(entries):
+        if tag in (_RPATH, _RUNPATH):
+            length = len(_text(data, table + value).encode())
+            changed[table + value : table + value + length] = bytes(length)
+            # A tag that means nothing in a library.
+            struct.pack_into("<q", changed, start + 16 * n, _DEBUG)
+    return bytes(changed)
+
+
+def renamed(data: bytes, names: Mapping[str, str]) -> bytes:
+    """With libraries, itself too, under new names; a name keeps its length."""
+    for old, new in names.items():
+        assert len(old) == len(new), (old, new)
+        data = data.replace(f"\0{old}\0".encode(), f"\0{new}\0".encode())
+    return data
