@@ -294,7 +294,7 @@ def _licences(contents: dict[str, bytes], extensions: dict[str, Path]) -> dict[s
     if python is None:
         raise StandaloneError(f"--standalone needs Python's licence, not found at {places[0]}")
     found = {"python.txt": python.read_bytes()}
-    texts = HERE / "documentation" / "licenses"
+    texts = HERE / "licenses"
     wanted = {"libmpdec"} if "_decimal" in extensions else set()
     for name in contents:
         key = next((k for k in _LICENCES if name.startswith(k)), None)

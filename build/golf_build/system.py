@@ -6,6 +6,7 @@ import re
 import sys
 import uuid
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 from xml.etree import ElementTree
@@ -61,12 +62,26 @@ _SSP = "http://ssp-standard.org/SSP1/"
 _OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 
 
-def build(folder: Path, impact: Path | None = None) -> list[Path]:
+Files = dict[str, bytes]
+
+
+def _as_they_are(files: Files) -> Files:
+    return files
+
+
+def build(
+    folder: Path,
+    impact: Path | None = None,
+    finished: Callable[[Files], Files] = _as_they_are,
+    suffix: str = "",
+) -> list[Path]:
     """Build the system.
 
     Args:
         folder: where the companions and the .ssp go.
         impact: ClubBallImpact.fmu; built into the folder if None.
+        finished: what becomes of the files of a companion, by name.
+        suffix: comes behind the files' names.
 
     Returns:
         The files written, the .ssp last.
@@ -80,12 +95,14 @@ def build(folder: Path, impact: Path | None = None) -> list[Path]:
     if impact is None:
         impact = fmi2.BUILDER.build(folder / f"{fmi2.BUILDER.name}.fmu")
         written.append(impact)
-    written += [build_companion(name, folder / f"{name}.fmu") for name in COMPANIONS]
+    companions = {name: folder / f"{name}{suffix}.fmu" for name in COMPANIONS}
+    written += [build_companion(name, out, finished) for name, out in companions.items()]
     files = {"SystemStructure.ssd": _system_structure()}
-    fmus = {"ClubBallImpact.fmu": impact} | {f"{n}.fmu": folder / f"{n}.fmu" for n in COMPANIONS}
+    fmus = {"ClubBallImpact.fmu": impact} | {f"{n}.fmu": out for n, out in companions.items()}
     files |= {f"{_RESOURCES}/{name}": file.read_bytes() for name, file in sorted(fmus.items())}
     # FMUs are compressed already.
-    written.append(_written(folder / NAME, packed(files, zipfile.ZIP_STORED)))
+    name = Path(NAME).with_suffix(f"{suffix}.ssp").name
+    written.append(_written(folder / name, packed(files, zipfile.ZIP_STORED)))
     return written
 
 
@@ -98,12 +115,15 @@ def _written(path: Path, data: bytes) -> Path:
 # The companions
 
 
-def build_companion(name: str, out: Path) -> Path:
+def build_companion(
+    name: str, out: Path, finished: Callable[[Files], Files] = _as_they_are
+) -> Path:
     """Build Swing.fmu or BallFlight.fmu.
 
     Args:
         name: "Swing" or "BallFlight".
         out: the file to write.
+        finished: what becomes of its files, by name.
 
     Returns:
         The file written.
@@ -126,7 +146,7 @@ def build_companion(name: str, out: Path) -> Path:
         files = unpacked(raw)
         guid = str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/companion/{digest}"))
         description = _described(files["modelDescription.xml"], sys.modules[module], guid)
-    return _written(out, packed(files | {"modelDescription.xml": description}))
+    return _written(out, packed(finished(files | {"modelDescription.xml": description})))
 
 
 def _described(written: bytes, tables: ModuleType, guid: str) -> bytes:

@@ -90,19 +90,6 @@ MODE(fmi3EnterConfigurationMode)
 MODE(fmi3ExitConfigurationMode)
 MODE(fmi3EvaluateDiscreteStates)
 
-/* (accepted, event, time reached): the slave stops at an event if it may. */
-static int step_to_event(Instance *i, double point, double size, fmi3Boolean *event,
-                         double *reached)
-{
-    Object *span = Py_BuildValue("(dd)", point, size);
-    Object *done = call(i, "step_to_event", span, PyBool_FromLong(i->early_return));
-    int accepted = 0, met = 0;
-    if (done) PyArg_ParseTuple(done, "ppd", &accepted, &met, reached);
-    Py_DecRef(done);
-    *event = met && i->event_mode;
-    return accepted;
-}
-
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 size,
                       fmi3Boolean no_set_prior, fmi3Boolean *event, fmi3Boolean *terminate,
                       fmi3Boolean *early, fmi3Float64 *last)
@@ -112,18 +99,17 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 size,
     int accepted = 0;
     (void)no_set_prior;
     if (!i) return fmi3Error;
-    *event = *terminate = *early = fmi3False;
-    int outer = enter();
-    if (i->event_mode || i->early_return)
-        accepted = step_to_event(i, point, size, event, &reached);
-    else {
-        Object *done = call(i, "do_step", PyFloat_FromDouble(point), PyFloat_FromDouble(size));
-        accepted = done ? PyObject_IsTrue(done) : 0;
-        Py_DecRef(done);
-    }
+    *terminate = fmi3False;
+    int outer = enter(), met = 0;
+    Object *done = call(i, i->early_return ? "step_to_event" : "do_step",
+                        PyFloat_FromDouble(point), PyFloat_FromDouble(size));
+    if (done && i->early_return) PyArg_ParseTuple(done, "ppd", &accepted, &met, &reached);
+    else if (done) accepted = PyObject_IsTrue(done);
+    Py_DecRef(done);
     int fine = flush(i, fmi3Fatal);
     leave(outer);
     *last = accepted ? reached : point;
+    *event = met && i->event_mode;
     *early = accepted && reached < point + size;
     return !fine ? fmi3Fatal : accepted ? fmi3OK : fmi3Discard;
 }
