@@ -29,6 +29,11 @@ def pytest_addoption(parser):
     parser.addoption("--standalone", action="store_true", help="test the standalone FMUs instead")
 
 
+def pytest_collection_modifyitems(config, items):
+    if config.getoption("--standalone"):
+        items[:] = [item for item in items if item.get_closest_marker("plain") is None]
+
+
 @pytest.fixture(scope="session")
 def fmu_path(tmp_path_factory, request):
     """The FMU, built from the present sources: what is tested is what is shipped."""

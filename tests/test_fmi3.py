@@ -108,6 +108,7 @@ def begin(instance, start=0.0, **values):
 # The file
 
 
+@pytest.mark.plain
 def test_it_is_reproducible_and_knows_when_it_is_out_of_date(fmi3_path, fmu_path, tmp_path):
     again = build_fmu(tmp_path / "again.fmu", fmi=3)
     assert again.read_bytes() == fmi3_path.read_bytes()
@@ -146,6 +147,7 @@ def test_the_xml_is_the_table(description):
     assert not description.coSimulation.mightReturnEarlyFromDoStep
 
 
+@pytest.mark.plain
 def test_build_by_command(tmp_path, fmi3_path):
     out = tmp_path / "mine.fmu"
     assert CliRunner().invoke(app, ["build", "--fmi", "3", "--out", str(out)]).exit_code == 0
@@ -243,7 +245,8 @@ def announced(slave):
 @pytest.mark.parametrize("start", [0.0, -3.0, 1000.0])
 def test_events_are_announced_at_the_exact_time(make, start):
     slave = begin(make(), start, gap=0.0035, law=2)
-    assert announced(slave) is None  # nobody has told it the time yet
+    # pythonfmu3 doesn't tell it the time before the first step; the standalone FMU's loader does.
+    assert announced(slave) in (None, start + 1e-4, math.nextafter(start + 1e-4, math.inf))
     slave.doStep(start, 1e-6)
     touch = announced(slave)
     # 4e-16 · A/T of the design's tolerances, and a double of the host's time.

@@ -41,7 +41,7 @@ _STAND_INS = {
     "uuid": "# The real one loads libuuid, which writes into /var/lib; nobody reads this number.\n"
     "def uuid1():\n    return None\n",
     "ctypes": "# The real one looks for Python in the global scope: it would find the host's.\n"
-    "c_uint64 = int\n",
+    "class c_uint64:\n    def __init__(self, value):\n        self.value = value\n",
 }
 
 

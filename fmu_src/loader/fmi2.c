@@ -4,11 +4,19 @@
 
 #include "fmi2FunctionTypes.h"
 
+/* The text is a format to C hosts; others, fmpy among them, show it as it is and take no arguments.
+   So it has no directives. */
 static void say(Instance *i, int status, const char *category, const char *text)
 {
-    if (i->logger && (status == fmi2Fatal || wanted(i, category)))
-        ((fmi2CallbackLogger)i->logger)(i->environment, i->name, (fmi2Status)status, category,
-                                        "%s", text);
+    char format[2048];
+    size_t n = 0;
+    if (!i->logger || (status != fmi2Fatal && !wanted(i, category))) return;
+    for (; *text && n < sizeof format - 2; text++) {
+        format[n++] = *text;
+        if (*text == '%') format[n++] = '%';
+    }
+    format[n] = 0;
+    ((fmi2CallbackLogger)i->logger)(i->environment, i->name, (fmi2Status)status, category, format);
 }
 
 /* The body of a function: the statement is true if Python raises nothing. */

@@ -11,7 +11,8 @@
 
 static void say(Instance *i, int status, const char *category, const char *text)
 {
-    if (i->logger && (status == fmi3Fatal || wanted(i, category)))
+    /* Whatever is said is about values or steps: not for debugging. */
+    if (i->logger)
         ((fmi3LogMessageCallback)i->logger)(i->environment, (fmi3Status)status, category, text);
 }
 
@@ -145,6 +146,15 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_prior,
 
 /* Values */
 
+/* pythonfmu3 wants these as objects of ctypes. */
+static long long from_ctypes(Object *wrapped)
+{
+    Object *value = PyObject_GetAttrString(wrapped, "value");
+    long long number = value ? PyLong_AsLongLong(value) : 0;
+    Py_DecRef(value);
+    return number;
+}
+
 #define ACCESS(Name, name, type, to_c, to_python)                                                  \
     fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference references[], size_t count,  \
                              type values[], size_t value_count)                                    \
@@ -161,6 +171,7 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_prior,
 ACCESS(Float64, "float64", fmi3Float64, PyFloat_AsDouble, PyFloat_FromDouble)
 ACCESS(Int32, "int32", fmi3Int32, PyLong_AsLongLong, PyLong_FromLongLong)
 ACCESS(Int64, "int64", fmi3Int64, PyLong_AsLongLong, PyLong_FromLongLong)
+ACCESS(UInt64, "uint64", fmi3UInt64, from_ctypes, PyLong_FromLongLong)
 ACCESS(Boolean, "boolean", fmi3Boolean, PyObject_IsTrue, PyBool_FromLong)
 
 fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference references[], size_t count,
@@ -280,7 +291,6 @@ UNSUPPORTED_TYPE(UInt8)
 UNSUPPORTED_TYPE(Int16)
 UNSUPPORTED_TYPE(UInt16)
 UNSUPPORTED_TYPE(UInt32)
-UNSUPPORTED_TYPE(UInt64)
 UNSUPPORTED_TYPE(Binary)
 UNSUPPORTED_TYPE(Clock)
 UNSUPPORTED_TYPE(IntervalDecimal)

@@ -159,6 +159,9 @@ class HybridComponent(Component):
         """The impact to solve; before the end of initialization, one of the present values."""
         if self._solved is not None:
             return self._solved
+        if self._mode == STEPPING and not self.last_step:
+            # From here on the clock is the host's time.
+            self.clock, self.origin = self.time(), 0.0
         solved = SolvedImpact(*self._split())
         solved.update(self.clock)
         if self._mode == STEPPING:
