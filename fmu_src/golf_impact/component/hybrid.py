@@ -5,7 +5,7 @@ decides; from then on the host's time and states count, and steps are refused.
 """
 
 from collections.abc import Callable
-from math import inf, isfinite, isnan, nan, nextafter
+from math import inf, isfinite, nan, nextafter
 from typing import Any
 
 from ..impact import Impact
@@ -107,8 +107,11 @@ class HybridComponent(Component):
         return False, jumped, self._next_event() if solved is None else None
 
     def _next_event(self) -> float | None:
-        """The host's time of the next touch or separation, s; None as long as no time is known."""
-        return None if isnan(self._point) else self._event_after(self._point)
+        """The host's time of the next touch or separation, s; None before the first step.
+
+        Until then the instance may still be used for Model Exchange, where indicators tell it.
+        """
+        return self._event_after(self._point) if self.last_step else None
 
     def _event_after(self, point: float) -> float | None:
         """When the next touch or separation is (s), if the host's time is this one now."""
