@@ -5,8 +5,8 @@ No physics in here, and no list of variables: both are golf_impact's.
 
 from collections import OrderedDict
 
-from golf_impact.host.at_exit import release_at_exit
 from golf_impact.component.component import Component
+from golf_impact.host.at_exit import release_at_exit
 from golf_impact.host.thread_state import Hold
 from golf_impact.variables import VARIABLES
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Integer, Real

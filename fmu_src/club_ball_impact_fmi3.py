@@ -7,8 +7,8 @@ Exchange are one class, since pythonfmu3 doesn't tell an instance what it is mad
 from collections import OrderedDict
 from typing import NamedTuple
 
-from golf_impact.host.at_exit import release_at_exit
 from golf_impact.component.hybrid import HybridComponent
+from golf_impact.host.at_exit import release_at_exit
 from golf_impact.host.thread_state import Hold
 from golf_impact.variables import (
     INDICATORS,

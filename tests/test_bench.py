@@ -5,6 +5,7 @@ Times are looked at nowhere: a test run shares its machine with others.
 
 import json
 import math
+import sys
 
 import pytest
 
@@ -63,6 +64,49 @@ def test_measured_orders_are_those_of_the_methods(results):
 def test_machine_and_conclusion(results):
     assert {"processor", "python", "fmpy", "pythonfmu", "fmu"} <= results["machine"].keys()
     assert len(results["conclusion"]) == 2
+
+
+def calls_inside(scene):
+    """How many Python functions of the FMU's own modules a scene calls."""
+    number = 0
+
+    def look(frame, event, argument):
+        nonlocal number
+        number += event == "call" and frame.f_globals["__name__"].startswith("golf_impact_")
+
+    sys.setprofile(look)
+    try:
+        scene()
+    finally:
+        sys.setprofile(None)
+    return number
+
+
+@pytest.mark.parametrize("law", [1, 2])
+def test_calls_inside_the_fmu(fmu, law):
+    """A count of what times would show: few for an impact, and as many for each step of any run."""
+    metrics = fmu.references(("smash_factor", "coefficient_of_restitution", "energy_efficiency"))
+    read = fmu.references(("force", "club_position", "ball_position", "club_velocity"))
+    slave = fmu.slave
+
+    def impact():
+        slave.doStep(0.0, 1e-3)
+        slave.getReal(metrics)
+
+    def steps(begin, end):
+        for n in range(begin, end):
+            slave.doStep(n * 1e-7, 1e-7)
+            slave.getReal(read)
+
+    fmu.start(law=law)
+    # Measured: 26 under law 1, 18 under law 2.
+    assert 0 < calls_inside(impact) <= 40
+    fmu.start(law=law)
+    steps(0, 1)
+    few, many = calls_inside(lambda: steps(1, 101)), calls_inside(lambda: steps(101, 3101))
+    # Measured: a little over 3 for each.
+    assert 200 <= few <= 400
+    assert many <= 31 * few
 
 
 def test_the_empty_fmu_has_as_many_variables(fmu_path):

@@ -92,6 +92,72 @@ def test_a_scenario_alone(tmp_path):
     assert "52.386" in done.stdout
 
 
+MINE = """
+from golf_scenarios.scenario import Report, main
+
+TITLE = "A scenario of my own"
+
+
+def run(fmu):
+    report = Report(TITLE, fmu)
+    report.impact("soft", k=5e5)
+    report.impact("hard", k=2e6)
+    report.falls("a stiffer ball: contact is shorter", "contact_time")
+    report.say("So it is.")
+
+    @report.figure("mine")
+    def figure(figures):
+        return figures.new("Mine")[0]
+
+    return report
+
+
+if __name__ == "__main__":
+    main(__file__)
+"""
+
+
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_scenario_of_ones_own(tmp_path, alone):
+    script, out = tmp_path / "my scenario.py", tmp_path / "out"
+    script.write_text(MINE)
+    command = [sys.executable, script] if alone else [COMMAND, "run", script, "table1"]
+    done = subprocess.run([*command, "--out", out], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "So it is." in done.stdout
+    results = json.loads((out / "results.json").read_text())
+    assert list(results) == (["my scenario"] if alone else ["my scenario", "table1"])
+    assert list(results["my scenario"]) == ["soft", "hard"]
+    assert (out / "mine.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (None, ("there is no script", "mine.py")),
+        ("TITLE = ", ("mine.py, line 1", "SyntaxError")),
+        ("import sys\nsys.exit('no')", ("mine.py, line 2", "SystemExit: no")),
+        ("import numpy\n\nnumpy.nothing", ("mine.py, line 3", "AttributeError")),
+        ("run = print", ("mine.py is no scenario", 'TITLE = "..."')),
+        ("TITLE = 'mine'", ("mine.py is no scenario", "run(fmu)")),
+        ("TITLE = 'mine'\nrun = print", ("mine.py", "gives None", "Report")),
+        ("TITLE = 'mine'\ndef run(fmu):\n    return 1 / 0", ("line 3", "ZeroDivisionError")),
+        ("TITLE = 'mine'\ndef run(fmu):\n    fmu.impact(k=-1.0)", ("k = -1.0",)),
+    ],
+)
+def test_a_script_that_is_no_scenario(tmp_path, text, words):
+    script, out = tmp_path / "mine.py", tmp_path / "out"
+    if text is not None:
+        script.write_text(text)
+    refused(golf("run", script, "--out", out), *words)
+    assert not out.exists()
+
+
+def test_two_scenarios_of_one_name(tmp_path):
+    (tmp_path / "table1.py").write_text(MINE)
+    refused(golf("run", "table1", tmp_path / "table1.py", "--out", tmp_path / "out"), "table1")
+
+
 def test_a_failed_check_exits_1(tmp_path):
     code = (
         "import sys; from golf_scenarios.facts import document\n"

@@ -107,20 +107,20 @@ def test_a_call_costs_no_thread_state(host):
     assert found["seconds_per_read"] < 4e-6
 
 
-def test_the_line_that_doctor_prints_works(host, fmu_path, libpython):
-    shown = []
-    assert doctor.doctor(fmu_path, shown.append) == 0
+def test_the_line_that_doctor_prints_works(host, fmu_path, libpython, capsys):
+    assert doctor.doctor(fmu_path) == 0
+    shown = capsys.readouterr().out.splitlines()
     (line,) = (text for text in shown if "native hosts: LD_PRELOAD=" in text)
     settings = dict(part.split("=", 1) for part in line.split() if "=" in part)
     same(host("impact", "1e-3", preload=False, **settings))
 
 
-def test_doctor_never_fails(tmp_path, monkeypatch):
+def test_doctor_never_fails(tmp_path, monkeypatch, capsys):
     damaged = tmp_path / "damaged.fmu"
     damaged.write_bytes(b"PK no zip")
     for file in (damaged, tmp_path / "missing.fmu", tmp_path):
-        shown = []
-        assert doctor.doctor(file, shown.append) == 1
+        assert doctor.doctor(file) == 1
+        shown = capsys.readouterr().out.splitlines()
         (line,) = (text for text in shown if text.startswith("problem"))
         assert str(file) in line
     monkeypatch.setattr(doctor.subprocess, "run", lambda *a, **k: 1 / 0)
@@ -132,15 +132,15 @@ def test_doctor_never_fails(tmp_path, monkeypatch):
     [("a space", ""), ("ü", "ü"), ("a#b", "#"), ("%41", "%"), ("a+(b)", "()+"), ("a-b_c.d~", "")],
 )
 def test_doctor_knows_the_folders_that_pythonfmu_crashes_in(
-    folder, odd, fmu_path, tmp_path, monkeypatch
+    folder, odd, fmu_path, tmp_path, monkeypatch, capsys
 ):
     place = tmp_path / folder
     place.mkdir()
     assert set(doctor.odd_characters(Path("/") / folder)) == set(odd)
     monkeypatch.setenv("TMPDIR", str(place))
     monkeypatch.setattr("tempfile.tempdir", None)
-    shown = []
-    doctor.doctor(fmu_path, shown.append)
+    doctor.doctor(fmu_path)
+    shown = capsys.readouterr().out.splitlines()
     warned = any(text.startswith("warning") and "temporary folder" in text for text in shown)
     crashed = any("can't be run here (signal" in text for text in shown)
     assert warned == crashed == bool(odd), shown

@@ -49,7 +49,6 @@ def state_of(phase, t):
     return state(scale * t)
 
 
-
 class Start(NamedTuple):
     """One phase: the arguments of the contact law."""
 

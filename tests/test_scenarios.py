@@ -1,11 +1,12 @@
 """Every scenario runs, its checks pass, and a check that should fail does."""
 
 import json
+import re
 from itertools import pairwise
 
 import pytest
 
-from golf_scenarios.commands.scripts import names, scenario
+from golf_scenarios.commands.scripts import FOLDER, names, scenario, scenarios
 from golf_scenarios.facts import document
 from golf_scenarios.peers.document_scheme import document_fmu
 from golf_scenarios.report.page import write_outcomes
@@ -31,6 +32,21 @@ def test_figures_and_report(fmu, tmp_path):
     assert "http" not in page.replace("http-equiv", "")
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["baseline"]["baseline"]["smash_factor"] == pytest.approx(1.5641431548673967)
+
+
+def test_the_scenario_in_the_readme(fmu, tmp_path):
+    text = (FOLDER / "README.md").read_text("utf-8")
+    script = tmp_path / "stiffer.py"
+    script.write_text(re.search(r"```python\n(.*?)```", text, re.DOTALL)[1], "utf-8")
+    outcome = scenario(str(script)).run(fmu)
+    assert all(check.passed for check in outcome.checks)
+    assert list(outcome.figures) == ["stiffer_force"]
+
+
+def test_the_report_begins_with_the_first_chapter():
+    chapters = [script.CHAPTER for script in scenarios().values()]
+    assert chapters == list(range(1, len(names()) + 1))
+    assert next(iter(scenarios())) == "diagram"
 
 
 def test_one_step_for_metrics(fmu, monkeypatch):

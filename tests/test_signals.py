@@ -162,7 +162,7 @@ from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 with ImpactFmu(current_fmu()[0]) as fmu:
     fmu.start()
-    name = next(name for name in sys.modules if name.endswith(".component"))
+    name = next(name for name in sys.modules if name.endswith(".component.component"))
     def look(frame, event, argument):
         if event == "call" and frame.f_globals.get("__name__") == name:
             sys.setprofile(None)

@@ -8,6 +8,7 @@ long approach is still exact.
 
 from collections.abc import Callable
 from math import inf
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from .laws import LAWS
@@ -21,56 +22,26 @@ _RESOLUTION = 2.0**-52
 _REMEMBERED = 64
 
 
-class Approach:
-    """Before first touch: both bodies move freely, the club at the speed that the host asks for."""
+class Free(NamedTuple):
+    """Both bodies move freely: before first touch and after the contact.
 
-    __slots__ = ("duration", "u_ball", "u_club", "x_ball", "x_club", "x_club_low")
-
-    def __init__(
-        self, x_club: float, x_club_low: float, x_ball: float, u_club: float, u_ball: float
-    ) -> None:
-        self.x_club = x_club
-        self.x_club_low = x_club_low
-        self.x_ball = x_ball
-        self.u_club = u_club
-        self.u_ball = u_ball
-        closing = u_club - u_ball
-        #: s until first touch, inf if the bodies don't close.
-        self.duration = max(0.0, (x_ball - x_club) - x_club_low) / closing if closing > 0.0 else inf
-
-    def arguments(self) -> tuple[float, ...]:
-        """What this phase was made from."""
-        return self.x_club, self.x_club_low, self.x_ball, self.u_club, self.u_ball
-
-    def course(self) -> tuple[Callable[[float], State], float]:
-        """As of a contact phase."""
-        return self.state, 1.0
-
-    def state(self, t: float) -> State:
-        """Force, positions, velocities and compression at t, s since the start of the phase."""
-        x_club = self.x_club + (self.x_club_low + self.u_club * t)
-        return [0.0, x_club, self.x_ball + self.u_ball * t, self.u_club, self.u_ball, 0.0]
-
-
-class Flight:
-    """After contact: both bodies move freely, and apart.
-
-    Args:
-        start: the state when the contact ended.
-        closing: v_club - v_ball, m/s, which the difference of two velocities may not tell exactly.
+    Attributes:
+        x_club, x_club_low: position of the club face at the start of the phase, as a pair, m.
+        x_ball: position of the ball, m.
+        v_club, v_ball: velocities, m/s.
+        compression: how much of it is left at the start, m.
+        closing: at what speed that falls, m/s; below 0.
+        duration: s until first touch; inf if there will be none.
     """
 
-    __slots__ = ("closing", "start")
-
-    duration = inf
-
-    def __init__(self, start: State, closing: float) -> None:
-        self.start = start
-        self.closing = closing
-
-    def arguments(self) -> tuple[State, float]:
-        """What this phase was made from."""
-        return self.start, self.closing
+    x_club: float
+    x_club_low: float
+    x_ball: float
+    v_club: float
+    v_ball: float
+    compression: float = 0.0
+    closing: float = 0.0
+    duration: float = inf
 
     def course(self) -> tuple[Callable[[float], State], float]:
         """As of a contact phase."""
@@ -78,16 +49,29 @@ class Flight:
 
     def state(self, t: float) -> State:
         """Force, positions, velocities and compression at t, s since the start of the phase."""
-        _, x_club, x_ball, v_club, v_ball, compression = self.start
-        left = compression + self.closing * t
+        x_club, x_club_low, x_ball, v_club, v_ball, compression, closing, _ = self
+        left = compression + closing * t
         return [
             0.0,
-            x_club + v_club * t,
+            x_club + (x_club_low + v_club * t),
             x_ball + v_ball * t,
             v_club,
             v_ball,
             left if left > 0.0 else 0.0,
         ]
+
+
+def approach(x_club: float, x_club_low: float, x_ball: float, u_club: float, u_ball: float) -> Free:
+    """Free motion until the gap is closed."""
+    closing = u_club - u_ball
+    duration = max(0.0, (x_ball - x_club) - x_club_low) / closing if closing > 0.0 else inf
+    return Free(x_club, x_club_low, x_ball, u_club, u_ball, duration=duration)
+
+
+def flight(state: State, closing: float) -> Free:
+    """Free motion from where a contact has ended; closing as a contact phase tells it, m/s."""
+    _, x_club, x_ball, v_club, v_ball, compression = state
+    return Free(x_club, 0.0, x_ball, v_club, v_ball, compression, closing)
 
 
 #: First touch: when (s since the start, as a pair), where (m), and how fast the club was (m/s).
@@ -103,6 +87,14 @@ class Peaks(NamedTuple):
     impulse: float = 0.0
 
 
+#: What an impact is made of; see there.
+_FIELDS = (
+    *("parameters", "in_force", "phase", "began_high", "began_low", "touch"),
+    *("_contact", "_contact_start", "_offset", "_finished", "_peaks"),
+)
+_everything = attrgetter(*_FIELDS)
+
+
 class Impact:
     """State and results of one impact at any time, asked for in order of time.
 
@@ -111,19 +103,7 @@ class Impact:
         inputs: k, b and club_speed from the start on.
     """
 
-    __slots__ = (
-        "_contact",
-        "_contact_start",
-        "_finished",
-        "_offset",
-        "_peaks",
-        "began_high",
-        "began_low",
-        "in_force",
-        "parameters",
-        "phase",
-        "touch",
-    )
+    __slots__ = _FIELDS
 
     def __init__(self, parameters: Parameters, inputs: Inputs) -> None:
         #: The fixed values.
@@ -131,7 +111,7 @@ class Impact:
         #: The inputs that act now.
         self.in_force = inputs
         #: The present phase, and when it began (s since the start, as a pair).
-        self.phase: Any = Approach(-parameters.gap, 0.0, 0.0, inputs[2], parameters.ball_speed)
+        self.phase: Any = approach(-parameters.gap, 0.0, 0.0, inputs[2], parameters.ball_speed)
         self.began_high = 0.0
         self.began_low = 0.0
         #: First touch, or None before it.
@@ -170,15 +150,15 @@ class Impact:
             back = end - began
             end_low = self.began_low + ((began - (end - back)) + (duration - back))
             if self.touch is None:
-                u_club, u_ball = phase.u_club, phase.u_ball
+                u_club, u_ball = phase.v_club, phase.v_ball
                 x_ball = phase.x_ball + u_ball * duration
                 start = Start(x_ball, 0.0, u_club, u_ball, u_club - u_ball)
                 self._enter_contact(start, self.in_force)
                 self.touch = (end, end_low, x_ball, u_club)
             else:
-                flight = Flight(*phase.end())
+                following = flight(*phase.end())
                 self._finish(phase, duration)
-                self.phase = flight
+                self.phase = following
             self.began_high, self.began_low = end, end_low
 
     def settled(self, state: State, high: float, low: float) -> State:
@@ -252,7 +232,7 @@ class Impact:
         if self._at_touch(high, low):
             assert self.touch is not None
             x = self.touch[2]
-            self.phase = Approach(x, 0.0, x, inputs[2], p.ball_speed)
+            self.phase = approach(x, 0.0, x, inputs[2], p.ball_speed)
             self.touch = self._contact = None
         elif self.in_contact:
             law = LAWS[p.law]
@@ -267,12 +247,12 @@ class Impact:
     def _approach_anew(self, t: float, club_speed: float) -> None:
         # Two-sum again: a speed that changes at 10⁶ points still adds up to the right gap.
         phase = self.phase
-        step = phase.u_club * t
+        step = phase.v_club * t
         x_club = phase.x_club + step
         back = x_club - phase.x_club
         x_low = phase.x_club_low + (phase.x_club - (x_club - back)) + (step - back)
-        x_ball = phase.x_ball + phase.u_ball * t
-        self.phase = Approach(x_club, x_low, x_ball, club_speed, self.parameters.ball_speed)
+        x_ball = phase.x_ball + phase.v_ball * t
+        self.phase = approach(x_club, x_low, x_ball, club_speed, self.parameters.ball_speed)
 
     def _change_contact(self, k: float, b: float, t: float, high: float, low: float) -> None:
         """`k` or `b` changed during contact: a new phase starts from the present state."""
@@ -291,7 +271,7 @@ class Impact:
             self._contact_start = k, b, start
         else:
             now[0] = 0.0
-            following = Flight(now, start.closing)
+            following = flight(now, start.closing)
             self._contact = None
         self._finish(phase, t)
         self.phase = following
@@ -304,19 +284,7 @@ class Impact:
 
     def snapshot(self) -> tuple:
         """Everything that changes, for `restored`; its parts are never changed in place."""
-        return (
-            self.parameters,
-            self.in_force,
-            self.phase,
-            self.began_high,
-            self.began_low,
-            self.touch,
-            self._contact,
-            self._contact_start,
-            self._offset,
-            self._finished,
-            self._peaks,
-        )
+        return _everything(self)
 
     @classmethod
     def restored(cls, snapshot: tuple) -> "Impact":
@@ -349,50 +317,41 @@ class Impact:
     def packed(self) -> list:
         """The same as numbers and lists of numbers, for `unpacked` in another process."""
         self._sum_up()
-        return [
-            self.parameters.values(),
-            self.in_force,
-            None if self.in_contact else self.phase.arguments(),
-            self.began_high,
-            self.began_low,
-            self.touch,
-            self._contact_start,
-            self._contact is not None,
-            self._offset,
-            self._peaks,
-        ]
+        parameters, in_force, phase, high, low, touch, contact, *rest = _everything(self)
+        start, offset, _, peaks = rest
+        free = None if phase is contact else phase
+        has_contact = contact is not None
+        values = parameters.values()
+        return [values, in_force, free, high, low, touch, has_contact, start, offset, peaks]
 
     @classmethod
     def unpacked(cls, packed: list) -> "Impact":
-        """The impact that `packed` was taken of; phases are made again from the same numbers."""
-        self = cls.__new__(cls)
-        (
-            parameters,
-            in_force,
-            arguments,
-            self.began_high,
-            self.began_low,
+        """The impact that `packed` was taken of; a contact is made again from the same numbers."""
+        values, in_force, free, high, low, touch, has_contact, start, offset, peaks = packed
+        p = Parameters(*values)
+        contact = None
+        if start is not None:
+            k, b, bodies = start
+            start = k, b, Start(*bodies)
+            if has_contact:
+                contact = LAWS[p.law].contact(p, *start)
+        phase = contact if free is None else Free(*free)
+        if touch is not None:
+            touch = tuple(touch)
+        everything = (
+            p,
+            tuple(in_force),
+            phase,
+            high,
+            low,
             touch,
-            contact_start,
-            has_contact,
-            self._offset,
-            peaks,
-        ) = packed
-        self.parameters = p = Parameters(*parameters)
-        self.in_force = tuple(in_force)
-        self.touch = tuple(touch) if touch is not None else None
-        self._contact_start = self._contact = None
-        if contact_start is not None:
-            k, b, start = contact_start
-            self._contact_start = k, b, Start(*start)
-        if has_contact:
-            self._contact = LAWS[p.law].contact(p, k, b, Start(*start))
-        self.phase = self._contact
-        if arguments is not None:
-            self.phase = (Approach if touch is None else Flight)(*arguments)
-        self._finished = ()
-        self._peaks = Peaks(*peaks)
-        return self
+            contact,
+            start,
+            offset,
+            (),
+            Peaks(*peaks),
+        )
+        return cls.restored(everything)
 
     # Results so far, each at an instant whose phase has been gone on to.
 
@@ -409,7 +368,7 @@ class Impact:
         """How far the ball has moved while in contact, m."""
         if self.touch is None:
             return 0.0
-        x_ball = state[2] if self.in_contact else self.phase.start[2]
+        x_ball = state[2] if self.in_contact else self.phase.x_ball
         return x_ball - self.touch[2]
 
     def impulse(self, high: float, low: float) -> float:

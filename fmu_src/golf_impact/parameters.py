@@ -109,23 +109,3 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
             f"and the ratio of the masses below {_RATIO:g}"
         )
     return LAWS[p.law].refusal(p, inputs)
-
-
-def ordinary(parameters: Parameters, inputs: Inputs) -> bool:
-    """Whether every magnitude is so ordinary that any `usual` inputs will do as well."""
-    p = parameters
-    return (
-        usual(inputs)
-        and 1e-6 < p.m_club < 1e6
-        and 1e-6 < p.m_ball < 1e6
-        and abs(p.ball_speed) < 1e30
-        and p.gap < 1e30
-        and (p.exponent == 1.0 or 1e-6 < p.reference_compression < 1e6)
-    )
-
-
-def usual(inputs: Inputs) -> bool:
-    """A quick yes for inputs that need no closer look; see `ordinary`."""
-    k, b, club_speed = inputs
-    # With masses as in `ordinary` the damping ratio stays below 1e13.
-    return 1e-6 < k < 1e30 and b < 1e6 and -1e30 < club_speed < 1e30

@@ -8,7 +8,7 @@ and taken only when it is whole.
 
 from collections.abc import Callable
 from math import ceil, inf, isfinite, nan
-from typing import Any
+from typing import Any, ClassVar
 
 from ..impact import Impact
 from ..laws.contact import State
@@ -79,7 +79,7 @@ class Component:
     outputs = Outputs(VARIABLES, OUTPUTS)
 
     #: What an impact may be, by the name in a serialized state.
-    kinds: dict[str, Any] = {"phases": Impact}
+    kinds: ClassVar[dict[str, Any]] = {"phases": Impact}
 
     def __init__(self, report: Callable[[str], None]) -> None:
         self._report = report

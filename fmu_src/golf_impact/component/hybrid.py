@@ -6,7 +6,7 @@ decides; from then on the host's time and states count, and steps are refused.
 
 from collections.abc import Callable
 from math import inf, isfinite, nan, nextafter
-from typing import Any
+from typing import Any, ClassVar
 
 from ..impact import Impact
 from ..laws.contact import State
@@ -37,7 +37,7 @@ class HybridComponent(Component):
     __slots__ = ("_solved",)
 
     outputs = Outputs(VARIABLES + MORE_VARIABLES, OUTPUTS | _MORE)
-    kinds = {"phases": Impact, "solved": SolvedImpact}
+    kinds: ClassVar[dict[str, Any]] = {"phases": Impact, "solved": SolvedImpact}
 
     def __init__(self, report: Callable[[str], None]) -> None:
         super().__init__(report)

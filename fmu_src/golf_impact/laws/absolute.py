@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from ..numerics.gauss import integral
 from ..numerics.roots import falling_zero, offset_of_real_root
-from .contact import ContactPhase, Start, State
+from .contact import ContactPhase, Law, Start, State
 from .extended import Equations, ExtendedContact
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def equations(k: Decimal, b: Decimal, m_club: Decimal, m_ball: Decimal) -> Equat
     )
 
 
-class UsualContact:
+class UsualContact(ContactPhase):
     """A usual contact phase, in doubles; see `ContactPhase`.
 
     Each quantity is a sum of e^(-rt), e^(-ht) cos Rt and e^(-ht) sin Rt.
@@ -64,8 +64,6 @@ class UsualContact:
         m_ball: mass of the ball, kg.
         start: where the bodies are.
     """
-
-    __slots__ = ("_arguments", "_motion", "_peak", "_pull", "duration", "rate")
 
     def __init__(self, k: float, b: float, m_club: float, m_ball: float, start: Start) -> None:
         self._arguments = k, b, m_club, m_ball, start
@@ -133,7 +131,7 @@ class UsualContact:
         self._peak: tuple[float, float] | None = None
 
     def course(self) -> tuple[Callable[[float], State], float]:
-        """See `ContactPhase`: time is the angle Rt."""
+        """Time is the angle Rt."""
         r, h, frequency, a0, c0, s0, a1, c1, s1, a2, c2, s2, x_c, x_s = self._motion
         k, _, _, _, (x_club, *_) = self._arguments
         lone, pair = -r / frequency, -h / frequency
@@ -152,7 +150,6 @@ class UsualContact:
         return state, frequency
 
     def end(self) -> tuple[State, float]:
-        """See `ContactPhase`."""
         t = self.duration
         r, h, frequency, _, _, _, a1, c1, s1, a2, c2, s2, x_c, x_s = self._motion
         size = exp(-h * t)
@@ -167,14 +164,13 @@ class UsualContact:
         return [0.0, x, x, v_club, v_ball, 0.0], v_club - v_ball
 
     def closing(self, t: float) -> float:
-        """See `ContactPhase`."""
         r, h, frequency, a0, c0, s0, *_ = self._motion
         angle = frequency * t
         pair = (frequency * s0 - h * c0) * cos(angle) - (h * s0 + frequency * c0) * sin(angle)
         return exp(-h * t) * pair - r * a0 * exp(-r * t)
 
     def impulse(self, begin: float, width: float) -> float:
-        """See `ContactPhase`: k times the integral of d.
+        """K times the integral of d.
 
         Not from the momentum gained and what the drag took, which nearly cancel.
         """
@@ -202,14 +198,13 @@ class UsualContact:
         return self._arguments[0] * (a0 * exp(-r * t) + exp(-h * t) * pair)
 
     def peak_force(self, t: float) -> tuple[float, float]:
-        """See `ContactPhase`."""
         if self._peak is None:
             self._peak = self._find_peak()
         force, when = self._peak
         return (force, when) if t >= when else (self._force(t), t)
 
     def peak_compression(self, t: float) -> float:
-        """See `ContactPhase`: force and compression are largest together."""
+        """Force and compression are largest together."""
         return self.peak_force(t)[0] / self._arguments[0]
 
     def _find_peak(self) -> tuple[float, float]:
@@ -247,14 +242,14 @@ def contact(k: float, b: float, m_club: float, m_ball: float, start: Start) -> C
     return ExtendedContact(k, b, m_club, m_ball, start, equations)
 
 
-class AbsoluteLaw:
+class AbsoluteLaw(Law):
     """Law 1; see `Law`."""
 
     name = "absolute"
     description = "A spring between the bodies and a drag b*v on each: the source document's"
 
     def refusal(self, parameters: "Parameters", inputs: "Inputs") -> str | None:
-        """See `Law`: neither a power law nor a given coefficient of restitution."""
+        """Neither a power law nor a given coefficient of restitution."""
         p = parameters
         if p.exponent != 1.0:
             return (
@@ -269,23 +264,19 @@ class AbsoluteLaw:
         return None
 
     def refusal_of_touch(self, parameters: "Parameters", closing: float) -> str | None:
-        """See `Law`: none is refused."""
+        """None is refused."""
         return None
 
     def damping(self, parameters: "Parameters", inputs: "Inputs", closing: float) -> float:
-        """See `Law`."""
         return inputs[1]
 
     def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
-        """See `Law`."""
         return contact(k, b, parameters.m_club, parameters.m_ball, start)
 
     def force(
         self, parameters: "Parameters", k: float, b: float, compression: float, closing: float
     ) -> float:
-        """See `Law`."""
         return k * compression
 
     def drag(self, b: float) -> float:
-        """See `Law`."""
         return b

@@ -29,10 +29,12 @@ from typing import NamedTuple
 
 from ..numerics.decimals import PI, arithmetic
 from ..numerics.zeros import zero_between
-from .contact import Start, State
+from .contact import ContactPhase, Start, State
 
-#: Digits; and those where damping ratio or ratio of the masses are beyond the other two.
-_DIGITS, _MANY_DIGITS, _HEAVY, _UNEQUAL = 57, 95, 5e4, 1e8
+#: Digits; and those for a damping ratio, a ratio of the masses or one of the speeds to what they
+#: close by that are beyond these: then up to 70 cancel.
+_DIGITS, _MANY_DIGITS = 57, 95
+_HEAVY, _UNEQUAL, _FAST = 5e4, 1e8, 1e5
 
 #: A damping ratio as small as this changes no bit of any result.
 _LEAST_DAMPING = Decimal(10) ** -30
@@ -73,7 +75,7 @@ class _Function(NamedTuple):
     slope: Row
 
 
-class ExtendedContact:
+class ExtendedContact(ContactPhase):
     """A contact phase of a linear law; see `ContactPhase`.
 
     Args:
@@ -95,14 +97,22 @@ class ExtendedContact:
         equations: Callable[[Decimal, Decimal, Decimal, Decimal], Equations],
     ) -> None:
         mu = m_club * (m_ball / (m_club + m_ball))
-        zeta = b / (2.0 * sqrt(k / mu) * mu)
-        unequal = max(m_club, m_ball) > _UNEQUAL * min(m_club, m_ball)
-        numbers = arithmetic(_MANY_DIGITS if zeta > _HEAVY or unequal else _DIGITS)
+        omega = sqrt(k / mu)
+        moved = abs(start.closing) + omega * start.compression
+        many = (
+            b > 2.0 * _HEAVY * mu * omega
+            or max(m_club, m_ball) > _UNEQUAL * min(m_club, m_ball)
+            or max(abs(start.v_club), abs(start.v_ball)) > _FAST * moved
+        )
+        numbers = arithmetic(_MANY_DIGITS if many else _DIGITS)
         self._in_use, self._exp, self._cos_sin = numbers
         with self._in_use():
-            self._set_up(*map(Decimal, (k, b, m_club, m_ball)), start, equations)
+            self._set_up(start, equations, *map(Decimal, (k, b, m_club, m_ball)))
 
-    def _set_up(self, k, b, m_club, m_ball, start, equations) -> None:
+    def _set_up(
+        self, start: Start, equations: Callable[..., Equations], k: Decimal, b: Decimal,
+        m_club: Decimal, m_ball: Decimal,
+    ) -> None:  # fmt: skip
         self._m_ball = m_ball
         self._p, self._q = p, q = m_ball / (m_club + m_ball), m_club / (m_club + m_ball)
         self._omega_squared = k / (m_club * p)
@@ -212,7 +222,6 @@ class ExtendedContact:
         return d, w, self._x_ball + mean - self._q * (d - d0), v - self._q * w
 
     def course(self) -> tuple[Callable[[float], State], float]:
-        """See `ContactPhase`."""
         return self._state, 1.0
 
     def _state(self, t: float) -> State:
@@ -225,30 +234,26 @@ class ExtendedContact:
         return [float(value) for value in (force, x_ball + d, x_ball, v_ball + w, v_ball, d)]
 
     def end(self) -> tuple[State, float]:
-        """See `ContactPhase`."""
         with self._in_use():
             state = self._as_floats(self._end)
             state[0], state[5] = 0.0, max(0.0, state[5])
             return state, float(self._moving(self._end)[1])
 
     def closing(self, t: float) -> float:
-        """See `ContactPhase`."""
         with self._in_use():
             return float(self._moving(Decimal(t))[1])
 
     def impulse(self, begin: float, width: float) -> float:
-        """See `ContactPhase`: what the ball has gained, and what the drag has taken from it."""
+        """What the ball has gained, and what the drag has taken from it."""
         with self._in_use():
             _, _, x, v = self._moving(Decimal(begin))
             _, _, x_later, v_later = self._moving(Decimal(begin) + Decimal(width))
             return float(self._m_ball * (v_later - v) + self._equations.drag * (x_later - x))
 
     def peak_force(self, t: float) -> tuple[float, float]:
-        """See `ContactPhase`."""
         return self._largest(self._force, t)
 
     def peak_compression(self, t: float) -> float:
-        """See `ContactPhase`."""
         return self._largest(self._compression, t)[0]
 
     def _largest(self, row: Row, t: float) -> tuple[float, float]:
@@ -335,7 +340,9 @@ class ExtendedContact:
         # It swings about a level, ever more: when does it first swing through zero?
         f = self._function(self._force)
         points = self._turning_points(f)
-        lows = [(self._exp(self._r * t) * self._value(f, t)[0], t) for t in (next(points), next(points))]
+        lows = [
+            (self._exp(self._r * t) * self._value(f, t)[0], t) for t in (next(points), next(points))
+        ]
         lowest, when = min(lows)
         level, half_period = self._level(f), PI / self._second
         swings = (level / (level - lowest)).ln() / (growth * 2 * half_period)

@@ -16,7 +16,7 @@ from math import atan2, exp, hypot, inf, pi, sqrt
 from ..numerics.gauss import GAUSS_5
 from ..numerics.oscillator import LEAST, Oscillator
 from ..numerics.panels import Panel
-from .contact import Start, State
+from .contact import ContactPhase, Start, State
 
 #: Where panels meet, as phases Ωσ since the last zero of x. The other zeros of x are pi apart along
 #: the real axis, or along the imaginary one above critical damping; they keep a distance from a
@@ -34,7 +34,7 @@ _GAUSS = tuple((0.5 + 0.5 * point, 0.5 * weight) for point, weight in GAUSS_5)
 _LEAST_SPEED = 1e-150
 
 
-class PowerLawContact:
+class PowerLawContact(ContactPhase):
     """One contact phase under constant k and b: closed form, but for the time by quadrature.
 
     With m = (n+1)/2, P = (n-1)/(n+1) and any length L, x = (d/L)^m, dσ = ω (d/L)^(m-1) dt and
@@ -53,20 +53,6 @@ class PowerLawContact:
 
     From a start without a force, and not of a first touch, the phase has duration 0.
     """
-
-    __slots__ = (
-        "_final",
-        "_initial",
-        "_masses",
-        "_motion",
-        "_panels",
-        "_peak",
-        "_powers",
-        "_scales",
-        "_start",
-        "duration",
-        "rate",
-    )
 
     def __init__(
         self,
@@ -173,7 +159,6 @@ class PowerLawContact:
         return force if force > 0.0 else 0.0
 
     def course(self) -> tuple[Callable[[float], State], float]:
-        """See `ContactPhase`."""
         return self._state, 1.0
 
     def _state(self, t: float) -> State:
@@ -184,11 +169,10 @@ class PowerLawContact:
         return [force, x, x - d, v_club - p * (w0 - w), v_ball + q * (w0 - w), d]
 
     def end(self) -> tuple[State, float]:
-        """See `ContactPhase`: the force is 0, the ball not yet round."""
+        """The force is 0, the ball not yet round."""
         return self._state(self.duration), self._final[2]
 
     def closing(self, t: float) -> float:
-        """See `ContactPhase`."""
         return self._relative_motion(t)[2]
 
     def _relative_motion(self, t: float) -> tuple[float, float, float]:
@@ -204,7 +188,6 @@ class PowerLawContact:
         return self._force(relative, drive), length * relative, speed * u
 
     def impulse(self, begin: float, width: float) -> float:
-        """See `ContactPhase`."""
         if not self._panels:
             return 0.0
         x, u = self._start
@@ -236,7 +219,6 @@ class PowerLawContact:
         return self._panels[-1].stop if self._panels else 0.0
 
     def peak_force(self, t: float) -> tuple[float, float]:
-        """See `ContactPhase`."""
         if self._peak is None:
             self._peak = self._find_peak()
         largest, when = self._peak
@@ -259,7 +241,6 @@ class PowerLawContact:
         return self._force(x ** (1.0 / m), drive), self._time(sigma)
 
     def peak_compression(self, t: float) -> float:
-        """See `ContactPhase`."""
         x, u = self._start
         if u <= 0.0 or not self._panels:
             return self._initial[1]

@@ -6,8 +6,8 @@ the bodies can push but not pull (Schwager & Pöschel, Granular Matter 9, 465–
 
 The centre of mass moves uniformly, and the compression is a damped oscillation about zero with
 ω² = k/μ and ζ = b/(2√(kμ)): in a usual contact below critical damping, where the bodies swing. A
-contact with more damping is told by `ExtendedContact`. With an exponent the spring stiffens, and a contact
-is a `PowerLawContact`.
+contact with more damping is told by `ExtendedContact`. With an exponent the spring stiffens, and
+a contact is a `PowerLawContact`.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from math import atan2, cos, exp, inf, sin, sqrt
 from typing import TYPE_CHECKING
 
 from ..numerics.gauss import integral
-from .contact import ContactPhase, Start, State
+from .contact import ContactPhase, Law, Start, State
 from .extended import Equations, ExtendedContact
 from .power_law import PowerLawContact
 from .restitution import damping, out_of_reach, restitution
@@ -49,7 +49,7 @@ def equations(k: Decimal, b: Decimal, m_club: Decimal, m_ball: Decimal) -> Equat
     )
 
 
-class UsualContact:
+class UsualContact(ContactPhase):
     """A usual contact phase, in doubles; see `ContactPhase`.
 
     Each quantity is a sum of e^(-γt) cos Ωt and e^(-γt) sin Ωt, with γ = ζω and Ω² = ω² - γ².
@@ -61,8 +61,6 @@ class UsualContact:
         m_ball: mass of the ball, kg.
         start: where the bodies are.
     """
-
-    __slots__ = ("_compression", "_motion", "_mu", "_peak", "_slope", "duration", "rate")
 
     def __init__(self, k: float, b: float, m_club: float, m_ball: float, start: Start) -> None:
         x_club, d, v_club, v_ball, w = start
@@ -99,7 +97,7 @@ class UsualContact:
         self._peak: tuple[float, float] | None = None
 
     def course(self) -> tuple[Callable[[float], State], float]:
-        """See `ContactPhase`: time is the angle Ωt."""
+        """Time is the angle Ωt."""
         gamma, frequency, force, force_s, d, d_s, w, w_s, p, q, x, v = self._motion
         rate = -gamma / frequency
         v_angle = v / frequency
@@ -129,7 +127,7 @@ class UsualContact:
         return size * cos(angle), size * sin(angle)
 
     def end(self) -> tuple[State, float]:
-        """See `ContactPhase`: the force is 0, the ball not yet round."""
+        """The force is 0, the ball not yet round."""
         t = self.duration
         gamma, frequency, _, _, d, d_s, w, w_s, p, q, x, v = self._motion
         size = exp(-gamma * t)
@@ -149,7 +147,6 @@ class UsualContact:
         ], closing
 
     def closing(self, t: float) -> float:
-        """See `ContactPhase`."""
         c, s = self._basis(t)
         return self._motion[6] * c + self._motion[7] * s
 
@@ -158,13 +155,12 @@ class UsualContact:
         return self._motion[2] * c + self._motion[3] * s
 
     def impulse(self, begin: float, width: float) -> float:
-        """See `ContactPhase`: the reduced mass times the change of the closing speed."""
+        """The reduced mass times the change of the closing speed."""
         if width * self.rate <= 0.5:
             return integral(self._force, begin + width, width)
         return self._mu * (self.closing(begin) - self.closing(begin + width))
 
     def peak_force(self, t: float) -> tuple[float, float]:
-        """See `ContactPhase`."""
         if self._peak is None:
             self._peak = self._find_peak()
         largest, when = self._peak
@@ -179,7 +175,6 @@ class UsualContact:
         return self._force(when), when
 
     def peak_compression(self, t: float) -> float:
-        """See `ContactPhase`."""
         _, frequency, _, _, d, d_s, w, w_s, *_ = self._motion
         if w <= 0.0:
             return d
@@ -195,14 +190,14 @@ def contact(k: float, b: float, m_club: float, m_ball: float, start: Start) -> C
     return ExtendedContact(k, b, m_club, m_ball, start, equations)
 
 
-class RelativeLaw:
+class RelativeLaw(Law):
     """Law 2; see `Law`."""
 
     name = "relative"
     description = "A spring and a damper between the bodies: conserves momentum"
 
     def refusal(self, parameters: "Parameters", inputs: "Inputs") -> str | None:
-        """See `Law`: powers must stay in the range of a double."""
+        """Powers must stay in the range of a double."""
         p = parameters
         n, length = p.exponent, p.reference_compression
         closing = inputs[2] - p.ball_speed
@@ -228,7 +223,7 @@ class RelativeLaw:
         )
 
     def refusal_of_touch(self, parameters: "Parameters", closing: float) -> str | None:
-        """See `Law`: a coefficient of restitution that falls with speed must stay in 0…1."""
+        """A coefficient of restitution that falls with speed must stay in 0…1."""
         p = parameters
         if not p.restitution_at_rest or not out_of_reach(p, closing):
             return None
@@ -240,13 +235,12 @@ class RelativeLaw:
         )
 
     def damping(self, parameters: "Parameters", inputs: "Inputs", closing: float) -> float:
-        """See `Law`: where it follows from a coefficient of restitution, b isn't used."""
+        """Where it follows from a coefficient of restitution, b isn't used."""
         if parameters.restitution_at_rest:
             return damping(parameters, inputs[0], closing)
         return inputs[1]
 
     def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
-        """See `Law`."""
         p = parameters
         if p.exponent != 1.0:
             return PowerLawContact(
@@ -257,7 +251,6 @@ class RelativeLaw:
     def force(
         self, parameters: "Parameters", k: float, b: float, compression: float, closing: float
     ) -> float:
-        """See `Law`."""
         n = parameters.exponent
         if n == 1.0:
             return k * compression + b * closing
@@ -268,5 +261,5 @@ class RelativeLaw:
         return power * (k * power * compression + b * closing)
 
     def drag(self, b: float) -> float:
-        """See `Law`: none, the damper is between the bodies."""
+        """None, the damper is between the bodies."""
         return 0.0

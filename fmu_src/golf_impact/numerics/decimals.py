@@ -86,7 +86,8 @@ def _series(largest: Decimal, stride: int, digits: int) -> list[Decimal]:
 
     As many as an argument up to `largest` needs.
     """
-    terms, term, n = [], Decimal(1), stride - 1
+    terms: list[Decimal] = []
+    term, n = Decimal(1), stride - 1
     while not terms or log10(abs(terms[-1])) + n * log10(largest) > -digits - 1:
         terms.append(term)
         for _ in range(stride):

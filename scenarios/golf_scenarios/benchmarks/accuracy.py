@@ -123,9 +123,9 @@ def worst_error(driver: Driver, randoms: int, tick: Callable[[], None]) -> dict[
             ),
         }
         for pattern, steps in patterns.items():
-            for exact, found in _instants(driver, impact, steps):
+            for exact, given in _instants(driver, impact, steps):
                 for output, value in exact.items():
-                    error = scales.error(output, found[output], value)
+                    error = scales.error(output, given[output], value)
                     compared += 1
                     if error > worst:
                         worst = error
@@ -137,7 +137,7 @@ def worst_error(driver: Driver, randoms: int, tick: Callable[[], None]) -> dict[
 def _instants(
     driver: Driver, impact: Impact, steps: Steps
 ) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """Exact and found outputs at about ten instants of a run, the last one among them."""
+    """Exact and given outputs at about ten instants of a run, the last one among them."""
     seen: list[dict[str, Any]] = []
     driver.run(impact, steps, lambda size, now: seen.append(now))
     sizes = flat(steps)

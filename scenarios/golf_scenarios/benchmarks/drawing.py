@@ -26,11 +26,11 @@ _STYLES = {
 _LEAST_ERROR = 5e-17
 
 
-def run_time_vs_error(found: dict[int, list[Series]]) -> bytes:
+def run_time_vs_error(series_by_law: dict[int, list[Series]]) -> bytes:
     """The work–precision figure as PNG: both laws side by side, one legend below."""
     figure, both = figures.new_pair("Run time against error: the document's baseline impact")
     figure.set_size_inches(11.0, 7.0)
-    for axes, (law, methods) in zip(both, found.items(), strict=True):
+    for axes, (law, methods) in zip(both, series_by_law.items(), strict=True):
         for series in methods:
             colour, marker, line = _STYLES[series.method]
             points = [

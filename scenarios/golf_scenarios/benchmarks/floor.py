@@ -42,7 +42,7 @@ def call_ratios(
         """The worse law's."""
         return max(median_ratio(times[f"{kind} {law}"], times[f"{kind} empty"]) for law in (1, 2))
 
-    found = {
+    figures = {
         "do_step_over_empty": over_empty("step"),
         "step_and_read5_over_empty": over_empty("read"),
         "instantiate_over_empty": median_ratio(times["instantiate"], times["instantiate empty"]),
@@ -50,7 +50,7 @@ def call_ratios(
         "step_and_read5_at_computed_points_over_empty": over_empty("read n·h"),
     }
     for law in (1, 2):
-        found[f"step_and_read5_over_empty_law{law}"] = median_ratio(
+        figures[f"step_and_read5_over_empty_law{law}"] = median_ratio(
             times[f"read {law}"], times["read empty"]
         )
     for name in (
@@ -61,8 +61,8 @@ def call_ratios(
         "read 1",
         "read 2",
     ):
-        found[f"{name.replace(' ', '_')}_us"] = 1e6 * sorted(times[name])[len(times[name]) // 2]
-    return found
+        figures[f"{name.replace(' ', '_')}_us"] = 1e6 * sorted(times[name])[len(times[name]) // 2]
+    return figures
 
 
 def _points(added_up: bool) -> list[float]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import cycle
 from time import perf_counter
-from typing import Any
 
 import fmpy
 from fmpy.fmi2 import FMU2Slave
@@ -47,27 +46,24 @@ def speedups(
         rounds: of which the medians are taken.
         tick: called after each round.
     """
-    found: dict[str, float] = {}
+    figures: dict[str, float] = {}
     for law, suffix in ((2, ""), (1, "_law1")):
-        # Each of its own folder: none is to profit from a library that another one has loaded.
-        with LoadedFmu(ours.path) as alone, LoadedFmu(ours.path) as kept:
+        # Of its own folder: it isn't to profit from a library that another one has loaded.
+        with LoadedFmu(ours.path) as alone:
             jobs: dict[str, Job] = {
                 "fmu": _impacts(ours, law, _BATCH),
                 "document_fmu": _document_impacts(document, law, 1),
                 "simulate_fmu": _simulations(alone, law, _FEW),
-                "simulate_fmu_from_file": _simulations(alone, law, 1, "from_file"),
-                "simulate_fmu_library_kept": _simulations(kept, law, _FEW, "library_kept"),
-                "simulate_fmu_same_instance": _simulations(kept, law, _FEW, "same_instance"),
                 "scipy": _scipy_impacts(law, _FEW),
             }
             with undisturbed():
                 times = interleaved(jobs, rounds, tick)
         for name, seconds in times.items():
-            found[f"impact_by_{name}{suffix}_us"] = 1e6 * sorted(seconds)[len(seconds) // 2]
+            figures[f"impact_by_{name}{suffix}_us"] = 1e6 * sorted(seconds)[len(seconds) // 2]
             if name != "fmu":
                 key = f"impact_speedup_over_{name}{suffix}"
-                found[key] = median_ratio(seconds, times["fmu"])
-    return found
+                figures[key] = median_ratio(seconds, times["fmu"])
+    return figures
 
 
 def impact(slave: FMU2Slave, start: object, k: list[int], read: list[int], value: float):
@@ -124,49 +120,26 @@ def _document_impacts(fmu: LoadedFmu, law: int, number: int) -> Job:
     return job
 
 
-def _simulations(fmu: LoadedFmu, law: int, number: int, kind: str = "") -> Job:
+def _simulations(fmu: LoadedFmu, law: int, number: int) -> Job:
     """Time of fmpy.simulate_fmu with one step: what it costs not to keep an instance.
 
-    As a rule the FMU is extracted beforehand and its description read, and no other instance holds
-    its library: so it is for whoever calls simulate_fmu in a loop.
-
-    Args:
-        fmu: ClubBallImpact.fmu, extracted for this alone.
-        law: 1 or 2.
-        number: of calls.
-        kind: "from_file" (extract and read every time), "library_kept" (another instance keeps the
-            library loaded) or "same_instance" (one instance, reset every time).
+    The FMU is extracted beforehand and its description read, and no other instance holds its
+    library: so it is for whoever calls simulate_fmu in a loop.
     """
     values = cycle(STIFFNESSES)
-    options: dict[str, Any] = {"model_description": fmu.description}
-    where = fmu.folder
-    slave = None
-    if kind == "from_file":
-        where, options = str(fmu.path), {}
-    elif kind == "library_kept":
-        fmu.instance()
-    elif kind == "same_instance":
-        slave = fmu.blank()
-        slave.instantiate()
-        fmu.keep(slave)
-        options |= {"fmu_instance": slave, "terminate": False}
 
     def job() -> float:
-        seconds = 0.0
+        begin = perf_counter()
         for _ in range(number):
-            begin = perf_counter()
-            if slave is not None:
-                slave.reset()
             fmpy.simulate_fmu(
-                where,
+                fmu.folder,
                 stop_time=STEP,
                 output_interval=STEP,
                 start_values={"law": law, "k": next(values)},
                 output=METRICS,
-                **options,
+                model_description=fmu.description,
             )
-            seconds += perf_counter() - begin
-        return seconds / number
+        return (perf_counter() - begin) / number
 
     return job
 

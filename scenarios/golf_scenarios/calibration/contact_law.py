@@ -99,13 +99,13 @@ class Predictor:
     def predict(self, at: Coordinates) -> dict[str, float] | None:
         """What each target would be, by its name; None if the bodies never part."""
         try:
-            found = self._fmu.impact(self._outputs, **self.values(at))
+            outputs = self._fmu.impact(self._outputs, **self.values(at))
         except (UserError, OverflowError):
             # Far from any ball, values may leave what the FMU takes; a fit only has to turn back.
             return None
         if not self._fmu.flag("separated"):
             return None
-        return {name: found[output] for name, (output, _) in TARGETS.items()}
+        return {name: outputs[output] for name, (output, _) in TARGETS.items()}
 
     def path(self, at: Coordinates) -> tuple[list[float], list[float]]:
         """Time since touch (s) and contact force (N), 301 of each."""

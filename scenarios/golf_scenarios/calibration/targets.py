@@ -213,20 +213,20 @@ def check_conditions(conditions: Conditions) -> None:
 
 def doubts(conditions: Conditions, targets: Mapping[str, Target]) -> list[str]:
     """What may be in another unit than it should, in words; it is taken as it stands."""
-    found = [
+    words = [
         f"{option(name)} {targets[name].value:g} is taken in s: write e.g. 600e-6 for 600 µs."
         for name in ("contact_time", "time_of_max_force")
         if name in targets and targets[name].value > _LONG
     ]
     force = targets.get("max_force")
     if force and force.value < _SOFT:
-        found.append(f"--max-force {force.value:g} is taken in N: write e.g. 6600 for 6.6 kN.")
-    found += [
+        words.append(f"--max-force {force.value:g} is taken in N: write e.g. 6600 for 6.6 kN.")
+    words += [
         f"{option(name)} {getattr(conditions, name):g} is taken in kg: write e.g. 0.210 for 210 g."
         for name in ("m_club", "m_ball")
         if getattr(conditions, name) > _HEAVY
     ]
-    return found
+    return words
 
 
 def check_together(targets: Mapping[str, Target], conditions: Conditions, law: int) -> None:

@@ -22,12 +22,13 @@ def bench(
 ) -> int:
     """Measure run time against error beside other methods, and what an impact costs."""
     need("bench", "distributed", "mpmath", "scipy")
-    from golf_scenarios.benchmarks.all import measured, ticks
-    from golf_scenarios.benchmarks.drawing import run_time_vs_error
-    from golf_scenarios.benchmarks.limits import LIMITS
     from golf_scenarios.files import as_json, prepare, write_together
 
     prepare(folder)
+    from golf_scenarios.benchmarks.all import measured, ticks
+    from golf_scenarios.benchmarks.drawing import run_time_vs_error
+    from golf_scenarios.benchmarks.limits import LIMITS
+
     with progress() as bar:
         about = measured(quick, bar("benchmark", ticks(quick)))
     figures, series = about["figures"], about.pop("series")

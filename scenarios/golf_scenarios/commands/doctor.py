@@ -109,13 +109,13 @@ def _interpreter() -> Iterator[Finding]:
 
 
 def _packages() -> Iterator[Finding]:
-    found = []
+    versions = []
     for name in _PACKAGES:
         try:
-            found.append(f"{name} {importlib.metadata.version(name)}")
+            versions.append(f"{name} {importlib.metadata.version(name)}")
         except importlib.metadata.PackageNotFoundError:
             continue
-    yield Finding("ok", f"packages: {', '.join(found)}")
+    yield Finding("ok", f"packages: {', '.join(versions)}")
 
 
 def _folders(fmu: Path | None) -> Iterator[Finding]:
@@ -138,7 +138,7 @@ def _folders(fmu: Path | None) -> Iterator[Finding]:
 # The FMU
 
 
-def _file(fmu: Path | None, found: list[Path]) -> Iterator[Finding]:
+def _file(fmu: Path | None, usable: list[Path]) -> Iterator[Finding]:
     if fmu is None:
         from golf_scenarios.fmu.file import current_fmu
 
@@ -155,7 +155,7 @@ def _file(fmu: Path | None, found: list[Path]) -> Iterator[Finding]:
         {n.split("/")[1] for n in names if n.startswith("binaries/") and n[-1] != "/"}
     )
     yield Finding("ok", f"FMU: {fmu}, binaries for {', '.join(binaries) or 'nothing'}")
-    found.append(fmu)
+    usable.append(fmu)
 
 
 def _load(fmu: Path) -> Iterator[Finding]:

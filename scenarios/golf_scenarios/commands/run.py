@@ -58,7 +58,11 @@ def run(
 
     values = {**(named_ball(ball).values if ball else {}), **_values(set_ or [])}
     if names or values:
-        scripts = {Path(name).stem: scenario(name) for name in dict.fromkeys(names or ())}
+        scripts: dict[str, ModuleType] = {}
+        for name in dict.fromkeys(names or ()):
+            script = scenario(name)
+            if scripts.setdefault(Path(name).stem, script) is not script:
+                raise UserError(f"two scenarios are named {Path(name).stem}: run one at a time")
     else:
         scripts = scenarios()
     prepare(folder)

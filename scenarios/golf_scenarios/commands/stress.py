@@ -29,10 +29,11 @@ def stress(
     """Thousands of extreme impacts through the FMU against a reference and invariants."""
     need("stress", "mpmath", "scipy")
     from golf_scenarios.files import as_json, prepare, write_together
+
+    prepare(folder)
     from golf_scenarios.stress.all import measured
     from golf_scenarios.stress.stability import draw
 
-    prepare(folder)
     with progress() as bar:
         results, maps = measured(quick, DEFAULT_SEED if seed is None else seed, bar)
     results["conclusion"] = _conclusion(results, maps)

@@ -62,14 +62,14 @@ def _flaw_inside(archive: zipfile.ZipFile) -> str | None:
     if "modelDescription.xml" not in names:
         return "modelDescription.xml is missing"
     # Reading looks at the CRC, too.
-    found = {name: hashlib.sha256(archive.read(name)).hexdigest() for name in names}
-    if SUMS not in found:
+    digests = {name: hashlib.sha256(archive.read(name)).hexdigest() for name in names}
+    if SUMS not in digests:
         return None
     for line in archive.read(SUMS).decode().splitlines():
         expected, _, name = line.partition("  ")
-        if name not in found:
+        if name not in digests:
             return f"{name} is missing"
-        if found[name] != expected:
+        if digests[name] != expected:
             return f"{name} isn't as it was built"
     return None
 

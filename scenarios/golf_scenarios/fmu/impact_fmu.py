@@ -183,8 +183,8 @@ class ImpactFmu(LoadedFmu):
         Raises:
             UserError: the FMU refuses a value.
         """
-        found = self.impact(("touch_time", "contact_time"), **values)
-        touch, contact = found["touch_time"], found["contact_time"]
+        end = self.impact(("touch_time", "contact_time"), **values)
+        touch, contact = end["touch_time"], end["contact_time"]
         if not self.flag("separated"):
             # Not parted within the horizon: show the time in which the contact takes shape.
             contact = 10.0 * self._half_period(values)

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import fmpy
 
 # Before an FMU brings its own copy, which has no binaries to build another FMU with.
+import pythonfmu.builder  # noqa: F401
 import pythonfmu3.builder  # noqa: F401
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import (

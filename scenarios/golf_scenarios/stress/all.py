@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from golf_scenarios.stress import cases, invariants, long_runs, stability
+from golf_scenarios.stress import cases, invariants, long_runs, special_points, stability
 from golf_scenarios.stress.driver import opened
 from golf_scenarios.stress.ledger import Ledger
 from golf_scenarios.timing import machine
@@ -25,7 +25,7 @@ def measured(
         seed: of the random impacts; the same one gives the same impacts and steps again.
         bar: begins a bar of progress.
     """
-    impacts = 150 if quick else 5000
+    impacts, specials = (150, 100) if quick else (5000, 1500)
     ledger = Ledger()
     invariants.announce(ledger)
     long_runs.announce(ledger)
@@ -35,6 +35,11 @@ def measured(
         for number in range(impacts):
             impact = cases.random_impact(seed, number)
             invariants.check(driver, ledger, impact, seed, exact=number % _SAMPLE == 0)
+            tick()
+        tick = bar("special points", specials)
+        for number in range(specials):
+            impact = special_points.special_impact(seed, number)
+            invariants.check(driver, ledger, impact, seed, exact=True)
             tick()
         tick = bar("long runs", 50)
         steps = 20_000 if quick else 1_000_000
@@ -53,6 +58,7 @@ def measured(
         "seed": seed,
         "quick": quick,
         "impacts": impacts,
+        "special_points": specials,
         "checks": {
             name: asdict(check) | {"passed": check.passed} for name, check in ledger.checks.items()
         },

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -39,12 +39,14 @@ class Impact:
         values: inputs and parameters by name.
         start_time: the host's time at the start, s.
         segments: the first one's k and b are those of `values`.
+        kind: what its random numbers are drawn for.
     """
 
     number: int
     values: dict[str, float]
     start_time: float
     segments: tuple[Segment, ...]
+    kind: str = "random"
 
     @property
     def law(self) -> int:
@@ -165,7 +167,7 @@ def _segments(
     if rng.random() < 0.2:  # a long way on
         lengths[-1] += _decades(rng, -3, 0)
     return tuple(
-        Segment(_rounded(length, quantum(length)), *pair)
+        Segment(rounded(length, quantum(length)), *pair)
         for length, pair in zip(lengths, inputs)
         if length > 0.0
     )
@@ -176,7 +178,8 @@ def quantum(length: float) -> float:
     return 2.0 ** (math.floor(math.log2(length)) - 46)
 
 
-def _rounded(time: float, unit: float) -> float:
+def rounded(time: float, unit: float) -> float:
+    """The nearest multiple of the unit, s."""
     return round(time / unit) * unit
 
 
@@ -192,7 +195,7 @@ def equal_steps(impact: Impact) -> Steps:
 
 def random_steps(impact: Impact, seed: int) -> Steps:
     """Steps of 1 ns to 1 s in any order; the last one of a segment takes what is left."""
-    rng = random.Random(f"{seed}/{impact.number}/steps")
+    rng = random.Random(f"{seed}/{impact.number}/steps/{impact.kind}")
     partition = []
     for segment in impact.segments:
         unit = quantum(segment.length)
@@ -202,7 +205,7 @@ def random_steps(impact: Impact, seed: int) -> Steps:
         shortest = max(SMALLEST_STEP, 4.0 * unit)
         while len(steps) < _MOST_STEPS and shortest < longest:
             low = max(math.log10(shortest), math.log10(longest) - rng.choice((1.0, 3.0, 9.0)))
-            step = _rounded(_decades(rng, low, math.log10(longest)), unit)
+            step = rounded(_decades(rng, low, math.log10(longest)), unit)
             if not 0.0 < step < left:
                 break
             steps.append(step)
@@ -213,7 +216,7 @@ def random_steps(impact: Impact, seed: int) -> Steps:
 
 def straddling_steps(impact: Impact, contact_time: float, seed: int) -> Steps:
     """Points just before and just after touch and separation, as near as the steps' unit allows."""
-    rng = random.Random(f"{seed}/{impact.number}/straddle")
+    rng = random.Random(f"{seed}/{impact.number}/straddle/{impact.kind}")
     events = [impact.approach, impact.approach + contact_time]
     partition, begin = [], 0.0
     for segment in impact.segments:
@@ -223,7 +226,7 @@ def straddling_steps(impact: Impact, contact_time: float, seed: int) -> Steps:
             near = max(SMALLEST_STEP, 64.0 * unit) * _decades(rng, 0, 2)
             for cut in (event - begin - near, event - begin + near):
                 if 0.0 < cut < segment.length:
-                    cuts.add(_rounded(cut, unit))
+                    cuts.add(rounded(cut, unit))
         places = sorted(cuts - {0.0})
         partition.append([after - before for before, after in zip([0.0, *places], places)])
         begin += segment.length
@@ -234,10 +237,10 @@ def without_gap(impact: Impact) -> Impact:
     """The same impact, touching at the start."""
     first, *rest = impact.segments
     length = first.length - impact.approach
-    if length <= 0.0:
-        return impact
-    begun = Segment(_rounded(length, quantum(length)), first.k, first.b)
-    return Impact(impact.number, impact.values | {"gap": 0.0}, 0.0, (begun, *rest))
+    if length > 0.0:
+        rest.insert(0, Segment(rounded(length, quantum(length)), first.k, first.b))
+    values = impact.values | {"gap": 0.0, "k": rest[0].k, "b": rest[0].b}
+    return replace(impact, values=values, start_time=0.0, segments=tuple(rest))
 
 
 def flat(steps: Steps) -> Sequence[float]:

@@ -42,9 +42,9 @@ class Driver:
 
     def read(self) -> Outputs:
         """Every output now."""
-        found: Outputs = dict(zip(self.reals, self.slave.getReal(self._real_references)))
+        outputs: Outputs = dict(zip(self.reals, self.slave.getReal(self._real_references)))
         flags = self.slave.getBoolean(self._flag_references)
-        return found | {name: bool(flag) for name, flag in zip(self.flags, flags)}
+        return outputs | {name: bool(flag) for name, flag in zip(self.flags, flags)}
 
     def separated(self) -> bool:
         """Whether contact is over."""

@@ -194,8 +194,10 @@ class _Watch:
             and not (force > 0.0 and not now["in_contact"])
         )
         self.record("flags", 0.0 if order else 1.0)
-        for name in _RISING:
-            fall = self.before.get(name, 0.0) - now[name]
+        # Just at touch the force is the limit for the inputs present, which may still be set.
+        passed_touch = self.before.get("contact_time", 0.0) > 0.0
+        for name in _RISING if passed_touch else ():
+            fall = self.before[name] - now[name]
             scale = self.scales.of(name)
             self.record("rising", max(0.0, fall) / scale if scale else 0.0, output=name)
         if self.impact.law == 2:

@@ -71,12 +71,11 @@ def tiny_steps(
             do_step(point, _TINY)
             point += _TINY
         exact.step_by(every, _TINY)
-        found = driver.read()
+        outputs = driver.read()
         if memory is None:
             memory = resident_bytes()
-        errors = {
-            name: scales.error(name, found[name], value) for name, value in exact.outputs().items()
-        }
+        exactly = exact.outputs().items()
+        errors = {name: scales.error(name, outputs[name], value) for name, value in exactly}
         name = max(errors, key=lambda name: errors[name])
         worst.append(errors[name])
         ledger.record("tiny_steps", errors[name], values, output=name, time=point)

@@ -11,6 +11,7 @@ SI units throughout. None of this is shared with the FMU.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from itertools import islice
 from typing import Any
 
@@ -309,11 +310,14 @@ class Reference:
         flight = -self.state["d"] / closing
         self._fly(flight)
         self.state["d"] = _mp.mpf(0)
-        self.touch_clock = self.clock - left + flight
+        self._touch(self.clock - left + flight)
+        return left - flight
+
+    def _touch(self, clock: Real) -> None:
+        self.touch_clock = clock
         self.u_club = self.club_speed
         self.touch_position = self.state["x_ball"]
         self._begin_phase()
-        return left - flight
 
     def _begin_phase(self) -> None:
         self.since = self.contact_time
@@ -347,7 +351,11 @@ class Reference:
         return left - (t - begun)
 
     def outputs(self) -> dict[str, Real]:
-        """Every output by name; flags as bool. Not for the instant of touch itself."""
+        """Every output by name; flags as bool. At touch, the limit from the right."""
+        if self.touch_clock is None and self.state["d"] == 0 and self.state["w"] > 0:
+            later = copy(self)
+            later._touch(self.clock)
+            return later.outputs()
         state = self.state
         touched = self.touch_clock is not None
         in_contact = touched and not self.parted

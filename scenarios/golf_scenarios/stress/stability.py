@@ -155,8 +155,8 @@ def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
     while not driver.separated():
         driver.slave.doStep(point, size)
         point += size
-    found = driver.read()
-    return Outcome(*(found[name] for name in Outcome._fields))
+    outputs = driver.read()
+    return Outcome(*(outputs[name] for name in Outcome._fields))
 
 
 def draw(maps: list[Map]) -> bytes:

@@ -114,13 +114,13 @@ def computed(
     instance: ImpactFmu, plan: Plan, form: Form, columns: Mapping[str, np.ndarray]
 ) -> Chunk:
     """The same in an instance at hand."""
-    found = impacts(instance, plan, plan.values(columns))
+    results = impacts(instance, plan, plan.values(columns))
     return Chunk(
-        cases=len(found.outputs),
-        text=_text(plan, columns, found.outputs) if form.as_text else b"",
-        kept=found.outputs[:, form.kept],
-        refused=len(found.refused),
-        first=(int(found.refused[0]), found.reason) if len(found.refused) else None,
+        cases=len(results.outputs),
+        text=_text(plan, columns, results.outputs) if form.as_text else b"",
+        kept=results.outputs[:, form.kept],
+        refused=len(results.refused),
+        first=(int(results.refused[0]), results.reason) if len(results.refused) else None,
     )
 
 

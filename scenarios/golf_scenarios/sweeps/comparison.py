@@ -87,17 +87,17 @@ class _Loop:
         self._fmu = str(folder / "fmu")
         fmpy.extract(str(sweep.fmu.path), self._fmu)
         values = sweep.plan.values(sweep.study.columns_at(index))
-        found = impacts(sweep.instance, sweep.plan, values)
-        usable = np.setdiff1d(np.arange(len(index)), found.refused)
+        swept = impacts(sweep.instance, sweep.plan, values)
+        usable = np.setdiff1d(np.arange(len(index)), swept.refused)
         if not len(usable):
-            raise UserError(f"there is nothing to compare: the FMU refuses all: {found.reason}")
+            raise UserError(f"there is nothing to compare: the FMU refuses all: {swept.reason}")
         steps = horizon(sweep.instance, sweep.plan.fixed, values, len(index)).tolist()
         #: Start values, communication step and the sweep's outputs, case by case.
         self._cases: list[tuple[dict[str, Any], float, list[float]]] = [
             (
                 sweep.plan.fixed | {name: column[n].item() for name, column in values.items()},
                 steps[n],
-                found.outputs[n].tolist(),
+                swept.outputs[n].tolist(),
             )
             for n in usable
         ]

@@ -40,7 +40,7 @@ def draw(
     study: Study,
     drawn: np.ndarray,
     variables: Mapping[str, ScalarVariable],
-    found: Sensitivity | None,
+    sensitivity: Sensitivity | None,
 ) -> Figure | None:
     """A line, lines, a heat map, or a histogram beside sensitivities, whichever fits the study.
 
@@ -48,7 +48,7 @@ def draw(
         study: what was swept.
         drawn: its first output, shape (cases,); NaN where refused.
         variables: of the FMU, by name.
-        found: how much each distribution matters.
+        sensitivity: how much each distribution matters.
 
     Returns:
         None where there is nothing to see: one case, or none that wasn't refused.
@@ -58,7 +58,7 @@ def draw(
         return None
     name = study.outputs[0]
     if not study.varied_grid:
-        return _monte_carlo(label(variables[name]), usable, study, found)
+        return _monte_carlo(label(variables[name]), usable, study, sensitivity)
     grid = _Reduced(study, drawn)
     amounts = [one for one in study.varied_grid if one.name not in _NAMED]
     named = [one for one in study.varied_grid if one.name in _NAMED]
@@ -109,13 +109,13 @@ class _Reduced:
         table = table.reshape(*(len(values[one.name]) for one in kept), -1)
         table = np.moveaxis(table, [kept.index(one) for one in axes], range(len(axes)))
         if not self.sampled:
-            found = np.stack([table[..., 0]] * 3)
+            percentiles = np.stack([table[..., 0]] * 3)
         else:
             with warnings.catch_warnings():
                 # A point where all is refused stays empty.
                 warnings.simplefilter("ignore", RuntimeWarning)
-                found = np.nanpercentile(table, (5, 50, 95), axis=-1)
-        return [values[one.name] for one in axes], found
+                percentiles = np.nanpercentile(table, (5, 50, 95), axis=-1)
+        return [values[one.name] for one in axes], percentiles
 
     def fixed_words(self, axes: list[Grid]) -> str:
         """What stands still in a picture over these axes."""
@@ -129,14 +129,14 @@ def _lines(
     from golf_scenarios.report import figures
 
     figure, axes = figures.new(_title(output, [along, *by], grid))
-    (x, *names), found = grid.over([along, *by], _MOST_POINTS)
+    (x, *names), levels = grid.over([along, *by], _MOST_POINTS)
     colours = (
         figures.BLUE, figures.VERMILION, figures.GREEN, figures.ORANGE, figures.PURPLE,
         figures.SKY, figures.BLACK,
     )  # fmt: skip
-    found = found if by else found[..., np.newaxis]
+    levels = levels if by else levels[..., np.newaxis]
     marker = "o" if len(x) <= 12 else None
-    for n in range(found.shape[-1]):
+    for n in range(levels.shape[-1]):
         colour = colours[n % len(colours)]
         equals = "" if by and by[0].name in _NAMED else "= "
         text = f"{by[0].name} {equals}{_short(names[0][n])}" if by else None
@@ -144,10 +144,10 @@ def _lines(
             text = "median"
         # Lines that coincide are told apart by their dashes.
         style = ("-", "--", ":")[n % 3]
-        axes.plot(x, found[1][:, n], style, color=colour, label=text, marker=marker, ms=4)
+        axes.plot(x, levels[1][:, n], style, color=colour, label=text, marker=marker, ms=4)
         if grid.sampled:
             band = "5 to 95 % of the samples" if n == 0 else None
-            axes.fill_between(x, found[0][:, n], found[2][:, n], color=colour, alpha=0.2, lw=0,
+            axes.fill_between(x, levels[0][:, n], levels[2][:, n], color=colour, alpha=0.2, lw=0,
                               label=band)  # fmt: skip
     axes.set(xlabel=labels[along.name], ylabel=output)
     _scale(axes.set_xscale, x)
@@ -162,10 +162,10 @@ def _bars(grid: _Reduced, named: list[Grid], output: str) -> Figure:
     from golf_scenarios.report import figures
 
     figure, axes = figures.new(_title(output, named[:1], grid))
-    (names,), found = grid.over(named[:1], _MOST_SIDE)
-    middle = found[1]
+    (names,), levels = grid.over(named[:1], _MOST_SIDE)
+    middle = levels[1]
     axes.errorbar(
-        middle, np.arange(len(names)), xerr=[middle - found[0], found[2] - middle], fmt="o",
+        middle, np.arange(len(names)), xerr=[middle - levels[0], levels[2] - middle], fmt="o",
         color=figures.BLUE, capsize=4,
     )  # fmt: skip
     axes.set_yticks(range(len(names)), [f"{named[0].name} {_short(name)}" for name in names])
@@ -179,8 +179,8 @@ def _map(grid: _Reduced, across: Grid, up: Grid, labels: dict[str, str], output:
     # The last --set runs fastest: it goes up.
     order = [one for one in grid.study.grid if one in (across, up)]
     figure, axes = figures.new(_title(output, order, grid))
-    (x, y), found = grid.over(order, _MOST_SIDE)
-    values = np.ma.masked_invalid(found[1].T)
+    (x, y), levels = grid.over(order, _MOST_SIDE)
+    values = np.ma.masked_invalid(levels[1].T)
     image = axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", rasterized=True)
     figure.colorbar(image, ax=axes, label=output, pad=0.02)
     if values.count() > 3 and np.ptp(values.compressed()) > 0.0:
@@ -194,16 +194,16 @@ def _map(grid: _Reduced, across: Grid, up: Grid, labels: dict[str, str], output:
 
 
 def _monte_carlo(
-    output: str, usable: np.ndarray, study: Study, found: Sensitivity | None
+    output: str, usable: np.ndarray, study: Study, sensitivity: Sensitivity | None
 ) -> Figure:
     from golf_scenarios.report import figures
 
     title = f"{_capital(output.split(' (')[0])} of {len(usable):,} samples"
-    if found is None:
+    if sensitivity is None:
         figure, axes = figures.new(title)
     else:
         figure, (axes, bars) = figures.new_pair(title)
-        _sensitivities(bars, found)
+        _sensitivities(bars, sensitivity)
     # Rare ones far out would leave the others no room.
     rare = 0.05 if len(usable) > 2000 else 0.0
     bins = int(np.clip(np.sqrt(len(usable)), 8, 80))
@@ -228,11 +228,11 @@ def _monte_carlo(
     return figure
 
 
-def _sensitivities(axes: Axes, found: Sensitivity) -> None:
+def _sensitivities(axes: Axes, sensitivity: Sensitivity) -> None:
     from golf_scenarios.report import figures
 
-    names = sorted(found.values, key=lambda name: abs(found.values[name]))
-    values = [found.values[name] for name in names]
+    names = sorted(sensitivity.values, key=lambda name: abs(sensitivity.values[name]))
+    values = [sensitivity.values[name] for name in names]
     axes.barh(names, values, color=figures.BLUE, height=0.6)
     for n, value in enumerate(values):
         axes.annotate(
@@ -240,7 +240,7 @@ def _sensitivities(axes: Axes, found: Sensitivity) -> None:
             textcoords="offset points", va="center", ha="left" if value >= 0 else "right",
         )  # fmt: skip
     axes.axvline(0.0, color=figures.BLACK, lw=0.8)
-    axes.set(xlabel=found.label)
+    axes.set(xlabel=sensitivity.label)
     axes.margins(x=0.15)
     axes.grid(axis="y", visible=False)
 

@@ -38,12 +38,12 @@ class Plan:
 
     def values(self, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """What to set in these cases, by variable: the columns, and what balls stand for."""
-        found = {name: column for name, column in columns.items() if name != "ball"}
+        values = {name: column for name, column in columns.items() if name != "ball"}
         if self.balls:
             place = {name: n for n, name in enumerate(self.ball_names)}
             index = np.array([place[name] for name in columns["ball"]], dtype=np.intp)
-            found |= {name: values[index] for name, values in self.balls.items()}
-        return found
+            values |= {name: of_balls[index] for name, of_balls in self.balls.items()}
+        return values
 
 
 def plan(study: Study, variables: Mapping[str, ScalarVariable]) -> Plan:

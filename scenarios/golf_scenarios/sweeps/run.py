@@ -142,6 +142,7 @@ class Sweep:
                 with WorkerProcesses(workers, file) as pool:
                     yield self.through(pool, file.name_only)
             else:
+                self.instance  # noqa: B018 (loaded before the clock starts)
                 yield self.here
         except BrokenExecutor as error:
             raise UserError(

@@ -58,9 +58,9 @@ def sensitivity(
     if greatest - least <= 1e-12 * max(abs(least), abs(greatest)):
         return None
     if not study.varied_grid and usable.all():
-        found = _sobol(study, outputs_of)
-        if found is not None:
-            return found
+        indices = _sobol(study, outputs_of)
+        if indices is not None:
+            return indices
     return _ranked(study, drawn)
 
 
@@ -78,10 +78,10 @@ def _sobol(
     points = np.concatenate([a, b, *mixed])
     columns = {one.name: one.from_unit(points[:, n]) for n, one in enumerate(axes)}
     columns |= {one.name: np.repeat(one.values, len(points)) for one in study.grid}
-    found = outputs_of({name: columns[name] for name in study.names})
-    if not np.isfinite(found).all():
+    outputs = outputs_of({name: columns[name] for name in study.names})
+    if not np.isfinite(outputs).all():
         return None
-    parts = found.reshape(number + 2, 1, _POINTS)
+    parts = outputs.reshape(number + 2, 1, _POINTS)
     if number == 1:
         # SciPy's estimator fails for one variable, which explains all by itself.
         indices = np.ones(1)

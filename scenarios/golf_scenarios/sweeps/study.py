@@ -137,16 +137,16 @@ class Study:
         Returns:
             By variable, arrays of the index's shape.
         """
-        found: dict[str, np.ndarray] = {}
+        columns: dict[str, np.ndarray] = {}
         stride = self.number_of_samples
         sample = index % stride
         for one in reversed(self.axes):
             if isinstance(one, Grid):
-                found[one.name] = one.values[index // stride % len(one.values)]
+                columns[one.name] = one.values[index // stride % len(one.values)]
                 stride *= len(one.values)
             else:
-                found[one.name] = self._drawn[one.name][sample]
-        return {name: found[name] for name in self.names}
+                columns[one.name] = self._drawn[one.name][sample]
+        return {name: columns[name] for name in self.names}
 
     @property
     def _drawn(self) -> dict[str, np.ndarray]:

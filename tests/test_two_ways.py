@@ -1,0 +1,210 @@
+"""The two ways to solve a linear contact check each other: doubles where a contact is usual, and
+decimals, which can do any. Each condition of the hand-over is shown to be needed."""
+
+import math
+import random
+from itertools import chain
+
+import pytest
+from conftest import reference_cases
+from golf_impact.laws import absolute, relative
+from golf_impact.laws.contact import Start
+from golf_impact.laws.extended import ExtendedContact
+
+from golf_scenarios.benchmarks import accuracy
+from golf_scenarios.stress.cases import random_impact
+from golf_scenarios.stress.special_points import beside, special_impact
+
+LAWS = {1: absolute, 2: relative, "absolute": absolute, "relative": relative}
+
+#: On the scales of the tolerance table. The worst of 20,000 contacts was 6e-15: a contact time
+#: under law 1, where the drag nearly keeps the bodies together.
+BAR = 1e-14
+
+
+def touch(club_speed, ball_speed):
+    return Start(0.0, 0.0, club_speed, ball_speed, club_speed - ball_speed)
+
+
+def differences(k, usual, exact, start):
+    """The errors of a usual phase on the scales of the tolerance table, by name."""
+    duration = exact.duration
+    largest_force, when = exact.peak_force(duration)
+    compression, impulse = exact.peak_compression(duration), exact.impulse(0.0, duration)
+    ends = [usual.end()[0], exact.end()[0]]
+    # A stiffness that has risen may throw the bodies apart faster than they came.
+    speed = max(abs(start.v_club) + abs(start.v_ball), abs(ends[1][3]) + abs(ends[1][4]))
+    # A phase may be what is left of a contact: then the scales are those of all of it.
+    time = max(duration, 1.0 / usual.rate)
+    path, force = speed * time, max(largest_force, k * compression)
+    scales = (force, path, path, speed, speed, compression)
+    largest, at = usual.peak_force(usual.duration)
+    errors = {
+        "contact_time": abs(usual.duration - duration) / time,
+        "max_force": abs(largest - largest_force) / force,
+        "time_of_max_force": abs(at - when) / time,
+        "max_compression": abs(usual.peak_compression(usual.duration) / compression - 1.0),
+        "impulse": abs(usual.impulse(0.0, usual.duration) - impulse) / (force * time),
+    }
+    (course, pace), (exactly, exact_pace) = usual.course(), exact.course()
+    states = [
+        (f"at {x}", course(pace * x * duration), exactly(exact_pace * x * duration))
+        for x in (0.3, 0.9)
+    ]
+    for name, now, right in [("end", *ends), *states]:
+        for place, scale in enumerate(scales):
+            errors[f"{name}, {place}"] = abs(now[place] - right[place]) / scale
+    short = 1e-3 * duration
+    means = [phase.impulse(0.4 * duration, short) / short for phase in (usual, exact)]
+    errors["mean_force"] = abs(means[0] - means[1]) / force
+    return errors
+
+
+def agree(law, k, b, m_club, m_ball, start):
+    """Look at one contact in both ways; whether it is a usual one."""
+    law = LAWS[law]
+    phase = law.contact(k, b, m_club, m_ball, start)
+    if not isinstance(phase, law.UsualContact):
+        return False
+    exact = ExtendedContact(k, b, m_club, m_ball, start, law.equations)
+    bad = {n: e for n, e in differences(k, phase, exact, start).items() if not e <= BAR}
+    assert not bad, (law.__name__, k, b, m_club, m_ball, start, bad)
+    return True
+
+
+def of_values(values):
+    v = values
+    return v["law"], v["k"], v["b"], v["m_club"], v["m_ball"]
+
+
+def look_at(impacts, changes):
+    """At touch, and where k and b change later."""
+    usual = 0
+    for impact in impacts:
+        if impact.closing <= 0.0:
+            continue
+        law, k, b, m_club, m_ball = of_values(impact.values)
+        start = touch(impact.values["club_speed"], impact.values["ball_speed"])
+        usual += agree(law, k, b, m_club, m_ball, start)
+        phase = LAWS[law].contact(k, b, m_club, m_ball, start)
+        rng = random.Random(impact.number)
+        for segment in impact.segments[1:] if changes else ():
+            time = rng.random() * min(phase.duration, 10.0 / phase.rate)
+            course, pace = phase.course()
+            _, _, _, v_club, v_ball, compression = course(pace * time)
+            start = Start(0.0, compression, v_club, v_ball, phase.closing(time))
+            force = segment.k * compression + (law == 2) * segment.b * start.closing
+            if compression <= 0.0 or force <= 0.0:
+                break
+            usual += agree(law, segment.k, segment.b, m_club, m_ball, start)
+            phase = LAWS[law].contact(segment.k, segment.b, m_club, m_ball, start)
+    return usual
+
+
+@pytest.mark.parametrize("case", reference_cases("impacts", "extremes"))
+def test_reference_cases(case):
+    start = touch(case["club_speed"], case["ball_speed"])
+    agree(case["law"], case["k"], case["b"], case["m_club"], case["m_ball"], start)
+
+
+def test_the_cases_of_the_benchmark():
+    impacts = [impact for _, impact in accuracy.reference_cases(60)]
+    assert look_at(impacts, changes=False) > 60
+
+
+def test_random_impacts_and_special_points():
+    randoms = (random_impact(20, number) for number in range(800))
+    specials = (special_impact(20, number) for number in range(800))
+    assert look_at(chain(randoms, specials), changes=True) > 500
+
+
+@pytest.mark.nightly
+def test_all_impacts_of_stress():
+    randoms = (random_impact(20, number) for number in range(5000))
+    specials = (special_impact(20, number) for number in range(1500))
+    assert look_at(chain(randoms, specials), changes=True) > 2000
+
+
+@pytest.mark.parametrize(("law", "border"), [(absolute, 0.7), (relative, 0.999)])
+@pytest.mark.parametrize("m_ball", [0.105, 0.21, 4.0])
+def test_the_border_of_damping_from_both_sides(law, border, m_ball):
+    assert border == law.MOST_DAMPING
+    mu = 0.21 * (m_ball / (0.21 + m_ball))
+    b = 2.0 * border * math.sqrt(1e6 / mu) * mu
+    start = touch(35.0, 0.0)
+    outcomes, kinds = [], []
+    for side in (0.0, math.inf):
+        beside_it = b
+        for _ in range(8):
+            beside_it = math.nextafter(beside_it, side)
+        phase = law.contact(1e6, beside_it, 0.21, m_ball, start)
+        kinds.append(type(phase))
+        (_, x_club, _, v_club, v_ball, _), _ = phase.end()
+        outcomes.append([phase.duration, v_club, v_ball, x_club, *phase.peak_force(phase.duration)])
+    assert kinds == [law.UsualContact, ExtendedContact]
+    # 16 units in the last place of b apart.
+    assert outcomes[0] == pytest.approx(outcomes[1], rel=2e-14)
+
+
+def test_the_border_of_the_real_mode_from_both_sides():
+    # The faster the bodies move together, the more of the compression is the drag's.
+    def contact(ball_speed):
+        return absolute.contact(1e6, 60.0, 0.21, 0.04593, touch(ball_speed + 35.0, ball_speed))
+
+    low, high = -1e3, 0.0
+    assert isinstance(contact(high), absolute.UsualContact)
+    assert isinstance(contact(low), ExtendedContact)
+    while (middle := 0.5 * (low + high)) not in (low, high):
+        usual = isinstance(contact(middle), absolute.UsualContact)
+        low, high = (low, middle) if usual else (middle, high)
+    ends = [contact(ball_speed).end()[0] for ball_speed in (low, high)]
+    assert ends[0] == pytest.approx(ends[1], rel=1e-13, abs=1e-15)
+
+
+def worst_of(law, cases):
+    """The worst error of phases in doubles that the law would not have made; inf if none can be."""
+    worst = 0.0
+    for k, b, m_club, m_ball, start in cases:
+        exact = ExtendedContact(k, b, m_club, m_ball, start, law.equations)
+        try:
+            usual = law.UsualContact(k, b, m_club, m_ball, start)
+            if not usual.duration:
+                return math.inf
+            worst = max(worst, *differences(k, usual, exact, start).values())
+        except (ArithmeticError, ValueError):
+            return math.inf
+    return worst
+
+
+def test_more_damping_needs_decimals(monkeypatch):
+    # Two rates of law 1 coincide near here, and law 2 stops to oscillate.
+    case = (1e6, 605.6752155461903, 0.10194471516745932, 1.3834680164486073, touch(35.0, 0.0))
+    assert isinstance(absolute.contact(*case), ExtendedContact)
+    assert worst_of(absolute, [case]) > 1e-3
+    critical = (2.0**20, 2.0**10, 0.5, 0.5, touch(32.0, 0.0))
+    assert isinstance(relative.contact(*critical), ExtendedContact)
+    assert worst_of(relative, [critical]) == math.inf
+
+
+def test_a_fast_common_motion_needs_decimals(monkeypatch):
+    club, ball = 3.99310063550545, 3.989142163042947
+    b = 5.00016055164045
+    case = (26182.59641454184, b, 0.024461321874248324, 1.0918625361879848, touch(club, ball))
+    assert isinstance(absolute.contact(*case), ExtendedContact)
+    monkeypatch.setattr(absolute, "MOST_REAL_MODE", math.inf)
+    assert worst_of(absolute, [case]) > 1e-13
+
+
+def test_a_contact_that_one_swing_does_not_end_needs_decimals():
+    # The drag keeps the bodies together: there is no end to be found in the first swing.
+    mu = 0.21 * (0.0315 / 0.2415)
+    case = (1e6, 2.0 * 0.5 * math.sqrt(1e6 * mu), 0.21, 0.0315, touch(35.0, 0.0))
+    assert isinstance(absolute.contact(*case), ExtendedContact)
+    assert worst_of(absolute, [case]) == math.inf
+
+
+@pytest.mark.parametrize("number", range(300))
+def test_special_points_are_drawn_beside_each_other(number):
+    rng = random.Random(number)
+    value = 10.0 ** rng.uniform(-3, 6)
+    assert abs(beside(rng, value) / value - 1.0) <= 1.001e-3
