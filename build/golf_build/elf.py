@@ -55,7 +55,8 @@ def glibc(data: bytes) -> tuple[int, ...]:
     if _VERNEED not in entries:
         return (0,)
     table = _offset(data, entries[_STRTAB])
-    at, versions = _offset(data, entries[_VERNEED]), [(0,)]
+    versions: list[tuple[int, ...]] = [(0,)]
+    at = _offset(data, entries[_VERNEED])
     for _ in range(entries[_VERNEEDNUM]):
         _, count, _, first, following = struct.unpack_from("<HHIII", data, at)
         one = at + first

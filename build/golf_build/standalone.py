@@ -196,9 +196,7 @@ def _compiled(files: dict[str, bytes | Path], source: str, out: str, *options: s
     with tempfile.TemporaryDirectory(prefix="golf-impact-build-") as scratch:
         sources = {file.name: file.read_bytes() for file in folder.iterdir()}
         for name, data in {**sources, **files}.items():
-            Path(scratch, name).write_bytes(
-                data.read_bytes() if isinstance(data, Path) else data
-            )
+            Path(scratch, name).write_bytes(data.read_bytes() if isinstance(data, Path) else data)
         headers = Path(fmpy.__file__).parent / "c-code"
         command = [*compiler(), "-std=gnu11", "-O2", "-g0", "-shared", "-fPIC", "-Wall", "-Wextra"]
         command += [f"-I{headers}", "-I.", source, "-o", out, *options]
@@ -255,9 +253,7 @@ def private_python() -> PrivatePython:
         total.update(hashlib.sha256(data).digest())
     digest = total.hexdigest()
     # A library's name is its own, too: nobody else's of that name may be taken for it.
-    names = {
-        name: (f"golf{n}" + digest)[: len(name)] for n, name in enumerate(sorted(contents))
-    }
+    names = {name: (f"golf{n}" + digest)[: len(name)] for n, name in enumerate(sorted(contents))}
     files = {names[name]: elf.renamed(data, names) for name, data in contents.items()}
     own_modules = {f"golf-{digest[:12]}-{name}": data for name, data in modules.items()}
     files |= {name: elf.renamed(data, names) for name, data in own_modules.items()}
@@ -382,3 +378,14 @@ def build(plain: Path, out: Path) -> Path:
     with whole(out) as stream:
         stream.write(made)
     return out.resolve()
+
+
+def glibc_of(fmu: Path) -> tuple[int, ...] | None:
+    """The oldest glibc that a standalone FMU can do with, as (2, 17); None for another FMU."""
+    files = unpacked(fmu)
+    libraries = [
+        data for name, data in files.items() if re.match(r"binaries/[\w-]*linux[\w-]*/.", name)
+    ]
+    if not any("/golf-python-" in name for name in files):
+        return None
+    return max(elf.glibc(data) for data in libraries)

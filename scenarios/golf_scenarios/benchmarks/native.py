@@ -13,9 +13,9 @@ from typing import NamedTuple
 import fmpy
 
 from golf_build import standalone
-from golf_scenarios.commands import doctor
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.file import build_fmu
+from golf_scenarios.fmu.libpython import libpython_files, preloaded
 from golf_scenarios.fmu.system import build_system
 
 _OUTPUTS = (
@@ -27,7 +27,7 @@ _OUTPUTS = (
 
 
 class Figure(NamedTuple):
-    """One row: a meaning, the standalone and the plain FMU's value, and the largest ratio wanted."""
+    """One row: its meaning, both FMUs' values, and the largest ratio that is wanted."""
 
     key: str
     meaning: str
@@ -64,9 +64,7 @@ def measured(quick: bool) -> list[Figure]:
         folder = Path(scratch)
         plain = build_fmu(folder / "ClubBallImpact.fmu")
         alone = build_fmu(folder / "ClubBallImpact.standalone.fmu", standalone=True)
-        libpython = next(
-            (f for f in doctor.libpython_files() if doctor.preloaded(f, plain) is None), None
-        )
+        libpython = next((f for f in libpython_files() if preloaded(f, plain) is None), None)
         if libpython is None:
             raise UserError("bench --native needs libpython for the plain FMU: see doctor")
         fmus = [alone, *build_system(folder, alone, standalone=True)[:2]]
@@ -80,19 +78,19 @@ def measured(quick: bool) -> list[Figure]:
         )
         if done.returncode:
             raise UserError(f"the host can't be compiled: {done.stderr.strip()}")
-        preloaded = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
+        with_python = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
         count, times = (20_000, 3) if quick else (200_000, 9)
         rows: dict[str, list[tuple[float, ...]]] = {"alone": [], "plain": [], "three": []}
         one, other, all_ = (
             [_given(fmu, folder) for fmu in group] for group in ([alone], [plain], fmus)
         )
         references = _references(plain)
-        _run(program, 1, references, other, preloaded)  # so that its bytecode is there
+        _run(program, 1, references, other, with_python)  # so that its bytecode is there
         for _ in range(times):
             rows["alone"].append(_run(program, count, references, one, {}))
-            rows["plain"].append(_run(program, count, references, other, preloaded))
+            rows["plain"].append(_run(program, count, references, other, with_python))
             rows["three"].append(_run(program, 1, references, all_, {}))
-        sizes = alone.stat().st_size, plain.stat().st_size
+        size, plain_size = (fmu.stat().st_size / 1e6 for fmu in (alone, plain))
     a, p, t = ([median(column) for column in zip(*rows[key])] for key in rows)
     return [
         Figure("first_instantiate_ms", "the first instance, ms", 1e3 * a[0], 1e3 * p[0], 1.0),
@@ -100,7 +98,7 @@ def measured(quick: bool) -> list[Figure]:
         Figure("read_us", "getReal of 4, µs", 1e6 * a[2], 1e6 * p[2], 1.0),
         Figure("memory_mb", "memory of a host with one, MB", a[3] / 1e3, p[3] / 1e3, 1.0),
         Figure("three_mb", "memory with three FMUs, beside one, MB", t[3] / 1e3, a[3] / 1e3, 1.3),
-        Figure("size_mb", "the file, MB; at most 5, beside the plain", *(s / 1e6 for s in sizes), 5e6 / sizes[1]),
+        Figure("size_mb", "the file, MB (5 at most)", size, plain_size, 5.0 / plain_size),
     ]
 
 
