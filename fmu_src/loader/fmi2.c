@@ -4,6 +4,14 @@
 
 #include "fmi2FunctionTypes.h"
 
+static int wanted(const Instance *i, const char *category)
+{
+    if (!i->logging) return 0;
+    for (size_t n = 0; n < i->category_count; n++)
+        if (!strcmp(i->categories[n], category)) return 1;
+    return !i->category_count;
+}
+
 /* The text is a format to C hosts; others, fmpy among them, show it as it is and take no arguments.
    So it has no directives. */
 static void say(Instance *i, int status, const char *category, const char *text)

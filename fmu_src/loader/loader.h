@@ -276,14 +276,6 @@ static void set_logging(Instance *i, int on, size_t count, const char *const cat
         i->categories[n] = strdup(categories[n] ? categories[n] : "");
 }
 
-static int wanted(const Instance *i, const char *category)
-{
-    if (!i->logging || !i->logger) return 0;
-    for (size_t n = 0; n < i->category_count; n++)
-        if (!strcmp(i->categories[n], category)) return 1;
-    return !i->category_count;
-}
-
 static Instance *new_instance(const char *name, void *environment, void *logger, int logging,
                               int fatal)
 {
