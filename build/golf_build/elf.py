@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 
 _LOAD, _DYNAMIC = 1, 2
 _NEEDED, _STRTAB, _SONAME, _RPATH, _DEBUG, _RUNPATH = 1, 5, 14, 15, 21, 29
-_VERNEED, _VERNEEDNUM = 0x6FFFFFFE, 0x6FFFFFFF
+_SYMTAB, _VERSYM, _VERNEED, _VERNEEDNUM = 6, 0x6FFFFFF0, 0x6FFFFFFE, 0x6FFFFFFF
 
 
 def _segments(data: bytes) -> Iterator[tuple[int, int, int, int]]:
@@ -49,25 +49,63 @@ def soname(data: bytes) -> str:
     return _text(data, _offset(data, entries[_STRTAB]) + entries[_SONAME])
 
 
-def glibc(data: bytes) -> tuple[int, ...]:
-    """The oldest glibc that has all that it needs, as (2, 17)."""
+def _versions(data: bytes) -> Iterator[tuple[int, str, int]]:
+    """The versions of symbols that it needs: offset of the entry, name, number in the library."""
     entries = dict(_dynamic(data))
     if _VERNEED not in entries:
-        return (0,)
-    table = _offset(data, entries[_STRTAB])
-    versions: list[tuple[int, ...]] = [(0,)]
-    at = _offset(data, entries[_VERNEED])
+        return
+    table, at = _offset(data, entries[_STRTAB]), _offset(data, entries[_VERNEED])
     for _ in range(entries[_VERNEEDNUM]):
         _, count, _, first, following = struct.unpack_from("<HHIII", data, at)
         one = at + first
         for _ in range(count):
-            _, _, _, name, then = struct.unpack_from("<IHHII", data, one)
-            system, _, number = _text(data, table + name).partition("_")
-            if system == "GLIBC" and number[0].isdigit():
-                versions.append(tuple(map(int, number.split("."))))
+            _, _, number, name, then = struct.unpack_from("<IHHII", data, one)
+            yield one, _text(data, table + name), number
             one += then
         at += following
-    return max(versions)
+
+
+def glibc(data: bytes) -> tuple[int, ...]:
+    """The oldest glibc that has all that it needs, as (2, 17)."""
+    numbers: list[tuple[int, ...]] = [(0,)]
+    for _, name, _ in _versions(data):
+        system, _, number = name.partition("_")
+        if system == "GLIBC" and number[0].isdigit():
+            numbers.append(tuple(map(int, number.split("."))))
+    return max(numbers)
+
+
+def older(data: bytes, symbol: str, version: str, instead: str) -> bytes:
+    """With an older version of one symbol; as it is, if others have that version too.
+
+    Args:
+        data: of the library.
+        symbol: its name.
+        version: which it asks for ("GLIBC_2.35").
+        instead: a version of the same symbol that other symbols of the library ask for.
+    """
+    entries = dict(_dynamic(data))
+    if not {_VERNEED, _VERSYM, _SYMTAB, _STRTAB} <= entries.keys():
+        return data
+    symbols, table = _offset(data, entries[_SYMTAB]), _offset(data, entries[_STRTAB])
+    found = {name: (at, number) for at, name, number in _versions(data)}
+    if version not in found or instead not in found:
+        return data
+    versym = _offset(data, entries[_VERSYM])
+    # Linkers put the strings behind the symbols; where not, the names don't come out right.
+    users = [
+        _text(data, table + struct.unpack_from("<I", data, symbols + 24 * n)[0])
+        for n in range((table - symbols) // 24)
+        if struct.unpack_from("<H", data, versym + 2 * n)[0] & 0x7FFF == found[version][1]
+    ]
+    if users != [symbol]:
+        return data
+    changed = bytearray(data)
+    at, source = found[version][0], found[instead][0]
+    # The hash of the name, and where the name is.
+    changed[at : at + 4] = data[source : source + 4]
+    changed[at + 8 : at + 12] = data[source + 8 : source + 12]
+    return bytes(changed)
 
 
 def stripped(data: bytes) -> bytes:

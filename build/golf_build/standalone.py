@@ -138,6 +138,13 @@ def _system_library(name: str, wanted_by: Path) -> Path:
 # Python, and what goes with it
 
 
+def _portable(file: Path) -> bytes:
+    """A library of this machine, for others."""
+    # The newer hypot differs in how it tells errors, which Python looks at in neither.
+    data = elf.older(file.read_bytes(), "hypot", "GLIBC_2.35", "GLIBC_2.2.5")
+    return elf.unplaced(data)
+
+
 def _frozen(modules: dict[str, bytes], own: list[str]) -> list[tuple[str, bool | None, str]]:
     """What these modules need; see `frozen_modules`."""
     with tempfile.TemporaryDirectory(prefix="golf-impact-build-") as scratch:
@@ -244,8 +251,8 @@ def private_python() -> PrivatePython:
             if name not in libraries and not _GLIBC.fullmatch(name):
                 libraries[name] = _system_library(name, file)
                 todo.append(libraries[name])
-    contents = {name: elf.unplaced(file.read_bytes()) for name, file in libraries.items()}
-    modules = {f"{name}.so": elf.unplaced(p.read_bytes()) for name, p in extensions.items()}
+    contents = {name: _portable(file) for name, file in libraries.items()}
+    modules = {f"{name}.so": _portable(file) for name, file in extensions.items()}
     blob = _blob(rows)
 
     total = hashlib.sha256(blob + (loader_folder() / "private_python.c").read_bytes())
