@@ -11,8 +11,7 @@ from math import inf
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from .laws import LAWS
-from .laws.contact import Start, State
+from .laws.contact import EARLY, Start, State
 from .parameters import Inputs, Parameters
 
 #: Of a host's clock, relative.
@@ -22,26 +21,39 @@ _RESOLUTION = 2.0**-52
 _REMEMBERED = 64
 
 
+#: A named tuple by its values in a third of the time of its own way: every impact makes three.
+_made = tuple.__new__
+
+
+def added(high: float, low: float, elapsed: float) -> tuple[float, float]:
+    """A pair and a number, summed up without loss: 10⁶ steps are as exact as one."""
+    total = high + elapsed
+    back = total - high
+    low += (high - (total - back)) + (elapsed - back)
+    # The larger part is the sum's nearest double: the same one, however the steps were added.
+    nearest = total + low
+    return nearest, low - (nearest - total)
+
+
 class Free(NamedTuple):
     """Both bodies move freely: before first touch and after the contact.
 
     Attributes:
-        x_club, x_club_low: position of the club face at the start of the phase, as a pair, m.
-        x_ball: position of the ball, m.
+        x_ball: position of the ball at the start of the phase, m.
         v_club, v_ball: velocities, m/s.
-        compression: how much of it is left at the start, m.
-        closing: at what speed that falls, m/s; below 0.
+        compression, compression_low: how far the club face is past the ball's near side at the
+            start, as a pair, m; below 0 before touch.
+        closing: at what speed that grows, m/s.
         duration: s until first touch; inf if there will be none.
     """
 
-    x_club: float
-    x_club_low: float
     x_ball: float
     v_club: float
     v_ball: float
-    compression: float = 0.0
-    closing: float = 0.0
-    duration: float = inf
+    compression: float
+    compression_low: float
+    closing: float
+    duration: float
 
     def course(self) -> tuple[Callable[[float], State], float]:
         """As of a contact phase."""
@@ -49,29 +61,20 @@ class Free(NamedTuple):
 
     def state(self, t: float) -> State:
         """Force, positions, velocities and compression at t, s since the start of the phase."""
-        x_club, x_club_low, x_ball, v_club, v_ball, compression, closing, _ = self
-        left = compression + closing * t
-        return [
-            0.0,
-            x_club + (x_club_low + v_club * t),
-            x_ball + v_ball * t,
-            v_club,
-            v_ball,
-            left if left > 0.0 else 0.0,
-        ]
+        x_ball, v_club, v_ball, compression, compression_low, closing, _ = self
+        x_ball += v_ball * t
+        compression += compression_low + closing * t
+        x_club = x_ball + compression
+        # Bodies that close aren't compressed yet, whatever the last bits say.
+        left = compression if compression > 0.0 >= closing else 0.0
+        return [0.0, x_club, x_ball, v_club, v_ball, left]
 
 
-def approach(x_club: float, x_club_low: float, x_ball: float, u_club: float, u_ball: float) -> Free:
-    """Free motion until the gap is closed."""
+def approach(x_ball: float, gap: float, gap_low: float, u_club: float, u_ball: float) -> Free:
+    """Free motion until the gap (m, as a pair) is closed."""
     closing = u_club - u_ball
-    duration = max(0.0, (x_ball - x_club) - x_club_low) / closing if closing > 0.0 else inf
-    return Free(x_club, x_club_low, x_ball, u_club, u_ball, duration=duration)
-
-
-def flight(state: State, closing: float) -> Free:
-    """Free motion from where a contact has ended; closing as a contact phase tells it, m/s."""
-    _, x_club, x_ball, v_club, v_ball, compression = state
-    return Free(x_club, 0.0, x_ball, v_club, v_ball, compression, closing)
+    duration = max(0.0, gap + gap_low) / closing if closing > 0.0 else inf
+    return _made(Free, (x_ball, u_club, u_ball, -gap, -gap_low, closing, duration))
 
 
 #: First touch: when (s since the start, as a pair), where (m), and how fast the club was (m/s).
@@ -90,7 +93,7 @@ class Peaks(NamedTuple):
 #: What an impact is made of; see there.
 _FIELDS = (
     *("parameters", "in_force", "phase", "began_high", "began_low", "touch"),
-    *("_contact", "_contact_start", "_offset", "_finished", "_peaks"),
+    *("contact", "contact_start", "_offset", "_finished", "_peaks"),
 )
 _everything = attrgetter(*_FIELDS)
 
@@ -111,15 +114,15 @@ class Impact:
         #: The inputs that act now.
         self.in_force = inputs
         #: The present phase, and when it began (s since the start, as a pair).
-        self.phase: Any = approach(-parameters.gap, 0.0, 0.0, inputs[2], parameters.ball_speed)
+        self.phase: Any = approach(0.0, parameters.gap, 0.0, inputs[2], parameters.ball_speed)
         self.began_high = 0.0
         self.began_low = 0.0
         #: First touch, or None before it.
         self.touch: Touch | None = None
         #: The last contact phase, and what it was made from (k, b, where the bodies were); it
         #: outlives its end because a communication step may reach back into it.
-        self._contact: Any = None
-        self._contact_start: tuple[float, float, Start] | None = None
+        self.contact: Any = None
+        self.contact_start: tuple[float, float, Start] | None = None
         #: s from first touch to the start of the present phase.
         self._offset = 0.0
         #: Contact phases that ended (phase, when it ended, offset), not yet summed up in _peaks.
@@ -142,49 +145,52 @@ class Impact:
         while True:
             phase = self.phase
             duration = phase.duration
-            if (high - self.began_high) + (low - self.began_low) < duration:
-                return self.elapsed(high, low)
-            # Two-sum: the rounding error of the sum goes into the low part.
             began = self.began_high
-            end = began + duration
-            back = end - began
-            end_low = self.began_low + ((began - (end - back)) + (duration - back))
+            t = (high - began) + (low - self.began_low)
+            if t < duration:
+                return t if t > _RESOLUTION * began else 0.0
+            end, end_low = added(began, self.began_low, duration)
             if self.touch is None:
-                u_club, u_ball = phase.v_club, phase.v_ball
-                x_ball = phase.x_ball + u_ball * duration
-                start = Start(x_ball, 0.0, u_club, u_ball, u_club - u_ball)
-                self._enter_contact(start, self.in_force)
-                self.touch = (end, end_low, x_ball, u_club)
+                x_ball, v_club, v_ball, _, _, closing, _ = phase
+                x_ball += v_ball * duration
+                start = _made(Start, (x_ball, 0.0, v_club, v_ball, closing))
+                p = self.parameters
+                k, b, _ = self.in_force
+                if p.restitution_at_rest:
+                    b = p.contact_law.damping(p, k, closing)
+                self.phase = self.contact = p.contact_law.contact(p, k, b, start)
+                self.contact_start = k, b, start
+                self.touch = (end, end_low, x_ball, v_club)
             else:
-                following = flight(*phase.end())
-                self._finish(phase, duration)
-                self.phase = following
+                x_ball, v_club, v_ball, compression, closing = phase.end()
+                following = x_ball, v_club, v_ball, compression, 0.0, closing, inf
+                self._finished += ((phase, duration, self._offset),)
+                self._offset += duration
+                self.phase = _made(Free, following)
             self.began_high, self.began_low = end, end_low
 
     def settled(self, state: State, high: float, low: float) -> State:
-        """The state of this instant as a host may see it.
+        """The state of this instant in contact as a host may see it.
 
         Within a rounding error of touch or separation, force and compression may be below 0, but
-        bodies push, they don't pull; and a phase begins exactly where it was told to.
+        bodies push, they don't pull. A phase begins exactly where it was told to, and just after
+        touch what is small is told by itself.
         """
-        if self._contact_start is not None and self.phase is self._contact:
-            if not self.elapsed(high, low):
-                x_club, compression, v_club, v_ball, _ = self._contact_start[2]
-                state[1:] = x_club, x_club - compression, v_club, v_ball, compression
-            if state[0] < 0.0:
-                state[0] = 0.0
-            if state[5] < 0.0:
-                state[2], state[5] = state[1], 0.0
+        assert self.contact_start is not None
+        t = self.elapsed(high, low)
+        phase, (k, b, start) = self.phase, self.contact_start
+        if not t:
+            x_club, compression, v_club, v_ball, _ = start
+            state[1:] = x_club, x_club - compression, v_club, v_ball, compression
+        elif t * phase.rate <= EARLY and not start.compression:
+            p = self.parameters
+            state[5] = phase.compression(t)
+            state[0] = p.contact_law.force(p, k, b, state[5], phase.closing(t))
+        if state[0] < 0.0:
+            state[0] = 0.0
+        if state[5] < 0.0:
+            state[2], state[5] = state[1], 0.0
         return state
-
-    def _enter_contact(self, start: Start, inputs: Inputs) -> None:
-        p = self.parameters
-        law = LAWS[p.law]
-        k = inputs[0]
-        u_club = start.v_club if self.touch is None else self.touch[3]
-        b = law.damping(p, inputs, u_club - p.ball_speed)
-        self.phase = self._contact = law.contact(p, k, b, start)
-        self._contact_start = k, b, start
 
     def refusal_of_touch(
         self, high: float, low: float, inputs: Inputs, step: float
@@ -195,7 +201,7 @@ class Impact:
         """
         p = self.parameters
         closing = inputs[2] - p.ball_speed
-        problem = LAWS[p.law].refusal_of_touch(p, closing) if closing > 0.0 else None
+        problem = p.contact_law.refusal_of_touch(p, closing) if closing > 0.0 else None
         if problem is None:
             return False, None
         t = self.advance(high, low)
@@ -203,13 +209,9 @@ class Impact:
             _, x_club, x_ball, *_ = self.phase.state(t)
             if x_ball - x_club > closing * step * (1.0 + 1e-12):
                 return True, None
-        elif not self._at_touch(high, low):
+        elif self._offset or not self._is_now(self.touch, high, low):
             return False, None
         return True, f"club_speed = {inputs[2]!r} m/s is refused at touch: {problem}"
-
-    def _at_touch(self, high: float, low: float) -> bool:
-        """Whether this is the very instant of touch, so that no step has moved past it yet."""
-        return self.in_contact and not self._offset and not self.elapsed(high, low)
 
     def hold(self, high: float, low: float, inputs: Inputs) -> None:
         """Take these inputs from this instant on (the start of a communication step).
@@ -221,43 +223,62 @@ class Impact:
                 nothing has changed.
         """
         p = self.parameters
-        t = (high - self.began_high) + (low - self.began_low)
-        if self.touch is None and t <= self.phase.duration + _RESOLUTION * high:
-            if inputs[2] != self.in_force[2]:
-                self._approach_anew(t, inputs[2])
-                self.began_high, self.began_low = high, low
-            self.in_force = inputs
-            return
-        t = self.advance(high, low)
-        if self._at_touch(high, low):
-            assert self.touch is not None
-            x = self.touch[2]
-            self.phase = approach(x, 0.0, x, inputs[2], p.ball_speed)
-            self.touch = self._contact = None
-        elif self.in_contact:
-            law = LAWS[p.law]
-            assert self.touch is not None
-            assert self._contact_start is not None
-            k, b = inputs[0], law.damping(p, inputs, self.touch[3] - p.ball_speed)
-            if (k, b) != self._contact_start[:2]:
-                self._change_contact(k, b, t, high, low)
-                self.began_high, self.began_low = high, low
+        if self.touch is None and inputs[2] == self.phase.v_club:
+            t = (high - self.began_high) + (low - self.began_low)
+            if t <= self.phase.duration:
+                # The usual case: nothing that acts has changed yet.
+                self.in_force = inputs
+                return
+        touch = self.touch or self._touch_by(high, low)
+        if touch is None:
+            if inputs[2] != self.phase.v_club:
+                self._approach_anew(inputs[2], high, low)
+        elif not self._offset and self._is_now(touch, high, low):
+            self.phase = approach(touch[2], 0.0, 0.0, inputs[2], p.ball_speed)
+            self.began_high, self.began_low = touch[:2]
+            self.touch = self.contact = self.contact_start = None
+        else:
+            t = self.advance(high, low)
+            if self.contact_start is not None and self.in_contact:
+                k, b, _ = inputs
+                if p.restitution_at_rest:
+                    b = p.contact_law.damping(p, k, touch[3] - p.ball_speed)
+                if (k, b) != self.contact_start[:2]:
+                    self._change_contact(k, b, t, high, low)
+                    self.began_high, self.began_low = high, low
         self.in_force = inputs
 
-    def _approach_anew(self, t: float, club_speed: float) -> None:
-        # Two-sum again: a speed that changes at 10⁶ points still adds up to the right gap.
+    def _touch_by(self, high: float, low: float) -> Touch | None:
+        """The touch that this approach leads to, if it is not after this instant."""
         phase = self.phase
-        step = phase.v_club * t
-        x_club = phase.x_club + step
-        back = x_club - phase.x_club
-        x_low = phase.x_club_low + (phase.x_club - (x_club - back)) + (step - back)
+        duration = phase.duration
+        t = (high - self.began_high) + (low - self.began_low)
+        if t < duration:
+            return None
+        end = added(self.began_high, self.began_low, duration)
+        return *end, phase.x_ball + phase.v_ball * duration, phase.v_club
+
+    @staticmethod
+    def _is_now(touch: Touch, high: float, low: float) -> bool:
+        """Whether no step has moved past a touch yet, to the last bit of the clock."""
+        return (high - touch[0]) + (low - touch[1]) <= _RESOLUTION * touch[0]
+
+    def _approach_anew(self, club_speed: float, high: float, low: float) -> None:
+        t = (high - self.began_high) + (low - self.began_low)
+        phase = self.phase
+        # Two-sum again: a speed that changes at 10⁶ points still closes the right gap.
+        step = -phase.closing * t
+        gap = step - phase.compression
+        back = gap - step
+        gap_low = (step - (gap - back)) - (phase.compression + back) - phase.compression_low
         x_ball = phase.x_ball + phase.v_ball * t
-        self.phase = approach(x_club, x_low, x_ball, club_speed, self.parameters.ball_speed)
+        self.phase = approach(x_ball, gap, gap_low, club_speed, phase.v_ball)
+        self.began_high, self.began_low = high, low
 
     def _change_contact(self, k: float, b: float, t: float, high: float, low: float) -> None:
         """`k` or `b` changed during contact: a new phase starts from the present state."""
         p, phase = self.parameters, self.phase
-        law = LAWS[p.law]
+        law = p.contact_law
         if len(self._finished) >= _REMEMBERED:
             self._sum_up()
         course, scale = phase.course()
@@ -267,18 +288,14 @@ class Impact:
         following: Any
         pushed = law.force(p, k, b, compression, start.closing) > 0.0
         if pushed or (not compression and start.closing > 0.0):
-            self._contact = following = law.contact(p, k, b, start)
-            self._contact_start = k, b, start
+            self.contact = following = law.contact(p, k, b, start)
+            self.contact_start = k, b, start
         else:
-            now[0] = 0.0
-            following = flight(now, start.closing)
-            self._contact = None
-        self._finish(phase, t)
+            following = Free(now[2], v_club, v_ball, compression, 0.0, start.closing, inf)
+            self.contact = None
+        self._finished += ((phase, t, self._offset),)
+        self._offset += t
         self.phase = following
-
-    def _finish(self, phase: Any, duration: float) -> None:
-        self._finished += ((phase, duration, self._offset),)
-        self._offset += duration
 
     # State
 
@@ -302,8 +319,8 @@ class Impact:
             self.began_high,
             self.began_low,
             self.touch,
-            self._contact,
-            self._contact_start,
+            self.contact,
+            self.contact_start,
             self._offset,
             self._finished,
             self._peaks,
@@ -334,7 +351,7 @@ class Impact:
             k, b, bodies = start
             start = k, b, Start(*bodies)
             if has_contact:
-                contact = LAWS[p.law].contact(p, *start)
+                contact = p.contact_law.contact(p, *start)
         phase = contact if free is None else Free(*free)
         if touch is not None:
             touch = tuple(touch)
@@ -358,7 +375,7 @@ class Impact:
     @property
     def in_contact(self) -> bool:
         """Whether the bodies are in contact now."""
-        return self.touch is not None and self.phase is self._contact
+        return self.phase is self.contact
 
     def contact_time(self, high: float, low: float) -> float:
         """Time in contact so far, s."""
@@ -383,11 +400,9 @@ class Impact:
         """Largest contact force so far (N) and when it was, s since first touch."""
         self._sum_up()
         best = self._peaks.force, self._peaks.time
-        if self.in_contact:
-            force, when = self.phase.peak_force(self.elapsed(high, low))
-            if force > best[0]:
-                return force, self._offset + when
-        return best
+        if not self.in_contact:
+            return best
+        return _later_peak(best, self._offset, *self.phase.peak_force(self.elapsed(high, low)))
 
     def peak_compression(self, high: float, low: float) -> float:
         """Largest compression so far, m."""
@@ -402,9 +417,7 @@ class Impact:
             return
         force, time, compression, impulse = self._peaks
         for phase, end, offset in self._finished:
-            highest, when = phase.peak_force(end)
-            if highest > force:
-                force, time = highest, offset + when
+            force, time = _later_peak((force, time), offset, *phase.peak_force(end))
             compression = max(compression, phase.peak_compression(end))
             impulse += phase.impulse(0.0, end)
         self._peaks = Peaks(force, time, compression, impulse)
@@ -416,7 +429,7 @@ class Impact:
         Relative to the step, not to the whole impulse: the mean force over a nanosecond is as good
         as the one over a millisecond.
         """
-        contact = self._contact
+        contact = self.contact
         if contact is None:
             return 0.0
         # Since the start of the contact, of which the present phase began at its end if it is over.
@@ -434,3 +447,15 @@ class Impact:
         # The step itself is known better than the difference of two times.
         width = step if not passed and begin > 0.0 else end - begin
         return contact.impulse(begin, width)
+
+
+def _later_peak(
+    best: tuple[float, float], offset: float, force: float, when: float
+) -> tuple[float, float]:
+    """The larger of the peak so far and that of a phase that begins at `offset`, and its time.
+
+    Where a phase takes over just before the peak, both are the same to the last digits: if the
+    force goes on rising, the later one counts.
+    """
+    goes_on = when > 0.0 and best[1] == offset and force >= best[0] * (1.0 - 1e-15)
+    return (max(force, best[0]), offset + when) if goes_on or force > best[0] else best

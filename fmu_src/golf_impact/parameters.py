@@ -1,6 +1,7 @@
 """What values the component accepts, one by one and together, and how it says no."""
 
 from math import inf, sqrt
+from operator import attrgetter
 from typing import Any
 
 from .laws import LAWS
@@ -13,6 +14,10 @@ _SMALLEST, _LARGEST = 1e-75, 1e75
 _RATIO = 1e15
 
 
+_NAMES = tuple(row.name for row in VARIABLES if row.causality == "parameter")
+_values = attrgetter(*_NAMES)
+
+
 class Parameters:
     """The values that stay fixed from the end of initialization on; never changed in place.
 
@@ -21,7 +26,7 @@ class Parameters:
     """
 
     # Not a named tuple: an attribute of one costs a look-up.
-    __slots__ = tuple(row.name for row in VARIABLES if row.causality == "parameter")
+    __slots__ = (*_NAMES, "contact_law")
 
     m_club: float
     m_ball: float
@@ -48,17 +53,19 @@ class Parameters:
             self.restitution_at_rest,
             self.restitution_slope,
         ) = values
+        #: What `law` stands for.
+        self.contact_law = LAWS[self.law]
 
     def values(self) -> tuple:
         """What it is made from."""
-        return tuple(getattr(self, name) for name in self.__slots__)
+        return _values(self)
 
 
 #: k (N/m), b (N.s/m) and club_speed (m/s): what a host may change at every communication point.
 Inputs = tuple[float, float, float]
 
 INPUTS = 3
-SETTABLE = INPUTS + len(Parameters.__slots__)
+SETTABLE = INPUTS + len(_NAMES)
 
 
 def refusal(variable: Variable, value: object) -> str:
@@ -83,6 +90,11 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
     """
     p = parameters
     k, b, club_speed = inputs
+    speed = abs(club_speed) + abs(p.ball_speed)
+    ordinary = 1e-6 < p.m_club < 1e6 and 1e-6 < p.m_ball < 1e6 and p.gap < 1e30
+    if ordinary and 1e-6 < k < 1e30 and b < 1e6 and speed < 1e30:
+        # Far inside all bounds: a quick yes, since a host may set inputs at every step.
+        return p.contact_law.refusal(p, inputs)
     total = p.m_club + p.m_ball
     mu = p.m_club * (p.m_ball / total)
     omega = sqrt(k / mu) if mu and k / mu < inf else inf
@@ -90,7 +102,6 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
     if p.restitution_at_rest:
         # b isn't used, and a COR allows no more damping than can be computed.
         zeta = 0.0
-    speed = abs(club_speed) + abs(p.ball_speed)
     if not (
         mu >= _SMALLEST
         and total <= _LARGEST
@@ -108,4 +119,4 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
             f"{_LARGEST:g}, masses and frequency above {_SMALLEST:g} (SI), and the damping ratio "
             f"and the ratio of the masses below {_RATIO:g}"
         )
-    return LAWS[p.law].refusal(p, inputs)
+    return p.contact_law.refusal(p, inputs)

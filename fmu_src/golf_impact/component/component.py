@@ -10,8 +10,8 @@ from collections.abc import Callable
 from math import ceil, inf, isfinite, nan
 from typing import Any, ClassVar
 
-from ..impact import Impact
-from ..laws.contact import State
+from ..impact import Impact, added
+from ..laws.contact import EARLY, State
 from ..parameters import INPUTS, SETTABLE, Inputs, Parameters, conflict, refusal
 from ..variables import VARIABLES
 from . import state
@@ -160,8 +160,9 @@ class Component:
         parameters, inputs = self._split()
         problem = None
         if self._refused:
-            of_parameters = Parameters.__slots__
-            problem = "; ".join(m for name, m in self._refused.items() if name in of_parameters)
+            problem = "; ".join(
+                message for name, message in self._refused.items() if hasattr(parameters, name)
+            )
         problem = problem or conflict(parameters, inputs)
         if problem is None:
             self._impact = Impact(parameters, inputs)
@@ -198,7 +199,8 @@ class Component:
             self._point = point + size
             self._now = None
             return True
-        problem = self._look(point, size)
+        instant = self.instant(self._count) if self._count else (self.clock, self.carry)
+        problem = self._look(point, size, *instant)
         if problem is not None:
             self._size = nan
             self._report(problem)
@@ -206,7 +208,7 @@ class Component:
         if size == self.last_step:
             self._count += 1.0
         else:
-            self.clock, self.carry = self.instant()
+            self.clock, self.carry = instant
             self._count = 1.0
             self._until = nan
         self.last_step = size
@@ -216,24 +218,23 @@ class Component:
         self._now = None
         return True
 
-    def instant(self) -> tuple[float, float]:
-        """The present instant: the sum of the accepted steps, s, as a pair."""
-        return self._after(self._count)
+    def instant(self, count: float | None = None) -> tuple[float, float]:
+        """The present instant, or that after so many of the counted steps; s, as a pair.
 
-    def _after(self, count: float) -> tuple[float, float]:
-        """The instant after so many of the counted steps."""
-        size = self.last_step
+        The sum of the accepted steps.
+        """
+        count, size = self._count if count is None else count, self.last_step
+        if count == 1.0:
+            return added(self.clock, self.carry, size)
         if not count:
             return self.clock, self.carry
-        if count == 1.0:
-            return _added(self.clock, self.carry, size)
         # Two factors of at most 26 bits have an exact product.
         high = 134217729.0 * size
         high -= high - size
-        clock, carry = _added(self.clock, self.carry, count * high)
-        return _added(clock, carry, count * (size - high))
+        clock, carry = added(self.clock, self.carry, count * high)
+        return added(clock, carry, count * (size - high))
 
-    def _look(self, point: float, size: float) -> str | None:
+    def _look(self, point: float, size: float, high: float, low: float) -> str | None:
         """Whatever a step in a row of equal ones needn't look at: why it is refused, or None.
 
         Last of all, the inputs that have been set come into force.
@@ -250,7 +251,6 @@ class Component:
             return f"steps are refused until this is corrected: {problems}"
         impact = self._impact
         assert impact is not None
-        high, low = self.instant()
         off = point - self._point
         origin = self.origin
         if off and not abs(off) <= _POINT_TOLERANCE * size + 1e-15 * abs(self._point):
@@ -265,9 +265,10 @@ class Component:
                 origin = point - high
         values = self._values
         inputs = values[0], values[1], values[2]
-        self._watched, problem = impact.refusal_of_touch(high, low, inputs, size)
-        if problem is not None:
-            return problem
+        if impact.parameters.restitution_at_rest:
+            self._watched, problem = impact.refusal_of_touch(high, low, inputs, size)
+            if problem is not None:
+                return problem
         if inputs != impact.in_force:
             problem = conflict(impact.parameters, inputs)
             if problem is not None:
@@ -372,12 +373,13 @@ class Component:
                 now = self._now = self._motion(t) if t < self._until else self._evaluate()
             pick = self._pick
             return now if pick is None else pick(now)
-        if references != self._outputs[0]:
+        asked, outputs = self._outputs
+        if references != asked:
             self._moving, self._pick, outputs = self.outputs.reading(tuple(references), "Real")
             if self._moving:
                 return self.reals(references)
             self._outputs = list(references), outputs
-        return self._read(self._outputs[1])
+        return self._read(outputs)
 
     def discretes(self, references: list[int], type_: str) -> list:
         """Values of variables of another type ("Enumeration", "Boolean")."""
@@ -410,33 +412,41 @@ class Component:
                 # Nothing to show but bodies that never meet.
                 inputs = (1.0, 0.0, parameters.ball_speed)
             impact = self._impact = Impact(parameters, inputs)
-        high, low = self.instant()
+        count = self._count
+        clock, carry = self.clock, self.carry
+        if count == 1.0:
+            high, low = instant = added(clock, carry, self.last_step)
+        else:
+            high, low = instant = self.instant()
         try:
             t = impact.advance(high, low)
-            phase = impact.phase
-            # Steps that were over before the phase began only cost digits of its own time.
-            before = (impact.began_high - self.clock) + (impact.began_low - self.carry)
-            if before > 0.0 and self._count:
-                passed = min(float(ceil(before / self.last_step)), self._count)
-                self.clock, self.carry = self._after(passed)
-                self._count -= passed
+            phase, began, began_low = impact.phase, impact.began_high, impact.began_low
+            offset = (self.clock - began) + (self.carry - began_low)
+            if offset < 0.0 and count:
+                # Steps that were over before the phase began only cost digits of its own time.
+                passed = ceil(-offset / self.last_step) if count > 1.0 else 1
+                self.clock, self.carry = instant if passed >= count else self.instant(passed)
+                self._count = count = max(0.0, count - passed)
+                offset = (self.clock - began) + (self.carry - began_low)
             if phase is not self._course_of:
                 self._motion, self._scale = phase.course()
                 self._course_of = phase
-            self._offset = self._scale * (
-                (self.clock - impact.began_high) + (self.carry - impact.began_low)
-            )
-            self._pace = self._scale * self.last_step
-            now = self._motion(self._offset + self._count * self._pace)
-            now = self._now = impact.settled(now, high, low)
+            scale = self._scale
+            self._offset = offset = scale * offset
+            self._pace = pace = scale * self.last_step
+            now = self._motion(offset + count * pace)
+            in_contact = phase is impact.contact
+            if in_contact:
+                now = impact.settled(now, high, low)
+            self._now = now
         except (ArithmeticError, ValueError) as error:
             self._report(f"{_OUT_OF_RANGE} ({error})")
             self._until = nan
             now = self._now = [nan] * len(MOVING)
             return now
         # Next to an event the exact instant decides, and the state must be settled.
-        self._until = self._scale * phase.duration * (1.0 - _CLOSE)
-        if impact.in_contact and t * phase.rate <= _CLOSE:
+        self._until = scale * phase.duration * (1.0 - _CLOSE)
+        if in_contact and t * phase.rate <= EARLY:
             self._until = -inf
         return now
 
@@ -502,13 +512,3 @@ class Component:
     def unpacked(cls, data: bytes) -> tuple | None:
         """The snapshot that became these bytes, or None if they are none of this component's."""
         return state.unpacked(data, cls.kinds)
-
-
-def _added(high: float, low: float, elapsed: float) -> tuple[float, float]:
-    """A pair and a number, summed up without loss: 10⁶ steps are as exact as one."""
-    total = high + elapsed
-    back = total - high
-    low += (high - (total - back)) + (elapsed - back)
-    # The larger part is the sum's nearest double: the same one, however the steps were added.
-    nearest = total + low
-    return nearest, low - (nearest - total)

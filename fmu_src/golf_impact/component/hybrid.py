@@ -57,10 +57,10 @@ class HybridComponent(Component):
             self.start_time = origin
         super()._set_origin(origin)
 
-    def _look(self, point: float, size: float) -> str | None:
+    def _look(self, point: float, size: float, high: float, low: float) -> str | None:
         if self._solved is not None:
             return "a step is refused: this instance is used for Model Exchange"
-        return super()._look(point, size)
+        return super()._look(point, size, high, low)
 
     def _evaluate(self) -> State:
         if self._solved is None:

@@ -91,6 +91,11 @@ def _kinetic_energy(impact: Impact, state: State, at: Moment) -> float:
     return 0.5 * (p.m_club * v_club * v_club + p.m_ball * v_ball * v_ball)
 
 
+def _max_compression(impact: Impact, state: State, at: Moment) -> float:
+    # After law 2's separation the ball is not yet round, but no contact compresses it.
+    return max(impact.peak_compression(*at.instant()), state[5])
+
+
 #: By name; Model Exchange adds its own.
 OUTPUTS: dict[str, Output] = {
     "force": _moving(0),
@@ -108,9 +113,9 @@ OUTPUTS: dict[str, Output] = {
     "coefficient_of_restitution": _coefficient_of_restitution,
     "energy_efficiency": _energy_efficiency,
     "contact_time": lambda impact, state, at: impact.contact_time(*at.instant()),
-    "max_force": lambda impact, state, at: impact.peak_force(*at.instant())[0],
+    "max_force": lambda impact, state, at: max(impact.peak_force(*at.instant())[0], state[0]),
     "time_of_max_force": lambda impact, state, at: impact.peak_force(*at.instant())[1],
-    "max_compression": lambda impact, state, at: impact.peak_compression(*at.instant()),
+    "max_compression": _max_compression,
     "contact_displacement": lambda impact, state, at: impact.contact_displacement(state),
     "impulse": lambda impact, state, at: impact.impulse(*at.instant()),
     "momentum": _momentum,

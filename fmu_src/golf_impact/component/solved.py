@@ -7,7 +7,6 @@ equations say how that changes. `results` reads both in the same way.
 from math import nan
 
 from ..impact import Impact, Touch
-from ..laws import LAWS
 from ..laws.contact import State
 from ..parameters import Inputs, Parameters
 
@@ -70,7 +69,7 @@ class SolvedImpact:
         if self.in_contact:
             p = self.parameters
             k, b = self._acting
-            force = LAWS[p.law].force(p, k, b, compression, v_club - v_ball)
+            force = p.contact_law.force(p, k, b, compression, v_club - v_ball)
         return [force, x_club, x_ball, v_club, v_ball, compression]
 
     def derivatives(self) -> list[float]:
@@ -91,11 +90,11 @@ class SolvedImpact:
         self._act()
 
     def _act(self) -> None:
-        p, inputs = self.parameters, self.in_force
-        b = inputs[1]
-        if self.touch is not None:
-            b = LAWS[p.law].damping(p, inputs, self.touch[3] - p.ball_speed)
-        self._acting = inputs[0], b
+        p = self.parameters
+        k, b, _ = self.in_force
+        if p.restitution_at_rest and self.touch is not None:
+            b = p.contact_law.damping(p, k, self.touch[3] - p.ball_speed)
+        self._acting = k, b
 
     def _drag(self) -> float:
         """What law 1's drag has taken from the ball since the last event, N.s."""
@@ -117,7 +116,7 @@ class SolvedImpact:
                 self.touch = (time, 0.0, x_ball, club_speed)
                 self.in_contact = True
                 p = self.parameters
-                self.refusal_of_touch = LAWS[p.law].refusal_of_touch(p, club_speed - p.ball_speed)
+                self.refusal_of_touch = p.contact_law.refusal_of_touch(p, club_speed - p.ball_speed)
                 if self.refusal_of_touch is None:
                     self._act()
                 self._dragging = (self._drag_coefficient(), x_ball)
@@ -131,7 +130,7 @@ class SolvedImpact:
         return False
 
     def _drag_coefficient(self) -> float:
-        return LAWS[self.parameters.law].drag(self._acting[1])
+        return self.parameters.contact_law.drag(self._acting[1])
 
     # What results ask for, as of Impact
 
@@ -255,7 +254,7 @@ def acceleration(impact: AnyImpact, state: State, body: int) -> float:
         return 0.0
     p = impact.parameters
     force, _, _, v_club, v_ball, _ = state
-    drag = LAWS[p.law].drag(impact.in_force[1])
+    drag = p.contact_law.drag(impact.in_force[1])
     if body:
         return (force - drag * v_ball) / p.m_ball
     return -(force + drag * v_club) / p.m_club

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from ..numerics.gauss import integral
 from ..numerics.roots import falling_zero, offset_of_real_root
-from .contact import ContactPhase, Law, Start, State
+from .contact import EARLY, ContactPhase, End, Law, Start, State
 from .extended import Equations, ExtendedContact
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class UsualContact(ContactPhase):
 
     Args:
         k: contact stiffness, N/m, > 0.
-        b: damping, N.s/m, >= 0; the damping ratio is at most `MOST_DAMPING`.
+        b: damping, N.s/m, >= 0.
         m_club: mass of the club head, kg.
         m_ball: mass of the ball, kg.
         start: where the bodies are.
@@ -67,6 +67,9 @@ class UsualContact(ContactPhase):
 
     def __init__(self, k: float, b: float, m_club: float, m_ball: float, start: Start) -> None:
         self._arguments = k, b, m_club, m_ball, start
+        #: s from the start of the phase until contact ends; 0 if it isn't a usual contact.
+        self.duration = 0.0
+        self._peak: tuple[float, float] | None = None
         _, compression, v_club, v_ball, closing = start
         total = m_club + m_ball
         # The equations keep their form when the bodies change places and the axis is turned round.
@@ -80,6 +83,8 @@ class UsualContact(ContactPhase):
         #: The fastest rate of change in the phase, 1/s.
         self.rate = omega = sqrt(k / mu)
         zeta = b / (2.0 * mu * omega)
+        if zeta > MOST_DAMPING:
+            return
         if zeta < _LEAST_DAMPING:
             zeta = _LEAST_DAMPING
         drag1 = 2.0 * zeta * p
@@ -100,13 +105,13 @@ class UsualContact(ContactPhase):
         g1 = ((h - drag1) * w1 - p * w0) / second
         g2 = ((h - 2.0 * zeta * q) * w2 + q * w0) / second
 
-        #: s from the start of the phase until contact ends; 0 if it isn't a usual contact.
-        self.duration = 0.0
         lone = a * x
-        if abs(lone) <= MOST_REAL_MODE * (d + max(closing, 0.0)):
-            angle = _first_fall((h - r) / second, lone, w0, g0)
-            if angle is not None:
-                self.duration = angle / (second * omega)
+        if abs(lone) > MOST_REAL_MODE * (d + max(closing, 0.0)):
+            return
+        angle = _first_fall((h - r) / second, lone, w0, g0)
+        if angle is None:
+            return
+        self.duration = angle / (second * omega)
         if m_club >= m_ball:
             a1, c1, s1, a2, c2, s2 = a * p, w1, g1, a * u, w2, g2
         else:
@@ -128,7 +133,6 @@ class UsualContact(ContactPhase):
             (h * c1 + second * s1) / size,
             (second * c1 - h * s1) / size,
         )
-        self._peak: tuple[float, float] | None = None
 
     def course(self) -> tuple[Callable[[float], State], float]:
         """Time is the angle Rt."""
@@ -149,7 +153,7 @@ class UsualContact(ContactPhase):
 
         return state, frequency
 
-    def end(self) -> tuple[State, float]:
+    def end(self) -> End:
         t = self.duration
         r, h, frequency, _, _, _, a1, c1, s1, a2, c2, s2, x_c, x_s = self._motion
         size = exp(-h * t)
@@ -161,7 +165,7 @@ class UsualContact(ContactPhase):
         x = self._arguments[4].x_club + (x_c - a1 / r * fallen - x_c * c + x_s * s)
         v_club = a1 * e + c1 * c + s1 * s
         v_ball = a2 * e + c2 * c + s2 * s
-        return [0.0, x, x, v_club, v_ball, 0.0], v_club - v_ball
+        return x, v_club, v_ball, 0.0, v_club - v_ball
 
     def closing(self, t: float) -> float:
         r, h, frequency, a0, c0, s0, *_ = self._motion
@@ -191,11 +195,17 @@ class UsualContact(ContactPhase):
         lone = a0 * exp(-r * begin) * expm1(-r * width) / r
         return self._arguments[0] * (pair / (h * h + frequency * frequency) - lone)
 
-    def _force(self, t: float) -> float:
+    def compression(self, t: float) -> float:
         r, h, frequency, a0, c0, s0, *_ = self._motion
+        if t * self.rate <= EARLY and not self._arguments[4].compression:
+            # Just after touch the modes nearly cancel.
+            return integral(self.closing, t, t)
         angle = frequency * t
         pair = c0 * cos(angle) + s0 * sin(angle)
-        return self._arguments[0] * (a0 * exp(-r * t) + exp(-h * t) * pair)
+        return a0 * exp(-r * t) + exp(-h * t) * pair
+
+    def _force(self, t: float) -> float:
+        return self._arguments[0] * self.compression(t)
 
     def peak_force(self, t: float) -> tuple[float, float]:
         if self._peak is None:
@@ -232,16 +242,6 @@ def _first_fall(rise: float, lone: float, cosine: float, sine: float) -> float |
     return falling_zero(rise, lone, cosine, sine, max(turning, 0.0), turning + pi)
 
 
-def contact(k: float, b: float, m_club: float, m_ball: float, start: Start) -> ContactPhase:
-    """A contact phase under law 1: a usual one if it is, else one in many digits."""
-    mu = m_club * (m_ball / (m_club + m_ball))
-    if b <= 2.0 * MOST_DAMPING * mu * sqrt(k / mu):
-        usual = UsualContact(k, b, m_club, m_ball, start)
-        if usual.duration:
-            return usual
-    return ExtendedContact(k, b, m_club, m_ball, start, equations)
-
-
 class AbsoluteLaw(Law):
     """Law 1; see `Law`."""
 
@@ -267,11 +267,15 @@ class AbsoluteLaw(Law):
         """None is refused."""
         return None
 
-    def damping(self, parameters: "Parameters", inputs: "Inputs", closing: float) -> float:
-        return inputs[1]
+    def damping(self, parameters: "Parameters", k: float, closing: float) -> float:
+        raise AssertionError("such parameters are refused")
 
     def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
-        return contact(k, b, parameters.m_club, parameters.m_ball, start)
+        m_club, m_ball = parameters.m_club, parameters.m_ball
+        usual = UsualContact(k, b, m_club, m_ball, start)
+        if usual.duration:
+            return usual
+        return ExtendedContact(k, b, m_club, m_ball, start, equations)
 
     def force(
         self, parameters: "Parameters", k: float, b: float, compression: float, closing: float

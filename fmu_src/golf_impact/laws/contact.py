@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 if TYPE_CHECKING:
     from ..parameters import Inputs, Parameters
 
+#: Until this time (in units of 1/rate) after touch, what is small is asked for by itself.
+EARLY = 1e-3
+
 #: Force (N), positions of club and ball (m), their velocities (m/s), compression (m).
 State = list[float]
 
@@ -27,6 +30,11 @@ class Start(NamedTuple):
     closing: float
 
 
+#: Position of the ball (m), velocities of club and ball (m/s), compression (m), and how fast that
+#: grows (m/s).
+End = tuple[float, float, float, float, float]
+
+
 class ContactPhase(Protocol):
     """Contact under constant k and b, from its start until the contact force is gone.
 
@@ -41,11 +49,14 @@ class ContactPhase(Protocol):
     def course(self) -> tuple[Callable[[float], State], float]:
         """A function that gives the state, and how much of its own time passes in a second."""
 
-    def end(self) -> tuple[State, float]:
-        """State and closing speed (m/s) when contact ends."""
+    def end(self) -> End:
+        """Where things are when contact ends."""
+
+    def compression(self, t: float) -> float:
+        """Compression, m, good relative to itself however small it is just after touch."""
 
     def closing(self, t: float) -> float:
-        """Closing speed v_club - v_ball, m/s, good relative to itself however small it is."""
+        """Closing speed v_club - v_ball, m/s, good relative to itself."""
 
     def impulse(self, begin: float, width: float) -> float:
         """Impulse of the contact force over [begin, begin + width], N.s."""
@@ -70,8 +81,11 @@ class Law(Protocol):
     def refusal_of_touch(self, parameters: "Parameters", closing: float) -> str | None:
         """Why it can't have a touch at this approach speed (m/s), or None."""
 
-    def damping(self, parameters: "Parameters", inputs: "Inputs", closing: float) -> float:
-        """The damping b that acts after a touch at this approach speed (m/s), N.s/m."""
+    def damping(self, parameters: "Parameters", k: float, closing: float) -> float:
+        """The damping (N.s/m) that gives the coefficient of restitution of the parameters.
+
+        At this approach speed (m/s); asked for only if the law has accepted such parameters.
+        """
 
     def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
         """The phase that begins at `start`: first touch while closing, or a force above 0."""

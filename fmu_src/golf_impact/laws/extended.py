@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 from ..numerics.decimals import PI, arithmetic
 from ..numerics.zeros import zero_between
-from .contact import ContactPhase, Start, State
+from .contact import ContactPhase, End, Start, State
 
 #: Digits; and those for a damping ratio, a ratio of the masses or one of the speeds to what they
 #: close by that are beyond these: then up to 70 cancel.
@@ -39,8 +39,9 @@ _HEAVY, _UNEQUAL, _FAST = 5e4, 1e8, 1e5
 #: A damping ratio as small as this changes no bit of any result.
 _LEAST_DAMPING = Decimal(10) ** -30
 
-#: Squares of rates that lie nearer (relative) are moved apart: that changes no bit either.
-_APART = Decimal(10) ** -40
+#: A pair of rates nearer than this (relative, squared) is told as two real ones that are so far
+#: apart: that changes no bit either.
+_APART = Decimal(10) ** -30
 
 _INFINITY = Decimal("Infinity")
 
@@ -156,7 +157,7 @@ class ExtendedContact(ContactPhase):
         h, c = (total - r) / 2, product / r if r else minors
         square = c - h * h
         if abs(square) < _APART * c:
-            square = _APART * c
+            square = -_APART * c
         self._r, self._h = r, h
         self._apart = (h - r) * (h - r) + square
         self._oscillates = square > 0
@@ -226,18 +227,19 @@ class ExtendedContact(ContactPhase):
 
     def _state(self, t: float) -> State:
         with self._in_use():
-            return self._as_floats(Decimal(t))
+            d, w, x_ball, v_ball = self._moving(Decimal(t))
+            force = self._force[0] * d + self._force[1] * w
+            return [float(value) for value in (force, x_ball + d, x_ball, v_ball + w, v_ball, d)]
 
-    def _as_floats(self, t: Decimal) -> State:
-        d, w, x_ball, v_ball = self._moving(t)
-        force = self._force[0] * d + self._force[1] * w
-        return [float(value) for value in (force, x_ball + d, x_ball, v_ball + w, v_ball, d)]
-
-    def end(self) -> tuple[State, float]:
+    def end(self) -> End:
         with self._in_use():
-            state = self._as_floats(self._end)
-            state[0], state[5] = 0.0, max(0.0, state[5])
-            return state, float(self._moving(self._end)[1])
+            d, w, x_ball, v_ball = self._moving(self._end)
+            # Law 1's compression is 0 but for the last of many digits.
+            return float(x_ball), float(v_ball + w), float(v_ball), max(0.0, float(d)), float(w)
+
+    def compression(self, t: float) -> float:
+        with self._in_use():
+            return float(self._moving(Decimal(t))[0])
 
     def closing(self, t: float) -> float:
         with self._in_use():

@@ -16,7 +16,7 @@ from math import atan2, exp, hypot, inf, pi, sqrt
 from ..numerics.gauss import GAUSS_5
 from ..numerics.oscillator import LEAST, Oscillator
 from ..numerics.panels import Panel
-from .contact import ContactPhase, Start, State
+from .contact import ContactPhase, End, Start, State
 
 #: Where panels meet, as phases Ωσ since the last zero of x. The other zeros of x are pi apart along
 #: the real axis, or along the imaginary one above critical damping; they keep a distance from a
@@ -168,9 +168,13 @@ class PowerLawContact(ContactPhase):
         x = x_club + ((p * v_ball + q * v_club) * t - p * (d0 - d))
         return [force, x, x - d, v_club - p * (w0 - w), v_ball + q * (w0 - w), d]
 
-    def end(self) -> tuple[State, float]:
+    def end(self) -> End:
         """The force is 0, the ball not yet round."""
-        return self._state(self.duration), self._final[2]
+        _, _, x_ball, v_club, v_ball, compression = self._state(self.duration)
+        return x_ball, v_club, v_ball, compression, self._final[2]
+
+    def compression(self, t: float) -> float:
+        return self._relative_motion(t)[1]
 
     def closing(self, t: float) -> float:
         return self._relative_motion(t)[2]

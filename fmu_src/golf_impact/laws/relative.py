@@ -16,7 +16,7 @@ from math import atan2, cos, exp, inf, sin, sqrt
 from typing import TYPE_CHECKING
 
 from ..numerics.gauss import integral
-from .contact import ContactPhase, Law, Start, State
+from .contact import ContactPhase, End, Law, Start, State
 from .extended import Equations, ExtendedContact
 from .power_law import PowerLawContact
 from .restitution import damping, out_of_reach, restitution
@@ -56,7 +56,7 @@ class UsualContact(ContactPhase):
 
     Args:
         k: contact stiffness, N/m, > 0.
-        b: damping, N.s/m, >= 0; the damping ratio is at most `MOST_DAMPING`.
+        b: damping, N.s/m, >= 0.
         m_club: mass of the club head, kg.
         m_ball: mass of the ball, kg.
         start: where the bodies are.
@@ -71,6 +71,10 @@ class UsualContact(ContactPhase):
         #: The fastest rate of change in the phase, 1/s.
         self.rate = omega = sqrt(k / mu)
         zeta = b / (2.0 * mu * omega)
+        #: s from the start of the phase until contact ends; 0 if it isn't a usual contact.
+        self.duration = 0.0
+        if zeta > MOST_DAMPING:
+            return
         gamma = zeta * omega
         frequency = omega * sqrt((1.0 - zeta) * (1.0 + zeta))
         pull = omega * omega * d
@@ -90,10 +94,7 @@ class UsualContact(ContactPhase):
             x_club - p * d,
             q * v_club + p * v_ball,
         )
-        #: s from the start of the phase until contact ends.
         self.duration = atan2(force, -force_s) / frequency
-        #: Of the force at the start, N/s.
-        self._slope = k * (w * (1.0 - 2.0 * zeta) * (1.0 + 2.0 * zeta) - 2.0 * zeta * omega * d)
         self._peak: tuple[float, float] | None = None
 
     def course(self) -> tuple[Callable[[float], State], float]:
@@ -126,7 +127,7 @@ class UsualContact(ContactPhase):
         angle = frequency * t
         return size * cos(angle), size * sin(angle)
 
-    def end(self) -> tuple[State, float]:
+    def end(self) -> End:
         """The force is 0, the ball not yet round."""
         t = self.duration
         gamma, frequency, _, _, d, d_s, w, w_s, p, q, x, v = self._motion
@@ -136,15 +137,11 @@ class UsualContact(ContactPhase):
         s = size * sin(angle)
         compression = d * c + d_s * s
         closing = w * c + w_s * s
-        x += v * t
-        return [
-            0.0,
-            x + p * compression,
-            x - q * compression,
-            v + p * closing,
-            v - q * closing,
-            compression,
-        ], closing
+        return x + v * t - q * compression, v + p * closing, v - q * closing, compression, closing
+
+    def compression(self, t: float) -> float:
+        c, s = self._basis(t)
+        return self._motion[4] * c + self._motion[5] * s
 
     def closing(self, t: float) -> float:
         c, s = self._basis(t)
@@ -169,25 +166,15 @@ class UsualContact(ContactPhase):
     def _find_peak(self) -> tuple[float, float]:
         gamma, frequency, force, force_s, *_ = self._motion
         # From half of critical damping on, the force falls from the start.
-        if self._slope <= 0.0:
+        slope = frequency * force_s - gamma * force
+        if slope <= 0.0:
             return force, 0.0
-        when = atan2(self._slope, gamma * force_s + frequency * force) / frequency
+        when = atan2(slope, gamma * force_s + frequency * force) / frequency
         return self._force(when), when
 
     def peak_compression(self, t: float) -> float:
-        _, frequency, _, _, d, d_s, w, w_s, *_ = self._motion
-        if w <= 0.0:
-            return d
-        c, s = self._basis(min(t, atan2(w, -w_s) / frequency))
-        return d * c + d_s * s
-
-
-def contact(k: float, b: float, m_club: float, m_ball: float, start: Start) -> ContactPhase:
-    """A contact phase under law 2: a usual one if it is, else one in many digits."""
-    mu = m_club * (m_ball / (m_club + m_ball))
-    if b <= 2.0 * MOST_DAMPING * mu * sqrt(k / mu):
-        return UsualContact(k, b, m_club, m_ball, start)
-    return ExtendedContact(k, b, m_club, m_ball, start, equations)
+        _, frequency, _, _, d, _, w, w_s, *_ = self._motion
+        return d if w <= 0.0 else self.compression(min(t, atan2(w, -w_s) / frequency))
 
 
 class RelativeLaw(Law):
@@ -201,12 +188,14 @@ class RelativeLaw(Law):
         p = parameters
         n, length = p.exponent, p.reference_compression
         closing = inputs[2] - p.ball_speed
+        if n == 1.0:
+            return None
         if n > _STEEPEST:
             return (
                 f"exponent = {n!r} is refused: beyond {_STEEPEST:g} forces leave the range of a "
                 "double"
             )
-        if n == 1.0 or closing <= 0.0:
+        if closing <= 0.0:
             return None
         # How far this speed compresses a ball that stiffens, and how fast that goes.
         m = 0.5 * (n + 1.0)
@@ -234,11 +223,8 @@ class RelativeLaw(Law):
             "or another restitution line at the start"
         )
 
-    def damping(self, parameters: "Parameters", inputs: "Inputs", closing: float) -> float:
-        """Where it follows from a coefficient of restitution, b isn't used."""
-        if parameters.restitution_at_rest:
-            return damping(parameters, inputs[0], closing)
-        return inputs[1]
+    def damping(self, parameters: "Parameters", k: float, closing: float) -> float:
+        return damping(parameters, k, closing)
 
     def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
         p = parameters
@@ -246,7 +232,10 @@ class RelativeLaw(Law):
             return PowerLawContact(
                 k, b, p.m_club, p.m_ball, start, p.exponent, p.reference_compression
             )
-        return contact(k, b, p.m_club, p.m_ball, start)
+        usual = UsualContact(k, b, p.m_club, p.m_ball, start)
+        if usual.duration:
+            return usual
+        return ExtendedContact(k, b, p.m_club, p.m_ball, start, equations)
 
     def force(
         self, parameters: "Parameters", k: float, b: float, compression: float, closing: float

@@ -22,7 +22,7 @@ PI = Decimal(
 _HALVINGS, _THIRDS = 12, 4
 
 #: Below this, e^x is less than a decimal's exponent can tell.
-_VANISHED = Decimal(-(10**17))
+_VANISHED = Decimal(-(10**18))
 
 
 class Arithmetic(NamedTuple):
