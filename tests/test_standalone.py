@@ -410,7 +410,8 @@ def test_what_it_brings(standalone_path):
 
 
 _MODULES = """
-_collections_abc _compat_pickle _datetime _decimal _heapq _json _opcode_metadata _pydatetime _struct
+_collections_abc _compat_pickle _datetime _decimal _heapq _json _opcode _opcode_metadata _pydatetime
+_struct
 _typing _weakrefset abc annotationlib ast binascii bisect codecs collections contextlib copy copyreg
 ctypes dataclasses datetime decimal dis encodings enum fnmatch functools genericpath glob importlib
 inspect io ipaddress json keyword linecache math ntpath numbers opcode operator os pathlib posixpath

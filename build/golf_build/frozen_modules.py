@@ -10,7 +10,7 @@ import marshal
 import sys
 
 #: Accelerators that the standard library does without, and what they would bring along.
-_WITHOUT = ("_bz2", "_elementtree", "_hashlib", "_lzma", "_opcode", "_uuid", "pyexpat", "zlib")
+_WITHOUT = ("_bz2", "_elementtree", "_hashlib", "_lzma", "_uuid", "pyexpat", "zlib")
 
 
 def _found(own: list[str]) -> list:
