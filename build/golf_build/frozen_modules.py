@@ -8,6 +8,7 @@ extension module. What is frozen into libpython anyway, or built into it, isn't 
 import json
 import marshal
 import sys
+from importlib.machinery import PathFinder
 
 #: Accelerators that the standard library does without, and what they would bring along.
 _WITHOUT = ("_bz2", "_elementtree", "_hashlib", "_lzma", "_uuid", "pyexpat", "zlib")
@@ -23,8 +24,12 @@ def _found(own: list[str]) -> list:
     rows = []
     for name, module in sorted(sys.modules.items()):
         spec = getattr(module, "__spec__", None)
-        # typing.io and the like are no modules; os.path has another name.
-        if spec is None or spec.name != name or not spec.has_location or name == "__main__":
+        if spec is not None and spec.name != name:
+            # One that has put another in its place (collections.abc of 3.13); os.path has no file.
+            folder = getattr(sys.modules.get(name.rpartition(".")[0]), "__path__", None)
+            spec = PathFinder.find_spec(name, folder) if folder is not None else None
+        # typing.io and the like are no modules.
+        if spec is None or not spec.has_location or name == "__main__":
             continue
         if spec.origin.endswith(".so"):
             rows.append([name, None, spec.origin])
