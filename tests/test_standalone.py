@@ -410,13 +410,13 @@ def test_what_it_brings(standalone_path):
 
 
 _MODULES = """
-_collections_abc _compat_pickle _datetime _decimal _heapq _json _opcode _opcode_metadata _pydatetime
-_struct
-_typing _weakrefset abc annotationlib ast binascii bisect codecs collections contextlib copy copyreg
-ctypes dataclasses datetime decimal dis encodings enum fnmatch functools genericpath glob grp importlib
-inspect io ipaddress json keyword linecache math ntpath numbers opcode operator os pathlib posixpath
-pythonfmu pythonfmu3 re reprlib sre_compile sre_constants sre_parse stat string struct threading
-token tokenize types typing urllib uuid warnings weakref xml zipimport
+_collections_abc _compat_pickle _datetime _decimal _heapq _json _opcode _opcode_metadata
+_pydatetime _struct _typing _weakrefset abc annotationlib ast binascii bisect codecs collections
+contextlib copy copyreg ctypes dataclasses datetime decimal dis encodings enum fnmatch functools
+genericpath glob grp importlib inspect io ipaddress json keyword linecache math ntpath numbers
+opcode operator os pathlib posixpath pythonfmu pythonfmu3 re reprlib sre_compile sre_constants
+sre_parse stat string struct threading token tokenize types typing urllib uuid warnings weakref
+xml zipimport
 """
 
 
