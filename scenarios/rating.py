@@ -117,8 +117,7 @@ def run(fmu):
             axes.set_xlabel("club speed (m/s); dotted: 130 and 160 km/h")
         left.set_ylabel("smash factor S")
         right.set(ylabel="largest compression (mm)", ylim=(0, None))
-        handles, labels = left.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=2)
+        figures.legend_below(figure, left, columns=2)
         return figure
 
     return report

@@ -125,8 +125,7 @@ def run(fmu):
                 label = ""
         left.set(xlabel="club speed (m/s)", ylabel="coefficient of restitution", ylim=(0.6, 1.0))
         right.set(xlabel="club speed (m/s)", ylabel="smash factor S")
-        handles, labels = left.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+        figures.legend_below(figure, left, columns=3)
         return figure
 
     return report

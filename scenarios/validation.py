@@ -165,12 +165,9 @@ def _drawn(figures, paths, off):
     )
     left.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
     labels = [QUANTITIES[name].name + ("" if name in _FITTED else " *") for name in names]
-    right.set_yticks(range(len(names)), labels)
-    right.axvline(0.0, color=figures.BLACK, lw=1.0)
-    right.axvspan(-1.0, 1.0, color=figures.BLACK, alpha=0.1, lw=0)
-    right.set(xlabel="off by (%); band ± 1 %; * not fitted", ylim=(len(names) - 0.5, -0.5))
-    handles, texts = left.get_legend_handles_labels()
-    figure.legend(handles, texts, loc="outside lower center", ncols=5)
+    figures.rows(right, labels, band=1.0)
+    right.set(xlabel="off by (%); band ± 1 %; * not fitted")
+    figures.legend_below(figure, left, columns=5)
     return figure
 
 

@@ -57,8 +57,8 @@ def host(compiler, libpython, freed, extracted, tmp_path_factory):
 
 
 # 1e-12 as everywhere; measured: equal to the last bit.
-def same(found):
-    assert found == pytest.approx(LAW_1, rel=1e-12, abs=0.0)
+def same(outputs):
+    assert outputs == pytest.approx(LAW_1, rel=1e-12, abs=0.0)
 
 
 @pytest.mark.parametrize("step", ["1e-3", "1e-4", "1e-6"])
@@ -100,11 +100,13 @@ def test_without_libpython_the_linker_says_so(host):
         host("impact", preload=False)
 
 
-def test_a_call_costs_no_thread_state(host):
-    found = host("time", "100000")
-    # 0.7 to 1.3 µs measured; 8 µs if a thread state is made and dropped at every call.
-    assert found["seconds_per_step"] < 4e-6
-    assert found["seconds_per_read"] < 4e-6
+def test_a_call_makes_no_thread_state(host):
+    """Making one at every call would cost ten times the call."""
+    assert host("state", "1000") == {
+        "states_made_by_steps": 0.0,
+        "states_made_by_reads": 0.0,
+        "state_at_the_end": 0.0,
+    }
 
 
 def test_the_line_that_doctor_prints_works(host, fmu_path, libpython, capsys):

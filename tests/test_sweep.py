@@ -22,9 +22,9 @@ from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_scenarios.sweeps import Stopped, Study, comparison, run_sweep
 from golf_scenarios.sweeps.axes import Grid, Normal, Uniform, axis
-from golf_scenarios.sweeps.chunk import FmuFile, Form, run_chunk
+from golf_scenarios.sweeps.chunk import FmuFile, run_chunk
 from golf_scenarios.sweeps.comparison import compare
-from golf_scenarios.sweeps.impacts import horizon, impacts
+from golf_scenarios.sweeps.impacts import impacts
 from golf_scenarios.sweeps.pictures import draw
 from golf_scenarios.sweeps.plan import plan
 from golf_scenarios.sweeps.run import Sweep
@@ -185,7 +185,7 @@ def test_the_step_is_that_of_one_impact(fmu):
     rng = np.random.default_rng(5)
     names = ("k", "m_club", "m_ball", "club_speed", "ball_speed", "gap")
     values = {name: 10.0 ** rng.uniform(-9, 3, 200) for name in names}
-    found = horizon(fmu, {}, values, 200)
+    found = fmu.horizon(values)
     for n in range(200):
         assert found[n] == fmu.horizon({name: values[name][n].item() for name in names})
 
@@ -353,7 +353,7 @@ def test_an_fmu_that_was_damaged_on_the_way(fmu, fmu_path):
     study = Study.of({"k": "1e6"})
     made = plan(study, fmu.variables)
     with pytest.raises(UserError, match="damaged"):
-        run_chunk(FmuFile("0" * 64, file.data), made, Form(True, (0,)), study.columns(0, 1))
+        run_chunk(FmuFile("0" * 64, file.data), made, True, study.columns(0, 1))
 
 
 # What stops it
@@ -659,7 +659,7 @@ def test_the_comparison_compares(fmu_path, monkeypatch):
         found = compare(sweep, rounds=1)
         assert found.same
         assert found.ratio > 1.0
-        monkeypatch.setattr(comparison, "horizon", lambda *_: np.full(2000, 1e-5))
+        monkeypatch.setattr(comparison, "impacts", lambda *given: (impacts(*given)[0] + 1e-15, ""))
         assert not compare(sweep, rounds=1).same
     with (
         pytest.raises(UserError, match="nothing to compare"),
@@ -672,10 +672,10 @@ def test_impacts_in_an_instance_that_has_done_other_things(fmu, fmu_path):
     study = Study.of({"club_speed": "30,40"})
     made = plan(study, fmu.variables)
     with ImpactFmu(fmu_path) as fresh:
-        expected = impacts(fresh, made, study.columns(0, 2)).outputs.tolist()
+        expected = impacts(fresh, made, study.columns(0, 2))[0].tolist()
     fmu.start(k=3e6, gap=1.0)
     fmu.step(0.0, 1e-3)
-    assert impacts(fmu, made, study.columns(0, 2)).outputs.tolist() == expected
+    assert impacts(fmu, made, study.columns(0, 2))[0].tolist() == expected
     json.dumps(expected, allow_nan=False)
 
 
@@ -688,7 +688,7 @@ def test_a_step_long_enough_for_any_exponent(fmu):
     # A stiffening ball is soft to a slow club: its contact may last for seconds.
     names = ("exponent", "club_speed")
     values = {"exponent": np.array([1.0, 1.5, 12.0]), "club_speed": np.array([1e-3, 1e-3, 1e-3])}
-    found = horizon(fmu, {"law": 2}, values, 3)
+    found = fmu.horizon({"law": 2, **values})
     for n in range(3):
         case = {name: values[name][n].item() for name in names}
         assert found[n] == fmu.horizon({"law": 2, **case})

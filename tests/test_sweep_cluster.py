@@ -32,12 +32,13 @@ def alone(fmu_path, tmp_path_factory):
 @pytest.fixture
 def workers():
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
     ) as made:
         yield made
 
 
-def test_a_local_cluster(alone, fmu_path, tmp_path):
+def test_a_local_cluster_beside_another(alone, fmu_path, tmp_path, workers):
+    """It takes no port that another may have, so nothing is warned of."""
     out = tmp_path / "x.csv"
     given = Options(sets=SETS, out=out, samples=2000, seed=1, scheduler="local", workers=2,
                     chunk=333, fmu=fmu_path, figures=False)  # fmt: skip
@@ -83,16 +84,14 @@ def test_stopping(fmu_path, tmp_path, workers):
 
 
 def test_the_fmu_is_checked_where_it_arrives(fmu, fmu_path, workers):
-    from golf_scenarios.sweeps.chunk import Form, run_chunk
+    from golf_scenarios.sweeps.chunk import run_chunk
     from golf_scenarios.sweeps.plan import plan
 
     made = plan(study(), fmu.variables)
     data = FmuFile.read(fmu_path).data
     with connected(workers.scheduler_address) as client:
         damaged = client.submit(FmuFile, "0" * 64, data)
-        future = client.submit(
-            run_chunk, damaged, made, Form(True, (0,)), study().columns(0, 5), pure=False
-        )
+        future = client.submit(run_chunk, damaged, made, True, study().columns(0, 5), pure=False)
         with pytest.raises(UserError, match="damaged"):
             future.result()
 

@@ -119,24 +119,33 @@ class Builder:
         folder = HERE / "documentation"
         files = {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
         files["model.png"] = (HERE / "model.png").read_bytes()
-        files["documentation/index.html"] = self._page(folder)
+        files["documentation/index.html"] = rendered(
+            folder / "index.html.jinja",
+            fmi=self.fmi,
+            runtime=self.runtime,
+            version=golf_impact.__version__,
+            laws=LAWS,
+            **self.variables,
+        )
         files["documentation/licenses/license.txt"] = _license()
         for file in importlib.metadata.files(self.runtime) or []:
             if file.name == "LICENSE":
                 files[f"documentation/licenses/{self.runtime}.txt"] = file.read_binary()
         return files
 
-    def _page(self, folder: Path) -> bytes:
-        """documentation/index.html, its tables made from the table of variables."""
-        import jinja2
 
-        loader = jinja2.FileSystemLoader(folder)
-        environment = jinja2.Environment(
-            loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True
-        )
-        template = environment.get_template("index.html.jinja")
-        about = {"fmi": self.fmi, "runtime": self.runtime, "version": golf_impact.__version__}
-        return template.render(laws=LAWS, **about, **self.variables).encode()
+def rendered(template: Path, **values: Any) -> bytes:
+    """What jinja makes of a template (UTF-8)."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(template.parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    return environment.get_template(template.name).render(values).encode()
 
 
 def guid_of(fmu: Path) -> str | None:

@@ -9,14 +9,12 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
-from xml.etree import ElementTree
 
 import golf_impact
 
 from golf_build import description as xml
-from golf_build import fmi2
 from golf_build.archive import packed, unpacked, whole
-from golf_build.packaging import bundled, face_file, packaged
+from golf_build.packaging import HERE, bundled, face_file, packaged, rendered
 
 #: The system's file, and in it the folder of the FMUs (SSP 1.0, section 5).
 NAME = "GolfSwing.ssp"
@@ -58,9 +56,6 @@ _BOOLEANS = ("separated", "landed")
 STOP_TIME = 0.06
 STEP_SIZE = 1e-4
 
-_SSP = "http://ssp-standard.org/SSP1/"
-_OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
-
 
 Files = dict[str, bytes]
 
@@ -71,7 +66,7 @@ def _as_they_are(files: Files) -> Files:
 
 def build(
     folder: Path,
-    impact: Path | None = None,
+    impact: Path,
     finished: Callable[[Files], Files] = _as_they_are,
     suffix: str = "",
 ) -> list[Path]:
@@ -79,7 +74,7 @@ def build(
 
     Args:
         folder: where the companions and the .ssp go.
-        impact: ClubBallImpact.fmu; built into the folder if None.
+        impact: ClubBallImpact.fmu.
         finished: what becomes of the files of a companion, by name.
         suffix: comes behind the files' names.
 
@@ -91,12 +86,8 @@ def build(
     """
     folder = folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    if impact is None:
-        impact = fmi2.BUILDER.build(folder / f"{fmi2.BUILDER.name}.fmu")
-        written.append(impact)
     companions = {name: folder / f"{name}{suffix}.fmu" for name in COMPANIONS}
-    written += [build_companion(name, out, finished) for name, out in companions.items()]
+    written = [build_companion(name, out, finished) for name, out in companions.items()]
     files = {"SystemStructure.ssd": _system_structure()}
     fmus = {"ClubBallImpact.fmu": impact} | {f"{n}.fmu": out for n, out in companions.items()}
     files |= {f"{_RESOURCES}/{name}": file.read_bytes() for name, file in sorted(fmus.items())}
@@ -168,55 +159,20 @@ def _described(written: bytes, tables: ModuleType, guid: str) -> bytes:
 
 def _system_structure() -> bytes:
     """SystemStructure.ssd: SSP 1.0, with the annotation that libcosim takes its step from."""
-    root = ElementTree.Element(
-        "ssd:SystemStructureDescription",
-        {
-            "xmlns:ssd": f"{_SSP}SystemStructureDescription",
-            "xmlns:ssc": f"{_SSP}SystemStructureCommon",
-            "xmlns:osp": _OSP,
-            "name": "GolfSwing",
-            "version": "1.0",
-        },
+    inputs = [(end, "input") for _, end in CONNECTIONS]
+    outputs = [(start, "output") for start, _ in CONNECTIONS]
+    observed = [(path, "output") for path in OBSERVED]
+    components: dict[str, list[tuple[str, str]]] = {
+        name: [] for name in ("Swing", "ClubBallImpact", "BallFlight")
+    }
+    for path, kind in (*inputs, *outputs, *observed):
+        component, name = path.split(".")
+        components[component].append((name, kind))
+    return rendered(
+        HERE / "SystemStructure.ssd.jinja",
+        components=components,
+        connections=[(*start.split("."), *end.split(".")) for start, end in CONNECTIONS],
+        booleans=_BOOLEANS,
+        stop_time=STOP_TIME,
+        step_size=STEP_SIZE,
     )
-    system = ElementTree.SubElement(root, "ssd:System", name="GolfSwing")
-    elements = ElementTree.SubElement(system, "ssd:Elements")
-    outputs = [start for start, _ in CONNECTIONS] + list(OBSERVED)
-    for component in ("Swing", "ClubBallImpact", "BallFlight"):
-        node = ElementTree.SubElement(
-            elements,
-            "ssd:Component",
-            name=component,
-            type="application/x-fmu-sharedlibrary",
-            source=f"{_RESOURCES}/{component}.fmu",
-        )
-        connectors = ElementTree.SubElement(node, "ssd:Connectors")
-        for kind, paths in (("input", [end for _, end in CONNECTIONS]), ("output", outputs)):
-            for path in paths:
-                owner, name = path.split(".")
-                if owner == component:
-                    connector = ElementTree.SubElement(
-                        connectors, "ssd:Connector", name=name, kind=kind
-                    )
-                    type_ = "ssc:Boolean" if name in _BOOLEANS else "ssc:Real"
-                    ElementTree.SubElement(connector, type_)
-    connections = ElementTree.SubElement(system, "ssd:Connections")
-    for start, end in CONNECTIONS:
-        (from_, output), (to, input_) = start.split("."), end.split(".")
-        ElementTree.SubElement(
-            connections,
-            "ssd:Connection",
-            startElement=from_,
-            startConnector=output,
-            endElement=to,
-            endConnector=input_,
-        )
-    experiment = ElementTree.SubElement(
-        root, "ssd:DefaultExperiment", startTime="0", stopTime=repr(STOP_TIME)
-    )
-    annotations = ElementTree.SubElement(experiment, "ssd:Annotations")
-    annotation = ElementTree.SubElement(
-        annotations, "ssc:Annotation", type="com.opensimulationplatform"
-    )
-    algorithm = ElementTree.SubElement(annotation, "osp:Algorithm")
-    ElementTree.SubElement(algorithm, "osp:FixedStepAlgorithm", baseStepSize=repr(STEP_SIZE))
-    return xml.as_text(root)

@@ -15,6 +15,11 @@ try:
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
+#: What asks to stop: a terminal and a system's end send them to all processes.
+SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+
 _PREFIX = "golf-impact-run-"
 
 #: s; a folder that is younger may not be locked yet by the process that made it.
@@ -32,9 +37,8 @@ def listen() -> None:
     """Answer Ctrl-C, SIGTERM and SIGHUP from now on, but for those that the caller ignores."""
     global _owner
     _owner = os.getpid()
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) != signal.SIG_IGN:
+    for number in SIGNALS:
+        if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, _stop)
 
 
@@ -109,9 +113,8 @@ def _stop(number: int, frame: object) -> None:
 
 
 def _leave() -> None:
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
     if os.getpid() == _owner:
         close_scratch()
         # The line of a progress bar is cleared, and the cursor that it hid is shown.

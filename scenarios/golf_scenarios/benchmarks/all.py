@@ -8,7 +8,14 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from golf_scenarios.benchmarks import accuracy, floor, speedup, sweep_rate, work_precision
+from golf_scenarios.benchmarks import (
+    accuracy,
+    floor,
+    run_start,
+    speedup,
+    sweep_rate,
+    work_precision,
+)
 from golf_scenarios.fmu.file import build_plain_fmu, current_fmu
 from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.peers.document_scheme import SLAVE as DOCUMENT_FMU
@@ -20,7 +27,7 @@ _HERE = Path(__file__).resolve().parent
 
 def ticks(quick: bool) -> int:
     """About how often `measured` calls its tick."""
-    return 150 if quick else 420
+    return 165 if quick else 460
 
 
 def measured(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
@@ -37,6 +44,7 @@ def measured(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
         )
         figures = floor.call_ratios(ours, empty, wide, 15 if quick else 41, tick)
         figures |= speedup.speedups(ours, document, 9 if quick else 25, tick)
+        figures |= run_start.start_ratios(ours, 15 if quick else 41, tick)
         series = {
             law: work_precision.run_time_and_error(ours, document, law, quick, tick)
             for law in (1, 2)

@@ -39,6 +39,12 @@ LIMITS = (
     Limit("impact_speedup_over_document_fmu_law1", "the same under law 1", 100, True),
     Limit("impact_speedup_over_simulate_fmu_law1", "the same under law 1", 85, True),
     Limit("impact_speedup_over_scipy_law1", "the same under law 1", 75, True),
+    Limit(
+        "run_set_in_initialization_over_after",
+        "a run whose inputs are set in initialization mode / after it",
+        1.25,
+    ),
+    Limit("run_law1_over_law2", "such runs, law 1 / law 2", 1.3),
     Limit("worst_error", "worst error of all reference cases, patterns, results", 1e-13),
     Limit("sweep_speedup_over_simulate_fmu", "sweep to CSV / loop over simulate_fmu", 60, True),
     Limit("sweep_two_workers_over_one", "sweep by two worker processes / by one", 1.7, True),

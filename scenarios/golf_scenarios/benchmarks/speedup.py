@@ -7,15 +7,18 @@ COR and E. k changes at every impact, so that nothing can come from a cache of t
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from itertools import cycle
+from statistics import median
 from time import perf_counter
 
 import fmpy
-from fmpy.fmi2 import FMU2Slave
 
+from golf_scenarios.facts.document import TIME_STEP
 from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.peers import solve_ivp
-from golf_scenarios.peers.problem import Case
+from golf_scenarios.peers.document_scheme import steps_of_contact
+from golf_scenarios.peers.problem import Case, Outcome
 from golf_scenarios.timing import Job, interleaved, median_ratio, undisturbed
 
 #: S, COR and E: what a metrics-only scene reads.
@@ -30,9 +33,6 @@ STEP = 1e-3
 #: Impacts per round: enough that the first ones, after another job has had the processor's caches,
 #: don't count; the other ways are far slower, and take fewer.
 _BATCH, _FEW = 200, 2
-
-#: The document's own time step, s.
-DOCUMENT_STEP = 0.5e-6
 
 
 def speedups(
@@ -50,107 +50,87 @@ def speedups(
     for law, suffix in ((2, ""), (1, "_law1")):
         # Of its own folder: it isn't to profit from a library that another one has loaded.
         with LoadedFmu(ours.path) as alone:
-            jobs: dict[str, Job] = {
-                "fmu": _impacts(ours, law, _BATCH),
-                "document_fmu": _document_impacts(document, law, 1),
-                "simulate_fmu": _simulations(alone, law, _FEW),
-                "scipy": _scipy_impacts(law, _FEW),
+            jobs = {
+                "fmu": _job(_impact_in(ours, law), _BATCH),
+                "document_fmu": _job(_document_impact(document, law), 1),
+                "simulate_fmu": _job(_simulation(alone, law), _FEW),
+                "scipy": _job(partial(_scipy_impact, law), _FEW),
             }
             with undisturbed():
                 times = interleaved(jobs, rounds, tick)
         for name, seconds in times.items():
-            figures[f"impact_by_{name}{suffix}_us"] = 1e6 * sorted(seconds)[len(seconds) // 2]
+            figures[f"impact_by_{name}{suffix}_us"] = 1e6 * median(seconds)
             if name != "fmu":
                 key = f"impact_speedup_over_{name}{suffix}"
                 figures[key] = median_ratio(seconds, times["fmu"])
     return figures
 
 
-def impact(slave: FMU2Slave, start: object, k: list[int], read: list[int], value: float):
-    """One impact as a scene makes it; `start` is the saved state, k and read are references."""
-    slave.setFMUstate(start)
-    slave.setReal(k, [value])
-    slave.doStep(0.0, STEP)
-    return slave.getReal(read)
-
-
-def _impacts(fmu: LoadedFmu, law: int, number: int) -> Job:
-    slave = fmu.instance(law=law)
-    start = slave.getFMUstate()
-    k, read = fmu.references(("k",)), fmu.references(METRICS)
+def _job(impact: Callable[[float], object], number: int) -> Job:
+    """So many impacts, each with another stiffness."""
     values = cycle(STIFFNESSES)
 
     def job() -> float:
         begin = perf_counter()
         for _ in range(number):
-            impact(slave, start, k, read, next(values))
+            impact(next(values))
         return (perf_counter() - begin) / number
 
     return job
 
 
-def _document_impacts(fmu: LoadedFmu, law: int, number: int) -> Job:
+def _impact_in(fmu: LoadedFmu, law: int) -> Callable[[float], object]:
+    """As a scene makes it."""
+    slave = fmu.instance(law=law)
+    start = slave.getFMUstate()
+    k, read = fmu.references(("k",)), fmu.references(METRICS)
+
+    def impact(value: float) -> list[float]:
+        slave.setFMUstate(start)
+        slave.setReal(k, [value])
+        slave.doStep(0.0, STEP)
+        return slave.getReal(read)
+
+    return impact
+
+
+def _document_impact(fmu: LoadedFmu, law: int) -> Callable[[float], object]:
     """To the end of contact, and no further; that number of steps is known beforehand."""
     slave = fmu.instance(law=law)
     start = slave.getFMUstate()
     k, read = fmu.references(("k",)), fmu.references(METRICS)
-    ended, number_of_steps = fmu.references(("in_contact",)), {}
-    for value in STIFFNESSES[:11]:
+    number_of_steps = {}
+    for value in STIFFNESSES:
         slave.setFMUstate(start)
         slave.setReal(k, [value])
-        n = 0
-        while slave.getBoolean(ended)[0]:
-            slave.doStep(n * DOCUMENT_STEP, DOCUMENT_STEP)
-            n += 1
-        number_of_steps[value] = n
-    values = cycle(number_of_steps.items())
+        number_of_steps[value] = steps_of_contact(fmu, slave, TIME_STEP)
 
-    def job() -> float:
-        begin = perf_counter()
-        for _ in range(number):
-            value, steps = next(values)
-            slave.setFMUstate(start)
-            slave.setReal(k, [value])
-            do_step = slave.doStep
-            for n in range(steps):
-                do_step(n * DOCUMENT_STEP, DOCUMENT_STEP)
-            slave.getReal(read)
-        return (perf_counter() - begin) / number
+    def impact(value: float) -> list[float]:
+        slave.setFMUstate(start)
+        slave.setReal(k, [value])
+        do_step = slave.doStep
+        for n in range(number_of_steps[value]):
+            do_step(n * TIME_STEP, TIME_STEP)
+        return slave.getReal(read)
 
-    return job
+    return impact
 
 
-def _simulations(fmu: LoadedFmu, law: int, number: int) -> Job:
-    """Time of fmpy.simulate_fmu with one step: what it costs not to keep an instance.
+def _simulation(fmu: LoadedFmu, law: int) -> Callable[[float], object]:
+    """fmpy.simulate_fmu with one step: what it costs not to keep an instance.
 
     The FMU is extracted beforehand and its description read, and no other instance holds its
     library: so it is for whoever calls simulate_fmu in a loop.
     """
-    values = cycle(STIFFNESSES)
-
-    def job() -> float:
-        begin = perf_counter()
-        for _ in range(number):
-            fmpy.simulate_fmu(
-                fmu.folder,
-                stop_time=STEP,
-                output_interval=STEP,
-                start_values={"law": law, "k": next(values)},
-                output=METRICS,
-                model_description=fmu.description,
-            )
-        return (perf_counter() - begin) / number
-
-    return job
+    return lambda value: fmpy.simulate_fmu(
+        fmu.folder,
+        stop_time=STEP,
+        output_interval=STEP,
+        start_values={"law": law, "k": value},
+        output=METRICS,
+        model_description=fmu.description,
+    )
 
 
-def _scipy_impacts(law: int, number: int) -> Job:
-    values = cycle(STIFFNESSES)
-
-    def job() -> float:
-        begin = perf_counter()
-        for _ in range(number):
-            solve_ivp.solve(Case(law=law, k=next(values)), rtol=1e-12, method="DOP853")
-        return (perf_counter() - begin) / number
-
-    return job
+def _scipy_impact(law: int, value: float) -> Outcome:
+    return solve_ivp.solve(Case(law=law, k=value), rtol=1e-12, method="DOP853")

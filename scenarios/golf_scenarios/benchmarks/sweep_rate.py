@@ -20,7 +20,7 @@ from golf_scenarios.sweeps.comparison import compare
 from golf_scenarios.sweeps.pool import WorkerProcesses
 from golf_scenarios.sweeps.run import Submit, Sweep
 from golf_scenarios.sweeps.study import Study
-from golf_scenarios.sweeps.table_file import TableFile
+from golf_scenarios.sweeps.table_file import table_file
 from golf_scenarios.timing import interleaved, median_ratio, undisturbed
 
 #: Small enough that both workers end at nearly the same time.
@@ -71,6 +71,6 @@ def rates(fmu: Path, quick: bool, tick: Callable[[], None]) -> dict[str, float]:
 
 def _seconds(sweep: Sweep, path: Path, submit: Submit) -> float:
     begin = perf_counter()
-    with TableFile(path, sweep.study, sweep.plan) as table:
+    with table_file(path, sweep.study, sweep.plan) as table:
         sweep.write(table, submit, _CHUNK)
     return (perf_counter() - begin) / sweep.study.cases

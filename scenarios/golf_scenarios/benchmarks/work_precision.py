@@ -10,7 +10,10 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import accumulate, repeat
 from typing import Any
+
+import numpy as np
 
 from golf_scenarios.benchmarks.floor import READ
 from golf_scenarios.fmu.loaded import LoadedFmu
@@ -21,6 +24,7 @@ from golf_scenarios.peers import (
     solve_ivp,
     stormer_verlet,
 )
+from golf_scenarios.peers.document_scheme import steps_of_contact
 from golf_scenarios.peers.problem import Case, Outcome, errors
 from golf_scenarios.stress.exact import solve as exact_outcome
 from golf_scenarios.timing import typical_seconds, undisturbed
@@ -36,6 +40,9 @@ _STEPPING: dict[str, Any] = {
     "Runge–Kutta 4": runge_kutta4,
 }
 DOCUMENT = "the document's scheme as FMU"
+
+#: Solves the impact once.
+Solve = Callable[[], Outcome]
 
 
 @dataclass
@@ -58,12 +65,6 @@ class Series:
     errors: list[float] = field(default_factory=list)
     order: float | None = None
 
-    def add(self, setting: float, seconds: float, error: float) -> None:
-        """One more point."""
-        self.settings.append(setting)
-        self.seconds.append(seconds)
-        self.errors.append(error)
-
 
 def run_time_and_error(
     ours: LoadedFmu, document: LoadedFmu, law: int, quick: bool, tick: Callable[[], None]
@@ -74,44 +75,39 @@ def run_time_and_error(
     budget = 0.005 if quick else 0.15
     finest = 1e-6 if quick else 1e-8
     steps = [dt for dt in _ladder(1e-5, 1e-8) if dt >= finest]
-    all_series = []
-
-    def record(series: Series, setting: float, solve: Callable[[], Outcome]) -> None:
-        error = max(errors(case, solve(), exact))
-        with undisturbed():
-            seconds = typical_seconds(solve, budget, 1 if quick else 3)
-        series.add(setting, seconds, error if math.isfinite(error) else math.inf)
-        tick()
-
-    series = Series(DOCUMENT, "dt")
-    for dt in steps:
-        record(series, dt, _stepped_document(document, law, dt))
-    series.order = slope(series.settings, series.errors)
-    all_series.append(series)
-    for name, module in _STEPPING.items():
-        series = Series(name, "dt")
-        for dt in steps:
-            record(series, dt, partial(module.solve, case, dt))
-        series.order = slope(series.settings, series.errors)
-        all_series.append(series)
-    for method in solve_ivp.METHODS:
-        series = Series(f"SciPy {method}", "rtol")
-        for exponent in range(3, 14, 5 if quick else 1):
-            rtol = 10.0**-exponent
-            record(
-                series,
-                rtol,
-                partial(solve_ivp.solve, case, rtol, method),
+    tolerances = [10.0**-exponent for exponent in range(3, 14, 5 if quick else 1)]
+    points = [dt for dt in _ladder(1e-3, 1e-7) if dt >= finest]
+    #: Method, settings, and what makes ready to solve with one of them.
+    ways: list[tuple[Series, list[float], Callable[[float], Solve]]] = [
+        (Series(DOCUMENT, "dt"), steps, partial(_stepped_document, document, law)),
+        *(
+            (Series(name, "dt"), steps, partial(partial, module.solve, case))
+            for name, module in _STEPPING.items()
+        ),
+        *(
+            (
+                Series(f"SciPy {method}", "rtol"),
+                tolerances,
+                partial(partial, solve_ivp.solve, case, method=method),
             )
-        all_series.append(series)
-    series = Series(FMU_STEPPED, "dt")
-    for dt in [dt for dt in _ladder(1e-3, 1e-7) if dt >= finest]:
-        record(series, dt, _stepped_fmu(ours, law, dt))
-    all_series.append(series)
-    series = Series(FMU_ONCE, "dt")
-    record(series, 1e-3, _metrics_only(ours, law, 1e-3))
-    all_series.append(series)
-    return all_series
+            for method in solve_ivp.METHODS
+        ),
+        (Series(FMU_STEPPED, "dt"), points, partial(_stepped_fmu, ours, law)),
+        (Series(FMU_ONCE, "dt"), [1e-3], partial(_metrics_only, ours, law)),
+    ]
+    for series, settings, ready in ways:
+        for setting in settings:
+            solve = ready(setting)
+            error = max(errors(case, solve(), exact))
+            with undisturbed():
+                seconds = typical_seconds(solve, budget, 1 if quick else 3)
+            series.settings.append(setting)
+            series.seconds.append(seconds)
+            series.errors.append(error if math.isfinite(error) else math.inf)
+            tick()
+        if settings is steps:
+            series.order = slope(series.settings, series.errors)
+    return [series for series, _, _ in ways]
 
 
 def _ladder(high: float, low: float) -> list[float]:
@@ -130,21 +126,16 @@ def slope(settings: Sequence[float], errors: Sequence[float]) -> float | None:
     ]
     if len(points) < 3:
         return None
-    x_mean = sum(x for x, _ in points) / len(points)
-    y_mean = sum(y for _, y in points) / len(points)
-    spread = sum((x - x_mean) ** 2 for x, _ in points)
-    return sum((x - x_mean) * (y - y_mean) for x, y in points) / spread
+    x, y = np.transpose(points)
+    return float(np.polyfit(x, y, 1)[0])
 
 
-def _stepped_document(fmu: LoadedFmu, law: int, dt: float) -> Callable[[], Outcome]:
+def _stepped_document(fmu: LoadedFmu, law: int, dt: float) -> Solve:
     """To the end of contact, which takes a number of steps that is known beforehand."""
     slave = fmu.instance(law=law, dt=dt)
     start = slave.getFMUstate()
-    contact, read = fmu.references(("in_contact",)), fmu.references(Outcome._fields)
-    number = 0
-    while slave.getBoolean(contact)[0] and number * dt < 0.01:
-        slave.doStep(number * dt, dt)
-        number += 1
+    read = fmu.references(Outcome._fields)
+    number = steps_of_contact(fmu, slave, dt, end=0.01)
 
     def solve() -> Outcome:
         slave.setFMUstate(start)
@@ -156,14 +147,12 @@ def _stepped_document(fmu: LoadedFmu, law: int, dt: float) -> Callable[[], Outco
     return solve
 
 
-def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Callable[[], Outcome]:
+def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Solve:
     """1 ms in steps of dt, five outputs read at each, the metrics at the end."""
     slave = fmu.instance(law=law)
     start = slave.getFMUstate()
     outcome, read = fmu.references(Outcome._fields), fmu.references(READ)
-    points = [0.0]
-    for _ in range(round(1e-3 / dt) - 1):
-        points.append(points[-1] + dt)
+    points = list(accumulate(repeat(dt, round(1e-3 / dt) - 1), initial=0.0))
 
     def solve() -> Outcome:
         slave.setFMUstate(start)
@@ -176,7 +165,7 @@ def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Callable[[], Outcome]:
     return solve
 
 
-def _metrics_only(fmu: LoadedFmu, law: int, step: float) -> Callable[[], Outcome]:
+def _metrics_only(fmu: LoadedFmu, law: int, step: float) -> Solve:
     """One step and one read, with a new k every time but the first (k = 1e6 for the error)."""
     slave = fmu.instance(law=law)
     start = slave.getFMUstate()

@@ -17,16 +17,23 @@ class ContactLaw:
     """A law and which of its parameters are free; k and b always are.
 
     Attributes:
-        title: as tables show it.
         law: 1 (absolute) or 2 (relative).
         exponent: n, or None if it is free too.
         reference_compression: d_r, at which k and b hold, m.
     """
 
-    title: str
     law: int
     exponent: float | None
     reference_compression: float = 0.005
+
+    @property
+    def title(self) -> str:
+        """As tables show it."""
+        if self.exponent is None:
+            return "power law, n free"
+        if self.exponent == 1.0:
+            return "Kelvin–Voigt" if self.law == 2 else "absolute"
+        return f"{'Tsuji' if self.exponent == 1.5 else 'power law'}, n = {self.exponent:g}"
 
     @property
     def free(self) -> tuple[str, ...]:

@@ -6,9 +6,9 @@ Needs SciPy.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from golf_scenarios.calibration.contact_law import (
     LARGEST_EXPONENT,
@@ -18,7 +18,13 @@ from golf_scenarios.calibration.contact_law import (
     Predictor,
     damping_coordinate,
 )
-from golf_scenarios.calibration.targets import RESTITUTION, Conditions, Target, independent
+from golf_scenarios.calibration.targets import (
+    RESTITUTION,
+    Conditions,
+    Target,
+    independent,
+    restitution,
+)
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 
@@ -106,9 +112,9 @@ def fit(
 ) -> Fit:
     """The parameters of a law that meet these targets best.
 
-    Two targets for two parameters, of which one is a speed or COR, have an exact inverse: speeds
-    give ζ (in closed form under law 2, by root finding under law 1), the other one the size. All
-    else is weighted least squares, started from the best places of a wide grid.
+    Two targets for two parameters of law 2, of which one is a speed or COR, have an exact inverse:
+    that one gives ζ in closed form, the other one the size. All else is weighted least squares,
+    started from the best places of a wide grid.
 
     Args:
         fmu: in use.
@@ -117,19 +123,16 @@ def fit(
         law: with its free parameters.
 
     Raises:
-        UserError: there are too few targets.
+        UserError: no contact that ends comes near the targets.
     """
-    why = missing(law, targets)
-    if why:
-        raise UserError(f"too few targets: {why}")
     search = _Search(Predictor(fmu, conditions, law), targets)
     for method, places in (
-        ("closed form" if law.law == 2 else "root finding", search.exact),
+        ("closed form", search.exact),
         ("weighted least squares", search.least_squares),
     ):
-        found = places()
-        if found:
-            return search.described(found[0], found[1:], method)
+        answers = places()
+        if answers:
+            return search.described(answers[0], answers[1:], method)
     raise UserError(f"{law.title}: no contact that ends comes near these targets")
 
 
@@ -152,9 +155,12 @@ class _Search:
             self.length = 1.5e-4 * v
         self.exponents = _EXPONENTS if law.exponent is None else (law.exponent,)
         self.free_exponent = law.exponent is None
-        # Under law 2 a speed tells ζ: without these, a valley may lie between two points.
-        told = [_restitution(targets[name], conditions) for name in RESTITUTION if name in targets]
-        self.zetas = sorted({*_ZETAS, *(_zeta(e) for e in told if law.law == 2 and 0.0 < e < 1.0)})
+        zetas = set(_ZETAS)
+        if law.law == 2:
+            # A speed tells ζ: without these, a valley may lie between two points.
+            told = [restitution(t, conditions)[0] for n, t in targets.items() if n in RESTITUTION]
+            zetas |= {_zeta(e) for e in told if 0.0 < e < 1.0}
+        self.zetas = sorted(zetas)
 
     def residuals(self, predicted: Mapping[str, float] | None) -> list[float]:
         """(predicted - target)/σ, in the targets' order."""
@@ -169,50 +175,20 @@ class _Search:
 
     def exact(self) -> list[Coordinates]:
         """The answer without a search, in a list; an empty one if there is none this way."""
-        names = list(self.targets)
-        speeds = [name for name in names if name in RESTITUTION]
-        if self.free_exponent or len(names) != 2 or len(speeds) != 1:
+        speeds = [t for name, t in self.targets.items() if name in RESTITUTION]
+        sizes = [t for name, t in self.targets.items() if name not in RESTITUTION]
+        if self.predictor.law.law != 2 or self.free_exponent or len(speeds) != 1 or len(sizes) != 1:
             return []
-        speed = self.targets[speeds[0]]
-        size = next(t for name, t in self.targets.items() if name not in RESTITUTION)
-        law, conditions = self.predictor.law, self.predictor.conditions
-        if law.law == 2:
-            restitution = _restitution(speed, conditions)
-            zetas = [_zeta(restitution)] if 0.0 < restitution < 1.0 else []
-        else:
-            zetas = list(self._zetas_by_root_finding(speed))
-        for zeta in zetas:
-            at = Coordinates(self.length, damping_coordinate(zeta), self.exponents[0])
-            predicted = self.predictor.predict(at)
-            if predicted is None or predicted[size.name] <= 0.0 or size.value <= 0.0:
-                continue
-            ratio = size.value / predicted[size.name]
-            length = self.length * (1.0 / ratio if size.name == "max_force" else ratio)
-            at = Coordinates(length, at.damping, at.exponent)
-            # A jump of the prediction can look like a root.
-            if self.chi_squared(at) < _EQUAL_CHI_SQUARED:
-                return [at]
-        return []
-
-    def _zetas_by_root_finding(self, speed: Target) -> Iterator[float]:
-        """Every ζ at which a speed is met, the smallest first."""
-        from scipy.optimize import brentq
-
-        def off(zeta: float) -> float:
-            place = Coordinates(self.length, damping_coordinate(zeta), self.exponents[0])
-            predicted = self.predictor.predict(place)
-            return math.nan if predicted is None else predicted[speed.name] - speed.value
-
-        previous = None
-        for zeta in _ZETAS:
-            value = off(zeta)
-            parted = not math.isnan(value)
-            if not parted and previous:
-                zeta = _last_parting(off, previous[0], zeta)
-                value = off(zeta)
-            if previous and previous[1] * value <= 0.0:
-                yield brentq(lambda z: _or_zero(off(z)), previous[0], zeta, xtol=1e-300, rtol=1e-15)
-            previous = (zeta, value) if parted else None
+        size, (cor, _) = sizes[0], restitution(speeds[0], self.predictor.conditions)
+        if not 0.0 < cor < 1.0:
+            return []
+        at = Coordinates(self.length, damping_coordinate(_zeta(cor)), self.exponents[0])
+        predicted = self.predictor.predict(at)
+        if predicted is None or predicted[size.name] <= 0.0 or size.value <= 0.0:
+            return []
+        ratio = size.value / predicted[size.name]
+        length = self.length * (1.0 / ratio if size.name == "max_force" else ratio)
+        return [Coordinates(length, at.damping, at.exponent)]
 
     # Least squares
 
@@ -270,65 +246,65 @@ class _Search:
 
     def _refine(self, start: Coordinates) -> tuple[float, Coordinates] | None:
         """χ² and place of the minimum that a start leads to."""
+        x = self._solved(start, max_nfev=200).x
+        n = float(x[2]) if self.free_exponent else start.exponent
+        at = Coordinates(start.length * math.exp(x[0]), float(x[1]), n)
+        if self.predictor.predict(at) is None:
+            return None
+        return self.chi_squared(at), at
+
+    def _solved(self, start: Coordinates, max_nfev: int) -> Any:
+        """SciPy's least squares in (ln L, z, n), where ln L is 0 at the start."""
         from scipy.optimize import least_squares
 
-        def place(x: np.ndarray) -> Coordinates:
-            n = float(x[2]) if self.free_exponent else start.exponent
-            return Coordinates(start.length * math.exp(x[0]), float(x[1]), n)
-
         def residuals(x: np.ndarray) -> list[float]:
-            return self.residuals(self.predictor.predict(place(x)))
+            n = float(x[2]) if self.free_exponent else start.exponent
+            place = Coordinates(start.length * math.exp(x[0]), float(x[1]), n)
+            return self.residuals(self.predictor.predict(place))
 
-        x0 = [0.0, start.damping]
-        low, high = [-math.inf, 0.0], [math.inf, math.inf]
-        if self.free_exponent:
-            x0.append(start.exponent)
-            low.append(LEAST_EXPONENT)
-            high.append(LARGEST_EXPONENT)
-        found = least_squares(
+        number = len(self.predictor.law.free)
+        return least_squares(
             residuals,
-            x0,
+            [0.0, start.damping, start.exponent][:number],
             jac="3-point",
-            bounds=(low, high),
+            bounds=(
+                [-math.inf, 0.0, LEAST_EXPONENT][:number],
+                [math.inf, math.inf, LARGEST_EXPONENT][:number],
+            ),
             method="trf",
             x_scale=1.0,
             xtol=1e-15,
             ftol=1e-15,
             gtol=1e-15,
-            max_nfev=200,
+            max_nfev=max_nfev,
         )
-        at = place(found.x)
-        if self.predictor.predict(at) is None:
-            return None
-        return self.chi_squared(at), at
 
     # What was found
 
     def described(self, at: Coordinates, others: list[Coordinates], method: str) -> Fit:
         """The fit at a place."""
-        if at.damping < 1e-9:
-            at = Coordinates(at.length, 0.0, at.exponent)
-        predicted = self.predictor.predict(at)
-        assert predicted is not None
-        values = self.predictor.values(at)
-        free = self.predictor.law.free
         notes = []
-        if at.damping < 1e-9:
+        no_damping = at.damping < 1e-9
+        if no_damping:
+            at = Coordinates(at.length, 0.0, at.exponent)
             notes.append(
                 "the damping b is at its limit 0: these targets ask for no damping, or for less"
             )
+        predicted = self.predictor.predict(at)
+        assert predicted is not None
         if predicted["time_of_max_force"] == 0.0:
             notes.append("the force is largest at first touch: a dashpot more than a ball")
-        if self.free_exponent and not LEAST_EXPONENT < at.exponent < LARGEST_EXPONENT:
+        end = self.free_exponent and not LEAST_EXPONENT < at.exponent < LARGEST_EXPONENT
+        if end:
             notes.append(f"the exponent is at its limit {at.exponent:g}")
-        errors = self._standard_errors(at)
-        unknown = [name for name in free if errors[name] is None]
+        errors = self._standard_errors(at, [False, no_damping, end])
+        unknown = [name for name, error in errors.items() if error is None]
         if unknown:
             notes.append(f"no standard error is defined for {' and '.join(unknown)}")
         return Fit(
             law=self.predictor.law,
             method=method,
-            values=values,
+            values=self.predictor.values(at),
             standard_errors=errors,
             predicted=predicted,
             residuals=dict(zip(self.targets, self.residuals(predicted), strict=True)),
@@ -337,36 +313,13 @@ class _Search:
             notes=notes,
         )
 
-    def _standard_errors(self, at: Coordinates) -> dict[str, float | None]:
+    def _standard_errors(self, at: Coordinates, at_limit: list[bool]) -> dict[str, float | None]:
         """From the Jacobian of the residuals; a parameter at its limit has none."""
         import numpy as np
 
         free = self.predictor.law.free
-        x = [math.log(at.length), at.damping, at.exponent][: len(free)]
-        at_limit = [
-            False,
-            at.damping < 1e-9,
-            self.free_exponent and not LEAST_EXPONENT < at.exponent < LARGEST_EXPONENT,
-        ]
         moving = [n for n in range(len(free)) if not at_limit[n]]
-        columns = []
-        for n in moving:
-            # About the cube root of a double's resolution: best for a central difference.
-            step = 1e-5 * max(1.0, abs(x[n])) if n else 1e-5
-            if n == 1:
-                step = min(step, 0.5 * at.damping)
-            if n == 2:
-                room = min(at.exponent - LEAST_EXPONENT, LARGEST_EXPONENT - at.exponent)
-                step = min(step, 0.5 * room)
-            ends = []
-            for sign in (-1.0, 1.0):
-                moved = [*x, at.exponent][:3]
-                moved[n] += sign * step
-                length = at.length * math.exp(moved[0] - x[0])
-                place = Coordinates(length, moved[1], moved[2])
-                ends.append(np.array(self.residuals(self.predictor.predict(place))))
-            columns.append((ends[1] - ends[0]) / (2.0 * step))
-        jacobian = np.array(columns).T
+        jacobian = self._solved(at, max_nfev=1).jac[:, moving]
         _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
         if len(singular) < len(moving) or singular[-1] <= _UNDETERMINED * singular[0]:
             return dict.fromkeys(free)
@@ -374,18 +327,6 @@ class _Search:
         by_parameter = np.array(self.predictor.sensitivities(at))[: len(free), moving] @ spread
         errors = np.sqrt((by_parameter**2).sum(axis=1)).tolist()
         return {name: None if at_limit[n] else errors[n] for n, name in enumerate(free)}
-
-
-def _last_parting(off: Callable[[float], float], low: float, high: float) -> float:
-    """About the largest ζ from `low` on at which the bodies still part; at `high` they don't."""
-    for _ in range(12):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if math.isnan(off(middle)) else (middle, high)
-    return low
-
-
-def _or_zero(value: float) -> float:
-    return 0.0 if math.isnan(value) else value
 
 
 def _same(a: Coordinates, b: Coordinates) -> bool:
@@ -396,24 +337,14 @@ def _same(a: Coordinates, b: Coordinates) -> bool:
     )
 
 
-def _restitution(speed: Target, conditions: Conditions) -> float:
-    """The COR that a speed means where momentum is conserved."""
-    total, u = conditions.m_club + conditions.m_ball, conditions.club_speed
-    if speed.name == "ball_speed":
-        return speed.value * total / (conditions.m_club * u) - 1.0
-    if speed.name == "club_speed_after":
-        return (u - speed.value) * total / (conditions.m_ball * u) - 1.0
-    return speed.value
-
-
-def _zeta(restitution: float) -> float:
+def _zeta(cor: float) -> float:
     """ζ of a COR under law 2: e = exp(-2 ζ s), ζ = cos θ, s = θ/sin θ (cosh, sinh beyond 1).
 
     Schwager & Pöschel, Granular Matter 9, 465–469 (2007).
     """
     from scipy.optimize import brentq
 
-    half = -0.5 * math.log(restitution)
+    half = -0.5 * math.log(cor)
     tight = {"xtol": 1e-300, "rtol": 1e-15}
     if half < 0.5:
         # φ = π/2 - θ keeps its digits where damping is small.

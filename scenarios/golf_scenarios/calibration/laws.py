@@ -40,22 +40,10 @@ def asked_for(law: int, exponent: str, reference_compression: float) -> ContactL
             f"--exponent {exponent} is refused with --law 1 (absolute), which is linear: leave it "
             "out, or take --law 2"
         )
-    return _named(law, n, reference_compression)
+    return ContactLaw(law, n, reference_compression)
 
 
 def compared(reference_compression: float) -> tuple[ContactLaw, ...]:
     """Kelvin–Voigt, absolute, Tsuji and free n."""
-    return tuple(
-        _named(law, n, reference_compression)
-        for law, n in ((2, 1.0), (1, 1.0), (2, 1.5), (2, None))
-    )
-
-
-def _named(law: int, n: float | None, reference_compression: float) -> ContactLaw:
-    if n is None:
-        title = "power law, n free"
-    elif n == 1.0:
-        title = "Kelvin–Voigt" if law == 2 else "absolute"
-    else:
-        title = "Tsuji, n = 1.5" if n == 1.5 else f"power law, n = {n:g}"
-    return ContactLaw(title, law, n, reference_compression)
+    laws = ((2, 1.0), (1, 1.0), (2, 1.5), (2, None))
+    return tuple(ContactLaw(law, n, reference_compression) for law, n in laws)

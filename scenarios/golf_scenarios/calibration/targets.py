@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -268,32 +268,39 @@ def check_together(targets: Mapping[str, Target], conditions: Conditions, law: i
                 f"--cor {cor.value!r} is refused beside these speeds: (ball - club) / club speed "
                 f"= {implied:.6g}, off by {off:.1f} σ (at most {_CONTRADICTION:g})"
             )
-    for names, implied, sigma in _implied_restitution(ball, club, conditions, law):
-        if implied - sigma >= 1.0 or implied + sigma <= 0.0:
-            why = "more energy than there was" if implied > 0.0 else "a ball that doesn't leave"
-            raise UserError(
-                f"{names} at a club speed of {u:g} m/s would be a COR of {implied:.4g}, {why}; it "
-                "must be above 0 and below 1"
-            )
+    names, implied, sigma = _implied_restitution(ball, club, conditions, law)
+    if implied - sigma >= 1.0 or implied + sigma <= 0.0:
+        why = "more energy than there was" if implied > 0.0 else "a ball that doesn't leave"
+        raise UserError(
+            f"{names} at a club speed of {u:g} m/s would be a COR of {implied:.4g}, {why}; it "
+            "must be above 0 and below 1"
+        )
 
 
 def _implied_restitution(
     ball: Target | None, club: Target | None, conditions: Conditions, law: int
-) -> Iterator[tuple[str, float, float]]:
-    """The COR that speeds tell: options, value and σ."""
-    u = conditions.club_speed
-    total = conditions.m_club + conditions.m_ball
+) -> tuple[str, float, float]:
+    """The COR that speeds tell: options, value and σ; any COR where they tell none."""
     if ball and club:
         names = f"--ball-speed {ball.value!r} with --club-speed-after {club.value!r}"
-        sigma = math.hypot(ball.sigma, club.sigma) / u
-        yield names, (ball.value - club.value) / u, sigma
-    elif law == 2 and ball:
+        u = conditions.club_speed
+        return names, (ball.value - club.value) / u, math.hypot(ball.sigma, club.sigma) / u
+    speed = ball or club
+    if law == 1 or speed is None:
+        return "", 0.5, 0.0
+    return f"{option(speed.name)} {speed.value!r}", *restitution(speed, conditions)
+
+
+def restitution(target: Target, conditions: Conditions) -> tuple[float, float]:
+    """The COR that a speed or a COR means where momentum is conserved, and its σ."""
+    total, u = conditions.m_club + conditions.m_ball, conditions.club_speed
+    if target.name == "ball_speed":
         factor = total / (conditions.m_club * u)
-        yield f"--ball-speed {ball.value!r}", factor * ball.value - 1.0, factor * ball.sigma
-    elif law == 2 and club:
+        return factor * target.value - 1.0, factor * target.sigma
+    if target.name == "club_speed_after":
         factor = total / (conditions.m_ball * u)
-        value = factor * (u - club.value) - 1.0
-        yield f"--club-speed-after {club.value!r}", value, factor * club.sigma
+        return factor * (u - target.value) - 1.0, factor * target.sigma
+    return target.value, target.sigma
 
 
 def independent(targets: Mapping[str, Target]) -> int:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from golf_scenarios.commands.console import RESULTS, out, progress, rich_table, say
+from golf_scenarios.commands.console import RESULTS, out, paragraphs, progress, rich_table, say
 from golf_scenarios.errors import UserError
 
 EPILOG = "Example: golf-impact bench --quick --out bench"
@@ -106,13 +106,18 @@ def _conclusion(missed: list[str], figures: dict[str, float]) -> list[str]:
         f"with a worst error of {figures['worst_error']:.1g}"
         + (f"; missed on this machine: {', '.join(missed)}." if missed else ".")
     )
+    unusual = (
+        "A contact that the usual forms in doubles can't tell (heavy damping, rates that meet) is "
+        f"told in decimals: {figures['unusual_impact_us'] / 1e3:.2f} ms an impact and "
+        f"{figures['unusual_read_us']:.0f} µs a step that is read."
+    )
     limits = (
         "What this can't do: a step that is read costs what FMI and Python cost, a few µs, so "
         "code without FMI is as fast for a coarse answer, instances in one process share one "
         "interpreter lock, and nothing here makes the model more true, only its equations exactly "
         "solved."
     )
-    return [fast, limits]
+    return [fast, unusual, limits]
 
 
 def _show(results: dict[str, Any], series: dict[int, Any]) -> None:
@@ -150,8 +155,7 @@ def _show(results: dict[str, Any], series: dict[int, Any]) -> None:
         f"{where.get('pattern')} ({where['numbers_compared']} numbers in {where['cases']} cases).",
         highlight=False,
     )
-    for words in results["conclusion"]:
-        out.print(words, highlight=False)
+    paragraphs(results["conclusion"])
 
 
 def verdict(passed: bool, number: int | str = "") -> Any:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from golf_scenarios.commands.console import RESULTS, err, out, print_table, say, warn
+from golf_scenarios.commands.console import RESULTS, err, out, paragraphs, print_table, say, warn
 
 EPILOG = (
     "Examples: golf-impact calibrate --cor 0.743 --contact-time 600e-6 · golf-impact calibrate "
@@ -83,20 +83,20 @@ def calibrate(
         "time_of_max_force": (time_of_max_force, sigma_time_of_max_force),
     }
     conditions = {"club_speed": club_speed, "m_club": m_club, "m_ball": m_ball}
+    prepare(folder)
     measured, targets = given(options, conditions, csv)
     chosen = asked_for(law, exponent, reference_compression)
     for words in doubts(measured, targets):
         warn(words, style="yellow")
     with err.status("calibrating"):
-        calibration = calibrated(measured, targets, chosen, lambda: prepare(folder))
+        calibration = calibrated(measured, targets, chosen)
         files = {"calibrate.json": as_json(calibration.as_json())}
         if figures:
             files["calibrate.png"] = calibration.drawn()
         written = write_together(folder, files)
     for table in calibration.tables():
         print_table(table)
-    for words in calibration.words:
-        out.print(words, highlight=False)
+    paragraphs(calibration.words)
     say(f"\n{', '.join(str(file) for file in written)}")
     out.print("Run it:", style="bold")
     # Plain, so that it can be copied: no wrapping, no mark-up.

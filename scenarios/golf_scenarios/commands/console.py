@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -51,14 +51,31 @@ def rich_table(title: str, *columns: str, numbers: bool = True) -> RichTable:
 
 
 @contextmanager
-def progress() -> Iterator[Callable[[str, int], Callable[[], None]]]:
-    """Bars on stderr: begun with a name and a total, each gives what moves it on by one."""
-    from rich.progress import Progress
+def progress() -> Iterator[Callable[[str, int], Callable[..., None]]]:
+    """Bars on stderr: begun with a name and a total.
 
-    with Progress(console=err, transient=True) as bars:
+    Each gives what moves it on: by one, or to the number that it is given.
+    """
+    from rich.progress import MofNCompleteColumn, Progress
 
-        def bar(name: str, total: int) -> Callable[[], None]:
+    columns = (*Progress.get_default_columns(), MofNCompleteColumn())
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bars:
+
+        def bar(name: str, total: int) -> Callable[..., None]:
             task = bars.add_task(name, total=total)
-            return lambda: bars.advance(task)
+
+            def move(done: int | None = None) -> None:
+                if done is None:
+                    bars.advance(task)
+                else:
+                    bars.update(task, completed=done)
+
+            return move
 
         yield bar
+
+
+def paragraphs(words: Iterable[str]) -> None:
+    """Sentences as they were written, wrapped."""
+    for one in words:
+        out.print(one, highlight=False)

@@ -12,9 +12,9 @@ import subprocess
 import sys
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import typer
 
@@ -49,20 +49,23 @@ class Finding(NamedTuple):
     text: str
 
 
+#: One at a time; what it returns is of use to what is looked at next.
+_Findings = Generator[Finding, None, Any]
+
+
 def examine(fmu: Path | None = None) -> Iterator[Finding]:
     """Look at the interpreter, packages, folders, the FMU and libpython, one finding at a time.
 
     Args:
         fmu: the .fmu file; that of the present sources if None, built if need be.
     """
-    yield from _guarded("interpreter", _interpreter)
-    yield from _guarded("packages", _packages)
-    yield from _guarded("folders", lambda: _folders(fmu))
-    file: list[Path] = []
-    yield from _guarded("FMU", lambda: _file(fmu, file))
-    if file:
-        yield from _guarded("FMU", lambda: _load(file[0]))
-    yield from _guarded("native hosts", lambda: _native(file[0] if file else None))
+    yield from _guarded("interpreter", _interpreter())
+    yield from _guarded("packages", _packages())
+    yield from _guarded("folders", _folders(fmu))
+    usable = yield from _guarded("FMU", _file(fmu))
+    if usable:
+        yield from _guarded("FMU", _load(usable))
+    yield from _guarded("native hosts", _native(usable))
 
 
 def doctor(
@@ -79,17 +82,18 @@ def doctor(
     return int(status)
 
 
-def _guarded(what: str, look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+def _guarded(what: str, findings: _Findings) -> _Findings:
     try:
-        yield from look()
+        return (yield from findings)
     except Exception as error:
         yield Finding("warning", f"{what}: couldn't be examined: {last_line(error)}")
+        return None
 
 
 # Python
 
 
-def _interpreter() -> Iterator[Finding]:
+def _interpreter() -> _Findings:
     bits = "64" if sys.maxsize > 2**32 else "32"
     text = f"{platform.python_implementation()} {platform.python_version()}, {bits} bit"
     old = sys.version_info < _OLDEST or platform.python_implementation() != "CPython"
@@ -103,7 +107,7 @@ def _interpreter() -> Iterator[Finding]:
         yield Finding("problem", f"platform: pythonfmu has no binary for {machine}")
 
 
-def _packages() -> Iterator[Finding]:
+def _packages() -> _Findings:
     versions = []
     for name in _PACKAGES:
         try:
@@ -113,7 +117,7 @@ def _packages() -> Iterator[Finding]:
     yield Finding("ok", f"packages: {', '.join(versions)}")
 
 
-def _folders(fmu: Path | None) -> Iterator[Finding]:
+def _folders(fmu: Path | None) -> _Findings:
     folders = {"temporary folder, where tools extract FMUs": Path(temporary_folder())}
     folders["current folder"] = Path.cwd()
     if fmu is not None:
@@ -133,7 +137,8 @@ def _folders(fmu: Path | None) -> Iterator[Finding]:
 # The FMU
 
 
-def _file(fmu: Path | None, usable: list[Path]) -> Iterator[Finding]:
+def _file(fmu: Path | None) -> _Findings:
+    """Returns the FMU if it can be read."""
     if fmu is None:
         from golf_scenarios.fmu.file import current_fmu
 
@@ -143,17 +148,17 @@ def _file(fmu: Path | None, usable: list[Path]) -> Iterator[Finding]:
     why = flaw(fmu)
     if why is not None:
         yield Finding("problem", f"FMU: {why}")
-        return
+        return None
     with zipfile.ZipFile(fmu) as archive:
         names = archive.namelist()
     binaries = sorted(
         {n.split("/")[1] for n in names if n.startswith("binaries/") and n[-1] != "/"}
     )
     yield Finding("ok", f"FMU: {fmu}, binaries for {', '.join(binaries) or 'nothing'}")
-    usable.append(fmu)
+    return fmu
 
 
-def _load(fmu: Path) -> Iterator[Finding]:
+def _load(fmu: Path) -> _Findings:
     done = subprocess.run(
         [sys.executable, "-c", _LOAD, str(fmu)],
         capture_output=True,
@@ -191,12 +196,12 @@ def _needs_home() -> bool:
     return done.returncode != 0
 
 
-def native_line(libpython: Path, host: str = "your-host") -> str:
+def native_line(libpython: Path) -> str:
     """The command line that starts a native host with this library."""
     parts = [f"LD_PRELOAD={shlex.quote(str(libpython))}"]
     if _needs_home():
         parts.append(f"PYTHONHOME={shlex.quote(sys.base_prefix)}")
-    return " ".join([*parts, host])
+    return " ".join([*parts, "your-host"])
 
 
 def _standalone(fmu: Path | None) -> Finding | None:
@@ -231,7 +236,7 @@ def _recommended() -> Finding:
     )
 
 
-def _native(fmu: Path | None) -> Iterator[Finding]:
+def _native(fmu: Path | None) -> _Findings:
     if os.name == "nt":
         folder = Path(sys.base_prefix)
         yield Finding("ok", f"native hosts: set PATH={folder};%PATH%  (python3.dll is there)")

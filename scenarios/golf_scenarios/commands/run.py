@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from golf_scenarios.commands.console import RESULTS, err, out, print_table, say, warn
+from golf_scenarios.commands.console import RESULTS, err, out, paragraphs, print_table, say, warn
 from golf_scenarios.errors import UserError
 
 if TYPE_CHECKING:
@@ -126,9 +126,7 @@ def _outcome(script: "ModuleType", fmu: "ImpactFmu") -> "Outcome":
 
 def _values(pairs: list[str]) -> dict[str, float]:
     values = {}
-    for name, text in pairs_of(pairs, "VALUE", "k=8e5"):
-        if name in values:
-            raise UserError(f"--set {name} is given twice: write it once")
+    for name, text in pairs_of(pairs, "VALUE", "k=8e5", "write it once").items():
         try:
             values[name] = float(text)
         except ValueError:
@@ -138,28 +136,30 @@ def _values(pairs: list[str]) -> dict[str, float]:
     return values
 
 
-def pairs_of(pairs: list[str], what: str, example: str) -> list[tuple[str, str]]:
-    """Names and texts of options --set NAME=TEXT.
+def pairs_of(pairs: list[str], what: str, example: str, once: str) -> dict[str, str]:
+    """Texts by name of options --set NAME=TEXT.
 
     Raises:
-        UserError: one has another form.
+        UserError: one has another form, or a name is given twice.
     """
-    split = []
+    texts: dict[str, str] = {}
     for pair in pairs:
         name, equals, text = pair.partition("=")
         if not (equals and name.strip() and text.strip()):
             raise UserError(
                 f"--set {pair} is refused: write --set NAME={what}, e.g. --set {example}"
             )
-        split.append((name.strip(), text))
-    return split
+        name = name.strip()
+        if name in texts:
+            raise UserError(f"--set {name} is given twice: {once}")
+        texts[name] = text
+    return texts
 
 
 def _show(name: str, outcome: "Outcome") -> None:
     for table in outcome.tables:
         print_table(table)
-    for words in outcome.words:
-        out.print(words, highlight=False)
+    paragraphs(outcome.words)
     if outcome.checks:
         passed = sum(check.passed for check in outcome.checks)
         out.print(f"{name}: {passed} of {len(outcome.checks)} checks passed", style="bold")

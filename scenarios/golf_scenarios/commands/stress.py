@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from golf_scenarios.commands.bench import need, verdict
-from golf_scenarios.commands.console import RESULTS, out, progress, rich_table, say
+from golf_scenarios.commands.console import RESULTS, out, paragraphs, progress, rich_table, say
 
 if TYPE_CHECKING:
     from golf_scenarios.stress.stability import Map
@@ -76,23 +76,19 @@ def _show(results: dict[str, Any]) -> None:
             verdict(check["passed"], check["failures"]),
         )
     out.print(table)
-    for name, check in results["checks"].items():
-        if check["worst"] > 0.0:
-            words = f"{name}: {check['worst']:.2g} at {_shown(check['case'])}"
-            out.print(words, highlight=False)
-    for law, run in results["tiny_steps"].items():
-        out.print(
-            f"{run['steps']} steps of 1 ns, {law}: error {run['errors'][0]:.1g} at the start, "
-            f"{run['errors'][-1]:.1g} at the end; memory gained {_megabytes(run)}.",
-            highlight=False,
-        )
-    many = results["many_impacts"]
-    out.print(
-        f"{many['impacts']} impacts in one instance: memory gained {_megabytes(many)}.",
-        highlight=False,
+    paragraphs(
+        f"{name}: {check['worst']:.2g} at {_shown(check['case'])}"
+        for name, check in results["checks"].items()
+        if check["worst"] > 0.0
     )
-    for words in results["conclusion"]:
-        out.print(words, highlight=False)
+    paragraphs(
+        f"{run['steps']} steps of 1 ns, {law}: error {run['errors'][0]:.1g} at the start, "
+        f"{run['errors'][-1]:.1g} at the end; memory gained {_megabytes(run)}."
+        for law, run in results["tiny_steps"].items()
+    )
+    many = results["many_impacts"]
+    impacts = f"{many['impacts']} impacts in one instance: memory gained {_megabytes(many)}."
+    paragraphs((impacts, *results["conclusion"]))
 
 
 def _shown(case: Any) -> str:

@@ -11,15 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from golf_scenarios.commands.console import err, say, warn
+from golf_scenarios.commands.console import err, progress, say, warn
 from golf_scenarios.commands.run import fmu_file, pairs_of
 from golf_scenarios.errors import UserError
+from golf_scenarios.stopping import SIGNALS
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from golf_scenarios.report.outcome import Outcome
-    from golf_scenarios.sweeps.axes import Axis
     from golf_scenarios.sweeps.run import Summary, Sweep
     from golf_scenarios.sweeps.sensitivity import Sensitivity
     from golf_scenarios.sweeps.study_file import Options
@@ -99,7 +97,7 @@ def sweep(
     from golf_scenarios.sweeps.study_file import Options
 
     options = Options(
-        sets=_texts(set_ or []),
+        sets=pairs_of(set_ or [], "VALUES", "k=0.5e6:2e6:100", "write one list, NAME=A,B"),
         out=out_,
         outputs=None if outputs is None else tuple(outputs.split(",")),
         samples=samples,
@@ -124,7 +122,7 @@ def swept(options: Options, study: Path | None) -> int:
     Raises:
         UserError: something in it isn't allowed, or a file can't be written.
     """
-    from golf_scenarios.sweeps.run import Stopped, Sweep
+    from golf_scenarios.sweeps.run import CHUNK, Stopped, Sweep
     from golf_scenarios.sweeps.study import Study
     from golf_scenarios.sweeps.study_file import read_study
     from golf_scenarios.sweeps.table_file import check_path
@@ -141,17 +139,24 @@ def swept(options: Options, study: Path | None) -> int:
         options.design or "random",
     )
     check_path(options.out)
-    with _stop_asked() as stop, Sweep(asked, fmu_file(options.fmu)) as running:
+    with _stop_asked() as stop, Sweep(asked, fmu_file(options.fmu), stop.is_set) as running:
         try:
-            summary = _run(running, options, options.out, stop)
+            with progress() as bar:
+                summary = running.run(
+                    options.out,
+                    workers=options.workers,
+                    scheduler=options.scheduler,
+                    chunk=CHUNK if options.chunk is None else options.chunk,
+                    progress=bar("sweep", asked.cases),
+                )
             words = _words(summary, options)
             for line in words:
                 say(line)
             if options.compare:
-                words += _compared(running, stop)
+                words.append(_compared(running))
             if options.figures is not False:
                 outcome = _outcome(running, summary, words)
-                sensitivity = _sensitivity(running, summary, stop, outcome)
+                sensitivity = _sensitivity(running, summary, outcome)
         except Stopped as stopped:
             file = "is written" if stopped.written else "is as it was"
             if not options.out.exists():
@@ -165,20 +170,9 @@ def swept(options: Options, study: Path | None) -> int:
     return 0
 
 
-def _texts(pairs: list[str]) -> dict[str, str]:
-    texts: dict[str, str] = {}
-    for name, text in pairs_of(pairs, "VALUES", "k=0.5e6:2e6:100"):
-        if name in texts:
-            raise UserError(f"--set {name} is given twice: write one list, e.g. --set {name}=A,B")
-        texts[name] = text
-    return texts
-
-
 @contextmanager
 def _stop_asked() -> Iterator[threading.Event]:
     """Set on Ctrl-C and SIGTERM, which are answered between cases: never inside the FMU's code."""
-    from golf_scenarios.sweeps.pool import SIGNALS
-
     stop = threading.Event()
     # nohup has a signal ignored, and so it stays.
     heard = [n for n in SIGNALS if n == signal.SIGINT or signal.getsignal(n) != signal.SIG_IGN]
@@ -188,43 +182,6 @@ def _stop_asked() -> Iterator[threading.Event]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _run(sweep: Sweep, options: Options, table: Path, stop: threading.Event) -> Summary:
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-
-    from golf_scenarios.sweeps.run import CHUNK
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-        TextColumn("left"),
-    )
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
-        task = progress.add_task("sweep", total=sweep.study.cases, rate="")
-
-        def advance(done: int) -> None:
-            speed = progress.tasks[task].speed
-            rate = f"{speed:,.0f} impacts/s" if speed else ""
-            progress.update(task, completed=done, rate=rate)
-
-        return sweep.run(
-            table,
-            workers=options.workers,
-            scheduler=options.scheduler,
-            chunk=CHUNK if options.chunk is None else options.chunk,
-            progress=advance,
-            stop=stop.is_set,
-        )
 
 
 def _words(summary: Summary, options: Options) -> list[str]:
@@ -250,24 +207,19 @@ def _words(summary: Summary, options: Options) -> list[str]:
     return words
 
 
-def _compared(sweep: Sweep, stop: threading.Event) -> list[str]:
+def _compared(sweep: Sweep) -> str:
     from golf_scenarios.sweeps.comparison import compare
-    from golf_scenarios.sweeps.run import Stopped
-
-    def tick() -> None:
-        if stop.is_set():
-            raise Stopped(sweep.study.cases, written=True)
 
     with err.status("comparing with fmpy.simulate_fmu"):
-        both = compare(sweep, tick=tick)
+        both = compare(sweep, tick=sweep.go_on)
     same = "the same numbers to the last bit" if both.same else "OTHER NUMBERS"
-    words = [
+    words = (
         f"In turns, on the same cases and outputs, both written to CSV: {both.sweep:,.0f} "
         f"impacts/s in one process, {both.simulate_fmu:,.0f} by a loop over fmpy.simulate_fmu "
         f"(FMU extracted and description read beforehand, one step): {both.ratio:.0f} times the "
         f"rate, {same}."
-    ]
-    say(words[0])
+    )
+    say(words)
     if not both.same:
         raise UserError("the sweep and fmpy.simulate_fmu disagree: rebuild the FMU")
     return words
@@ -279,7 +231,7 @@ def _outcome(sweep: Sweep, summary: Summary, words: list[str]) -> Outcome:
     from golf_scenarios.report.outcome import Outcome, Table
 
     outcome = Outcome(f"Sweep {summary.path.name}", words=list(words))
-    rows = [[one.name, _described(one)] for one in sweep.study.axes]
+    rows = [[one.name, one.described] for one in sweep.study.axes]
     outcome.tables.append(Table("Swept variables (SI units)", ["", "values"], rows))
     usable = summary.drawn[np.isfinite(summary.drawn)]
     if len(usable):
@@ -291,45 +243,16 @@ def _outcome(sweep: Sweep, summary: Summary, words: list[str]) -> Outcome:
     return outcome
 
 
-def _described(axis: Axis) -> str:
-    from golf_scenarios.sweeps.axes import Grid, Normal
-
-    if isinstance(axis, Normal):
-        return f"normal, mean {axis.mean:g}, standard deviation {axis.sigma:g}"
-    if not isinstance(axis, Grid):
-        return f"uniform, {axis.low:g} to {axis.high:g}"
-    values = [value if isinstance(value, str) else f"{value:g}" for value in axis.values[:6]]
-    if len(axis.values) > len(values):
-        return f"{', '.join(values[:3])} … {axis.values[-1]:g} ({len(axis.values):,} values)"
-    return ", ".join(values)
-
-
-def _sensitivity(
-    sweep: Sweep, summary: Summary, stop: threading.Event, outcome: Outcome
-) -> Sensitivity | None:
+def _sensitivity(sweep: Sweep, summary: Summary, outcome: Outcome) -> Sensitivity | None:
     """How much each distribution matters, if there is one."""
-    import numpy as np
-
     from golf_scenarios.report.outcome import Table
-    from golf_scenarios.sweeps.run import CHUNK, Stopped
 
     if not sweep.study.distributions:
         return None
-
-    def outputs_of(columns: dict[str, np.ndarray]) -> np.ndarray:
-        number = len(next(iter(columns.values())))
-        parts = []
-        for start in range(0, number, CHUNK):
-            if stop.is_set():
-                raise Stopped(sweep.study.cases, written=True)
-            part = {name: column[start : start + CHUNK] for name, column in columns.items()}
-            parts.append(sweep.outputs(part)[:, 0])
-        return np.concatenate(parts)
-
     try:
         from golf_scenarios.sweeps.sensitivity import sensitivity
 
-        result = sensitivity(sweep.study, summary.drawn, outputs_of)
+        result = sensitivity(sweep.study, summary.drawn, sweep.first_output)
     except ImportError:
         outcome.words.append("Sensitivities need SciPy: `pip install 'golf-impact[sweep]'`.")
         return None
@@ -350,10 +273,8 @@ def _draw(
     from golf_scenarios.report.page import page
     from golf_scenarios.sweeps.pictures import draw
 
-    images = {}
     figure = draw(sweep.study, summary.drawn, sweep.fmu.variables, sensitivity)
-    if figure is not None:
-        images[outcome.title] = figures.png(figure)
+    images = {} if figure is None else {outcome.title: figures.png(figure)}
     files = {summary.path.with_suffix(".png").name: image for image in images.values()}
     files["report.html"] = page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
     return write_together(summary.path.parent, files)

@@ -2,7 +2,7 @@
 
 import math
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -139,33 +139,43 @@ class ImpactFmu(LoadedFmu):
             UserError: the FMU refuses a value.
         """
         self.start(**values)
-        self.step(0.0, self.horizon(values))
+        self.step(0.0, self.horizon(values).item())
         return self.read(outputs)
 
-    def horizon(self, values: Mapping[str, float]) -> float:
-        """A step long enough for the bodies to meet and, if they do, to part, s."""
-        gap = values.get("gap", 0.0)
-        club = values.get("club_speed", self.default("club_speed"))
-        closing = club - values.get("ball_speed", 0.0)
-        contact = 20.0 * self._half_period(values)
-        return max(HORIZON, contact) + (gap / closing if gap and closing > 0.0 else 0.0)
+    @np.errstate(all="ignore")
+    def horizon(self, values: Mapping[str, Any]) -> np.ndarray:
+        """A step long enough for the bodies to meet and, if they do, to part, s.
 
-    def _half_period(self, values: Mapping[str, float]) -> float:
+        Args:
+            values: inputs and parameters by name, numbers or arrays of one shape (defaults for the
+                others). Those that the FMU will refuse may be anything.
+
+        Returns:
+            Of the shape of the values.
+        """
+        gap, club, ball = self._given(values, "gap", "club_speed", "ball_speed")
+        approach = np.where(club > ball, gap / (club - ball), 0.0)
+        steps = np.fmax(HORIZON, 20.0 * self._half_period(values)) + approach
+        return np.where(np.isfinite(steps) & (steps > 0.0), steps, HORIZON)
+
+    def _given(self, values: Mapping[str, Any], *names: str) -> Iterator[np.ndarray]:
+        return (np.asarray(values.get(name, self.default(name)), float) for name in names)
+
+    @np.errstate(all="ignore")
+    def _half_period(self, values: Mapping[str, Any]) -> np.ndarray:
         """The contact time without damping, s: π √(μ/k), or nearly so with an exponent."""
-
-        def given(name: str) -> float:
-            return values.get(name, self.default(name))
-
-        mu = 1.0 / (1.0 / given("m_club") + 1.0 / given("m_ball"))
-        period = math.pi * math.sqrt(mu / given("k"))
-        n, length = given("exponent"), given("reference_compression")
-        closing = abs(given("club_speed") - given("ball_speed"))
-        if n > 1.0 and closing:
-            # Kinetic energy μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d.
-            ratio = closing * period / (math.pi * length)
-            compression = length * (0.5 * (n + 1.0) * ratio * ratio) ** (1.0 / (n + 1.0))
-            period = math.pi * compression / closing
-        return period
+        m_club, m_ball, k, n = self._given(values, "m_club", "m_ball", "k", "exponent")
+        mu = 1.0 / (1.0 / m_club + 1.0 / m_ball)
+        period = math.pi * np.sqrt(mu / k)
+        club, ball, length = self._given(
+            values, "club_speed", "ball_speed", "reference_compression"
+        )
+        closing = np.abs(club - ball)
+        # Kinetic energy μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d.
+        ratio = closing * period / (math.pi * length)
+        # Not **, which computes a single number otherwise than an array's.
+        compression = length * np.power(0.5 * (n + 1.0) * ratio * ratio, 1.0 / (n + 1.0))
+        return np.where((n > 1.0) & (closing > 0.0), math.pi * compression / closing, period)
 
     def trajectory(
         self, points: int = 301, names: Sequence[str] = PATH, **values: Any
@@ -187,7 +197,7 @@ class ImpactFmu(LoadedFmu):
         touch, contact = end["touch_time"], end["contact_time"]
         if not self.flag("separated"):
             # Not parted within the horizon: show the time in which the contact takes shape.
-            contact = 10.0 * self._half_period(values)
+            contact = 10.0 * self._half_period(values).item()
         if touch + contact / points == touch:
             raise UserError(
                 f"a contact of {contact:g} s after {touch:g} s of approach is too short to sample: "

@@ -1,9 +1,12 @@
 """The document's own scheme, packed as an FMU by pythonfmu and driven like any other."""
 
+import math
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+
+from fmpy.fmi2 import FMU2Slave
 
 from golf_scenarios.facts.document import TIME_STEP
 from golf_scenarios.fmu.file import build_plain_fmu
@@ -39,12 +42,18 @@ class DocumentFmu(LoadedFmu):
             The outputs by name (SI units).
         """
         self.start(dt=dt, **values)
-        in_contact = self.references(["in_contact"])
-        n = 0
-        while self.slave.getBoolean(in_contact)[0]:
-            self.slave.doStep(n * dt, dt)
-            n += 1
+        steps_of_contact(self, self.slave, dt)
         return self.read(_OUTPUTS)
+
+
+def steps_of_contact(fmu: LoadedFmu, slave: FMU2Slave, dt: float, end: float = math.inf) -> int:
+    """Step an instance of it by dt until contact ends, or until `end` s; how many steps it took."""
+    in_contact = fmu.references(["in_contact"])
+    n = 0
+    while slave.getBoolean(in_contact)[0] and n * dt < end:
+        slave.doStep(n * dt, dt)
+        n += 1
+    return n
 
 
 @contextmanager

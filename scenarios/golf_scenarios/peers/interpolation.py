@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+from golf_scenarios.peers.problem import Outcome
+
 
 def value(theta: float, h: float, f0: float, g0: float, f1: float, g1: float) -> float:
     """The interpolant at the fraction `theta` of the step."""
@@ -53,3 +55,19 @@ def peak(h: float, f0: float, g0: float, f1: float, g1: float) -> float:
     c2 = 3.0 * (h * (g0 + g1) - 2.0 * (f1 - f0))
     theta = c0 / (math.sqrt(max(0.0, c1 * c1 - c0 * c2)) - c1)
     return value(theta, h, f0, g0, f1, g1)
+
+
+def separation(
+    number: int,
+    h: float,
+    before: tuple[float, ...],
+    after: tuple[float, ...],
+    max_force: float,
+) -> Outcome:
+    """The outcome of an impact that ends within a step of `h` s, after a number of such steps.
+
+    `before` and `after` are force, v_club and v_ball, each with its derivative, at its two ends.
+    """
+    part = fall_through_zero(h, *before[:2], *after[:2])
+    v_club, v_ball = (value(part, h, *before[n : n + 2], *after[n : n + 2]) for n in (2, 4))
+    return Outcome(v_club, v_ball, (number + part) * h, max_force)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from golf_scenarios.peers.interpolation import fall_through_zero, peak, value
+from golf_scenarios.peers.interpolation import peak, separation
 from golf_scenarios.peers.problem import Case, Outcome
 
 
@@ -42,11 +42,6 @@ def solve(case: Case, dt: float) -> Outcome:
         if rise <= 0.0 < before[1]:
             max_force = max(max_force, peak(dt, *before[:2], force, rise))
         if force < 0.0:
-            part = fall_through_zero(dt, *before[:2], force, rise)
-            return Outcome(
-                value(part, dt, *before[2:4], v_club, p1),
-                value(part, dt, *before[4:], v_ball, q1),
-                (n + part) * dt,
-                max_force,
-            )
+            after = force, rise, v_club, p1, v_ball, q1
+            return separation(n, dt, before, after, max_force)
     return Outcome(v_club, v_ball, math.inf, max_force)

@@ -2,6 +2,7 @@
 
 import io
 import os
+from collections.abc import Sequence
 
 # Figures are written to files; without this matplotlib would look for a screen.
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -60,6 +61,20 @@ def new_pair(title: str) -> tuple[Figure, tuple[Axes, Axes]]:
 def legend_above(axes: Axes, columns: int = 4) -> None:
     """A legend between title and axes, where it can't cover the data."""
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2)
+
+
+def legend_below(figure: Figure, axes: Axes, columns: int) -> None:
+    """One legend below all axes, of what these show."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+
+
+def rows(axes: Axes, names: Sequence[str], band: float) -> None:
+    """Names down the side, a line at 0 and a grey band beside it, for values that are off."""
+    axes.axvspan(-band, band, color=BLACK, alpha=0.1, lw=0)
+    axes.axvline(0.0, color=BLACK, lw=1.0)
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(len(names) - 0.5, -0.5)
 
 
 def mark(axes: Axes, x: float, y: float, text: str) -> None:

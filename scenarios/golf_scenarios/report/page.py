@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from golf_build import VERSION
+from golf_build.packaging import rendered
 from golf_scenarios.files import as_json, write_together
 from golf_scenarios.report.outcome import Outcome
 
@@ -55,14 +56,6 @@ def page(
         images: of each, PNG by file name.
         guid: of the FMU.
     """
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     checks = [check for outcome in outcomes.values() for check in outcome.checks]
     shown = {
         name: [
@@ -71,7 +64,8 @@ def page(
         ]
         for name, of_one in images.items()
     }
-    text = environment.get_template("report.html.jinja").render(
+    return rendered(
+        Path(__file__).with_name("report.html.jinja"),
         outcomes=outcomes,
         figures=shown,
         guid=guid,
@@ -79,4 +73,3 @@ def page(
         passed=sum(check.passed for check in checks),
         total=len(checks),
     )
-    return text.encode()

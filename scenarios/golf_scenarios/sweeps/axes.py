@@ -34,6 +34,14 @@ class Grid:
         """Whether there is more than one."""
         return len(self.values) > 1
 
+    @property
+    def described(self) -> str:
+        """In words."""
+        values = [value if isinstance(value, str) else f"{value:g}" for value in self.values[:6]]
+        if len(self.values) > len(values):
+            return f"{', '.join(values[:3])} … {self.values[-1]:g} ({len(self.values):,} values)"
+        return ", ".join(values)
+
 
 @dataclass(frozen=True)
 class Normal:
@@ -42,6 +50,11 @@ class Normal:
     name: str
     mean: float
     sigma: float
+
+    @property
+    def described(self) -> str:
+        """In words."""
+        return f"normal, mean {self.mean:g}, standard deviation {self.sigma:g}"
 
     def from_unit(self, u: np.ndarray) -> np.ndarray:
         """Values at these places (0 to 1) of the cumulative distribution."""
@@ -62,6 +75,11 @@ class Uniform:
     name: str
     low: float
     high: float
+
+    @property
+    def described(self) -> str:
+        """In words."""
+        return f"uniform, {self.low:g} to {self.high:g}"
 
     def from_unit(self, u: np.ndarray) -> np.ndarray:
         """Values at these places (0 to 1) of the cumulative distribution."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from multiprocessing.util import Finalize
 from pathlib import Path
@@ -56,31 +56,19 @@ class Chunk:
     """What one chunk gave.
 
     Attributes:
-        cases: how many.
-        text: their lines as CSV (UTF-8); empty if they weren't asked for.
-        kept: the outputs that the caller asked for, doubles of shape (cases, kept); refused: NaN.
-        refused: how many cases the FMU refused.
-        first: the number of the first of them within the chunk, and why; None if there is none.
+        text: its cases as lines of CSV (UTF-8); empty if they weren't asked for.
+        outputs: doubles of shape (cases, outputs); those of refused cases are NaN.
+        reason: why the FMU refused the first of those; empty if there is none.
     """
 
-    cases: int
     text: bytes
-    kept: np.ndarray
-    refused: int
-    first: tuple[int, str] | None
+    outputs: np.ndarray
+    reason: str
 
-
-@dataclass(frozen=True)
-class Form:
-    """What a chunk is to give back.
-
-    Attributes:
-        as_text: whether as lines of CSV.
-        kept: which outputs also as numbers, by their place.
-    """
-
-    as_text: bool
-    kept: tuple[int, ...]
+    @property
+    def refused(self) -> np.ndarray:
+        """Whether the FMU refused a case, shape (cases,)."""
+        return np.isnan(self.outputs[:, 0])
 
 
 _lock = threading.Lock()
@@ -88,13 +76,13 @@ _lock = threading.Lock()
 _loaded: tuple[str, ImpactFmu, ExitStack] | None = None
 
 
-def run_chunk(fmu: FmuFile, plan: Plan, form: Form, columns: Mapping[str, np.ndarray]) -> Chunk:
+def run_chunk(fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]) -> Chunk:
     """Run the cases of one chunk, in any process: the FMU is loaded there when first needed.
 
     Args:
         fmu: the FMU.
         plan: what is set and read.
-        form: what to give back.
+        as_text: whether lines of CSV are wanted, too.
         columns: the swept variables, arrays of shape (cases,).
 
     Raises:
@@ -103,7 +91,7 @@ def run_chunk(fmu: FmuFile, plan: Plan, form: Form, columns: Mapping[str, np.nda
     global _loaded
     with _lock:
         try:
-            return computed(_instance(fmu), plan, form, columns)
+            return computed(_instance(fmu), plan, as_text, columns)
         except FMICallException as error:
             # After an error the standard allows no call any more that the FMU must survive.
             _loaded = None
@@ -111,17 +99,11 @@ def run_chunk(fmu: FmuFile, plan: Plan, form: Form, columns: Mapping[str, np.nda
 
 
 def computed(
-    instance: ImpactFmu, plan: Plan, form: Form, columns: Mapping[str, np.ndarray]
+    instance: ImpactFmu, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]
 ) -> Chunk:
     """The same in an instance at hand."""
-    results = impacts(instance, plan, plan.values(columns))
-    return Chunk(
-        cases=len(results.outputs),
-        text=_text(plan, columns, results.outputs) if form.as_text else b"",
-        kept=results.outputs[:, form.kept],
-        refused=len(results.refused),
-        first=(int(results.refused[0]), results.reason) if len(results.refused) else None,
-    )
+    outputs, reason = impacts(instance, plan, plan.values(columns))
+    return Chunk(_text(plan, columns, outputs) if as_text else b"", outputs, reason)
 
 
 def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) -> bytes:
@@ -130,50 +112,31 @@ def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) ->
     for column in columns.values():
         values = column.tolist()
         parts.append(values if column.dtype == object else list(map(repr, values)))
-    usable = ~np.isnan(outputs).any(axis=1) if outputs.shape[1] else np.ones(len(outputs), bool)
-    for n, name in enumerate(plan.outputs):
-        column = outputs[:, n]
-        if usable.all():
-            values = (column.astype(int) if name in plan.booleans else column).tolist()
-            parts.append(list(map(repr, values)))
-        else:
-            kind = int if name in plan.booleans else float
-            parts.append(
-                [
-                    repr(kind(value)) if good else ""
-                    for value, good in zip(column.tolist(), usable.tolist())
-                ]
-            )
+    refused = np.flatnonzero(np.isnan(outputs[:, 0])).tolist()
+    for name, column in zip(plan.outputs, outputs.T):
+        values = np.nan_to_num(column).astype(int) if name in plan.booleans else column
+        cells = list(map(repr, values.tolist()))
+        for n in refused:
+            cells[n] = ""
+        parts.append(cells)
     return ("\n".join(map(",".join, zip(*parts))) + "\n").encode()
 
 
 def _instance(fmu: FmuFile) -> ImpactFmu:
     global _loaded
-    if _loaded is not None and _loaded[0] == fmu.digest:
-        return _loaded[1]
-    _close()
-    stack = ExitStack()
-    instance = stack.enter_context(unpacked(fmu))
-    _loaded = (fmu.digest, instance, stack)
-    # When the process ends: an FMU that is never freed may take it down then.
-    Finalize(None, release, exitpriority=10)
-    return instance
-
-
-@contextmanager
-def unpacked(fmu: FmuFile) -> Iterator[ImpactFmu]:
-    """An instance of an FMU that came as bytes.
-
-    Raises:
-        UserError: the bytes aren't those that were sent, or can't be loaded here.
-    """
-    if hashlib.sha256(fmu.data).hexdigest() != fmu.digest:
-        raise UserError("the FMU was damaged on its way to this process")
-    with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
-        path = Path(folder, "ClubBallImpact.fmu")
-        path.write_bytes(fmu.data)
-        with ImpactFmu(path) as instance:
-            yield instance
+    if _loaded is None or _loaded[0] != fmu.digest:
+        _close()
+        if hashlib.sha256(fmu.data).hexdigest() != fmu.digest:
+            raise UserError("the FMU was damaged on its way to this process")
+        with ExitStack() as stack:
+            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-"))
+            path = Path(folder, "ClubBallImpact.fmu")
+            path.write_bytes(fmu.data)
+            instance = stack.enter_context(ImpactFmu(path))
+            _loaded = fmu.digest, instance, stack.pop_all()
+        # When the process ends: an FMU that is never freed may take it down then.
+        Finalize(None, release, exitpriority=10)
+    return _loaded[1]
 
 
 def load(fmu: FmuFile) -> None:

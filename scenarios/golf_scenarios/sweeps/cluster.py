@@ -78,7 +78,9 @@ def connected(scheduler: str, workers: int | None = None) -> Iterator[Client]:
                         distributed.LocalCluster(
                             n_workers=workers or os.cpu_count(),
                             threads_per_worker=1,
-                            dashboard_address=None,
+                            # None would take port 8787, and warn if somebody has it.
+                            dashboard_address=":0",
+                            scheduler_kwargs={"dashboard": False},
                             silence_logs=logging.CRITICAL,
                             # Removed here, whatever happens to the workers.
                             env={"TMPDIR": scratch},
@@ -93,30 +95,14 @@ def connected(scheduler: str, workers: int | None = None) -> Iterator[Client]:
                 f"no Dask cluster with workers at {scheduler} ({in_a_line(error)}): start "
                 "`dask scheduler` and `dask worker`, or use --scheduler local"
             ) from error
-        client.register_plugin(_releasing(distributed.WorkerPlugin))
-        stack.callback(_unregistered, client)
+        stack.callback(_released, client)
         yield client
 
 
-_PLUGIN = "golf-impact-release"
-
-
-def _releasing(base: type) -> Any:
-    """A plugin for workers: when it goes, so does the FMU's instance."""
-
-    class Releasing(base):
-        name = _PLUGIN
-
-        def teardown(self, worker: Any) -> None:
-            release()
-
-    return Releasing()
-
-
-def _unregistered(client: Client) -> None:
+def _released(client: Client) -> None:
     # Whatever happened to workers and scheduler: there is nothing left to free there then.
     with suppress(Exception):
-        client.unregister_worker_plugin(_PLUGIN)
+        client.run(release)
 
 
 @contextmanager

@@ -6,7 +6,9 @@ import csv
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import cycle, islice
 from pathlib import Path
+from statistics import median
 from time import perf_counter
 from typing import Any
 
@@ -14,9 +16,9 @@ import fmpy
 import numpy as np
 
 from golf_scenarios.errors import UserError
-from golf_scenarios.sweeps.impacts import horizon, impacts
+from golf_scenarios.sweeps.impacts import impacts
 from golf_scenarios.sweeps.run import Sweep
-from golf_scenarios.sweeps.table_file import Csv, TableFile
+from golf_scenarios.sweeps.table_file import table_file
 from golf_scenarios.timing import interleaved, median_ratio, undisturbed
 
 #: Cases of the sweep per round, and of the loop, which takes about as long for them.
@@ -56,22 +58,20 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
     # Evenly from all; where there are fewer, again and again.
     index = index * cases // _CASES if cases > _CASES else index % cases
     with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
-        file = Path(folder, "sweep.csv")
 
         def swept() -> float:
             begin = perf_counter()
             columns = sweep.study.columns_at(index)
-            with TableFile(file, sweep.study, sweep.plan) as table:
-                table.write(columns, sweep.here(Csv.form(sweep.plan), columns).result())
+            with table_file(Path(folder, "sweep.csv"), sweep.study, sweep.plan) as table:
+                table.write(columns, sweep.here(True, columns).result())
             return (perf_counter() - begin) / len(index)
 
         loop = _Loop(sweep, index, Path(folder))
         with undisturbed():
             times = interleaved({"sweep": swept, "loop": loop}, rounds, tick)
-    middle = {name: sorted(seconds)[len(seconds) // 2] for name, seconds in times.items()}
     return Comparison(
-        sweep=1.0 / middle["sweep"],
-        simulate_fmu=1.0 / middle["loop"],
+        sweep=1.0 / median(times["sweep"]),
+        simulate_fmu=1.0 / median(times["loop"]),
         ratio=median_ratio(times["loop"], times["sweep"]),
         same=loop.same,
     )
@@ -82,39 +82,31 @@ class _Loop:
 
     def __init__(self, sweep: Sweep, index: np.ndarray, folder: Path) -> None:
         self.same = True
-        self._sweep = sweep
-        self._file = folder / "loop.csv"
-        self._fmu = str(folder / "fmu")
-        fmpy.extract(str(sweep.fmu.path), self._fmu)
+        self._sweep, self._folder = sweep, folder
+        fmpy.extract(str(sweep.fmu.path), str(folder / "fmu"))
         values = sweep.plan.values(sweep.study.columns_at(index))
-        swept = impacts(sweep.instance, sweep.plan, values)
-        usable = np.setdiff1d(np.arange(len(index)), swept.refused)
+        expected, reason = impacts(sweep.instance, sweep.plan, values)
+        usable = np.flatnonzero(~np.isnan(expected[:, 0]))
         if not len(usable):
-            raise UserError(f"there is nothing to compare: the FMU refuses all: {swept.reason}")
-        steps = horizon(sweep.instance, sweep.plan.fixed, values, len(index)).tolist()
-        #: Start values, communication step and the sweep's outputs, case by case.
-        self._cases: list[tuple[dict[str, Any], float, list[float]]] = [
-            (
-                sweep.plan.fixed | {name: column[n].item() for name, column in values.items()},
-                steps[n],
-                swept.outputs[n].tolist(),
-            )
-            for n in usable
-        ]
-        self._next = 0
+            raise UserError(f"there is nothing to compare: the FMU refuses all: {reason}")
+        steps = np.broadcast_to(sweep.fmu.horizon({**sweep.plan.fixed, **values}), len(index))
+
+        def case(n: int) -> tuple[dict[str, Any], float, list[float]]:
+            """Start values, communication step and the sweep's outputs."""
+            given = {name: column[n].item() for name, column in values.items()}
+            return sweep.plan.fixed | given, steps[n].item(), expected[n].tolist()
+
+        self._cases = cycle([case(n) for n in usable[:: max(1, len(usable) // (4 * _LOOPED))]])
 
     def __call__(self) -> float:
-        begin = perf_counter()
         outputs = self._sweep.plan.outputs
-        rows = []
-        with open(self._file, "w", newline="") as stream:
+        begin = perf_counter()
+        with open(self._folder / "loop.csv", "w", newline="") as stream:
             writer = csv.writer(stream)
-            writer.writerow((*self._cases[0][0], *outputs))
-            for _ in range(_LOOPED):
-                values, step, expected = self._cases[self._next % len(self._cases)]
-                self._next += max(1, len(self._cases) // (4 * _LOOPED))
+            writer.writerow((*self._sweep.study.names, *outputs))
+            for values, step, expected in islice(self._cases, _LOOPED):
                 result = fmpy.simulate_fmu(
-                    self._fmu,
+                    str(self._folder / "fmu"),
                     stop_time=step,
                     output_interval=step,
                     start_values=values,
@@ -123,7 +115,5 @@ class _Loop:
                 )
                 row = [result[name][-1].item() for name in outputs]
                 writer.writerow((*values.values(), *row))
-                rows.append((row, expected))
-        seconds = perf_counter() - begin
-        self.same = self.same and all(row == expected for row, expected in rows)
-        return seconds / _LOOPED
+                self.same &= row == expected
+        return (perf_counter() - begin) / _LOOPED

@@ -11,14 +11,12 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
-from golf_scenarios.fmu.impact_fmu import HORIZON, ImpactFmu
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
 from golf_scenarios.sweeps.plan import Plan
 
 _POINTER, _DOUBLE, _SIZE, _INT = ctypes.c_void_p, ctypes.c_double, ctypes.c_size_t, ctypes.c_int
@@ -37,28 +35,17 @@ _FUNCTIONS = {
 _DISCARD = 2
 
 
-@dataclass(frozen=True)
-class Impacts:
-    """What came out of a number of cases.
-
-    Attributes:
-        outputs: doubles of shape (cases, outputs); Booleans are 0 and 1, refused cases NaN.
-        refused: the numbers of the cases that the FMU refused, in order.
-        reason: why it refused the first of them; empty if there is none.
-    """
-
-    outputs: np.ndarray
-    refused: np.ndarray
-    reason: str
-
-
-def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Impacts:
+def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tuple[np.ndarray, str]:
     """Run these cases.
 
     Args:
         fmu: the instance; whatever it did before doesn't matter.
         plan: what is fixed, varied and read.
         values: what varies (and possibly more), by variable: arrays of shape (cases,).
+
+    Returns:
+        The outputs, doubles of shape (cases, outputs): Booleans are 0 and 1, those of cases that
+        the FMU refused NaN. And why it refused the first of these; empty if there is none.
 
     Raises:
         FMICallException: the FMU broke down.
@@ -72,10 +59,10 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Imp
     flag_names = tuple(name for name in plan.outputs if name in plan.booleans)
     reals = _Table(fmu, real_names, np.zeros((number, len(real_names))))
     flags = _Table(fmu, flag_names, np.zeros((number, len(flag_names))), np.intc)
-    horizons = horizon(fmu, plan.fixed, values, number).tolist()
+    steps = np.broadcast_to(fmu.horizon({**plan.fixed, **values}), (number,)).tolist()
     start = _prepared(fmu, plan)
     try:
-        refused = _run(fmu, start.value, not plan.only_inputs, horizons, inputs, laws, reals, flags)
+        refused = _run(fmu, start.value, not plan.only_inputs, steps, inputs, laws, reals, flags)
         # A number that leaves the range of a double is known only when it is read.
         unusable = np.isnan(reals.rows).any(axis=1)
         unusable[refused] = True
@@ -87,7 +74,7 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Imp
         table, names = (flags, flag_names) if name in plan.booleans else (reals, real_names)
         outputs[:, n] = table.rows[:, names.index(name)]
     outputs[unusable] = math.nan
-    return Impacts(outputs, np.flatnonzero(unusable), reason if unusable.any() else "")
+    return outputs, reason if unusable.any() else ""
 
 
 class _Table:
@@ -121,7 +108,7 @@ def _run(
     fmu: ImpactFmu,
     start: int,
     initializing: bool,
-    horizons: list[float],
+    steps: list[float],
     inputs: _Table,
     laws: _Table,
     reals: _Table,
@@ -134,7 +121,7 @@ def _run(
     component = fmu.slave.component
     refused: list[int] = []
     input_at, law_at, real_at, flag_at = (t.address for t in (inputs, laws, reals, flags))
-    for n, size in enumerate(horizons):
+    for n, size in enumerate(steps):
         restore(component, start)
         if inputs.width:
             set_real(component, inputs.references, inputs.width, input_at)
@@ -163,47 +150,3 @@ def _function(fmu: ImpactFmu, name: str, arguments: tuple) -> Any:
     address = ctypes.cast(getattr(fmu.slave.dll, name), _POINTER).value
     assert address is not None
     return ctypes.CFUNCTYPE(_INT, _POINTER, *arguments)(address)
-
-
-def horizon(
-    fmu: ImpactFmu,
-    fixed: Mapping[str, float],
-    values: Mapping[str, np.ndarray],
-    number: int,
-) -> np.ndarray:
-    """For each case a step long enough for the bodies to meet and, if they do, to part, s.
-
-    The same to the last bit as `ImpactFmu.impact` takes for one case.
-    """
-    if "exponent" in values or fixed.get("exponent", 1.0) != 1.0:
-        return _each_by_itself(fmu, fixed, values, number)
-    k, m_club, m_ball, club_speed, ball_speed, gap = (
-        values.get(name, fixed.get(name, fmu.default(name)))
-        for name in ("k", "m_club", "m_ball", "club_speed", "ball_speed", "gap")
-    )
-    # What the FMU will refuse may be anything here.
-    with np.errstate(all="ignore"):
-        mu = 1.0 / (np.divide(1.0, m_club) + np.divide(1.0, m_ball))
-        contact = 20.0 * (math.pi * np.sqrt(np.divide(mu, k)))
-        closing = np.subtract(club_speed, ball_speed)
-        approach = np.where(closing > 0.0, np.divide(gap, closing), 0.0)
-        steps = np.fmax(HORIZON, contact) + approach
-    return np.broadcast_to(np.where(np.isfinite(steps) & (steps > 0.0), steps, HORIZON), (number,))
-
-
-def _each_by_itself(
-    fmu: ImpactFmu,
-    fixed: Mapping[str, float],
-    values: Mapping[str, np.ndarray],
-    number: int,
-) -> np.ndarray:
-    """With an exponent: powers of arrays may differ in their last bit from powers of numbers."""
-    names = [name for name in values if name in fmu.variables]
-    steps = np.full(number, HORIZON)
-    for n, case in enumerate(zip(*(values[name].tolist() for name in names), strict=True)):
-        # What the FMU will refuse may be anything here.
-        with suppress(ArithmeticError, TypeError, ValueError):
-            step = fmu.horizon({**fixed, **dict(zip(names, case))})
-            if 0.0 < step < math.inf:
-                steps[n] = step
-    return steps

@@ -62,18 +62,14 @@ def draw(
     grid = _Reduced(study, drawn)
     amounts = [one for one in study.varied_grid if one.name not in _NAMED]
     named = [one for one in study.varied_grid if one.name in _NAMED]
-    labels = {one.name: _axis_label(one, variables) for one in study.varied_grid}
+    labels = {one.name: label(variables[one.name]) for one in amounts}
     amounts.sort(key=lambda one: -len(one.values))
     if not amounts:
-        return _bars(grid, named, label(variables[name]))
+        return _bars(grid, named[0], label(variables[name]))
     few = [one for one in amounts[1:2] if len(one.values) <= _FEW]
     if named or few or len(amounts) == 1:
         return _lines(grid, amounts[0], (named or few)[:1], labels, label(variables[name]))
     return _map(grid, amounts[0], amounts[1], labels, label(variables[name]))
-
-
-def _axis_label(axis: Grid, variables: Mapping[str, ScalarVariable]) -> str:
-    return axis.name if axis.name == "ball" else label(variables[axis.name])
 
 
 class _Reduced:
@@ -94,9 +90,8 @@ class _Reduced:
         values = {}
         for one in self.study.grid:
             if one in axes:
-                places = np.unique(np.linspace(0, len(one.values) - 1, most).astype(int))
-                if len(one.values) <= most:
-                    places = np.arange(len(one.values))
+                number = min(most, len(one.values))
+                places = np.linspace(0, len(one.values) - 1, number).astype(int)
                 # In rising order, whatever order they were given in.
                 if one.name not in _NAMED:
                     places = places[np.argsort(one.values[places], kind="stable")]
@@ -116,11 +111,6 @@ class _Reduced:
                 warnings.simplefilter("ignore", RuntimeWarning)
                 percentiles = np.nanpercentile(table, (5, 50, 95), axis=-1)
         return [values[one.name] for one in axes], percentiles
-
-    def fixed_words(self, axes: list[Grid]) -> str:
-        """What stands still in a picture over these axes."""
-        others = [one for one in self.study.varied_grid if one not in axes]
-        return ", ".join(f"{one.name} = {_short(one.values[0])}" for one in others)
 
 
 def _lines(
@@ -158,17 +148,17 @@ def _lines(
     return figure
 
 
-def _bars(grid: _Reduced, named: list[Grid], output: str) -> Figure:
+def _bars(grid: _Reduced, named: Grid, output: str) -> Figure:
     from golf_scenarios.report import figures
 
-    figure, axes = figures.new(_title(output, named[:1], grid))
-    (names,), levels = grid.over(named[:1], _MOST_SIDE)
+    figure, axes = figures.new(_title(output, [named], grid))
+    (names,), levels = grid.over([named], _MOST_SIDE)
     middle = levels[1]
     axes.errorbar(
         middle, np.arange(len(names)), xerr=[middle - levels[0], levels[2] - middle], fmt="o",
         color=figures.BLUE, capsize=4,
     )  # fmt: skip
-    axes.set_yticks(range(len(names)), [f"{named[0].name} {_short(name)}" for name in names])
+    axes.set_yticks(range(len(names)), [f"{named.name} {_short(name)}" for name in names])
     axes.set(xlabel=output, ylim=(len(names) - 0.5, -0.5))
     return figure
 
@@ -207,8 +197,7 @@ def _monte_carlo(
     # Rare ones far out would leave the others no room.
     rare = 0.05 if len(usable) > 2000 else 0.0
     bins = int(np.clip(np.sqrt(len(usable)), 8, 80))
-    reach = np.percentile(usable, (rare, 100.0 - rare))
-    low, high = (float(end) for end in reach)
+    low, high = np.percentile(usable, (rare, 100.0 - rare)).tolist()
     if high - low <= _CONSTANT * max(abs(low), abs(high)):
         margin = 1e-3 * max(abs(low), abs(high)) or 1.0
         low, high = low - margin, high + margin
@@ -216,8 +205,7 @@ def _monte_carlo(
     axes.stairs(density, edges, fill=True, color=figures.SKY)
     quantiles = np.percentile(usable, (5, 50, 95))
     digits = _digits(quantiles)
-    styles = zip((5, 50, 95), quantiles, ("--", "-", ":"), strict=True)
-    for percent, value, style in styles:
+    for percent, value, style in zip((5, 50, 95), quantiles, ("--", "-", ":"), strict=True):
         axes.axvline(
             value, color=figures.BLACK, lw=1.4, ls=style, label=f"{percent} %: {value:.{digits}f}"
         )
@@ -246,10 +234,11 @@ def _sensitivities(axes: Axes, sensitivity: Sensitivity) -> None:
 
 
 def _title(output: str, over: list[Grid], grid: _Reduced) -> str:
-    title = f"{_capital(output.split(' (')[0])} over " + " and ".join(
-        one.name.replace("_", " ") for one in over
-    )
-    others = grid.fixed_words(over)
+    names = " and ".join(one.name.replace("_", " ") for one in over)
+    title = f"{_capital(output.split(' (')[0])} over {names}"
+    # What stands still.
+    rest = [one for one in grid.study.varied_grid if one not in over]
+    others = ", ".join(f"{one.name} = {_short(one.values[0])}" for one in rest)
     return f"{title} ({others})" if others else title
 
 

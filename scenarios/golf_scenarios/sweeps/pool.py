@@ -21,12 +21,8 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
+from golf_scenarios.stopping import SIGNALS
 from golf_scenarios.sweeps.chunk import FmuFile, load, release
-
-#: What asks to stop: a terminal and a system's end send them to all processes.
-SIGNALS = tuple(
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
-)
 
 
 class WorkerProcesses(Executor):

@@ -17,12 +17,12 @@ import numpy as np
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.sweeps.chunk import Chunk, FmuFile, Form, computed, release, run_chunk
+from golf_scenarios.sweeps.chunk import Chunk, FmuFile, computed, release, run_chunk
 from golf_scenarios.sweeps.impacts import impacts
 from golf_scenarios.sweeps.plan import plan
 from golf_scenarios.sweeps.pool import WorkerProcesses
 from golf_scenarios.sweeps.study import Study
-from golf_scenarios.sweeps.table_file import TableFile
+from golf_scenarios.sweeps.table_file import Csv, Parquet, table_file
 
 #: Cases of a chunk: some 40 ms of work.
 CHUNK = 2000
@@ -67,8 +67,8 @@ class Summary:
     drawn: np.ndarray
 
 
-#: Begins a chunk: (form, columns) to a future of what it gives.
-Submit = Callable[[Form, dict[str, np.ndarray]], "Future[Chunk]"]
+#: Begins a chunk: (whether as text, columns) to a future of what it gives.
+Submit = Callable[[bool, dict[str, np.ndarray]], "Future[Chunk]"]
 
 
 class Sweep:
@@ -77,13 +77,20 @@ class Sweep:
     Args:
         study: what to compute.
         fmu: the .fmu file; by default that of the present sources, built if need be.
+        stop: asked between chunks whether to end.
 
     Raises:
         UserError: the study doesn't fit the FMU.
     """
 
-    def __init__(self, study: Study, fmu: Path | str | None = None) -> None:
+    def __init__(
+        self,
+        study: Study,
+        fmu: Path | str | None = None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> None:
         self.study = study
+        self.stop = stop
         self.fmu = ImpactFmu(current_fmu()[0] if fmu is None else Path(fmu))
         self.plan = plan(study, self.fmu.variables)
         self._stack = ExitStack()
@@ -101,14 +108,28 @@ class Sweep:
             self._stack.enter_context(self.fmu)
         return self.fmu
 
-    def outputs(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        """The outputs of these cases, shape (cases, outputs); refused ones are NaN."""
-        return impacts(self.instance, self.plan, self.plan.values(columns)).outputs
+    def go_on(self) -> None:
+        """Raise Stopped if the user has asked for it since the table was written."""
+        if self.stop():
+            raise Stopped(self.study.cases, written=True)
 
-    def here(self, form: Form, columns: Mapping[str, np.ndarray]) -> Future[Chunk]:
+    def first_output(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """The first output of these cases, shape (cases,); NaN where refused.
+
+        Raises:
+            Stopped: the user has asked for it.
+        """
+        parts = []
+        for start in range(0, len(next(iter(columns.values()))), CHUNK):
+            self.go_on()
+            part = {name: column[start : start + CHUNK] for name, column in columns.items()}
+            parts.append(impacts(self.instance, self.plan, self.plan.values(part))[0][:, 0])
+        return np.concatenate(parts)
+
+    def here(self, as_text: bool, columns: Mapping[str, np.ndarray]) -> Future[Chunk]:
         """A chunk computed here and now, as an executor would return it."""
         future: Future[Chunk] = Future()
-        future.set_result(computed(self.instance, self.plan, form, columns))
+        future.set_result(computed(self.instance, self.plan, as_text, columns))
         return future
 
     def through(self, executor: Executor, fmu: Any) -> Submit:
@@ -159,48 +180,53 @@ class Sweep:
         scheduler: str | None = None,
         chunk: int = CHUNK,
         progress: Callable[[int], None] = lambda done: None,
-        stop: Callable[[], bool] = lambda: False,
     ) -> Summary:
         """Write one row a case; arguments, result and errors as of `run_sweep`."""
         if not 1 <= chunk <= LARGEST_CHUNK:
             raise UserError(f"--chunk {chunk} is refused: it must be 1 to {LARGEST_CHUNK:,}")
         chunks = -(-self.study.cases // chunk)
+        out = Path(out)
         with (
-            TableFile(Path(out), self.study, self.plan) as table,
+            table_file(out, self.study, self.plan) as table,
             self._submitting(executor, scheduler, workers, chunks) as submit,
         ):
-            return self.write(table, submit, chunk, progress, stop)
+            # Draws the samples, if there are any, before the clock starts.
+            self.study.columns(0, 1)
+            begin = time.perf_counter()
+            drawn, refused, first = self.write(table, submit, chunk, progress)
+            seconds = time.perf_counter() - begin
+        return Summary(out, len(drawn), refused, first, seconds, drawn)
 
     def write(
         self,
-        table: TableFile,
+        table: Csv | Parquet,
         submit: Submit,
         chunk: int = CHUNK,
         progress: Callable[[int], None] = lambda done: None,
-        stop: Callable[[], bool] = lambda: False,
-    ) -> Summary:
-        """Run all chunks and write them in order."""
-        study = self.study
-        drawn = np.empty(study.cases)
+    ) -> tuple[np.ndarray, int, tuple[int, str] | None]:
+        """Run all chunks and write them in order; `drawn`, `refused` and `first_refused`."""
+        drawn = np.empty(self.study.cases)
         refused, first, done = 0, None, 0
-        # Draws the samples, if there are any.
-        study.columns(0, 1)
-        begin = time.perf_counter()
-        chunks = _in_order(study, partial(submit, table.format.form(self.plan)), chunk, stop)
-        for columns, part in chunks:
+        for columns, part in _in_order(
+            self.study, partial(submit, table.as_text), chunk, self.stop
+        ):
             table.write(columns, part)
-            drawn[done : done + part.cases] = part.kept[:, 0]
-            if part.first is not None and first is None:
-                first = done + part.first[0] + 1, part.first[1]
-            refused += part.refused
-            done += part.cases
+            drawn[done : done + len(part.outputs)] = part.outputs[:, 0]
+            if part.reason and first is None:
+                first = done + int(part.refused.argmax()) + 1, part.reason
+            refused += int(part.refused.sum())
+            done += len(part.outputs)
             progress(done)
-        seconds = time.perf_counter() - begin
-        return Summary(table.path, done, refused, first, seconds, drawn)
+        return drawn, refused, first
 
 
 def run_sweep(
-    study: Study, out: Path | str, *, fmu: Path | str | None = None, **options: Any
+    study: Study,
+    out: Path | str,
+    *,
+    fmu: Path | str | None = None,
+    stop: Callable[[], bool] = lambda: False,
+    **options: Any,
 ) -> Summary:
     """Run a study through the FMU and write one row a case.
 
@@ -210,6 +236,7 @@ def run_sweep(
         study: what to compute; see `Study.of`.
         out: a .csv or .parquet file. It gets its name when it is whole.
         fmu: the .fmu file; by default that of the present sources, built if need be.
+        stop: asked between chunks whether to end.
         options:
             executor: anything that has the interface of concurrent.futures: its processes need
                 this package, and get the FMU with each chunk.
@@ -218,7 +245,6 @@ def run_sweep(
                 Of a local cluster as many as there are processors.
             chunk: cases that a worker gets at a time, at most 10,000.
             progress: called with the number of cases done.
-            stop: asked between chunks whether to end.
 
     Returns:
         What was done.
@@ -228,7 +254,7 @@ def run_sweep(
             missing, or the cluster can't be reached or gives up.
         Stopped: `stop` said so. No file was written, one that was there is whole.
     """
-    with Sweep(study, fmu) as sweep:
+    with Sweep(study, fmu, stop) as sweep:
         return sweep.run(out, **options)
 
 
@@ -257,7 +283,7 @@ def _in_order(
                 raise Stopped(done)
             columns, future = waiting.popleft()
             part = future.result()
-            done += part.cases
+            done += len(part.outputs)
             yield columns, part
     finally:
         for _, future in waiting:

@@ -86,10 +86,8 @@ def _sobol(
         # SciPy's estimator fails for one variable, which explains all by itself.
         indices = np.ones(1)
     else:
-        found_indices = sobol_indices(
-            func={"f_A": parts[0], "f_B": parts[1], "f_AB": parts[2:]}, n=_POINTS
-        )
-        indices = np.ravel(found_indices.first_order)
+        given = {"f_A": parts[0], "f_B": parts[1], "f_AB": parts[2:]}
+        indices = np.ravel(sobol_indices(func=given, n=_POINTS).first_order)
     return Sensitivity(
         dict(zip((one.name for one in axes), indices.tolist(), strict=True)),
         "first-order Sobol index",
@@ -99,18 +97,14 @@ def _sobol(
 
 
 def _ranked(study: Study, drawn: np.ndarray) -> Sensitivity:
-    from scipy.stats import rankdata
+    from scipy.stats import spearmanr
 
     usable = np.flatnonzero(np.isfinite(drawn))
     usable = usable[:: -(-len(usable) // _MOST_RANKED)]
     columns = study.columns_at(usable)
-    ranks = rankdata(drawn[usable])
-    values = {}
-    for one in study.distributions:
-        own = rankdata(columns[one.name])
-        values[one.name] = float(np.corrcoef(own, ranks)[0, 1])
+    names = (one.name for one in study.distributions)
     return Sensitivity(
-        values,
+        {name: float(spearmanr(columns[name], drawn[usable]).statistic) for name in names},
         "Spearman's rank correlation",
         "Spearman's rank correlations of the cases themselves; Sobol indices need independent "
         "distributions alone and no refused case.",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from math import prod
 from typing import Any
@@ -48,7 +48,6 @@ class Study:
     number_of_samples: int = 1
     seed: int = 0
     design: str = "random"
-    _samples: dict[str, np.ndarray] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
     def of(
@@ -148,10 +147,6 @@ class Study:
                 columns[one.name] = self._drawn[one.name][sample]
         return {name: columns[name] for name in self.names}
 
-    @property
+    @cached_property
     def _drawn(self) -> dict[str, np.ndarray]:
-        if not self._samples:
-            self._samples.update(
-                samples(self.distributions, self.number_of_samples, self.seed, self.design)
-            )
-        return self._samples
+        return samples(self.distributions, self.number_of_samples, self.seed, self.design)
