@@ -18,6 +18,7 @@ class CustomBuildHook(BuildHookInterface):
         root = Path(self.root)
         files = {root / "LICENSE": "golf_build/LICENSE"}
         files |= {file: f"golf_build/faces/{file.name}" for file in root.glob("fmu_src/*.py")}
+        files |= {file: f"golf_build/loader/{file.name}" for file in root.glob("fmu_src/loader/*")}
         for pattern in ("*.py", "studies/*.toml"):
             for file in (root / "scenarios").glob(pattern):
                 within = file.relative_to(root / "scenarios").as_posix()

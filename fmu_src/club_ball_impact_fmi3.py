@@ -4,7 +4,6 @@ No physics in here, and no list of variables: both are golf_impact's. Co-simulat
 Exchange are one class, since pythonfmu3 doesn't tell an instance what it is made for.
 """
 
-import ctypes
 from collections import OrderedDict
 from typing import NamedTuple
 
@@ -57,6 +56,8 @@ class ClubBallImpact(Fmi3Slave, ModelExchange):
         # Bound here, a call from the host runs straight into the component.
         self.__dict__.update(
             do_step=component.step,
+            step_to_event=component.step_to_event,
+            setup_experiment=component.set_up,
             get_float64=component.reals,
             set_float64=component.set_values,
             set_time=component.set_time,
@@ -69,7 +70,7 @@ class ClubBallImpact(Fmi3Slave, ModelExchange):
         )
 
     def enter_initialization_mode(self):
-        # Not earlier: see Hold. pythonfmu3 never calls setup_experiment.
+        # Not earlier: see Hold. pythonfmu3 never calls setup_experiment; the standalone FMU does.
         self._hold = Hold()
         self._component.enter_initialization()
 
@@ -104,7 +105,10 @@ class ClubBallImpact(Fmi3Slave, ModelExchange):
         return self._component.discretes(vrs, "Int32")
 
     def get_uint64(self, vrs):
-        return [ctypes.c_uint64(value) for value in self._component.discretes(vrs, "UInt64")]
+        # Not above: the standalone FMU has none, and reads no values of this type.
+        from ctypes import c_uint64
+
+        return [c_uint64(value) for value in self._component.discretes(vrs, "UInt64")]
 
     def get_boolean(self, vrs):
         return self._component.discretes(vrs, "Boolean")

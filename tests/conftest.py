@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from golf_build import standalone
 from golf_scenarios.commands import doctor
 from golf_scenarios.fmu.file import build_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
@@ -24,16 +25,51 @@ settings.register_profile("nightly", max_examples=10_000, print_blob=True, **_sl
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
 
+def pytest_addoption(parser):
+    parser.addoption("--standalone", action="store_true", help="test the standalone FMUs instead")
+
+
+def pytest_collection_modifyitems(config, items):
+    if config.getoption("--standalone"):
+        items[:] = [item for item in items if item.get_closest_marker("plain") is None]
+
+
 @pytest.fixture(scope="session")
-def fmu_path(tmp_path_factory):
+def fmu_path(tmp_path_factory, request):
     """The FMU, built from the present sources: what is tested is what is shipped."""
-    return build_fmu(tmp_path_factory.mktemp("fmu") / "ClubBallImpact.fmu")
+    alone = request.config.getoption("--standalone")
+    return build_fmu(tmp_path_factory.mktemp("fmu") / "ClubBallImpact.fmu", standalone=alone)
 
 
 @pytest.fixture(scope="session")
-def fmi3_path(tmp_path_factory):
+def fmi3_path(tmp_path_factory, request):
     """The same for FMI 3.0."""
-    return build_fmu(tmp_path_factory.mktemp("fmi3") / "ClubBallImpact.fmi3.fmu", fmi=3)
+    alone = request.config.getoption("--standalone")
+    out = tmp_path_factory.mktemp("fmi3") / "ClubBallImpact.fmi3.fmu"
+    return build_fmu(out, fmi=3, standalone=alone)
+
+
+@pytest.fixture(scope="session")
+def _can_build_standalone():
+    """Skips where this machine has no libpython or no compiler."""
+    try:
+        standalone.private_python()
+    except standalone.StandaloneError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def standalone_path(tmp_path_factory, _can_build_standalone):
+    """The FMU with a Python of its own."""
+    out = tmp_path_factory.mktemp("standalone") / "ClubBallImpact.standalone.fmu"
+    return build_fmu(out, standalone=True)
+
+
+@pytest.fixture(scope="session")
+def standalone_fmi3_path(tmp_path_factory, _can_build_standalone):
+    """The same for FMI 3.0."""
+    out = tmp_path_factory.mktemp("standalone") / "ClubBallImpact.fmi3.standalone.fmu"
+    return build_fmu(out, fmi=3, standalone=True)
 
 
 @pytest.fixture(scope="session")

@@ -108,6 +108,7 @@ def begin(instance, start=0.0, **values):
 # The file
 
 
+@pytest.mark.plain
 def test_it_is_reproducible_and_knows_when_it_is_out_of_date(fmi3_path, fmu_path, tmp_path):
     again = build_fmu(tmp_path / "again.fmu", fmi=3)
     assert again.read_bytes() == fmi3_path.read_bytes()
@@ -146,6 +147,7 @@ def test_the_xml_is_the_table(description):
     assert not description.coSimulation.mightReturnEarlyFromDoStep
 
 
+@pytest.mark.plain
 def test_build_by_command(tmp_path, fmi3_path):
     out = tmp_path / "mine.fmu"
     assert CliRunner().invoke(app, ["build", "--fmi", "3", "--out", str(out)]).exit_code == 0

@@ -38,6 +38,7 @@ def test_fmpy_finds_no_problem(fmu_path):
     assert validate_fmu(str(fmu_path)) == []
 
 
+@pytest.mark.plain
 def test_model_description(fmu_path):
     description = fmpy.read_model_description(str(fmu_path), validate=True)
     assert description.fmiVersion == "2.0"
@@ -73,6 +74,7 @@ def test_model_description(fmu_path):
     assert description.defaultExperiment.stopTime == "0.001"
 
 
+@pytest.mark.plain
 def test_only_our_files_and_pythonfmus(fmu_path):
     with zipfile.ZipFile(fmu_path) as archive:
         names = archive.namelist()
@@ -93,6 +95,7 @@ def test_only_our_files_and_pythonfmus(fmu_path):
     assert {"documentation/index.html", "model.png"} <= set(names)
 
 
+@pytest.mark.plain
 def test_two_builds_are_the_same_bytes(fmu_path, tmp_path):
     again = build_fmu(tmp_path / "again.fmu")
     assert again.read_bytes() == fmu_path.read_bytes()

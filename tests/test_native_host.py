@@ -74,6 +74,7 @@ def test_impact(host, step):
         ("migrate",),
         ("gone", "50"),
         ("rollback", "1e-6"),
+        ("serialized", "1e-6"),
         ("many", "1000"),
         ("rude",),
         ("fork",),

@@ -6,6 +6,7 @@ import re
 import sys
 import uuid
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -56,12 +57,26 @@ STOP_TIME = 0.06
 STEP_SIZE = 1e-4
 
 
-def build(folder: Path, impact: Path) -> list[Path]:
+Files = dict[str, bytes]
+
+
+def _as_they_are(files: Files) -> Files:
+    return files
+
+
+def build(
+    folder: Path,
+    impact: Path,
+    finished: Callable[[Files], Files] = _as_they_are,
+    suffix: str = "",
+) -> list[Path]:
     """Build the system.
 
     Args:
         folder: where the companions and the .ssp go.
         impact: ClubBallImpact.fmu.
+        finished: what becomes of the files of a companion, by name.
+        suffix: comes behind the files' names.
 
     Returns:
         The files written, the .ssp last.
@@ -71,12 +86,14 @@ def build(folder: Path, impact: Path) -> list[Path]:
     """
     folder = folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    written = [build_companion(name, folder / f"{name}.fmu") for name in COMPANIONS]
+    companions = {name: folder / f"{name}{suffix}.fmu" for name in COMPANIONS}
+    written = [build_companion(name, out, finished) for name, out in companions.items()]
     files = {"SystemStructure.ssd": _system_structure()}
-    fmus = {"ClubBallImpact.fmu": impact} | {f"{n}.fmu": folder / f"{n}.fmu" for n in COMPANIONS}
+    fmus = {"ClubBallImpact.fmu": impact} | {f"{n}.fmu": out for n, out in companions.items()}
     files |= {f"{_RESOURCES}/{name}": file.read_bytes() for name, file in sorted(fmus.items())}
     # FMUs are compressed already.
-    written.append(_written(folder / NAME, packed(files, zipfile.ZIP_STORED)))
+    name = Path(NAME).with_suffix(f"{suffix}.ssp").name
+    written.append(_written(folder / name, packed(files, zipfile.ZIP_STORED)))
     return written
 
 
@@ -89,12 +106,15 @@ def _written(path: Path, data: bytes) -> Path:
 # The companions
 
 
-def build_companion(name: str, out: Path) -> Path:
+def build_companion(
+    name: str, out: Path, finished: Callable[[Files], Files] = _as_they_are
+) -> Path:
     """Build Swing.fmu or BallFlight.fmu.
 
     Args:
         name: "Swing" or "BallFlight".
         out: the file to write.
+        finished: what becomes of its files, by name.
 
     Returns:
         The file written.
@@ -117,7 +137,7 @@ def build_companion(name: str, out: Path) -> Path:
         files = unpacked(raw)
         guid = str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/companion/{digest}"))
         description = _described(files["modelDescription.xml"], sys.modules[module], guid)
-    return _written(out, packed(files | {"modelDescription.xml": description}))
+    return _written(out, packed(finished(files | {"modelDescription.xml": description})))
 
 
 def _described(written: bytes, tables: ModuleType, guid: str) -> bytes:

@@ -10,6 +10,7 @@
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <pthread.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -36,6 +37,9 @@ typedef struct {
     fmi2GetFMUstateTYPE *get_state;
     fmi2SetFMUstateTYPE *set_state;
     fmi2FreeFMUstateTYPE *free_state;
+    fmi2SerializedFMUstateSizeTYPE *state_size;
+    fmi2SerializeFMUstateTYPE *serialize;
+    fmi2DeSerializeFMUstateTYPE *deserialize;
     fmi2ResetTYPE *reset;
     fmi2TerminateTYPE *terminate;
     fmi2FreeInstanceTYPE *free_instance;
@@ -96,6 +100,9 @@ static Fmu load(void)
     f.get_state = symbol(f.library, "fmi2GetFMUstate");
     f.set_state = symbol(f.library, "fmi2SetFMUstate");
     f.free_state = symbol(f.library, "fmi2FreeFMUstate");
+    f.state_size = symbol(f.library, "fmi2SerializedFMUstateSize");
+    f.serialize = symbol(f.library, "fmi2SerializeFMUstate");
+    f.deserialize = symbol(f.library, "fmi2DeSerializeFMUstate");
     f.reset = symbol(f.library, "fmi2Reset");
     f.terminate = symbol(f.library, "fmi2Terminate");
     f.free_instance = symbol(f.library, "fmi2FreeInstance");
@@ -284,6 +291,96 @@ static void task_rollback(double step)
     discard(&f, c);
 }
 
+/* In mid-contact: the state as bytes, into another instance; it goes on to the same end. */
+static void task_serialized(double step)
+{
+    Fmu f = load();
+    fmi2Component c = initialized(&f), other = initialized(&f);
+    fmi2FMUstate state = NULL, copy = NULL;
+    double straight[OUTPUTS], again[OUTPUTS];
+    long middle = (long)(2e-4 / step), end = (long)(DURATION / step + 0.5);
+    size_t size = 0;
+    advance(&f, c, 0, middle, step);
+    expect(f.get_state(c, &state) == fmi2OK, "save");
+    expect(f.state_size(c, state, &size) == fmi2OK && size > 0, "size");
+    char *bytes = malloc(size);
+    expect(f.serialize(c, state, bytes, size) == fmi2OK, "serialize");
+    expect(f.deserialize(other, bytes, size, &copy) == fmi2OK, "deserialize");
+    expect(f.set_state(other, copy) == fmi2OK, "restore");
+    free(bytes);
+    advance(&f, c, middle, end, step);
+    advance(&f, other, middle, end, step);
+    read_outputs(&f, c, straight);
+    read_outputs(&f, other, again);
+    expect(!memcmp(straight, again, sizeof again), "the same from bytes");
+    f.free_state(c, &state);
+    f.free_state(other, &copy);
+    print_outputs(again);
+    discard(&f, c);
+    discard(&f, other);
+}
+
+/* The handlers of the host's signals are what they were. */
+static void task_signals(void)
+{
+    struct sigaction before[NSIG], after;
+    double values[OUTPUTS];
+    for (int n = 1; n < NSIG; n++) sigaction(n, NULL, &before[n]);
+    Fmu f = load();
+    impact(&f, 1e-4, values);
+    for (int n = 1; n < NSIG; n++)
+        if (sigaction(n, NULL, &after) == 0)
+            expect(after.sa_handler == before[n].sa_handler, "a signal's handler is the host's");
+    print_outputs(values);
+}
+
+/* A host that starts a Python of its own while the FMU is in use: the library that is named. */
+static void task_later(const char *file)
+{
+    Fmu f = load();
+    double values[OUTPUTS];
+    fmi2Component c = initialized(&f);
+    advance(&f, c, 0, 100, 1e-6);
+    void *library = dlopen(file, RTLD_NOW | RTLD_GLOBAL);
+    if (!library) fail(dlerror());
+    void (*start)(int) = symbol(library, "Py_InitializeEx");
+    int (*run)(const char *) = symbol(library, "PyRun_SimpleString");
+    void *(*save)(void) = symbol(library, "PyEval_SaveThread");
+    start(0);
+    expect(run("import math, json; assert json.loads('[1.5]') == [1.5]") == 0, "the host's Python");
+    void *state = save();
+    advance(&f, c, 100, 5000, 1e-6);
+    read_outputs(&f, c, values);
+    void (*restore)(void *) = symbol(library, "PyEval_RestoreThread");
+    restore(state);
+    expect(run("import decimal") == 0, "the host's Python goes on");
+    int (*finalize)(void) = symbol(library, "Py_FinalizeEx");
+    expect(finalize() == 0, "the host's Python ends");
+    print_outputs(values);
+    discard(&f, c);
+}
+
+static void *step_for_ever(void *fmu)
+{
+    const Fmu *f = fmu;
+    fmi2Component c = initialized(f);
+    for (long n = 0;; n++) f->do_step(c, n * 1e-9, 1e-9, fmi2True);
+    return NULL;
+}
+
+/* A host that ends while others of its threads step. */
+static void task_exit(long count)
+{
+    static Fmu f;
+    double values[OUTPUTS];
+    pthread_t thread;
+    f = load();
+    impact(&f, 1e-3, values);
+    for (long n = 0; n < count; n++) pthread_create(&thread, NULL, step_for_ever, &f);
+    usleep(20000);
+    print_outputs(values);
+}
+
 static void task_many(long count)
 {
     Fmu f = load();
@@ -405,6 +502,10 @@ int main(int argc, char **argv)
     else if (!strcmp(task, "rude")) task_rude();
     else if (!strcmp(task, "law")) task_law((long)argument);
     else if (!strcmp(task, "fork")) task_fork();
+    else if (!strcmp(task, "serialized")) task_serialized(argument);
+    else if (!strcmp(task, "signals")) task_signals();
+    else if (!strcmp(task, "later")) task_later(argc > 4 ? argv[4] : "");
+    else if (!strcmp(task, "exit")) task_exit((long)argument);
     else if (!strcmp(task, "state")) task_state((long)argument);
     else fail("unknown task");
     puts("done");

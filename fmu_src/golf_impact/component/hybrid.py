@@ -5,7 +5,7 @@ decides; from then on the host's time and states count, and steps are refused.
 """
 
 from collections.abc import Callable
-from math import inf, nan, nextafter
+from math import inf, isfinite, nan, nextafter
 from typing import Any, ClassVar
 
 from ..impact import Impact
@@ -107,9 +107,16 @@ class HybridComponent(Component):
         return False, jumped, self._next_event() if solved is None else None
 
     def _next_event(self) -> float | None:
-        """The host's time of the next touch or separation, s."""
+        """The host's time of the next touch or separation, s; None before the first step.
+
+        Until then the instance may still be used for Model Exchange, where indicators tell it.
+        """
+        return self._event_after(self._point) if self.last_step else None
+
+    def _event_after(self, point: float) -> float | None:
+        """When the next touch or separation is (s), if the host's time is this one now."""
         impact = self._impact
-        if not self.last_step or impact is None:
+        if impact is None:
             return None
         high, low = self.instant()
         ahead = Impact.restored(impact.snapshot())
@@ -126,10 +133,28 @@ class HybridComponent(Component):
             return None
         # The event belongs to a step that ends there, so the difference that the host takes as its
         # step must not be shorter, whatever its rounding.
-        when = self._point + left
-        while when - self._point < left:
+        when = point + left
+        while when - point < left:
             when = nextafter(when, inf)
         return when
+
+    def step_to_event(self, point: float, size: float) -> tuple[bool, bool, float]:
+        """One communication step, or as much of it as there is until touch or separation.
+
+        Args:
+            point: the host's communication point, s.
+            size: communication step size, s, > 0.
+
+        Returns:
+            Whether it was accepted, see `step`; whether it ends with an event; where it ends, s.
+        """
+        end = point + size
+        # A point or a size that isn't a number is refused below.
+        stepping = self._mode == STEPPING and self._solved is None and isfinite(end)
+        when = self._event_after(point) if stepping else None
+        if when is None or not point < when <= end:
+            return self.step(point, size), False, end
+        return self.step(point, size if when == end else when - point), True, when
 
     # Model Exchange
 
@@ -137,6 +162,9 @@ class HybridComponent(Component):
         """The impact to solve; before the end of initialization, one of the present values."""
         if self._solved is not None:
             return self._solved
+        if self._mode == STEPPING and not self.last_step:
+            # From here on the clock is the host's time.
+            self.clock, self.origin = self.time(), 0.0
         solved = SolvedImpact(*self._split())
         solved.update(self.clock)
         if self._mode == STEPPING:

@@ -19,8 +19,14 @@ def bench(
     folder: Annotated[
         Path, typer.Option("--out", help="The folder for bench.json and figures.")
     ] = RESULTS,
+    native: Annotated[
+        bool,
+        typer.Option("--native", help="Instead: the FMUs in a host that isn't Python."),
+    ] = False,
 ) -> int:
     """Measure run time against error beside other methods, and what an impact costs."""
+    if native:
+        return _native(quick, folder)
     need("bench", "distributed", "mpmath", "scipy")
     from golf_scenarios.files import as_json, prepare, write_together
 
@@ -50,6 +56,28 @@ def bench(
     image = run_time_vs_error(series)
     write_together(folder, {"bench.json": as_json(results), "run_time_vs_error.png": image})
     _show(results, series)
+    say(f"Results in {folder}")
+    return 1 if missed else 0
+
+
+def _native(quick: bool, folder: Path) -> int:
+    from golf_scenarios.benchmarks.native import measured
+    from golf_scenarios.files import as_json, prepare, write_together
+
+    prepare(folder)
+    figures = measured(quick)
+    missed = [one.key for one in figures if not one.passed]
+    table = rich_table(
+        "In a native host: standalone, and plain with LD_PRELOAD",
+        *("", "standalone", "plain", "ratio", "at most", ""),
+    )
+    for one in figures:
+        numbers = (f"{x:.3g}" for x in (one.standalone, one.plain, one.ratio, one.limit))
+        table.add_row(one.meaning, *numbers, verdict(one.passed))
+    rows = {one.key: {**one._asdict(), "ratio": one.ratio, "passed": one.passed} for one in figures}
+    results = {"quick": quick, "passed": not missed, "figures": rows}
+    write_together(folder, {"bench_native.json": as_json(results)})
+    out.print(table)
     say(f"Results in {folder}")
     return 1 if missed else 0
 

@@ -9,7 +9,7 @@ from golf_scenarios.errors import UserError
 
 EPILOG = (
     "Examples: golf-impact build --out ClubBallImpact.fmu · golf-impact build --system · "
-    "golf-impact build --fmi 3"
+    "golf-impact build --fmi 3 · golf-impact build --standalone"
 )
 
 
@@ -38,6 +38,13 @@ def build(
             help="Version of FMI; 3 is ClubBallImpact.fmi3.fmu, with Model Exchange.",
         ),
     ] = 2,
+    standalone: Annotated[
+        bool,
+        typer.Option(
+            "--standalone",
+            help="ClubBallImpact.standalone.fmu, with a Python of its own: for hosts without one.",
+        ),
+    ] = False,
 ) -> None:
     """Build ClubBallImpact.fmu from its sources."""
     from golf_scenarios.fmu.archive import check_temporary_folder
@@ -50,7 +57,7 @@ def build(
         raise UserError("--system is refused with --fmi 3: the system's FMUs are of FMI 2.0")
     # All of the files, or none.
     with held():
-        files = [build_fmu(out, fmi)]
+        files = [build_fmu(out, fmi, standalone)]
         if system:
-            files += build_system(files[0].parent, files[0])
+            files += build_system(files[0].parent, files[0], standalone)
     print(*files, sep="\n")

@@ -8,7 +8,6 @@ import json
 import os
 import platform
 import shlex
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -20,6 +19,7 @@ from typing import Annotated, Any, NamedTuple
 import typer
 
 from golf_scenarios.fmu.archive import flaw, odd_characters
+from golf_scenarios.fmu.libpython import last_line, libpython_files, preloaded
 from golf_scenarios.stopping import temporary_folder
 
 EPILOG = "Example: golf-impact doctor ClubBallImpact.fmu"
@@ -86,13 +86,8 @@ def _guarded(what: str, findings: _Findings) -> _Findings:
     try:
         return (yield from findings)
     except Exception as error:
-        yield Finding("warning", f"{what}: couldn't be examined: {_line(error)}")
+        yield Finding("warning", f"{what}: couldn't be examined: {last_line(error)}")
         return None
-
-
-def _line(error: object) -> str:
-    lines = str(error).strip().splitlines()
-    return lines[-1] if lines else "no message"
 
 
 # Python
@@ -177,49 +172,10 @@ def _load(fmu: Path) -> _Findings:
         yield Finding("ok", f"FMU: loads and runs here (S = {smash:.6g}, COR = {restitution:.6g})")
         return
     ended = f"signal {-done.returncode}" if done.returncode < 0 else f"exit {done.returncode}"
-    yield Finding("problem", f"FMU: can't be run here ({ended}): {_line(done.stderr)}")
+    yield Finding("problem", f"FMU: can't be run here ({ended}): {last_line(done.stderr)}")
 
 
 # Native hosts
-
-
-def libpython_files() -> list[Path]:
-    """Shared libraries of Python on this machine, that of this interpreter first."""
-    import find_libpython
-
-    paths = (Path(path) for path in find_libpython.candidate_paths() if path)
-    files = (path.resolve() for path in paths if path.is_absolute() and path.is_file())
-    return list(dict.fromkeys(file for file in files if ".so" in file.name))
-
-
-def preloaded(libpython: Path, fmu: Path | None = None) -> str | None:
-    """Try a library as a native host would: by the dynamic linker, with nothing of Python around.
-
-    Args:
-        libpython: the shared library.
-        fmu: an FMU whose binary must find all that it needs there.
-
-    Returns:
-        What is wrong, or None.
-    """
-    program = shutil.which("true") or "/bin/true"
-    # LD_PRELOAD takes no spaces, which the user's temporary folder may have.
-    spaces = " " in tempfile.gettempdir() and os.access("/tmp", os.W_OK)
-    place = "/tmp" if spaces else None
-    with tempfile.TemporaryDirectory(prefix="golf-impact-doctor-", dir=place) as folder:
-        libraries = [str(libpython)]
-        if fmu is not None:
-            with zipfile.ZipFile(fmu) as archive:
-                binaries = (n for n in archive.namelist() if n.startswith("binaries/linux64/"))
-                name = next((n for n in binaries if n.endswith(".so")), None)
-                if name is None:
-                    return "the FMU has no binary for linux64"
-                libraries.append(archive.extract(name, folder))
-        environment = {"LD_PRELOAD": ":".join(libraries), "LD_BIND_NOW": "1", "PATH": os.defpath}
-        done = subprocess.run(
-            [program], env=environment, capture_output=True, text=True, timeout=_TIMEOUT
-        )
-    return _line(done.stderr) if done.returncode or done.stderr.strip() else None
 
 
 def _needs_home() -> bool:
@@ -248,6 +204,38 @@ def native_line(libpython: Path) -> str:
     return " ".join([*parts, "your-host"])
 
 
+def _standalone(fmu: Path | None) -> Finding | None:
+    """What an FMU with a Python of its own needs in a native host; None if it has none."""
+    from golf_build.standalone import glibc_of
+
+    oldest = glibc_of(fmu) if fmu is not None else None
+    if oldest is None:
+        return None
+    here = tuple(map(int, platform.libc_ver()[1].split("."))) if platform.libc_ver()[1] else (0,)
+    text = f"glibc {_dotted(oldest)} or newer, and nothing of Python (here: {_dotted(here)})"
+    return Finding("ok" if here >= oldest else "problem", f"native hosts: this FMU needs {text}")
+
+
+def _dotted(version: tuple[int, ...]) -> str:
+    return ".".join(map(str, version))
+
+
+def _recommended() -> Finding:
+    """How to do without libpython."""
+    from golf_build import standalone
+
+    try:
+        standalone.compiler()
+        standalone.libpython()
+    except standalone.StandaloneError as error:
+        return Finding("note", f"native hosts: no FMU that needs no Python can be built: {error}")
+    return Finding(
+        "ok",
+        "native hosts: golf-impact build --standalone makes an FMU that needs no Python there; "
+        "this one needs libpython",
+    )
+
+
 def _native(fmu: Path | None) -> _Findings:
     if os.name == "nt":
         folder = Path(sys.base_prefix)
@@ -256,6 +244,11 @@ def _native(fmu: Path | None) -> _Findings:
     if not sys.platform.startswith("linux"):
         yield Finding("warning", "native hosts: pythonfmu has binaries for Linux and Windows only")
         return
+    alone = _standalone(fmu)
+    if alone is not None:
+        yield alone
+        return
+    yield _recommended()
     files = libpython_files()
     for file in files:
         if " " in str(file) or ":" in str(file):

@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 
 from golf_build import fmi2, fmi3, packaging
+from golf_build import standalone as alone
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.archive import check_temporary_folder
 from golf_scenarios.stopping import held
@@ -20,30 +21,32 @@ _CHECKOUT = packaging.HERE.parent
 BUILDERS = {2: fmi2.BUILDER, 3: fmi3.BUILDER}
 
 
-def default_path(builder: packaging.Builder) -> Path:
+def default_path(builder: packaging.Builder, standalone: bool = False) -> Path:
     """build/ in a checkout; else the user's cache, under the digest of the sources."""
+    name = f"{builder.name}{alone.SUFFIX if standalone else ''}.fmu"
     if (_CHECKOUT / "build_fmu.py").is_file():
-        return _CHECKOUT / f"{builder.name}.fmu"
+        return _CHECKOUT / name
     import platformdirs
 
     cache = platformdirs.user_cache_path("golf-impact")
     if not cache.is_absolute():
         # A user without a home: it would be a folder named ~ here.
         cache = Path(tempfile.gettempdir(), "golf-impact")
-    return cache / builder.digest()[:16] / f"{builder.name}.fmu"
+    return cache / builder.digest()[:16] / name
 
 
-def build_fmu(out: Path | None = None, fmi: int = 2) -> Path:
+def build_fmu(out: Path | None = None, fmi: int = 2, standalone: bool = False) -> Path:
     """Build the FMU.
 
     Args:
         out: the file to write; where the scenarios look for it by default.
         fmi: the version of FMI, 2 or 3.
+        standalone: whether it brings a Python of its own.
 
     Raises:
-        UserError: the file can't be written.
+        UserError: the file can't be written, or this machine can't build a standalone one.
     """
-    out = default_path(BUILDERS[fmi]) if out is None else out
+    out = default_path(BUILDERS[fmi], standalone) if out is None else out
     # Not Path.is_dir, which raises where one may not look.
     if os.path.isdir(out):
         raise UserError(f"{out} is a folder; give the name of the .fmu file to write")
@@ -51,7 +54,13 @@ def build_fmu(out: Path | None = None, fmi: int = 2) -> Path:
         raise UserError(f"{out} is refused: the file's name must end in .fmu")
     try:
         with held():
-            return BUILDERS[fmi].build(out)
+            if not standalone:
+                return BUILDERS[fmi].build(out)
+            alone.private_python()  # before anything is written
+            with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+                return alone.build(BUILDERS[fmi].build(Path(folder, "plain.fmu")), out)
+    except alone.StandaloneError as error:
+        raise UserError(str(error)) from error
     except OSError as error:
         raise UserError(f"can't write {out}: {error.strerror or error}") from error
 

@@ -4,20 +4,30 @@ from pathlib import Path
 
 import numpy as np
 
+from golf_build import standalone as alone
 from golf_build import system
 from golf_scenarios.errors import UserError
 from golf_scenarios.stopping import held
 
 
-def build_system(folder: Path, impact: Path) -> list[Path]:
+def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[Path]:
     """Build the companion FMUs and the .ssp around an existing ClubBallImpact.fmu.
+
+    Args:
+        folder: where they go.
+        impact: the FMU.
+        standalone: whether they bring a Python of their own, as the FMU then does.
 
     Raises:
         UserError: a file can't be written.
     """
     try:
         with held():
+            if standalone:
+                return system.build(folder, impact, alone.standalone, alone.SUFFIX)
             return system.build(folder, impact)
+    except alone.StandaloneError as error:
+        raise UserError(str(error)) from error
     except OSError as error:
         raise UserError(f"can't write into {folder}: {error.strerror or error}") from error
 

@@ -1,0 +1,419 @@
+/* What the functions of FMI 2.0 and 3.0 share: a Python to run in, and calls of the slave.
+
+   Nothing of Python is linked here. Its functions are looked up at run time: in the host if that is
+   a Python itself, else in the private one that travels in the FMU. All of them belong to the stable
+   ABI, so this binary works with every Python from 3.10 on.
+
+   The build defines MODULE and CLASS of the slave, PRIVATE_PYTHON and the file of frozen modules. */
+
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <pthread.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifndef __clang__
+#define _Thread_local __thread
+#endif
+
+typedef struct object Object;
+
+#define PYTHON(X)                                                                                  \
+    X(int, PyGILState_Ensure, (void))                                                              \
+    X(void, PyGILState_Release, (int))                                                             \
+    X(void, Py_IncRef, (Object *))                                                                 \
+    X(void, Py_DecRef, (Object *))                                                                 \
+    X(Object *, PyImport_ImportModule, (const char *))                                             \
+    X(Object *, PyObject_GetAttrString, (Object *, const char *))                                  \
+    X(Object *, PyObject_CallFunctionObjArgs, (Object *, ...))                                     \
+    X(Object *, PyObject_Call, (Object *, Object *, Object *))                                     \
+    X(Object *, PyObject_Str, (Object *))                                                          \
+    X(int, PyObject_IsTrue, (Object *))                                                            \
+    X(Object *, Py_BuildValue, (const char *, ...))                                                \
+    X(int, PyArg_ParseTuple, (Object *, const char *, ...))                                        \
+    X(Object *, PySequence_Tuple, (Object *))                                                      \
+    X(int, PySequence_Contains, (Object *, Object *))                                              \
+    X(Object *, PyTuple_New, (intptr_t))                                                           \
+    X(Object *, PyList_New, (intptr_t))                                                            \
+    X(int, PyList_SetItem, (Object *, intptr_t, Object *))                                         \
+    X(int, PyList_Insert, (Object *, intptr_t, Object *))                                          \
+    X(int, PyList_SetSlice, (Object *, intptr_t, intptr_t, Object *))                              \
+    X(Object *, PyList_GetItem, (Object *, intptr_t))                                              \
+    X(intptr_t, PyList_Size, (Object *))                                                           \
+    X(Object *, PyFloat_FromDouble, (double))                                                      \
+    X(double, PyFloat_AsDouble, (Object *))                                                        \
+    X(Object *, PyLong_FromLongLong, (long long))                                                  \
+    X(long long, PyLong_AsLongLong, (Object *))                                                    \
+    X(Object *, PyBool_FromLong, (long))                                                           \
+    X(Object *, PyUnicode_DecodeFSDefault, (const char *))                                         \
+    X(Object *, PyUnicode_FromString, (const char *))                                              \
+    X(const char *, PyUnicode_AsUTF8AndSize, (Object *, intptr_t *))                               \
+    X(Object *, PyBytes_FromStringAndSize, (const char *, intptr_t))                               \
+    X(char *, PyBytes_AsString, (Object *))                                                        \
+    X(intptr_t, PyBytes_Size, (Object *))                                                          \
+    X(Object *, PyErr_Occurred, (void))                                                            \
+    X(void, PyErr_Fetch, (Object **, Object **, Object **))
+
+#define X(result, name, arguments) static result(*name) arguments;
+PYTHON(X)
+#undef X
+
+__asm__(".section .rodata\n"
+        "modules_begin: .incbin \"modules.bin\"\n"
+        "modules_end:\n"
+        ".text\n");
+extern const unsigned char modules_begin[] __attribute__((visibility("hidden")));
+extern const unsigned char modules_end[] __attribute__((visibility("hidden")));
+
+typedef struct {
+    Object *slave;
+    Object *messages;  /* the slave's list of messages that the host hasn't got yet */
+    Object *strings;   /* what the host was given last */
+    char *name;        /* of the instance */
+    void *environment; /* of the host */
+    void *logger;
+    int logging;
+    size_t category_count;
+    char **categories; /* none: all */
+    int early_return;  /* what FMI 3.0 lets the host choose */
+    int event_mode;
+    int refused;       /* the last step */
+    double reached;    /* the communication point that it reached, s */
+} Instance;
+
+static pthread_mutex_t loading = PTHREAD_MUTEX_INITIALIZER;
+static Object *slave_class;
+static void (*hold)(void); /* NULL in a host's Python, which has its own ways */
+static char resources[4096];
+static char failure[1024];
+
+static void say(Instance *i, int status, const char *category, const char *text);
+
+/* The host's Python, if it can be used: it runs, and is neither too old nor without a GIL. */
+static int of_host(int *visible)
+{
+    int (*running)(void) = (int (*)(void))dlsym(RTLD_DEFAULT, "Py_IsInitialized");
+    const char *(*version)(void) = (const char *(*)(void))dlsym(RTLD_DEFAULT, "Py_GetVersion");
+    *visible = running && version;
+    if (!*visible || !running()) return 0;
+    int major = 0, minor = 0;
+    sscanf(version(), "%d.%d", &major, &minor);
+    return major == 3 && minor >= 10 && !strstr(version(), "free-threading");
+}
+
+/* The library of the private Python, by its soname: that finds one which another FMU has brought
+   along, or this FMU's by its own RUNPATH, and decides under the linker's own lock, so that FMUs
+   started in several threads get one. Bound now: later, names would be looked up in a Python that
+   the host has started meanwhile. In a host that shows symbols of Python, the private one's own
+   come first. */
+static void *private_python(int visible)
+{
+    int mode = RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE | (visible ? RTLD_DEEPBIND : 0);
+    void *library = dlopen(PRIVATE_PYTHON, mode);
+    if (!library) snprintf(failure, sizeof failure, "%s", dlerror());
+    return library;
+}
+
+static int look_up(void *library)
+{
+    const char *missing = NULL;
+#define X(result, name, arguments)                                                                 \
+    *(void **)&name = dlsym(library, #name);                                                       \
+    if (!name) missing = #name;
+    PYTHON(X)
+#undef X
+    if (missing) snprintf(failure, sizeof failure, "this Python has no %s", missing);
+    return !missing;
+}
+
+/* The folder resources: from where this library lies. The host's URI may be escaped in many ways. */
+static int find_resources(void)
+{
+    Dl_info info;
+    if (!dladdr((void *)find_resources, &info)) return 0;
+    snprintf(resources, sizeof resources, "%s", info.dli_fname);
+    for (int n = 0; n < 3; n++) {
+        char *slash = strrchr(resources, '/');
+        if (slash) *slash = 0;
+        else strcpy(resources, n < 2 ? ".." : "."); /* loaded by a relative name */
+    }
+    strncat(resources, "/resources", sizeof resources - strlen(resources) - 1);
+    return 1;
+}
+
+/* Text of the exception that is raised, and none is any more. */
+static void fetch(void)
+{
+    Object *type = NULL, *value = NULL, *trace = NULL, *text;
+    PyErr_Fetch(&type, &value, &trace);
+    text = value ? PyObject_Str(value) : NULL;
+    const char *words = text ? PyUnicode_AsUTF8AndSize(text, NULL) : NULL;
+    snprintf(failure, sizeof failure, "exception in Python: %s", words ? words : "unknown");
+    Object *all[] = {type, value, trace, text};
+    for (int n = 0; n < 4; n++) Py_DecRef(all[n]);
+}
+
+/* In a host's Python the modules are the files in the FMU. */
+static int add_path(void)
+{
+    Object *module = PyImport_ImportModule("sys");
+    Object *path = module ? PyObject_GetAttrString(module, "path") : NULL;
+    Object *folder = path ? PyUnicode_DecodeFSDefault(resources) : NULL;
+    int fine = folder != NULL;
+    if (fine && !PySequence_Contains(path, folder)) fine = PyList_Insert(path, 0, folder) == 0;
+    Py_DecRef(folder);
+    Py_DecRef(path);
+    Py_DecRef(module);
+    return fine;
+}
+
+/* Finds or starts a Python and imports the slave's class, once; 0 if that fails. */
+static int ready(void)
+{
+    pthread_mutex_lock(&loading);
+    if (!slave_class) {
+        int visible, (*start)(const unsigned char *, const unsigned char *) = NULL;
+        void *library = RTLD_DEFAULT;
+        int reused = of_host(&visible);
+        int fine = find_resources();
+        if (fine && !reused) {
+            library = private_python(visible);
+            fine = library != NULL;
+        }
+        fine = fine && look_up(library);
+        if (fine && !reused) {
+            *(void **)&start = dlsym(library, "private_python_start");
+            *(void **)&hold = dlsym(library, "private_python_hold");
+            fine = start(modules_begin, modules_end);
+            if (!fine) strcpy(failure, "the private Python doesn't start");
+        }
+        if (fine) {
+            int outer = PyGILState_Ensure();
+            Object *module = !reused || add_path() ? PyImport_ImportModule(MODULE) : NULL;
+            slave_class = module ? PyObject_GetAttrString(module, CLASS) : NULL;
+            Py_DecRef(module);
+            if (!slave_class) fetch();
+            PyGILState_Release(outer);
+        }
+    }
+    pthread_mutex_unlock(&loading);
+    return slave_class != NULL;
+}
+
+static int enter(void)
+{
+    if (hold) hold();
+    return PyGILState_Ensure();
+}
+
+static void leave(int outer)
+{
+    PyGILState_Release(outer);
+}
+
+/* Hands messages on to the host; an exception, too. 1 if there was none. */
+static int flush(Instance *i, int fatal)
+{
+    int fine = !PyErr_Occurred();
+    if (!fine) {
+        fetch();
+        say(i, fatal, "logStatusFatal", failure);
+    }
+    intptr_t count = i->messages ? PyList_Size(i->messages) : 0;
+    for (intptr_t n = 0; n < count; n++) {
+        Object *message = PyList_GetItem(i->messages, n);
+        Object *status = PyObject_GetAttrString(message, "status");
+        Object *category = PyObject_GetAttrString(message, "category");
+        Object *text = PyObject_GetAttrString(message, "msg");
+        const char *words = PyUnicode_AsUTF8AndSize(text, NULL);
+        const char *kind = PyUnicode_AsUTF8AndSize(category, NULL);
+        say(i, (int)PyLong_AsLongLong(status), kind ? kind : "", words ? words : "");
+        Py_DecRef(status);
+        Py_DecRef(category);
+        Py_DecRef(text);
+        if (PyErr_Occurred()) fetch();
+    }
+    if (count) PyList_SetSlice(i->messages, 0, count, NULL);
+    return fine;
+}
+
+/* Result of a method, NULL with an exception set; takes the arguments over, NULL are none. */
+static Object *call(Instance *i, const char *method, Object *first, Object *second)
+{
+    Object *bound = PyObject_GetAttrString(i->slave, method), *result = NULL;
+    if (bound) result = PyObject_CallFunctionObjArgs(bound, first, second, (Object *)NULL);
+    Py_DecRef(bound);
+    Py_DecRef(first);
+    Py_DecRef(second);
+    return result;
+}
+
+static int new_slave(Instance *i)
+{
+    Object *none = PyTuple_New(0), *folder = PyUnicode_DecodeFSDefault(resources);
+    Object *options = Py_BuildValue("{ss,sO}", "instance_name", i->name, "resources", folder);
+    Object *slave = options ? PyObject_Call(slave_class, none, options) : NULL;
+    Object *old[] = {none, folder, options, slave ? i->slave : NULL, slave ? i->messages : NULL};
+    if (slave) {
+        i->slave = slave;
+        i->messages = PyObject_GetAttrString(slave, "log_queue");
+    }
+    for (int n = 0; n < 5; n++) Py_DecRef(old[n]);
+    return slave != NULL;
+}
+
+/* Sets which messages the host wants. */
+static void set_logging(Instance *i, int on, size_t count, const char *const categories[])
+{
+    for (size_t n = 0; n < i->category_count; n++) free(i->categories[n]);
+    free(i->categories);
+    i->logging = on;
+    i->categories = count ? calloc(count, sizeof *i->categories) : NULL;
+    i->category_count = i->categories ? count : 0;
+    for (size_t n = 0; n < i->category_count; n++)
+        i->categories[n] = strdup(categories[n] ? categories[n] : "");
+}
+
+static Instance *new_instance(const char *name, void *environment, void *logger, int logging,
+                              int fatal)
+{
+    Instance *i = calloc(1, sizeof *i);
+    if (!i) return NULL;
+    i->name = strdup(name ? name : "");
+    i->environment = environment;
+    i->logger = logger;
+    i->logging = logging;
+    int fine = ready();
+    if (fine) {
+        int outer = enter();
+        fine = new_slave(i);
+        flush(i, fatal);
+        leave(outer);
+    } else say(i, fatal, "logStatusFatal", failure);
+    if (fine) return i;
+    free(i->name);
+    free(i);
+    return NULL;
+}
+
+static void free_instance(Instance *i)
+{
+    if (!i) return;
+    int outer = enter();
+    Py_DecRef(i->strings);
+    Py_DecRef(i->messages);
+    Py_DecRef(i->slave);
+    leave(outer);
+    set_logging(i, 0, 0, NULL);
+    free(i->name);
+    free(i);
+}
+
+/* A method without results; 1 if it raises nothing. */
+static int simple(Instance *i, const char *method, Object *argument)
+{
+    Object *result = call(i, method, argument, NULL);
+    Py_DecRef(result);
+    return result != NULL;
+}
+
+static Object *reference_list(const uint32_t references[], size_t count)
+{
+    Object *list = PyList_New((intptr_t)count);
+    /* Signed, as pythonfmu has them: the greatest one is -1, no variable's. */
+    for (size_t n = 0; n < count; n++)
+        PyList_SetItem(list, (intptr_t)n, PyLong_FromLongLong((int32_t)references[n]));
+    return list;
+}
+
+/* values[n] = what a method answers for the references; 1 if it raises nothing. */
+#define READ(i, method, references, count, values, converted)                                      \
+    ({                                                                                             \
+        Object *found = call(i, method, reference_list(references, count), NULL);                  \
+        for (size_t n = 0; found && n < (count); n++) {                                            \
+            Object *item = PyList_GetItem(found, (intptr_t)n);                                     \
+            if (!item) break;                                                                      \
+            (values)[n] = converted;                                                               \
+        }                                                                                          \
+        Py_DecRef(found);                                                                          \
+        found != NULL;                                                                             \
+    })
+
+#define WRITE(i, method, references, count, converted)                                             \
+    ({                                                                                             \
+        Object *list = PyList_New((intptr_t)(count));                                              \
+        for (size_t n = 0; n < (count); n++) PyList_SetItem(list, (intptr_t)n, converted);         \
+        Object *done = call(i, method, reference_list(references, count), list);                   \
+        Py_DecRef(done);                                                                           \
+        done != NULL;                                                                              \
+    })
+
+/* Strings live until the next ones are read. */
+static int read_strings(Instance *i, const uint32_t references[], size_t count,
+                        const char *values[])
+{
+    Object *found = call(i, "get_string", reference_list(references, count), NULL);
+    if (!found) return 0;
+    Py_DecRef(i->strings);
+    i->strings = found;
+    for (size_t n = 0; n < count; n++) {
+        Object *item = PyList_GetItem(found, (intptr_t)n);
+        values[n] = item ? PyUnicode_AsUTF8AndSize(item, NULL) : NULL;
+    }
+    return 1;
+}
+
+/* State of the FMU: the slave's own object. */
+static int get_state(Instance *i, void **state)
+{
+    Object *found = call(i, "_get_fmu_state", NULL, NULL);
+    if (found) *state = found;
+    return found != NULL;
+}
+
+static int set_state(Instance *i, void *state)
+{
+    if (state) Py_IncRef(state);
+    return simple(i, "_set_fmu_state", state);
+}
+
+static Object *state_bytes(Instance *i, void *state)
+{
+    if (state) Py_IncRef(state);
+    return call(i, "_fmu_state_to_bytes", state, NULL);
+}
+
+static int state_size(Instance *i, void *state, size_t *size)
+{
+    Object *bytes = state_bytes(i, state);
+    if (bytes) *size = (size_t)PyBytes_Size(bytes);
+    Py_DecRef(bytes);
+    return bytes != NULL;
+}
+
+static int serialize(Instance *i, void *state, char *data, size_t size)
+{
+    Object *bytes = state_bytes(i, state);
+    if (bytes) {
+        size_t length = (size_t)PyBytes_Size(bytes);
+        memcpy(data, PyBytes_AsString(bytes), length < size ? length : size);
+    }
+    Py_DecRef(bytes);
+    return bytes != NULL;
+}
+
+static int deserialize(Instance *i, const char *data, size_t size, void **state)
+{
+    Object *bytes = PyBytes_FromStringAndSize(data, (intptr_t)size);
+    Object *found = call(i, "_fmu_state_from_bytes", bytes, NULL);
+    if (found) *state = found;
+    return found != NULL;
+}
+
+static void free_state(void **state)
+{
+    if (state && *state) Py_DecRef(*state);
+    if (state) *state = NULL;
+}

@@ -1,0 +1,126 @@
+"""What the FMUs cost in a host that isn't Python: the standalone one beside the plain one.
+
+The plain FMU gets libpython by LD_PRELOAD. Both are measured in turns, in processes of their own.
+"""
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from statistics import median
+from typing import NamedTuple
+
+import fmpy
+
+from golf_build import standalone
+from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.file import build_fmu
+from golf_scenarios.fmu.libpython import libpython_files, preloaded
+from golf_scenarios.fmu.system import build_system
+
+_OUTPUTS = (
+    "smash_factor",
+    "coefficient_of_restitution",
+    "club_velocity",
+    "ball_velocity",
+)
+
+
+class Figure(NamedTuple):
+    """One row: its meaning, both FMUs' values, and the largest ratio that is wanted."""
+
+    key: str
+    meaning: str
+    standalone: float
+    plain: float
+    limit: float
+
+    @property
+    def ratio(self) -> float:
+        """Standalone over plain."""
+        return self.standalone / self.plain
+
+    @property
+    def passed(self) -> bool:
+        """Whether the ratio is as small as it should be."""
+        return self.ratio <= self.limit
+
+
+def measured(quick: bool) -> list[Figure]:
+    """Build both, run both, several times in turns; the medians.
+
+    Args:
+        quick: fewer times.
+
+    Raises:
+        UserError: this machine can't build the standalone FMU, or has no libpython.
+    """
+    try:
+        standalone.private_python()
+        command = standalone.compiler()
+    except standalone.StandaloneError as error:
+        raise UserError(str(error)) from error
+    with tempfile.TemporaryDirectory(prefix="golf-impact-native-") as scratch:
+        folder = Path(scratch)
+        plain = build_fmu(folder / "ClubBallImpact.fmu")
+        alone = build_fmu(folder / "ClubBallImpact.standalone.fmu", standalone=True)
+        libpython = next((f for f in libpython_files() if preloaded(f, plain) is None), None)
+        if libpython is None:
+            raise UserError("bench --native needs libpython for the plain FMU: see doctor")
+        fmus = [alone, *build_system(folder, alone, standalone=True)[:2]]
+        program = folder / "host"
+        headers = Path(fmpy.__file__).parent / "c-code"
+        source = Path(__file__).with_name("native_host.c")
+        done = subprocess.run(
+            [*command, "-O2", f"-I{headers}", str(source), "-o", str(program), "-ldl"],
+            capture_output=True,
+            text=True,
+        )
+        if done.returncode:
+            raise UserError(f"the host can't be compiled: {done.stderr.strip()}")
+        with_python = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
+        count, times = (20_000, 3) if quick else (200_000, 9)
+        rows: dict[str, list[tuple[float, ...]]] = {"alone": [], "plain": [], "three": []}
+        one, other, all_ = (
+            [_given(fmu, folder) for fmu in group] for group in ([alone], [plain], fmus)
+        )
+        references = _references(plain)
+        _run(program, 1, references, other, with_python)  # so that its bytecode is there
+        for _ in range(times):
+            rows["alone"].append(_run(program, count, references, one, {}))
+            rows["plain"].append(_run(program, count, references, other, with_python))
+            rows["three"].append(_run(program, 1, references, all_, {}))
+        size, plain_size = (fmu.stat().st_size / 1e6 for fmu in (alone, plain))
+    a, p, t = ([median(column) for column in zip(*rows[key])] for key in rows)
+    return [
+        Figure("first_instantiate_ms", "the first instance, ms", 1e3 * a[0], 1e3 * p[0], 1.0),
+        Figure("step_us", "doStep, µs", 1e6 * a[1], 1e6 * p[1], 1.0),
+        Figure("read_us", "getReal of 4, µs", 1e6 * a[2], 1e6 * p[2], 1.0),
+        Figure("memory_mb", "memory of a host with one, MB", a[3] / 1e3, p[3] / 1e3, 1.0),
+        Figure("three_mb", "memory with three FMUs, beside one, MB", t[3] / 1e3, a[3] / 1e3, 1.3),
+        Figure("size_mb", "the file, MB (5 at most)", size, plain_size, 5.0 / plain_size),
+    ]
+
+
+def _given(fmu: Path, folder: Path) -> list[str]:
+    place = folder / f"extracted {fmu.stem}"
+    fmpy.extract(str(fmu), str(place))
+    (library,) = place.glob("binaries/linux64/[A-Z]*.so")
+    guid = fmpy.read_model_description(str(place), validate=False).guid
+    return [str(library), f"file://{place}/resources", guid]
+
+
+def _references(fmu: Path) -> list[str]:
+    variables = fmpy.read_model_description(str(fmu)).modelVariables
+    references = {v.name: v.valueReference for v in variables}
+    return [str(references[name]) for name in _OUTPUTS]
+
+
+def _run(
+    program: Path, count: int, references: list[str], fmus: list[list[str]], env: dict[str, str]
+) -> tuple[float, ...]:
+    words = [str(program), str(count), *references, "--", *(word for fmu in fmus for word in fmu)]
+    done = subprocess.run(words, env=env, capture_output=True, text=True)
+    if done.returncode:
+        raise UserError(f"the native host failed: {done.stderr.strip()}")
+    return tuple(map(float, done.stdout.split()))

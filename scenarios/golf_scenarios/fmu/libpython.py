@@ -1,0 +1,55 @@
+"""Shared libraries of Python, which the plain FMU needs in a host that isn't Python."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+import zipfile
+from pathlib import Path
+
+_TIMEOUT = 120.0
+
+
+def libpython_files() -> list[Path]:
+    """Shared libraries of Python on this machine, that of this interpreter first."""
+    import find_libpython
+
+    paths = (Path(path) for path in find_libpython.candidate_paths() if path)
+    files = (path.resolve() for path in paths if path.is_absolute() and path.is_file())
+    return list(dict.fromkeys(file for file in files if ".so" in file.name))
+
+
+def preloaded(libpython: Path, fmu: Path | None = None) -> str | None:
+    """Try a library as a native host would: by the dynamic linker, with nothing of Python around.
+
+    Args:
+        libpython: the shared library.
+        fmu: an FMU whose binary must find all that it needs there.
+
+    Returns:
+        What is wrong, or None.
+    """
+    program = shutil.which("true") or "/bin/true"
+    # LD_PRELOAD takes no spaces, which the user's temporary folder may have.
+    spaces = " " in tempfile.gettempdir() and os.access("/tmp", os.W_OK)
+    place = "/tmp" if spaces else None
+    with tempfile.TemporaryDirectory(prefix="golf-impact-doctor-", dir=place) as folder:
+        libraries = [str(libpython)]
+        if fmu is not None:
+            with zipfile.ZipFile(fmu) as archive:
+                binaries = (n for n in archive.namelist() if n.startswith("binaries/linux64/"))
+                name = next((n for n in binaries if n.endswith(".so")), None)
+                if name is None:
+                    return "the FMU has no binary for linux64"
+                libraries.append(archive.extract(name, folder))
+        environment = {"LD_PRELOAD": ":".join(libraries), "LD_BIND_NOW": "1", "PATH": os.defpath}
+        done = subprocess.run(
+            [program], env=environment, capture_output=True, text=True, timeout=_TIMEOUT
+        )
+    return last_line(done.stderr) if done.returncode or done.stderr.strip() else None
+
+
+def last_line(error: object) -> str:
+    """Of what a program or an exception says."""
+    lines = str(error).strip().splitlines()
+    return lines[-1] if lines else "no message"

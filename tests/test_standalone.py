@@ -1,0 +1,529 @@
+"""The standalone FMU: in hosts without Python, beside other Pythons, and built the same every time.
+
+The plain FMU's tests of what it computes run on this file, too: pytest --standalone.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+from golf_impact.variables import VARIABLES
+
+from golf_build import elf, standalone
+from golf_build.system import COMPANIONS
+from golf_scenarios.fmu.file import build_fmu
+from golf_scenarios.fmu.system import build_system
+
+HERE = Path(__file__).resolve().parent
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+LAW_1 = {
+    "smash_factor": 1.5641431548673967,
+    "coefficient_of_restitution": 0.9490239649368046,
+    "club_velocity": 21.529171647570724,
+    "ball_velocity": 54.74501042035889,
+}
+
+
+@pytest.fixture(scope="module")
+def system(standalone_path):
+    """Paths of the three FMUs and of the .ssp."""
+    folder = standalone_path.parent
+    return [standalone_path, *build_system(folder, standalone_path, standalone=True)]
+
+
+def extracted(fmu, folder):
+    fmpy.extract(str(fmu), str(folder))
+    return folder
+
+
+def guid(folder):
+    return re.search(r'guid="([^"]+)"', (folder / "modelDescription.xml").read_text())[1]
+
+
+@pytest.fixture(scope="module")
+def compiled(compiler, standalone_path, tmp_path_factory):
+    """A C host of tests/native_host, compiled."""
+    folder = tmp_path_factory.mktemp("hosts")
+    description = fmpy.read_model_description(str(standalone_path))
+    macros = [f"-DVR_{v.name}={v.valueReference}" for v in description.modelVariables]
+
+    def compiled(name):
+        program = folder / name
+        flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{HEADERS}", *macros]
+        source = HERE / "native_host" / f"{name}.c"
+        libraries = ["-o", str(program), "-ldl", "-pthread"]
+        subprocess.run([compiler, *flags, str(source), *libraries], check=True)
+        return program
+
+    return compiled
+
+
+@pytest.fixture(scope="module")
+def host(compiled):
+    return compiled("host")
+
+
+def outputs(*command, **options):
+    done = subprocess.run(
+        list(map(str, command)), capture_output=True, text=True, timeout=100, **options
+    )
+    assert done.returncode == 0, done.stderr
+    # libcosim writes its log there, too.
+    *lines, last = (line for line in done.stdout.splitlines() if not line.startswith("["))
+    assert last == "done"
+    return {name: float(value) for name, value in map(str.split, lines)}
+
+
+# A root with nothing in it
+
+
+@pytest.fixture(scope="module")
+def bare(host, standalone_path, tmp_path_factory):
+    """Runs a task of the host in a root that has glibc, the host and the FMU."""
+    root = tmp_path_factory.mktemp("root")
+    extracted(standalone_path, root / "fmu")
+    shutil.copy(host, root / "host")
+    listed = subprocess.run(["ldd", host], capture_output=True, text=True, check=True).stdout
+    libc = next(Path(line.split()[2]) for line in listed.splitlines() if "libc.so.6" in line)
+    names = ("libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0")
+    for file in (*(libc.parent / name for name in names), Path("/lib64/ld-linux-x86-64.so.2")):
+        (root / file.parent.relative_to("/")).mkdir(parents=True, exist_ok=True)
+        shutil.copy(file, root / file.relative_to("/"))
+    path = os.pathsep.join((os.defpath, "/usr/sbin", "/sbin"))
+    chroot, unshare = shutil.which("chroot", path=path), shutil.which("unshare", path=path)
+    if chroot is None or (os.geteuid() and unshare is None):
+        pytest.skip("there is no chroot, or no unshare, on this machine")
+    enter = [chroot] if os.geteuid() == 0 else [unshare, "--map-root-user", chroot]
+    if subprocess.run([*enter, root, "/host"], capture_output=True).returncode != 1:
+        pytest.skip("this user may not change the root folder")
+    return lambda *task: outputs(*enter, root, "/host", "/fmu", guid(root / "fmu"), *task, env={})
+
+
+TASKS = [
+    ("impact", "1e-3"),
+    ("twice", "1e-6"),
+    ("threads", "1e-5"),
+    ("migrate",),
+    ("gone", "50"),
+    ("rollback", "1e-6"),
+    ("serialized", "1e-6"),
+    ("many", "1000"),
+    ("rude",),
+    ("fork",),
+    ("law", "1"),
+    ("signals",),
+    ("exit", "3"),
+]
+
+
+@pytest.mark.parametrize("task", TASKS, ids=lambda task: task[0])
+def test_in_a_root_with_nothing_but_libc(bare, task):
+    assert bare(*task) == LAW_1
+
+
+def test_the_other_law_there(bare):
+    assert bare("law", "2")["smash_factor"] == 1.5842497138122187
+
+
+# The numbers
+
+
+def _calls(case):
+    """A reference case as lines for replay: see fmi2_calls."""
+    names = {variable.name: n for n, variable in enumerate(VARIABLES)}
+    yield "new i"
+    yield "log i 1"
+    for name in sorted(names.keys() & case.keys() - {"law"}):
+        yield f"set i real {names[name]}={case[name]!r}"
+    yield f"set i integer {names['law']}={1 + ('absolute', 'relative').index(case['law'])}"
+    yield from ("setup i 0.0", "enter i", "exit i")
+    outputs = " ".join(str(n) for n, v in enumerate(VARIABLES) if v.type == "Real")
+    point = 0.0
+    for step in (1e-5, 1e-4, 3e-4, 1e-3, 1.0, 1e3):
+        yield f"step i {point!r} {step!r}"
+        yield f"get i real {outputs}"
+        point += step
+    yield from ("save i s", "pack i s b", "show b", "drop i s", "free i")
+
+
+def test_the_private_python_has_the_plain_fmus_numbers(
+    compiled, standalone_path, fmu_path, libpython, tmp_path
+):
+    """Every reference case, the extreme ones too: to the last bit, and the state's bytes."""
+    tables = [json.loads((HERE / "data" / f"{name}.json").read_text()) for name in _TABLES]
+    lines = [line for table in tables for case in table["cases"] for line in _calls(case)]
+    program = compiled("replay")
+    answers = []
+    preloaded = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
+    for fmu, env in ((standalone_path, {}), (fmu_path, preloaded)):
+        folder = extracted(fmu, tmp_path / fmu.stem)
+        done = subprocess.run(
+            [program, folder, guid(folder)],
+            input="\n".join(lines),
+            capture_output=True,
+            text=True,
+            env=env,
+            timeout=300,
+        )
+        assert done.stdout.endswith("done\n"), done.stderr[-2000:]
+        answers.append(done.stdout.splitlines())
+    assert len(answers[0]) == len(lines) + 1 > 1000
+    differences = [row for row in zip(lines, *answers) if row[1] != row[2]]
+    assert not differences, differences[:3]
+
+
+_TABLES = ("impacts", "extremes")
+
+
+# Hosts that do otherwise
+
+
+@pytest.mark.parametrize("times", [20])
+def test_a_host_that_ends_while_others_of_its_threads_step(bare, times):
+    for _ in range(times):
+        assert bare("exit", "3") == LAW_1
+
+
+@pytest.mark.parametrize("name", ["ü # + ( %20", "%41", "a space", "ends in ~"])
+def test_folders_of_odd_names_that_are_read_only(host, standalone_path, tmp_path, name):
+    folder = extracted(standalone_path, tmp_path / name)
+    before = sorted(folder.rglob("*"))
+    for path in [folder, *before]:
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    assert outputs(host, folder, guid(folder), "impact", "1e-3", env={}) == LAW_1
+    # Root may write there all the same.
+    assert sorted(folder.rglob("*")) == before
+    for path in [folder, *before]:
+        path.chmod(0o755)
+
+
+def test_a_hostile_environment(host, standalone_path, tmp_path):
+    folder = extracted(standalone_path, tmp_path / "fmu")
+    wrong = tmp_path / "wrong"
+    wrong.mkdir()
+    (wrong / "json.py").write_text("raise SystemExit('not this one')")
+    (wrong / "libz.so.1").write_text("no library")
+    names = ("PYTHONHOME", "PYTHONPATH", "PYTHONSTARTUP", "LD_LIBRARY_PATH")
+    env = dict.fromkeys(names, str(wrong)) | {"PYTHONMALLOC": "nonsense", "LC_ALL": "nonsense"}
+    assert outputs(host, folder, guid(folder), "impact", "1e-3", env=env) == LAW_1
+
+
+def test_a_host_that_starts_its_own_python_afterwards(host, libpython, standalone_path, tmp_path):
+    folder = extracted(standalone_path, tmp_path / "fmu")
+    env = {"PYTHONHOME": sys.base_prefix}
+    assert outputs(host, folder, guid(folder), "later", libpython, env=env) == LAW_1
+
+
+def test_a_host_that_shows_a_python_that_does_not_run(host, libpython, standalone_path, tmp_path):
+    folder = extracted(standalone_path, tmp_path / "fmu")
+    env = {"LD_PRELOAD": str(libpython)}
+    assert outputs(host, folder, guid(folder), "twice", "1e-4", env=env) == LAW_1
+
+
+# Several FMUs
+
+
+@pytest.fixture(scope="module")
+def several(compiled):
+    program = compiled("several")
+
+    def run(folders, *options, **settings):
+        jobs = [
+            text
+            for folder in folders
+            for text in (folder, next(folder.glob("binaries/linux64/[A-Z]*.so")).stem, guid(folder))
+        ]
+        return outputs(program, *options, *jobs, **settings)
+
+    return run
+
+
+def test_three_fmus_started_at_once_share_one_python(several, system, tmp_path):
+    folders = [extracted(fmu, tmp_path / fmu.stem) for fmu in system[:3]]
+    assert {folder.name.partition(".")[0] for folder in folders} == {"ClubBallImpact", *COMPANIONS}
+    alone = several(folders[:1], env={})
+    for _ in range(10):
+        found = several(folders, env={})
+        assert (found["steps"], found["pythons"]) == (1200, 1)
+    # 1.03 measured.
+    assert found["kilobytes"] <= 1.3 * alone["kilobytes"]
+
+
+def test_beside_the_plain_fmu(several, system, fmu_path, libpython, tmp_path):
+    folders = [extracted(fmu, tmp_path / fmu.stem) for fmu in (*system[:3], fmu_path)]
+    env = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
+    assert several(folders, env=env)["steps"] == 1600
+
+
+def test_an_extraction_may_go_while_others_run(several, system, tmp_path):
+    fmus = [system[0], system[0], system[1], system[0]]
+    folders = [extracted(fmu, tmp_path / str(n)) for n, fmu in enumerate(fmus)]
+    assert several(folders, "-r", env={})["pythons"] == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_extraction_more_costs_little(several, system, tmp_path):
+    folders = [extracted(system[0], tmp_path / str(n)) for n in range(20)]
+    one, all_ = several(folders[:1], env={}), several(folders, env={})
+    assert all_["pythons"] == 1
+    # A private copy of Python would be 11 MB each time; 0.3 MB measured, a thread's stack included.
+    assert (all_["kilobytes"] - one["kilobytes"]) / 19 < 1000
+
+
+# Python hosts
+
+_IN_PYTHON = """
+import sys
+import fmpy
+names = ["smash_factor", "ball_velocity"]
+row = fmpy.simulate_fmu(sys.argv[1], stop_time=0.005, step_size=1e-4, output_interval=1e-4,
+                        output=names)[names][-1]
+with open("/proc/self/maps") as maps:
+    libraries = {line.split(maxsplit=5)[-1] for line in maps if "/golf-python-" in line}
+print(*map(float, row), len(libraries))
+"""
+
+
+def in_python(python, fmu, **options):
+    done = subprocess.run(
+        [python, "-c", _IN_PYTHON, str(fmu)], capture_output=True, text=True, timeout=100, **options
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    *values, libraries = map(float, done.stdout.split())
+    assert values == pytest.approx([LAW_1["smash_factor"], LAW_1["ball_velocity"]], rel=1e-9)
+    return libraries
+
+
+def test_fmpy_on_this_python_gets_no_second_one(standalone_path):
+    assert in_python(sys.executable, standalone_path) == 0
+
+
+def other_pythons():
+    """Every other CPython of this machine that can be given fmpy."""
+    found = [Path("/usr/bin/python3"), *Path.home().glob(".pyenv/versions/3.*/bin/python3")]
+    return [pytest.param(python, id=str(python)) for python in found if python.exists()]
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("python", other_pythons())
+def test_fmpy_on_other_pythons(standalone_path, python, tmp_path):
+    """From 3.10 on they are used themselves; an older one gets the private one beside it."""
+    pip = subprocess.run([python, "-m", "venv", tmp_path / "venv"], capture_output=True)
+    own = tmp_path / "venv" / "bin" / "python"
+    if pip.returncode or subprocess.run([own, "-m", "pip", "install", "-q", "fmpy"]).returncode:
+        pytest.skip(f"{python} can't have fmpy")
+    version = subprocess.run(
+        [own, "-c", "import sys; print(sys.version_info >= (3, 10))"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.strip()
+    assert in_python(own, standalone_path) == (0 if version == "True" else 1)
+
+
+# libcosim without Python
+
+
+def test_libcosims_library_runs_the_system(compiled, system, tmp_path):
+    package = pytest.importorskip("libcosimpy", reason="pip install 'golf-impact[interop]'")
+    library = Path(package.__file__).parent / "libcosimc" / "libcosimc.so"
+    folder = tmp_path / "ssp"
+    shutil.unpack_archive(str(system[3]), folder, "zip")
+    found = outputs(compiled("cosim"), library, folder, 600, env={"TMPDIR": str(tmp_path)})
+    # Law 1's at 35 m/s, the peak of the swing; 1e-12 as in test_system.py.
+    assert found["smash_factor"] == pytest.approx(LAW_1["smash_factor"], rel=1e-12)
+
+
+# FMI 3.0
+
+
+@pytest.mark.parametrize("start", [0.0, 5.0])
+@pytest.mark.parametrize("gap", [0.0, 0.0035])
+def test_steps_end_at_touch_and_separation(standalone_fmi3_path, gap, start):
+    rows = fmpy.simulate_fmu(
+        str(standalone_fmi3_path),
+        start_time=start,
+        stop_time=start + 0.002,
+        output_interval=1e-3,
+        start_values={"law": 2, "gap": gap},
+        output=["touched", "separated", "touch_time", "smash_factor"],
+        use_event_mode=True,
+        early_return_allowed=True,
+    )
+    times = list(dict.fromkeys(rows["time"]))
+    touch = start + gap / 35.0
+    expected = [start, touch, touch + 6.010445569987614e-4, start + 1e-3, start + 2e-3]
+    assert times == pytest.approx(expected[1:] if gap == 0.0 else expected, rel=4e-16, abs=1e-18)
+    # Each event twice: before and after event mode.
+    assert len(rows) == len(times) + (1 if gap == 0.0 else 2)
+    assert rows["touch_time"][-1] == pytest.approx(touch, rel=4e-16)
+    after = rows[rows["time"] > touch + 6e-4]
+    assert after["separated"].all()
+    assert not rows[rows["time"] < touch + 6e-4]["separated"].any()
+
+
+def test_a_host_that_allows_no_early_return_gets_none(standalone_fmi3_path):
+    rows = fmpy.simulate_fmu(
+        str(standalone_fmi3_path),
+        stop_time=0.002,
+        output_interval=1e-3,
+        start_values={"law": 2, "gap": 0.0035},
+        use_event_mode=True,
+    )
+    assert list(rows["time"]) == [0.0, 0.001, 0.002]
+
+
+# The file
+
+
+def test_its_description(standalone_path, fmu_path):
+    found, plain = (
+        zipfile.ZipFile(path).read("modelDescription.xml").decode()
+        for path in (standalone_path, fmu_path)
+    )
+    assert 'needsExecutionTool="false"' in found
+    without = r'needsExecutionTool="\w+"|guid="[^"]+"'
+    assert re.sub(without, "", found) == re.sub(without, "", plain)
+    assert re.search('guid="([^"]+)"', found)[1] != re.search('guid="([^"]+)"', plain)[1]
+
+
+def test_what_it_brings(standalone_path):
+    python = standalone.private_python()
+    with zipfile.ZipFile(standalone_path) as archive:
+        names = set(archive.namelist())
+        libraries = [n for n in names if re.fullmatch(r"binaries/linux64/.+", n)]
+        for name in libraries:
+            for needed in elf.needed(archive.read(name)):
+                known = standalone._GLIBC.fullmatch(needed)
+                assert known or f"binaries/linux64/{needed}" in names, (name, needed)
+    assert standalone_path.stat().st_size <= 5e6
+    assert {f"documentation/licenses/{name}" for name in python.licences} <= names
+    assert "documentation/licenses/python.txt" in names
+    assert not any(name.startswith("binaries/win") for name in names)
+
+
+_MODULES = """
+_collections_abc _compat_pickle _datetime _decimal _heapq _json _opcode _opcode_metadata
+_pydatetime _struct _typing _weakrefset abc annotationlib ast binascii bisect codecs collections
+contextlib copy copyreg ctypes dataclasses datetime decimal dis encodings enum fnmatch functools
+genericpath glob grp importlib inspect io ipaddress json keyword linecache math ntpath numbers
+opcode operator os pathlib posixpath pythonfmu pythonfmu3 re reprlib sre_compile sre_constants
+sre_parse stat string struct threading token tokenize types typing urllib uuid warnings weakref
+xml zipimport
+"""
+
+
+def test_the_modules_are_these(standalone_path):
+    """Of Python 3.11; what another version splits off or puts together is listed, too."""
+    found = set(standalone.private_python().modules)
+    top = {name.partition(".")[0] for name in found}
+    assert top <= set(_MODULES.split())
+    assert {"decimal", "_decimal", "json", "math", "pythonfmu", "threading"} <= top
+    assert len(found) < 90
+
+
+def test_it_is_reproducible(standalone_path, tmp_path):
+    code = "from golf_scenarios.__main__ import main; main()"
+    again = tmp_path / "again.fmu"
+    subprocess.run(
+        [sys.executable, "-c", code, "build", "--standalone", "--out", str(again)],
+        check=True,
+        capture_output=True,
+        env={**os.environ, "PYTHONHASHSEED": "7"},
+    )
+    assert again.read_bytes() == standalone_path.read_bytes()
+
+
+@pytest.mark.parametrize("target", ["x86_64-linux-gnu.2.17", "aarch64-linux-gnu.2.17"])
+@pytest.mark.parametrize("source", ["fmi2.c", "fmi3.c"])
+def test_the_loader_compiles_without_warnings(target, source, tmp_path):
+    pytest.importorskip("ziglang", reason="pip install 'golf-impact[standalone]'")
+    for file in standalone.loader_folder().iterdir():
+        shutil.copy(file, tmp_path)
+    (tmp_path / "modules.bin").write_bytes(b"")
+    macros = ['-DMODULE="m"', '-DCLASS="C"', '-DPRIVATE_PYTHON="p"']
+    flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", f"-I{HEADERS}", "-I."]
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *flags, *macros, source]
+    subprocess.run([*command, "-o", "loader.so"], check=True, cwd=tmp_path)
+
+
+def test_bench_native(standalone_path, libpython, tmp_path):
+    command = Path(sys.executable).with_name("golf-impact")
+    done = subprocess.run(
+        [command, "bench", "--native", "--quick", "--out", tmp_path], capture_output=True, text=True
+    )
+    # 1 on a busy machine: how fast it is isn't tested.
+    assert done.returncode in (0, 1), done.stderr
+    found = json.loads((tmp_path / "bench_native.json").read_text())["figures"]
+    assert set(found) == {
+        *("first_instantiate_ms", "step_us", "read_us", "memory_mb", "three_mb", "size_mb")
+    }
+    assert found["three_mb"]["ratio"] <= 1.3
+    assert found["size_mb"]["standalone"] <= 5.0
+
+
+@pytest.mark.parametrize("fmu", ["standalone_path", "fmu_path"])
+def test_doctor_tells_what_a_native_host_needs(request, fmu, standalone_path):
+    from golf_scenarios.commands import doctor
+
+    said = [
+        text
+        for _, text in doctor.examine(request.getfixturevalue(fmu))
+        if text.startswith("native")
+    ]
+    oldest = ".".join(map(str, standalone.private_python().glibc))
+    if fmu == "standalone_path":
+        assert len(said) == 1
+        assert f"glibc {oldest} or newer" in said[0]
+    else:
+        assert "golf-impact build --standalone" in said[0]
+
+
+# Machines that can't build it
+
+
+def refusal(monkeypatch, tmp_path):
+    from golf_scenarios.errors import UserError
+
+    standalone.private_python.cache_clear()
+    out = tmp_path / "x.fmu"
+    try:
+        with pytest.raises(UserError) as caught:
+            build_fmu(out, standalone=True)
+    finally:
+        monkeypatch.undo()
+    assert list(tmp_path.iterdir()) == []
+    return str(caught.value)
+
+
+def test_no_compiler(monkeypatch, tmp_path):
+    monkeypatch.setattr(standalone.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert "pip install 'golf-impact[standalone]'" in refusal(monkeypatch, tmp_path)
+
+
+def test_a_static_python(monkeypatch, tmp_path):
+    import find_libpython
+
+    monkeypatch.setattr(find_libpython, "find_libpython", lambda: None)
+    said = refusal(monkeypatch, tmp_path)
+    assert "--enable-shared" in said
+    assert "apt-get install libpython" in said
+
+
+@pytest.mark.parametrize("system", ["Windows", "Darwin"])
+def test_another_platform(monkeypatch, tmp_path, system):
+    monkeypatch.setattr(standalone.platform, "system", lambda: system)
+    assert f"refused on {system}" in refusal(monkeypatch, tmp_path)
+
+
+def test_python_without_headers(monkeypatch, tmp_path):
+    monkeypatch.setattr(standalone.sysconfig, "get_path", lambda name: str(tmp_path))
+    assert "Python.h" in refusal(monkeypatch, tmp_path)
