@@ -63,7 +63,7 @@ def test_measured_orders_are_those_of_the_methods(results):
 
 def test_machine_and_conclusion(results):
     assert {"processor", "python", "fmpy", "pythonfmu", "fmu"} <= results["machine"].keys()
-    assert len(results["conclusion"]) == 2
+    assert len(results["conclusion"]) == 3
 
 
 def calls_inside(scene):
