@@ -26,7 +26,7 @@ def contact_of(law, k, b, m_club, m_ball, start):
     return row.contact(parameters, k, b, start)
 
 
-#: On the scales of the tolerance table. The worst of 20,000 contacts was 6e-15: a contact time
+#: On the scales of the tolerance table. The worst of 5,300 random ones was 6e-15: a contact time
 #: under law 1, where the drag nearly keeps the bodies together.
 BAR = 1e-14
 
