@@ -9,7 +9,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from golf_scenarios import stopping
-from golf_scenarios.commands import bench, build, calibrate, doctor, run, stress, sweep
+from golf_scenarios.commands import bench, build, calibrate, doctor, explore, run, stress, sweep
 from golf_scenarios.commands import list as list_
 from golf_scenarios.commands.console import warn
 from golf_scenarios.errors import UserError
@@ -44,6 +44,7 @@ app.command(epilog=build.EPILOG)(build.build)
 app.command(epilog=doctor.EPILOG)(doctor.doctor)
 app.command("list", epilog=list_.EPILOG)(list_.list_)
 app.command(epilog=run.EPILOG)(run.run)
+app.command(epilog=explore.EPILOG)(explore.explore)
 app.command(epilog=bench.EPILOG)(bench.bench)
 app.command(epilog=stress.EPILOG)(stress.stress)
 app.command(epilog=calibrate.EPILOG)(calibrate.calibrate)

@@ -56,7 +56,7 @@ def run(
     from golf_scenarios.report.page import write_outcomes
     from golf_scenarios.report.report import own_case
 
-    values = {**(named_ball(ball).values if ball else {}), **_values(set_ or [])}
+    values = {**(named_ball(ball).values if ball else {}), **values_of(set_ or [])}
     if names or values:
         scripts: dict[str, ModuleType] = {}
         for name in dict.fromkeys(names or ()):
@@ -124,7 +124,7 @@ def _outcome(script: "ModuleType", fmu: "ImpactFmu") -> "Outcome":
     return outcome
 
 
-def _values(pairs: list[str]) -> dict[str, float]:
+def values_of(pairs: list[str]) -> dict[str, float]:
     values = {}
     for name, text in pairs_of(pairs, "VALUE", "k=8e5", "write it once").items():
         try:

@@ -1,5 +1,6 @@
 """How quantities are called and shown: one table for reports, figures and calibration."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 
@@ -64,3 +65,13 @@ def label(metric: str) -> str:
 def shown(metric: str, value: float) -> str:
     """A metric's value (SI) in the unit of its label."""
     return QUANTITIES.get(metric, Quantity(metric)).shown(value)
+
+
+def shortest(value: float) -> str:
+    """The fewest digits that give this very double."""
+    return repr(float(value)).removesuffix(".0")
+
+
+def set_options(values: Mapping[str, float]) -> str:
+    """Inputs and parameters (SI) as options of a command."""
+    return " ".join(f"--set {name}={shortest(value)}" for name, value in values.items())

@@ -155,14 +155,14 @@ class ImpactFmu(LoadedFmu):
         """
         gap, club, ball = self._given(values, "gap", "club_speed", "ball_speed")
         approach = np.where(club > ball, gap / (club - ball), 0.0)
-        steps = np.fmax(HORIZON, 20.0 * self._half_period(values)) + approach
+        steps = np.fmax(HORIZON, 20.0 * self.half_period(values)) + approach
         return np.where(np.isfinite(steps) & (steps > 0.0), steps, HORIZON)
 
     def _given(self, values: Mapping[str, Any], *names: str) -> Iterator[np.ndarray]:
         return (np.asarray(values.get(name, self.default(name)), float) for name in names)
 
     @np.errstate(all="ignore")
-    def _half_period(self, values: Mapping[str, Any]) -> np.ndarray:
+    def half_period(self, values: Mapping[str, Any]) -> np.ndarray:
         """The contact time without damping, s: π √(μ/k), or nearly so with an exponent."""
         m_club, m_ball, k, n = self._given(values, "m_club", "m_ball", "k", "exponent")
         mu = 1.0 / (1.0 / m_club + 1.0 / m_ball)
@@ -197,7 +197,7 @@ class ImpactFmu(LoadedFmu):
         touch, contact = end["touch_time"], end["contact_time"]
         if not self.flag("separated"):
             # Not parted within the horizon: show the time in which the contact takes shape.
-            contact = 10.0 * self._half_period(values).item()
+            contact = 10.0 * self.half_period(values).item()
         if touch + contact / points == touch:
             raise UserError(
                 f"a contact of {contact:g} s after {touch:g} s of approach is too short to sample: "

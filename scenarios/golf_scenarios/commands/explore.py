@@ -1,0 +1,64 @@
+"""`golf-impact explore`."""
+
+import os
+import sys
+from typing import Annotated
+
+import typer
+
+from golf_scenarios.commands.console import say, warn
+from golf_scenarios.errors import UserError
+
+EPILOG = "Examples: golf-impact explore · golf-impact explore --ball roh-lee --set club_speed=50"
+
+
+def explore(
+    ball: Annotated[
+        str | None,
+        typer.Option(
+            "--ball", metavar="NAME", help="Begin with this ball (golf-impact list --balls)."
+        ),
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Begin with this value; repeatable."),
+    ] = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Of the page; 0 for any that is free.")
+    ] = 5006,
+    browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
+) -> None:
+    """One impact under your hands: a page in the browser, served on this machine alone."""
+    try:
+        import bokeh  # noqa: F401
+    except ImportError as error:
+        raise UserError(
+            'explore needs Bokeh: install it with `.venv/bin/pip install -e ".[explore]"`'
+        ) from error
+    from golf_scenarios.commands.run import fmu_file, values_of
+    from golf_scenarios.explore.cases import query
+    from golf_scenarios.explore.server import serve
+    from golf_scenarios.facts.balls import ball as named_ball
+    from golf_scenarios.fmu.impact_fmu import ImpactFmu
+
+    values = {**(named_ball(ball).values if ball else {}), **values_of(set_ or [])}
+    path = fmu_file(None)
+    with ImpactFmu(path) as fmu:
+        fmu.impact(**values)
+
+    def ready(address: str) -> None:
+        page = f"{address}?{query(values)}" if values else address
+        say(f"{page}\nCtrl-C ends it.")
+        if browser and not _opened(page):
+            warn("No browser can be opened here: open this address in one.", style="yellow")
+
+    serve(path, port, ready)
+
+
+def _opened(page: str) -> bool:
+    import webbrowser
+
+    screen = sys.platform != "linux" or any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
+    )
+    return screen and webbrowser.open(page)

@@ -1,0 +1,232 @@
+"""The page of one session: controls, pictures, read-outs and pins around one FMU instance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+from bokeh.document import Document
+from bokeh.layouts import row
+from bokeh.models import Button, Div, Select, TextInput, Toggle
+
+from golf_scenarios.errors import UserError
+from golf_scenarios.explore import cases, readouts
+from golf_scenarios.explore.controls import SPEEDS, Controls
+from golf_scenarios.explore.impact import Impact, explored, swept
+from golf_scenarios.explore.parts import LAYOUT, STYLE, script
+from golf_scenarios.explore.pictures import Pictures
+from golf_scenarios.explore.pins import Pins
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+
+TITLE = "Golf impact"
+
+HINT = (
+    "Move a slider, or type any number that the FMU allows. Point at a curve, or press Play, to "
+    "see one instant in all pictures."
+)
+
+#: ms that events have to arrive before the newest of them is run: a slider sends one each 16 ms.
+_GATHER = 8
+
+#: Variables over which S and COR are shown.
+_SWEPT = ("club_speed", "k", "b", "m_club")
+
+
+class Page:
+    """One tab's page.
+
+    A wish is the case that the user wants to see; the impact is the last one that the FMU has run.
+    They differ while events arrive, and where the FMU refuses the wish.
+
+    Args:
+        document: what Bokeh shows in the tab.
+        fmu: an instance of its own, in use.
+        values: inputs and parameters that aren't the FMU's start values.
+    """
+
+    def __init__(self, document: Document, fmu: ImpactFmu, values: Mapping[str, float]) -> None:
+        self.document, self.fmu = document, fmu
+        self.defaults = {
+            name: float(one.start)
+            for name, one in fmu.variables.items()
+            if one.causality in ("input", "parameter")
+        }
+        self.impact: Impact
+        self.wish: dict[str, float] = {}
+        self.runs = 0
+        self._control, self._waiting = "law", False
+        self.controls = Controls(self.want, self._in_unit, self.defaults)
+        self.pins = Pins(self.pin, lambda values: self.want(values, "law"))
+        self.pictures = Pictures(self.pins.source)
+        self.readouts = Div(name="readouts", stylesheets=[STYLE], sizing_mode="stretch_width")
+        self.look = Div(name="look", sizing_mode="stretch_width")
+        self.link = TextInput(name="link", visible=False)
+        self.link.js_on_change("value", script("link"))
+        self.command = TextInput(
+            name="command",
+            title="The same as a command",
+            stylesheets=[STYLE],
+            sizing_mode="stretch_width",
+        )
+        names = {name: self.controls.quantities[name].label for name in _SWEPT}
+        self.over = Select(
+            name="over",
+            html_attributes={"aria-label": "S and COR over"},
+            options=list(names.items()),
+            value="club_speed",
+            stylesheets=[STYLE],
+        )
+        self.over.on_change("value", lambda attr, old, new: self._sweep())
+        self._show_first(values)
+        self._lay_out()
+
+    def _show_first(self, values: Mapping[str, float]) -> None:
+        self.wish = dict(self.defaults)
+        self.update()
+        unknown = [name for name in values if name not in self.defaults]
+        if unknown:
+            self.look.text = escape(
+                f"There is no input or parameter {unknown[0]}: choose from "
+                f"{', '.join(self.defaults)}."
+            )
+        elif values:
+            self.wish.update(values)
+            self.update()
+        self._sweep()
+
+    def _lay_out(self) -> None:
+        examples = [self._example(one) for one in cases.EXAMPLES]
+        figures = self.pictures.figures
+        models = {"path": self.pictures.path, "pins": self.pins.source, "figures": figures}
+        downloads = Select(
+            name="download",
+            value="",
+            options=[
+                ("", "Download …"),
+                *(("path.csv", "Curves (CSV)"), ("pins.csv", "Pinned cases (CSV)")),
+                *(
+                    (f"{name}.{kind}", f"{one.title.text} ({kind.upper()})")
+                    for name, one in figures.items()
+                    if name != "animation"
+                    for kind in ("png", "svg")
+                ),
+            ],
+            **{"syncable": False, "width": 130, "stylesheets": [STYLE]},
+            html_attributes={"aria-label": "Download"},
+        )
+        downloads.js_on_change("value", script("download", **models))
+        copy = Button(name="copy", label="Copy command", stylesheets=[STYLE])
+        copy.js_on_click(script("copy", command=self.command))
+        dark = Toggle(name="dark", label="Dark", stylesheets=[STYLE], syncable=False)
+        dark.js_on_change("active", script("dark", figures=figures))
+        self.document.js_on_event("document_ready", script("ready", dark=dark), self.pictures.move)
+        self.document.title = TITLE
+        self.document.template = LAYOUT
+        roots = (
+            row(*examples, name="examples", spacing=4),
+            row(self.controls.unit, copy, downloads, dark, name="actions", spacing=4),
+            *(self.look, self.controls.layout, self.readouts, self.pins.layout, self.link),
+            *(self.command, self.over, self.pictures.play, self.pictures.scrub),
+            *(self.pictures.words, *figures.values()),
+        )
+        names = dict(zip(figures.values(), figures))
+        for root in roots:
+            root.name = names.get(root, root.name)
+            self.document.add_root(root)
+
+    def _example(self, example: cases.Example) -> Button:
+        button = Button(label=example.name, stylesheets=[STYLE])
+
+        def clicked() -> None:
+            if example.beside is not None and not self.pins.full:
+                self.wish = {**self.defaults, **example.beside}
+                self.update()
+                self.pin(example.name.partition(" | ")[0])
+            self.want({**self.defaults, **example.values}, "law")
+
+        button.on_click(clicked)
+        return button
+
+    # What the user wants
+
+    def want(self, values: Mapping[str, float], control: str) -> None:
+        """Wish for other values (SI); the FMU runs when the events that wait have come in.
+
+        However many come meanwhile, the newest wish is run once: none is queued.
+        """
+        self.wish.update(values)
+        self._control = control
+        if not self._waiting:
+            self._waiting = True
+            self.document.add_timeout_callback(self._run_newest, _GATHER)
+
+    def _run_newest(self) -> None:
+        self._waiting = False
+        self.update()
+        # S and COR over a variable can wait until no slider moves.
+        self.document.add_timeout_callback(self._sweep_if_idle, 2 * _GATHER)
+
+    def _sweep_if_idle(self) -> None:
+        if not self._waiting:
+            self._sweep()
+
+    def pin(self, name: str = "") -> None:
+        """Pin the present case."""
+        changed = cases.changed(self.impact.values, self.defaults)
+        self.pins.add(self.impact, dict(self.pictures.path.data), name, changed)
+        self._draw()
+
+    def update(self) -> None:
+        """Run the wish and show it; if the FMU refuses it, say why and leave the pictures."""
+        try:
+            impact = explored(self.fmu, self.wish)
+        except UserError as error:
+            # A message begins with the variable that it is about.
+            about = str(error).partition(" ")[0]
+            name = about if about in self.controls.refusals else self._control
+            self.controls.refuse(name, str(error))
+            return
+        self.impact = impact
+        self.runs += 1
+        changed = cases.changed(impact.values, self.defaults)
+        self.controls.show(impact.values, cases.ball_of(impact.values, self.defaults))
+        self.link.value = cases.query(changed)
+        self.command.value = cases.command(changed)
+        self._draw()
+
+    def _draw(self) -> None:
+        unit, factor = self._speed
+        self.pictures.show(self.impact, self._speed, self.pins.end)
+        example = cases.example_of(cases.changed(self.impact.values, self.defaults))
+        self.look.text = escape(example.look) if example else HINT
+        words = readouts.table(self.impact, example, unit, factor)
+        state = readouts.state(self.impact)
+        self.readouts.text = f'{words}<p class="state">{state}</p>' if state else words
+
+    @property
+    def _speed(self) -> tuple[str, float]:
+        unit = self.controls.unit.value
+        return unit, 1.0 / float(SPEEDS[unit])
+
+    def _in_unit(self, unit: str) -> None:
+        self.pins.in_unit(self._speed[1])
+        self.controls.show(self.impact.values, self.controls.ball.value)
+        self._draw()
+        self._sweep()
+
+    def _sweep(self) -> None:
+        one = self.controls.quantities[self.over.value]
+        values, scale = self.impact.values, float(one.scale)
+        found = swept(self.fmu, values, one.name, one.low * scale, one.high * scale)
+        self.pictures.show_sweep(found, one.title, scale, values[one.name])
+
+
+def show(document: Document, fmu: ImpactFmu, arguments: Mapping[str, Any]) -> Page:
+    """A page with the case of an address."""
+    try:
+        return Page(document, fmu, cases.from_query(arguments))
+    except UserError as error:
+        page = Page(document, fmu, {})
+        page.look.text = escape(str(error))
+        return page

@@ -1,0 +1,187 @@
+"""Pinned cases: each keeps its curves in a colour of its own, and its row in a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from bokeh.layouts import column, row
+from bokeh.models import (
+    Button,
+    ColumnDataSource,
+    DataTable,
+    HTMLTemplateFormatter,
+    NumberFormatter,
+    TableColumn,
+    TextInput,
+)
+
+from golf_scenarios.explore.cases import query
+from golf_scenarios.explore.impact import Impact
+from golf_scenarios.explore.parts import STYLE
+
+#: One a pin: none is the present case's.
+COLOURS = (
+    *("#CC79A7", "#009E73", "#D55E00", "#999933"),
+    *("#882255", "#888888", "#44AA99", "#DDCC77"),
+)
+
+#: Curves that a pin keeps.
+CURVES = (
+    *("time", "force", "compression", "club_position", "ball_position"),
+    *("club_velocity", "ball_velocity", "club_shown", "ball_shown"),
+)
+
+#: What its row has: metric, title, format.
+COLUMNS = (
+    ("smash_factor", "S", "0.0000"),
+    ("coefficient_of_restitution", "COR", "0.0000"),
+    ("energy_efficiency", "E", "0.00 %"),
+    ("ball_velocity", "ball (m/s)", "0.000"),
+    ("club_velocity", "club (m/s)", "0.000"),
+    ("contact_time_us", "contact (µs)", "0.00"),
+    ("max_force", "peak force (N)", "0.0"),
+    ("compression_over_diameter", "squeeze / Ø", "0.00 %"),
+    ("momentum_kept", "momentum kept", "0.00 %"),
+)
+
+
+class Pins:
+    """The pinned cases of one page.
+
+    Args:
+        pin: called when the user wants the present case pinned, with a name or "".
+        reopen: called with the values of a pinned case that is to be the present one.
+    """
+
+    def __init__(
+        self, pin: Callable[[str], None], reopen: Callable[[dict[str, float]], None]
+    ) -> None:
+        names = ("name", "color", "query", *(metric for metric, _, _ in COLUMNS), *CURVES)
+        self.source = ColumnDataSource({name: [] for name in names})
+        self._values: list[dict[str, float]] = []
+        swatch = HTMLTemplateFormatter(template='<b style="color:<%= value %>">━━</b>')
+        self.table = DataTable(
+            source=self.source,
+            columns=[
+                TableColumn(field="color", title="", formatter=swatch, width=40, sortable=False),
+                TableColumn(field="name", title="case", width=190, sortable=False),
+                *(
+                    TableColumn(
+                        field=field,
+                        title=title,
+                        formatter=NumberFormatter(format=form, text_align="right"),
+                        width=100,
+                        sortable=False,
+                    )
+                    for field, title, form in COLUMNS
+                ),
+            ],
+            **{"index_position": None, "height": 90, "row_height": 26, "reorderable": False},
+            stylesheets=[STYLE],
+            sizing_mode="stretch_width",
+            html_attributes={"role": "region", "aria-label": "Pinned cases"},
+        )
+        self.name = TextInput(
+            name="pin_name",
+            placeholder="name of the pin",
+            stylesheets=[STYLE],
+            width=190,
+            html_attributes={"aria-label": "Name of the pin"},
+        )
+        pin_it = _button("Pin this case", lambda: pin(self.name.value.strip()))
+        buttons = [
+            _button("Rename", self._rename),
+            _button("Reopen", lambda: reopen(self._values[self._chosen()]), self),
+            _button("Remove", self._remove),
+        ]
+        self.layout = column(
+            row(pin_it, self.name, *buttons, spacing=6),
+            self.table,
+            name="pins",
+            sizing_mode="stretch_width",
+            spacing=4,
+        )
+
+    @property
+    def end(self) -> float:
+        """The end of the longest curve, s; 0 without any."""
+        return max((float(time[-1]) for time in self.source.data["time"]), default=0.0)
+
+    @property
+    def full(self) -> bool:
+        """Whether there are as many as there are colours."""
+        return len(self._values) == len(COLOURS)
+
+    def add(
+        self, impact: Impact, curves: dict[str, Any], name: str, changed: dict[str, float]
+    ) -> None:
+        """Keep a case: its metrics, its curves, its values.
+
+        Args:
+            impact: the case.
+            curves: `Pictures.path.data`.
+            name: of the pin; what is changed by default.
+            changed: the values that aren't the FMU's start values.
+        """
+        if self.full:
+            return
+        colour = next(one for one in COLOURS if one not in self.source.data["color"])
+        metrics = {**impact.metrics, "contact_time_us": 1e6 * impact.metrics["contact_time"]}
+        given = query(changed)
+        more = {
+            "name": name or given.replace("&", ", ") or "start values",
+            "color": colour,
+            "query": given,
+            **{metric: metrics[metric] for metric, _, _ in COLUMNS},
+            **{curve: curves[curve] for curve in CURVES},
+        }
+        self._values.append(impact.values)
+        self.source.data = {key: [*old, more[key]] for key, old in self.source.data.items()}
+        self.name.value = ""
+        self._resize()
+
+    def in_unit(self, factor: float) -> None:
+        """Show the speeds in another unit, of which 1 m/s has so many."""
+        data = dict(self.source.data)
+        for body in ("club", "ball"):
+            data[f"{body}_shown"] = [array * factor for array in data[f"{body}_velocity"]]
+        self.source.data = data
+
+    def _chosen(self) -> int:
+        """The row that is selected, or the last one; -1 is the last one's place in lists."""
+        chosen = self.source.selected.indices
+        return chosen[0] if chosen else -1
+
+    def _rename(self) -> None:
+        name = self.name.value.strip()
+        if self._values and name:
+            names = list(self.source.data["name"])
+            names[self._chosen()] = name
+            self.source.data = {**self.source.data, "name": names}
+            self.name.value = ""
+
+    def _remove(self) -> None:
+        if self._values:
+            gone = self._chosen() % len(self._values)
+            del self._values[gone]
+            self.source.selected.indices = []
+            self.source.data = {
+                key: [one for n, one in enumerate(old) if n != gone]
+                for key, old in self.source.data.items()
+            }
+            self._resize()
+
+    def _resize(self) -> None:
+        self.table.height = 64 + 26 * max(1, len(self._values))
+
+
+def _button(label: str, click: Callable[[], None], pins: Pins | None = None) -> Button:
+    button = Button(label=label, stylesheets=[STYLE])
+
+    def clicked() -> None:
+        if pins is None or pins.source.data["name"]:
+            click()
+
+    button.on_click(clicked)
+    return button
