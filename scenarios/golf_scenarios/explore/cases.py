@@ -135,9 +135,9 @@ EXAMPLES = (
 )
 
 
-def example_of(values: Mapping[str, float]) -> Example | None:
-    """The example that these values are (those that aren't start values)."""
-    return next((one for one in EXAMPLES if dict(one.values) == dict(values)), None)
+def example_of(values: Mapping[str, float], defaults: Mapping[str, float]) -> Example | None:
+    """The example that these values are."""
+    return next((one for one in EXAMPLES if values == {**defaults, **one.values}), None)
 
 
 def ball_of(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:

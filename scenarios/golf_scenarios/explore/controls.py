@@ -111,7 +111,8 @@ class Controls:
         self.law.on_change("active", self._law_chosen)
         balls = [("", "own values"), *((name, f"{name}: {b.title}") for name, b in BALLS.items())]
         wide: dict[str, Any] = {"stylesheets": [STYLE], "sizing_mode": "stretch_width"}
-        self.ball = Select(name="ball", title="Ball", options=balls, **wide)
+        label = {"aria-label": "Ball"}
+        self.ball = Select(name="ball", title="Ball", options=balls, html_attributes=label, **wide)
         self.ball.on_change("value", self._ball_chosen)
         self.source = Div(
             name="source", css_classes=["quiet"], stylesheets=[STYLE], sizing_mode="stretch_width"
@@ -145,6 +146,7 @@ class Controls:
         field = self.fields[one.name] = NumericInput(
             name=one.name,
             title=one.title,
+            html_attributes={"aria-label": one.title},
             mode="float",
             css_classes=["line"] if one.step else [],
             stylesheets=[STYLE],
@@ -158,6 +160,7 @@ class Controls:
                 name=f"{one.name}_slider",
                 **{"start": one.low, "end": one.high, "step": one.step, "value": one.low},
                 **{"title": None, "show_value": False, "margin": 0},
+                html_attributes={"aria-label": one.title},
                 stylesheets=[STYLE],
                 sizing_mode="stretch_width",
             )
@@ -186,6 +189,7 @@ class Controls:
         for one in QUANTITIES:
             self.quantities[one.name] = here = one.in_unit(unit)
             self.fields[one.name].title = here.title
+            self.fields[one.name].html_attributes = {"aria-label": here.title}
             if one.name in self.sliders and one.unit in SPEEDS:
                 self._showing = True
                 self.sliders[one.name].update(start=here.low, end=here.high)

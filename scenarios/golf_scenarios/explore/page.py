@@ -125,15 +125,25 @@ class Page:
         self.document.template = LAYOUT
         roots = (
             row(*examples, name="examples", spacing=4),
-            row(self.controls.unit, copy, downloads, dark, name="actions", spacing=4),
+            row(
+                self.pins.button,
+                self.controls.unit,
+                copy,
+                downloads,
+                dark,
+                name="actions",
+                spacing=4,
+            ),
             *(self.look, self.controls.layout, self.readouts, self.pins.layout, self.link),
             *(self.command, self.over, self.pictures.play, self.pictures.scrub),
             *(self.pictures.words, *figures.values()),
         )
         names = dict(zip(figures.values(), figures))
-        for root in roots:
-            root.name = names.get(root, root.name)
-            self.document.add_root(root)
+        # Bokeh looks through all models once, not once a root.
+        with self.document.models.freeze():
+            for root in roots:
+                root.name = names.get(root, root.name)
+                self.document.add_root(root)
 
     def _example(self, example: cases.Example) -> Button:
         button = Button(label=example.name, stylesheets=[STYLE])
@@ -198,7 +208,7 @@ class Page:
     def _draw(self) -> None:
         unit, factor = self._speed
         self.pictures.show(self.impact, self._speed, self.pins.end)
-        example = cases.example_of(cases.changed(self.impact.values, self.defaults))
+        example = cases.example_of(self.impact.values, self.defaults)
         self.look.text = escape(example.look) if example else HINT
         words = readouts.table(self.impact, example, unit, factor)
         state = readouts.state(self.impact)

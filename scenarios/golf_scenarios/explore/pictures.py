@@ -39,20 +39,21 @@ class Pictures:
     """
 
     def __init__(self, pins: ColumnDataSource) -> None:
-        self.path = ColumnDataSource()
+        self.path = ColumnDataSource(name="path")
         self.pins = pins
         self.swept = ColumnDataSource(
-            {"x": [], "smash_factor": [], "coefficient_of_restitution": []}
+            {"x": [], "smash_factor": [], "coefficient_of_restitution": []}, name="swept"
         )
         self.here = ColumnDataSource({"x": [], "y": []})
         self.time, self.force = Range1d(0, 1), Range1d(0, 1)
         # What the cursor shows is the browser's own business: it isn't sent to the server.
-        self.cursor = ColumnDataSource(syncable=False)
+        self.cursor = ColumnDataSource(name="cursor", syncable=False)
         self.words = Div(name="words", syncable=False, stylesheets=[STYLE])
         self.scrub = Slider(
             name="scrub",
-            **{"start": 0.0, "end": 1.0, "step": 0.001, "value": 0.0},
+            **{"start": 0.0, "end": 1.0, "step": 0.001, "value": 0.42},
             title=None,
+            html_attributes={"aria-label": "Time, from before touch to after separation"},
             show_value=False,
             syncable=False,
             stylesheets=[STYLE],

@@ -58,8 +58,9 @@ class Pins:
         self, pin: Callable[[str], None], reopen: Callable[[dict[str, float]], None]
     ) -> None:
         names = ("name", "color", "query", *(metric for metric, _, _ in COLUMNS), *CURVES)
-        self.source = ColumnDataSource({name: [] for name in names})
+        self.source = ColumnDataSource({name: [] for name in names}, name="pinned")
         self._values: list[dict[str, float]] = []
+        self._open = reopen
         swatch = HTMLTemplateFormatter(template='<b style="color:<%= value %>">━━</b>')
         self.table = DataTable(
             source=self.source,
@@ -89,14 +90,14 @@ class Pins:
             width=190,
             html_attributes={"aria-label": "Name of the pin"},
         )
-        pin_it = _button("Pin this case", lambda: pin(self.name.value.strip()))
+        self.button = _button("Pin", lambda: pin(self.name.value.strip()))
         buttons = [
             _button("Rename", self._rename),
-            _button("Reopen", lambda: reopen(self._values[self._chosen()]), self),
+            _button("Reopen", self._reopen),
             _button("Remove", self._remove),
         ]
         self.layout = column(
-            row(pin_it, self.name, *buttons, spacing=6),
+            row(self.name, *buttons, spacing=6),
             self.table,
             name="pins",
             sizing_mode="stretch_width",
@@ -161,6 +162,10 @@ class Pins:
             self.source.data = {**self.source.data, "name": names}
             self.name.value = ""
 
+    def _reopen(self) -> None:
+        if self._values:
+            self._open(self._values[self._chosen()])
+
     def _remove(self) -> None:
         if self._values:
             gone = self._chosen() % len(self._values)
@@ -173,15 +178,11 @@ class Pins:
             self._resize()
 
     def _resize(self) -> None:
+        self.button.disabled = self.full
         self.table.height = 64 + 26 * max(1, len(self._values))
 
 
-def _button(label: str, click: Callable[[], None], pins: Pins | None = None) -> Button:
+def _button(label: str, click: Callable[[], None]) -> Button:
     button = Button(label=label, stylesheets=[STYLE])
-
-    def clicked() -> None:
-        if pins is None or pins.source.data["name"]:
-            click()
-
-    button.on_click(clicked)
+    button.on_click(click)
     return button

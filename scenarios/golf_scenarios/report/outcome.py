@@ -36,6 +36,7 @@ class Outcome:
     Attributes:
         title: one line.
         cases: metrics by case; what results.json holds.
+        commands: by case, the line that reopens it in `golf-impact explore`.
         tables: in the order in which they are shown.
         checks: what was claimed and whether it holds.
         trajectories: by file name without suffix: columns by name, arrays of one shape (n,).
@@ -45,6 +46,7 @@ class Outcome:
 
     title: str
     cases: dict[str, dict[str, float]] = field(default_factory=dict)
+    commands: dict[str, str] = field(default_factory=dict)
     tables: list[Table] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
     trajectories: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)

@@ -7,7 +7,7 @@ from typing import Any
 
 from golf_scenarios.facts import closed_forms
 from golf_scenarios.facts.document import NUMERICAL_ERROR, Printed
-from golf_scenarios.facts.quantities import QUANTITIES, label, shown
+from golf_scenarios.facts.quantities import QUANTITIES, label, set_options, shown
 from golf_scenarios.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_scenarios.report.outcome import Outcome, Table
 
@@ -76,6 +76,7 @@ class Report(Outcome):
         metrics |= {"momentum_final": momentum, "kinetic_energy_final": energy_left}
         energy = metrics["kinetic_energy_initial"]
         self.cases[name] = metrics
+        self.commands[name] = f"golf-impact explore {set_options(values)}".rstrip()
         if not self.fmu.flag("touched"):
             self.say(f"{name}: the club never touches the ball.")
         elif energy == 0.0:
