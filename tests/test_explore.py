@@ -227,11 +227,18 @@ def test_refused_commands(capsys, monkeypatch):
     assert "nothing" in refused(capsys, "--set", "nothing=1")
     assert "there is no ball 'x'" in refused(capsys, "--ball", "x")
     assert "--port" in refused(capsys, "--port", 70000)
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        assert f"port {port} can't be had" in refused(capsys, "--port", port)
     monkeypatch.setitem(sys.modules, "bokeh", None)
     assert '".[explore]"' in refused(capsys)
+
+
+def test_a_port_that_is_taken():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        arguments = [COMMAND, "explore", "--no-browser", "--port", str(port)]
+        done = subprocess.run(arguments, capture_output=True, text=True)
+    assert done.returncode == 2
+    line = done.stderr.strip().splitlines()[-1]
+    assert line.startswith(f"Error: port {port} can't be had")
 
 
 def test_no_browser_to_open():
@@ -282,7 +289,7 @@ class Tab:
         head = "const model = (name) => Bokeh.documents[0].get_model_by_name(name);"
         return self.driver.execute_script(head + code, *arguments)
 
-    def until(self, condition, seconds=30.0):
+    def until(self, condition, seconds=12.0):
         end = time.monotonic() + seconds
         while not (found := condition()):
             assert time.monotonic() < end, "it didn't come about in time"
@@ -320,7 +327,7 @@ class Tab:
         from selenium.webdriver.common.keys import Keys
 
         field = self.element(name, "input")
-        field.send_keys(Keys.CONTROL, "a")
+        self.driver.execute_script("arguments[0].select()", field)
         field.send_keys(text, Keys.ENTER)
 
     def press(self, label):
@@ -474,8 +481,8 @@ def test_events_are_never_queued(tab, fmu):
         for (let n = 0; n < 300; n++) slider.value = 1000 + n""")
     tab.shows(k=1_299_000.0)
     check_page(tab, fmu, k=1_299_000.0)
-    # Measured: 1 to 4; queued events would have been 300.
-    assert tab.js("return window.seen") <= 30
+    # Measured: 1 to 4, and 42 on a machine with ten times the work that it can do.
+    assert tab.js("return window.seen") <= 150
 
 
 def test_refusal_and_recovery(tab, fmu):

@@ -12,17 +12,16 @@ function csv(columns) {
 }
 const some = (data, wanted) => Object.fromEntries(Object.entries(data).filter(([, column]) => wanted(column)))
 
-let blob
-if (kind == "csv" && name == "path") {
-  blob = csv(path.data)
-} else if (kind == "csv") {
+async function made() {
+  if (kind != "csv") return Bokeh.index.find_one(figures[name]).export(kind).to_blob()
   // Curves are columns of arrays: the table hasn't these.
-  blob = csv(some(pins.data, (column) => typeof column[0] != "object"))
-} else {
-  blob = await Bokeh.index.find_one(figures[name]).export(kind).to_blob()
+  return csv(name == "path" ? path.data : some(pins.data, (column) => typeof column[0] != "object"))
 }
-const link = document.createElement("a")
-link.href = URL.createObjectURL(blob)
-link.download = `golf-impact-${choice}`
-link.click()
-URL.revokeObjectURL(link.href)
+
+made().then((blob) => {
+  const link = document.createElement("a")
+  link.href = URL.createObjectURL(blob)
+  link.download = `golf-impact-${choice}`
+  link.click()
+  URL.revokeObjectURL(link.href)
+})
