@@ -23,10 +23,16 @@ def bench(
         bool,
         typer.Option("--native", help="Instead: the FMUs in a host that isn't Python."),
     ] = False,
+    explore: Annotated[
+        bool,
+        typer.Option("--explore", help="Instead: a slider's step in the page of explore."),
+    ] = False,
 ) -> int:
     """Measure run time against error beside other methods, and what an impact costs."""
     if native:
         return _native(quick, folder)
+    if explore:
+        return _explore(quick, folder)
     need("bench", "distributed", "mpmath", "scipy")
     from golf_scenarios.files import as_json, prepare, write_together
 
@@ -80,6 +86,35 @@ def _native(quick: bool, folder: Path) -> int:
     out.print(table)
     say(f"Results in {folder}")
     return 1 if missed else 0
+
+
+def _explore(quick: bool, folder: Path) -> int:
+    need("bench --explore", "bokeh")
+    from golf_scenarios.benchmarks.exploring import LIMIT, measured_steps, measured_tabs
+    from golf_scenarios.files import as_json, prepare, write_together
+
+    prepare(folder)
+    steps, tabs = measured_steps(quick), measured_tabs()
+    table = rich_table(
+        f"A slider's step at the server, ms (at most {LIMIT:g})",
+        *("", "step", "of it the FMU", "then S and COR over a variable", ""),
+    )
+    for one in steps:
+        numbers = (f"{x:.1f}" for x in (one.step, one.fmu, one.sweep))
+        table.add_row(one.case, *numbers, verdict(one.passed))
+    out.print(table)
+    say(
+        f"{tabs['tabs']} tabs at once: {tabs['all_mb']:.0f} MB, the first "
+        f"{tabs['first_tab_mb']:.0f} MB and each further one {tabs['each_further_tab_mb']:.1f} MB "
+        f"beside the server's {tabs['server_mb']:.0f} MB; a slider's step and the way back over the websocket take "
+        f"{tabs['step_and_back_ms']:.0f} ms."
+    )
+    passed = all(one.passed for one in steps)
+    rows = {one.case: {**one._asdict(), "passed": one.passed} for one in steps}
+    results = {"quick": quick, "passed": passed, "steps_ms": rows, "tabs": tabs}
+    write_together(folder, {"bench_explore.json": as_json(results)})
+    say(f"Results in {folder}")
+    return 0 if passed else 1
 
 
 def need(command: str, *packages: str) -> None:

@@ -77,7 +77,7 @@ class Page:
             value="club_speed",
             stylesheets=[STYLE],
         )
-        self.over.on_change("value", lambda attr, old, new: self._sweep())
+        self.over.on_change("value", lambda attr, old, new: self.sweep())
         self._show_first(values)
         self._lay_out()
 
@@ -93,7 +93,7 @@ class Page:
         elif values:
             self.wish.update(values)
             self.update()
-        self._sweep()
+        self.sweep()
 
     def _lay_out(self) -> None:
         examples = [self._example(one) for one in cases.EXAMPLES]
@@ -179,7 +179,7 @@ class Page:
 
     def _sweep_if_idle(self) -> None:
         if not self._waiting:
-            self._sweep()
+            self.sweep()
 
     def pin(self, name: str = "") -> None:
         """Pin the present case."""
@@ -223,9 +223,10 @@ class Page:
         self.pins.in_unit(self._speed[1])
         self.controls.show(self.impact.values, self.controls.ball.value)
         self._draw()
-        self._sweep()
+        self.sweep()
 
-    def _sweep(self) -> None:
+    def sweep(self) -> None:
+        """Show S and COR over the variable that the user chose."""
         one = self.controls.quantities[self.over.value]
         values, scale = self.impact.values, float(one.scale)
         found = swept(self.fmu, values, one.name, one.low * scale, one.high * scale)

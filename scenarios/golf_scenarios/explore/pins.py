@@ -37,9 +37,9 @@ COLUMNS = (
     ("smash_factor", "S", "0.0000"),
     ("coefficient_of_restitution", "COR", "0.0000"),
     ("energy_efficiency", "E", "0.00 %"),
-    ("ball_velocity", "ball (m/s)", "0.000"),
-    ("club_velocity", "club (m/s)", "0.000"),
-    ("contact_time_us", "contact (µs)", "0.00"),
+    ("ball_after", "ball (m/s)", "0.000"),
+    ("club_after", "club (m/s)", "0.000"),
+    ("contact_us", "contact (µs)", "0.00"),
     ("max_force", "peak force (N)", "0.0"),
     ("compression_over_diameter", "squeeze / Ø", "0.00 %"),
     ("momentum_kept", "momentum kept", "0.00 %"),
@@ -128,7 +128,12 @@ class Pins:
         if self.full:
             return
         colour = next(one for one in COLOURS if one not in self.source.data["color"])
-        metrics = {**impact.metrics, "contact_time_us": 1e6 * impact.metrics["contact_time"]}
+        metrics = {
+            **impact.metrics,
+            "contact_us": 1e6 * impact.metrics["contact_time"],
+            # The curves have these names.
+            **{f"{body}_after": impact.metrics[f"{body}_velocity"] for body in ("ball", "club")},
+        }
         given = query(changed)
         more = {
             "name": name or given.replace("&", ", ") or "start values",

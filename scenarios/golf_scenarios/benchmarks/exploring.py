@@ -1,0 +1,134 @@
+"""What a step of a slider costs the server of `golf-impact explore`, and what a tab does.
+
+A step is timed as a session has it: from the new value to Bokeh's models and the message that goes
+to the browser. Tabs are real ones to the server: sessions with a websocket each.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+from typing import NamedTuple
+
+from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.file import current_fmu
+from golf_scenarios.fmu.impact_fmu import ImpactFmu
+
+#: Values of the cases that are measured, by name; k changes at every step.
+CASES = {
+    "law 1": {"law": 1.0},
+    "law 2": {"law": 2.0},
+    "exponent 1.6": {"law": 2.0, "b": 39.0, "exponent": 1.6},
+}
+
+#: ms that a step may take.
+LIMIT = 50.0
+
+TABS = 20
+
+
+class Step(NamedTuple):
+    """One row, ms: a step of a slider, the FMU's part of it, S and COR over a variable."""
+
+    case: str
+    step: float
+    fmu: float
+    sweep: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether a slider moves as smoothly as it should."""
+        return self.step <= LIMIT
+
+
+def measured_steps(quick: bool) -> list[Step]:
+    """Medians of many steps of the slider of k.
+
+    Args:
+        quick: fewer of them.
+    """
+    from bokeh.document import Document
+    from bokeh.protocol import Protocol
+
+    from golf_scenarios.explore.impact import explored
+    from golf_scenarios.explore.page import Page
+
+    count = 20 if quick else 100
+    rows = []
+    with ImpactFmu(current_fmu()[0]) as fmu:
+        document, protocol = Document(), Protocol()
+        page = Page(document, fmu, {})
+        events: list = []
+        document.on_change(events.append)
+
+        def step() -> None:
+            page.update()
+            protocol.create("PATCH-DOC", events)
+
+        for case, values in CASES.items():
+            times: dict[str, list[float]] = {"step": [], "fmu": [], "sweep": []}
+            for n in range(count):
+                page.wish = {**page.defaults, **values, "k": 1e6 + 1e3 * n}
+                for name, work in (
+                    ("fmu", lambda: explored(fmu, page.wish)),
+                    ("step", step),
+                    ("sweep", page.sweep),
+                ):
+                    events.clear()
+                    begin = perf_counter()
+                    work()
+                    times[name].append(1e3 * (perf_counter() - begin))
+            rows.append(Step(case, *(median(times[name]) for name in ("step", "fmu", "sweep"))))
+    return rows
+
+
+def measured_tabs() -> dict[str, float]:
+    """Open tabs one after the other, move a slider in each, and look at the server's memory.
+
+    Raises:
+        UserError: the server didn't start.
+    """
+    from bokeh.client import pull_session
+
+    command = "from golf_scenarios.__main__ import main; main()"
+    arguments = [sys.executable, "-c", command, "explore", "--no-browser", "--port", "0"]
+    with subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True) as server:
+        try:
+            assert server.stdout is not None
+            address = server.stdout.readline().strip()
+            if not address:
+                raise UserError("the server of golf-impact explore didn't start")
+            sessions, memory = [], [_megabytes(server.pid)]
+            for _ in range(TABS):
+                sessions.append(pull_session(url=address))
+                memory.append(_megabytes(server.pid))
+            times = []
+            for session in sessions:
+                begin = perf_counter()
+                path = session.document.get_model_by_name("path")
+                before = path.data
+                session.document.get_model_by_name("k_slider").value = 1200
+                while path.data is before:
+                    session.force_roundtrip()
+                times.append(1e3 * (perf_counter() - begin))
+            for session in sessions:
+                session.close()
+        finally:
+            server.terminate()
+    return {
+        "tabs": TABS,
+        "server_mb": memory[0],
+        "first_tab_mb": memory[1] - memory[0],
+        "each_further_tab_mb": (memory[-1] - memory[1]) / (TABS - 1),
+        "all_mb": memory[-1],
+        "step_and_back_ms": median(times),
+    }
+
+
+def _megabytes(process: int) -> float:
+    statm = Path(f"/proc/{process}/statm")
+    if not statm.is_file():
+        return float("nan")
+    return int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
