@@ -106,8 +106,8 @@ def _explore(quick: bool, folder: Path) -> int:
     say(
         f"{tabs['tabs']} tabs at once: {tabs['all_mb']:.0f} MB, the first "
         f"{tabs['first_tab_mb']:.0f} MB and each further one {tabs['each_further_tab_mb']:.1f} MB "
-        f"beside the server's {tabs['server_mb']:.0f} MB; a slider's step and the way back over the websocket take "
-        f"{tabs['step_and_back_ms']:.0f} ms."
+        f"beside the server's {tabs['server_mb']:.0f} MB; a slider's step and the way back over "
+        f"the websocket take {tabs['step_and_back_ms']:.0f} ms."
     )
     passed = all(one.passed for one in steps)
     rows = {one.case: {**one._asdict(), "passed": one.passed} for one in steps}
