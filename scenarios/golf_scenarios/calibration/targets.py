@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from golf_scenarios.errors import UserError
+from golf_scenarios.facts import closed_forms
 
 #: Targets by name: the FMU's output, and how it is called.
 TARGETS = {
@@ -47,7 +48,7 @@ class Conditions:
     @property
     def reduced_mass(self) -> float:
         """μ = m_C m_B / (m_C + m_B), kg."""
-        return self.m_club * (self.m_ball / (self.m_club + self.m_ball))
+        return closed_forms.reduced_mass(self.m_club, self.m_ball)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.stress.cases import Impact, Steps
+from golf_scenarios.stress.cases import ImpactCase, Steps
 
 #: At an instant: every output by name.
 Outputs = dict[str, Any]
@@ -55,7 +55,7 @@ class Driver:
         return self.slave.getReal(self._velocities)
 
     def run(
-        self, impact: Impact, steps: Steps, see: Callable[[float, Outputs], None] | None = None
+        self, impact: ImpactCase, steps: Steps, see: Callable[[float, Outputs], None] | None = None
     ) -> Outputs:
         """The outputs at the end.
 

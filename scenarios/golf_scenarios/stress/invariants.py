@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from golf_scenarios.facts.closed_forms import reduced_mass
 from golf_scenarios.stress.cases import (
-    Impact,
+    ImpactCase,
     Steps,
     equal_steps,
     flat,
@@ -25,7 +26,7 @@ from golf_scenarios.stress.reference import Reference
 from golf_scenarios.stress.scales import BAR, Scales
 
 #: Outputs that can only rise.
-_RISING = ("contact_time", "max_force", "time_of_max_force", "max_compression", "impulse")
+RISING = ("contact_time", "max_force", "time_of_max_force", "max_compression", "impulse")
 
 #: Gauss's quadrature on (0, 1), for the energy that the damping takes.
 _NODES, _WEIGHTS = (0.5 * x for x in np.polynomial.legendre.leggauss(16))
@@ -60,7 +61,7 @@ def announce(ledger: Ledger) -> None:
         ledger.claim(name, claim, bar)
 
 
-def check(driver: Driver, ledger: Ledger, impact: Impact, seed: int, exact: bool) -> None:
+def check(driver: Driver, ledger: Ledger, impact: ImpactCase, seed: int, exact: bool) -> None:
     """Look at one impact in every way; against the reference too, if `exact`."""
     case = {"seed": seed, **impact.described()}
     driver.messages.clear()
@@ -92,45 +93,27 @@ def check(driver: Driver, ledger: Ledger, impact: Impact, seed: int, exact: bool
     ledger.record("warnings", float(len(found)), case, messages=found[:3])
 
 
-def _scales(driver: Driver, impact: Impact, final: Outputs) -> Scales:
+def _scales(driver: Driver, impact: ImpactCase, final: Outputs) -> Scales:
     """From the run in one step, which `driver` has just made.
 
     A contact that isn't over (law 1 may never part) is followed on for ten natural time units, to
     see how large things get in it.
     """
-    values = {**impact.values, "start_time": impact.start_time}
+    mu = reduced_mass(impact.values["m_club"], impact.values["m_ball"])
     later = final
     if not final["separated"]:
-        mu = _reduced_mass(impact)
-        driver.slave.doStep(impact.start_time + impact.span, _LATER * math.sqrt(mu / values["k"]))
+        unit = math.sqrt(mu / impact.values["k"])
+        driver.slave.doStep(impact.start_time + impact.span, _LATER * unit)
         later = driver.read()
-    # A stiffness that rises in contact puts energy into it.
-    speed = max(
-        abs(values["club_speed"]) + abs(values["ball_speed"]),
-        abs(final["club_velocity"]) + abs(final["ball_velocity"]),
-    )
     return Scales(
-        values,
-        force=later["max_force"],
-        compression=later["max_compression"],
-        impulse=later["impulse"],
-        contact_time=later["contact_time"],
-        approach=impact.approach,
-        span=impact.span,
-        fastest=_fastest(impact),
-        speed=speed,
-        energy=final["kinetic_energy"],
+        {**impact.values, "start_time": impact.start_time},
+        later,
+        impact.approach,
+        impact.span,
+        fastest=max(max(math.sqrt(s.k / mu), s.b / mu) for s in impact.segments),
+        speed_after=abs(final["club_velocity"]) + abs(final["ball_velocity"]),
+        energy_after=final["kinetic_energy"],
     )
-
-
-def _reduced_mass(impact: Impact) -> float:
-    m_club, m_ball = impact.values["m_club"], impact.values["m_ball"]
-    return m_club * (m_ball / (m_club + m_ball))
-
-
-def _fastest(impact: Impact) -> float:
-    mu = _reduced_mass(impact)
-    return max(max(math.sqrt(s.k / mu), s.b / mu) for s in impact.segments)
 
 
 def _check_finite(ledger: Ledger, case: Mapping[str, Any], found: Outputs, where: str) -> None:
@@ -165,7 +148,7 @@ class _Watch:
         self,
         ledger: Ledger,
         case: Mapping[str, Any],
-        impact: Impact,
+        impact: ImpactCase,
         scales: Scales,
         partition: str,
         steps: Steps,
@@ -184,7 +167,7 @@ class _Watch:
 
     def see(self, size: float, now: Outputs) -> None:
         _check_finite(self.ledger, self.case, now, str(self.where["partition"]))
-        force, largest = now["force"], self.scales.force
+        force, largest = now["force"], self.scales.of("force")
         over = max(0.0, -force, force - now["max_force"])
         self.record("force", over / largest if largest else over)
         order = (
@@ -196,7 +179,7 @@ class _Watch:
         self.record("flags", 0.0 if order else 1.0)
         # Just at touch the force is the limit for the inputs present, which may still be set.
         passed_touch = self.before.get("contact_time", 0.0) > 0.0
-        for name in _RISING if passed_touch else ():
+        for name in RISING if passed_touch else ():
             fall = self.before[name] - now[name]
             scale = self.scales.of(name)
             self.record("rising", max(0.0, fall) / scale if scale else 0.0, output=name)
@@ -210,14 +193,14 @@ class _Watch:
             for name, momentum in momenta.items():
                 self.record("momentum", abs(momentum - self.momentum) / self.momenta, output=name)
             gain = v["m_ball"] * (now["ball_velocity"] - v["ball_speed"])
-            scale = v["m_ball"] * self.scales.speed + self.scales.impulse
+            scale = v["m_ball"] * self.scales.speed + self.scales.of("impulse")
             self.record("impulse", abs(gain - now["impulse"]) / scale)
         self.impulse += now["mean_force"] * size
         self.before = now
 
     def finish(self, end: Outputs) -> None:
         if end["impulse"]:
-            off = abs(self.impulse - end["impulse"]) / self.scales.impulse
+            off = abs(self.impulse - end["impulse"]) / self.scales.of("impulse")
             # Where in a step the contact ended is known to the rounding of its length.
             self.record("mean_force", max(0.0, off - self.scales.rounding_of_time("mean_force")))
 
@@ -238,7 +221,9 @@ def _check_restitution(
     )
 
 
-def _check_energy(driver: Driver, ledger: Ledger, case: Mapping[str, Any], impact: Impact) -> None:
+def _check_energy(
+    driver: Driver, ledger: Ledger, case: Mapping[str, Any], impact: ImpactCase
+) -> None:
     """Kinetic and spring energy at the ends of each phase, and what was dissipated between them.
 
     The dissipated power is integrated over velocities read at Gauss's points. The impact begins
@@ -295,7 +280,7 @@ def _power(law: int, b: float, driver: Driver) -> float:
 
 def _panels(segment: Any, m_club: float, m_ball: float, length: float) -> list[tuple[float, float]]:
     """(start, width) of panels, s: as short as the fastest rate asks for, then growing."""
-    mu = m_club * (m_ball / (m_club + m_ball))
+    mu = reduced_mass(m_club, m_ball)
     omega = math.sqrt(segment.k / mu)
     fastest = max(omega, segment.b / mu)
     widest = _PANEL / omega
@@ -314,7 +299,7 @@ def _check_reference(
     driver: Driver,
     ledger: Ledger,
     case: Mapping[str, Any],
-    impact: Impact,
+    impact: ImpactCase,
     scales: Scales,
     steps: Steps,
 ) -> None:

@@ -5,26 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from golf_scenarios.stress.cases import Impact, Segment
+from golf_scenarios.stress.cases import BASELINE, one_step, unchanged
 from golf_scenarios.stress.driver import Driver
 from golf_scenarios.stress.ledger import Ledger
 from golf_scenarios.stress.reference import Reference
 from golf_scenarios.stress.scales import BAR, Scales
 from golf_scenarios.timing import resident_bytes
 
-#: s; with k = 2.5e5 N/m the contact lasts 1.24 ms, so that a million are all in it.
+#: s; with this stiffness the contact lasts 1.24 ms, so that a million are all in it.
 _TINY = 1e-9
-_STIFFNESS = 2.5e5
-
-_VALUES = {
-    "m_club": 0.210,
-    "m_ball": 0.04593,
-    "k": _STIFFNESS,
-    "b": 9.0,
-    "club_speed": 35.0,
-    "ball_speed": 0.0,
-    "gap": 0.0,
-}
+_VALUES = BASELINE | {"k": 2.5e5}
 
 #: Memory may grow by as much as this, bytes: allocators keep some pages of their own.
 _SLACK = 2_000_000
@@ -46,20 +36,8 @@ def tiny_steps(
 ) -> dict[str, Any]:
     """The errors over the run, read 20 times on the way: the same at its end as at its start."""
     values = {**_VALUES, "law": law}
-    impact = Impact(0, values, 0.0, (Segment(2e-3, _STIFFNESS, 9.0),))
-    over = driver.run(impact, [[2e-3]])
-    scales = Scales(
-        values,
-        force=over["max_force"],
-        compression=over["max_compression"],
-        impulse=over["impulse"],
-        contact_time=over["contact_time"],
-        approach=0.0,
-        span=0.0,
-        fastest=0.0,
-        speed=values["club_speed"],
-        energy=0.0,
-    )
+    impact = unchanged(0, values, 1.5)
+    scales = Scales(values, driver.run(impact, one_step(impact)), approach=0.0)
     exact = Reference(values)
     driver.begin(values)
     every = number // 20
