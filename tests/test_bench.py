@@ -22,7 +22,7 @@ from golf_scenarios.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slop
 from golf_scenarios.commands.bench import bench
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.loaded import LoadedFmu
-from golf_scenarios.stress.driver import opened
+from golf_scenarios.stress.driver import driver
 from golf_scenarios.timing import interleaved, median_ratio
 
 
@@ -126,8 +126,8 @@ def test_the_accuracy_check_can_fail(monkeypatch):
         return {**right(self), "max_force": right(self)["max_force"] * (1 + 1e-12)}
 
     monkeypatch.setattr(accuracy.Reference, "outputs", wrong)
-    with opened() as (driver, _):
-        found = accuracy.worst_error(driver, 0, lambda: None)
+    with driver() as fmu:
+        found = accuracy.worst_error(fmu, 0, lambda: None)
     assert found["worst_error"] == pytest.approx(1e-12, rel=0.01)
     assert found["output"] == "max_force"
 

@@ -13,7 +13,7 @@ from golf_scenarios.errors import UserError
 from golf_scenarios.peers import problem
 from golf_scenarios.peers.problem import Case, Outcome
 from golf_scenarios.stress import cases, exact, invariants, special_points, stability
-from golf_scenarios.stress.driver import opened
+from golf_scenarios.stress.driver import driver
 from golf_scenarios.stress.ledger import Ledger
 from golf_scenarios.stress.reference import Reference
 
@@ -34,10 +34,10 @@ def results(tmp_path_factory):
 @pytest.mark.parametrize("law", [1, 2])
 def test_the_exact_outcome_is_what_the_fmu_gives(law):
     case = Case(law=law)
-    with opened() as (driver, _):
-        driver.begin(vars(case))
-        driver.slave.doStep(0.0, case.time_limit)
-        found = driver.read()
+    with driver() as fmu:
+        fmu.begin_run(vars(case))
+        fmu.slave.doStep(0.0, case.time_limit)
+        found = fmu.outputs()
     right = exact.solve(case)
     outcome = Outcome(*(found[name] for name in Outcome._fields))
     assert max(problem.errors(case, outcome, right)) < 1e-14
@@ -182,20 +182,20 @@ def ledger_of(**faults):
     """Checks of a few impacts, the FMU's outputs changed by these factors on the way."""
     ledger = Ledger()
     invariants.announce(ledger)
-    with opened() as (driver, _):
-        read = driver.read
+    with driver() as fmu:
+        outputs = fmu.outputs
 
         def wrong():
-            found = read()
+            found = outputs()
             return {
                 name: value * faults[name] if name in faults else value
                 for name, value in found.items()
             }
 
-        driver.read = wrong
+        fmu.outputs = wrong
         for number in range(4):
             impact = cases.random_impact(3, number)
-            invariants.check(driver, ledger, impact, 3, exact=number == 0)
+            invariants.check(fmu, ledger, impact, 3, exact=number == 0)
     return {name for name, check in ledger.checks.items() if check.failures}
 
 

@@ -26,8 +26,9 @@ LEAST = 1e-300
 
 
 @pytest.fixture(scope="module")
-def driver(_loaded):
-    return Driver(_loaded)
+def driver(fmu_path):
+    with Driver(fmu_path) as driver:
+        yield driver
 
 
 def decades(low, high):
@@ -122,7 +123,7 @@ def long_step(values):
 
 def begun(driver, values):
     driver.messages.clear()
-    driver.begin(values)
+    driver.begin_run(values)
     assert not driver.messages, driver.messages
 
 
@@ -150,7 +151,7 @@ def test_an_impact(driver, values, cuts):
     begun(driver, values)
     step = long_step(values)
     driver.slave.doStep(0.0, step)
-    final = driver.read()
+    final = driver.outputs()
     event(f"law {values['law']}, exponent {values.get('exponent', 1.0) != 1.0}")
     assert final["touched"]
     check_at_an_instant(values, final)
@@ -180,7 +181,7 @@ def test_an_impact(driver, values, cuts):
             continue
         driver.slave.doStep(point, size)
         point += size
-        now = driver.read()
+        now = driver.outputs()
         check_at_an_instant(values, now)
         for name in invariants.RISING:
             fall = seen.get(name, 0.0) - now[name]
@@ -230,7 +231,7 @@ def test_the_time_of_the_largest_force_never_goes_back(driver):
     size, before = 2.5483879036306085e-09, 0.0
     for n in range(64):
         driver.slave.doStep(n * size, size)
-        now = driver.read()["time_of_max_force"]
+        now = driver.outputs()["time_of_max_force"]
         assert now >= before
         before = now
 
@@ -267,17 +268,17 @@ def any_values(draw):
 def test_any_double(driver, values, later, size):
     """Refused with a message and without any effect; or every output is a number."""
     driver.messages.clear()
-    driver.begin(values)
+    driver.begin_run(values)
     accepted = _steps(driver, 0.0, size)
-    now = driver.read()
+    now = driver.outputs()
     _check_numbers(driver, now, accepted)
     if accepted and now["touched"]:
         _check_balances(values, now)
     if accepted:
-        driver.slave.setReal(driver._fmu.references(list(later)), list(later.values()))
+        driver.slave.setReal(driver.references(list(later)), list(later.values()))
         driver.messages.clear()
         again = _steps(driver, size, size)
-        later_on = driver.read()
+        later_on = driver.outputs()
         _check_numbers(driver, later_on, again)
         if not again:
             assert not {n for n in now if now[n] != later_on[n]}
@@ -297,7 +298,7 @@ def test_any_double(driver, values, later, size):
 def test_together_they_leave_the_doubles(driver, values):
     """Each in its range; forces or impulses would be infinite: refused."""
     driver.messages.clear()
-    driver.begin(USUAL | {"exponent": 1.0, "restitution_at_rest": 0.0} | values)
+    driver.begin_run(USUAL | {"exponent": 1.0, "restitution_at_rest": 0.0} | values)
     assert "range of a double" in driver.messages[0]
     assert not _steps(driver, 0.0, 1e-4)
 
@@ -308,9 +309,9 @@ def test_a_ball_that_hits_a_standing_club(driver, law, club_speed):
     values = USUAL | {"law": law, "club_speed": club_speed, "ball_speed": -1.0, "gap": 0.0}
     values |= {"exponent": 1.0, "restitution_at_rest": 0.0}
     driver.messages.clear()
-    driver.begin(values)
+    driver.begin_run(values)
     assert _steps(driver, 0.0, 1e-2)
-    now = driver.read()
+    now = driver.outputs()
     _check_numbers(driver, now, True)
     assert now["separated"]
     assert now["smash_factor"] == 0.0
@@ -319,16 +320,16 @@ def test_a_ball_that_hits_a_standing_club(driver, law, club_speed):
 
 def _check_recovery(driver, values, later, size):
     """With the inputs set back, the run goes on as if the refused ones had never been."""
-    inputs = driver._fmu.references(list(later))
+    inputs = driver.references(list(later))
     usual = [values.get(name, USUAL[name]) for name in later]
     driver.slave.setReal(inputs, usual)
     went_on = _steps(driver, size, size)
-    found = driver.read()
-    driver.begin(values)
+    found = driver.outputs()
+    driver.begin_run(values)
     assert _steps(driver, 0.0, size)
     assert _steps(driver, size, size) == went_on
     event("recovered")
-    assert found == driver.read()
+    assert found == driver.outputs()
 
 
 def _steps(driver, point, size):

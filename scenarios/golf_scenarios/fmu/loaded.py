@@ -6,8 +6,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import fmpy
 
@@ -27,7 +26,8 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from golf_scenarios.errors import UserError
 
-_Fmu = TypeVar("_Fmu", bound="LoadedFmu")
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class LoadedFmu:
@@ -49,17 +49,12 @@ class LoadedFmu:
         self._fresh: Any = None
         self._alive: list[Any] = []
 
-    def __enter__(self: _Fmu) -> _Fmu:
+    def __enter__(self) -> Self:
         self.folder = tempfile.mkdtemp(prefix="golf-impact-")
         fmpy.extract(str(self.path), self.folder)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         # After an error that isn't a refusal further calls may crash the process.
         if not isinstance(error, FMICallException):
             if self._slave is not None:
@@ -209,7 +204,7 @@ class LoadedFmu:
 class LoadedFmu3(LoadedFmu):
     """An FMU 3.0: one instance for co-simulation and one for Model Exchange, set back likewise."""
 
-    def __enter__(self) -> LoadedFmu3:
+    def __enter__(self) -> Self:
         super().__enter__()
         self.model, self._slave = (self.keep(self.blank(k)) for k in (FMU3Model, FMU3Slave))
         self.model.instantiate()
@@ -217,11 +212,11 @@ class LoadedFmu3(LoadedFmu):
         self._states = {one: one.getFMUState() for one in (self.model, self._slave)}
         return self
 
-    def __exit__(self, *error: Any) -> None:
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         for instance, state in self._states.items():
             instance.freeFMUState(state)
         self._slave = None
-        super().__exit__(*error)
+        super().__exit__(kind, error, trace)
 
     def set_back(self, instance: FMU3Model | FMU3Slave) -> None:
         """As it was instantiated."""

@@ -104,7 +104,7 @@ def _scales(driver: Driver, impact: ImpactCase, final: Outputs) -> Scales:
     if not final["separated"]:
         unit = math.sqrt(mu / impact.values["k"])
         driver.slave.doStep(impact.start_time + impact.span, _LATER * unit)
-        later = driver.read()
+        later = driver.outputs()
     return Scales(
         {**impact.values, "start_time": impact.start_time},
         later,
@@ -231,16 +231,16 @@ def _check_energy(
     """
     impact = without_gap(impact)
     total = driver.run(impact, one_step(impact))["contact_time"]
-    driver.begin(impact.values)
+    driver.begin_run(impact.values)
     m_club, m_ball = impact.values["m_club"], impact.values["m_ball"]
     worst, largest, point, begin = 0.0, 0.0, 0.0, 0.0
     for number, segment in enumerate(impact.segments):
         length = min(segment.length, total - begin)
         if length <= 0.0:
             break
-        before = _energy(driver.read(), segment.k, m_club, m_ball)
+        before = _energy(driver.outputs(), segment.k, m_club, m_ball)
         if number:
-            driver.set_inputs(segment.k, segment.b)
+            driver.set({"k": segment.k, "b": segment.b})
         dissipated, at = 0.0, 0.0
         panels = _panels(segment, m_club, m_ball, length)
         if len(panels) == _MOST_PANELS:
@@ -255,7 +255,7 @@ def _check_energy(
         if length > at:
             driver.slave.doStep(point, length - at)
             point += length - at
-        after = _energy(driver.read(), segment.k, m_club, m_ball)
+        after = _energy(driver.outputs(), segment.k, m_club, m_ball)
         largest = max(largest, before, after)
         worst = max(worst, abs(after + dissipated - before))
         begin += length

@@ -39,7 +39,7 @@ def tiny_steps(
     impact = unchanged(0, values, 1.5)
     scales = Scales(values, driver.run(impact, one_step(impact)), approach=0.0)
     exact = Reference(values)
-    driver.begin(values)
+    driver.begin_run(values)
     every = number // 20
     point, worst = 0.0, []
     memory = None
@@ -49,7 +49,7 @@ def tiny_steps(
             do_step(point, _TINY)
             point += _TINY
         exact.step_by(every, _TINY)
-        outputs = driver.read()
+        outputs = driver.outputs()
         if memory is None:
             memory = resident_bytes()
         exactly = exact.outputs().items()
@@ -73,15 +73,15 @@ def many_impacts(
     ]
 
     def impact(values: dict[str, float]) -> dict[str, Any]:
-        driver.begin(values)
+        driver.begin_run(values)
         driver.slave.doStep(0.0, 1.0)
-        return driver.read()
+        return driver.outputs()
 
     first = [impact(values) for values in rounds]
     memory = resident_bytes()
     for _ in range(_PARTS):
         for n in range(number // _PARTS):
-            driver.begin(rounds[n % len(rounds)])
+            driver.begin_run(rounds[n % len(rounds)])
             driver.slave.doStep(0.0, 1.0)
             driver.velocities()
         tick()
