@@ -12,10 +12,10 @@ from golf_scenarios.commands.stress import stress
 from golf_scenarios.errors import UserError
 from golf_scenarios.peers import problem
 from golf_scenarios.peers.problem import Case, Outcome
-from golf_scenarios.stress import cases, exact, invariants, special_points, stability
+from golf_scenarios.stress import cases, invariants, special_points, stability
 from golf_scenarios.stress.driver import driver
 from golf_scenarios.stress.ledger import Ledger
-from golf_scenarios.stress.reference import Reference
+from golf_scenarios.stress.reference import Reference, exact_outcome
 
 mp = mpmath.mp.clone()
 mp.dps = 90
@@ -38,7 +38,7 @@ def test_the_exact_outcome_is_what_the_fmu_gives(law):
         fmu.begin_run(vars(case))
         fmu.slave.doStep(0.0, case.time_limit)
         found = fmu.outputs()
-    right = exact.solve(case)
+    right = exact_outcome(case)
     outcome = Outcome(*(found[name] for name in Outcome._fields))
     assert max(problem.errors(case, outcome, right)) < 1e-14
     assert max(problem.errors(case, outcome._replace(max_force=1.0), right)) > 0.9

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,9 @@ _NODES = _NODES + 0.5
 #: Rates times length of a panel: the integrand is then exact to a double with 16 points.
 _PANEL = 2.0
 
+#: Notes the error of a check by name; more words say where.
+Record = Callable[..., None]
+
 #: See _scales, in units of 1/ω0.
 _LATER = 10.0
 
@@ -64,13 +68,18 @@ def announce(ledger: Ledger) -> None:
 def check(driver: Driver, ledger: Ledger, impact: ImpactCase, seed: int, exact: bool) -> None:
     """Look at one impact in every way; against the reference too, if `exact`."""
     case = {"seed": seed, **impact.described()}
+
+    def record(name: str, error: float, **where: Any) -> None:
+        ledger.record(name, error, case, **where)
+
     driver.messages.clear()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         final = driver.run(impact, one_step(impact))
-        _check_finite(ledger, case, final, "one step")
+        _check_finite(record, final, "one step")
         if impact.closing <= 0.0:
-            _check_untouched(ledger, case, final)
+            wrong = final["touched"] or final["in_contact"] or final["separated"]
+            record("flags", float(wrong))
         else:
             scales = _scales(driver, impact, final)
             partitions = {
@@ -79,18 +88,18 @@ def check(driver: Driver, ledger: Ledger, impact: ImpactCase, seed: int, exact: 
                 "straddling": straddling_steps(impact, final["contact_time"], seed),
             }
             for name, steps in partitions.items():
-                watch = _Watch(ledger, case, impact, scales, name, steps)
+                watch = _Watch(record, impact, scales, name, steps)
                 end = driver.run(impact, steps, watch.see)
                 watch.finish(end)
-                _compare(ledger, case, scales, "partition", end, final, partition=name)
+                _compare(record, scales, "partition", end, final, partition=name)
             if impact.law == 2 and not impact.changed:
-                _check_restitution(ledger, case, scales, final)
-            _check_energy(driver, ledger, case, impact)
+                _check_restitution(record, scales, final)
+            record("energy", _energy_error(driver, impact))
             if exact:
                 for name in ("random", "straddling"):
-                    _check_reference(driver, ledger, case, impact, scales, partitions[name])
-    found = [*driver.messages, *(str(warning.message) for warning in caught)]
-    ledger.record("warnings", float(len(found)), case, messages=found[:3])
+                    _check_reference(driver, record, impact, scales, partitions[name])
+    said = [*driver.messages, *(str(warning.message) for warning in caught)]
+    record("warnings", float(len(said)), messages=said[:3])
 
 
 def _scales(driver: Driver, impact: ImpactCase, final: Outputs) -> Scales:
@@ -116,57 +125,41 @@ def _scales(driver: Driver, impact: ImpactCase, final: Outputs) -> Scales:
     )
 
 
-def _check_finite(ledger: Ledger, case: Mapping[str, Any], found: Outputs, where: str) -> None:
-    bad = [name for name, value in found.items() if not math.isfinite(value)]
-    ledger.record("finite", float(len(bad)), case, outputs=bad, partition=where)
-
-
-def _check_untouched(ledger: Ledger, case: Mapping[str, Any], final: Outputs) -> None:
-    wrong = final["touched"] or final["in_contact"] or final["separated"]
-    ledger.record("flags", float(wrong), case)
+def _check_finite(record: Record, outputs: Outputs, where: str) -> None:
+    bad = [name for name, value in outputs.items() if not math.isfinite(value)]
+    record("finite", float(len(bad)), outputs=bad, partition=where)
 
 
 def _compare(
-    ledger: Ledger,
-    case: Mapping[str, Any],
+    record: Record,
     scales: Scales,
     check: str,
-    found: Outputs,
+    outputs: Outputs,
     expected: Mapping[str, Any],
     **where: Any,
 ) -> None:
     for name, value in expected.items():
         if name != "mean_force":  # it belongs to the last step
-            error = scales.error(name, found[name], value)
-            ledger.record(check, error, case, output=name, **where)
+            record(check, scales.error(name, outputs[name], value), output=name, **where)
 
 
 class _Watch:
     """Looks at the outputs after each step of one run."""
 
     def __init__(
-        self,
-        ledger: Ledger,
-        case: Mapping[str, Any],
-        impact: ImpactCase,
-        scales: Scales,
-        partition: str,
-        steps: Steps,
+        self, record: Record, impact: ImpactCase, scales: Scales, partition: str, steps: Steps
     ) -> None:
-        self.ledger, self.case, self.scales = ledger, case, scales
-        self.impact = impact
-        self.where = {"partition": partition, "steps": flat(steps)}
+        self.record = partial(record, partition=partition, steps=flat(steps))
+        self.check_finite = partial(_check_finite, record, where=partition)
+        self.impact, self.scales = impact, scales
         self.before: Outputs = {}
         self.impulse = 0.0
         v = impact.values
         self.momentum = v["m_club"] * v["club_speed"] + v["m_ball"] * v["ball_speed"]
         self.momenta = abs(v["m_club"] * v["club_speed"]) + abs(v["m_ball"] * v["ball_speed"])
 
-    def record(self, name: str, error: float, **where: Any) -> None:
-        self.ledger.record(name, error, self.case, **self.where, **where)
-
     def see(self, size: float, now: Outputs) -> None:
-        _check_finite(self.ledger, self.case, now, str(self.where["partition"]))
+        self.check_finite(now)
         force, largest = now["force"], self.scales.of("force")
         over = max(0.0, -force, force - now["max_force"])
         self.record("force", over / largest if largest else over)
@@ -205,26 +198,19 @@ class _Watch:
             self.record("mean_force", max(0.0, off - self.scales.rounding_of_time("mean_force")))
 
 
-def _check_restitution(
-    ledger: Ledger, case: Mapping[str, Any], scales: Scales, final: Outputs
-) -> None:
+def _check_restitution(record: Record, scales: Scales, final: Outputs) -> None:
     restitution = final["coefficient_of_restitution"]
     out = max(0.0, restitution - 1.0)
     if restitution <= 0.0:
         # Not even its smallest value, exp(-2ζs) ~ 1/(4ζ²), is below the rounding of velocities.
         out = max(out, -restitution)
-    ledger.record(
-        "restitution",
-        out / scales.of("coefficient_of_restitution"),
-        case,
-        restitution=restitution,
-    )
+    error = out / scales.of("coefficient_of_restitution")
+    record("restitution", error, restitution=restitution)
 
 
-def _check_energy(
-    driver: Driver, ledger: Ledger, case: Mapping[str, Any], impact: ImpactCase
-) -> None:
-    """Kinetic and spring energy at the ends of each phase, and what was dissipated between them.
+def _energy_error(driver: Driver, impact: ImpactCase) -> float:
+    """By how much kinetic and spring energy at the ends of each phase differ from what was
+    dissipated between them, over the largest.
 
     The dissipated power is integrated over velocities read at Gauss's points. The impact begins
     with touch here: a gap would only blur when the points are.
@@ -261,7 +247,7 @@ def _check_energy(
         begin += length
         if len(panels) == _MOST_PANELS:
             break
-    ledger.record("energy", worst / largest, case)
+    return worst / largest
 
 
 def _energy(now: Outputs, k: float, m_club: float, m_ball: float) -> float:
@@ -296,12 +282,7 @@ def _panels(segment: Any, m_club: float, m_ball: float, length: float) -> list[t
 
 
 def _check_reference(
-    driver: Driver,
-    ledger: Ledger,
-    case: Mapping[str, Any],
-    impact: ImpactCase,
-    scales: Scales,
-    steps: Steps,
+    driver: Driver, record: Record, impact: ImpactCase, scales: Scales, steps: Steps
 ) -> None:
     """Every output at a few instants: those of a partition that lie in contact, and its end."""
     seen: list[Outputs] = []
@@ -320,13 +301,6 @@ def _check_reference(
                 exact.step(pending, **inputs)
                 pending, inputs = 0.0, {}
             if number in some:
-                _compare(
-                    ledger,
-                    case,
-                    scales,
-                    "reference",
-                    seen[number],
-                    exact.outputs(),
-                    steps=flat(steps)[: number + 1],
-                )
+                so_far = flat(steps)[: number + 1]
+                _compare(record, scales, "reference", seen[number], exact.outputs(), steps=so_far)
             number += 1

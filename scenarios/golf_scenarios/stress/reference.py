@@ -19,6 +19,8 @@ from typing import Any
 
 import mpmath
 
+from golf_scenarios.peers.problem import Case, Outcome
+
 _mp: Any = mpmath.mp.clone()  # a context of its own: nobody else's precision changes
 _mp.dps = 80
 Real = Any  # an mpmath number: the package has no types
@@ -407,3 +409,11 @@ class Reference:
 
     def _energy(self, v_club: Real, v_ball: Real) -> Real:
         return (self.m_club * v_club**2 + self.m_ball * v_ball**2) / 2
+
+
+def exact_outcome(case: Case) -> Outcome:
+    """Of a peer's case, as mpmath numbers; its bodies part within its time limit."""
+    reference = Reference({**vars(case), "gap": 0.0})
+    reference.step(case.time_limit)
+    outputs = reference.outputs()
+    return Outcome(*(outputs[name] for name in Outcome._fields))

@@ -28,7 +28,7 @@ from golf_scenarios.peers import (
 from golf_scenarios.peers.problem import Case, Outcome, errors
 from golf_scenarios.report import figures
 from golf_scenarios.stress.driver import Driver
-from golf_scenarios.stress.exact import solve as exact_outcome
+from golf_scenarios.stress.reference import exact_outcome
 
 OURS = "this FMU"
 
