@@ -33,20 +33,15 @@ class Figure(NamedTuple):
 
     @property
     def ratio(self) -> float:
-        """Standalone over plain."""
         return self.standalone / self.plain
 
     @property
     def passed(self) -> bool:
-        """Whether the ratio is as small as it should be."""
         return self.ratio <= self.limit
 
 
 def measured(quick: bool) -> list[Figure]:
     """Build both, run both, several times in turns; the medians.
-
-    Args:
-        quick: fewer times.
 
     Raises:
         UserError: this machine can't build the standalone FMU, or has no libpython.

@@ -38,14 +38,7 @@ _BATCH, _FEW = 200, 2
 def speedups(
     ours: LoadedFmu, document: LoadedFmu, rounds: int, tick: Callable[[], None]
 ) -> dict[str, float]:
-    """Speed-ups by key, and each way's time per impact in µs (`…_us`), for both laws.
-
-    Args:
-        ours: ClubBallImpact.fmu.
-        document: the document's scheme as an FMU.
-        rounds: of which the medians are taken.
-        tick: called after each round.
-    """
+    """Speed-ups by key, and each way's time per impact in µs (`…_us`), for both laws."""
     figures: dict[str, float] = {}
     for law, suffix in ((2, ""), (1, "_law1")):
         # Of its own folder: it isn't to profit from a library that another one has loaded.

@@ -77,7 +77,6 @@ class Fit:
 
     @property
     def chi_squared(self) -> float:
-        """Sum of the squared residuals."""
         return sum(residual**2 for residual in self.residuals.values())
 
     @property
@@ -115,12 +114,6 @@ def fit(
     Two targets for two parameters of law 2, of which one is a speed or COR, have an exact inverse:
     that one gives ζ in closed form, the other one the size. All else is weighted least squares,
     started from the best places of a wide grid.
-
-    Args:
-        fmu: in use.
-        conditions: of the impact in which the targets were measured.
-        targets: by name.
-        law: with its free parameters.
 
     Raises:
         UserError: no contact that ends comes near the targets.
@@ -282,7 +275,6 @@ class _Search:
     # What was found
 
     def described(self, at: Coordinates, others: list[Coordinates], method: str) -> Fit:
-        """The fit at a place."""
         notes = []
         no_damping = at.damping < 1e-9
         if no_damping:

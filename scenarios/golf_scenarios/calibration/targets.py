@@ -69,7 +69,6 @@ class Target:
 
 
 def option(name: str) -> str:
-    """The option that gives this value on the command line."""
     return "--" + name.replace("_", "-")
 
 
@@ -231,12 +230,7 @@ def doubts(conditions: Conditions, targets: Mapping[str, Target]) -> list[str]:
 
 
 def check_together(targets: Mapping[str, Target], conditions: Conditions, law: int) -> None:
-    """Refuse targets that no contact at all could show together.
-
-    Args:
-        targets: by name.
-        conditions: of the impact in which they were measured.
-        law: 1 or 2; only 2 conserves momentum.
+    """Refuse targets that no contact at all could show together; only law 2 conserves momentum.
 
     Raises:
         UserError: with the reason.

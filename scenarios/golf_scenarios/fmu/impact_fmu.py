@@ -63,9 +63,6 @@ PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_veloci
 class ImpactFmu(LoadedFmu):
     """The FMU, extracted and instantiated once, for use in a `with` block.
 
-    Args:
-        path: the .fmu file.
-
     Raises:
         UserError: the file is missing, corrupt or another FMU.
     """

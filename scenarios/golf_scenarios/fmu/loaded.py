@@ -31,11 +31,7 @@ if TYPE_CHECKING:
 
 
 class LoadedFmu:
-    """An FMU 2.0 for co-simulation, for use in a `with` block.
-
-    Args:
-        path: the .fmu file.
-    """
+    """An FMU 2.0 for co-simulation, for use in a `with` block."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -125,7 +121,6 @@ class LoadedFmu:
     # Runs
 
     def references(self, names: Sequence[str]) -> list[int]:
-        """Value references of variables by name."""
         return [self.variables[name].valueReference for name in names]
 
     def default(self, name: str) -> float:
@@ -197,7 +192,6 @@ class LoadedFmu:
         return dict(zip(names, self.slave.getReal(self.references(names)), strict=True))
 
     def flag(self, name: str) -> bool:
-        """Value of a Boolean output."""
         return bool(self.slave.getBoolean(self.references([name]))[0])
 
 
@@ -219,7 +213,6 @@ class LoadedFmu3(LoadedFmu):
         super().__exit__(kind, error, trace)
 
     def set_back(self, instance: FMU3Model | FMU3Slave) -> None:
-        """As it was instantiated."""
         instance.setFMUState(self._states[instance])
 
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:

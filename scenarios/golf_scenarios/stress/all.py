@@ -18,13 +18,7 @@ _SAMPLE = 10
 def measured(
     quick: bool, seed: int, bar: Callable[[str, int], Callable[[], None]]
 ) -> tuple[dict[str, Any], list[stability.Map]]:
-    """What stress.json holds, and the maps.
-
-    Args:
-        quick: fewer and shorter runs.
-        seed: of the random impacts; the same one gives the same impacts and steps again.
-        bar: begins a bar of progress.
-    """
+    """What stress.json holds, and the maps; a seed gives the same impacts and steps again."""
     impacts, specials = (150, 100) if quick else (5000, 1500)
     ledger = Ledger()
     invariants.announce(ledger)

@@ -66,7 +66,6 @@ class ImpactCase:
 
     @property
     def changed(self) -> bool:
-        """Whether k or b changes on the way."""
         return len(self.segments) > 1
 
     @property
@@ -270,12 +269,10 @@ def rounded(time: float, unit: float) -> float:
 
 
 def one_step(impact: ImpactCase) -> Steps:
-    """Each segment in one communication step."""
     return [[segment.length] for segment in impact.segments]
 
 
 def equal_steps(impact: ImpactCase) -> Steps:
-    """Each segment in 64 equal steps."""
     return [[segment.length / 64.0] * 64 for segment in impact.segments]
 
 
@@ -330,5 +327,4 @@ def without_gap(impact: ImpactCase) -> ImpactCase:
 
 
 def flat(steps: Steps) -> Sequence[float]:
-    """All communication steps in order."""
     return [step for segment in steps for step in segment]

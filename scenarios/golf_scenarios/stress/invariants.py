@@ -47,7 +47,6 @@ _MOST_PANELS = 80
 
 
 def announce(ledger: Ledger) -> None:
-    """The checks of this module."""
     for name, claim, bar in (
         ("momentum", "law 2: momentum stays, of its sum of magnitudes", BAR),
         ("impulse", "law 2: the ball gains the impulse, in mass times speeds", BAR),

@@ -35,8 +35,6 @@ class Check:
 
 
 class Ledger:
-    """All checks, by name."""
-
     def __init__(self) -> None:
         self.checks: dict[str, Check] = {}
 
@@ -56,5 +54,4 @@ class Ledger:
 
     @property
     def passed(self) -> bool:
-        """Whether all did."""
         return all(check.passed for check in self.checks.values())

@@ -24,7 +24,6 @@ _PARTS = 10
 
 
 def announce(ledger: Ledger) -> None:
-    """The checks of this module."""
     ledger.claim("tiny_steps", "steps of 1 ns: outputs against 80 digits, on their scales", BAR)
     ledger.claim("tiny_steps_memory", "steps of 1 ns: memory gained, MB", _SLACK / 1e6)
     ledger.claim("many_impacts", "the last impacts give what the first ones gave (difference)", 0.0)

@@ -48,7 +48,6 @@ class _Sum:
         return _mp.re(sum(c * part for c, part in zip(self.c, parts)))
 
     def slope(self) -> _Sum:
-        """The derivative."""
         derived = _Sum.__new__(_Sum)
         derived.rates = self.rates
         derived.c = [c * s for c, s in zip(self.c, self.rates)]
