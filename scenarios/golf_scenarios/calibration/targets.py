@@ -132,7 +132,11 @@ def given(
                 f"{option('sigma_' + name)} {sigma!r} is refused without {option(name)}: there is "
                 "nothing that it is the standard deviation of"
             )
-    check_conditions(measured)
+    for name, number in vars(measured).items():
+        if not (math.isfinite(number) and number > 0.0):
+            raise UserError(
+                f"{option(name)} {number!r} is refused: it must be a finite number above 0"
+            )
     return measured, targets
 
 
@@ -173,8 +177,7 @@ def read_csv(path: Path) -> tuple[dict[str, tuple[float, float | None]], dict[st
         given = dict(zip(header, cells))
         name = given["target"].lower().lstrip("-").replace("-", "_")
         value, sigma = (_number(given.get(column, ""), where) for column in ("value", "sigma"))
-        known = name in TARGETS or name in Conditions.__dataclass_fields__
-        if not known:
+        if name not in TARGETS and name not in Conditions.__dataclass_fields__:
             raise UserError(
                 f"{where}: there is no target {given['target']!r}: choose from "
                 f"{', '.join(TARGETS)}, or {', '.join(Conditions.__dataclass_fields__)}"
@@ -199,16 +202,6 @@ def _number(text: str, where: str) -> float | None:
         return float(text)
     except ValueError:
         raise UserError(f"{where}: {text!r} is no number (e.g. 600e-6)") from None
-
-
-def check_conditions(conditions: Conditions) -> None:
-    """Raises UserError for an impact that can't be."""
-    for name in Conditions.__dataclass_fields__:
-        value = getattr(conditions, name)
-        if not (math.isfinite(value) and value > 0.0):
-            raise UserError(
-                f"{option(name)} {value!r} is refused: it must be a finite number above 0"
-            )
 
 
 def doubts(conditions: Conditions, targets: Mapping[str, Target]) -> list[str]:
