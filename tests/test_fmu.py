@@ -146,7 +146,7 @@ def test_reference_cases_by_any_steps(fmu, case, pattern):
         fmu.step(point, step)
         point += step
     assert fmu.flag("separated")
-    found = fmu.read(METRICS)
+    outputs = fmu.read(METRICS)
     scales = {
         "club_velocity": speed,
         "ball_velocity": speed,
@@ -160,8 +160,8 @@ def test_reference_cases_by_any_steps(fmu, case, pattern):
     }
     for name, scale in scales.items():
         if name in expected:
-            assert found[name] == pytest.approx(expected[name], abs=BAR * scale), name
-    moved = found["contact_displacement"]
+            assert outputs[name] == pytest.approx(expected[name], abs=BAR * scale), name
+    moved = outputs["contact_displacement"]
     assert moved == pytest.approx(expected["ball_position"], abs=BAR * speed * time)
 
 
@@ -235,13 +235,13 @@ def test_a_value_set_after_initialization_counts(fmu):
 def test_before_touch(fmu):
     fmu.start(gap=0.1)
     fmu.step(0.0, 1e-3)
-    found = read_all(fmu)
-    assert found["club_position"] == pytest.approx(-0.1 + 0.035, abs=1e-17)
-    assert not found["touched"]
-    assert found["energy_efficiency"] == 1.0
+    outputs = read_all(fmu)
+    assert outputs["club_position"] == pytest.approx(-0.1 + 0.035, abs=1e-17)
+    assert not outputs["touched"]
+    assert outputs["energy_efficiency"] == 1.0
     for name in ("smash_factor", "coefficient_of_restitution", "impulse", "max_force", "force"):
-        assert found[name] == 0.0
-    assert found["touch_time"] == 0.0
+        assert outputs[name] == 0.0
+    assert outputs["touch_time"] == 0.0
 
 
 def test_start_time(fmu):
@@ -258,11 +258,11 @@ def test_start_time(fmu):
 def test_never_separating_is_an_answer(fmu):
     fmu.start(law=1, b=5000.0)
     fmu.step(0.0, 1.0)
-    found = read_all(fmu)
-    assert found["in_contact"]
-    assert not found["separated"]
-    assert found["contact_time"] == 1.0
-    assert 0.0 <= found["force"] < found["max_force"]
+    outputs = read_all(fmu)
+    assert outputs["in_contact"]
+    assert not outputs["separated"]
+    assert outputs["contact_time"] == 1.0
+    assert 0.0 <= outputs["force"] < outputs["max_force"]
 
 
 def test_mean_force_loses_no_impulse(fmu):
@@ -318,11 +318,11 @@ def test_cheap_reads_on_the_way_leave_no_clock_behind(fmu):
         fmu.read(["force", "compression"])
         if n % 5 == 4:
             assert fmu.read(["contact_time"])["contact_time"] == pytest.approx((n + 1) * 1e-5)
-    found = fmu.read(late)
+    outputs = fmu.read(late)
     fmu.start()
     for n in range(20):
         fmu.step(n * 1e-5, 1e-5)
-    assert found == pytest.approx(fmu.read(late), rel=1e-14)
+    assert outputs == pytest.approx(fmu.read(late), rel=1e-14)
 
 
 @pytest.mark.parametrize("law", [1, 2])
@@ -352,8 +352,8 @@ def test_touch_in_one_step_is_not_final(fmu):
     assert fmu.read(["contact_time"])["contact_time"] == 0.0
     fmu.slave.setReal(fmu.references(["club_speed"]), [40.0])
     fmu.step(1e-3, 1.0)
-    found = fmu.read(METRICS)
-    assert found["ball_velocity"] / found["smash_factor"] == pytest.approx(40.0)
+    outputs = fmu.read(METRICS)
+    assert outputs["ball_velocity"] / outputs["smash_factor"] == pytest.approx(40.0)
 
 
 @pytest.mark.parametrize("steps", [1, 700])
@@ -372,7 +372,7 @@ def test_power_law_through_the_fmu(fmu, case, steps):
     )
     for step in range(steps):
         fmu.step(step * 1e-3 / steps, 1e-3 / steps)
-    found = fmu.read(METRICS)
+    outputs = fmu.read(METRICS)
     names = {
         "contact_time": "T",
         "max_force": "F",
@@ -384,7 +384,7 @@ def test_power_law_through_the_fmu(fmu, case, steps):
     }
     for ours, theirs in names.items():
         # 7e-16 measured; the bar of a quadrature is 1e-10.
-        assert found[ours] == pytest.approx(exact[theirs], rel=1e-12, abs=0), ours
+        assert outputs[ours] == pytest.approx(exact[theirs], rel=1e-12, abs=0), ours
 
 
 def test_power_law_in_mid_contact_by_any_steps(fmu):

@@ -25,10 +25,10 @@ mp.dps = 90
 def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("stress")
     code = stress(quick=True, folder=folder, seed=7)
-    found = json.loads((folder / "stress.json").read_text())
-    assert code == (0 if found["passed"] else 1)
+    written = json.loads((folder / "stress.json").read_text())
+    assert code == (0 if written["passed"] else 1)
     assert (folder / "stability.png").read_bytes().startswith(b"\x89PNG")
-    return found
+    return written
 
 
 @pytest.mark.parametrize("law", [1, 2])
@@ -37,9 +37,9 @@ def test_the_exact_outcome_is_what_the_fmu_gives(law):
     with driver() as fmu:
         fmu.begin_run(vars(case))
         fmu.slave.doStep(0.0, case.time_limit)
-        found = fmu.outputs()
+        outputs = fmu.outputs()
     right = exact_outcome(case)
-    outcome = Outcome(*(found[name] for name in Outcome._fields))
+    outcome = Outcome(*(outputs[name] for name in Outcome._fields))
     assert max(problem.errors(case, outcome, right)) < 1e-14
     assert max(problem.errors(case, outcome._replace(max_force=1.0), right)) > 0.9
 
@@ -186,10 +186,10 @@ def ledger_of(**faults):
         outputs = fmu.outputs
 
         def wrong():
-            found = outputs()
+            right = outputs()
             return {
                 name: value * faults[name] if name in faults else value
-                for name, value in found.items()
+                for name, value in right.items()
             }
 
         fmu.outputs = wrong

@@ -324,12 +324,12 @@ def _check_recovery(driver, values, later, size):
     usual = [values.get(name, USUAL[name]) for name in later]
     driver.slave.setReal(inputs, usual)
     went_on = _steps(driver, size, size)
-    found = driver.outputs()
+    outputs = driver.outputs()
     driver.begin_run(values)
     assert _steps(driver, 0.0, size)
     assert _steps(driver, size, size) == went_on
     event("recovered")
-    assert found == driver.outputs()
+    assert outputs == driver.outputs()
 
 
 def _steps(driver, point, size):
