@@ -166,6 +166,7 @@ def test_the_reference_solves_the_equations_of_motion(number, draw):
             time = mp.mpf(now["contact_time"]) - in_contact
             state = by_the_matrix(v, k, b, time, state)
             in_contact += time
+            assert 0 <= now["force"] <= now["max_force"]
             speed = abs(v["club_speed"]) + abs(v["ball_speed"])
             scales = (now["max_compression"], speed, speed, now["impulse"])
             for name, value, scale in zip(names, state, scales):
