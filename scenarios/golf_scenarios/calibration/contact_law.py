@@ -118,11 +118,8 @@ class Predictor:
         d = self.law.reference_compression
         size = -(n + 1.0)
         shape = 1.0 / (n + 1.0) + math.log(d / at.length)
-        critical = (
-            2.0
-            * self.conditions.reduced_mass
-            * math.sqrt(0.5 * (n + 1.0) * k / self.conditions.reduced_mass)
-        )
+        mu = self.conditions.reduced_mass
+        critical = 2.0 * mu * math.sqrt(0.5 * (n + 1.0) * k / mu)
         steep = 1.0 if at.damping <= 1.0 else at.zeta
         return [
             [k * size, 0.0, k * shape],

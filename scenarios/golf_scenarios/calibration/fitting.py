@@ -161,9 +161,6 @@ class _Search:
             return [_FAR] * len(self.targets)
         return [(predicted[name] - t.value) / t.sigma for name, t in self.targets.items()]
 
-    def chi_squared(self, at: Coordinates) -> float:
-        return sum(r * r for r in self.residuals(self.predictor.predict(at)))
-
     # Exact inverse
 
     def exact(self) -> list[Coordinates]:
@@ -242,9 +239,10 @@ class _Search:
         x = self._solved(start, max_nfev=200).x
         n = float(x[2]) if self.free_exponent else start.exponent
         at = Coordinates(start.length * math.exp(x[0]), float(x[1]), n)
-        if self.predictor.predict(at) is None:
+        predicted = self.predictor.predict(at)
+        if predicted is None:
             return None
-        return self.chi_squared(at), at
+        return sum(r * r for r in self.residuals(predicted)), at
 
     def _solved(self, start: Coordinates, max_nfev: int) -> Any:
         """SciPy's least squares in (ln L, z, n), where ln L is 0 at the start."""
