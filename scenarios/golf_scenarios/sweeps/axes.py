@@ -98,10 +98,9 @@ def axis(name: str, given: Any) -> Axis:
     Raises:
         UserError: it is no axis: unknown form, `lo > hi`, a logarithm of nothing, no values, NaN.
     """
-    text = ",".join(str(item) for item in given) if isinstance(given, Sequence | np.ndarray) and (
-        not isinstance(given, str)
-    ) else str(given)  # fmt: skip
-    text = text.strip()
+    if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str):
+        given = ",".join(map(str, given))
+    text = str(given).strip()
     try:
         return _ball(text) if name == "ball" else _axis(name, text)
     except _BadAxisError as error:
