@@ -14,6 +14,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from fmpy.fmi3 import FMU3Slave
 from golf_impact.variables import VARIABLES
 
 from golf_build import elf, standalone
@@ -44,7 +45,8 @@ def extracted(fmu, folder):
 
 
 def guid(folder):
-    return re.search(r'guid="([^"]+)"', (folder / "modelDescription.xml").read_text())[1]
+    text = (folder / "modelDescription.xml").read_text()
+    return re.search(r'(?:guid|instantiationToken)="([^"]+)"', text)[1]
 
 
 @pytest.fixture(scope="module")
@@ -328,6 +330,62 @@ def test_fmpy_on_other_pythons(standalone_path, python, tmp_path):
     assert in_python(own, standalone_path) == (0 if version == "True" else 1)
 
 
+# No package brings fmusim
+
+
+@pytest.fixture(scope="module")
+def fmusim(compiled, standalone_path, standalone_fmi3_path, tmp_path_factory):
+    """Runs the FMU with the calls of fmusim's simulation loops."""
+    program = compiled("fmusim")
+    folders = {
+        kind: extracted(path, tmp_path_factory.mktemp(f"fmi{kind}"))
+        for kind, path in (("2", standalone_path), ("3", standalone_fmi3_path))
+    }
+    references = [
+        {
+            variable.name: variable.valueReference
+            for variable in fmpy.read_model_description(str(path)).modelVariables
+        }
+        for path in (standalone_path, standalone_fmi3_path)
+    ]
+    assert references[0].items() <= references[1].items()
+
+    def run(loop, *options):
+        folder = folders[loop[0]]
+        return outputs(program, folder, guid(folder), loop, *options, env={})
+
+    return run
+
+
+@pytest.mark.parametrize("interval", [1e-3, 1e-6])
+def test_fmusims_calls_co_simulation(fmusim, interval):
+    found = fmusim("2cs", 0.0, 0.005, interval)
+    assert found["points"] == 1 + round(0.005 / interval)
+    assert LAW_1.items() <= found.items()
+
+
+@pytest.mark.parametrize("loop", ["2cs", "3cs"])
+def test_fmusims_calls_with_the_state_in_a_file(fmusim, tmp_path, loop):
+    state = tmp_path / "state"
+    fmusim(loop, 0.0, 2e-4, 1e-6, "-", state)
+    found = fmusim(loop, 2e-4, 0.005, 1e-4, state)
+    assert {name: found[name] for name in LAW_1} == pytest.approx(LAW_1, rel=1e-13)
+
+
+def test_fmusims_calls_event_mode(fmusim):
+    found = fmusim("3cs", 0.0, 0.005, 1e-3)
+    # Six regular ones, and separation; touch is at the start.
+    assert (found["points"], found["events"]) == (7, 1)
+    assert {name: found[name] for name in LAW_1} == pytest.approx(LAW_1, rel=1e-13)
+
+
+def test_fmusims_calls_model_exchange(fmusim):
+    # Euler's error is of the order of the step: ω · interval = 7e-4 here.
+    found = fmusim("3me", 0.0, 0.001, 1e-7)
+    assert found["events"] == 1
+    assert {name: found[name] for name in LAW_1} == pytest.approx(LAW_1, rel=3e-3)
+
+
 # libcosim without Python
 
 
@@ -378,6 +436,79 @@ def test_a_host_that_allows_no_early_return_gets_none(standalone_fmi3_path):
         use_event_mode=True,
     )
     assert list(rows["time"]) == [0.0, 0.001, 0.002]
+
+
+@pytest.fixture
+def slave(standalone_fmi3_path, tmp_path):
+    """An FMI 3.0 instance that starts 3.5 mm before touch, under law 2."""
+    folder = str(extracted(standalone_fmi3_path, tmp_path / "fmu"))
+    description = fmpy.read_model_description(folder)
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    made = []
+
+    def slave(logging=False, **modes):
+        one = FMU3Slave(
+            guid=description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName="one",
+        )
+        one.messages = []
+        said = {"logMessage": lambda *words: one.messages.append(words)}
+        one.instantiate(loggingOn=logging, **said, **modes)
+        one.setInt64([references["law"]], [2])
+        one.setFloat64([references["gap"]], [0.0035])
+        one.enterInitializationMode()
+        one.exitInitializationMode()
+        made.append(one)
+        return one
+
+    yield slave
+    for one in made:
+        one.terminate()
+        one.freeInstance()
+
+
+TOUCH, LAW_2_CONTACT = 1e-4, 6.010445569987614e-4
+
+
+@pytest.mark.parametrize("event_mode", [True, False])
+@pytest.mark.parametrize("early", [True, False])
+def test_what_a_step_tells_of_an_event(slave, event_mode, early):
+    """An event is the host's to handle where a step ends with it, not where the step went on."""
+    one = slave(eventModeUsed=event_mode, earlyReturnAllowed=early)
+    assert one.doStep(0.0, 5e-5) == (False, False, False, 5e-5)
+    event, _, returned, last = one.doStep(5e-5, 1e-3 - 5e-5)
+    assert (event, returned) == (event_mode and early, early)
+    assert last == (pytest.approx(TOUCH, rel=4e-16) if early else 1e-3)
+
+
+@pytest.mark.parametrize("event_mode", [True, False])
+def test_an_event_at_the_end_of_a_step_is_told(slave, event_mode):
+    watched = slave(eventModeUsed=True, earlyReturnAllowed=True)
+    point, ends = 0.0, []
+    while len(ends) < 2:
+        event, _, _, point = watched.doStep(point, 1e-3 - point)
+        if event:
+            ends.append(point)
+    assert ends == pytest.approx([TOUCH, TOUCH + LAW_2_CONTACT], rel=4e-16)
+    # Until separation the step goes on past touch.
+    for end in ends:
+        one = slave(eventModeUsed=event_mode)
+        assert one.doStep(0.0, end) == (event_mode, False, False, end)
+
+
+def test_logging_is_off_unless_it_is_switched_on(slave):
+    for logging in (False, True):
+        one = slave(logging=logging)
+        one.setFloat64([0], [-1.0])
+        assert bool(one.messages) == logging
+        one.setDebugLogging(True, ["logStatusWarning"])
+        one.setFloat64([0], [-2.0])
+        assert len(one.messages) == logging
+        one.setDebugLogging(True, ["logStatusError"])
+        one.setFloat64([0], [-3.0])
+        assert len(one.messages) == 1 + logging
 
 
 # The file
@@ -441,9 +572,16 @@ def test_it_is_reproducible(standalone_path, tmp_path):
     assert again.read_bytes() == standalone_path.read_bytes()
 
 
-@pytest.mark.parametrize("target", ["x86_64-linux-gnu.2.17", "aarch64-linux-gnu.2.17"])
+@pytest.mark.parametrize(
+    "target",
+    [
+        *("x86_64-linux-gnu.2.17", "aarch64-linux-gnu.2.17"),
+        *("x86_64-windows-gnu", "x86_64-macos", "aarch64-macos"),
+    ],
+)
 @pytest.mark.parametrize("source", ["fmi2.c", "fmi3.c"])
 def test_the_loader_compiles_without_warnings(target, source, tmp_path):
+    """No more than that but on x86_64-linux."""
     pytest.importorskip("ziglang", reason="pip install 'golf-impact[standalone]'")
     for file in standalone.loader_folder().iterdir():
         shutil.copy(file, tmp_path)
