@@ -308,82 +308,44 @@ def test_fmpy_on_this_python_gets_no_second_one(standalone_path):
 
 
 def other_pythons():
-    """Every other CPython of this machine that can be given fmpy."""
+    """Every other CPython 3 of this machine: Debian's, pyenv's."""
     found = [Path("/usr/bin/python3"), *Path.home().glob(".pyenv/versions/3.*/bin/python3")]
     return [pytest.param(python, id=str(python)) for python in found if python.exists()]
+
+
+def is_reused(python):
+    """From 3.10 on they are; an older one gets the private one beside it."""
+    code = "import sys; print(sys.version_info >= (3, 10))"
+    done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=True)
+    return done.stdout.strip() == "True"
+
+
+@pytest.mark.parametrize("python", other_pythons())
+def test_other_pythons_by_ctypes(standalone_path, python, tmp_path):
+    folder = extracted(standalone_path, tmp_path / "fmu")
+    variables = fmpy.read_model_description(str(folder)).modelVariables
+    references = {v.name: str(v.valueReference) for v in variables}
+    words = [folder, guid(folder), references["smash_factor"], references["ball_velocity"]]
+    done = subprocess.run(
+        [python, HERE / "native_host" / "python_host.py", *words],
+        capture_output=True,
+        text=True,
+        timeout=100,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    *values, libraries = map(float, done.stdout.split())
+    assert values == [LAW_1["smash_factor"], LAW_1["ball_velocity"]]
+    assert libraries == (0 if is_reused(python) else 1)
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("python", other_pythons())
 def test_fmpy_on_other_pythons(standalone_path, python, tmp_path):
-    """From 3.10 on they are used themselves; an older one gets the private one beside it."""
     pip = subprocess.run([python, "-m", "venv", tmp_path / "venv"], capture_output=True)
     own = tmp_path / "venv" / "bin" / "python"
     if pip.returncode or subprocess.run([own, "-m", "pip", "install", "-q", "fmpy"]).returncode:
         pytest.skip(f"{python} can't have fmpy")
-    version = subprocess.run(
-        [own, "-c", "import sys; print(sys.version_info >= (3, 10))"],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout.strip()
-    assert in_python(own, standalone_path) == (0 if version == "True" else 1)
-
-
-# No package brings fmusim
-
-
-@pytest.fixture(scope="module")
-def fmusim(compiled, standalone_path, standalone_fmi3_path, tmp_path_factory):
-    """Runs the FMU with the calls of fmusim's simulation loops."""
-    program = compiled("fmusim")
-    folders = {
-        kind: extracted(path, tmp_path_factory.mktemp(f"fmi{kind}"))
-        for kind, path in (("2", standalone_path), ("3", standalone_fmi3_path))
-    }
-    references = [
-        {
-            variable.name: variable.valueReference
-            for variable in fmpy.read_model_description(str(path)).modelVariables
-        }
-        for path in (standalone_path, standalone_fmi3_path)
-    ]
-    assert references[0].items() <= references[1].items()
-
-    def run(loop, *options):
-        folder = folders[loop[0]]
-        return outputs(program, folder, guid(folder), loop, *options, env={})
-
-    return run
-
-
-@pytest.mark.parametrize("interval", [1e-3, 1e-6])
-def test_fmusims_calls_co_simulation(fmusim, interval):
-    found = fmusim("2cs", 0.0, 0.005, interval)
-    assert found["points"] == 1 + round(0.005 / interval)
-    assert LAW_1.items() <= found.items()
-
-
-@pytest.mark.parametrize("loop", ["2cs", "3cs"])
-def test_fmusims_calls_with_the_state_in_a_file(fmusim, tmp_path, loop):
-    state = tmp_path / "state"
-    fmusim(loop, 0.0, 2e-4, 1e-6, "-", state)
-    found = fmusim(loop, 2e-4, 0.005, 1e-4, state)
-    assert {name: found[name] for name in LAW_1} == pytest.approx(LAW_1, rel=1e-13)
-
-
-def test_fmusims_calls_event_mode(fmusim):
-    found = fmusim("3cs", 0.0, 0.005, 1e-3)
-    # Six regular ones, and separation; touch is at the start.
-    assert (found["points"], found["events"]) == (7, 1)
-    assert {name: found[name] for name in LAW_1} == pytest.approx(LAW_1, rel=1e-13)
-
-
-def test_fmusims_calls_model_exchange(fmusim):
-    # Euler's error is of the order of the step: ω · interval = 7e-4 here.
-    found = fmusim("3me", 0.0, 0.001, 1e-7)
-    assert found["events"] == 1
-    assert {name: found[name] for name in LAW_1} == pytest.approx(LAW_1, rel=3e-3)
+    assert in_python(own, standalone_path) == (0 if is_reused(python) else 1)
 
 
 # libcosim without Python
@@ -607,21 +569,24 @@ def test_bench_native(standalone_path, libpython, tmp_path):
     assert found["size_mb"]["standalone"] <= 5.0
 
 
-@pytest.mark.parametrize("fmu", ["standalone_path", "fmu_path"])
-def test_doctor_tells_what_a_native_host_needs(request, fmu, standalone_path):
+def said_of_native_hosts(fmu):
     from golf_scenarios.commands import doctor
 
-    said = [
-        text
-        for _, text in doctor.examine(request.getfixturevalue(fmu))
-        if text.startswith("native")
-    ]
+    return [text for _, text in doctor.examine(fmu) if text.startswith("native")]
+
+
+@pytest.mark.parametrize("fmu", ["standalone_path", "standalone_fmi3_path"])
+def test_doctor_tells_which_glibc_a_standalone_fmu_needs(request, fmu):
+    (said,) = said_of_native_hosts(request.getfixturevalue(fmu))
     oldest = ".".join(map(str, standalone.private_python().glibc))
-    if fmu == "standalone_path":
-        assert len(said) == 1
-        assert f"glibc {oldest} or newer" in said[0]
-    else:
-        assert "golf-impact build --standalone" in said[0]
+    assert f"glibc {oldest} or newer, and nothing of Python" in said
+
+
+@pytest.mark.parametrize("fmu", ["fmu_path", "fmi3_path"])
+def test_doctor_recommends_it_before_libpython(request, fmu, standalone_path, libpython):
+    recommended, line, _ = said_of_native_hosts(request.getfixturevalue(fmu))
+    assert "golf-impact build --standalone" in recommended
+    assert f"LD_PRELOAD={libpython}" in line
 
 
 # Machines that can't build it
