@@ -534,6 +534,30 @@ def test_it_is_reproducible(standalone_path, tmp_path):
     assert again.read_bytes() == standalone_path.read_bytes()
 
 
+def test_built_by_debians_python(host, tmp_path):
+    """Its pyconfig.h lies elsewhere, and its modules are in libpython."""
+    python, version = "/usr/bin/python3", f"{sys.version_info[:2]}"
+    code = "import sys; print(sys.version_info[:2])"
+    asked = subprocess.run([python, "-c", code], capture_output=True, text=True)
+    if sys.base_prefix == "/usr" or asked.stdout.strip() != version:
+        pytest.skip(f"{python} is the one that builds anyway, or no {version}")
+    ours = [path for path in sys.path if not path.startswith(sys.base_prefix)]
+    fmu = tmp_path / "debian.fmu"
+    code = "from golf_scenarios.__main__ import main; main()"
+    done = subprocess.run(
+        [python, "-c", code, "build", "--standalone", "--out", str(fmu)],
+        capture_output=True,
+        text=True,
+        env={"PATH": os.defpath, "PYTHONPATH": os.pathsep.join(ours)},
+    )
+    if "apt-get install" in done.stderr:
+        pytest.skip(done.stderr)
+    assert done.returncode == 0, done.stderr
+    folder = extracted(fmu, tmp_path / "fmu")
+    assert outputs(host, folder, guid(folder), "impact", "1e-3", env={}) == LAW_1
+    assert fmu.stat().st_size <= 5e6
+
+
 @pytest.mark.parametrize(
     "target",
     [

@@ -274,7 +274,8 @@ def private_python() -> PrivatePython:
         # All of them, in the order in which they are loaded: what one of them needs is there then.
         *("-L.", "-Wl,--no-as-needed", *(f"-l:{name}" for name in files), "-Wl,--as-needed"),
         f"-I{include}",
-        *(f"-I{folder}" for folder in {sysconfig.get_path("platinclude")} - {str(include)}),
+        # Debian's pyconfig.h asks for another one by a path from there, which has glibc's, too.
+        *("-idirafter", str(include.parent)),
         f"-Wl,-soname,{library}",
         "-DEXTENSIONS=" + " ".join(f"X({name})" for name in sorted(extensions)),
     )

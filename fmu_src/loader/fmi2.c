@@ -31,7 +31,6 @@ static void say(Instance *i, int status, const char *category, const char *text)
     ((fmi2CallbackLogger)i->logger)(i->environment, i->name, (fmi2Status)status, category, format);
 }
 
-
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return "2.0"; }
 
