@@ -548,7 +548,7 @@ def test_built_by_debians_python(host, tmp_path):
         [python, "-c", code, "build", "--standalone", "--out", str(fmu)],
         capture_output=True,
         text=True,
-        env={"PATH": os.defpath, "PYTHONPATH": os.pathsep.join(ours)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(ours)},
     )
     if "apt-get install" in done.stderr:
         pytest.skip(done.stderr)
