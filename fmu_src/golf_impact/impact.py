@@ -87,8 +87,8 @@ class Peaks(NamedTuple):
 
 #: What an impact is made of; see there.
 _FIELDS = (
-    *("parameters", "in_force", "phase", "began_high", "began_low", "touch"),
-    *("contact", "contact_start", "_offset", "_finished", "_peaks"),
+    *("parameters", "phase", "contact", "_finished", "in_force", "began_high", "began_low"),
+    *("touch", "contact_start", "_offset", "_peaks"),
 )
 _everything = attrgetter(*_FIELDS)
 
@@ -315,15 +315,15 @@ class Impact:
         """Become the impact that a snapshot was taken of."""
         (
             self.parameters,
-            self.in_force,
             self.phase,
+            self.contact,
+            self._finished,
+            self.in_force,
             self.began_high,
             self.began_low,
             self.touch,
-            self.contact,
             self.contact_start,
             self._offset,
-            self._finished,
             self._peaks,
         ) = snapshot
 
@@ -335,17 +335,14 @@ class Impact:
     def packed(self) -> list:
         """The same as numbers and lists of numbers, for `unpacked` in another process."""
         self._sum_up()
-        parameters, in_force, phase, high, low, touch, contact, *rest = _everything(self)
-        start, offset, _, peaks = rest
+        parameters, phase, contact, _, *plain = _everything(self)
         free = None if phase is contact else phase
-        has_contact = contact is not None
-        values = parameters.values()
-        return [values, in_force, free, high, low, touch, has_contact, start, offset, peaks]
+        return [parameters.values(), free, contact is not None, *plain]
 
     @classmethod
     def unpacked(cls, packed: list) -> "Impact":
         """The impact that `packed` was taken of; a contact is made again from the same numbers."""
-        values, in_force, free, high, low, touch, has_contact, start, offset, peaks = packed
+        values, free, has_contact, in_force, high, low, touch, start, offset, peaks = packed
         p = Parameters(*values)
         contact = None
         if start is not None:
@@ -354,22 +351,9 @@ class Impact:
             if has_contact:
                 contact = p.contact_law.contact(p, *start)
         phase = contact if free is None else Free(*free)
-        if touch is not None:
-            touch = tuple(touch)
-        everything = (
-            p,
-            tuple(in_force),
-            phase,
-            high,
-            low,
-            touch,
-            contact,
-            start,
-            offset,
-            (),
-            Peaks(*peaks),
-        )
-        return cls.restored(everything)
+        touch = None if touch is None else tuple(touch)
+        changing = tuple(in_force), high, low, touch, start, offset, Peaks(*peaks)
+        return cls.restored((p, phase, contact, (), *changing))
 
     # Results so far, each at an instant whose phase has been gone on to.
 

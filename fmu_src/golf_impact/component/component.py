@@ -8,6 +8,7 @@ and taken only when it is whole.
 
 from collections.abc import Callable
 from math import ceil, inf, isfinite, nan
+from operator import attrgetter
 from typing import Any, ClassVar
 
 from ..impact import Impact, added
@@ -26,6 +27,12 @@ _LOW = [variable.low for variable in VARIABLES[:INPUTS]]
 _HIGH = [variable.high for variable in VARIABLES[:INPUTS]]
 
 _OWN = state.OWN
+
+#: What a snapshot has beside values and impact, in its order.
+_plain = attrgetter(
+    *("_mode", "_refused", "_once", "clock", "carry", "_count", "last_step", "start_time"),
+    *("origin", "_point"),
+)
 
 #: How far (relative to the step) a host's communication point may lie from where its last step
 #: ended: enough for sums of rounded steps, far too little for a step left out.
@@ -457,21 +464,8 @@ class Component:
 
     def snapshot(self) -> tuple:
         """Everything, for `restore` in any instance of this process."""
-        return (
-            state.OWN,
-            self._mode,
-            tuple(self._values),
-            self._refused,
-            self._once,
-            self.clock,
-            self.carry,
-            self._count,
-            self.last_step,
-            self.start_time,
-            self.origin,
-            self._point,
-            self._impact.snapshot() if self._mode >= STEPPING and self._impact else None,
-        )
+        impact = self._impact.snapshot() if self._mode >= STEPPING and self._impact else None
+        return state.OWN, tuple(self._values), *_plain(self), impact
 
     def restore(self, snapshot: tuple | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
@@ -483,8 +477,8 @@ class Component:
             return
         (
             _,
-            self._mode,
             values,
+            self._mode,
             self._refused,
             self._once,
             self.clock,
