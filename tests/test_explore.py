@@ -580,7 +580,7 @@ def test_pins(tab, fmu):
         assert pins["ball_after"][n] == pytest.approx(expected.metrics["ball_velocity"], rel=1e-12)
         assert pins["force"][n] == pytest.approx(expected.path["force"], rel=1e-12)
     # Eight at most.
-    tab.press("Pin")
+    assert tab.element("pin", "button").get_attribute("disabled")
     tab.type("pin_name", "second")
     tab.js('model("pinned").selected.indices = [1]')
     tab.press("Rename")
@@ -652,7 +652,7 @@ def test_downloads(tab, tmp_path):
     tab.until(lambda: tab.data("pinned")["name"])
     rows = [line.split(",") for line in got("path.csv").decode().splitlines()]
     held = tab.data("path")
-    assert rows[0] == list(held)
+    assert set(rows[0]) == set(held)
     for n, name in enumerate(rows[0]):
         assert [float(row[n]) for row in rows[1:]] == held[name]
     header, row = got("pins.csv").decode().splitlines()

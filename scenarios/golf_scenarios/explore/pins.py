@@ -188,6 +188,6 @@ class Pins:
 
 
 def _button(label: str, click: Callable[[], None]) -> Button:
-    button = Button(label=label, stylesheets=[STYLE])
+    button = Button(name=label.lower(), label=label, stylesheets=[STYLE])
     button.on_click(click)
     return button
