@@ -485,11 +485,11 @@ def test_events_are_never_queued(tab, fmu):
         window.seen = 0
         model("path").properties.data.change.connect(() => { window.seen += 1 })
         const slider = model("k_slider")
-        for (let n = 0; n < 300; n++) slider.value = 1000 + n""")
+        for (let n = 0; n < 100; n++) slider.value = 1200 + n""")
     tab.shows(k=1_299_000.0)
     check_page(tab, fmu, k=1_299_000.0)
-    # Measured: 1 to 4, and 42 on a machine with ten times the work that it can do.
-    assert tab.js("return window.seen") <= 150
+    # Measured: 1 to 4, and 42 of 300 on a machine with six times the work that it can do.
+    assert tab.js("return window.seen") <= 60
 
 
 def test_refusal_and_recovery(tab, fmu):

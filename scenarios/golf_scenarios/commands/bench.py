@@ -96,7 +96,7 @@ def _explore(quick: bool, folder: Path) -> int:
     prepare(folder)
     steps, tabs = measured_steps(quick), measured_tabs()
     table = rich_table(
-        f"A slider's step at the server, ms (at most {LIMIT:g})",
+        f"A slider's step at the server, ms of processor time (at most {LIMIT:g})",
         *("", "step", "of it the FMU", "then S and COR over a variable", ""),
     )
     for one in steps:
@@ -106,8 +106,7 @@ def _explore(quick: bool, folder: Path) -> int:
     say(
         f"{tabs['tabs']} tabs at once: {tabs['all_mb']:.0f} MB, the first "
         f"{tabs['first_tab_mb']:.0f} MB and each further one {tabs['each_further_tab_mb']:.1f} MB "
-        f"beside the server's {tabs['server_mb']:.0f} MB; a slider's step and the way back over "
-        f"the websocket take {tabs['step_and_back_ms']:.0f} ms."
+        f"beside the server's {tabs['server_mb']:.0f} MB."
     )
     passed = all(one.passed for one in steps)
     rows = {one.case: {**one._asdict(), "passed": one.passed} for one in steps}
