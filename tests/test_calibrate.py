@@ -10,6 +10,7 @@ import sys
 import pytest
 from test_cli import golf, refused
 
+from golf_build.extras import install_command
 from golf_scenarios.calibration.calibrate import Calibration, check
 from golf_scenarios.calibration.contact_law import ContactLaw, Coordinates, Predictor
 from golf_scenarios.calibration.fitting import fit
@@ -411,7 +412,7 @@ def test_without_scipy(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", f"{start}{calibrate}\nmain()"], capture_output=True, text=True
     )
-    refused(done, 'pip install "golf-impact[calibrate]"')
+    refused(done, "calibrate needs SciPy", install_command("calibrate"))
     done = subprocess.run(
         [sys.executable, "-c", f"{start}{run}\nmain()"], capture_output=True, text=True
     )

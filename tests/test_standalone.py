@@ -17,6 +17,7 @@ import pytest
 from golf_impact.variables import VARIABLES
 
 from golf_build import elf, standalone
+from golf_build.extras import install_command
 from golf_build.system import COMPANIONS
 from golf_scenarios.fmu.file import build_fmu
 from golf_scenarios.fmu.system import build_system
@@ -506,7 +507,8 @@ def refusal(monkeypatch, tmp_path):
 def test_no_compiler(monkeypatch, tmp_path):
     monkeypatch.setattr(standalone.importlib.util, "find_spec", lambda name: None)
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert "pip install 'golf-impact[standalone]'" in refusal(monkeypatch, tmp_path)
+    command = install_command("standalone")
+    assert f"install one with `{command}`" in refusal(monkeypatch, tmp_path)
 
 
 def test_a_static_python(monkeypatch, tmp_path):

@@ -15,7 +15,7 @@ from golf_scenarios.calibration.targets import (
     check_together,
     option,
 )
-from golf_scenarios.errors import UserError
+from golf_scenarios.errors import UserError, lacking
 from golf_scenarios.facts.quantities import QUANTITIES, Quantity
 from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
@@ -244,9 +244,7 @@ def calibrated(
     try:
         import scipy  # noqa: F401
     except ImportError:
-        raise UserError(
-            'calibrate needs SciPy: install it with `pip install "golf-impact[calibrate]"`'
-        ) from None
+        raise lacking("calibrate", "SciPy", "calibrate") from None
     with ImpactFmu(current_fmu()[0]) as fmu:
         return Calibration(fmu, conditions, targets, law)
 

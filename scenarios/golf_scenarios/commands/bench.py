@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from golf_scenarios.commands.console import RESULTS, out, paragraphs, progress, rich_table, say
-from golf_scenarios.errors import UserError
+from golf_scenarios.errors import lacking
 
 EPILOG = "Example: golf-impact bench --quick --out bench"
 
@@ -92,9 +92,7 @@ def need(command: str, *packages: str) -> None:
         try:
             __import__(name)
         except ImportError as error:
-            raise UserError(
-                f"{command} needs {error.name}: install it with `pip install 'golf-impact[test]'`"
-            ) from error
+            raise lacking(command, str(error.name), "test") from error
 
 
 def _conclusion(missed: list[str], figures: dict[str, float]) -> list[str]:

@@ -13,7 +13,7 @@ import typer
 
 from golf_scenarios.commands.console import err, progress, say, warn
 from golf_scenarios.commands.run import fmu_file, pairs_of
-from golf_scenarios.errors import UserError
+from golf_scenarios.errors import UserError, lacking
 from golf_scenarios.stopping import SIGNALS
 
 if TYPE_CHECKING:
@@ -254,7 +254,7 @@ def _sensitivity(sweep: Sweep, summary: Summary, outcome: Outcome) -> Sensitivit
 
         result = sensitivity(sweep.study, summary.drawn, sweep.first_output)
     except ImportError:
-        outcome.words.append("Sensitivities need SciPy: `pip install 'golf-impact[sweep]'`.")
+        outcome.words.append(f"{lacking('the table of sensitivities', 'SciPy', 'sweep')}.")
         return None
     if result is not None:
         outcome.words.append(result.note)

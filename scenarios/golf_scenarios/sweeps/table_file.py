@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from golf_build.archive import whole
-from golf_scenarios.errors import UserError
+from golf_scenarios.errors import UserError, lacking
 from golf_scenarios.sweeps.chunk import Chunk
 from golf_scenarios.sweeps.plan import Plan
 from golf_scenarios.sweeps.study import Study
@@ -47,9 +47,7 @@ class Parquet:
             import pyarrow
             import pyarrow.parquet
         except ImportError as error:
-            raise UserError(
-                "Parquet needs pyarrow: run `pip install 'golf-impact[sweep]'`, or name a .csv file"
-            ) from error
+            raise lacking("Parquet", "pyarrow", "sweep", ", or name a .csv file") from error
         self._arrow = pyarrow
         kinds = {"ball": pyarrow.string(), "law": pyarrow.int64()}
         kinds |= {name: pyarrow.bool_() for name in plan.booleans}
