@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import stat
 import subprocess
 import sys
 import tempfile
@@ -267,6 +268,49 @@ def test_a_link_stays_one(tmp_path):
     assert golf("run", "table1", "--out", "out", cwd=tmp_path).returncode == 0
     assert (tmp_path / "out" / "results.json").is_symlink()
     assert "table1" in json.loads((tmp_path / "elsewhere" / "mine.json").read_text())
+
+
+COMMANDS_THAT_WRITE = {
+    "run": ("run", "table1", "--out", ".", "results.json"),
+    "bench": ("bench", "--quick", "--out", ".", "bench.json"),
+    "bench --native": ("bench", "--native", "--out", ".", "bench_native.json"),
+    "stress": ("stress", "--quick", "--out", ".", "stability.png"),
+    "calibrate": ("calibrate", "--cor", 0.7, "--contact-time", 6e-4, "--out", ".", "calibrate.png"),
+    "sweep": ("sweep", "--set", "k=1e6", "--out", "x.csv", "x.csv"),
+    "sweep's report": ("sweep", "--set", "k=1e6", "--out", "x.csv", "x.html"),
+    "build": ("build", "--out", "x.fmu", "x.fmu"),
+}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="POSIX's pipes")
+@pytest.mark.parametrize("command", COMMANDS_THAT_WRITE)
+@pytest.mark.parametrize("kind", ["pipe", "link to a device"])
+def test_what_is_no_plain_file_stays(tmp_path, command, kind):
+    """Not that a device is replaced by a file of results: as root it could be."""
+    *arguments, name = COMMANDS_THAT_WRITE[command]
+    target = tmp_path / name
+    if kind == "pipe":
+        os.mkfifo(target)
+    else:
+        try:
+            os.mknod(tmp_path / "device", 0o666 | stat.S_IFCHR, os.makedev(1, 3))
+        except OSError:
+            pytest.skip("devices can't be made here")
+        target.symlink_to("device")
+    before = names(tmp_path)
+    refused(golf(*arguments, cwd=tmp_path), f"can't write {name}: it is a device or a pipe")
+    assert names(tmp_path) == before
+    assert not stat.S_ISREG(target.stat().st_mode)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links, and /proc")
+def test_a_folder_that_can_never_be_made(tmp_path):
+    """Found before anything runs: the FMU to be used isn't looked at yet."""
+    (tmp_path / "link").symlink_to("nowhere")
+    for out in ("link", "link/below", "/proc/golf"):
+        done = golf("run", "table1", "--fmu", "none.fmu", "--out", out, cwd=tmp_path)
+        refused(done, f"can't write into {out}", "choose another folder")
+    assert names(tmp_path) == {"link"}
 
 
 # Space

@@ -496,8 +496,8 @@ def test_the_command(fmu_path, tmp_path):
     assert "Refused by the FMU: 2 cases" in done.stdout
     assert "row 5: k = -1.0 N/m" in done.stdout
     assert "the same numbers to the last bit" in done.stdout
-    assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.png", "report.html"}
-    assert "data:image/png" in (tmp_path / "report.html").read_text()
+    assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.png", "x.html"}
+    assert "data:image/png" in (tmp_path / "x.html").read_text()
 
 
 def test_the_command_refuses_in_one_line(tmp_path):
@@ -534,7 +534,7 @@ def test_the_tolerance_study(fmu_path, tmp_path):
     header, rows = table(out)
     assert header[:7] == ["club_speed", "law", "k", "b", "m_ball", "ball_speed", "ball_velocity"]
     assert len(rows) == 64
-    page = (tmp_path / "report.html").read_text()
+    page = (tmp_path / "tolerance.html").read_text()
     assert "First-order Sobol indices" in page
 
 
@@ -596,7 +596,7 @@ def test_pictures(fmu_path, tmp_path, sets):
     )  # fmt: skip
     assert swept(given, None) == 0
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
-    assert "data:image/png" in (tmp_path / "report.html").read_text()
+    assert "data:image/png" in (tmp_path / "x.html").read_text()
 
 
 @pytest.mark.parametrize(("b", "lines"), [("0,9,12", 3), ("0:14:8", 0)])
@@ -611,7 +611,7 @@ def test_few_values_are_lines(fmu, b, lines):
 
 def test_nothing_to_draw(fmu_path, tmp_path):
     assert swept(options(fmu_path, tmp_path / "x.csv", {"k": "1e6"}), None) == 0
-    assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "report.html"}
+    assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.html"}
     given = options(fmu_path, tmp_path / "y.csv", {"k": "1e6,2e6"}, figures=False)
     assert swept(given, None) == 0
     assert not (tmp_path / "y.png").exists()

@@ -30,7 +30,7 @@ def bench(
     need("bench", "distributed", "mpmath", "scipy")
     from golf_scenarios.files import as_json, prepare, write_together
 
-    prepare(folder)
+    prepare(folder, "bench.json", "run_time_vs_error.png")
     from golf_scenarios.benchmarks.all import measured, ticks
     from golf_scenarios.benchmarks.drawing import run_time_vs_error
     from golf_scenarios.benchmarks.limits import LIMITS
@@ -64,7 +64,7 @@ def _native(quick: bool, folder: Path) -> int:
     from golf_scenarios.benchmarks.native import measured
     from golf_scenarios.files import as_json, prepare, write_together
 
-    prepare(folder)
+    prepare(folder, "bench_native.json")
     figures = measured(quick)
     missed = [one.key for one in figures if not one.passed]
     table = rich_table(

@@ -83,7 +83,7 @@ def calibrate(
         "time_of_max_force": (time_of_max_force, sigma_time_of_max_force),
     }
     conditions = {"club_speed": club_speed, "m_club": m_club, "m_ball": m_ball}
-    prepare(folder)
+    prepare(folder, "calibrate.json", "calibrate.png")
     measured, targets = given(options, conditions, csv)
     chosen = asked_for(law, exponent, reference_compression)
     for words in doubts(measured, targets):

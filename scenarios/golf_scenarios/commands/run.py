@@ -65,7 +65,7 @@ def run(
                 raise UserError(f"two scenarios are named {Path(name).stem}: run one at a time")
     else:
         scripts = scenarios()
-    prepare(folder)
+    prepare(folder, "results.json", "report.html")
     outcomes: dict[str, Outcome] = {}
     with ImpactFmu(fmu_file(fmu)) as instance:
         for name, script in scripts.items():

@@ -30,7 +30,7 @@ def stress(
     need("stress", "mpmath", "scipy")
     from golf_scenarios.files import as_json, prepare, write_together
 
-    prepare(folder)
+    prepare(folder, "stress.json", "stability.png")
     from golf_scenarios.stress.all import measured
     from golf_scenarios.stress.stability import draw
 

@@ -87,7 +87,7 @@ def sweep(
     ] = False,
     figures: Annotated[
         bool | None,
-        typer.Option("--figures/--no-figures", help="Draw a picture, and write report.html."),
+        typer.Option("--figures/--no-figures", help="Draw FILE.png, and write the report FILE.html."),
     ] = None,
     fmu: Annotated[
         Path | None, typer.Option("--fmu", help="Use this .fmu file; don't build.")
@@ -122,6 +122,7 @@ def swept(options: Options, study: Path | None) -> int:
     Raises:
         UserError: something in it isn't allowed, or a file can't be written.
     """
+    from golf_scenarios.files import prepare
     from golf_scenarios.sweeps.run import CHUNK, Stopped, Sweep
     from golf_scenarios.sweeps.study import Study
     from golf_scenarios.sweeps.study_file import read_study
@@ -139,6 +140,9 @@ def swept(options: Options, study: Path | None) -> int:
         options.design or "random",
     )
     check_path(options.out)
+    if options.figures is not False:
+        beside = (options.out.with_suffix(suffix).name for suffix in (".png", ".html"))
+        prepare(options.out.parent, *beside)
     with _stop_asked() as stop, Sweep(asked, fmu_file(options.fmu), stop.is_set) as running:
         try:
             with progress() as bar:
@@ -267,7 +271,7 @@ def _sensitivity(sweep: Sweep, summary: Summary, outcome: Outcome) -> Sensitivit
 def _draw(
     sweep: Sweep, summary: Summary, outcome: Outcome, sensitivity: Sensitivity | None
 ) -> list[Path]:
-    """The picture beside the data, and report.html with it."""
+    """The picture beside the data, and the page with it."""
     from golf_scenarios.files import write_together
     from golf_scenarios.report import figures
     from golf_scenarios.report.page import page
@@ -276,5 +280,6 @@ def _draw(
     figure = draw(sweep.study, summary.drawn, sweep.fmu.variables, sensitivity)
     images = {} if figure is None else {outcome.title: figures.png(figure)}
     files = {summary.path.with_suffix(".png").name: image for image in images.values()}
-    files["report.html"] = page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
+    report = summary.path.with_suffix(".html").name
+    files[report] = page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
     return write_together(summary.path.parent, files)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from golf_build.archive import whole
+from golf_build.archive import plain, whole
 from golf_scenarios.errors import UserError, lacking
 from golf_scenarios.sweeps.chunk import Chunk
 from golf_scenarios.sweeps.plan import Plan
@@ -127,5 +127,9 @@ def check_path(path: Path) -> None:
         raise UserError(f"--out {path} is a folder; give the name of a file in it")
     if not path.parent.is_dir():
         raise UserError(f"can't write {path}: there is no folder {path.parent}; make it first")
+    try:
+        plain(path)
+    except OSError as error:
+        raise UserError(f"can't write {path}: {error.strerror}") from error
     if path.exists() and not os.access(path, os.W_OK):
         raise UserError(f"can't write {path}: it is write-protected")
