@@ -9,6 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from golf_scenarios.facts.balls import BALLS
+from golf_scenarios.report import figures
+from golf_scenarios.report.own_cases import OwnCase, own_cases
+
 COMMAND = Path(sys.executable).with_name("golf-impact")
 
 
@@ -46,7 +50,8 @@ def test_list():
     done = golf("list")
     assert done.returncode == 0
     for name in ("baseline", "finite_difference", "table1"):
-        assert name in done.stdout
+        assert done.stdout.count(name) == 1
+    assert "Baseline" not in done.stdout
 
 
 def test_build_and_run(tmp_path):
@@ -80,7 +85,68 @@ def test_a_case_of_ones_own(tmp_path):
     folder = tmp_path / "golf-impact-results"
     case = json.loads((folder / "results.json").read_text())["custom"]["custom"]
     assert case["smash_factor"] * 42.0 == pytest.approx(case["ball_velocity"], rel=1e-15)
-    assert (folder / "custom_force.png").stat().st_size > 0
+    assert (folder / "custom_k=800000_club_speed=42_law=2_force.png").stat().st_size > 0
+    last = done.stdout.splitlines()[-1]
+    assert last == "8 of 8 checks passed. Results in golf-impact-results/"
+
+
+def test_own_cases_do_not_overwrite_each_other(tmp_path):
+    """Also where their names are too long for a file, and begin in the same way."""
+    many = [f"--set={name}=0.12345678901234567" for name in ("m_club", "m_ball", "gap", "b")]
+    runs = [("--set", "k=8e5"), ("--set", "k=9e5"), ("--ball", "tour"), ("--ball", "document")]
+    runs += [(*many, "--set", f"ball_diameter={value}") for value in (0.04, 0.05)]
+    for n, arguments in enumerate(runs, 1):
+        done = golf("run", *arguments, "--no-figures", "--out", tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert len(list(tmp_path.glob("custom*.csv"))) == n
+    assert (tmp_path / "custom_k=800000.csv").is_file()
+    assert (tmp_path / "custom_tour.csv").is_file()
+
+
+def test_balls_beside_each_other(tmp_path):
+    balls = ("--ball", "tour", "--ball", "document", "--ball", "tour")
+    done = golf("run", *balls, "--set", "club_speed=42", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    cases = json.loads((tmp_path / "results.json").read_text())["custom"]
+    assert list(cases) == ["tour", "document"]
+    assert cases["tour"]["max_force"] != cases["document"]["max_force"]
+    assert "Your cases: tour, document, club_speed = 42 m/s" in done.stdout
+    stems = {"custom_tour", "custom_document", "custom_tour_document"}
+    found = {path.stem.split("_club_speed=42")[0] for path in tmp_path.glob("custom*")}
+    assert found == stems
+
+
+@pytest.mark.parametrize("ball", ["document", "tour"])
+def test_the_figure_of_an_own_case(fmu, ball):
+    """It says which case and ball, in the units of the other figures."""
+    report = own_cases(fmu, [OwnCase({"club_speed": 42.0, "gap": 0.1}, BALLS[ball])])
+    (draw,) = report.figures.values()
+    (axes,) = draw(figures).axes
+    assert axes.get_title("left") == f"Contact force: {ball}, club_speed = 42 m/s, gap = 0.1 m"
+    assert axes.get_ylabel() == "contact force (kN)"
+    assert axes.get_xlabel() == "time since touch (µs)"
+    ((micro, kilonewton),) = (line.get_data() for line in axes.lines)
+    peak = report.cases["custom"]
+    assert kilonewton.max() == pytest.approx(peak["max_force"] / 1e3, rel=1e-3)
+    assert micro[kilonewton.argmax()] == pytest.approx(peak["time_of_max_force"] * 1e6, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--set", "m_club=200"), "--set m_club=200 is taken in kg: write --set m_club=0.2 for"),
+        (("--set", "m_ball=46"), "--set m_ball=46 is taken in kg"),
+        (("table1", "--set", "k=8e5"), "a case of your own: table1 stays as it is"),
+        (("table1", "--ball", "tour"), "a case of your own: table1 stays as it is"),
+        (("--set", "m_club=10"), None),
+    ],
+)
+def test_what_is_doubted_and_run_all_the_same(tmp_path, arguments, words):
+    done = golf("run", *arguments, "--no-figures", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    said = [line for line in done.stderr.splitlines() if not line.startswith("Built ")]
+    assert len(said) == (words is not None)
+    assert all(words in line for line in said)
 
 
 def test_a_scenario_alone(tmp_path):
@@ -158,6 +224,36 @@ def test_two_scenarios_of_one_name(tmp_path):
     refused(golf("run", "table1", tmp_path / "table1.py", "--out", tmp_path / "out"), "table1")
 
 
+@pytest.mark.parametrize(("passed", "colour"), [(True, "32m"), (False, "31m")])
+def test_the_verdict_has_a_colour(tmp_path, passed, colour):
+    done = golf("run", script_whose_check(passed, tmp_path), "--out", tmp_path, env=TERMINAL)
+    assert done.returncode == (0 if passed else 1)
+    *_, own, _, total = done.stdout.splitlines()
+    for line in (own, total):
+        assert colour in line
+        assert f"{int(passed)} of 1 checks passed" in line
+
+
+TERMINAL = {"FORCE_COLOR": "1", "TERM": "xterm"}
+
+
+def script_whose_check(passed, folder):
+    script = folder / "mine.py"
+    script.write_text(
+        "from golf_scenarios.scenario import Report\nTITLE = 'Mine'\ndef run(fmu):\n"
+        f"    report = Report(TITLE, fmu)\n    report.check('so it is', {passed})\n"
+        "    return report\n"
+    )
+    return script
+
+
+def test_a_backend_that_matplotlib_does_not_have(tmp_path):
+    env = {"MPLBACKEND": "nonsense"}
+    done = golf("run", "baseline", "--out", tmp_path, env=env)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "baseline_force.png").is_file()
+
+
 def test_a_failed_check_exits_1(tmp_path):
     code = (
         "import sys; from golf_scenarios.facts import document\n"
@@ -183,6 +279,7 @@ def test_a_failed_check_exits_1(tmp_path):
         (("--set", "gap=-1"), ("gap", ">= 0")),
         (("--set", "law=3"), ("law = 3", "1 (absolute) or 2 (relative)")),
         (("--set", "law=1.5"), ("law", "whole number")),
+        (("--set", "law=relative"), ("law=relative", "1 (absolute) or 2 (relative)")),
         (("--set", "exponent=1.5"), ("exponent", "law = 1")),
         (("--set", "b=inf"), ("b = inf", ">= 0")),
     ],

@@ -407,13 +407,15 @@ def together(tmp_path, *commands):
 
 
 def one_runs_files(out, stiffnesses):
-    """results.json, custom.csv and report.html are those of one k."""
-    assert names(out) == {"results.json", "custom.csv", "report.html"}
+    """results.json and report.html are those of one k; each k has a trajectory of its own."""
+    assert names(out) == {"results.json", "report.html"} | {
+        f"custom_k={k:.0f}.csv" for k in stiffnesses
+    }
     case = json.loads((out / "results.json").read_text())["custom"]["custom"]
     page = (out / "report.html").read_text()
     (k,) = (k for k in stiffnesses if f"k = {k:g}<" in page or f"k = {k:g} " in page)
     # The largest sample of 301 lies just below the largest force.
-    rows = (out / "custom.csv").read_text().splitlines()[1:]
+    rows = (out / f"custom_k={k:.0f}.csv").read_text().splitlines()[1:]
     largest = max(float(row.split(",")[1]) for row in rows)
     assert case["max_force"] * 0.999 < largest <= case["max_force"]
     return k, case["max_force"]
@@ -452,10 +454,10 @@ def test_one_that_comes_in_the_middle_of_another_waits(tmp_path, monkeypatch):
 def test_figures_of_an_earlier_run_do_not_stay_beside_other_results(tmp_path):
     first = golf("run", "--set", "k=1e6", "--out", "out", cwd=tmp_path)
     assert "earlier" not in first.stdout
-    assert "custom_force.png" in names(tmp_path / "out")
-    second = golf("run", "--set", "k=2e6", "--out", "out", "--no-figures", cwd=tmp_path)
+    assert "custom_k=1000000_force.png" in names(tmp_path / "out")
+    second = golf("run", "--set", "k=1e6", "--out", "out", "--no-figures", cwd=tmp_path)
     assert "in place of an earlier run's" in second.stdout
-    assert names(tmp_path / "out") == {"results.json", "custom.csv", "report.html"}
+    assert names(tmp_path / "out") == {"results.json", "custom_k=1000000.csv", "report.html"}
 
 
 def test_a_value_given_twice(tmp_path):

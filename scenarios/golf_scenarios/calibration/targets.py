@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from golf_scenarios.errors import UserError
+from golf_scenarios.facts.quantities import doubts_of_mass
 
 #: Targets by name: the FMU's output, and how it is called.
 TARGETS = {
@@ -28,9 +29,8 @@ RESTITUTION = ("ball_speed", "club_speed_after", "cor")
 #: The σ of a target without one, as a fraction of its value.
 DEFAULT_SIGMA = 0.01
 
-#: No impact with a ball is so long (s) or so soft (N), and no club or ball so heavy (kg): another
-#: unit was meant.
-_LONG, _SOFT, _HEAVY = 0.1, 20.0, 10.0
+#: No impact with a ball is so long (s) or so soft (N): another unit was meant.
+_LONG, _SOFT = 0.1, 20.0
 
 #: Measurements that contradict a conservation law by more than so many σ are refused.
 _CONTRADICTION = 3.0
@@ -221,12 +221,8 @@ def doubts(conditions: Conditions, targets: Mapping[str, Target]) -> list[str]:
     force = targets.get("max_force")
     if force and force.value < _SOFT:
         words.append(f"--max-force {force.value:g} is taken in N: write e.g. 6600 for 6.6 kN.")
-    words += [
-        f"{option(name)} {getattr(conditions, name):g} is taken in kg: write e.g. 0.210 for 210 g."
-        for name in ("m_club", "m_ball")
-        if getattr(conditions, name) > _HEAVY
-    ]
-    return words
+    masses = {f"{option(name)} ": getattr(conditions, name) for name in ("m_club", "m_ball")}
+    return [*words, *doubts_of_mass(masses)]
 
 
 def check_together(targets: Mapping[str, Target], conditions: Conditions, law: int) -> None:

@@ -87,7 +87,7 @@ def sweep(
     ] = False,
     figures: Annotated[
         bool | None,
-        typer.Option("--figures/--no-figures", help="Draw FILE.png, and write the report FILE.html."),
+        typer.Option("--figures/--no-figures", help="Write FILE.png and FILE.html."),
     ] = None,
     fmu: Annotated[
         Path | None, typer.Option("--fmu", help="Use this .fmu file; don't build.")

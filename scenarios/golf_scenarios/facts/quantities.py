@@ -1,6 +1,13 @@
 """How quantities are called and shown: one table for reports, figures and calibration."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
+
+#: What the number `law` may be.
+LAWS_IN_WORDS = "law is 1 (absolute) or 2 (relative)"
+
+#: No club head and no ball is so heavy (kg): grams were meant.
+_HEAVY = 10.0
 
 
 class Quantity(NamedTuple):
@@ -64,3 +71,16 @@ def label(metric: str) -> str:
 def shown(metric: str, value: float) -> str:
     """A metric's value (SI) in the unit of its label."""
     return QUANTITIES.get(metric, Quantity(metric)).shown(value)
+
+
+def doubts_of_mass(masses: Mapping[str, float]) -> list[str]:
+    """Masses that may be in grams, in words; they are taken as they stand.
+
+    Args:
+        masses: kg, by what stands before them on the command line.
+    """
+    return [
+        f"{given}{mass:g} is taken in kg: write {given}{mass / 1e3:g} for {mass:g} g."
+        for given, mass in masses.items()
+        if mass > _HEAVY
+    ]

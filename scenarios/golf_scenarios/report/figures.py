@@ -4,8 +4,8 @@ import io
 import os
 from collections.abc import Sequence
 
-# Figures are written to files; without this matplotlib would look for a screen.
-os.environ.setdefault("MPLBACKEND", "Agg")
+# Figures are written to files: no screen is looked for, whatever the user's own backend is.
+os.environ["MPLBACKEND"] = "Agg"
 
 from golf_scenarios.stopping import held
 

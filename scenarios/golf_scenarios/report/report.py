@@ -7,7 +7,7 @@ from typing import Any
 
 from golf_scenarios.facts import closed_forms
 from golf_scenarios.facts.document import NUMERICAL_ERROR, Printed
-from golf_scenarios.facts.quantities import QUANTITIES, label, shown
+from golf_scenarios.facts.quantities import label, shown
 from golf_scenarios.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_scenarios.report.outcome import Outcome, Table
 
@@ -194,23 +194,3 @@ _GIVEN = (
     *("m_club", "m_ball", "ball_diameter", "k", "b", "club_speed", "ball_speed", "law"),
     *("exponent", "restitution_at_rest"),
 )
-
-
-def own_case(fmu: ImpactFmu, values: dict[str, Any]) -> Outcome:
-    """The user's own case: metrics and force of one impact, checked like every other case."""
-    title = "Your case: " + ", ".join(f"{name} = {value:g}" for name, value in values.items())
-    report = Report(title, fmu)
-    metrics = report.impact("custom", **values)
-    rows = [[one.label, one.shown(metrics[metric])] for metric, one in QUANTITIES.items()]
-    report.table(title, ["", "this FMU"], rows)
-    path = fmu.trajectory(**values)
-    report.trajectories["custom"] = path
-
-    @report.figure("custom_force")
-    def force(figures):
-        figure, axes = figures.new("Contact force: your case")
-        axes.plot(path["time"] * 1e6, path["force"], color=figures.BLUE)
-        axes.set(xlabel="time (µs)", ylabel="contact force (N)", ylim=(0, None))
-        return figure
-
-    return report
