@@ -401,6 +401,28 @@ def test_another_unit_is_doubted(tmp_path):
         assert words in line
 
 
+def test_numbers_beyond_doubles(tmp_path):
+    done = golf("calibrate", "--cor", "1e-300", "--contact-time", "6e-4", "--out", tmp_path)
+    refused(done, "too small or too large for doubles")
+    assert len(done.stderr.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("target,value,value\ncor,0.7,0.8\n", "names a column twice"),
+        (f"target,value\ncor,{'0' * 131_073}\n", "field larger than field limit"),
+        (f"target,value\n{'#' * 2**20}", "larger than"),
+    ],
+)
+def test_lists_of_measurements_that_are_none(tmp_path, text, words):
+    path = tmp_path / "measured.csv"
+    path.write_text(text)
+    with pytest.raises(UserError, match=words):
+        read_csv(path)
+
+
 def test_without_scipy(tmp_path):
     """Calibrate says what to install; run needs it nowhere."""
     start = (

@@ -74,6 +74,28 @@ def test_the_line_that_installs_an_extra(monkeypatch, tmp_path, extra):
     assert packages == sorted(requirement for requirement, _ in declared(extra))
 
 
+def test_the_examples_leave_nothing_untracked():
+    """What the READMEs' lines write into a checkout, git ignores."""
+    texts = [
+        path.read_text("utf-8") for path in ROOT.rglob("README.md") if ".venv" not in path.parts
+    ]
+    names = {name for text in texts for name in re.findall(r"--out ([\w./-]+)", text)}
+    names |= {name for text in texts for name in re.findall(r'"([\w-]+\.(?:csv|parquet))"', text)}
+    assert len(names) >= 5
+    written = {
+        str(Path(name).with_suffix(suffix)) for name in names for suffix in (".png", ".html")
+    }
+    written |= names | {"golf-impact-results/report.html"}
+    git = ["git", "-C", str(ROOT), "check-ignore", "--no-index", *sorted(written)]
+    try:
+        done = subprocess.run(git, capture_output=True, text=True)
+    except OSError:
+        pytest.skip("git isn't installed")
+    if done.returncode == 128:
+        pytest.skip("this is no checkout")
+    assert set(done.stdout.split()) == written
+
+
 def tree(folder):
     return (ROOT / folder).rglob("*.py")
 

@@ -8,8 +8,10 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -21,6 +23,7 @@ from golf_scenarios.commands.sweep import swept
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_scenarios.sweeps import Stopped, Study, comparison, run_sweep
+from golf_scenarios.sweeps import run as running
 from golf_scenarios.sweeps.axes import Grid, Normal, Uniform, axis
 from golf_scenarios.sweeps.chunk import FmuFile, run_chunk
 from golf_scenarios.sweeps.comparison import compare
@@ -113,6 +116,11 @@ def test_axes_that_are_none(name, text, words):
         ({"sets": {"k": "1"}, "seed": -1}, "--seed"),
         ({"sets": {"k": "1"}, "outputs": ("force", "force")}, "twice"),
         ({"sets": dict.fromkeys("ab", "0:1:1000000")}, "cases"),
+        ({"sets": {"k": "1"}, "outputs": ()}, "empty list"),
+        (
+            {"sets": {"k": "normal:1:2"}, "number_of_samples": 2**30 + 1, "design": "sobol"},
+            "at most 1,073,741,824",
+        ),
     ],
 )
 def test_studies_that_are_none(arguments, words):
@@ -452,6 +460,64 @@ def test_a_full_disk(fmu_path, tmp_path, suffix):
     assert leftovers(tmp_path) == []
 
 
+HUGE = {
+    "cases": {"sets": {"k": "0:1:100000", "b": "0:1:100000"}},
+    "a Latin hypercube": {"sets": {"k": "normal:1e6:1"}, "samples": 3 * 10**9, "design": "lhs"},
+    "a Sobol sequence": {"sets": {"k": "normal:1e6:1"}, "samples": 2**30, "design": "sobol"},
+}
+
+
+@pytest.mark.parametrize("given", HUGE.values(), ids=HUGE)
+def test_what_needs_more_memory_than_there_is(tmp_path, monkeypatch, given):
+    """It is told before anything starts, with what it would need and what there is."""
+    monkeypatch.setattr(running, "free_bytes", lambda: 10**9)
+    # The FMU that is named isn't there, but so far nobody gets.
+    here = Options(out=tmp_path / "x.csv", fmu=tmp_path / "none.fmu", **given)
+    with pytest.raises(UserError, match=r"cases need [0-9.]+ GB of memory, and 1.0 GB are free"):
+        swept(here, None)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_study_that_fits_into_memory_and_one_that_just_does_not(monkeypatch):
+    study = Study.of({"k": "0:1:1000"})
+    for figures in (False, True):
+        need = study.memory(figures)
+        monkeypatch.setattr(running, "free_bytes", lambda need=need: need)
+        running.check_size(study, figures=figures)
+        monkeypatch.setattr(running, "free_bytes", lambda need=need: need - 1)
+        with pytest.raises(UserError, match="memory"):
+            running.check_size(study, figures=figures)
+    assert study.memory(True) > study.memory(False) >= 8000
+
+
+@pytest.mark.parametrize("design", ["random", "lhs", "sobol"])
+def test_samples_take_no_more_memory_than_is_told(design):
+    study = Study.of({"k": "normal:1:2", "b": "uniform:0:1"}, None, 2**16, 0, design)
+    study.columns(0, 1)  # so that SciPy is there
+    study = replace(study)
+    tracemalloc.start()
+    try:
+        study.columns(0, 1)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert 16 * 2**16 <= peak <= study.memory(figures=False)
+
+
+@pytest.mark.parametrize("design", ["lhs", "sobol"])
+def test_drawing_samples_can_be_stopped(fmu_path, tmp_path, design):
+    study = Study.of({"k": "normal:1e6:1"}, None, 2**24, 0, design)
+    asked = []
+    with pytest.raises(Stopped) as stopped:
+        run_sweep(
+            study, tmp_path / "x.csv", fmu=fmu_path,
+            stop=lambda: asked.append(0) or len(asked) > 2,
+        )  # fmt: skip
+    assert stopped.value.done == 0
+    assert "_drawn" not in vars(study)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_files_that_cannot_be_written(fmu_path, tmp_path):
     (tmp_path / "folder.csv").mkdir()
     study = Study.of({"k": "1e6"})
@@ -462,7 +528,12 @@ def test_files_that_cannot_be_written(fmu_path, tmp_path):
     ):
         with pytest.raises(UserError, match=words):
             run_sweep(study, tmp_path / name, fmu=fmu_path)
-    for options, words in (({"workers": 0}, "--workers 0"), ({"chunk": 0}, "--chunk 0")):
+    for options, words in (
+        ({"workers": 0}, "--workers 0"),
+        ({"chunk": 0}, "--chunk 0"),
+        ({"workers": 0, "scheduler": "local"}, "--workers 0"),
+        ({"workers": -2, "scheduler": "local"}, "--workers -2"),
+    ):
         with pytest.raises(UserError, match=words):
             run_sweep(study, tmp_path / "x.csv", fmu=fmu_path, **options)
     assert [path.name for path in tmp_path.iterdir()] == ["folder.csv"]
@@ -550,6 +621,12 @@ def test_the_tolerance_study(fmu_path, tmp_path):
         ("[set]\nk = true", "k in .set. must be a number"),
         ("[set]\nk = {}", "k in .set. must be a number"),
         ("samples = ", "no TOML file"),
+        (f"samples = {'9' * 5000}", "no TOML file"),
+        (f"samples = 0x{'f' * 5000}", "more than 64 bits"),
+        (f"[set]\nk = [[{2**63}]]", "more than 64 bits"),
+        (f"out = {'[' * 5000}", "nested too deeply"),
+        ('out = "a\\u0000.csv"', "NUL"),
+        ("# " + 2**20 * "x", "larger than"),
     ],
 )
 def test_studies_that_cannot_be_read(tmp_path, text, words):

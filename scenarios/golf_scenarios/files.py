@@ -21,6 +21,10 @@ except ImportError:  # Windows, where two runs at once may mix their files (each
     fcntl = None  # type: ignore[assignment]
 
 
+#: Bytes: a study or a list of measurements has some hundred.
+_LARGEST_TEXT = 2**20
+
+
 def prepare(folder: Path, *names: str) -> Path:
     """Make sure now that files can be written into a folder later; it isn't made yet.
 
@@ -109,6 +113,25 @@ def _alone(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.close(handle)
+
+
+def read_text(path: Path) -> str:
+    """A text file that a user names; a mark of UTF-8 at its beginning is left out.
+
+    Raises:
+        UserError: it can't be read, is no text in UTF-8, or larger than any that is meant.
+    """
+    try:
+        with open(path, "rb") as stream:
+            data = stream.read(_LARGEST_TEXT + 1)
+    except OSError as error:
+        raise UserError(f"can't read {path}: {error.strerror}") from error
+    if len(data) > _LARGEST_TEXT:
+        raise UserError(f"{path} is refused: it is larger than {_LARGEST_TEXT:,} bytes")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise UserError(f"{path} is no text in UTF-8: save it as UTF-8") from error
 
 
 def as_json(data: object) -> bytes:

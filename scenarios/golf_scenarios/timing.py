@@ -6,6 +6,7 @@ import gc
 import importlib.metadata
 import os
 import platform
+import re
 import statistics
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -102,3 +103,12 @@ def resident_bytes() -> int | None:
     if not statm.is_file():
         return None
     return int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def free_bytes() -> int | None:
+    """The memory that processes can still get; None where the system doesn't tell that simply."""
+    info = Path("/proc/meminfo")
+    if not info.is_file():
+        return None
+    found = re.search(r"MemAvailable:\s*(\d+) kB", info.read_text())
+    return None if found is None else int(found[1]) * 1024

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from golf_scenarios.errors import UserError
 from golf_scenarios.facts.quantities import doubts_of_mass
+from golf_scenarios.files import read_text
 
 #: Targets by name: the FMU's output, and how it is called.
 TARGETS = {
@@ -149,18 +150,17 @@ def read_csv(path: Path) -> tuple[dict[str, tuple[float, float | None]], dict[st
         UserError: the file can't be read or understood.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UserError(f"can't read {path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path} is no text in UTF-8: save it as CSV (UTF-8)") from error
-    rows = csv.reader(text.splitlines())
+        rows = iter(list(csv.reader(read_text(path).splitlines())))
+    except csv.Error as error:
+        raise UserError(f"{path} can't be read as CSV: {error}") from error
     header = [cell.strip().lower() for cell in next(rows, [])]
     if not {"target", "value"} <= set(header) or not set(header) <= {"target", "value", "sigma"}:
         raise UserError(
             f"{path} is refused: its first line must be target,value,sigma (sigma may be left "
             f"out), not {','.join(header)!r}"
         )
+    if len(set(header)) < len(header):
+        raise UserError(f"{path} is refused: its first line names a column twice: {header}")
     targets: dict[str, tuple[float, float | None]] = {}
     impact: dict[str, float] = {}
     for number, row in enumerate(rows, 2):

@@ -123,7 +123,7 @@ def swept(options: Options, study: Path | None) -> int:
         UserError: something in it isn't allowed, or a file can't be written.
     """
     from golf_scenarios.files import prepare
-    from golf_scenarios.sweeps.run import CHUNK, Stopped, Sweep
+    from golf_scenarios.sweeps.run import CHUNK, Stopped, Sweep, check_size
     from golf_scenarios.sweeps.study import Study
     from golf_scenarios.sweeps.study_file import read_study
     from golf_scenarios.sweeps.table_file import check_path
@@ -139,6 +139,8 @@ def swept(options: Options, study: Path | None) -> int:
         0 if options.seed is None else options.seed,
         options.design or "random",
     )
+    chunk = CHUNK if options.chunk is None else options.chunk
+    check_size(asked, options.workers, chunk, options.figures is not False)
     check_path(options.out)
     if options.figures is not False:
         beside = (options.out.with_suffix(suffix).name for suffix in (".png", ".html"))
@@ -150,7 +152,7 @@ def swept(options: Options, study: Path | None) -> int:
                     options.out,
                     workers=options.workers,
                     scheduler=options.scheduler,
-                    chunk=CHUNK if options.chunk is None else options.chunk,
+                    chunk=chunk,
                     progress=bar("sweep", asked.cases),
                 )
             words = _words(summary, options)
