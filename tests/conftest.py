@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
 from golf_build import standalone
@@ -17,10 +18,10 @@ from golf_scenarios.fmu.impact_fmu import ImpactFmu
 
 HERE = Path(__file__).resolve().parent
 
-# The same few hundred examples every time; at night, new ones and far more of them:
+# The same hundred examples every time; at night, new ones and far more of them:
 # HYPOTHESIS_PROFILE=nightly, or --hypothesis-profile=nightly.
 _slow_is_fine = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
-settings.register_profile("ci", max_examples=300, derandomize=True, database=None, **_slow_is_fine)
+settings.register_profile("ci", max_examples=100, derandomize=True, database=None, **_slow_is_fine)
 settings.register_profile("nightly", max_examples=10_000, print_blob=True, **_slow_is_fine)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
@@ -32,21 +33,38 @@ def pytest_addoption(parser):
 def pytest_collection_modifyitems(config, items):
     if config.getoption("--standalone"):
         items[:] = [item for item in items if item.get_closest_marker("plain") is None]
+    # Files with slow tests first: begun last, one of them would keep one processor busy alone.
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
 
 
 @pytest.fixture(scope="session")
-def fmu_path(tmp_path_factory, request):
+def once(tmp_path_factory):
+    """Where an FMU is built by the first process of the run that needs it, for all of them."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+
+    def once(name, **how):
+        path = folder / "built" / Path(name).stem / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with FileLock(path.with_suffix(".lock")):
+            return path if path.exists() else build_fmu(path, **how)
+
+    return once
+
+
+@pytest.fixture(scope="session")
+def fmu_path(once, request):
     """The FMU, built from the present sources: what is tested is what is shipped."""
-    alone = request.config.getoption("--standalone")
-    return build_fmu(tmp_path_factory.mktemp("fmu") / "ClubBallImpact.fmu", standalone=alone)
+    return once("ClubBallImpact.fmu", standalone=request.config.getoption("--standalone"))
 
 
 @pytest.fixture(scope="session")
-def fmi3_path(tmp_path_factory, request):
+def fmi3_path(once, request):
     """The same for FMI 3.0."""
     alone = request.config.getoption("--standalone")
-    out = tmp_path_factory.mktemp("fmi3") / "ClubBallImpact.fmi3.fmu"
-    return build_fmu(out, fmi=3, standalone=alone)
+    return once("ClubBallImpact.fmi3.fmu", fmi=3, standalone=alone)
 
 
 @pytest.fixture(scope="session")
@@ -59,17 +77,15 @@ def _can_build_standalone():
 
 
 @pytest.fixture(scope="session")
-def standalone_path(tmp_path_factory, _can_build_standalone):
+def standalone_path(once, _can_build_standalone):
     """The FMU with a Python of its own."""
-    out = tmp_path_factory.mktemp("standalone") / "ClubBallImpact.standalone.fmu"
-    return build_fmu(out, standalone=True)
+    return once("ClubBallImpact.standalone.fmu", standalone=True)
 
 
 @pytest.fixture(scope="session")
-def standalone_fmi3_path(tmp_path_factory, _can_build_standalone):
+def standalone_fmi3_path(once, _can_build_standalone):
     """The same for FMI 3.0."""
-    out = tmp_path_factory.mktemp("standalone") / "ClubBallImpact.fmi3.standalone.fmu"
-    return build_fmu(out, fmi=3, standalone=True)
+    return once("ClubBallImpact.fmi3.standalone.fmu", fmi=3, standalone=True)
 
 
 @pytest.fixture(scope="session")
@@ -124,3 +140,8 @@ def reference_cases(*files):
             name = case.get("id", f"{file}-{n}-{case['law']}")
             cases.append(pytest.param(case, id=name))
     return cases
+
+
+def numbers(few, many):
+    """Seeds of random cases for `parametrize`: the first ones every time, the others at night."""
+    return [pytest.param(n, marks=[pytest.mark.nightly] * (n >= few)) for n in range(many)]

@@ -76,15 +76,12 @@ def test_the_line_that_installs_an_extra(monkeypatch, tmp_path, extra):
 
 def test_the_examples_leave_nothing_untracked():
     """What the READMEs' lines write into a checkout, git ignores."""
-    texts = [
-        path.read_text("utf-8") for path in ROOT.rglob("README.md") if ".venv" not in path.parts
-    ]
-    names = {name for text in texts for name in re.findall(r"--out ([\w./-]+)", text)}
-    names |= {name for text in texts for name in re.findall(r'"([\w-]+\.(?:csv|parquet))"', text)}
-    assert len(names) >= 5
-    written = {
-        str(Path(name).with_suffix(suffix)) for name in names for suffix in (".png", ".html")
-    }
+    texts = "".join(path.read_text("utf-8") for path in (*ROOT.glob("*.md"), *ROOT.glob("*/*.md")))
+    names = set(re.findall(r"--out ([\w./-]+)", texts))
+    names |= set(re.findall(r'"([\w-]+\.(?:csv|parquet))"', texts))
+    assert names
+    beside = (".png", ".html")
+    written = {str(Path(name).with_suffix(suffix)) for name in names for suffix in beside}
     written |= names | {"golf-impact-results/report.html"}
     git = ["git", "-C", str(ROOT), "check-ignore", "--no-index", *sorted(written)]
     try:

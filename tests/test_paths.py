@@ -12,34 +12,14 @@ import time
 from pathlib import Path
 
 import pytest
+from command import COMMAND, golf, golf_here, refused
 
 from golf_scenarios.files import write_together
 
 ROOT = Path(__file__).resolve().parent.parent
-COMMAND = Path(sys.executable).with_name("golf-impact")
 ODD = "ü # 100% (ß) & 'x'"
 
 posix = pytest.mark.skipif(os.name != "posix", reason="POSIX's users and limits")
-
-
-def golf(*arguments, cwd, env=None, program=(COMMAND,), **options):
-    return subprocess.run(
-        [*program, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env={**os.environ, "COLUMNS": "120"} | (env or {}),
-        **options,
-    )
-
-
-def refused(done, *words):
-    """Exit code 2 and nothing on stderr but one line that has these words."""
-    assert done.returncode == 2, (done.returncode, done.stderr)
-    (line,) = done.stderr.splitlines()
-    assert line.startswith("Error: ")
-    for word in words:
-        assert str(word) in line
 
 
 def names(folder):
@@ -238,15 +218,17 @@ def test_an_odd_folder_for_temporary_files(tmp_path, command):
 )
 def test_an_empty_argument(tmp_path, arguments):
     """As an unset variable of the shell leaves it."""
-    refused(golf(*arguments, cwd=tmp_path), "an argument is empty")
+    refused(golf_here(*arguments, cwd=tmp_path), "an argument is empty")
     assert names(tmp_path) == set()
 
 
 def test_long_names(tmp_path):
     for out in ("x" * 300, "x/" * 3000):
-        refused(golf("run", "table1", "--out", out, cwd=tmp_path), "File name too long", "--out")
+        refused(
+            golf_here("run", "table1", "--out", out, cwd=tmp_path), "File name too long", "--out"
+        )
     assert names(tmp_path) == set()
-    done = golf("build", "--out", "x" * 240 + ".fmu", cwd=tmp_path)
+    done = golf_here("build", "--out", "x" * 240 + ".fmu", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 
@@ -254,10 +236,12 @@ def test_files_where_folders_are_needed_and_the_other_way_round(tmp_path):
     file = tmp_path / "file"
     file.write_text("mine")
     for out in (file, file / "below"):
-        refused(golf("run", "table1", "--out", out, cwd=tmp_path), f"{file} is a file", "--out")
+        refused(
+            golf_here("run", "table1", "--out", out, cwd=tmp_path), f"{file} is a file", "--out"
+        )
     assert file.read_text() == "mine"
     (tmp_path / "out" / "report.html").mkdir(parents=True)
-    refused(golf("run", "table1", "--out", "out", cwd=tmp_path), "report.html", "folder")
+    refused(golf_here("run", "table1", "--out", "out", cwd=tmp_path), "report.html", "folder")
     assert names(tmp_path / "out") == {"report.html"}
 
 
@@ -265,7 +249,7 @@ def test_a_link_stays_one(tmp_path):
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "results.json").symlink_to(tmp_path / "elsewhere" / "mine.json")
-    assert golf("run", "table1", "--out", "out", cwd=tmp_path).returncode == 0
+    assert golf_here("run", "table1", "--out", "out", cwd=tmp_path).returncode == 0
     assert (tmp_path / "out" / "results.json").is_symlink()
     assert "table1" in json.loads((tmp_path / "elsewhere" / "mine.json").read_text())
 
@@ -298,7 +282,7 @@ def test_what_is_no_plain_file_stays(tmp_path, command, kind):
             pytest.skip("devices can't be made here")
         target.symlink_to("device")
     before = names(tmp_path)
-    refused(golf(*arguments, cwd=tmp_path), f"can't write {name}: it is a device or a pipe")
+    refused(golf_here(*arguments, cwd=tmp_path), f"can't write {name}: it is a device or a pipe")
     assert names(tmp_path) == before
     assert not stat.S_ISREG(target.stat().st_mode)
 
@@ -308,7 +292,7 @@ def test_a_folder_that_can_never_be_made(tmp_path):
     """Found before anything runs: the FMU to be used isn't looked at yet."""
     (tmp_path / "link").symlink_to("nowhere")
     for out in ("link", "link/below", "/proc/golf"):
-        done = golf("run", "table1", "--fmu", "none.fmu", "--out", out, cwd=tmp_path)
+        done = golf_here("run", "table1", "--fmu", "none.fmu", "--out", out, cwd=tmp_path)
         refused(done, f"can't write into {out}", "choose another folder")
     assert names(tmp_path) == {"link"}
 
@@ -452,13 +436,13 @@ def test_one_that_comes_in_the_middle_of_another_waits(tmp_path, monkeypatch):
 
 
 def test_figures_of_an_earlier_run_do_not_stay_beside_other_results(tmp_path):
-    first = golf("run", "--set", "k=1e6", "--out", "out", cwd=tmp_path)
+    first = golf_here("run", "--set", "k=1e6", "--out", "out", cwd=tmp_path)
     assert "earlier" not in first.stdout
     assert "custom_k=1000000_force.png" in names(tmp_path / "out")
-    second = golf("run", "--set", "k=1e6", "--out", "out", "--no-figures", cwd=tmp_path)
+    second = golf_here("run", "--set", "k=1e6", "--out", "out", "--no-figures", cwd=tmp_path)
     assert "in place of an earlier run's" in second.stdout
     assert names(tmp_path / "out") == {"results.json", "custom_k=1000000.csv", "report.html"}
 
 
 def test_a_value_given_twice(tmp_path):
-    refused(golf("run", "--set", "k=1", "--set", "k=2", cwd=tmp_path), "k is given twice")
+    refused(golf_here("run", "--set", "k=1", "--set", "k=2", cwd=tmp_path), "k is given twice")

@@ -11,14 +11,19 @@ from golf_scenarios.commands.stress import _beside_bar, _show, stress
 from golf_scenarios.errors import UserError
 from golf_scenarios.peers import problem
 from golf_scenarios.peers.problem import Case, Outcome
+from golf_scenarios.stress import all as all_
 from golf_scenarios.stress import cases, exact, invariants, special_points, stability
 from golf_scenarios.stress.driver import opened
 from golf_scenarios.stress.ledger import Ledger
 from golf_scenarios.stress.reference import Reference
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
+@pytest.fixture(
+    scope="module",
+    params=[(50, 30), pytest.param((150, 100), marks=pytest.mark.nightly, id="--quick")],
+)
+def results(request, tmp_path_factory):
+    all_.IMPACTS[True] = request.param
     folder = tmp_path_factory.mktemp("stress")
     code = stress(quick=True, folder=folder, seed=7)
     found = json.loads((folder / "stress.json").read_text())

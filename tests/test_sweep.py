@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet
 import pytest
+from command import COMMAND, golf_here, refused
 
 from golf_scenarios.commands.sweep import swept
 from golf_scenarios.errors import UserError
@@ -35,7 +36,6 @@ from golf_scenarios.sweeps.sensitivity import sensitivity
 from golf_scenarios.sweeps.study_file import Options, read_study
 
 STUDIES = Path(__file__).parents[1] / "scenarios" / "studies"
-COMMAND = Path(sys.executable).with_name("golf-impact")
 
 
 def table(path):
@@ -577,13 +577,7 @@ def test_the_command_refuses_in_one_line(tmp_path):
         (("--set", "k=1", "--set", "k=2", "--out", "x.csv"), "twice"),
         (("--set", "k=1e6"), "--out FILE.csv"),
     ):
-        done = subprocess.run(
-            [COMMAND, "sweep", *arguments], capture_output=True, text=True, cwd=tmp_path
-        )
-        assert done.returncode == 2
-        assert done.stderr.startswith("Error: ")
-        assert done.stderr.count("\n") == 1
-        assert words in done.stderr
+        refused(golf_here("sweep", *arguments, cwd=tmp_path), words)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -778,22 +772,9 @@ def test_a_step_long_enough_for_any_exponent(fmu):
 @pytest.mark.parametrize("axis", ["club_speed=normal:45:2", "b=uniform:5:15"])
 def test_one_distribution_has_a_picture(fmu_path, tmp_path, law, axis):
     # S doesn't depend on club speed, but for rounding; SciPy's Sobol indices fail for one variable.
-    done = subprocess.run(
-        [
-            *(
-                sys.executable,
-                "-m",
-                "golf_scenarios",
-                "sweep",
-                "--set",
-                f"law={law}",
-                "--set",
-                axis,
-            ),
-            *("--samples", "50", "--out", str(tmp_path / "one.csv"), "--fmu", str(fmu_path)),
-        ],
-        capture_output=True,
-        text=True,
+    done = golf_here(
+        *("sweep", "--set", f"law={law}", "--set", axis, "--samples", 50),
+        *("--out", tmp_path / "one.csv", "--fmu", fmu_path),
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "one.png").read_bytes().startswith(b"\x89PNG")

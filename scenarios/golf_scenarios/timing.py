@@ -42,9 +42,26 @@ def interleaved(
     return times
 
 
-def median_ratio(numerator: list[float], denominator: list[float]) -> float:
+class Ratio(float):
+    """The median of the ratios of rounds.
+
+    Attributes:
+        spread: their interquartile range over the median: how much else the machine did.
+    """
+
+    spread: float
+
+    def __new__(cls, ratios: list[float]) -> Ratio:
+        """Of one round it spreads by nothing."""
+        self = super().__new__(cls, statistics.median(ratios))
+        quartiles = statistics.quantiles(ratios, method="inclusive") if len(ratios) > 1 else [0.0]
+        self.spread = (quartiles[-1] - quartiles[0]) / self
+        return self
+
+
+def median_ratio(numerator: list[float], denominator: list[float]) -> Ratio:
     """The median of the ratios of rounds: a disturbance that lasts longer than one cancels."""
-    return statistics.median(a / b for a, b in zip(numerator, denominator, strict=True))
+    return Ratio([a / b for a, b in zip(numerator, denominator, strict=True)])
 
 
 @contextmanager

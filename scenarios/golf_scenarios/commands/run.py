@@ -66,10 +66,7 @@ def run(
     for words in doubts_of_mass(masses):
         warn(words, style="yellow")
     if names and own:
-        warn(
-            f"--set and --ball make a case of your own: {', '.join(names)} stays as it is.",
-            style="yellow",
-        )
+        say(f"--set and --ball make a case of your own: {', '.join(names)} stays as it is.")
     if names or own:
         scripts: dict[str, ModuleType] = {}
         for name in dict.fromkeys(names or ()):

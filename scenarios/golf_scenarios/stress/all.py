@@ -11,6 +11,9 @@ from golf_scenarios.stress.driver import opened
 from golf_scenarios.stress.ledger import Ledger
 from golf_scenarios.timing import machine
 
+#: Random impacts and special points, of --quick and of all.
+IMPACTS = {True: (150, 100), False: (5000, 1500)}
+
 #: Of so many impacts one is held against the reference.
 _SAMPLE = 10
 
@@ -25,7 +28,7 @@ def measured(
         seed: of the random impacts; the same one gives the same impacts and steps again.
         bar: begins a bar of progress.
     """
-    impacts, specials = (150, 100) if quick else (5000, 1500)
+    impacts, specials = IMPACTS[quick]
     ledger = Ledger()
     invariants.announce(ledger)
     long_runs.announce(ledger)
