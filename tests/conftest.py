@@ -30,12 +30,32 @@ def pytest_addoption(parser):
     parser.addoption("--standalone", action="store_true", help="test the standalone FMUs instead")
 
 
+#: Files that take more than some seconds. The longest first: begun last, one of them would keep one
+#: processor busy alone.
+SLOW = [
+    *("test_sweep_cluster", "test_system", "test_stress", "test_bench", "test_values"),
+    *("test_sweep", "test_calibrate", "test_standalone", "test_signals", "test_interop"),
+    *("test_paths", "test_endurance", "test_call_order", "test_native_host", "test_fmi3"),
+    *("test_exit", "test_two_ways", "test_archives"),
+]
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
+    left_out = set()
     if config.getoption("--standalone"):
-        items[:] = [item for item in items if item.get_closest_marker("plain") is None]
-    # Files with slow tests first: begun last, one of them would keep one processor busy alone.
-    slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: item.path not in slow)
+        left_out.add("plain")
+    # Only whoever names them wants them, with -m.
+    if "nightly" not in config.getoption("markexpr"):
+        left_out.add("nightly")
+    kept, dropped = [], []
+    for item in items:
+        if item.path.stem in SLOW:
+            item.add_marker("slow")
+        (dropped if any(map(item.get_closest_marker, left_out)) else kept).append(item)
+    config.hook.pytest_deselected(items=dropped)
+    order = {name: place for place, name in enumerate(SLOW)}
+    items[:] = sorted(kept, key=lambda item: order.get(item.path.stem, len(SLOW)))
 
 
 @pytest.fixture(scope="session")

@@ -2,11 +2,16 @@
 
 import logging
 import os
+import random
+import signal
 import socket
+import subprocess
+import time
 from contextlib import ExitStack, suppress
 
 import distributed
 import pytest
+from command import COMMAND
 
 from golf_scenarios.commands.sweep import swept
 from golf_scenarios.errors import UserError
@@ -109,3 +114,37 @@ def test_no_cluster(fmu_path, tmp_path, monkeypatch):
         with pytest.raises(UserError, match=f"no Dask cluster with workers at {address}"):
             run_sweep(study(), tmp_path / "x.csv", scheduler=address, fmu=fmu_path)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="POSIX's process groups")
+@pytest.mark.parametrize("times", [2, pytest.param(60, marks=pytest.mark.nightly)])
+def test_ctrl_c_while_the_cluster_starts(fmu_path, tmp_path, times):
+    """As a terminal does it: to all processes of the group, the workers too."""
+    rng = random.Random(times)
+    for n in range(times):
+        folder = tmp_path / str(n)
+        folder.mkdir()
+        process = subprocess.Popen(
+            [
+                *(COMMAND, "sweep", "--set", "k=1e6:2e6:10000000", "--out", tmp_path / "x.csv"),
+                *("--scheduler", "local", "--workers", "2", "--fmu", fmu_path),
+            ],
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "TMPDIR": str(folder)},
+            start_new_session=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )
+        # Made just before the workers are started.
+        while not list(folder.glob("*/golf-impact-workers-*")):
+            assert process.poll() is None
+            time.sleep(0.005)
+        time.sleep(rng.uniform(0.0, 2.0))
+        os.killpg(process.pid, signal.SIGINT)
+        _, said = process.communicate(timeout=100)
+        assert process.returncode == 130, said
+        done, stopped = said.splitlines()
+        assert done.endswith("x.csv was not written.")
+        assert stopped == "Stopped; nothing half-written is left."
+        assert list(folder.iterdir()) == []
+    assert not (tmp_path / "x.csv").exists()
