@@ -554,13 +554,11 @@ def options(fmu_path, out, sets, **others):
 
 
 def test_the_command(fmu_path, tmp_path):
-    done = subprocess.run(
-        [
-            COMMAND, "sweep", "--set", "k=1e6,2e6,-1", "--set", "b=9,0", "--outputs",
-            "smash_factor,max_force", "--out", "x.csv", "--fmu", fmu_path, "--compare",
-        ],
-        capture_output=True, text=True, cwd=tmp_path,
-    )  # fmt: skip
+    done = golf_here(
+        *("sweep", "--set", "k=1e6,2e6,-1", "--set", "b=9,0", "--out", "x.csv", "--compare"),
+        *("--outputs", "smash_factor,max_force", "--fmu", fmu_path),
+        cwd=tmp_path,
+    )
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     assert done.stdout.startswith("x.csv: 6 cases in ")

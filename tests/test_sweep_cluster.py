@@ -36,7 +36,7 @@ def alone(fmu_path, tmp_path_factory):
     return path.read_bytes()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def workers():
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
