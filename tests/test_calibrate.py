@@ -387,6 +387,7 @@ def test_the_command_refuses(tmp_path):
     refused(golf_here("calibrate"), "--cor 0.743 --contact-time 600e-6", "--time-of-max-force")
     refused(golf_here("calibrate", "--cor", "1", "--contact-time", "6e-4"), "--cor 1.0", "below 1")
     refused(golf_here("calibrate", "--csv", tmp_path / "none.csv"), "none.csv")
+    refused(golf_here("calibrate", "--law", "relative"), "--law", "1 (absolute) or 2 (relative)")
     few = golf_here("calibrate", "--cor", "0.7", "--out", tmp_path / "out")
     refused(few, "too few targets")
     assert not (tmp_path / "out").exists()
