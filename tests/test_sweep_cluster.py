@@ -73,12 +73,11 @@ def test_a_cluster_whose_worker_dies(alone, fmu_path, tmp_path, workers):
     run_sweep(study(), out, scheduler=address, fmu=fmu_path, chunk=100, progress=kill)
     assert out.read_bytes() == alone
     assert seen == list(range(100, 8001, 100))
-    # The nanny has started another one, which serves as well.
+    # The other one serves on, whether or not Dask has started a new one yet.
     run_sweep(study(), tmp_path / "y.csv", scheduler=address, fmu=fmu_path, chunk=100)
     assert (tmp_path / "y.csv").read_bytes() == alone
-    after = {worker.pid for worker in workers.workers.values()}
-    assert len(after) == 2
-    assert victim not in after
+    assert victim not in {worker.pid for worker in workers.workers.values()}
+
 
 
 def test_stopping(fmu_path, tmp_path, workers):
@@ -117,7 +116,7 @@ def test_no_cluster(fmu_path, tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="POSIX's process groups")
-@pytest.mark.parametrize("times", [2, pytest.param(60, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("times", [1, pytest.param(60, marks=pytest.mark.nightly)])
 def test_ctrl_c_while_the_cluster_starts(fmu_path, tmp_path, times):
     """As a terminal does it: to all processes of the group, the workers too."""
     rng = random.Random(times)
