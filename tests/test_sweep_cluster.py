@@ -79,7 +79,6 @@ def test_a_cluster_whose_worker_dies(alone, fmu_path, tmp_path, workers):
     assert victim not in {worker.pid for worker in workers.workers.values()}
 
 
-
 def test_stopping(fmu_path, tmp_path, workers):
     out = tmp_path / "x.csv"
     out.write_text("earlier")

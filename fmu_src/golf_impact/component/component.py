@@ -8,6 +8,7 @@ and taken only when it is whole.
 
 from collections.abc import Callable
 from math import ceil, inf, isfinite, nan
+from operator import attrgetter
 from typing import Any, ClassVar
 
 from ..impact import Impact, added
@@ -26,6 +27,12 @@ _LOW = [variable.low for variable in VARIABLES[:INPUTS]]
 _HIGH = [variable.high for variable in VARIABLES[:INPUTS]]
 
 _OWN = state.OWN
+
+#: What a snapshot has beside values and impact, in its order.
+_plain = attrgetter(
+    *("_mode", "_refused", "_once", "clock", "carry", "_count", "last_step", "start_time"),
+    *("origin", "_point"),
+)
 
 #: How far (relative to the step) a host's communication point may lie from where its last step
 #: ended: enough for sums of rounded steps, far too little for a step left out.
@@ -420,11 +427,11 @@ class Component:
         high, low = self.instant()
         try:
             t = impact.advance(high, low)
-            phase = impact.phase
-            if phase is not impact.contact:
+            contact = impact.contact
+            if contact is None or impact.phase is not contact:
                 # Free motion is told from the exact instant, as quickly.
                 self._until = nan
-                now = self._now = phase.state(t)
+                now = self._now = impact.phase.state(t)
                 return now
             count, began, began_low = self._count, impact.began_high, impact.began_low
             offset = (self.clock - began) + (self.carry - began_low)
@@ -435,9 +442,9 @@ class Component:
                 self.clock, self.carry = self.instant(min(passed, count))
                 self._count = count = max(0.0, count - passed)
                 offset = (self.clock - began) + (self.carry - began_low)
-            if phase is not self._course_of:
-                self._motion, self._scale = phase.course()
-                self._course_of = phase
+            if contact is not self._course_of:
+                self._motion, self._scale = contact.course()
+                self._course_of = contact
             scale = self._scale
             self._offset = offset = scale * offset
             self._pace = pace = scale * self.last_step
@@ -448,8 +455,8 @@ class Component:
             now = self._now = [nan] * len(MOVING)
             return now
         # Next to an event the exact instant decides, and the state must be settled.
-        self._until = scale * phase.duration * (1.0 - _CLOSE)
-        if t * phase.rate <= EARLY:
+        self._until = scale * contact.duration * (1.0 - _CLOSE)
+        if t * contact.rate <= EARLY:
             self._until = -inf
         return now
 
@@ -457,21 +464,8 @@ class Component:
 
     def snapshot(self) -> tuple:
         """Everything, for `restore` in any instance of this process."""
-        return (
-            state.OWN,
-            self._mode,
-            tuple(self._values),
-            self._refused,
-            self._once,
-            self.clock,
-            self.carry,
-            self._count,
-            self.last_step,
-            self.start_time,
-            self.origin,
-            self._point,
-            self._impact.snapshot() if self._mode >= STEPPING and self._impact else None,
-        )
+        impact = self._impact.snapshot() if self._mode >= STEPPING and self._impact else None
+        return state.OWN, tuple(self._values), *_plain(self), impact
 
     def restore(self, snapshot: tuple | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
@@ -483,8 +477,8 @@ class Component:
             return
         (
             _,
-            self._mode,
             values,
+            self._mode,
             self._refused,
             self._once,
             self.clock,
