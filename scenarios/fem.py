@@ -33,7 +33,7 @@ def run(fmu):
     """The envelope, and the document's fit under both laws."""
     report = Report(TITLE, fmu)
     numbers = envelope()
-    units = ("N", "m", "", "", "", "N.s", "N.s", "J", "J", "%")
+    units = ("N", "m", "", "", "", "N·s", "N·s", "J", "J", "%")
     rows = []
     for (name, printed), unit in zip(document.ENVELOPE.items(), units, strict=True):
         value = numbers[name]
@@ -61,7 +61,7 @@ def run(fmu):
         rows.append(cells)
         misses[metric] = model[metric] / value - 1.0
     report.table(
-        "Roh & Lee's finite-element ball and the document's fit (k = 1e6, b = 9)",
+        "Roh & Lee's finite-element ball and the document's fit (k = 1e6 N/m, b = 9 N·s/m)",
         ["", "paper", "law 1", "off", "law 2", "off"],
         rows,
     )
@@ -76,7 +76,8 @@ def run(fmu):
         f"{misses['coefficient_of_restitution'] * 100:+.1f} %",
     )
     report.say(
-        "Verdict: k = 1e6 and b = 9 reproduce how hard and how long the finite-element ball pushes "
+        "Verdict: k = 1e6 N/m and b = 9 N·s/m reproduce how hard and how long the finite-element "
+        "ball pushes "
         f"(force {misses['max_force'] * 100:+.1f} %, time {misses['contact_time'] * 100:+.1f} %), "
         "but not what it gives back: the model returns "
         f"{model['energy_efficiency'] * 100:.1f} % of the kinetic energy, the paper's figures "

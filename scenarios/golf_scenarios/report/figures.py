@@ -1,13 +1,22 @@
 """How figures look. Imported only to draw: matplotlib comes with it."""
 
+from __future__ import annotations
+
 import io
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 # Figures are written to files; without this matplotlib would look for a screen.
 os.environ.setdefault("MPLBACKEND", "Agg")
 
+import numpy as np
+
+from golf_scenarios.facts.quantities import prefixed
 from golf_scenarios.stopping import held
+
+if TYPE_CHECKING:
+    from matplotlib.axis import Axis
 
 # The first import of all writes a list of fonts; half of it would hold up every later one.
 with held():
@@ -15,8 +24,8 @@ with held():
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Okabe & Ito's colours: distinct under every common colour vision deficiency.
-BLUE, ORANGE, GREEN, SKY, VERMILION, PURPLE, BLACK = (
+#: Okabe & Ito's colours, distinct under every common colour vision deficiency, and one darker.
+BLUE, ORANGE, GREEN, SKY, VERMILION, PURPLE, BLACK, INDIGO = (
     "#0072B2",
     "#E69F00",
     "#009E73",
@@ -24,10 +33,73 @@ BLUE, ORANGE, GREEN, SKY, VERMILION, PURPLE, BLACK = (
     "#D55E00",
     "#CC79A7",
     "#000000",
+    "#332288",
 )
+
+
+class Look(NamedTuple):
+    """How a thing is drawn; dashes and marker tell it where there is no colour."""
+
+    colour: str
+    dashes: Any = "-"
+    marker: str = "o"
+
+    @property
+    def line(self) -> dict[str, Any]:
+        """For `plot`: a line."""
+        return {"color": self.colour, "ls": self.dashes}
+
+    @property
+    def points(self) -> dict[str, Any]:
+        """For `plot`: a line with markers."""
+        return {**self.line, "marker": self.marker}
+
+
+_LAW_1 = Look(VERMILION, "--", "s")
+_KELVIN_VOIGT = Look(GREEN, "-.", "^")
+_TSUJI = Look(PURPLE, ":", "D")
+_POWER_LAW = Look(INDIGO, "-", "o")
+_LESS, _MORE = Look("#74B9E6", "--", "v"), Look("#00304F", "-.", "^")
+
+#: One look for one thing, in every figure: bodies, contact laws and the balls that have them, and
+#: more or less of an amount than the baseline's.
+LOOKS = {
+    "club": Look(ORANGE, "--", "s"),
+    "ball": Look(BLUE),
+    "less": _LESS,
+    "baseline": Look(BLUE),
+    "more": _MORE,
+    "law 1": _LAW_1,
+    "law 2": _KELVIN_VOIGT,
+    "Tsuji": _TSUJI,
+    "power law": _POWER_LAW,
+    "document": _LAW_1,
+    "document-old": Look("#882255", (0, (4, 1, 1, 1, 1, 1)), "X"),
+    "roh-lee-linear": _KELVIN_VOIGT,
+    "roh-lee-tsuji": _TSUJI,
+    "roh-lee": _POWER_LAW,
+    "penner": Look(SKY, "-", "v"),
+    "tour": Look(BLACK, (0, (6, 2)), "*"),
+    "rating-low": _LESS,
+    "rating-mid": Look(BLUE),
+    "rating-high": _MORE,
+    # Methods, with Tol's muted colours.
+    "this FMU, metrics only": Look(BLACK, "", "*"),
+    "this FMU, read every step": Look(BLUE, "-", "."),
+    "the document's scheme as FMU": Look(VERMILION, "-", "s"),
+    "explicit Euler, Python": Look(VERMILION, ":", "o"),
+    "semi-implicit Euler": Look("#999933", "-", "o"),
+    "Störmer–Verlet": Look("#117733", "-", "^"),
+    "Runge–Kutta 4": Look("#117733", "--", "D"),
+    "SciPy RK45": Look("#44AA99", "-", "v"),
+    "SciPy DOP853": Look("#44AA99", "--", "P"),
+    "SciPy LSODA": Look("#AA4499", "-", "<"),
+    "SciPy Radau": Look("#AA4499", "--", ">"),
+}
 
 plt.rcParams.update(
     {
+        "axes.formatter.useoffset": False,
         "axes.grid": True,
         "axes.spines.right": False,
         "axes.spines.top": False,
@@ -47,7 +119,7 @@ plt.rcParams.update(
 def new(title: str, size: tuple[float, float] = (7.2, 4.4)) -> tuple[Figure, Axes]:
     """A figure with one pair of axes."""
     figure, axes = plt.subplots(figsize=size)
-    axes.set_title(title, pad=26)
+    axes.set_title(title)
     return figure, axes
 
 
@@ -58,9 +130,78 @@ def new_pair(title: str) -> tuple[Figure, tuple[Axes, Axes]]:
     return figure, (axes[0], axes[1])
 
 
+def force_curves(
+    title: str, curves: Iterable[tuple[str, str, Mapping[str, float], Mapping[str, np.ndarray]]]
+) -> Figure:
+    """Contact forces over each other, peaks marked.
+
+    Args:
+        title: what there is to see.
+        curves: of each the name of its look, what it is, its metrics and its trajectory (SI units).
+    """
+    figure, axes = new(title)
+    for look, words, metrics, path in curves:
+        peak = int(np.argmax(path["force"]))
+        force, time = metrics["max_force"] / 1e3, metrics["contact_time"] * 1e6
+        axes.plot(
+            path["time"] * 1e6,
+            path["force"] / 1e3,
+            **LOOKS[look].points,
+            markevery=[peak],
+            ms=7,
+            label=f"{words}: {force:.2f} kN, {time:.0f} µs",
+        )
+    axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
+    legend_above(axes)
+    return figure
+
+
+def run_time_axes(axes: Axes, error: str) -> None:
+    """Axes of a work–precision diagram: error across, run time up, both logarithmic.
+
+    An error of exactly 0 has its place left of the smallest that a double can tell.
+    """
+    axes.set_xscale("symlog", linthresh=1e-17, linscale=1.0)
+    axes.set_xticks([0.0, *(10.0**power for power in range(-16, 1, 2))])
+    axes.set(yscale="log", xlabel=error, ylabel="run time of an impact (µs)")
+    axes.set_xlim(-3e-18, 1.0)
+    axes.axvline(2.2e-16, color=BLACK, lw=0.8, ls=":")
+    axes.annotate(
+        "resolution of a double",
+        (2.2e-16, 1.0),
+        xycoords=("data", "axes fraction"),
+        xytext=(4, -4),
+        textcoords="offset points",
+        va="top",
+        fontsize=9,
+    )
+
+
+def name_axis(axis: Axis, words: str, unit: str | None) -> None:
+    """Name an axis; its numbers are shown in a unit with a prefix: MN/m, not 1e6 N/m.
+
+    Args:
+        axis: with its data drawn, in SI units.
+        words: what is along it.
+        unit: the SI unit, by its FMI name; None or "1" if it has none.
+    """
+    linear = axis.get_scale() == "linear"
+    factor, unit = prefixed(unit, max(map(abs, axis.get_view_interval())) if linear else 1.0)
+    axis.set_label_text(f"{words} ({unit})" if unit else words)
+    if factor != 1.0:
+        axis.set_major_formatter(lambda value, _: f"{value * factor:.6g}")
+
+
 def legend_above(axes: Axes, columns: int = 4) -> None:
-    """A legend between title and axes, where it can't cover the data."""
+    """A legend between title and axes, where it can't cover the data; of so many columns at most.
+
+    The title moves up as far as its lines need.
+    """
+    labels = axes.get_legend_handles_labels()[1]
+    letters = 0.11 * axes.bbox.width
+    columns = max(1, min(columns, int(letters / (max(map(len, labels)) + 5))))
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2)
+    axes.set_title(axes.get_title("left"), pad=8 + 16 * -(-len(labels) // columns))
 
 
 def legend_below(figure: Figure, axes: Axes, columns: int) -> None:
