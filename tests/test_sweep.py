@@ -521,7 +521,7 @@ def test_the_club_fitting_study(fmu_path, tmp_path):
     out = tmp_path / "fit.csv"
     assert swept(options(fmu_path, out, {"club_speed": "40,50"}), study) == 0
     header, rows = table(out)
-    assert header[:4] == ["ball", "club_speed", "m_club", "smash_factor"]
+    assert header[:4] == ["ball", "club_speed", "m_club", "contact_time"]
     assert len(rows) == 12
     assert all(cell for row in rows for cell in row)
     assert (tmp_path / "fit.png").is_file()

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 with held():
     import matplotlib.pyplot as plt
     from matplotlib.axes import Axes
+    from matplotlib.colors import LinearSegmentedColormap, to_hex
     from matplotlib.figure import Figure
 
 #: Okabe & Ito's colours, distinct under every common colour vision deficiency, and one darker.
@@ -128,6 +129,17 @@ def new_pair(title: str) -> tuple[Figure, tuple[Axes, Axes]]:
     figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.4))
     figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
     return figure, (axes[0], axes[1])
+
+
+def shades(number: int) -> list[Look]:
+    """Looks for an amount that rises: the more, the darker."""
+    if number == 1:
+        return [LOOKS["baseline"]]
+    ramp = LinearSegmentedColormap.from_list("", [_LESS.colour, BLUE, _MORE.colour])
+    dashes = ("--", "-", "-.", ":")
+    return [
+        Look(to_hex(ramp(n / (number - 1))), dashes[n % 4], "vo^sD"[n % 5]) for n in range(number)
+    ]
 
 
 def force_curves(
