@@ -12,7 +12,6 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -176,18 +175,18 @@ def draw(maps: list[Map]) -> bytes:
     steps = len(_BOUNDS) - 1 - len(_NONSENSE)
     usable = figures.plt.get_cmap("cividis", steps)(range(steps))
     colours = ListedColormap([*usable, *_NONSENSE])
-    norm = BoundaryNorm(_BOUNDS, len(colours.colors))
+    norm = BoundaryNorm(_BOUNDS, colours.N)
     for one, place in zip(maps, axes.flat):
         # ζ = 0 has no place on a logarithmic axis: a row of its own, apart from the rest.
         edges = _edges(one.damping[1:])
         zero = edges[0] * (edges[0] / edges[-1]) ** np.array([0.12, 0.04])
         across = _edges(one.steps)
-        for up, errors in ((edges, one.errors[1:]), (zero, one.errors[:1])):
-            found = np.ma.masked_invalid(errors)
+        for up, table in ((edges, one.errors[1:]), (zero, one.errors[:1])):
+            found = np.ma.masked_invalid(table)
             shown = np.ma.clip(found, _BOUNDS[0], _BOUNDS[-1] * 0.999)
             place.pcolormesh(across, up, shown, cmap=colours, norm=norm)
             _hatch(place, across, up, (found > 1.0).filled(False), "///")
-            _hatch(place, across, up, ~np.isfinite(errors), "xxx")
+            _hatch(place, across, up, ~np.isfinite(table), "xxx")
         place.set(xscale="log", yscale="log", ylim=(zero[0], edges[-1]))
         place.set_title(one.method, fontsize=10.5)
         place.set_xlabel("step size ω₀h" if one.axis == "ω0 h" else "tolerance rtol")
@@ -224,13 +223,11 @@ def draw(maps: list[Map]) -> bytes:
 
 def _hatch(place: Any, across: np.ndarray, up: np.ndarray, chosen: np.ndarray, hatch: str) -> None:
     """Hatch these cells; `chosen` of shape (up, across), without the last edges."""
-    cells = [
-        Path([(x, y) for y, x in ((low, left), (low, right), (high, right), (high, left))] + [(0, 0)],
-             closed=True)
-        for row, (low, high) in enumerate(pairwise(up))
-        for column, (left, right) in enumerate(pairwise(across))
-        if chosen[row, column]
-    ]  # fmt: skip
+    cells = []
+    for row, column in zip(*np.nonzero(chosen)):
+        (left, right), (low, high) = across[column : column + 2], up[row : row + 2]
+        corners = [(left, low), (right, low), (right, high), (left, high), (left, low)]
+        cells.append(Path(corners, closed=True))
     if cells:
         whole = Path.make_compound_path(*cells)
         place.add_patch(PathPatch(whole, fc="none", ec="0.35", lw=0.0, hatch=hatch))
