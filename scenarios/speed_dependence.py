@@ -83,7 +83,7 @@ def run(fmu):
         "With k and b fixed no law here has a COR that depends on speed; measured, it falls by "
         f"0.0029 per m/s ({measured.PENNER}), which takes {lost:.3f} from S between "
         f"{_SPEEDS[0]:g} and {_SPEEDS[-1]:g} m/s. The FMU follows it with restitution_at_rest = "
-        "0.86 and restitution_slope = 0.0029 (ball penner).",
+        "0.86 and restitution_slope = 0.0029 s/m (ball penner).",
         "Contact gets shorter with speed as measured "
         f"({measured.LOUGHBOROUGH}) only with an exponent above 1.",
         "Tour drivers lie above the line: their faces are springs too, which the COR line of a "

@@ -46,7 +46,7 @@ def run(fmu):
     }
     _tables(
         report,
-        f"Roh & Lee's finite elements and the model, {speed:g} m/s (* predicted, not fitted)",
+        f"Finite elements and the model, {speed:g} m/s (* predicted, not fitted)",
         {_head(metric): _shown(metric, value) for metric, value in paper.items()},
         {_BALLS[name]: [_shown(metric, fits[name][metric]) for metric in paper] for name in _BALLS},
         {_BALLS[name]: off[name].values() for name in _BALLS},
@@ -84,8 +84,8 @@ def run(fmu):
 
     @report.figure(
         "validation",
-        "The document's ball pushes right but gives back too much, a linear one can't do both; "
-        "with n free it meets the paper.",
+        "The document's ball pushes about right and gives back too much; a linear one can't meet "
+        "both; with n free the model meets the paper.",
     )
     def beside_the_paper(figures):
         return _drawn(figures, paths, off)
@@ -99,7 +99,7 @@ def _tables(report, title, published, model, off):
     first = ["published", *published.values()]
     report.table(title, columns, [first, *([name, *row] for name, row in model.items())])
     rows = ([name, *(f"{error * 100:+.1f}" for error in errors)] for name, errors in off.items())
-    report.table("The same, off by (%)", columns, rows)
+    report.table(f"{title}: off by (%)", columns, rows)
 
 
 def _head(metric):

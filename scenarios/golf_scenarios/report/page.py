@@ -3,6 +3,7 @@
 import base64
 import csv
 import io
+import struct
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -49,7 +50,7 @@ def write_outcomes(
 def page(
     outcomes: Mapping[str, Outcome], images: Mapping[str, Mapping[str, bytes]], guid: str
 ) -> bytes:
-    """The page report.html: self-contained.
+    """The page report.html: one file, which asks for nothing else.
 
     Args:
         outcomes: by name.
@@ -58,12 +59,10 @@ def page(
     """
     checks = [check for outcome in outcomes.values() for check in outcome.checks]
     shown = {
-        name: [
-            {"alt": file.replace("_", " "), "data": base64.b64encode(image).decode()}
-            for file, image in of_one.items()
-        ]
+        name: [_figure(file, outcomes[name].captions.get(file, ""), image) for file, image in
+               of_one.items()]
         for name, of_one in images.items()
-    }
+    }  # fmt: skip
     return rendered(
         Path(__file__).with_name("report.html.jinja"),
         outcomes=outcomes,
@@ -73,3 +72,11 @@ def page(
         passed=sum(check.passed for check in checks),
         total=len(checks),
     )
+
+
+def _figure(file: str, caption: str, image: bytes) -> dict[str, str | int]:
+    # A PNG begins with its size.
+    width, height = struct.unpack(">II", image[16:24])
+    data = base64.b64encode(image).decode()
+    alt = caption or file.replace("_", " ")
+    return {"alt": alt, "caption": caption, "data": data, "width": width, "height": height}
