@@ -59,8 +59,8 @@ LOOKS = {
     "penner": Look(SKY, "-", "v"),
     "tour": Look(BLACK, (0, (6, 2)), "*"),
     "rating-low": _LESS,
-    "rating-mid": Look(BLUE),
-    "rating-high": _MORE,
+    "rating-mid": Look(BLUE, "-", "h"),
+    "rating-high": Look(_MORE.colour, "-.", "P"),
     # Methods, with Tol's muted colours.
     "this FMU, metrics only": Look(BLACK, "", "*"),
     "this FMU, read every step": Look(BLUE, "-", "."),
