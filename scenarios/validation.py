@@ -188,9 +188,10 @@ def _drawn(figures, paths, off):
     left.plot(
         [peak, end],
         [document.ROH_LEE["max_force"] / 1e3, 0.0],
-        "P",
+        "+",
         color=figures.BLACK,
-        ms=9,
+        ms=15,
+        mew=2,
         zorder=6,
         clip_on=False,
         label="Roh & Lee",
@@ -198,7 +199,7 @@ def _drawn(figures, paths, off):
     left.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
     labels = [QUANTITIES[name].name + (" *" if name == _PREDICTED else "") for name in names]
     figures.rows(right, labels, band=1.0)
-    right.set(xlabel="off by (%); band: ± 1 %; *: not fitted")
+    right.set(xlabel="off by (%); band: ± 1 %; *: predicted")
     figures.legend_below(figure, left, columns=5)
     return figure
 
