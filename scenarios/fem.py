@@ -56,13 +56,13 @@ def run(fmu):
         quantity = QUANTITIES[metric]
         cells = [quantity.plain, f"{value * quantity.factor:.5g}"]
         for metrics in (model, relative):
-            off = f"{(metrics[metric] / value - 1.0) * 100:+.1f} %"
+            off = f"{(metrics[metric] / value - 1.0) * 100:+.1f}"
             cells += [f"{metrics[metric] * quantity.factor:.5g}", off]
         rows.append(cells)
         misses[metric] = model[metric] / value - 1.0
     report.table(
         "Roh & Lee's finite-element ball and the document's fit (k = 1e6 N/m, b = 9 N·s/m)",
-        ["", "paper", "law 1", "off", "law 2", "off"],
+        ["", "paper", "law 1", "off (%)", "law 2", "off (%)"],
         rows,
     )
     report.check(

@@ -59,10 +59,9 @@ def page(
     """
     checks = [check for outcome in outcomes.values() for check in outcome.checks]
     shown = {
-        name: [_figure(file, outcomes[name].captions.get(file, ""), image) for file, image in
-               of_one.items()]
+        name: [_figure(outcomes[name], file, image) for file, image in of_one.items()]
         for name, of_one in images.items()
-    }  # fmt: skip
+    }
     return rendered(
         Path(__file__).with_name("report.html.jinja"),
         outcomes=outcomes,
@@ -74,9 +73,14 @@ def page(
     )
 
 
-def _figure(file: str, caption: str, image: bytes) -> dict[str, str | int]:
-    # A PNG begins with its size.
+def _figure(outcome: Outcome, file: str, image: bytes) -> dict[str, str | int]:
+    # A PNG has its size in the first of its chunks.
     width, height = struct.unpack(">II", image[16:24])
-    data = base64.b64encode(image).decode()
-    alt = caption or file.replace("_", " ")
-    return {"alt": alt, "caption": caption, "data": data, "width": width, "height": height}
+    caption = outcome.captions.get(file, "")
+    return {
+        "data": base64.b64encode(image).decode(),
+        "width": width,
+        "height": height,
+        "caption": caption,
+        "alt": caption or file.replace("_", " "),
+    }
