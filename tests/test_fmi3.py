@@ -23,6 +23,7 @@ from golf_impact.variables import (
     STATES,
     VARIABLES,
 )
+from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 from golf_build.packaging import face_file
@@ -444,6 +445,52 @@ def test_a_club_that_sets_off_from_the_ball(make):
     model.getContinuousStates(states, 4)
     assert list(states) == [1e-9, 0.0, 10.0, 0.0]
     assert model.flags() == [True, True, False]
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8])
+@pytest.mark.parametrize("method", ["DOP853", "RK45"])
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        {"b": 900.0},
+        {"law": 2, "b": 0.0, "exponent": 2.0},
+        {"law": 2, "b": 0.0, "exponent": 12.0},
+        {"law": 2, "exponent": 1.6},
+    ],
+    ids=str,
+)
+def test_no_separation_is_overlooked(make, fmu, values, method, rtol):
+    """By a solver with steps of its own choice, which looks for changes of sign at their ends."""
+    model = begin(make(FMU3Model), **values)
+    derivatives, indicators = (fmpy.fmi3.fmi3Float64 * 4)(), (fmpy.fmi3.fmi3Float64 * 2)()
+
+    def put(t, y):
+        model.setTime(t)
+        model.setContinuousStates((fmpy.fmi3.fmi3Float64 * 4)(*y), 4)
+
+    def slope(t, y):
+        put(t, y)
+        model.getContinuousStateDerivatives(derivatives, 4)
+        return list(derivatives)
+
+    def separation(t, y):
+        put(t, y)
+        model.getEventIndicators(indicators, 2)
+        return indicators[1]
+
+    separation.terminal = True
+    fmu.start(**values)
+    fmu.step(0.0, 1.0)
+    expected = fmu.read(["contact_time"])["contact_time"]
+    assert expected > 0.0
+    model.updateDiscreteStates()
+    tolerances = {"rtol": rtol, "atol": [0.02 * rtol, 0.02 * rtol, 35.0 * rtol, 35.0 * rtol]}
+    run = solve_ivp(
+        slope, (0.0, 5.0 * expected), [0.0, 0.0, 35.0, 0.0], method, events=separation, **tolerances
+    )
+    assert run.status == 1
+    assert run.t[-1] == pytest.approx(expected, rel=1e3 * rtol)
 
 
 # State
