@@ -20,7 +20,9 @@ def table():
         allowed = "" if v.causality == "output" else v.allowed
         unit = "" if v.unit in ("", "1") else v.unit.replace(".", "·")
         kind = "Boolean" if v.type == "Boolean" else unit
-        rows.append(f"| `{v.name}` | {v.causality} | {kind} | {start} | {allowed} | {v.description} |")
+        rows.append(
+            f"| `{v.name}` | {v.causality} | {kind} | {start} | {allowed} | {v.description} |"
+        )
     return "\n".join(rows)
 
 

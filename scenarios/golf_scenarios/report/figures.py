@@ -112,7 +112,7 @@ def run_time_axes(axes: Axes, error: str) -> None:
     axes.set_xscale("symlog", linthresh=1e-17, linscale=1.0)
     axes.set_xticks([0.0, *(10.0**power for power in range(-16, 1, 2))])
     axes.set(yscale="log", xlabel=error, ylabel="run time of an impact (µs)")
-    axes.set_xlim(-3e-18, 1.0)
+    axes.set_xlim(-3e-18, max(1.0, axes.get_xlim()[1]))
     axes.axvline(2.2e-16, color=BLACK, lw=0.8, ls=":")
     axes.annotate(
         "resolution of a double",
@@ -137,7 +137,7 @@ def name_axis(axis: Axis, words: str, unit: str | None) -> None:
     factor, unit = prefixed(unit, max(map(abs, axis.get_view_interval())) if linear else 1.0)
     axis.set_label_text(f"{words} ({unit})" if unit else words)
     if factor != 1.0:
-        axis.set_major_formatter(lambda value, _: f"{value * factor:.6g}")
+        axis.set_major_formatter(lambda value, _: f"{value * factor:.10g}")
 
 
 def legend_above(axes: Axes, columns: int = 4) -> None:
@@ -147,7 +147,7 @@ def legend_above(axes: Axes, columns: int = 4) -> None:
     """
     labels = axes.get_legend_handles_labels()[1]
     letters = 0.11 * axes.bbox.width
-    columns = max(1, min(columns, int(letters / (max(map(len, labels)) + 5))))
+    columns = max(1, min(columns, int(letters / (max(map(len, labels), default=0) + 5))))
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2)
     axes.set_title(axes.get_title("left"), pad=8 + 16 * -(-len(labels) // columns))
 
