@@ -150,7 +150,7 @@ def _rows(ways):
     for name, solved in ways.solved.items():
         for one in solved:
             if one.setting in _SHOWN:
-                yield row(f"{name}: CVode {one.setting:.0e}", one)
+                yield row(f"{name}: CVode, rtol {one.setting:.0e}", one)
         if name == "law 1":
             for one in ways.euler:
                 yield row(f"{name}: Euler {one.setting * 1e6:g} µs", one)
