@@ -6,11 +6,11 @@ import hashlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import cycle
 
 from golf_scenarios.facts.balls import Ball
-from golf_scenarios.facts.quantities import QUANTITIES
+from golf_scenarios.facts.quantities import QUANTITIES, written
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.report.looks import LOOKS
 from golf_scenarios.report.report import Report
 
 #: A file's name may have 255 characters, with what is added to this.
@@ -58,9 +58,8 @@ def own_cases(fmu: ImpactFmu, cases: Sequence[OwnCase]) -> Report:
     @report.figure(f"{_file(balls, values)}_force")
     def force(figures):
         figure, axes = figures.new(f"Contact force: {', '.join([*balls, *words])}")
-        looks = zip(cycle((figures.BLUE, figures.ORANGE, figures.GREEN)), cycle(("-", "--", ":")))
-        for (ball, (micro, kilonewton)), (colour, style) in zip(paths.items(), looks):
-            axes.plot(micro, kilonewton, color=colour, ls=style, label=ball)
+        for ball, (micro, kilonewton) in paths.items():
+            axes.plot(micro, kilonewton, label=ball, **LOOKS[ball or "ball"].line)
         axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
         if len(balls) > 1:
             figures.legend_above(axes)
@@ -70,8 +69,8 @@ def own_cases(fmu: ImpactFmu, cases: Sequence[OwnCase]) -> Report:
 
 
 def _unit(fmu: ImpactFmu, name: str) -> str:
-    unit = fmu.variables[name].unit if name in fmu.variables else None
-    return "" if unit in (None, "", "1") else f" {unit}"
+    unit = written(fmu.variables[name].unit) if name in fmu.variables else ""
+    return f" {unit}" if unit else ""
 
 
 def _file(balls: Sequence[str], values: Mapping[str, float]) -> str:
