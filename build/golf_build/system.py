@@ -1,4 +1,4 @@
-"""What goes around ClubBallImpact.fmu: two companion FMUs, and a system of all three as SSP 1.0."""
+"""What goes around ClubBallImpact.fmu: companion FMUs, and a system of three as SSP 1.0."""
 
 import hashlib
 import importlib.metadata
@@ -21,12 +21,20 @@ NAME = "GolfSwing.ssp"
 _RESOURCES = "resources"
 
 #: Module of each companion by the name of its FMU.
-COMPANIONS = {"Swing": "swing", "BallFlight": "ball_flight"}
+COMPANIONS = {
+    "Swing": "swing",
+    "BallFlight": "ball_flight",
+    "PrescribedSwing": "prescribed_swing",
+}
+
+#: The components of the system.
+COMPONENTS = ("Swing", "ClubBallImpact", "BallFlight")
 
 #: From component.variable to component.variable: every connected input, and nothing else, since
 #: fmpy.ssp stumbles over an input that is listed but not connected.
 CONNECTIONS = (
     ("Swing.club_speed", "ClubBallImpact.club_speed"),
+    ("ClubBallImpact.mean_force", "Swing.reaction_force"),
     ("ClubBallImpact.ball_velocity", "BallFlight.ball_velocity"),
     ("ClubBallImpact.separated", "BallFlight.separated"),
     ("ClubBallImpact.touch_time", "BallFlight.touch_time"),
@@ -35,8 +43,14 @@ CONNECTIONS = (
 
 #: Outputs that are listed to be seen, though nothing is connected to them.
 OBSERVED = (
+    *(
+        f"Swing.{name}"
+        for name in (
+            *("head_speed", "arm_angle", "club_angle", "wrist_torque", "hand_force", "energy"),
+            *("work", "reaction_work", "reaction_impulse", "effective_mass"),
+        )
+    ),
     "ClubBallImpact.force",
-    "ClubBallImpact.mean_force",
     "ClubBallImpact.impulse",
     "ClubBallImpact.club_position",
     "ClubBallImpact.ball_position",
@@ -53,7 +67,7 @@ OBSERVED = (
 _BOOLEANS = ("separated", "landed")
 
 #: The system's own experiment: long enough for the swing, the impact and the launch.
-STOP_TIME = 0.06
+STOP_TIME = 1.0
 STEP_SIZE = 1e-4
 
 
@@ -89,8 +103,8 @@ def build(
     companions = {name: folder / f"{name}{suffix}.fmu" for name in COMPANIONS}
     written = [build_companion(name, out, finished) for name, out in companions.items()]
     files = {"SystemStructure.ssd": _system_structure()}
-    fmus = {"ClubBallImpact.fmu": impact} | {f"{n}.fmu": out for n, out in companions.items()}
-    files |= {f"{_RESOURCES}/{name}": file.read_bytes() for name, file in sorted(fmus.items())}
+    fmus = {**companions, "ClubBallImpact": impact}
+    files |= {f"{_RESOURCES}/{n}.fmu": fmus[n].read_bytes() for n in sorted(COMPONENTS)}
     # FMUs are compressed already.
     name = Path(NAME).with_suffix(f"{suffix}.ssp").name
     written.append(_written(folder / name, packed(files, zipfile.ZIP_STORED)))
@@ -109,10 +123,10 @@ def _written(path: Path, data: bytes) -> Path:
 def build_companion(
     name: str, out: Path, finished: Callable[[Files], Files] = _as_they_are
 ) -> Path:
-    """Build Swing.fmu or BallFlight.fmu.
+    """Build a companion.
 
     Args:
-        name: "Swing" or "BallFlight".
+        name: one of COMPANIONS.
         out: the file to write.
         finished: what becomes of its files, by name.
 
@@ -122,22 +136,42 @@ def build_companion(
     Raises:
         OSError: it can't be written.
     """
-    text = face_file(COMPANIONS[name]).read_bytes()
-    # The one module that each of them has of golf_impact.
-    (used,) = re.findall(r"(?m)^from golf_impact\.([\w.]+) import", text.decode())
-    shared = bundled()[f"{used.replace('.', '/')}.py"]
+    sources = _sources(COMPANIONS[name])
     versions = f"{importlib.metadata.version('pythonfmu')} {golf_impact.__version__}".encode()
-    digest = hashlib.sha256(versions + text + shared).hexdigest()
+    digest = hashlib.sha256(versions + b"\0".join(sources.values())).hexdigest()
     # Modules are found by name: one with a digest can't be taken for another build's.
-    module = f"{COMPANIONS[name]}_{digest[:16]}"
-    private = f"{used.rpartition('.')[2]}_{digest[:16]}"
-    text = text.replace(f"from golf_impact.{used} ".encode(), f"from {private} ".encode())
+    names = {module: f"{module.rpartition('.')[2]}_{digest[:16]}" for module in sources}
+    texts = {}
+    for module, text in sources.items():
+        for used, private in names.items():
+            text = text.replace(f"from {used} ".encode(), f"from {private} ".encode())
+        texts[names[module]] = text
+    face = names[COMPANIONS[name]]
+    beside = {f"{module}.py": text for module, text in texts.items() if module != face}
     states = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
-    with packaged("pythonfmu", module, text, {f"{private}.py": shared}, states) as raw:
+    with packaged("pythonfmu", face, texts[face], beside, states) as raw:
         files = unpacked(raw)
         guid = str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/companion/{digest}"))
-        description = _described(files["modelDescription.xml"], sys.modules[module], guid)
+        description = _described(files["modelDescription.xml"], sys.modules[face], guid)
     return _written(out, packed(finished(files | {"modelDescription.xml": description})))
+
+
+def _sources(module: str) -> dict[str, bytes]:
+    """A companion's modules by name: its class, and what of ours that imports, and so on."""
+    found: dict[str, bytes] = {}
+    todo = [module]
+    while todo:
+        name = todo.pop()
+        if name in found:
+            continue
+        within = name.partition("golf_impact.")[2]
+        file = f"{within.replace('.', '/')}.py"
+        found[name] = bundled()[file] if within else face_file(name).read_bytes()
+        imported = re.findall(r"(?m)^from ([\w.]+) import", found[name].decode())
+        todo += [
+            one for one in imported if one.startswith("golf_impact.") or face_file(one).exists()
+        ]
+    return found
 
 
 def _described(written: bytes, tables: ModuleType, guid: str) -> bytes:
@@ -162,9 +196,7 @@ def _system_structure() -> bytes:
     inputs = [(end, "input") for _, end in CONNECTIONS]
     outputs = [(start, "output") for start, _ in CONNECTIONS]
     observed = [(path, "output") for path in OBSERVED]
-    components: dict[str, list[tuple[str, str]]] = {
-        name: [] for name in ("Swing", "ClubBallImpact", "BallFlight")
-    }
+    components: dict[str, list[tuple[str, str]]] = {name: [] for name in COMPONENTS}
     for path, kind in (*inputs, *outputs, *observed):
         component, name = path.split(".")
         components[component].append((name, kind))
