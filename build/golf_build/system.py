@@ -43,13 +43,11 @@ CONNECTIONS = (
 
 #: Outputs that are listed to be seen, though nothing is connected to them.
 OBSERVED = (
-    *(
-        f"Swing.{name}"
-        for name in (
-            *("head_speed", "arm_angle", "club_angle", "wrist_torque", "hand_force", "energy"),
-            *("work", "reaction_work", "reaction_impulse", "effective_mass"),
-        )
-    ),
+    "Swing.head_speed",
+    "Swing.energy",
+    "Swing.work",
+    "Swing.reaction_work",
+    "Swing.reaction_impulse",
     "ClubBallImpact.force",
     "ClubBallImpact.impulse",
     "ClubBallImpact.club_position",
