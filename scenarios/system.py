@@ -4,6 +4,7 @@ The swing gives the head's speed, and takes the force of the contact back, one s
 delay costs is measured, and what a host that repeats the step takes off it.
 """
 
+import math
 import tempfile
 from pathlib import Path
 
@@ -82,12 +83,12 @@ def run(fmu):
         "distance": whole["BallFlight.distance"],
         "height": whole["BallFlight.height"],
     }
-    _draw(report, runs, whole, delayed, repeated)
+    _draw(report, runs, whole, delayed, repeated, defaults)
     return report
 
 
 #: s: at these the error of the coupling is measured; that of the last is what the others go to.
-_FINER = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 2e-6)
+_FINER = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 4e-6)
 
 
 def _steps(size):
@@ -229,7 +230,7 @@ def _show_order(report, delayed, repeated, mass):
         f"1 ms and {errors['delayed'][last] / limit * 1e6:.0f} parts in a million at 10 µs (order "
         f"{orders['delayed']:.2f}); a host that repeats the step with the force known has "
         f"{errors['repeated'][last] / limit * 1e9:.0f} in 10⁹ there "
-        f"(order {orders['repeated']:.2f})."
+        f"(order {orders['repeated']:.2f}; it depends on where in a step touch falls)."
     )
 
 
@@ -272,9 +273,9 @@ def _show_shaft(report, path, swing):
     grams = {name: mass * 1e3 for name, mass in masses.items()}
     report.say(
         f"After the impact the swing's head has {path['Swing.head_speed'][after]:.2f} m/s, the "
-        f"free head of ClubBallImpact {case['club_velocity']:.2f}. Both gave the same momentum, but "
-        f"the swing's head acts like {grams['acting']:.1f} g, the free one has {grams['free']:.0f} "
-        "g, and law 1 drags it, too. Of the swing's, 200 g are the head: club and arms add "
+        f"free head of ClubBallImpact {case['club_velocity']:.2f}. Both gave the same momentum; "
+        f"but the swing's head acts like {grams['acting']:.1f} g, the free one has "
+        f"{grams['free']:.0f} g, and law 1 drags it, too. Of the swing's, 200 g are the head: club and arms add "
         f"{grams['acting'] - 200:.1f} g, and {more[acting]:.1f} % to the ball's speed. The source "
         "lumps the club's mass in one point; a shaft that is a rigid rod adds "
         f"{grams['rod'] - 200:.0f} g and {more[rigid]:.1f} %. A real shaft bends, so the ball "
@@ -282,28 +283,30 @@ def _show_shaft(report, path, swing):
     )
 
 
-def _draw(report, runs, whole, delayed, repeated):
+def _draw(report, runs, whole, delayed, repeated, swing):
+    arm, club = swing["arm_length"], swing["club_length"]
     coarse, fine = runs[STEPS[0]], runs[STEPS[-1]]
     touch = report.cases[_name(STEPS[-1])]["touch_time"]
 
     @report.figure("system_swing")
-    def swing(figures):
-        figure, axes = figures.new("The downswing, every 12.5 ms", size=(6.4, 5.6))
-        arm, club = 0.57541289523263207, 1.05
-        heads = []
-        for n, back in enumerate(np.arange(0.2125, -1e-9, -0.0125)):
-            at = int(np.argmin(np.abs(coarse["time"] - (touch - back))))
-            p, q = coarse["Swing.arm_angle"][at], coarse["Swing.club_angle"][at]
-            wrist = np.array([np.sin(p), -np.cos(p)]) * arm
-            head = wrist + np.array([np.sin(q), -np.cos(q)]) * club
-            heads.append(head)
-            first = {"label": "arms"} if n == 0 else {}
-            axes.plot([0, wrist[0]], [0, wrist[1]], color=figures.BLUE, lw=1.6, **first)
-            first = {"label": "club"} if n == 0 else {}
-            axes.plot(*zip(wrist, head, strict=True), color=figures.ORANGE, lw=1.2, **first)
-        axes.plot(*np.array(heads).T, "o", color=figures.BLACK, ms=4, label="head")
-        axes.annotate("ball", heads[-1], xytext=(14, -4), textcoords="offset points")
-        axes.set(xlabel="towards the target (m)", ylabel="in the plane of the swing (m)")
+    def downswing(figures):
+        figure, axes = figures.new("The downswing, every 10 ms and at the ball", size=(6.4, 5.8))
+        instants = [*np.arange(_BACKSWING, touch, 0.01), touch]
+        shown = np.searchsorted(fine["time"], np.array(instants) - 1e-9)
+        p, q = fine["Swing.arm_angle"], fine["Swing.club_angle"]
+        wrist = arm * np.array([np.sin(p), -np.cos(p)])
+        head = wrist + club * np.array([np.sin(q), -np.cos(q)])
+        for n in shown:
+            last = n == shown[-1]
+            x, y = zip((0.0, 0.0), wrist[:, n], head[:, n], strict=True)
+            names = ("arms", "club", "head") if last else (None, None, None)
+            axes.plot(x[:2], y[:2], color=figures.BLUE, lw=2.2 if last else 1.4, label=names[0])
+            axes.plot(x[1:], y[1:], color=figures.ORANGE, lw=2.0 if last else 1.2, label=names[1])
+            axes.plot(x[2:], y[2:], "o", color=figures.BLACK, ms=4, label=names[2])
+        axes.annotate("top", head[:, shown[0]], xytext=(8, -3), textcoords="offset points")
+        axes.annotate("ball", head[:, shown[-1]], xytext=(10, -3), textcoords="offset points")
+        axes.set(xlabel="towards the target (m)", ylabel="up, in the plane of the swing (m)")
+        axes.set(xlim=(-1.45, 0.95))
         axes.set_aspect("equal")
         figures.legend_above(axes)
         return figure
@@ -341,7 +344,12 @@ def _draw(report, runs, whole, delayed, repeated):
             label="swing, 1 ms",
         )
         axes.set(xlabel="time since touch (ms)", ylabel="speed (m/s)")
-        axes.set(xlim=(-0.8, 3.0), ylim=(-3, 92))
+        for name, above in (("Swing.head_speed", 5), ("ClubBallImpact.club_velocity", -15)):
+            speed = fine[name][np.argmax(fine["time"] > touch + 2.6e-3)]
+            axes.annotate(
+                f"{speed:.1f} m/s", (2.62, speed), xytext=(0, above), textcoords="offset points"
+            )
+        axes.set(xlim=(-0.6, 3.0), ylim=(-3, 92))
         figures.legend_above(axes)
         return figure
 
@@ -393,9 +401,13 @@ def _draw(report, runs, whole, delayed, repeated):
         top = int(np.argmax(y))
         figures.mark(axes, x[top], y[top], f"apex {whole['BallFlight.apex'][-1]:.1f} m")
         figures.mark(axes, x[-1], 0.0, f"carry {x[-1]:.1f} m")
-        axes.annotate("launch angle 10.9°\nbackspin 2686 rpm", (22, 0.5), va="bottom")
+        # The label above the landing stands clear of the path.
+        axes.texts[-1].set(ha="left")
+        reach = np.array([0.0, 120.0])
+        axes.plot(reach, reach * math.tan(math.radians(10.9)), color="0.5", lw=1, ls="--")
+        axes.annotate("launch angle 10.9°\nbackspin 2686 rpm", (72, 2), va="bottom")
         axes.set(xlabel="distance (m)", ylabel="height (m)")
-        axes.set(xlim=(0, 1.12 * x[-1]), ylim=(0, 1.3 * y[top]))
+        axes.set(xlim=(0, 1.22 * x[-1]), ylim=(0, 1.3 * y[top]))
         return figure
 
 
