@@ -24,7 +24,7 @@ from taylor import ORDER, Series, power, product, quotient, reach, slope, value,
 #: The stages of a swing, in their order.
 HELD, RELEASED, BEYOND, FINISHED = range(4)
 
-#: s of swing after which it has missed the ball.
+#: s after which a swing has missed the ball, and ends.
 _LONGEST = 10.0
 
 
@@ -190,6 +190,8 @@ class Course:
                 return None
             self._go_on()
         n = next(n for n, (stage, _) in enumerate(self._pieces) if stage >= BEYOND)
+        if self._pieces[n][0] == FINISHED:
+            return None
         golfer, state = self.golfer, State(*[one[0] for one in self._pieces[n][1]])
         along, up = state.head_velocity(golfer)
         direction = atan2(up, along)
@@ -209,7 +211,8 @@ class Course:
         if stage == HELD and state.arm >= -self.golfer.release_angle:
             stage = RELEASED
         start = self._starts[-1]
-        if stage == FINISHED:
+        if stage == FINISHED or start > _LONGEST:
+            stage = FINISHED
             rest = state._replace(
                 arm_rate=0.0, club_rate=0.0, shoulder_torque=0.0, wrist_torque=0.0
             )

@@ -13,6 +13,10 @@ step to come, so that what the host adds up is where the head really is (the ste
 to be as long as the last). In the step in which the head meets the ball it is the speed there, so
 that touch has the swing's speed, whatever the step. Beyond the ball it is the head's own speed.
 
+A host that wants a curve of speed and no mechanics gives its peak, `prescribed_speed`: the club is
+taken back at `takeaway_speed`, far enough for a smooth rise in `rise_time` to a peak that is held;
+touch falls after the peak whatever the step. The other outputs are 0 then.
+
 The parameters' start values are those of C.-C. Chiang, The Simple Golf Simulator (GTS Sporting,
 2016, github.com/markccchiang/Simple-Golf-Simulator): a golfer of 70 kg (arms of 0.6 m, shoulders
 of 0.17 m) and a club with a head of 0.2 kg; 52.76 m/s at the ball, 0.2125 s after the top.
@@ -23,7 +27,7 @@ golf_impact's host/at_exit.py.
 
 import json
 from collections.abc import Callable
-from math import isfinite, pi, sin
+from math import cos, isfinite, pi, sin
 
 from double_pendulum import HELD, Ball, Course, Golfer, State
 from golf_impact.host.at_exit import release_at_exit
@@ -54,6 +58,16 @@ PARAMETERS = (
     ("gravity", "m/s2", 9.806, 0.0, 1e3, "Gravitational acceleration"),
     ("plane_angle", "rad", pi / 3.0, 0.0, 0.5 * pi, "Of the swing's plane above the ground"),
     ("backswing_time", "s", 0.75, 1e-3, 1e3, "From address to the top"),
+    (
+        "prescribed_speed",
+        "m/s",
+        0.0,
+        0.0,
+        1e6,
+        "Peak of a curve of speed instead of a swing; 0: none",
+    ),
+    ("rise_time", "s", 0.01, 1e-9, 1e3, "How long that curve rises"),
+    ("takeaway_speed", "m/s", 10.0, 1e-9, 1e6, "How fast the club is taken back before"),
 )
 
 #: Name, unit, start, least and greatest allowed value, description.
@@ -113,6 +127,9 @@ class Swing(Fmi2Slave):
         self._time = 0.0
         #: Why steps are refused, by the variable to be corrected.
         self._refused: dict[str, str] = {}
+        self._fixed = False
+        #: When a prescribed speed has begun to rise, s since the start.
+        self._rise: float | None = None
         #: The motion, when it begins (s since the start), and how it meets the ball, likewise.
         self._course: Course | None = None
         self._origin = 0.0
@@ -147,7 +164,7 @@ class Swing(Fmi2Slave):
                 self._refused.pop(name, None)
             elif not low <= value <= high:
                 self._refuse(name, f"{name} = {value!r} is refused: it must be {low:g} to {high:g}")
-            elif fixed and self._course is not None:
+            elif fixed and self._fixed:
                 self._refuse(name, f"{name} = {value!r} is refused: a parameter is fixed now")
             else:
                 self._refused.pop(name, None)
@@ -173,6 +190,9 @@ class Swing(Fmi2Slave):
         """Fix the parameters; or say why they can't be used."""
         if self._refused:
             return "; ".join(self._refused.values())
+        if self.prescribed_speed:
+            self._fixed, self.club_speed = True, -self.takeaway_speed
+            return None
         if self.club_inertia * self.club_mass < self.club_first_moment**2 * (1.0 - 1e-12):
             return (
                 f"club_inertia = {self.club_inertia!r} is refused: with this mass and first moment "
@@ -188,7 +208,7 @@ class Swing(Fmi2Slave):
             return f"these parameters leave the range of a double ({error})"
         if ball is None:
             return "these parameters are refused: the arms don't come down to the ball"
-        self._course, self._origin = course, self.backswing_time
+        self._fixed, self._course, self._origin = True, course, self.backswing_time
         self._ball = ball._replace(time=ball.time + self._origin)
         return None
 
@@ -196,12 +216,13 @@ class Swing(Fmi2Slave):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         problem = "; ".join(self._refused.values()) or None
-        if problem is None and self._course is None:
+        if problem is None and not self._fixed:
             problem = self._begin()
-        if not (step_size > 0.0 and isfinite(current_time + step_size)):
+        if not (step_size > 0.0 and isfinite(current_time + step_size - self._start_time)):
             problem = f"step size = {step_size!r} s is refused: it must be > 0"
+        step = self._prescribed_step if self.prescribed_speed else self._step
         try:
-            problem = problem or self._step(current_time - self._start_time, step_size)
+            problem = problem or step(current_time - self._start_time, step_size)
         except (ArithmeticError, ValueError) as error:
             problem = f"this step leaves the range of a double ({error})"
         if problem is not None:
@@ -239,6 +260,16 @@ class Swing(Fmi2Slave):
         self.reaction_work += work
         self.reaction_impulse += force * size
         return None
+
+    def _prescribed_step(self, begin: float, size: float) -> None:
+        end, peak, back = begin + size, self.prescribed_speed, self.takeaway_speed
+        # A step more than needed: some hosts pass an output on only one step later.
+        if self._rise is None and back * end >= peak * self.rise_time + back * size:
+            self._rise = end
+        since = 0.0 if self._rise is None else min(end - self._rise, self.rise_time)
+        share = 0.5 * (1.0 - cos(pi * since / self.rise_time))
+        self._time, self.club_speed = end, share * peak - (1.0 - share) * back
+        self.reaction_impulse += self.reaction_force * size
 
     # Outputs
 
@@ -312,7 +343,8 @@ class Swing(Fmi2Slave):
     # State
 
     _INSIDE = (
-        *("_start_time", "_time", "_refused", "_course", "_origin", "_ball", "_handed"),
+        *("_start_time", "_time", "_refused", "_fixed", "_rise", "_course", "_origin", "_ball"),
+        "_handed",
         *("club_speed", "reaction_work", "reaction_impulse", *(row[0] for row in _SETTABLE)),
     )
 

@@ -55,7 +55,7 @@ def run(fmu):
     """The loop at four communication steps, with and without its delay; the flight; the shaft."""
     report = Report(TITLE, fmu)
     with tempfile.TemporaryDirectory(prefix="golf-impact-system-") as folder:
-        swing, flight, _, ssp = build_system(Path(folder), fmu.path)
+        swing, flight, ssp = build_system(Path(folder), fmu.path)
         parts = {"Swing": swing, "ClubBallImpact": fmu.path, "BallFlight": flight}
         runs = {step: run_system(parts, _steps(step)) for step in STEPS}
         by_ssp = {step: run_ssp(ssp, step, _END) for step in _SSP_STEPS}
@@ -275,7 +275,8 @@ def _show_shaft(report, path, swing):
         f"After the impact the swing's head has {path['Swing.head_speed'][after]:.2f} m/s, the "
         f"free head of ClubBallImpact {case['club_velocity']:.2f}. Both gave the same momentum; "
         f"but the swing's head acts like {grams['acting']:.1f} g, the free one has "
-        f"{grams['free']:.0f} g, and law 1 drags it, too. Of the swing's, 200 g are the head: club and arms add "
+        f"{grams['free']:.0f} g, and law 1 drags it, too. "
+        "Of the swing's, 200 g are the head: club and arms add "
         f"{grams['acting'] - 200:.1f} g, and {more[acting]:.1f} % to the ball's speed. The source "
         "lumps the club's mass in one point; a shaft that is a rigid rod adds "
         f"{grams['rod'] - 200:.0f} g and {more[rigid]:.1f} %. A real shaft bends, so the ball "

@@ -1,4 +1,4 @@
-"""What goes around ClubBallImpact.fmu: companion FMUs, and a system of three as SSP 1.0."""
+"""What goes around ClubBallImpact.fmu: two companion FMUs, and a system of all three as SSP 1.0."""
 
 import hashlib
 import importlib.metadata
@@ -21,14 +21,7 @@ NAME = "GolfSwing.ssp"
 _RESOURCES = "resources"
 
 #: Module of each companion by the name of its FMU.
-COMPANIONS = {
-    "Swing": "swing",
-    "BallFlight": "ball_flight",
-    "PrescribedSwing": "prescribed_swing",
-}
-
-#: The components of the system.
-COMPONENTS = ("Swing", "ClubBallImpact", "BallFlight")
+COMPANIONS = {"Swing": "swing", "BallFlight": "ball_flight"}
 
 #: From component.variable to component.variable: every connected input, and nothing else, since
 #: fmpy.ssp stumbles over an input that is listed but not connected.
@@ -101,8 +94,8 @@ def build(
     companions = {name: folder / f"{name}{suffix}.fmu" for name in COMPANIONS}
     written = [build_companion(name, out, finished) for name, out in companions.items()]
     files = {"SystemStructure.ssd": _system_structure()}
-    fmus = {**companions, "ClubBallImpact": impact}
-    files |= {f"{_RESOURCES}/{n}.fmu": fmus[n].read_bytes() for n in sorted(COMPONENTS)}
+    fmus = {"ClubBallImpact.fmu": impact} | {f"{n}.fmu": out for n, out in companions.items()}
+    files |= {f"{_RESOURCES}/{name}": file.read_bytes() for name, file in sorted(fmus.items())}
     # FMUs are compressed already.
     name = Path(NAME).with_suffix(f"{suffix}.ssp").name
     written.append(_written(folder / name, packed(files, zipfile.ZIP_STORED)))
@@ -194,7 +187,9 @@ def _system_structure() -> bytes:
     inputs = [(end, "input") for _, end in CONNECTIONS]
     outputs = [(start, "output") for start, _ in CONNECTIONS]
     observed = [(path, "output") for path in OBSERVED]
-    components: dict[str, list[tuple[str, str]]] = {name: [] for name in COMPONENTS}
+    components: dict[str, list[tuple[str, str]]] = {
+        name: [] for name in ("Swing", "ClubBallImpact", "BallFlight")
+    }
     for path, kind in (*inputs, *outputs, *observed):
         component, name = path.split(".")
         components[component].append((name, kind))
