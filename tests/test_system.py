@@ -376,8 +376,7 @@ def test_position_does_not_depend_on_the_step_and_ends_at_the_carry(companion):
     assert paths[0][3.0][1] > 1.0
 
 
-# Averages of the PGA Tour by TrackMan, as published until 2023: mph, degrees, rpm; carry, apex in
-# yards.
+# Averages of the PGA Tour by TrackMan, as published until 2023: mph, degrees, rpm; yards.
 TOUR = {"speed": 167.0, "angle": 10.9, "spin": 2686.0, "carry": 275.0, "apex": 32.0}
 
 
