@@ -24,8 +24,8 @@ from taylor import ORDER, Series, power, product, quotient, reach, slope, value,
 #: The stages of a swing, in their order.
 HELD, RELEASED, BEYOND, FINISHED = range(4)
 
-#: s after which a swing has missed the ball, and ends.
-_LONGEST = 10.0
+#: A swing of more pieces (one down to the ball has 35) has missed the ball, and ends.
+_MOST = 400
 
 
 class Golfer(NamedTuple):
@@ -186,8 +186,6 @@ class Course:
     def ball(self) -> Ball | None:
         """How the head meets the ball; None if it never comes there."""
         while self._pieces[-1][0] < BEYOND:
-            if self._end > _LONGEST:
-                return None
             self._go_on()
         n = next(n for n, (stage, _) in enumerate(self._pieces) if stage >= BEYOND)
         if self._pieces[n][0] == FINISHED:
@@ -211,7 +209,7 @@ class Course:
         if stage == HELD and state.arm >= -self.golfer.release_angle:
             stage = RELEASED
         start = self._starts[-1]
-        if stage == FINISHED or start > _LONGEST:
+        if stage == FINISHED or len(self._pieces) >= _MOST:
             stage = FINISHED
             rest = state._replace(
                 arm_rate=0.0, club_rate=0.0, shoulder_torque=0.0, wrist_torque=0.0
