@@ -17,6 +17,27 @@ from golf_scenarios.fmu.impact_fmu import ImpactFmu
 
 HERE = Path(__file__).resolve().parent
 
+#: S, COR and velocities (m/s) of the defaults by law, from the closed forms at 25 digits
+#: (data/impacts.json has the scenarios').
+CRITERIA = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
+EXPECTED = {
+    1: (1.5641431548673967, 0.9490239649368046, 21.529171647570724, 54.74501042035889),
+    2: (1.5842497138122187, 0.9307477583617195, 22.872568440767466, 55.44873998342765),
+}
+LAW_1 = dict(zip(CRITERIA, EXPECTED[1]))
+
+#: One impact for each kind of contact, where it differs from the defaults. Linear ones that stretch
+#: one thing each are in golf_scenarios.stress.cases.
+KINDS = {
+    "law 1": {},
+    "law 2": {"law": 2},
+    "after a gap": {"gap": 0.004, "ball_speed": 2.0},
+    "overdamped": {"law": 2, "b": 800.0},
+    "power law": {"law": 2, "exponent": 1.6, "k": 8e5, "b": 30.0},
+    "COR line": {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
+    "never parts": {"b": 2000.0},
+}
+
 # The same few hundred examples every time; at night, new ones and far more of them:
 # HYPOTHESIS_PROFILE=nightly, or --hypothesis-profile=nightly.
 _slow_is_fine = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}

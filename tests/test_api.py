@@ -21,9 +21,9 @@ def test_what_is_offered_is_what_is_meant():
 
 def test_the_example_in_the_docstring(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    found = doctest.testmod(golf_impact)
-    assert found.attempted >= 8
-    assert found.failed == 0
+    result = doctest.testmod(golf_impact)
+    assert result.attempted >= 8
+    assert result.failed == 0
     assert [path.name for path in tmp_path.iterdir()] == ["k_b.csv"]
 
 

@@ -14,8 +14,8 @@ from golf_scenarios.facts.measured import MPH
 def test_a_ball_flies(fmu, name):
     assert BALLS[name].name == name
     assert BALLS[name].source
-    found = fmu.impact(("coefficient_of_restitution",), **ball(name).values)
-    assert 0.5 < found["coefficient_of_restitution"] < 1.0
+    outputs = fmu.impact(("coefficient_of_restitution",), **ball(name).values)
+    assert 0.5 < outputs["coefficient_of_restitution"] < 1.0
 
 
 def test_an_unknown_ball():
@@ -33,17 +33,19 @@ def test_rating_stiffness(rating, k):
 
 
 def test_the_tour_ball(fmu):
-    found = fmu.impact(
+    outputs = fmu.impact(
         ("smash_factor", "contact_time"), club_speed=113 * MPH, **BALLS["tour"].values
     )
-    assert found["smash_factor"] == pytest.approx(167 / 113, rel=1e-12)
-    assert found["contact_time"] == pytest.approx(475e-6, rel=1e-9)
+    assert outputs["smash_factor"] == pytest.approx(167 / 113, rel=1e-12)
+    assert outputs["contact_time"] == pytest.approx(475e-6, rel=1e-9)
 
 
 @pytest.mark.parametrize("speed", [20.0, 35.0, 60.0])
 def test_a_restitution_that_falls(fmu, speed):
-    found = fmu.impact(("coefficient_of_restitution",), club_speed=speed, **BALLS["penner"].values)
-    assert found["coefficient_of_restitution"] == pytest.approx(0.86 - 0.0029 * speed, rel=1e-12)
+    outputs = fmu.impact(
+        ("coefficient_of_restitution",), club_speed=speed, **BALLS["penner"].values
+    )
+    assert outputs["coefficient_of_restitution"] == pytest.approx(0.86 - 0.0029 * speed, rel=1e-12)
 
 
 def test_run_with_a_ball(tmp_path):

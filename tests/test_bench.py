@@ -22,7 +22,7 @@ from golf_scenarios.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slop
 from golf_scenarios.commands.bench import bench
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.loaded import LoadedFmu
-from golf_scenarios.stress.driver import opened
+from golf_scenarios.stress.driver import driver
 from golf_scenarios.timing import interleaved, median_ratio
 
 
@@ -30,18 +30,18 @@ from golf_scenarios.timing import interleaved, median_ratio
 def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
     code = bench(quick=True, folder=folder)
-    found = json.loads((folder / "bench.json").read_text())
-    assert code == (0 if found["passed"] else 1)
+    written = json.loads((folder / "bench.json").read_text())
+    assert code == (0 if written["passed"] else 1)
     assert (folder / "run_time_vs_error.png").read_bytes().startswith(b"\x89PNG")
-    return found
+    return written
 
 
 def test_every_target_has_value_target_and_verdict(results):
     for target in LIMITS:
-        found = results[target.key]
-        assert found > 0.0
+        figure = results[target.key]
+        assert figure > 0.0
         verdict = results["targets"][target.key]
-        assert verdict == {"limit": target.in_words, "passed": target.met(found)}
+        assert verdict == {"limit": target.in_words, "passed": target.met(figure)}
 
 
 def test_worst_error(results):
@@ -54,11 +54,11 @@ def test_measured_orders_are_those_of_the_methods(results):
     orders = {"semi-implicit Euler": 1, "Störmer–Verlet": 2, "Runge–Kutta 4": 4}
     orders |= {"explicit Euler, Python": 1}
     for methods in results["run_time_vs_error"].values():
-        found = {series["method"]: series for series in methods}
+        by_method = {series["method"]: series for series in methods}
         for method, order in orders.items():
-            assert found[method]["order"] == pytest.approx(order, abs=0.1)
+            assert by_method[method]["order"] == pytest.approx(order, abs=0.1)
         for method in (FMU_STEPPED, FMU_ONCE):
-            assert max(found[method]["errors"]) < 1e-14
+            assert max(by_method[method]["errors"]) < 1e-14
 
 
 def test_machine_and_conclusion(results):
@@ -126,10 +126,10 @@ def test_the_accuracy_check_can_fail(monkeypatch):
         return {**right(self), "max_force": right(self)["max_force"] * (1 + 1e-12)}
 
     monkeypatch.setattr(accuracy.Reference, "outputs", wrong)
-    with opened() as (driver, _):
-        found = accuracy.worst_error(driver, 0, lambda: None)
-    assert found["worst_error"] == pytest.approx(1e-12, rel=0.01)
-    assert found["output"] == "max_force"
+    with driver() as fmu:
+        worst = accuracy.worst_error(fmu, 0, lambda: None)
+    assert worst["worst_error"] == pytest.approx(1e-12, rel=0.01)
+    assert worst["output"] == "max_force"
 
 
 def test_rounds_are_interleaved_and_their_ratios_taken():

@@ -10,6 +10,7 @@ from itertools import pairwise
 import fmpy
 import numpy as np
 import pytest
+from conftest import CRITERIA, EXPECTED, KINDS
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
@@ -23,6 +24,7 @@ from golf_impact.variables import (
     STATES,
     VARIABLES,
 )
+from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 from golf_build.packaging import face_file
@@ -32,23 +34,6 @@ from golf_scenarios.fmu.file import BUILDERS, build_fmu
 
 OUTPUTS = [v.name for v in VARIABLES if v.causality == "output" and v.type == "Real"]
 FLAGS = [v.name for v in VARIABLES if v.type == "Boolean"]
-
-#: The same by law, from the closed forms at 25 digits (as in test_interop).
-EXPECTED = {
-    1: (1.5641431548673967, 0.9490239649368046, 21.529171647570724, 54.74501042035889),
-    2: (1.5842497138122187, 0.9307477583617195, 22.872568440767466, 55.44873998342765),
-}
-CRITERIA = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
-
-CASES = {
-    "law 1": {},
-    "law 2": {"law": 2},
-    "after a gap": {"gap": 0.004, "ball_speed": 2.0},
-    "overdamped": {"law": 2, "b": 800.0},
-    "power law": {"law": 2, "exponent": 1.6, "k": 8e5, "b": 30.0},
-    "COR line": {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
-    "never parts": {"b": 2000.0},
-}
 
 
 @pytest.fixture(scope="module")
@@ -208,7 +193,7 @@ POINTS = {
 
 
 @pytest.mark.parametrize("points", POINTS.values(), ids=POINTS)
-@pytest.mark.parametrize("values", CASES.values(), ids=CASES)
+@pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
 def test_stepped_it_is_the_fmi2_fmu(make, fmi2, values, points):
     changes = {20: {"k": 1.3e6, "b": 20.0}, 40: {"k": 9e5}} if "b" not in values else {}
     expected = fmi2(points, changes, **values)
@@ -336,7 +321,7 @@ def solved(extracted, tolerance=1e-10, **options):
     )
 
 
-@pytest.mark.parametrize("values", CASES.values(), ids=CASES)
+@pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
 def test_solved_by_cvode_it_is_the_same_impact(extracted, fmu, values):
     last = solved(extracted, start_values=values)[-1]
     fmu.start(**values)
@@ -408,7 +393,7 @@ def test_inputs_may_jump_in_contact(extracted, fmu):
 @pytest.mark.parametrize("name", ["law 1", "law 2", "power law", "COR line"])
 def test_the_equations_are_those_of_the_phases(make, name):
     """At any state on the exact course, the equations give the phases' force and accelerations."""
-    slave, model = begin(make(), **CASES[name]), begin(make(FMU3Model), **CASES[name])
+    slave, model = begin(make(), **KINDS[name]), begin(make(FMU3Model), **KINDS[name])
     read = ("force", "club_acceleration", "ball_acceleration", *INDICATORS)
     states, derivatives = (fmpy.fmi3.fmi3Float64 * 4)(), (fmpy.fmi3.fmi3Float64 * 4)()
     model.setTime(0.0)
@@ -444,6 +429,52 @@ def test_a_club_that_sets_off_from_the_ball(make):
     model.getContinuousStates(states, 4)
     assert list(states) == [1e-9, 0.0, 10.0, 0.0]
     assert model.flags() == [True, True, False]
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8])
+@pytest.mark.parametrize("method", ["DOP853", "RK45"])
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        {"b": 900.0},
+        {"law": 2, "b": 0.0, "exponent": 2.0},
+        {"law": 2, "b": 0.0, "exponent": 12.0},
+        {"law": 2, "exponent": 1.6},
+    ],
+    ids=str,
+)
+def test_no_separation_is_overlooked(make, fmu, values, method, rtol):
+    """By a solver with steps of its own choice, which looks for changes of sign at their ends."""
+    model = begin(make(FMU3Model), **values)
+    derivatives, indicators = (fmpy.fmi3.fmi3Float64 * 4)(), (fmpy.fmi3.fmi3Float64 * 2)()
+
+    def put(t, y):
+        model.setTime(t)
+        model.setContinuousStates((fmpy.fmi3.fmi3Float64 * 4)(*y), 4)
+
+    def slope(t, y):
+        put(t, y)
+        model.getContinuousStateDerivatives(derivatives, 4)
+        return list(derivatives)
+
+    def separation(t, y):
+        put(t, y)
+        model.getEventIndicators(indicators, 2)
+        return indicators[1]
+
+    separation.terminal = True
+    fmu.start(**values)
+    fmu.step(0.0, 1.0)
+    expected = fmu.read(["contact_time"])["contact_time"]
+    assert expected > 0.0
+    model.updateDiscreteStates()
+    tolerances = {"rtol": rtol, "atol": [0.02 * rtol, 0.02 * rtol, 35.0 * rtol, 35.0 * rtol]}
+    run = solve_ivp(
+        slope, (0.0, 5.0 * expected), [0.0, 0.0, 35.0, 0.0], method, events=separation, **tolerances
+    )
+    assert run.status == 1
+    assert run.t[-1] == pytest.approx(expected, rel=1e3 * rtol)
 
 
 # State

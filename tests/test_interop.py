@@ -16,19 +16,13 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from conftest import CRITERIA, EXPECTED
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
 ROOT = Path(__file__).resolve().parent.parent
-OUTPUTS = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
 STEPS = (1e-3, 1e-4, 1e-6)
 STOP = 0.005
-
-# The same by law, from the closed forms at 25 digits (tests/data/impacts.json has the scenarios').
-EXPECTED = {
-    1: (1.5641431548673967, 0.9490239649368046, 21.529171647570724, 54.74501042035889),
-    2: (1.5842497138122187, 0.9307477583617195, 22.872568440767466, 55.44873998342765),
-}
 
 
 def same(found, law=1):
@@ -65,7 +59,7 @@ def run(slave, step=1e-3, law=1):
     begin(slave, law)
     for n in range(round(STOP / step)):
         slave.doStep(n * step, step)
-    return slave.getReal([slave.references[name] for name in OUTPUTS])
+    return slave.getReal([slave.references[name] for name in CRITERIA])
 
 
 def discard(slave):
@@ -85,9 +79,9 @@ def test_simulate_fmu(extracted, step, law):
         step_size=step,
         output_interval=step,
         start_values={"law": law},
-        output=OUTPUTS,
+        output=CRITERIA,
     )
-    same((rows[name][-1] for name in OUTPUTS), law)
+    same((rows[name][-1] for name in CRITERIA), law)
 
 
 def test_no_variable_is_of_a_type_that_an_importer_leaves_out(extracted):
@@ -113,7 +107,7 @@ def test_several_instances_side_by_side(extracted):
         for slave in slaves:
             slave.doStep(m * 1e-5, 1e-5)
     for n, slave in enumerate(slaves):
-        found = slave.getReal([slave.references[name] for name in OUTPUTS])
+        found = slave.getReal([slave.references[name] for name in CRITERIA])
         same(found, law=1 + n % 2)
         discard(slave)
 
@@ -163,13 +157,13 @@ def test_a_forked_child_goes_on_with_its_copy(extracted):
     program = """
 import os, sys
 sys.path.insert(0, sys.argv[2])
-from test_interop import begin, discard, instance, same, OUTPUTS
+from test_interop import begin, discard, instance, same, CRITERIA
 slave = instance(sys.argv[1])
 begin(slave)
 slave.doStep(0.0, 2e-4)
 child = os.fork()
 slave.doStep(2e-4, 5e-3)
-same(slave.getReal([slave.references[name] for name in OUTPUTS]))
+same(slave.getReal([slave.references[name] for name in CRITERIA]))
 discard(slave)
 if child == 0:
     os._exit(0)
@@ -226,7 +220,7 @@ def test_other_importers(fmu_path, tool, code, step, law):
     why = _missing(tool)
     if why:
         pytest.skip(why)
-    given = json.dumps([str(fmu_path), step, round(STOP / step), law, OUTPUTS])
+    given = json.dumps([str(fmu_path), step, round(STOP / step), law, CRITERIA])
     prelude = "import json, sys\nfmu, step, steps, law, names = json.loads(sys.argv[1])\n"
     program = f'{prelude}{code}\nprint("found", json.dumps(list(found)))'
     done = subprocess.run(
@@ -277,7 +271,7 @@ def test_a_container_with_another_fmu(fmu_path, tmp_path, step):
         "FMU;ClubBallImpact.fmu;;;",
         "FMU;BallFlight.fmu;;;",
         *(f"LINK;ClubBallImpact.fmu;{name};BallFlight.fmu;{name}" for name in links),
-        *(f"OUTPUT;ClubBallImpact.fmu;{name};;{name}" for name in OUTPUTS),
+        *(f"OUTPUT;ClubBallImpact.fmu;{name};;{name}" for name in CRITERIA),
         "OUTPUT;BallFlight.fmu;carry;;carry",
     ]
     (tmp_path / "both.csv").write_text("\n".join(lines) + "\n")
@@ -288,7 +282,7 @@ fmu, step, names = json.loads(sys.argv[1])
 rows = fmpy.simulate_fmu(fmu, stop_time=0.01, step_size=step, output_interval=step, output=names)
 print(json.dumps([float(rows[name][-1]) for name in names]), flush=True)
 """
-    given = json.dumps([str(tmp_path / "both.fmu"), step, [*OUTPUTS, "carry"]])
+    given = json.dumps([str(tmp_path / "both.fmu"), step, [*CRITERIA, "carry"]])
     done = subprocess.run(
         [sys.executable, "-c", program, given], capture_output=True, text=True, timeout=100
     )
@@ -317,7 +311,7 @@ def test_a_host_that_steps_after_terminate(extracted):
     slave.terminate()
     with pytest.raises(FMICallException):
         slave.doStep(STOP, 1e-3)
-    same(slave.getReal([slave.references[name] for name in OUTPUTS]))
+    same(slave.getReal([slave.references[name] for name in CRITERIA]))
     slave.freeInstance()
 
 
@@ -336,7 +330,7 @@ def test_a_host_that_sets_nonsense_in_mid_contact(extracted, bad):
     slave.setReal(k, [1e6])
     for n in range(250, 5000):
         slave.doStep(n * 1e-6, 1e-6)
-    same(slave.getReal([slave.references[name] for name in OUTPUTS]))
+    same(slave.getReal([slave.references[name] for name in CRITERIA]))
     discard(slave)
 
 

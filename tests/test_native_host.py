@@ -6,16 +6,11 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from conftest import LAW_1
 
 from golf_scenarios.commands import doctor
 
 HERE = Path(__file__).resolve().parent
-LAW_1 = {
-    "smash_factor": 1.5641431548673967,
-    "coefficient_of_restitution": 0.9490239649368046,
-    "club_velocity": 21.529171647570724,
-    "ball_velocity": 54.74501042035889,
-}
 
 
 @pytest.fixture(scope="module")

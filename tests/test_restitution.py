@@ -54,9 +54,9 @@ def test_damping_ratio(coefficient):
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 3.0, 12.0])
 @pytest.mark.parametrize(("club", "ball"), [(1e-3, 0.0), (35.0, 0.0), (60.0, 10.0), (290.0, 0.0)])
 def test_the_line_is_met(fmu, exponent, club, ball):
-    found = fmu.impact(**LINE, exponent=exponent, club_speed=club, ball_speed=ball)
+    outputs = fmu.impact(**LINE, exponent=exponent, club_speed=club, ball_speed=ball)
     expected = AT_REST - SLOPE * (club - ball)
-    assert found["coefficient_of_restitution"] == pytest.approx(expected, abs=1e-14)
+    assert outputs["coefficient_of_restitution"] == pytest.approx(expected, abs=1e-14)
 
 
 def test_as_the_damping_that_gives_this_restitution(fmu):
@@ -69,8 +69,8 @@ def test_as_the_damping_that_gives_this_restitution(fmu):
 
 
 def test_damping_itself_is_not_used(fmu):
-    found = fmu.impact(**LINE, b=9.0)
-    assert fmu.impact(**LINE, b=1e300) == found
+    outputs = fmu.impact(**LINE, b=9.0)
+    assert fmu.impact(**LINE, b=1e300) == outputs
     # Nor if it changes in mid-contact, to the last bit.
     fmu.start(**LINE)
     fmu.step(0.0, 3e-4)
@@ -104,9 +104,9 @@ def test_stiffness_that_changes_keeps_the_damping_ratio(fmu, exponent):
 
 def test_smash_factor_follows_the_measured_line(fmu):
     for speed in (20.0, 35.0, 50.0, 70.0):
-        found = fmu.impact(["smash_factor"], **LINE, club_speed=speed)["smash_factor"]
+        smash_factor = fmu.impact(["smash_factor"], **LINE, club_speed=speed)["smash_factor"]
         expected = (1.0 + AT_REST - SLOPE * speed) / (1.0 + M_BALL / M_CLUB)
-        assert found == pytest.approx(expected, rel=1e-14)
+        assert smash_factor == pytest.approx(expected, rel=1e-14)
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.05])
@@ -133,10 +133,10 @@ def test_a_restitution_out_of_reach_is_refused_at_touch(fmu, gap, look):
     # A slower club may go on, as if the faster one had never been asked for since.
     fmu.slave.setReal(fmu.references(["club_speed"]), [40.0])
     fmu.step(point, 1.0)
-    found = fmu.read(METRICS)
+    outputs = fmu.read(METRICS)
     left = gap - 400.0 * point
-    assert found["coefficient_of_restitution"] == pytest.approx(AT_REST - SLOPE * 40.0, abs=1e-14)
-    assert found["touch_time"] == pytest.approx(point + left / 40.0, abs=1e-15)
+    assert outputs["coefficient_of_restitution"] == pytest.approx(AT_REST - SLOPE * 40.0, abs=1e-14)
+    assert outputs["touch_time"] == pytest.approx(point + left / 40.0, abs=1e-15)
 
 
 def test_a_speed_out_of_reach_long_before_touch_does_no_harm(fmu):
@@ -145,12 +145,12 @@ def test_a_speed_out_of_reach_long_before_touch_does_no_harm(fmu):
         fmu.step(n * 1e-4, 1e-4)
     fmu.slave.setReal(fmu.references(["club_speed"]), [30.0])
     fmu.step(1e-3, 1.0)
-    found = fmu.read(METRICS)
-    assert found["coefficient_of_restitution"] == pytest.approx(AT_REST - SLOPE * 30.0, abs=1e-14)
+    outputs = fmu.read(METRICS)
+    assert outputs["coefficient_of_restitution"] == pytest.approx(AT_REST - SLOPE * 30.0, abs=1e-14)
     # In contact and after it the club's speed is not looked at.
     fmu.slave.setReal(fmu.references(["club_speed"]), [400.0])
     fmu.step(1.001, 1.0)
-    assert fmu.read(["smash_factor"])["smash_factor"] == found["smash_factor"]
+    assert fmu.read(["smash_factor"])["smash_factor"] == outputs["smash_factor"]
 
 
 def test_only_under_law_2(fmu):

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from conftest import LAW_1
 from golf_impact.variables import VARIABLES
 
 from golf_build import elf, standalone
@@ -23,12 +24,6 @@ from golf_scenarios.fmu.system import build_system
 
 HERE = Path(__file__).resolve().parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"
-LAW_1 = {
-    "smash_factor": 1.5641431548673967,
-    "coefficient_of_restitution": 0.9490239649368046,
-    "club_velocity": 21.529171647570724,
-    "ball_velocity": 54.74501042035889,
-}
 
 
 @pytest.fixture(scope="module")

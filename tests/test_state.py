@@ -11,6 +11,7 @@ import sys
 
 import fmpy
 import pytest
+from conftest import KINDS
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from golf_impact.component.component import Component
@@ -63,15 +64,6 @@ def make(extracted):
         slave.freeInstance()
 
 
-CASES = [
-    {},
-    {"law": 2, "b": 40.0},
-    {"gap": 0.002},
-    {"law": 2, "b": 0.5, "exponent": 1.5},
-    {"law": 2, "restitution_at_rest": 0.9, "restitution_slope": 0.002},
-]
-
-
 def inputs_at(n):
     """k and b, changed now and then, in contact too."""
     return {"k": 1e6 + 2e5 * ((n // 60) % 3), "b": 9.0 + 5.0 * ((n // 90) % 2)}
@@ -82,7 +74,7 @@ def advance(slave, n):
     slave.doStep(n * STEP, STEP)
 
 
-@pytest.mark.parametrize("values", CASES)
+@pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
 def test_a_random_walk_equals_a_straight_run(make, values):
     straight, walker = make(**values), make(**values)
     path = [straight.everything()]
@@ -115,7 +107,7 @@ def test_a_random_walk_equals_a_straight_run(make, values):
         walker.freeFMUstate(state)
 
 
-@pytest.mark.parametrize("values", CASES)
+@pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
 def test_a_state_moves_to_another_instance_as_bytes(make, values):
     first, second = make(**values), make()
     for n in range(150):
@@ -160,7 +152,7 @@ slave.freeInstance()
 """
 
 
-@pytest.mark.parametrize("values", CASES)
+@pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
 def test_a_state_moves_to_another_process_in_mid_contact(make, extracted, values):
     slave = make(**values)
     for n in range(150):

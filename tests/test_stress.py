@@ -3,39 +3,43 @@
 import json
 import math
 
+import mpmath
 import numpy as np
 import pytest
-from reference import Reference as OtherReference
+from conftest import reference_cases
 
 from golf_scenarios.commands.stress import stress
 from golf_scenarios.errors import UserError
 from golf_scenarios.peers import problem
 from golf_scenarios.peers.problem import Case, Outcome
-from golf_scenarios.stress import cases, exact, invariants, special_points, stability
-from golf_scenarios.stress.driver import opened
+from golf_scenarios.stress import cases, invariants, special_points, stability
+from golf_scenarios.stress.driver import driver
 from golf_scenarios.stress.ledger import Ledger
-from golf_scenarios.stress.reference import Reference
+from golf_scenarios.stress.reference import Reference, exact_outcome
+
+mp = mpmath.mp.clone()
+mp.dps = 90
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("stress")
     code = stress(quick=True, folder=folder, seed=7)
-    found = json.loads((folder / "stress.json").read_text())
-    assert code == (0 if found["passed"] else 1)
+    written = json.loads((folder / "stress.json").read_text())
+    assert code == (0 if written["passed"] else 1)
     assert (folder / "stability.png").read_bytes().startswith(b"\x89PNG")
-    return found
+    return written
 
 
 @pytest.mark.parametrize("law", [1, 2])
 def test_the_exact_outcome_is_what_the_fmu_gives(law):
     case = Case(law=law)
-    with opened() as (driver, _):
-        driver.begin(vars(case))
-        driver.slave.doStep(0.0, case.time_limit)
-        found = driver.read()
-    right = exact.solve(case)
-    outcome = Outcome(*(found[name] for name in Outcome._fields))
+    with driver() as fmu:
+        fmu.begin_run(vars(case))
+        fmu.slave.doStep(0.0, case.time_limit)
+        outputs = fmu.outputs()
+    right = exact_outcome(case)
+    outcome = Outcome(*(outputs[name] for name in Outcome._fields))
     assert max(problem.errors(case, outcome, right)) < 1e-14
     assert max(problem.errors(case, outcome._replace(max_force=1.0), right)) > 0.9
 
@@ -117,49 +121,82 @@ def test_partitions_add_up_exactly(number):
             assert sum(sizes) == sum(reversed(sizes)) == segment.length
 
 
-def agreement(impact):
-    """The worst relative difference of two references that share nothing, over a random run."""
-    ours, other = Reference(impact.values), OtherReference(**impact.values)
-    worst = 0.0
-    for place, segment in enumerate(impact.segments):
-        inputs = {"k": segment.k, "b": segment.b} if place else {}
-        ours.step(segment.length, **inputs)
-        other.step(segment.length, **inputs)
-        found, expected = ours.outputs(), other.outputs()
-        for name, value in found.items():
-            if isinstance(value, bool):
-                assert value == expected[name], name
-            elif expected[name]:
-                worst = max(worst, float(abs(value / expected[name] - 1)))
-    return worst
+@pytest.mark.parametrize("case", reference_cases("impacts"))
+def test_the_reference_gives_the_printed_numbers(case):
+    """Of 25 digits, computed elsewhere."""
+    names = ("m_club", "m_ball", "k", "b", "club_speed", "ball_speed")
+    law = ("absolute", "relative").index(case["law"]) + 1
+    exact = Reference({name: case[name] for name in names} | {"law": law, "gap": 0.0})
+    exact.step(1.3 * float(case["expected"]["contact_time"]))
+    outputs = exact.outputs()
+    assert outputs["separated"]
+    outputs["ball_position"] = outputs["contact_displacement"]
+    for name in case["expected"].keys() - {"club_position"}:
+        expected = mp.mpf(case["expected"][name])
+        assert abs(outputs[name] - expected) <= 1e-20 * abs(expected), name
+
+
+def by_the_matrix(v, k, b, time, state):
+    """(d, v_club, v_ball, impulse) a time later in contact: exp(A t) of x' = A x."""
+    damper, drag = (0, b) if v["law"] == 1 else (b, 0)
+    force = (k, damper, -damper, 0)
+    club = [-force[0], -force[1] - drag, -force[2], 0]
+    ball = [force[0], force[1], force[2] - drag, 0]
+    rates = [[0, 1, -1, 0], [f / v["m_club"] for f in club], [f / v["m_ball"] for f in ball], force]
+    return list(mp.expm(mp.matrix(rates) * time) * mp.matrix(state))
 
 
 @pytest.mark.parametrize("draw", [cases.random_impact, special_points.special_impact])
 @pytest.mark.parametrize("number", range(12))
-def test_the_reference_agrees_with_an_independent_one(number, draw):
+def test_the_reference_solves_the_equations_of_motion(number, draw):
+    """Each step in contact is that of a matrix exponential; contact ends when it should."""
     impact = draw(11, number)
-    if impact.closing > 0.0:
-        assert agreement(impact) < 1e-30
+    v = {name: mp.mpf(value) for name, value in impact.values.items()}
+    exact = Reference(impact.values)
+    state, in_contact = [0, v["club_speed"], v["ball_speed"], 0], mp.mpf(0)
+    names = ("compression", "club_velocity", "ball_velocity", "impulse")
+    for segment, sizes in zip(impact.segments, cases.random_steps(impact, 11), strict=True):
+        k, b = mp.mpf(segment.k), mp.mpf(segment.b)
+        for size in sizes:
+            over = exact.parted
+            exact.step(size, segment.k, segment.b)
+            now = exact.outputs()
+            if over or not now["touched"]:
+                continue
+            time = mp.mpf(now["contact_time"]) - in_contact
+            state = by_the_matrix(v, k, b, time, state)
+            in_contact += time
+            assert 0 <= now["force"] <= now["max_force"]
+            speed = abs(v["club_speed"]) + abs(v["ball_speed"])
+            scales = (now["max_compression"], speed, speed, now["impulse"])
+            for name, value, scale in zip(names, state, scales):
+                if name != "compression" or not now["separated"]:
+                    assert abs(now[name] - value) <= 1e-30 * scale, name
+            end = state[0] * k + (b * (state[1] - state[2]) if v["law"] == 2 else 0)
+            if not now["separated"] or not time:
+                assert (end >= 0) == now["in_contact"]
+            else:
+                assert abs(end) <= 1e-30 * now["max_force"]
 
 
 def ledger_of(**faults):
     """Checks of a few impacts, the FMU's outputs changed by these factors on the way."""
     ledger = Ledger()
     invariants.announce(ledger)
-    with opened() as (driver, _):
-        read = driver.read
+    with driver() as fmu:
+        outputs = fmu.outputs
 
         def wrong():
-            found = read()
+            right = outputs()
             return {
                 name: value * faults[name] if name in faults else value
-                for name, value in found.items()
+                for name, value in right.items()
             }
 
-        driver.read = wrong
+        fmu.outputs = wrong
         for number in range(4):
             impact = cases.random_impact(3, number)
-            invariants.check(driver, ledger, impact, 3, exact=number == 0)
+            invariants.check(fmu, ledger, impact, 3, exact=number == 0)
     return {name for name, check in ledger.checks.items() if check.failures}
 
 

@@ -185,9 +185,9 @@ def test_the_step_is_that_of_one_impact(fmu):
     rng = np.random.default_rng(5)
     names = ("k", "m_club", "m_ball", "club_speed", "ball_speed", "gap")
     values = {name: 10.0 ** rng.uniform(-9, 3, 200) for name in names}
-    found = fmu.horizon(values)
+    steps = fmu.horizon(values)
     for n in range(200):
-        assert found[n] == fmu.horizon({name: values[name][n].item() for name in names})
+        assert steps[n] == fmu.horizon({name: values[name][n].item() for name in names})
 
 
 def test_only_the_outputs_asked_for(fmu, fmu_path, tmp_path):
@@ -240,9 +240,9 @@ def test_refused_cases_are_empty_rows(fmu, fmu_path, tmp_path):
     assert row == 1
     assert "b = -3.0" in reason
     run_sweep(Study.of(sets, names), tmp_path / "x.parquet", fmu=fmu_path, chunk=4)
-    found = pyarrow.parquet.read_table(tmp_path / "x.parquet").to_pydict()
-    assert [value is None for value in found["smash_factor"]] == [not row[2] for row in rows]
-    assert found["separated"] == [None, True, None, None, None, True]
+    columns = pyarrow.parquet.read_table(tmp_path / "x.parquet").to_pydict()
+    assert [value is None for value in columns["smash_factor"]] == [not row[2] for row in rows]
+    assert columns["separated"] == [None, True, None, None, None, True]
 
 
 def test_all_cases_refused(fmu_path, tmp_path):
@@ -259,13 +259,13 @@ def test_parquet_has_the_numbers_of_csv(fmu_path, tmp_path):
     header, rows = table(tmp_path / "x.csv")
     for chunk in (7, 1000):
         run_sweep(study, tmp_path / f"{chunk}.parquet", fmu=fmu_path, chunk=chunk)
-    found = pyarrow.parquet.read_table(tmp_path / "7.parquet")
-    assert found.column_names == header
-    kinds = [str(kind) for kind in found.schema.types]
+    read = pyarrow.parquet.read_table(tmp_path / "7.parquet")
+    assert read.column_names == header
+    kinds = [str(kind) for kind in read.schema.types]
     assert kinds == ["string", "int64"] + ["double"] * (len(header) - 2)
     for name, column in zip(header, zip(*rows, strict=True), strict=True):
         make = {"ball": str, "law": int}.get(name, float)
-        assert found[name].to_pylist() == [make(cell) for cell in column]
+        assert read[name].to_pylist() == [make(cell) for cell in column]
     same = [(tmp_path / f"{chunk}.parquet").read_bytes() for chunk in (7, 1000)]
     assert same[0] == same[1]
 
@@ -566,10 +566,10 @@ def test_the_command_line_wins_over_a_study(tmp_path):
         'compare = true\n[set]\nk = "normal:1:2"\nb = [1, 2]\n'
     )
     given = Options(sets={"gap": "1", "k": "1,2"}, samples=7, out=Path("b.csv"))
-    found = given.over(read_study(path))
-    assert list(found.sets.items()) == [("k", "1,2"), ("b", [1, 2]), ("gap", "1")]
-    assert (found.samples, found.seed, found.workers, found.outputs) == (7, 3, 2, ("force",))
-    assert (found.out, found.figures, found.compare) == (Path("b.csv"), False, True)
+    told = given.over(read_study(path))
+    assert list(told.sets.items()) == [("k", "1,2"), ("b", [1, 2]), ("gap", "1")]
+    assert (told.samples, told.seed, told.workers, told.outputs) == (7, 3, 2, ("force",))
+    assert (told.out, told.figures, told.compare) == (Path("b.csv"), False, True)
 
 
 PICTURES = {
@@ -627,9 +627,9 @@ def test_sobol_indices_of_a_sum():
         assert (columns["m_ball"] == 7.0).all()
         return columns["k"] + 6.0 * columns["b"]
 
-    found = sensitivity(study, total(columns), total)
+    result = sensitivity(study, total(columns), total)
     # Variances 4 and 36 / 12.
-    assert found.values == pytest.approx({"k": 4 / 7, "b": 3 / 7}, abs=0.01)
+    assert result.values == pytest.approx({"k": 4 / 7, "b": 3 / 7}, abs=0.01)
     assert seen == [256, 4 * 1024]
 
 
@@ -637,10 +637,10 @@ def test_rank_correlations_where_no_design_is_possible():
     study = Study.of({"k": "normal:1:2", "b": "uniform:0:1", "gap": "0,1"}, None, 256)
     columns = study.columns(0, 512)
     drawn = np.exp(columns["k"])
-    found = sensitivity(study, drawn, lambda columns: pytest.fail("no impacts of its own"))
-    assert found.values["k"] == pytest.approx(1.0)
-    assert abs(found.values["b"]) < 4 / math.sqrt(256)
-    assert "rank" in found.label
+    result = sensitivity(study, drawn, lambda columns: pytest.fail("no impacts of its own"))
+    assert result.values["k"] == pytest.approx(1.0)
+    assert abs(result.values["b"]) < 4 / math.sqrt(256)
+    assert "rank" in result.label
     drawn[:] = 3.0
     assert sensitivity(study, drawn, lambda columns: drawn) is None
 
@@ -649,16 +649,16 @@ def test_a_refused_case_leaves_rank_correlations():
     study = Study.of({"k": "normal:1:2"}, None, 64)
     drawn = -study.columns(0, 64)["k"]
     drawn[5] = math.nan
-    found = sensitivity(study, drawn, lambda columns: pytest.fail("no impacts of its own"))
-    assert found.values == pytest.approx({"k": -1.0})
+    result = sensitivity(study, drawn, lambda columns: pytest.fail("no impacts of its own"))
+    assert result.values == pytest.approx({"k": -1.0})
 
 
 def test_the_comparison_compares(fmu_path, monkeypatch):
     study = Study.of({"k": "1e6:2e6:50", "gap": "0,0.1"})
     with Sweep(study, fmu_path) as sweep:
-        found = compare(sweep, rounds=1)
-        assert found.same
-        assert found.ratio > 1.0
+        measured = compare(sweep, rounds=1)
+        assert measured.same
+        assert measured.ratio > 1.0
         monkeypatch.setattr(comparison, "impacts", lambda *given: (impacts(*given)[0] + 1e-15, ""))
         assert not compare(sweep, rounds=1).same
     with (
@@ -688,13 +688,13 @@ def test_a_step_long_enough_for_any_exponent(fmu):
     # A stiffening ball is soft to a slow club: its contact may last for seconds.
     names = ("exponent", "club_speed")
     values = {"exponent": np.array([1.0, 1.5, 12.0]), "club_speed": np.array([1e-3, 1e-3, 1e-3])}
-    found = fmu.horizon({"law": 2, **values})
+    steps = fmu.horizon({"law": 2, **values})
     for n in range(3):
         case = {name: values[name][n].item() for name in names}
-        assert found[n] == fmu.horizon({"law": 2, **case})
+        assert steps[n] == fmu.horizon({"law": 2, **case})
         fmu.impact(law=2, **case)
         assert fmu.flag("separated")
-    assert found[2] > 1.0
+    assert steps[2] > 1.0
 
 
 @pytest.mark.parametrize("law", [1, 2])

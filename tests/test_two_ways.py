@@ -12,8 +12,7 @@ from golf_impact.laws.contact import Start
 from golf_impact.laws.extended import ExtendedContact
 from golf_impact.parameters import Parameters
 
-from golf_scenarios.benchmarks import accuracy
-from golf_scenarios.stress.cases import random_impact
+from golf_scenarios.stress.cases import named_cases, random_impact
 from golf_scenarios.stress.special_points import beside, special_impact
 
 LAWS = {1: absolute, 2: relative, "absolute": absolute, "relative": relative}
@@ -122,7 +121,7 @@ def test_reference_cases(case):
 
 
 def test_the_cases_of_the_benchmark():
-    impacts = [impact for _, impact in accuracy.reference_cases(60)]
+    impacts = [impact for _, impact in named_cases(60)]
     assert look_at(impacts, changes=False) > 60
 
 

@@ -6,7 +6,6 @@ whose sum is the time since the start: an instant a nanosecond into a contact th
 long approach is still exact.
 """
 
-from collections.abc import Callable
 from math import inf
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -35,72 +34,42 @@ def added(high: float, low: float, elapsed: float) -> tuple[float, float]:
     return nearest, low - (nearest - total)
 
 
-class Free:
+class Free(NamedTuple):
     """Both bodies move freely: before first touch and after the contact.
 
-    Args:
+    Attributes:
         x_ball: position of the ball at the start of the phase, m.
         v_club, v_ball: velocities, m/s.
-        compression, compression_low: how far the club face is past the ball's near side at the
-            start, as a pair, m; below 0 before touch.
+        compression: how far the club face is past the ball's near side at the start, m; below 0
+            before touch.
         closing: at what speed that grows, m/s.
+        compression_low: what the double above leaves of the compression, m.
         duration: s until first touch; inf if there will be none.
     """
 
-    __slots__ = (
-        "closing",
-        "compression",
-        "compression_low",
-        "duration",
-        "v_ball",
-        "v_club",
-        "x_ball",
-    )
-
-    def __init__(
-        self,
-        x_ball: float,
-        v_club: float,
-        v_ball: float,
-        compression: float,
-        compression_low: float,
-        closing: float,
-        duration: float,
-    ) -> None:
-        self.x_ball = x_ball
-        self.v_club = v_club
-        self.v_ball = v_ball
-        self.compression = compression
-        self.compression_low = compression_low
-        self.closing = closing
-        self.duration = duration
-
-    def arguments(self) -> tuple[float, ...]:
-        """What it is made from."""
-        low = self.compression_low
-        speeds = self.v_club, self.v_ball
-        return self.x_ball, *speeds, self.compression, low, self.closing, self.duration
-
-    def course(self) -> tuple[Callable[[float], State], float]:
-        """As of a contact phase."""
-        return self.state, 1.0
+    x_ball: float
+    v_club: float
+    v_ball: float
+    compression: float
+    closing: float
+    compression_low: float = 0.0
+    duration: float = inf
 
     def state(self, t: float) -> State:
         """Force, positions, velocities and compression at t, s since the start of the phase."""
-        v_ball, closing = self.v_ball, self.closing
-        x_ball = self.x_ball + v_ball * t
-        compression = self.compression + (self.compression_low + closing * t)
-        x_club = x_ball + compression
+        x_ball, v_club, v_ball, compression, closing, low, _ = self
+        x_ball += v_ball * t
+        compression += low + closing * t
         # Bodies that close aren't compressed yet, whatever the last bits say.
         left = compression if compression > 0.0 >= closing else 0.0
-        return [0.0, x_club, x_ball, self.v_club, v_ball, left]
+        return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
 
 
 def approach(x_ball: float, gap: float, gap_low: float, u_club: float, u_ball: float) -> Free:
     """Free motion until the gap (m, as a pair) is closed."""
     closing = u_club - u_ball
     duration = max(0.0, gap + gap_low) / closing if closing > 0.0 else inf
-    return Free(x_ball, u_club, u_ball, -gap, -gap_low, closing, duration)
+    return Free(x_ball, u_club, u_ball, -gap, closing, -gap_low, duration)
 
 
 #: First touch: when (s since the start, as a pair), where (m), and how fast the club was (m/s).
@@ -118,8 +87,8 @@ class Peaks(NamedTuple):
 
 #: What an impact is made of; see there.
 _FIELDS = (
-    *("parameters", "in_force", "phase", "began_high", "began_low", "touch"),
-    *("contact", "contact_start", "_offset", "_finished", "_peaks"),
+    *("parameters", "phase", "contact", "_finished", "in_force", "began_high", "began_low"),
+    *("touch", "contact_start", "_offset", "_peaks"),
 )
 _everything = attrgetter(*_FIELDS)
 
@@ -182,8 +151,8 @@ class Impact:
             nearest = end + low_part
             end, end_low = nearest, low_part - (nearest - end)
             if self.touch is None:
-                v_club, v_ball, closing = phase.v_club, phase.v_ball, phase.closing
-                x_ball = phase.x_ball + v_ball * duration
+                x_ball, v_club, v_ball, _, closing, _, _ = phase
+                x_ball += v_ball * duration
                 start = _made(Start, (x_ball, 0.0, v_club, v_ball, closing))
                 p = self.parameters
                 k, b, _ = self.in_force
@@ -193,8 +162,7 @@ class Impact:
                 self.contact_start = k, b, start
                 self.touch = (end, end_low, x_ball, v_club)
             else:
-                x_ball, v_club, v_ball, compression, closing = phase.end()
-                following = Free(x_ball, v_club, v_ball, compression, 0.0, closing, inf)
+                following = _made(Free, (*phase.end(), 0.0, inf))
                 self._finished += ((phase, duration, self._offset),)
                 self._offset += duration
                 self.phase = following
@@ -324,7 +292,7 @@ class Impact:
             self.contact = following = law.contact(p, k, b, start)
             self.contact_start = k, b, start
         else:
-            following = Free(now[2], v_club, v_ball, compression, 0.0, start.closing, inf)
+            following = Free(now[2], v_club, v_ball, compression, start.closing)
             self.contact = None
         self._finished += ((phase, t, self._offset),)
         self._offset += t
@@ -347,15 +315,15 @@ class Impact:
         """Become the impact that a snapshot was taken of."""
         (
             self.parameters,
-            self.in_force,
             self.phase,
+            self.contact,
+            self._finished,
+            self.in_force,
             self.began_high,
             self.began_low,
             self.touch,
-            self.contact,
             self.contact_start,
             self._offset,
-            self._finished,
             self._peaks,
         ) = snapshot
 
@@ -367,17 +335,14 @@ class Impact:
     def packed(self) -> list:
         """The same as numbers and lists of numbers, for `unpacked` in another process."""
         self._sum_up()
-        parameters, in_force, phase, high, low, touch, contact, *rest = _everything(self)
-        start, offset, _, peaks = rest
-        free = None if phase is contact else phase.arguments()
-        has_contact = contact is not None
-        values = parameters.values()
-        return [values, in_force, free, high, low, touch, has_contact, start, offset, peaks]
+        parameters, phase, contact, _, *plain = _everything(self)
+        free = None if phase is contact else phase
+        return [parameters.values(), free, contact is not None, *plain]
 
     @classmethod
     def unpacked(cls, packed: list) -> "Impact":
         """The impact that `packed` was taken of; a contact is made again from the same numbers."""
-        values, in_force, free, high, low, touch, has_contact, start, offset, peaks = packed
+        values, free, has_contact, in_force, high, low, touch, start, offset, peaks = packed
         p = Parameters(*values)
         contact = None
         if start is not None:
@@ -386,22 +351,9 @@ class Impact:
             if has_contact:
                 contact = p.contact_law.contact(p, *start)
         phase = contact if free is None else Free(*free)
-        if touch is not None:
-            touch = tuple(touch)
-        everything = (
-            p,
-            tuple(in_force),
-            phase,
-            high,
-            low,
-            touch,
-            contact,
-            start,
-            offset,
-            (),
-            Peaks(*peaks),
-        )
-        return cls.restored(everything)
+        touch = None if touch is None else tuple(touch)
+        changing = tuple(in_force), high, low, touch, start, offset, Peaks(*peaks)
+        return cls.restored((p, phase, contact, (), *changing))
 
     # Results so far, each at an instant whose phase has been gone on to.
 

@@ -26,7 +26,7 @@ class Parameters:
     """
 
     # Not a named tuple: an attribute of one costs a look-up.
-    __slots__ = (*_NAMES, "contact_law")
+    __slots__ = (*_NAMES, "contact_law", "ordinary")
 
     m_club: float
     m_ball: float
@@ -55,6 +55,11 @@ class Parameters:
         ) = values
         #: What `law` stands for.
         self.contact_law = LAWS[self.law]
+        #: Far inside all bounds: no ordinary inputs lead out of them.
+        self.ordinary = (
+            1e-6 < self.m_club < 1e6 and 1e-6 < self.m_ball < 1e6 and self.gap < 1e30
+            and abs(self.ball_speed) < 1e30
+        )  # fmt: skip
 
     def values(self) -> tuple:
         """What it is made from."""
@@ -90,11 +95,10 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
     """
     p = parameters
     k, b, club_speed = inputs
-    speed = abs(club_speed) + abs(p.ball_speed)
-    ordinary = 1e-6 < p.m_club < 1e6 and 1e-6 < p.m_ball < 1e6 and p.gap < 1e30
-    if ordinary and 1e-6 < k < 1e30 and b < 1e6 and speed < 1e30:
-        # Far inside all bounds: a quick yes, since a host may set inputs at every step.
+    if p.ordinary and 1e-6 < k < 1e30 and b < 1e6 and -1e30 < club_speed < 1e30:
+        # A quick yes, since a host may set inputs at every step.
         return p.contact_law.refusal(p, inputs)
+    speed = abs(club_speed) + abs(p.ball_speed)
     total = p.m_club + p.m_ball
     mu = p.m_club * (p.m_ball / total)
     omega = sqrt(k / mu) if mu and k / mu < inf else inf

@@ -23,11 +23,6 @@ def interleaved(
 
     The order turns from round to round, so that no job always follows the same other one. One
     round before the first one warms up and isn't counted.
-
-    Args:
-        jobs: by name.
-        rounds: how many.
-        tick: called after each round.
     """
     names = list(jobs)
     times: dict[str, list[float]] = {name: [] for name in names}

@@ -8,6 +8,7 @@ and taken only when it is whole.
 
 from collections.abc import Callable
 from math import ceil, inf, isfinite, nan
+from operator import attrgetter
 from typing import Any, ClassVar
 
 from ..impact import Impact, added
@@ -26,6 +27,12 @@ _LOW = [variable.low for variable in VARIABLES[:INPUTS]]
 _HIGH = [variable.high for variable in VARIABLES[:INPUTS]]
 
 _OWN = state.OWN
+
+#: What a snapshot has beside values and impact, in its order.
+_plain = attrgetter(
+    *("_mode", "_refused", "_once", "clock", "carry", "_count", "last_step", "start_time"),
+    *("origin", "_point"),
+)
 
 #: How far (relative to the step) a host's communication point may lie from where its last step
 #: ended: enough for sums of rounded steps, far too little for a step left out.
@@ -201,8 +208,8 @@ class Component:
             self._point = point + size
             self._now = None
             return True
-        instant = self.instant(self._count) if self._count else (self.clock, self.carry)
-        problem = self._look(point, size, *instant)
+        high, low = self.instant()
+        problem = self._look(point, size, high, low)
         if problem is not None:
             self._size = nan
             self._report(problem)
@@ -210,7 +217,7 @@ class Component:
         if size == self.last_step:
             self._count += 1.0
         else:
-            self.clock, self.carry = added(*instant, size)
+            self.clock, self.carry = added(high, low, size)
             self._count = 0.0
             self._until = nan
         self.last_step = size
@@ -225,11 +232,13 @@ class Component:
 
         The sum of the accepted steps.
         """
-        count, size = self._count if count is None else count, self.last_step
-        if count == 1.0:
-            return added(self.clock, self.carry, size)
+        if count is None:
+            count = self._count
         if not count:
             return self.clock, self.carry
+        size = self.last_step
+        if count == 1.0:
+            return added(self.clock, self.carry, size)
         # Two factors of at most 26 bits have an exact product.
         high = 134217729.0 * size
         high -= high - size
@@ -415,17 +424,22 @@ class Component:
                 # Nothing to show but bodies that never meet.
                 inputs = (1.0, 0.0, parameters.ball_speed)
             impact = self._impact = Impact(parameters, inputs)
-        count = self._count
-        high, low = instant = self.instant() if count else (self.clock, self.carry)
+        high, low = self.instant()
         try:
             t = impact.advance(high, low)
-            phase, began, began_low = impact.phase, impact.began_high, impact.began_low
+            phase = impact.phase
+            if phase is not impact.contact:
+                # Free motion is told from the exact instant, as quickly.
+                self._until = nan
+                now = self._now = phase.state(t)
+                return now
+            count, began, began_low = self._count, impact.began_high, impact.began_low
             offset = (self.clock - began) + (self.carry - began_low)
             if offset < 0.0 and count:
                 # Steps that were over before the phase began only cost digits of its own time.
                 # A phase that begins on a communication point begins there to the last bits.
                 passed = ceil(-offset / self.last_step - 1e-9)
-                self.clock, self.carry = instant if passed >= count else self.instant(passed)
+                self.clock, self.carry = self.instant(min(passed, count))
                 self._count = count = max(0.0, count - passed)
                 offset = (self.clock - began) + (self.carry - began_low)
             if phase is not self._course_of:
@@ -434,11 +448,7 @@ class Component:
             scale = self._scale
             self._offset = offset = scale * offset
             self._pace = pace = scale * self.last_step
-            now = self._motion(offset + count * pace)
-            in_contact = phase is impact.contact
-            if in_contact:
-                now = impact.settled(now, high, low)
-            self._now = now
+            now = self._now = impact.settled(self._motion(offset + count * pace), high, low)
         except (ArithmeticError, ValueError) as error:
             self._report(f"{_OUT_OF_RANGE} ({error})")
             self._until = nan
@@ -446,7 +456,7 @@ class Component:
             return now
         # Next to an event the exact instant decides, and the state must be settled.
         self._until = scale * phase.duration * (1.0 - _CLOSE)
-        if in_contact and t * phase.rate <= EARLY:
+        if t * phase.rate <= EARLY:
             self._until = -inf
         return now
 
@@ -454,21 +464,8 @@ class Component:
 
     def snapshot(self) -> tuple:
         """Everything, for `restore` in any instance of this process."""
-        return (
-            state.OWN,
-            self._mode,
-            tuple(self._values),
-            self._refused,
-            self._once,
-            self.clock,
-            self.carry,
-            self._count,
-            self.last_step,
-            self.start_time,
-            self.origin,
-            self._point,
-            self._impact.snapshot() if self._mode >= STEPPING and self._impact else None,
-        )
+        impact = self._impact.snapshot() if self._mode >= STEPPING and self._impact else None
+        return state.OWN, tuple(self._values), *_plain(self), impact
 
     def restore(self, snapshot: tuple | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
@@ -480,8 +477,8 @@ class Component:
             return
         (
             _,
-            self._mode,
             values,
+            self._mode,
             self._refused,
             self._once,
             self.clock,

@@ -224,24 +224,28 @@ def touch_indicator(impact: AnyImpact, state: State) -> float:
 
 
 def separation_indicator(impact: AnyImpact, state: State) -> float:
-    """Above 0 until the force has gone and the bodies part, then below 0 for good.
+    """Above 0 until the force has gone, then below 0 for good.
 
-    The force is 0 at touch, too; but then they are closing.
+    A root of the force, because a power law's own zero is too flat to be located well.
     """
     if impact.touch is None:
         return 1.0
     if not impact.in_contact:
         return -1.0
-    if _over(state):
-        return min(state[0], -_ABOVE_ZERO)
-    force, _, _, v_club, v_ball, _ = state
-    return max(force, v_club - v_ball) + _ABOVE_ZERO
+    root = abs(state[0]) ** (1.0 / impact.parameters.exponent)
+    if _over(impact, state):
+        return -root - _ABOVE_ZERO
+    return root + _ABOVE_ZERO
 
 
-def _over(state: State) -> bool:
-    """Whether contact is over, though a solver that looks for the event may not know it yet."""
+def _over(impact: AnyImpact, state: State) -> bool:
+    """Whether contact is over, though a solver that looks for the event may not know it yet.
+
+    The force is 0 at touch, too; but then the bodies still close at their approach speed.
+    """
+    assert impact.touch is not None
     force, _, _, v_club, v_ball, _ = state
-    return force <= 0.0 and v_club < v_ball
+    return force <= 0.0 and v_club - v_ball < 0.5 * (impact.touch[3] - impact.parameters.ball_speed)
 
 
 def acceleration(impact: AnyImpact, state: State, body: int) -> float:
@@ -250,7 +254,7 @@ def acceleration(impact: AnyImpact, state: State, body: int) -> float:
     Past the end of contact the bodies move freely, as they will: pulled back by a force below 0
     they would turn round, and a solver with long steps would overlook the separation.
     """
-    if not impact.in_contact or _over(state):
+    if not impact.in_contact or _over(impact, state):
         return 0.0
     p = impact.parameters
     force, _, _, v_club, v_ball, _ = state

@@ -8,7 +8,7 @@ from ..parameters import SETTABLE, conflict
 from ..variables import VARIABLES
 
 #: First item of a serialized state: another layout must have another one.
-_FORMAT = "golf-impact state 3"
+_FORMAT = "golf-impact state 4"
 
 #: First item of every snapshot: those of another version of this component, loaded in the same
 #: process, have another one.
@@ -49,7 +49,7 @@ def unpacked(data: bytes, kinds: dict[str, Any]) -> tuple | None:
         body = data.rpartition(b", ")[0]
         if data != _with_checksum(body):
             return None
-        form, mode, values, refused, once, *numbers, kind, impact = json.loads(body + b"]")
+        form, values, *plain, kind, impact = json.loads(body + b"]")
         if form != _FORMAT:
             return None
         allowed = zip(VARIABLES[:SETTABLE], values, strict=True)
@@ -60,6 +60,7 @@ def unpacked(data: bytes, kinds: dict[str, Any]) -> tuple | None:
             if conflict(made.parameters, made.in_force) is not None:
                 return None
             impact = made.snapshot()
-        return (OWN, mode, tuple(values), refused, tuple(once), *numbers, impact)
+        mode, refused, once, *numbers = plain
+        return (OWN, tuple(values), mode, refused, tuple(once), *numbers, impact)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
         return None

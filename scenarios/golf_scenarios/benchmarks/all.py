@@ -19,7 +19,7 @@ from golf_scenarios.benchmarks import (
 from golf_scenarios.fmu.file import build_plain_fmu, current_fmu
 from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.peers.document_scheme import SLAVE as DOCUMENT_FMU
-from golf_scenarios.stress.driver import opened
+from golf_scenarios.stress.driver import driver
 from golf_scenarios.timing import machine
 
 _HERE = Path(__file__).resolve().parent
@@ -51,8 +51,8 @@ def measured(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
         }
         guid = ours.description.guid
     figures |= sweep_rate.rates(ours_path, quick, tick)
-    with opened() as (driver, _):
-        accurate = accuracy.worst_error(driver, 2 if quick else 60, tick)
+    with driver() as fmu:
+        accurate = accuracy.worst_error(fmu, 2 if quick else 60, tick)
     figures["worst_error"] = accurate.pop("worst_error")
     return {
         "figures": figures,

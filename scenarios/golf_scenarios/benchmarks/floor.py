@@ -26,14 +26,15 @@ def call_ratios(
 ) -> dict[str, float]:
     """Ratios of medians to the empty FMUs by name, and the floor's own times in µs (`…_us`)."""
     read, empty_read = ours.references(READ), empty.references(EMPTY_READ)
-    jobs: dict[str, Job] = {}
-    jobs["step empty"] = _stepping(empty.instance())
-    jobs["read empty"] = _reading(empty.instance(), empty_read)
+    jobs: dict[str, Job] = {
+        "step empty": _stepping(empty.instance()),
+        "read empty": _reading(empty.instance(), empty_read),
+        "instantiate": _instantiating(ours),
+        "instantiate empty": _instantiating(wide),
+    }
     for law in (1, 2):
         jobs[f"step {law}"] = _stepping(ours.instance(law=law))
         jobs[f"read {law}"] = _reading(ours.instance(law=law), read)
-    jobs["instantiate"] = _instantiating(ours)
-    jobs["instantiate empty"] = _instantiating(wide)
     with undisturbed():
         times = interleaved(jobs, rounds, tick)
 
@@ -50,16 +51,8 @@ def call_ratios(
         figures[f"step_and_read5_over_empty_law{law}"] = median_ratio(
             times[f"read {law}"], times["read empty"]
         )
-    for name in (
-        "step empty",
-        "read empty",
-        "instantiate empty",
-        "instantiate",
-        "read 1",
-        "read 2",
-    ):
-        figures[f"{name.replace(' ', '_')}_us"] = 1e6 * median(times[name])
-    return figures
+    micro = {f"{name.replace(' ', '_')}_us": 1e6 * median(times[name]) for name in times}
+    return figures | micro
 
 
 def _stepping(slave: FMU2Slave) -> Job:

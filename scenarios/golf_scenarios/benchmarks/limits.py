@@ -20,7 +20,6 @@ class Limit:
     rising: bool = False
 
     def met(self, figure: float) -> bool:
-        """Whether a figure keeps the promise."""
         return figure >= self.value if self.rising else figure <= self.value
 
     @property

@@ -16,14 +16,10 @@ from golf_build import standalone
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.file import build_fmu
 from golf_scenarios.fmu.libpython import libpython_files, preloaded
+from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.fmu.system import build_system
 
-_OUTPUTS = (
-    "smash_factor",
-    "coefficient_of_restitution",
-    "club_velocity",
-    "ball_velocity",
-)
+_OUTPUTS = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
 
 
 class Figure(NamedTuple):
@@ -37,20 +33,15 @@ class Figure(NamedTuple):
 
     @property
     def ratio(self) -> float:
-        """Standalone over plain."""
         return self.standalone / self.plain
 
     @property
     def passed(self) -> bool:
-        """Whether the ratio is as small as it should be."""
         return self.ratio <= self.limit
 
 
 def measured(quick: bool) -> list[Figure]:
     """Build both, run both, several times in turns; the medians.
-
-    Args:
-        quick: fewer times.
 
     Raises:
         UserError: this machine can't build the standalone FMU, or has no libpython.
@@ -84,7 +75,7 @@ def measured(quick: bool) -> list[Figure]:
         one, other, all_ = (
             [_given(fmu, folder) for fmu in group] for group in ([alone], [plain], fmus)
         )
-        references = _references(plain)
+        references = list(map(str, LoadedFmu(plain).references(_OUTPUTS)))
         _run(program, 1, references, other, with_python)  # so that its bytecode is there
         for _ in range(times):
             rows["alone"].append(_run(program, count, references, one, {}))
@@ -106,14 +97,7 @@ def _given(fmu: Path, folder: Path) -> list[str]:
     place = folder / f"extracted {fmu.stem}"
     fmpy.extract(str(fmu), str(place))
     (library,) = place.glob("binaries/linux64/[A-Z]*.so")
-    guid = fmpy.read_model_description(str(place), validate=False).guid
-    return [str(library), f"file://{place}/resources", guid]
-
-
-def _references(fmu: Path) -> list[str]:
-    variables = fmpy.read_model_description(str(fmu)).modelVariables
-    references = {v.name: v.valueReference for v in variables}
-    return [str(references[name]) for name in _OUTPUTS]
+    return [str(library), f"file://{place}/resources", LoadedFmu(fmu).description.guid]
 
 
 def _run(

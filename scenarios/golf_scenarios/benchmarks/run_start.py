@@ -21,11 +21,6 @@ def start_ratios(ours: LoadedFmu, rounds: int, tick: Callable[[], None]) -> dict
     """Ratios by key, and times in µs (`…_us`).
 
     One run is a restored state, k, b and club_speed set, one step and two reads.
-
-    Args:
-        ours: ClubBallImpact.fmu.
-        rounds: of which the medians are taken.
-        tick: called after each round.
     """
     jobs: dict[str, Job] = {}
     for law in (1, 2):

@@ -6,7 +6,7 @@ COR and E. k changes at every impact, so that nothing can come from a cache of t
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import cycle
 from statistics import median
@@ -38,20 +38,13 @@ _BATCH, _FEW = 200, 2
 def speedups(
     ours: LoadedFmu, document: LoadedFmu, rounds: int, tick: Callable[[], None]
 ) -> dict[str, float]:
-    """Speed-ups by key, and each way's time per impact in µs (`…_us`), for both laws.
-
-    Args:
-        ours: ClubBallImpact.fmu.
-        document: the document's scheme as an FMU.
-        rounds: of which the medians are taken.
-        tick: called after each round.
-    """
+    """Speed-ups by key, and each way's time per impact in µs (`…_us`), for both laws."""
     figures: dict[str, float] = {}
     for law, suffix in ((2, ""), (1, "_law1")):
         # Of its own folder: it isn't to profit from a library that another one has loaded.
         with LoadedFmu(ours.path) as alone:
             jobs = {
-                "fmu": _job(_impact_in(ours, law), _BATCH),
+                "fmu": _job(impact_of_stiffness(ours, law, METRICS), _BATCH),
                 "document_fmu": _job(_document_impact(document, law), 1),
                 "simulate_fmu": _job(_simulation(alone, law), _FEW),
                 "scipy": _job(partial(_scipy_impact, law), _FEW),
@@ -79,11 +72,13 @@ def _job(impact: Callable[[float], object], number: int) -> Job:
     return job
 
 
-def _impact_in(fmu: LoadedFmu, law: int) -> Callable[[float], object]:
-    """As a scene makes it."""
+def impact_of_stiffness(
+    fmu: LoadedFmu, law: int, outputs: Sequence[str]
+) -> Callable[[float], list[float]]:
+    """From k (N/m) to outputs, as a scene makes an impact."""
     slave = fmu.instance(law=law)
     start = slave.getFMUstate()
-    k, read = fmu.references(("k",)), fmu.references(METRICS)
+    k, read = fmu.references(("k",)), fmu.references(outputs)
 
     def impact(value: float) -> list[float]:
         slave.setFMUstate(start)

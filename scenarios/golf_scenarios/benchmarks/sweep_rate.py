@@ -28,13 +28,7 @@ _CHUNK = 1000
 
 
 def rates(fmu: Path, quick: bool, tick: Callable[[], None]) -> dict[str, float]:
-    """Rates (1/s) and ratios by key, medians of rounds.
-
-    Args:
-        fmu: ClubBallImpact.fmu.
-        quick: fewer cases and rounds.
-        tick: called after each round.
-    """
+    """Rates (1/s) and ratios by key, medians of rounds."""
     cases, rounds = (10_000, 3) if quick else (40_000, 9)
     study = Study.of({"law": 1, "k": f"0.9e6:1.1e6:{cases}"}, METRICS)
     file = FmuFile.read(fmu)

@@ -10,12 +10,13 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import accumulate, repeat
+from itertools import accumulate, count, repeat
 from typing import Any
 
 import numpy as np
 
 from golf_scenarios.benchmarks.floor import READ
+from golf_scenarios.benchmarks.speedup import STEP, impact_of_stiffness
 from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.peers import (
     explicit_euler,
@@ -26,7 +27,7 @@ from golf_scenarios.peers import (
 )
 from golf_scenarios.peers.document_scheme import steps_of_contact
 from golf_scenarios.peers.problem import Case, Outcome, errors
-from golf_scenarios.stress.exact import solve as exact_outcome
+from golf_scenarios.stress.reference import exact_outcome
 from golf_scenarios.timing import typical_seconds, undisturbed
 
 FMU_STEPPED = "this FMU, read every step"
@@ -93,7 +94,7 @@ def run_time_and_error(
             for method in solve_ivp.METHODS
         ),
         (Series(FMU_STEPPED, "dt"), points, partial(_stepped_fmu, ours, law)),
-        (Series(FMU_ONCE, "dt"), [1e-3], partial(_metrics_only, ours, law)),
+        (Series(FMU_ONCE, "dt"), [STEP], lambda _: _metrics_only(ours, law)),
     ]
     for series, settings, ready in ways:
         for setting in settings:
@@ -165,19 +166,7 @@ def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Solve:
     return solve
 
 
-def _metrics_only(fmu: LoadedFmu, law: int, step: float) -> Solve:
+def _metrics_only(fmu: LoadedFmu, law: int) -> Solve:
     """One step and one read, with a new k every time but the first (k = 1e6 for the error)."""
-    slave = fmu.instance(law=law)
-    start = slave.getFMUstate()
-    k, outcome = fmu.references(("k",)), fmu.references(Outcome._fields)
-    calls = 0
-
-    def solve() -> Outcome:
-        nonlocal calls
-        slave.setFMUstate(start)
-        slave.setReal(k, [1e6 + calls % 100])
-        calls += 1
-        slave.doStep(0.0, step)
-        return Outcome(*slave.getReal(outcome))
-
-    return solve
+    impact, calls = impact_of_stiffness(fmu, law, Outcome._fields), count()
+    return lambda: Outcome(*impact(1e6 + next(calls) % 100))

@@ -31,12 +31,6 @@ _PARAMETERS = {"k": "k (N/m)", "b": "b (N.s/m)", "exponent": "exponent"}
 class Calibration:
     """The fit asked for, beside those of the laws that it is compared with.
 
-    Args:
-        fmu: in use.
-        conditions: of the impact in which the targets were measured.
-        targets: by name.
-        law: the law asked for.
-
     Raises:
         UserError: no contact that ends comes near the targets.
     """
@@ -67,7 +61,6 @@ class Calibration:
 
     @property
     def words(self) -> list[str]:
-        """What there is to say about the fit."""
         best = self.fit
         words = [f"{note[0].upper()}{note[1:]}." for note in best.notes]
         for other in best.others:
@@ -203,7 +196,6 @@ class Calibration:
         }
 
     def drawn(self) -> bytes:
-        """The figure as PNG."""
         from golf_scenarios.calibration.drawing import draw
         from golf_scenarios.report import figures
 
@@ -231,11 +223,6 @@ def calibrated(
     conditions: Conditions, targets: Mapping[str, Target], law: ContactLaw
 ) -> Calibration:
     """The calibration with the FMU of the present sources.
-
-    Args:
-        conditions: of the impact in which the targets were measured.
-        targets: by name.
-        law: with its free parameters.
 
     Raises:
         UserError: the targets are impossible or too few, or SciPy is missing.

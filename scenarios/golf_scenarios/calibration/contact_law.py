@@ -28,7 +28,6 @@ class ContactLaw:
 
     @property
     def title(self) -> str:
-        """As tables show it."""
         if self.exponent is None:
             return "power law, n free"
         if self.exponent == 1.0:
@@ -62,23 +61,15 @@ class Coordinates:
 
     @property
     def zeta(self) -> float:
-        """ζ."""
         return self.damping if self.damping <= 1.0 else math.exp(self.damping - 1.0)
 
 
 def damping_coordinate(zeta: float) -> float:
-    """The z of a ζ."""
     return zeta if zeta <= 1.0 else 1.0 + math.log(zeta)
 
 
 class Predictor:
-    """One law in one impact.
-
-    Args:
-        fmu: in use.
-        conditions: speed and masses.
-        law: which.
-    """
+    """One law in one impact."""
 
     def __init__(self, fmu: ImpactFmu, conditions: Conditions, law: ContactLaw) -> None:
         self.conditions = conditions
@@ -127,11 +118,8 @@ class Predictor:
         d = self.law.reference_compression
         size = -(n + 1.0)
         shape = 1.0 / (n + 1.0) + math.log(d / at.length)
-        critical = (
-            2.0
-            * self.conditions.reduced_mass
-            * math.sqrt(0.5 * (n + 1.0) * k / self.conditions.reduced_mass)
-        )
+        mu = self.conditions.reduced_mass
+        critical = 2.0 * mu * math.sqrt(0.5 * (n + 1.0) * k / mu)
         steep = 1.0 if at.damping <= 1.0 else at.zeta
         return [
             [k * size, 0.0, k * shape],

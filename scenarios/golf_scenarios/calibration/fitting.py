@@ -77,7 +77,6 @@ class Fit:
 
     @property
     def chi_squared(self) -> float:
-        """Sum of the squared residuals."""
         return sum(residual**2 for residual in self.residuals.values())
 
     @property
@@ -115,12 +114,6 @@ def fit(
     Two targets for two parameters of law 2, of which one is a speed or COR, have an exact inverse:
     that one gives ζ in closed form, the other one the size. All else is weighted least squares,
     started from the best places of a wide grid.
-
-    Args:
-        fmu: in use.
-        conditions: of the impact in which the targets were measured.
-        targets: by name.
-        law: with its free parameters.
 
     Raises:
         UserError: no contact that ends comes near the targets.
@@ -167,9 +160,6 @@ class _Search:
         if predicted is None:
             return [_FAR] * len(self.targets)
         return [(predicted[name] - t.value) / t.sigma for name, t in self.targets.items()]
-
-    def chi_squared(self, at: Coordinates) -> float:
-        return sum(r * r for r in self.residuals(self.predictor.predict(at)))
 
     # Exact inverse
 
@@ -249,9 +239,10 @@ class _Search:
         x = self._solved(start, max_nfev=200).x
         n = float(x[2]) if self.free_exponent else start.exponent
         at = Coordinates(start.length * math.exp(x[0]), float(x[1]), n)
-        if self.predictor.predict(at) is None:
+        predicted = self.predictor.predict(at)
+        if predicted is None:
             return None
-        return self.chi_squared(at), at
+        return sum(r * r for r in self.residuals(predicted)), at
 
     def _solved(self, start: Coordinates, max_nfev: int) -> Any:
         """SciPy's least squares in (ln L, z, n), where ln L is 0 at the start."""
@@ -282,7 +273,6 @@ class _Search:
     # What was found
 
     def described(self, at: Coordinates, others: list[Coordinates], method: str) -> Fit:
-        """The fit at a place."""
         notes = []
         no_damping = at.damping < 1e-9
         if no_damping:

@@ -5,12 +5,7 @@ from golf_scenarios.errors import UserError
 
 
 def asked_for(law: int, exponent: str, reference_compression: float) -> ContactLaw:
-    """The law of the command line.
-
-    Args:
-        law: 1 or 2.
-        exponent: n as text, or "free".
-        reference_compression: m.
+    """The law of the command line; the exponent is a number as text, or "free".
 
     Raises:
         UserError: there is no such law.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from golf_scenarios.errors import UserError
+from golf_scenarios.facts import closed_forms
 
 #: Targets by name: the FMU's output, and how it is called.
 TARGETS = {
@@ -47,7 +48,7 @@ class Conditions:
     @property
     def reduced_mass(self) -> float:
         """μ = m_C m_B / (m_C + m_B), kg."""
-        return self.m_club * (self.m_ball / (self.m_club + self.m_ball))
+        return closed_forms.reduced_mass(self.m_club, self.m_ball)
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,6 @@ class Target:
 
 
 def option(name: str) -> str:
-    """The option that gives this value on the command line."""
     return "--" + name.replace("_", "-")
 
 
@@ -132,7 +132,11 @@ def given(
                 f"{option('sigma_' + name)} {sigma!r} is refused without {option(name)}: there is "
                 "nothing that it is the standard deviation of"
             )
-    check_conditions(measured)
+    for name, number in vars(measured).items():
+        if not (math.isfinite(number) and number > 0.0):
+            raise UserError(
+                f"{option(name)} {number!r} is refused: it must be a finite number above 0"
+            )
     return measured, targets
 
 
@@ -173,8 +177,7 @@ def read_csv(path: Path) -> tuple[dict[str, tuple[float, float | None]], dict[st
         given = dict(zip(header, cells))
         name = given["target"].lower().lstrip("-").replace("-", "_")
         value, sigma = (_number(given.get(column, ""), where) for column in ("value", "sigma"))
-        known = name in TARGETS or name in Conditions.__dataclass_fields__
-        if not known:
+        if name not in TARGETS and name not in Conditions.__dataclass_fields__:
             raise UserError(
                 f"{where}: there is no target {given['target']!r}: choose from "
                 f"{', '.join(TARGETS)}, or {', '.join(Conditions.__dataclass_fields__)}"
@@ -201,16 +204,6 @@ def _number(text: str, where: str) -> float | None:
         raise UserError(f"{where}: {text!r} is no number (e.g. 600e-6)") from None
 
 
-def check_conditions(conditions: Conditions) -> None:
-    """Raises UserError for an impact that can't be."""
-    for name in Conditions.__dataclass_fields__:
-        value = getattr(conditions, name)
-        if not (math.isfinite(value) and value > 0.0):
-            raise UserError(
-                f"{option(name)} {value!r} is refused: it must be a finite number above 0"
-            )
-
-
 def doubts(conditions: Conditions, targets: Mapping[str, Target]) -> list[str]:
     """What may be in another unit than it should, in words; it is taken as it stands."""
     words = [
@@ -230,12 +223,7 @@ def doubts(conditions: Conditions, targets: Mapping[str, Target]) -> list[str]:
 
 
 def check_together(targets: Mapping[str, Target], conditions: Conditions, law: int) -> None:
-    """Refuse targets that no contact at all could show together.
-
-    Args:
-        targets: by name.
-        conditions: of the impact in which they were measured.
-        law: 1 or 2; only 2 conserves momentum.
+    """Refuse targets that no contact at all could show together; only law 2 conserves momentum.
 
     Raises:
         UserError: with the reason.

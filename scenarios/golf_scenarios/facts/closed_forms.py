@@ -10,7 +10,16 @@ from collections.abc import Mapping
 
 def reduced_mass(m_club: float, m_ball: float) -> float:
     """μ = m_C m_B / (m_C + m_B), kg."""
-    return m_club * m_ball / (m_club + m_ball)
+    return m_club * (m_ball / (m_club + m_ball))
+
+
+def half_contact(zeta: float) -> float:
+    """Law 2's contact time in units of 2/ω, ω = √(k/μ), with the damping ratio ζ = b/(2√(kμ))."""
+    if zeta < 1.0:
+        return math.acos(zeta) / math.sqrt((1.0 - zeta) * (1.0 + zeta))
+    if zeta > 1.0:
+        return math.acosh(zeta) / math.sqrt((zeta - 1.0) * (zeta + 1.0))
+    return 1.0
 
 
 def elastic_smash_factor(m_club: float, m_ball: float) -> float:
@@ -45,12 +54,7 @@ def expected(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[s
         # Both bodies have moved as far when they part, and each has lost b·x to the drag.
         return {"impulse": gain + b * moved, "momentum_final": start - 2.0 * b * moved}
     zeta = b / (2.0 * math.sqrt(k * mu))
-    if zeta < 1.0:
-        phase = math.acos(zeta) / math.sqrt((1.0 - zeta) * (1.0 + zeta))
-    elif zeta > 1.0:
-        phase = math.acosh(zeta) / math.sqrt((zeta - 1.0) * (zeta + 1.0))
-    else:
-        phase = 1.0
+    phase = half_contact(zeta)
     restitution = math.exp(-2.0 * zeta * phase)
     results = {
         "coefficient_of_restitution": restitution,

@@ -34,7 +34,6 @@ class Measurement:
 
     @property
     def middle(self) -> float:
-        """Between the least and the largest value."""
         return 0.5 * (self.low + self.high)
 
 

@@ -22,13 +22,11 @@ class Quantity(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Name, symbol and unit."""
         words = f"{self.name} {self.symbol}" if self.symbol else self.name
         return f"{words} ({self.unit})" if self.unit else words
 
     @property
     def plain(self) -> str:
-        """Name and unit."""
         return self._replace(symbol="").label
 
     def shown(self, value: float) -> str:

@@ -70,9 +70,6 @@ def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
 
     Where it can't be written to its place, it is built for this process only.
 
-    Args:
-        fmi: the version of FMI, 2 or 3.
-
     Returns:
         The file, and why it was built (None if it was there).
     """
@@ -124,12 +121,7 @@ def given_fmu(path: Path) -> Path:
 
 
 def build_plain_fmu(script: Path, folder: Path) -> Path:
-    """Package a self-contained slave as pythonfmu does, with nothing added.
-
-    Args:
-        script: the Python file with the slave.
-        folder: where the .fmu goes.
-    """
+    """Package a self-contained slave as pythonfmu does, with nothing added."""
     with packaging.packaged("pythonfmu", script.stem, script.read_bytes(), {}, {}) as fmu:
         folder.mkdir(parents=True, exist_ok=True)
         return Path(shutil.copy(fmu, folder))

@@ -1,11 +1,12 @@
 """Drives ClubBallImpact.fmu: one extraction, one instance, as many impacts as a scene wants."""
 
+from __future__ import annotations
+
 import math
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -13,6 +14,9 @@ from fmpy.fmi1 import FMICallException
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.archive import check_temporary_folder, flaw
 from golf_scenarios.fmu.loaded import LoadedFmu, in_a_line
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 #: One communication step that is longer than any contact here; the answer doesn't depend on it.
 HORIZON = 1.0
@@ -59,9 +63,6 @@ PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_veloci
 class ImpactFmu(LoadedFmu):
     """The FMU, extracted and instantiated once, for use in a `with` block.
 
-    Args:
-        path: the .fmu file.
-
     Raises:
         UserError: the file is missing, corrupt or another FMU.
     """
@@ -90,7 +91,7 @@ class ImpactFmu(LoadedFmu):
                 "`golf-impact build`"
             )
 
-    def __enter__(self) -> "ImpactFmu":
+    def __enter__(self) -> Self:
         check_temporary_folder()
         try:
             super().__enter__()
@@ -114,12 +115,7 @@ class ImpactFmu(LoadedFmu):
             ) from error
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         super().__exit__(kind, error, trace)
         if isinstance(error, FMICallException):
             said = f": {in_a_line(self.messages[-1])}" if self.messages else ""

@@ -6,8 +6,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import fmpy
 
@@ -27,15 +26,12 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from golf_scenarios.errors import UserError
 
-_Fmu = TypeVar("_Fmu", bound="LoadedFmu")
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class LoadedFmu:
-    """An FMU 2.0 for co-simulation, for use in a `with` block.
-
-    Args:
-        path: the .fmu file.
-    """
+    """An FMU 2.0 for co-simulation, for use in a `with` block."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -49,17 +45,12 @@ class LoadedFmu:
         self._fresh: Any = None
         self._alive: list[Any] = []
 
-    def __enter__(self: _Fmu) -> _Fmu:
+    def __enter__(self) -> Self:
         self.folder = tempfile.mkdtemp(prefix="golf-impact-")
         fmpy.extract(str(self.path), self.folder)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         # After an error that isn't a refusal further calls may crash the process.
         if not isinstance(error, FMICallException):
             if self._slave is not None:
@@ -130,7 +121,6 @@ class LoadedFmu:
     # Runs
 
     def references(self, names: Sequence[str]) -> list[int]:
-        """Value references of variables by name."""
         return [self.variables[name].valueReference for name in names]
 
     def default(self, name: str) -> float:
@@ -202,14 +192,13 @@ class LoadedFmu:
         return dict(zip(names, self.slave.getReal(self.references(names)), strict=True))
 
     def flag(self, name: str) -> bool:
-        """Value of a Boolean output."""
         return bool(self.slave.getBoolean(self.references([name]))[0])
 
 
 class LoadedFmu3(LoadedFmu):
     """An FMU 3.0: one instance for co-simulation and one for Model Exchange, set back likewise."""
 
-    def __enter__(self) -> LoadedFmu3:
+    def __enter__(self) -> Self:
         super().__enter__()
         self.model, self._slave = (self.keep(self.blank(k)) for k in (FMU3Model, FMU3Slave))
         self.model.instantiate()
@@ -217,14 +206,13 @@ class LoadedFmu3(LoadedFmu):
         self._states = {one: one.getFMUState() for one in (self.model, self._slave)}
         return self
 
-    def __exit__(self, *error: Any) -> None:
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         for instance, state in self._states.items():
             instance.freeFMUState(state)
         self._slave = None
-        super().__exit__(*error)
+        super().__exit__(kind, error, trace)
 
     def set_back(self, instance: FMU3Model | FMU3Slave) -> None:
-        """As it was instantiated."""
         instance.setFMUState(self._states[instance])
 
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:

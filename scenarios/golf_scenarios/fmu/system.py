@@ -18,11 +18,6 @@ _REAL_OUTPUT = ("output", "Real")
 def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[Path]:
     """Build the companion FMUs and the .ssp around an existing ClubBallImpact.fmu.
 
-    Args:
-        folder: where they go.
-        impact: the FMU.
-        standalone: whether they bring a Python of their own, as the FMU then does.
-
     Raises:
         UserError: a file can't be written.
     """

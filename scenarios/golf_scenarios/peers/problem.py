@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from golf_scenarios.facts import closed_forms
+
 
 @dataclass(frozen=True)
 class Case:
@@ -33,7 +35,7 @@ class Case:
     @property
     def reduced_mass(self) -> float:
         """m_club m_ball / (m_club + m_ball), kg."""
-        return self.m_club * self.m_ball / (self.m_club + self.m_ball)
+        return closed_forms.reduced_mass(self.m_club, self.m_ball)
 
     @property
     def natural_frequency(self) -> float:

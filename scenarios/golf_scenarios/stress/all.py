@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from golf_scenarios.stress import cases, invariants, long_runs, special_points, stability
-from golf_scenarios.stress.driver import opened
+from golf_scenarios.stress.driver import driver
 from golf_scenarios.stress.ledger import Ledger
 from golf_scenarios.timing import machine
 
@@ -18,36 +18,28 @@ _SAMPLE = 10
 def measured(
     quick: bool, seed: int, bar: Callable[[str, int], Callable[[], None]]
 ) -> tuple[dict[str, Any], list[stability.Map]]:
-    """What stress.json holds, and the maps.
-
-    Args:
-        quick: fewer and shorter runs.
-        seed: of the random impacts; the same one gives the same impacts and steps again.
-        bar: begins a bar of progress.
-    """
+    """What stress.json holds, and the maps; a seed gives the same impacts and steps again."""
     impacts, specials = (150, 100) if quick else (5000, 1500)
     ledger = Ledger()
     invariants.announce(ledger)
     long_runs.announce(ledger)
     ledger.claim("flat", "the map of this FMU: error at any step size and damping", 1e-13)
-    with opened() as (driver, fmu):
+    with driver() as fmu:
         tick = bar("random impacts", impacts)
         for number in range(impacts):
             impact = cases.random_impact(seed, number)
-            invariants.check(driver, ledger, impact, seed, exact=number % _SAMPLE == 0)
+            invariants.check(fmu, ledger, impact, seed, exact=number % _SAMPLE == 0)
             tick()
         tick = bar("special points", specials)
         for number in range(specials):
             impact = special_points.special_impact(seed, number)
-            invariants.check(driver, ledger, impact, seed, exact=True)
+            invariants.check(fmu, ledger, impact, seed, exact=True)
             tick()
         tick = bar("long runs", 50)
         steps = 20_000 if quick else 1_000_000
-        tiny = {
-            f"law {law}": long_runs.tiny_steps(driver, ledger, law, steps, tick) for law in (1, 2)
-        }
-        many = long_runs.many_impacts(driver, ledger, 2000 if quick else 100_000, tick)
-        maps = stability.maps(driver, quick, bar("stability map", 8 * (5 if quick else 27)))
+        tiny = {f"law {law}": long_runs.tiny_steps(fmu, ledger, law, steps, tick) for law in (1, 2)}
+        many = long_runs.many_impacts(fmu, ledger, 2000 if quick else 100_000, tick)
+        maps = stability.maps(fmu, quick, bar("stability map", 8 * (5 if quick else 27)))
         guid = fmu.description.guid
     for row, zeta in zip(maps[0].errors, maps[0].damping.tolist(), strict=True):
         for error, x in zip(row.tolist(), maps[0].steps.tolist(), strict=True):

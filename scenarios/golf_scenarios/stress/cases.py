@@ -1,13 +1,19 @@
-"""Random impacts, far beyond golf, and random ways to step through them. SI units."""
+"""The impacts that tests, benchmark and stress share, and the ways to step through them. SI units.
+
+Named cases that stretch one thing each, and random ones, far beyond golf; `special_points` has
+those at the borders of closed forms.
+"""
 
 from __future__ import annotations
 
 import math
 import random
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from typing import Any
+
+from golf_scenarios.facts.closed_forms import half_contact, reduced_mass
 
 #: The smallest and the largest communication step, s.
 SMALLEST_STEP, LARGEST_STEP = 1e-9, 1.0
@@ -29,9 +35,14 @@ class Segment:
     k: float
     b: float
 
+    @classmethod
+    def rounded(cls, length: float, k: float, b: float) -> Segment:
+        """With the nearest length whose parts add up exactly."""
+        return cls(rounded(length, quantum(length)), k, b)
+
 
 @dataclass(frozen=True)
-class Impact:
+class ImpactCase:
     """What a run begins with, and its segments.
 
     Attributes:
@@ -55,7 +66,6 @@ class Impact:
 
     @property
     def changed(self) -> bool:
-        """Whether k or b changes on the way."""
         return len(self.segments) > 1
 
     @property
@@ -74,7 +84,7 @@ class Impact:
         return math.fsum(segment.length for segment in self.segments)
 
     def described(self) -> dict[str, Any]:
-        """For JSON: everything needed to do it again by hand."""
+        """Everything needed to do it again by hand, for JSON."""
         return asdict(self) | {"damping_ratio": damping_ratio(self.values)}
 
 
@@ -82,32 +92,97 @@ class Impact:
 Steps = list[list[float]]
 
 
-def damping_ratio(values: dict[str, float]) -> float:
+def natural_frequency(values: Mapping[str, float]) -> float:
+    """ω = √(k/μ), 1/s."""
+    return math.sqrt(values["k"] / reduced_mass(values["m_club"], values["m_ball"]))
+
+
+def damping_ratio(values: Mapping[str, float]) -> float:
     """ζ = b/(2√(kμ))."""
-    m_club, m_ball = values["m_club"], values["m_ball"]
-    mu = m_club * (m_ball / (m_club + m_ball))
+    mu = reduced_mass(values["m_club"], values["m_ball"])
     return values["b"] / (2.0 * math.sqrt(values["k"] * mu))
 
 
 def contact_time_of_law2(zeta: float, omega: float) -> float:
     """How long law 2 is in contact, s: the time in which law 1 does what it does, too."""
-    if zeta < 1.0:
-        phase = math.acos(zeta) / math.sqrt((1.0 - zeta) * (1.0 + zeta))
-    elif zeta > 1.0:
-        phase = math.acosh(zeta) / math.sqrt((zeta - 1.0) * (zeta + 1.0))
-    else:
-        phase = 1.0
-    return 2.0 * phase / omega
+    return 2.0 * half_contact(zeta) / omega
 
 
-def random_impact(seed: int, number: int) -> Impact:
+# The table
+
+#: What every case is but for what its name says: the document's impact.
+BASELINE = {
+    "m_club": 0.210,
+    "m_ball": 0.04593,
+    "k": 1e6,
+    "b": 9.0,
+    "club_speed": 35.0,
+    "ball_speed": 0.0,
+    "gap": 0.0,
+}
+
+#: Cases that stretch one thing each; ζ replaces b where it is given.
+NAMED: dict[str, dict[str, float]] = {
+    "baseline": {},
+    "elastic": {"b": 0.0},
+    "soft": {"k": 1e2},
+    "stiff": {"k": 1e12},
+    "slow": {"club_speed": 1e-6},
+    "fast": {"club_speed": 1e3},
+    "ball moving away": {"ball_speed": 20.0},
+    "ball coming": {"ball_speed": -20.0},
+    "after a gap": {"gap": 0.01},
+    "nearly undamped": {"zeta": 1e-6},
+    "half of critical": {"zeta": 0.5},
+    "just below critical": {"zeta": 1.0 - 5e-15},
+    "critical": {"zeta": 1.0},
+    "just above critical": {"zeta": 1.0 + 5e-15},
+    "overdamped": {"zeta": 2.9},
+    "heavily overdamped": {"zeta": 1e4},
+    "light ball": {"m_ball": 2.1e-7, "zeta": 0.1},
+    "heavy ball": {"m_ball": 2.1e5, "zeta": 0.1},
+    "equal masses": {"m_ball": 0.21, "zeta": 0.1},
+}
+
+
+def named_cases(randoms: int = 0) -> Iterator[tuple[str, ImpactCase]]:
+    """The named cases under both laws and as many random ones near golf, by name."""
+    rows = [(f"{name}, law {law}", law, NAMED[name]) for law in (1, 2) for name in NAMED]
+    rng = random.Random(20)
+    for n in range(randoms):
+        changes = {
+            "m_club": 10.0 ** rng.uniform(-3, 1),
+            "m_ball": 10.0 ** rng.uniform(-3, 1),
+            "k": 10.0 ** rng.uniform(3, 10),
+            "zeta": 10.0 ** rng.uniform(-3, 0.2),
+            "club_speed": rng.uniform(10.0, 80.0),
+            "ball_speed": rng.choice((0.0, rng.uniform(-30.0, 5.0))),
+            "gap": rng.choice((0.0, 0.0, 1e-4)),
+        }
+        rows.append((f"random {n}, law {1 + n % 2}", 1 + n % 2, changes))
+    for number, (name, law, changes) in enumerate(rows):
+        values = BASELINE | {"law": law} | changes
+        zeta = values.pop("zeta", None)
+        if zeta is not None:
+            mu = reduced_mass(values["m_club"], values["m_ball"])
+            values["b"] = 2.0 * zeta * math.sqrt(values["k"] * mu)
+        yield name, unchanged(number, values, 1.5)
+
+
+def unchanged(number: int, values: dict[str, float], contact_times: float) -> ImpactCase:
+    """An impact whose k and b stay, for so many of law 2's contact times after touch."""
+    approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
+    contact = contact_time_of_law2(damping_ratio(values), natural_frequency(values))
+    segment = Segment.rounded(approach + contact_times * contact, values["k"], values["b"])
+    return ImpactCase(number, values, 0.0, (segment,))
+
+
+def random_impact(seed: int, number: int) -> ImpactCase:
     """The same for the same seed and number, on any machine."""
     rng = random.Random(f"{seed}/{number}")
     k = _decades(rng, 2, 12)
     mass, ratio = _decades(rng, -3, 1), _decades(rng, -6, 6)
     m_club, m_ball = mass * math.sqrt(ratio), mass / math.sqrt(ratio)
-    mu = m_club * (m_ball / (m_club + m_ball))
-    omega = math.sqrt(k / mu)
     zeta = _damping(rng)
     closing = _decades(rng, -6, 3)
     ball_speed = rng.choice((0.0, 0.0, 1.0, -1.0)) * _decades(rng, -6, 3)
@@ -123,16 +198,16 @@ def random_impact(seed: int, number: int) -> Impact:
         "m_club": m_club,
         "m_ball": m_ball,
         "k": k,
-        "b": 2.0 * zeta * math.sqrt(k * mu),
+        "b": 2.0 * zeta * math.sqrt(k * reduced_mass(m_club, m_ball)),
         "club_speed": club_speed,
         "ball_speed": ball_speed,
         "gap": gap,
     }
     approach = gap / closing if closing > 0.0 else 0.0
     start_time = rng.choice((0.0, 1.0)) * _decades(rng, -3, 6)
-    contact = contact_time_of_law2(zeta, omega)
+    contact = contact_time_of_law2(zeta, natural_frequency(values))
     segments = _segments(rng, values, approach, contact)
-    return Impact(number, values, start_time, segments)
+    return ImpactCase(number, values, start_time, segments)
 
 
 def _decades(rng: random.Random, low: float, high: float) -> float:
@@ -166,11 +241,21 @@ def _segments(
             inputs.append((k, b))
     if rng.random() < 0.2:  # a long way on
         lengths[-1] += _decades(rng, -3, 0)
-    return tuple(
-        Segment(rounded(length, quantum(length)), *pair)
-        for length, pair in zip(lengths, inputs)
-        if length > 0.0
-    )
+    return segments_of(lengths, inputs)
+
+
+def segments_of(
+    lengths: Sequence[float], inputs: Sequence[tuple[float, float]]
+) -> tuple[Segment, ...]:
+    """One for each positive length (s) with its k and b; the first one has the first inputs."""
+    made: list[Segment] = []
+    for length, pair in zip(lengths, inputs):
+        if length > 0.0:
+            made.append(Segment.rounded(length, *(pair if made else inputs[0])))
+    return tuple(made)
+
+
+# Steps
 
 
 def quantum(length: float) -> float:
@@ -183,17 +268,15 @@ def rounded(time: float, unit: float) -> float:
     return round(time / unit) * unit
 
 
-def one_step(impact: Impact) -> Steps:
-    """Each segment in one communication step."""
+def one_step(impact: ImpactCase) -> Steps:
     return [[segment.length] for segment in impact.segments]
 
 
-def equal_steps(impact: Impact) -> Steps:
-    """Each segment in 64 equal steps."""
+def equal_steps(impact: ImpactCase) -> Steps:
     return [[segment.length / 64.0] * 64 for segment in impact.segments]
 
 
-def random_steps(impact: Impact, seed: int) -> Steps:
+def random_steps(impact: ImpactCase, seed: int) -> Steps:
     """Steps of 1 ns to 1 s in any order; the last one of a segment takes what is left."""
     rng = random.Random(f"{seed}/{impact.number}/steps/{impact.kind}")
     partition = []
@@ -214,7 +297,7 @@ def random_steps(impact: Impact, seed: int) -> Steps:
     return partition
 
 
-def straddling_steps(impact: Impact, contact_time: float, seed: int) -> Steps:
+def straddling_steps(impact: ImpactCase, contact_time: float, seed: int) -> Steps:
     """Points just before and just after touch and separation, as near as the steps' unit allows."""
     rng = random.Random(f"{seed}/{impact.number}/straddle/{impact.kind}")
     events = [impact.approach, impact.approach + contact_time]
@@ -233,16 +316,15 @@ def straddling_steps(impact: Impact, contact_time: float, seed: int) -> Steps:
     return partition
 
 
-def without_gap(impact: Impact) -> Impact:
+def without_gap(impact: ImpactCase) -> ImpactCase:
     """The same impact, touching at the start."""
     first, *rest = impact.segments
     length = first.length - impact.approach
     if length > 0.0:
-        rest.insert(0, Segment(rounded(length, quantum(length)), first.k, first.b))
+        rest.insert(0, Segment.rounded(length, first.k, first.b))
     values = impact.values | {"gap": 0.0, "k": rest[0].k, "b": rest[0].b}
     return replace(impact, values=values, start_time=0.0, segments=tuple(rest))
 
 
 def flat(steps: Steps) -> Sequence[float]:
-    """All communication steps in order."""
     return [step for segment in steps for step in segment]

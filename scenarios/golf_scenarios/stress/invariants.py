@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from golf_scenarios.facts.closed_forms import reduced_mass
 from golf_scenarios.stress.cases import (
-    Impact,
+    ImpactCase,
     Steps,
     equal_steps,
     flat,
@@ -25,7 +27,7 @@ from golf_scenarios.stress.reference import Reference
 from golf_scenarios.stress.scales import BAR, Scales
 
 #: Outputs that can only rise.
-_RISING = ("contact_time", "max_force", "time_of_max_force", "max_compression", "impulse")
+RISING = ("contact_time", "max_force", "time_of_max_force", "max_compression", "impulse")
 
 #: Gauss's quadrature on (0, 1), for the energy that the damping takes.
 _NODES, _WEIGHTS = (0.5 * x for x in np.polynomial.legendre.leggauss(16))
@@ -33,6 +35,9 @@ _NODES = _NODES + 0.5
 
 #: Rates times length of a panel: the integrand is then exact to a double with 16 points.
 _PANEL = 2.0
+
+#: Notes the error of a check by name; more words say where.
+Record = Callable[..., None]
 
 #: See _scales, in units of 1/ω0.
 _LATER = 10.0
@@ -42,7 +47,6 @@ _MOST_PANELS = 80
 
 
 def announce(ledger: Ledger) -> None:
-    """The checks of this module."""
     for name, claim, bar in (
         ("momentum", "law 2: momentum stays, of its sum of magnitudes", BAR),
         ("impulse", "law 2: the ball gains the impulse, in mass times speeds", BAR),
@@ -60,16 +64,21 @@ def announce(ledger: Ledger) -> None:
         ledger.claim(name, claim, bar)
 
 
-def check(driver: Driver, ledger: Ledger, impact: Impact, seed: int, exact: bool) -> None:
+def check(driver: Driver, ledger: Ledger, impact: ImpactCase, seed: int, exact: bool) -> None:
     """Look at one impact in every way; against the reference too, if `exact`."""
     case = {"seed": seed, **impact.described()}
+
+    def record(name: str, error: float, **where: Any) -> None:
+        ledger.record(name, error, case, **where)
+
     driver.messages.clear()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         final = driver.run(impact, one_step(impact))
-        _check_finite(ledger, case, final, "one step")
+        _check_finite(record, final, "one step")
         if impact.closing <= 0.0:
-            _check_untouched(ledger, case, final)
+            wrong = final["touched"] or final["in_contact"] or final["separated"]
+            record("flags", float(wrong))
         else:
             scales = _scales(driver, impact, final)
             partitions = {
@@ -78,113 +87,79 @@ def check(driver: Driver, ledger: Ledger, impact: Impact, seed: int, exact: bool
                 "straddling": straddling_steps(impact, final["contact_time"], seed),
             }
             for name, steps in partitions.items():
-                watch = _Watch(ledger, case, impact, scales, name, steps)
+                watch = _Watch(record, impact, scales, name, steps)
                 end = driver.run(impact, steps, watch.see)
                 watch.finish(end)
-                _compare(ledger, case, scales, "partition", end, final, partition=name)
+                _compare(record, scales, "partition", end, final, partition=name)
             if impact.law == 2 and not impact.changed:
-                _check_restitution(ledger, case, scales, final)
-            _check_energy(driver, ledger, case, impact)
+                _check_restitution(record, scales, final)
+            record("energy", _energy_error(driver, impact))
             if exact:
                 for name in ("random", "straddling"):
-                    _check_reference(driver, ledger, case, impact, scales, partitions[name])
-    found = [*driver.messages, *(str(warning.message) for warning in caught)]
-    ledger.record("warnings", float(len(found)), case, messages=found[:3])
+                    _check_reference(driver, record, impact, scales, partitions[name])
+    said = [*driver.messages, *(str(warning.message) for warning in caught)]
+    record("warnings", float(len(said)), messages=said[:3])
 
 
-def _scales(driver: Driver, impact: Impact, final: Outputs) -> Scales:
+def _scales(driver: Driver, impact: ImpactCase, final: Outputs) -> Scales:
     """From the run in one step, which `driver` has just made.
 
     A contact that isn't over (law 1 may never part) is followed on for ten natural time units, to
     see how large things get in it.
     """
-    values = {**impact.values, "start_time": impact.start_time}
+    mu = reduced_mass(impact.values["m_club"], impact.values["m_ball"])
     later = final
     if not final["separated"]:
-        mu = _reduced_mass(impact)
-        driver.slave.doStep(impact.start_time + impact.span, _LATER * math.sqrt(mu / values["k"]))
-        later = driver.read()
-    # A stiffness that rises in contact puts energy into it.
-    speed = max(
-        abs(values["club_speed"]) + abs(values["ball_speed"]),
-        abs(final["club_velocity"]) + abs(final["ball_velocity"]),
-    )
+        unit = math.sqrt(mu / impact.values["k"])
+        driver.slave.doStep(impact.start_time + impact.span, _LATER * unit)
+        later = driver.outputs()
     return Scales(
-        values,
-        force=later["max_force"],
-        compression=later["max_compression"],
-        impulse=later["impulse"],
-        contact_time=later["contact_time"],
-        approach=impact.approach,
-        span=impact.span,
-        fastest=_fastest(impact),
-        speed=speed,
-        energy=final["kinetic_energy"],
+        {**impact.values, "start_time": impact.start_time},
+        later,
+        impact.approach,
+        impact.span,
+        fastest=max(max(math.sqrt(s.k / mu), s.b / mu) for s in impact.segments),
+        speed_after=abs(final["club_velocity"]) + abs(final["ball_velocity"]),
+        energy_after=final["kinetic_energy"],
     )
 
 
-def _reduced_mass(impact: Impact) -> float:
-    m_club, m_ball = impact.values["m_club"], impact.values["m_ball"]
-    return m_club * (m_ball / (m_club + m_ball))
-
-
-def _fastest(impact: Impact) -> float:
-    mu = _reduced_mass(impact)
-    return max(max(math.sqrt(s.k / mu), s.b / mu) for s in impact.segments)
-
-
-def _check_finite(ledger: Ledger, case: Mapping[str, Any], found: Outputs, where: str) -> None:
-    bad = [name for name, value in found.items() if not math.isfinite(value)]
-    ledger.record("finite", float(len(bad)), case, outputs=bad, partition=where)
-
-
-def _check_untouched(ledger: Ledger, case: Mapping[str, Any], final: Outputs) -> None:
-    wrong = final["touched"] or final["in_contact"] or final["separated"]
-    ledger.record("flags", float(wrong), case)
+def _check_finite(record: Record, outputs: Outputs, where: str) -> None:
+    bad = [name for name, value in outputs.items() if not math.isfinite(value)]
+    record("finite", float(len(bad)), outputs=bad, partition=where)
 
 
 def _compare(
-    ledger: Ledger,
-    case: Mapping[str, Any],
+    record: Record,
     scales: Scales,
     check: str,
-    found: Outputs,
+    outputs: Outputs,
     expected: Mapping[str, Any],
     **where: Any,
 ) -> None:
     for name, value in expected.items():
         if name != "mean_force":  # it belongs to the last step
-            error = scales.error(name, found[name], value)
-            ledger.record(check, error, case, output=name, **where)
+            record(check, scales.error(name, outputs[name], value), output=name, **where)
 
 
 class _Watch:
     """Looks at the outputs after each step of one run."""
 
     def __init__(
-        self,
-        ledger: Ledger,
-        case: Mapping[str, Any],
-        impact: Impact,
-        scales: Scales,
-        partition: str,
-        steps: Steps,
+        self, record: Record, impact: ImpactCase, scales: Scales, partition: str, steps: Steps
     ) -> None:
-        self.ledger, self.case, self.scales = ledger, case, scales
-        self.impact = impact
-        self.where = {"partition": partition, "steps": flat(steps)}
+        self.record = partial(record, partition=partition, steps=flat(steps))
+        self.check_finite = partial(_check_finite, record, where=partition)
+        self.impact, self.scales = impact, scales
         self.before: Outputs = {}
         self.impulse = 0.0
         v = impact.values
         self.momentum = v["m_club"] * v["club_speed"] + v["m_ball"] * v["ball_speed"]
         self.momenta = abs(v["m_club"] * v["club_speed"]) + abs(v["m_ball"] * v["ball_speed"])
 
-    def record(self, name: str, error: float, **where: Any) -> None:
-        self.ledger.record(name, error, self.case, **self.where, **where)
-
     def see(self, size: float, now: Outputs) -> None:
-        _check_finite(self.ledger, self.case, now, str(self.where["partition"]))
-        force, largest = now["force"], self.scales.force
+        self.check_finite(now)
+        force, largest = now["force"], self.scales.of("force")
         over = max(0.0, -force, force - now["max_force"])
         self.record("force", over / largest if largest else over)
         order = (
@@ -196,7 +171,7 @@ class _Watch:
         self.record("flags", 0.0 if order else 1.0)
         # Just at touch the force is the limit for the inputs present, which may still be set.
         passed_touch = self.before.get("contact_time", 0.0) > 0.0
-        for name in _RISING if passed_touch else ():
+        for name in RISING if passed_touch else ():
             fall = self.before[name] - now[name]
             scale = self.scales.of(name)
             self.record("rising", max(0.0, fall) / scale if scale else 0.0, output=name)
@@ -210,52 +185,47 @@ class _Watch:
             for name, momentum in momenta.items():
                 self.record("momentum", abs(momentum - self.momentum) / self.momenta, output=name)
             gain = v["m_ball"] * (now["ball_velocity"] - v["ball_speed"])
-            scale = v["m_ball"] * self.scales.speed + self.scales.impulse
+            scale = v["m_ball"] * self.scales.speed + self.scales.of("impulse")
             self.record("impulse", abs(gain - now["impulse"]) / scale)
         self.impulse += now["mean_force"] * size
         self.before = now
 
     def finish(self, end: Outputs) -> None:
         if end["impulse"]:
-            off = abs(self.impulse - end["impulse"]) / self.scales.impulse
+            off = abs(self.impulse - end["impulse"]) / self.scales.of("impulse")
             # Where in a step the contact ended is known to the rounding of its length.
             self.record("mean_force", max(0.0, off - self.scales.rounding_of_time("mean_force")))
 
 
-def _check_restitution(
-    ledger: Ledger, case: Mapping[str, Any], scales: Scales, final: Outputs
-) -> None:
+def _check_restitution(record: Record, scales: Scales, final: Outputs) -> None:
     restitution = final["coefficient_of_restitution"]
     out = max(0.0, restitution - 1.0)
     if restitution <= 0.0:
         # Not even its smallest value, exp(-2ζs) ~ 1/(4ζ²), is below the rounding of velocities.
         out = max(out, -restitution)
-    ledger.record(
-        "restitution",
-        out / scales.of("coefficient_of_restitution"),
-        case,
-        restitution=restitution,
-    )
+    error = out / scales.of("coefficient_of_restitution")
+    record("restitution", error, restitution=restitution)
 
 
-def _check_energy(driver: Driver, ledger: Ledger, case: Mapping[str, Any], impact: Impact) -> None:
-    """Kinetic and spring energy at the ends of each phase, and what was dissipated between them.
+def _energy_error(driver: Driver, impact: ImpactCase) -> float:
+    """By how much kinetic and spring energy at the ends of each phase differ from what was
+    dissipated between them, over the largest.
 
     The dissipated power is integrated over velocities read at Gauss's points. The impact begins
     with touch here: a gap would only blur when the points are.
     """
     impact = without_gap(impact)
     total = driver.run(impact, one_step(impact))["contact_time"]
-    driver.begin(impact.values)
+    driver.begin_run(impact.values)
     m_club, m_ball = impact.values["m_club"], impact.values["m_ball"]
     worst, largest, point, begin = 0.0, 0.0, 0.0, 0.0
     for number, segment in enumerate(impact.segments):
         length = min(segment.length, total - begin)
         if length <= 0.0:
             break
-        before = _energy(driver.read(), segment.k, m_club, m_ball)
+        before = _energy(driver.outputs(), segment.k, m_club, m_ball)
         if number:
-            driver.set_inputs(segment.k, segment.b)
+            driver.set({"k": segment.k, "b": segment.b})
         dissipated, at = 0.0, 0.0
         panels = _panels(segment, m_club, m_ball, length)
         if len(panels) == _MOST_PANELS:
@@ -270,13 +240,13 @@ def _check_energy(driver: Driver, ledger: Ledger, case: Mapping[str, Any], impac
         if length > at:
             driver.slave.doStep(point, length - at)
             point += length - at
-        after = _energy(driver.read(), segment.k, m_club, m_ball)
+        after = _energy(driver.outputs(), segment.k, m_club, m_ball)
         largest = max(largest, before, after)
         worst = max(worst, abs(after + dissipated - before))
         begin += length
         if len(panels) == _MOST_PANELS:
             break
-    ledger.record("energy", worst / largest, case)
+    return worst / largest
 
 
 def _energy(now: Outputs, k: float, m_club: float, m_ball: float) -> float:
@@ -295,7 +265,7 @@ def _power(law: int, b: float, driver: Driver) -> float:
 
 def _panels(segment: Any, m_club: float, m_ball: float, length: float) -> list[tuple[float, float]]:
     """(start, width) of panels, s: as short as the fastest rate asks for, then growing."""
-    mu = m_club * (m_ball / (m_club + m_ball))
+    mu = reduced_mass(m_club, m_ball)
     omega = math.sqrt(segment.k / mu)
     fastest = max(omega, segment.b / mu)
     widest = _PANEL / omega
@@ -311,12 +281,7 @@ def _panels(segment: Any, m_club: float, m_ball: float, length: float) -> list[t
 
 
 def _check_reference(
-    driver: Driver,
-    ledger: Ledger,
-    case: Mapping[str, Any],
-    impact: Impact,
-    scales: Scales,
-    steps: Steps,
+    driver: Driver, record: Record, impact: ImpactCase, scales: Scales, steps: Steps
 ) -> None:
     """Every output at a few instants: those of a partition that lie in contact, and its end."""
     seen: list[Outputs] = []
@@ -335,13 +300,6 @@ def _check_reference(
                 exact.step(pending, **inputs)
                 pending, inputs = 0.0, {}
             if number in some:
-                _compare(
-                    ledger,
-                    case,
-                    scales,
-                    "reference",
-                    seen[number],
-                    exact.outputs(),
-                    steps=flat(steps)[: number + 1],
-                )
+                so_far = flat(steps)[: number + 1]
+                _compare(record, scales, "reference", seen[number], exact.outputs(), steps=so_far)
             number += 1

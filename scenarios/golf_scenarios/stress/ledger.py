@@ -9,8 +9,8 @@ from typing import Any
 
 
 @dataclass
-class Check:
-    """One invariant.
+class Invariant:
+    """What must hold, and how well it did.
 
     Attributes:
         claim: in words.
@@ -35,14 +35,12 @@ class Check:
 
 
 class Ledger:
-    """All checks, by name."""
-
     def __init__(self) -> None:
-        self.checks: dict[str, Check] = {}
+        self.checks: dict[str, Invariant] = {}
 
     def claim(self, name: str, claim: str, bar: float) -> None:
         """Announce a check; errors above `bar` fail."""
-        self.checks[name] = Check(claim, bar)
+        self.checks[name] = Invariant(claim, bar)
 
     def record(self, name: str, error: float, case: Mapping[str, Any], **where: Any) -> None:
         """Note one error of a check; `where` adds to the case, if this is the worst so far."""
@@ -56,5 +54,4 @@ class Ledger:
 
     @property
     def passed(self) -> bool:
-        """Whether all did."""
         return all(check.passed for check in self.checks.values())

@@ -5,26 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from golf_scenarios.stress.cases import Impact, Segment
+from golf_scenarios.stress.cases import BASELINE, one_step, unchanged
 from golf_scenarios.stress.driver import Driver
 from golf_scenarios.stress.ledger import Ledger
 from golf_scenarios.stress.reference import Reference
 from golf_scenarios.stress.scales import BAR, Scales
 from golf_scenarios.timing import resident_bytes
 
-#: s; with k = 2.5e5 N/m the contact lasts 1.24 ms, so that a million are all in it.
+#: s; with this stiffness the contact lasts 1.24 ms, so that a million are all in it.
 _TINY = 1e-9
-_STIFFNESS = 2.5e5
-
-_VALUES = {
-    "m_club": 0.210,
-    "m_ball": 0.04593,
-    "k": _STIFFNESS,
-    "b": 9.0,
-    "club_speed": 35.0,
-    "ball_speed": 0.0,
-    "gap": 0.0,
-}
+_VALUES = BASELINE | {"k": 2.5e5}
 
 #: Memory may grow by as much as this, bytes: allocators keep some pages of their own.
 _SLACK = 2_000_000
@@ -34,7 +24,6 @@ _PARTS = 10
 
 
 def announce(ledger: Ledger) -> None:
-    """The checks of this module."""
     ledger.claim("tiny_steps", "steps of 1 ns: outputs against 80 digits, on their scales", BAR)
     ledger.claim("tiny_steps_memory", "steps of 1 ns: memory gained, MB", _SLACK / 1e6)
     ledger.claim("many_impacts", "the last impacts give what the first ones gave (difference)", 0.0)
@@ -46,22 +35,10 @@ def tiny_steps(
 ) -> dict[str, Any]:
     """The errors over the run, read 20 times on the way: the same at its end as at its start."""
     values = {**_VALUES, "law": law}
-    impact = Impact(0, values, 0.0, (Segment(2e-3, _STIFFNESS, 9.0),))
-    over = driver.run(impact, [[2e-3]])
-    scales = Scales(
-        values,
-        force=over["max_force"],
-        compression=over["max_compression"],
-        impulse=over["impulse"],
-        contact_time=over["contact_time"],
-        approach=0.0,
-        span=0.0,
-        fastest=0.0,
-        speed=values["club_speed"],
-        energy=0.0,
-    )
+    impact = unchanged(0, values, 1.5)
+    scales = Scales(values, driver.run(impact, one_step(impact)), approach=0.0)
     exact = Reference(values)
-    driver.begin(values)
+    driver.begin_run(values)
     every = number // 20
     point, worst = 0.0, []
     memory = None
@@ -71,7 +48,7 @@ def tiny_steps(
             do_step(point, _TINY)
             point += _TINY
         exact.step_by(every, _TINY)
-        outputs = driver.read()
+        outputs = driver.outputs()
         if memory is None:
             memory = resident_bytes()
         exactly = exact.outputs().items()
@@ -95,15 +72,15 @@ def many_impacts(
     ]
 
     def impact(values: dict[str, float]) -> dict[str, Any]:
-        driver.begin(values)
+        driver.begin_run(values)
         driver.slave.doStep(0.0, 1.0)
-        return driver.read()
+        return driver.outputs()
 
     first = [impact(values) for values in rounds]
     memory = resident_bytes()
     for _ in range(_PARTS):
         for n in range(number // _PARTS):
-            driver.begin(rounds[n % len(rounds)])
+            driver.begin_run(rounds[n % len(rounds)])
             driver.slave.doStep(0.0, 1.0)
             driver.velocities()
         tick()

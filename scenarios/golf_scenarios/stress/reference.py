@@ -1,5 +1,7 @@
 """Every output at any instant to 30 digits, for inputs that change when they like.
 
+The one reference of stress, benchmark and tests.
+
 In contact all quantities are sums of two (law 2) or three (law 1) exponentials whose rates are the
 roots of the characteristic polynomial. With 80 digits the coefficients simply follow from a value
 and its derivatives: what cancels, cancels far below the digits that are wanted. Law 2's events are
@@ -16,6 +18,8 @@ from itertools import islice
 from typing import Any
 
 import mpmath
+
+from golf_scenarios.peers.problem import Case, Outcome
 
 _mp: Any = mpmath.mp.clone()  # a context of its own: nobody else's precision changes
 _mp.dps = 80
@@ -44,7 +48,6 @@ class _Sum:
         return _mp.re(sum(c * part for c, part in zip(self.c, parts)))
 
     def slope(self) -> _Sum:
-        """The derivative."""
         derived = _Sum.__new__(_Sum)
         derived.rates = self.rates
         derived.c = [c * s for c, s in zip(self.c, self.rates)]
@@ -141,11 +144,9 @@ def _coefficients(rates: Sequence[Any], initial: Sequence[Real]) -> list[Any]:
         f, g = initial
         return [(g - r * f) / (s - r), (g - s * f) / (r - s)]
     f, g, h = initial
-    found = []
-    for i in range(3):
-        s, (p, q) = rates[i], [rate for j, rate in enumerate(rates) if j != i]
-        found.append((h - (p + q) * g + p * q * f) / ((s - p) * (s - q)))
-    return found
+    s, p, q = rates
+    turns = ((s, p, q), (p, q, s), (q, s, p))
+    return [(h - (p + q) * g + p * q * f) / ((s - p) * (s - q)) for s, p, q in turns]
 
 
 def _pair_of_roots(sigma: Real, product: Real) -> list[Any]:
@@ -257,7 +258,7 @@ class Reference:
         self.law = int(values["law"])
         self.m_club, self.m_ball = exact["m_club"], exact["m_ball"]
         self.k, self.b, self.club_speed = exact["k"], exact["b"], exact["club_speed"]
-        self.u_ball, self.gap = exact["ball_speed"], exact["gap"]
+        self.u_ball, gap = exact["ball_speed"], exact["gap"]
         self.start_time = exact.get("start_time", _mp.mpf(0))
         self.u_club: Real = None
         self.clock = _mp.mpf(0)
@@ -266,16 +267,27 @@ class Reference:
         self.since = _mp.mpf(0)  # the present contact phase began, s since touch
         self.contact_time = _mp.mpf(0)
         self.parted = False
-        self.club_gap = -self.gap
         zero = _mp.mpf(0)
-        self.state = {"d": -self.gap, "v_ball": self.u_ball, "x_ball": zero}
+        self.state = {"d": -gap, "v_ball": self.u_ball, "x_ball": zero}
         self.state |= {"w": self.club_speed - self.u_ball, "impulse": zero}
         self.impulse_before = self.impulse = self.touch_position = self.parted_at = zero
         self.max_force = self.time_of_max_force = self.max_compression = zero
-        self.last_step_impulse = zero
+        self.mean_force = zero
 
-    def step(self, size: Real, k: float | None = None, b: float | None = None) -> None:
-        """Move on by `size` s, with k (N/m) and b (N.s/m) set just before, if given."""
+    def step(
+        self,
+        size: Real,
+        k: float | None = None,
+        b: float | None = None,
+        club_speed: float | None = None,
+    ) -> None:
+        """Move on by `size` s, with k (N/m), b (N.s/m), club_speed (m/s) set just before, if given.
+
+        `mean_force` is then that of this step, N. The club speed counts until first touch.
+        """
+        if club_speed is not None and self.touch_clock is None:
+            self.club_speed = _mp.mpf(club_speed)
+            self.state["w"] = self.club_speed - self.u_ball
         new = (self.k if k is None else _mp.mpf(k), self.b if b is None else _mp.mpf(b))
         if new != (self.k, self.b):
             self.k, self.b = new
@@ -289,7 +301,7 @@ class Reference:
             left = self._in_contact(left)
         if left:
             self._fly(left)
-        self.last_step_impulse = self.impulse - impulse
+        self.mean_force = (self.impulse - impulse) / _mp.mpf(size)
 
     def step_by(self, times: int, size: float) -> None:
         """Move on by that many equal steps at once: only their sum, which is exact, matters."""
@@ -396,3 +408,11 @@ class Reference:
 
     def _energy(self, v_club: Real, v_ball: Real) -> Real:
         return (self.m_club * v_club**2 + self.m_ball * v_ball**2) / 2
+
+
+def exact_outcome(case: Case) -> Outcome:
+    """Of a peer's case, as mpmath numbers; its bodies part within its time limit."""
+    reference = Reference({**vars(case), "gap": 0.0})
+    reference.step(case.time_limit)
+    outputs = reference.outputs()
+    return Outcome(*(outputs[name] for name in Outcome._fields))

@@ -22,26 +22,34 @@ class Scales:
 
     Attributes:
         values: what the run began with, and start_time.
-        force, compression, impulse: the largest of each, N, m, N.s.
-        contact_time: s.
+        largest: the outputs then: max_force, max_compression, impulse and contact_time count.
         approach: s from the start to first touch.
         span: s from the start to where the outputs are looked at.
         fastest: the fastest rate in the contact, 1/s: where a time is known to 4e-16 of the
             approach, this fast the outputs in contact change with it.
-        speed: |u_C| + |u_B|, or the same after the contact if that is more, m/s.
-        energy: kinetic energy after the contact, J: a stiffness that rises adds some.
+        speed_after, energy_after: |v_C| + |v_B| (m/s) and kinetic energy (J) after the contact, for
+            impacts that may gain some: a stiffness that rises adds energy.
     """
 
     values: Mapping[str, float]
-    force: float
-    compression: float
-    impulse: float
-    contact_time: float
+    largest: Mapping[str, float]
     approach: float
-    span: float
-    fastest: float
-    speed: float
-    energy: float
+    span: float = 0.0
+    fastest: float = 0.0
+    speed_after: float = 0.0
+    energy_after: float = 0.0
+
+    @property
+    def contact_time(self) -> float:
+        """T, s."""
+        return self.largest["contact_time"]
+
+    @property
+    def speed(self) -> float:
+        """|u_C| + |u_B|, or the same after the contact if that is more, m/s."""
+        return max(
+            abs(self.values["club_speed"]) + abs(self.values["ball_speed"]), self.speed_after
+        )
 
     @property
     def energy_at_touch(self) -> float:
@@ -60,19 +68,19 @@ class Scales:
         if name == "coefficient_of_restitution":
             return self.speed / closing
         if name in _FORCES:
-            return self.force
+            return self.largest["max_force"]
         if name in _COMPRESSIONS:
-            return self.compression
+            return self.largest["max_compression"]
         if name == "impulse":
-            return self.impulse
+            return self.largest["impulse"]
         if name in (*_PLACES, "contact_displacement"):
             return self.speed * self.contact_time
         if name in _TIMES:
             return self.contact_time
         if name == "kinetic_energy":
-            return max(self.energy, self.energy_at_touch)
+            return max(self.energy_after, self.energy_at_touch)
         if name == "energy_efficiency":
-            return max(1.0, self.energy / self.energy_at_touch)
+            return max(1.0, self.energy_after / self.energy_at_touch)
         if name == "momentum":
             return (v["m_club"] + v["m_ball"]) * self.speed
         return 1.0

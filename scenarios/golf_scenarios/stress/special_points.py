@@ -9,10 +9,18 @@ from __future__ import annotations
 
 import math
 import random
+from itertools import pairwise
 
 import numpy as np
 
-from golf_scenarios.stress.cases import Impact, Segment, contact_time_of_law2, quantum, rounded
+from golf_scenarios.facts.closed_forms import reduced_mass
+from golf_scenarios.stress.cases import (
+    ImpactCase,
+    Segment,
+    contact_time_of_law2,
+    natural_frequency,
+    segments_of,
+)
 
 #: Where the physics hands over from doubles to decimals, by law; and, under law 2, where the
 #: largest force moves to the start.
@@ -33,7 +41,7 @@ def coinciding_rates(m_club: float, m_ball: float) -> list[float]:
     return sorted(math.sqrt(root) for root in roots if root > 0.0)
 
 
-def special_impact(seed: int, number: int) -> Impact:
+def special_impact(seed: int, number: int) -> ImpactCase:
     """The same for the same seed and number, on any machine."""
     rng = random.Random(f"special {seed}/{number}")
     law = rng.choice((1, 2))
@@ -42,12 +50,11 @@ def special_impact(seed: int, number: int) -> Impact:
     ratio = rng.choice((ratio, 10.0 ** rng.uniform(-4, 4)))
     m_ball = m_club * ratio
     k = rng.choice((2.0**20, 1e6, 10.0 ** rng.uniform(2, 12)))
-    mu = m_club * (m_ball / (m_club + m_ball))
     special = [*_BORDERS[law], 1.0]
     if law == 1:
         special = [*_BORDERS[law], 2.0, *(2 * coinciding_rates(m_club, m_ball))]
     zeta = rng.choice(special)
-    b = beside(rng, 2.0 * zeta * math.sqrt(k * mu))
+    b = beside(rng, 2.0 * zeta * math.sqrt(k * reduced_mass(m_club, m_ball)))
     closing = rng.choice((32.0, 35.0, 10.0 ** rng.uniform(-6, 3)))
     ball_speed = rng.choice((0.0, 0.0, 1.0, -1.0)) * closing * 2.0 ** rng.randint(-4, 40)
     club_speed = ball_speed + closing
@@ -63,9 +70,9 @@ def special_impact(seed: int, number: int) -> Impact:
         "ball_speed": ball_speed,
         "gap": gap,
     }
-    contact = contact_time_of_law2(zeta, math.sqrt(k / mu))
+    contact = contact_time_of_law2(zeta, natural_frequency(values))
     segments = _segments(rng, values, gap / closing, contact)
-    return Impact(number, values, 0.0, segments, kind="special")
+    return ImpactCase(number, values, 0.0, segments, kind="special")
 
 
 def beside(rng: random.Random, value: float) -> float:
@@ -93,9 +100,4 @@ def _segments(
     edges = [0.0, *(approach + cut * contact for cut in cuts)]
     edges.append(max(edges[-1], approach + contact) + 2.0 * contact)
     inputs = [(k, b), *(rng.choice(others) for _ in cuts)]
-    segments: list[Segment] = []
-    for begin, end, pair in zip(edges, edges[1:], inputs, strict=False):
-        if end > begin:
-            length = rounded(end - begin, quantum(end - begin))
-            segments.append(Segment(length, *(pair if segments else (k, b))))
-    return tuple(segments)
+    return segments_of([end - begin for begin, end in pairwise(edges)], inputs)

@@ -28,7 +28,7 @@ from golf_scenarios.peers import (
 from golf_scenarios.peers.problem import Case, Outcome, errors
 from golf_scenarios.report import figures
 from golf_scenarios.stress.driver import Driver
-from golf_scenarios.stress.exact import solve as exact_outcome
+from golf_scenarios.stress.reference import exact_outcome
 
 OURS = "this FMU"
 
@@ -150,12 +150,12 @@ def _error(case: Case, solve: Callable[[Case, float], Outcome], x: float, exact:
 def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
     """By steps of x/ω0 through the contact, until it is over."""
     size = x / case.natural_frequency
-    driver.begin(vars(case))
+    driver.begin_run(vars(case))
     point = 0.0
-    while not driver.separated():
+    while not driver.flag("separated"):
         driver.slave.doStep(point, size)
         point += size
-    outputs = driver.read()
+    outputs = driver.outputs()
     return Outcome(*(outputs[name] for name in Outcome._fields))
 
 

@@ -31,12 +31,10 @@ class Grid:
 
     @property
     def varies(self) -> bool:
-        """Whether there is more than one."""
         return len(self.values) > 1
 
     @property
     def described(self) -> str:
-        """In words."""
         values = [value if isinstance(value, str) else f"{value:g}" for value in self.values[:6]]
         if len(self.values) > len(values):
             return f"{', '.join(values[:3])} … {self.values[-1]:g} ({len(self.values):,} values)"
@@ -53,7 +51,6 @@ class Normal:
 
     @property
     def described(self) -> str:
-        """In words."""
         return f"normal, mean {self.mean:g}, standard deviation {self.sigma:g}"
 
     def from_unit(self, u: np.ndarray) -> np.ndarray:
@@ -64,7 +61,6 @@ class Normal:
         return self.mean + self.sigma * ndtri(np.clip(u, 2.0**-53, 1.0 - 2.0**-53))
 
     def drawn(self, generator: np.random.Generator, number: int) -> np.ndarray:
-        """Independent values."""
         return generator.normal(self.mean, self.sigma, number)
 
 
@@ -78,7 +74,6 @@ class Uniform:
 
     @property
     def described(self) -> str:
-        """In words."""
         return f"uniform, {self.low:g} to {self.high:g}"
 
     def from_unit(self, u: np.ndarray) -> np.ndarray:
@@ -86,7 +81,6 @@ class Uniform:
         return self.low + (self.high - self.low) * u
 
     def drawn(self, generator: np.random.Generator, number: int) -> np.ndarray:
-        """Independent values."""
         return self.from_unit(generator.random(number))
 
 
@@ -104,10 +98,9 @@ def axis(name: str, given: Any) -> Axis:
     Raises:
         UserError: it is no axis: unknown form, `lo > hi`, a logarithm of nothing, no values, NaN.
     """
-    text = ",".join(str(item) for item in given) if isinstance(given, Sequence | np.ndarray) and (
-        not isinstance(given, str)
-    ) else str(given)  # fmt: skip
-    text = text.strip()
+    if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str):
+        given = ",".join(map(str, given))
+    text = str(given).strip()
     try:
         return _ball(text) if name == "ball" else _axis(name, text)
     except _BadAxisError as error:

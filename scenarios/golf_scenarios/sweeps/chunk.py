@@ -79,11 +79,7 @@ _loaded: tuple[str, ImpactFmu, ExitStack] | None = None
 def run_chunk(fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]) -> Chunk:
     """Run the cases of one chunk, in any process: the FMU is loaded there when first needed.
 
-    Args:
-        fmu: the FMU.
-        plan: what is set and read.
-        as_text: whether lines of CSV are wanted, too.
-        columns: the swept variables, arrays of shape (cases,).
+    `columns` are the swept variables, arrays of shape (cases,).
 
     Raises:
         UserError: the FMU isn't what it should be, or can't be loaded here.

@@ -45,10 +45,7 @@ class Comparison:
 def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: None) -> Comparison:
     """Measure both on cases of a study: the same cases, outputs and communication step.
 
-    Args:
-        sweep: its cases are taken evenly from all.
-        rounds: of which the medians are taken.
-        tick: called after each round.
+    The cases are taken evenly from all.
 
     Raises:
         UserError: the FMU refuses all cases tried.

@@ -22,7 +22,7 @@ class Plan:
         varied: the Real inputs and parameters that aren't, in the order in which they are set.
         law_varies: whether the Integer `law` is another one.
         only_inputs: whether all that varies may still change after initialization.
-        balls: by variable that a ball preset sets: its value for each ball, shape (balls,).
+        balls: by variable that a ball preset sets: its value by the ball's name.
         outputs: what is read, in order.
         booleans: those of them that are Booleans.
     """
@@ -31,18 +31,16 @@ class Plan:
     varied: tuple[str, ...]
     law_varies: bool
     only_inputs: bool
-    balls: dict[str, np.ndarray]
-    ball_names: tuple[str, ...]
+    balls: dict[str, dict[str, float]]
     outputs: tuple[str, ...]
     booleans: frozenset[str]
 
     def values(self, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """What to set in these cases, by variable: the columns, and what balls stand for."""
         values = {name: column for name, column in columns.items() if name != "ball"}
-        if self.balls:
-            place = {name: n for n, name in enumerate(self.ball_names)}
-            index = np.array([place[name] for name in columns["ball"]], dtype=np.intp)
-            values |= {name: of_balls[index] for name, of_balls in self.balls.items()}
+        for name, of_ball in self.balls.items():
+            kind = np.int64 if name == "law" else float
+            values[name] = np.array([of_ball[ball] for ball in columns["ball"]], kind)
         return values
 
 
@@ -62,12 +60,13 @@ def plan(study: Study, variables: Mapping[str, ScalarVariable]) -> Plan:
     for name in study.outputs:
         if name not in outputs:
             raise UserError(f"there is no output {name!r}: choose from {', '.join(outputs)}")
-    balls, ball_names = _balls(study, variables)
+    balls = _balls(study, variables)
+    candidates = {one.name: one.values if isinstance(one, Grid) else None for one in study.axes}
+    candidates |= {name: np.array(list(of_ball.values())) for name, of_ball in balls.items()}
+    candidates.pop("ball", None)
     fixed: dict[str, float] = {}
     varied: list[str] = []
-    candidates = {one.name: one.values if isinstance(one, Grid) else None for one in study.axes}
-    candidates.pop("ball", None)
-    for name, values in {**candidates, **balls}.items():
+    for name, values in candidates.items():
         if values is not None and (values == values[0]).all():
             fixed[name] = values[0].item()
         else:
@@ -78,29 +77,19 @@ def plan(study: Study, variables: Mapping[str, ScalarVariable]) -> Plan:
         law_varies="law" in varied,
         only_inputs=all(variables[name].causality == "input" for name in varied),
         balls=balls,
-        ball_names=ball_names,
         outputs=study.outputs,
         booleans=frozenset(name for name in study.outputs if outputs[name] == "Boolean"),
     )
 
 
-def _balls(
-    study: Study, variables: Mapping[str, ScalarVariable]
-) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
+def _balls(study: Study, variables: Mapping[str, ScalarVariable]) -> dict[str, dict[str, float]]:
     """What balls set, unless it is swept itself; defaults where a ball says nothing."""
-    names = next((tuple(one.values) for one in study.grid if one.name == "ball"), ())
-    if not names:
-        return {}, ()
     from golf_scenarios.facts.balls import ball
 
-    # A name given twice is one ball.
-    names = tuple(dict.fromkeys(names))
-    presets = [ball(name).values for name in names]
-    concerned = {name for preset in presets for name in preset} - set(study.names)
+    names = next((one.values for one in study.grid if one.name == "ball"), ())
+    presets = {name: ball(name).values for name in names}
+    concerned = {name for preset in presets.values() for name in preset} - set(study.names)
     return {
-        name: np.array(
-            [preset.get(name, float(variables[name].start)) for preset in presets],
-            dtype=np.int64 if name == "law" else float,
-        )
+        name: {of: preset.get(name, float(variables[name].start)) for of, preset in presets.items()}
         for name in sorted(concerned)
-    }, names
+    }

@@ -111,17 +111,14 @@ class Study:
 
     @property
     def distributions(self) -> tuple:
-        """The axes that are distributions."""
         return tuple(one for one in self.axes if not isinstance(one, Grid))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The swept variables in order."""
         return tuple(one.name for one in self.axes)
 
     @cached_property
     def cases(self) -> int:
-        """How many there are."""
         return prod(len(one.values) for one in self.grid) * self.number_of_samples
 
     def columns(self, start: int, stop: int) -> dict[str, np.ndarray]:

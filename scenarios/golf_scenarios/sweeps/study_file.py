@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -43,20 +43,11 @@ class Options:
         return replace(study, **mine | {"sets": study.sets | self.sets})
 
 
-#: Keys of a study beside [set], and the type of their values.
-_KEYS: dict[str, type] = {
-    "out": str,
-    "outputs": list,
-    "samples": int,
-    "seed": int,
-    "design": str,
-    "workers": int,
-    "chunk": int,
-    "scheduler": str,
-    "compare": bool,
-    "figures": bool,
-    "fmu": str,
-}
+#: Keys of a study beside [set], and the type of their values where that isn't a whole number.
+_KEYS: dict[str, type] = dict.fromkeys((one.name for one in fields(Options)[1:]), int)
+_KEYS |= dict.fromkeys(("out", "design", "scheduler", "fmu"), str)
+_KEYS |= {"outputs": list, "compare": bool, "figures": bool}
+_WORDS = {str: "a text", list: "a list", int: "a whole number", bool: "true or false"}
 
 
 def read_study(path: Path) -> Options:
@@ -92,6 +83,3 @@ def read_study(path: Path) -> Options:
         if key in table:
             table[key] = make(table[key])
     return Options(sets=sets, **table)
-
-
-_WORDS = {str: "a text", list: "a list", int: "a whole number", bool: "true or false"}

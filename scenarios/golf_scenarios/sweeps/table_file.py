@@ -30,7 +30,6 @@ class Csv:
         stream.write((",".join((*study.names, *plan.outputs)) + "\n").encode())
 
     def write(self, columns: Mapping[str, np.ndarray], chunk: Chunk) -> None:
-        """Append a chunk."""
         self._stream.write(chunk.text)
 
     def finish(self) -> None:
@@ -62,7 +61,6 @@ class Parquet:
         self._rows = 0
 
     def write(self, columns: Mapping[str, np.ndarray], chunk: Chunk) -> None:
-        """Append a chunk."""
         arrays = [self._arrow.array(columns[name]) for name in self._names]
         arrays += [self._arrow.array(column, mask=chunk.refused) for column in chunk.outputs.T]
         table = self._arrow.table(arrays, names=self._schema.names)
@@ -94,11 +92,6 @@ _FORMATS: dict[str, type[Csv] | type[Parquet]] = {".csv": Csv, ".parquet": Parqu
 @contextmanager
 def table_file(path: Path, study: Study, plan: Plan) -> Iterator[Csv | Parquet]:
     """What writes the file, for a `with` block: whole under its name then, or not there.
-
-    Args:
-        path: its suffix chooses the format.
-        study: the swept variables are its first columns.
-        plan: the outputs are its last ones.
 
     Raises:
         UserError: the suffix is unknown, or the file can't be written.
