@@ -15,7 +15,6 @@ The motion is solved by its Taylor series, one after the other as far as each is
 nothing depends on when somebody asks.
 """
 
-from bisect import bisect_right
 from math import atan2, cos, hypot, inf, sin
 from typing import NamedTuple
 
@@ -148,10 +147,17 @@ class Course:
 
     def at(self, t: float) -> tuple[State, int]:
         """State and stage t seconds after the start."""
+        stage, series, passed = self._piece(t)
+        return State(*[value(one, passed) for one in series]), stage
+
+    def _piece(self, t: float) -> tuple[int, list[Series], float]:
+        """Stage and series at t, and how far into them it is."""
         while t > self._end:
             self._go_on()
-        stage, series = self._pieces[n := bisect_right(self._starts, t) - 1]
-        return State(*[value(one, t - self._starts[n]) for one in series]), stage
+        n = len(self._starts) - 1
+        while n and self._starts[n] > t:
+            n -= 1
+        return *self._pieces[n], t - self._starts[n]
 
     def work_against(self, begin: float, end: float) -> float:
         """What the head does against the force between two instants, J."""
@@ -161,14 +167,13 @@ class Course:
 
     def hands(self, t: float) -> tuple[float, float]:
         """What the hands do to the club: their force, N, and their torque, N.m."""
-        state, stage = self.at(t)
+        stage, series, passed = self._piece(t)
         golfer, force = self.golfer, self.force
         if stage == FINISHED:
             return 0.0, 0.0
-        n = bisect_right(self._starts, t) - 1
-        passed = t - self._starts[n]
-        p2, q2 = (value(slope(one), passed) for one in self._pieces[n][1][2:4])
+        state = State(*[value(one, passed) for one in series])
         p, q, u, w = state[:4]
+        p2, q2 = (value(slope(one), passed) for one in series[2:4])
         r, mass, first = golfer.arm_length, golfer.club_mass, golfer.club_first_moment
         # Of the club's centre of mass, times its mass.
         along = mass * r * (cos(p) * p2 - sin(p) * u * u) + first * (cos(q) * q2 - sin(q) * w * w)
