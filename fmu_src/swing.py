@@ -122,9 +122,9 @@ class Swing(Fmi2Slave):
         super().__init__(**kwargs)
         release_at_exit(self.resources, "linux64/Swing.so")
         self.modelName = "Swing"
-        self._start_time = 0.0
-        #: s since the start.
-        self._time = 0.0
+        #: The sum of the accepted steps, s, and what it is too large by: the same in every host,
+        #: however that counts its time.
+        self._time = self._lost = 0.0
         #: Why steps are refused, by the variable to be corrected.
         self._refused: dict[str, str] = {}
         self._fixed = False
@@ -178,9 +178,6 @@ class Swing(Fmi2Slave):
 
     # Modes
 
-    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
-        self._start_time = start_time
-
     def exit_initialization_mode(self):
         problem = self._begin()
         if problem is not None:
@@ -218,23 +215,29 @@ class Swing(Fmi2Slave):
         problem = "; ".join(self._refused.values()) or None
         if problem is None and not self._fixed:
             problem = self._begin()
-        if not (step_size > 0.0 and isfinite(current_time + step_size - self._start_time)):
+        if not (step_size > 0.0 and isfinite(current_time + step_size)):
             problem = f"step size = {step_size!r} s is refused: it must be > 0"
         step = self._prescribed_step if self.prescribed_speed else self._step
         try:
-            problem = problem or step(current_time - self._start_time, step_size)
+            problem = problem or step(step_size)
         except (ArithmeticError, ValueError) as error:
             problem = f"this step leaves the range of a double ({error})"
         if problem is not None:
             self.log(problem, Fmi2Status.error)
         return problem is None
 
-    def _step(self, begin: float, size: float) -> str | None:
+    def _after(self, size: float) -> tuple[float, float]:
+        """The clock after a step (W. Kahan's sum)."""
+        exact = size - self._lost
+        end = self._time + exact
+        return end, (end - self._time) - exact
+
+    def _step(self, size: float) -> str | None:
         """Take a step, whole or not at all; or say why it is refused."""
         course, origin, ball = self._course, self._origin, self._ball
         assert course is not None
         assert ball is not None
-        force, end = self.reaction_force, begin + size
+        force, begin, (end, lost) = self.reaction_force, self._time, self._after(size)
         if begin < ball.time and size > 0.5 * ball.time:
             return (
                 f"step size = {size!r} s is refused: until the ball is hit it must be at most "
@@ -255,20 +258,23 @@ class Swing(Fmi2Slave):
             speed = ball.speed
         else:
             speed = course.at(end - origin)[0].head_speed(course.golfer)
-        self._course, self._origin, self._ball, self._time = course, origin, ball, end
+        self._course, self._origin, self._ball = course, origin, ball
+        self._time, self._lost = end, lost
         self._handed, self.club_speed, self._now = handed, speed, None
         self.reaction_work += work
         self.reaction_impulse += force * size
         return None
 
-    def _prescribed_step(self, begin: float, size: float) -> None:
-        end, peak, back = begin + size, self.prescribed_speed, self.takeaway_speed
+    def _prescribed_step(self, size: float) -> None:
+        end, lost = self._after(size)
+        peak, back = self.prescribed_speed, self.takeaway_speed
         # A step more than needed: some hosts pass an output on only one step later.
         if self._rise is None and back * end >= peak * self.rise_time + back * size:
             self._rise = end
         since = 0.0 if self._rise is None else min(end - self._rise, self.rise_time)
         share = 0.5 * (1.0 - cos(pi * since / self.rise_time))
-        self._time, self.club_speed = end, share * peak - (1.0 - share) * back
+        self._time, self._lost = end, lost
+        self.club_speed = share * peak - (1.0 - share) * back
         self.reaction_impulse += self.reaction_force * size
 
     # Outputs
@@ -343,7 +349,7 @@ class Swing(Fmi2Slave):
     # State
 
     _INSIDE = (
-        *("_start_time", "_time", "_refused", "_fixed", "_rise", "_course", "_origin", "_ball"),
+        *("_time", "_lost", "_refused", "_fixed", "_rise", "_course", "_origin", "_ball"),
         "_handed",
         *("club_speed", "reaction_work", "reaction_impulse", *(row[0] for row in _SETTABLE)),
     )
