@@ -15,6 +15,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from conftest import LAW_1
+from fmpy.fmi3 import FMU3Slave
 from golf_impact.variables import VARIABLES
 
 from golf_build import elf, standalone
@@ -39,7 +40,8 @@ def extracted(fmu, folder):
 
 
 def guid(folder):
-    return re.search(r'guid="([^"]+)"', (folder / "modelDescription.xml").read_text())[1]
+    text = (folder / "modelDescription.xml").read_text()
+    return re.search(r'(?:guid|instantiationToken)="([^"]+)"', text)[1]
 
 
 @pytest.fixture(scope="module")
@@ -301,26 +303,44 @@ def test_fmpy_on_this_python_gets_no_second_one(standalone_path):
 
 
 def other_pythons():
-    """Every other CPython of this machine that can be given fmpy."""
+    """Every other CPython 3 of this machine: Debian's, pyenv's."""
     found = [Path("/usr/bin/python3"), *Path.home().glob(".pyenv/versions/3.*/bin/python3")]
     return [pytest.param(python, id=str(python)) for python in found if python.exists()]
+
+
+def is_reused(python):
+    """From 3.10 on they are; an older one gets the private one beside it."""
+    code = "import sys; print(sys.version_info >= (3, 10))"
+    done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=True)
+    return done.stdout.strip() == "True"
+
+
+@pytest.mark.parametrize("python", other_pythons())
+def test_other_pythons_by_ctypes(standalone_path, python, tmp_path):
+    folder = extracted(standalone_path, tmp_path / "fmu")
+    variables = fmpy.read_model_description(str(folder)).modelVariables
+    references = {v.name: str(v.valueReference) for v in variables}
+    words = [folder, guid(folder), references["smash_factor"], references["ball_velocity"]]
+    done = subprocess.run(
+        [python, HERE / "native_host" / "python_host.py", *words],
+        capture_output=True,
+        text=True,
+        timeout=100,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    *values, libraries = map(float, done.stdout.split())
+    assert values == [LAW_1["smash_factor"], LAW_1["ball_velocity"]]
+    assert libraries == (0 if is_reused(python) else 1)
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("python", other_pythons())
 def test_fmpy_on_other_pythons(standalone_path, python, tmp_path):
-    """From 3.10 on they are used themselves; an older one gets the private one beside it."""
     pip = subprocess.run([python, "-m", "venv", tmp_path / "venv"], capture_output=True)
     own = tmp_path / "venv" / "bin" / "python"
     if pip.returncode or subprocess.run([own, "-m", "pip", "install", "-q", "fmpy"]).returncode:
         pytest.skip(f"{python} can't have fmpy")
-    version = subprocess.run(
-        [own, "-c", "import sys; print(sys.version_info >= (3, 10))"],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout.strip()
-    assert in_python(own, standalone_path) == (0 if version == "True" else 1)
+    assert in_python(own, standalone_path) == (0 if is_reused(python) else 1)
 
 
 # libcosim without Python
@@ -373,6 +393,79 @@ def test_a_host_that_allows_no_early_return_gets_none(standalone_fmi3_path):
         use_event_mode=True,
     )
     assert list(rows["time"]) == [0.0, 0.001, 0.002]
+
+
+@pytest.fixture
+def slave(standalone_fmi3_path, tmp_path):
+    """An FMI 3.0 instance that starts 3.5 mm before touch, under law 2."""
+    folder = str(extracted(standalone_fmi3_path, tmp_path / "fmu"))
+    description = fmpy.read_model_description(folder)
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    made = []
+
+    def slave(logging=False, **modes):
+        one = FMU3Slave(
+            guid=description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName="one",
+        )
+        one.messages = []
+        said = {"logMessage": lambda *words: one.messages.append(words)}
+        one.instantiate(loggingOn=logging, **said, **modes)
+        one.setInt64([references["law"]], [2])
+        one.setFloat64([references["gap"]], [0.0035])
+        one.enterInitializationMode()
+        one.exitInitializationMode()
+        made.append(one)
+        return one
+
+    yield slave
+    for one in made:
+        one.terminate()
+        one.freeInstance()
+
+
+TOUCH, LAW_2_CONTACT = 1e-4, 6.010445569987614e-4
+
+
+@pytest.mark.parametrize("event_mode", [True, False])
+@pytest.mark.parametrize("early", [True, False])
+def test_what_a_step_tells_of_an_event(slave, event_mode, early):
+    """An event is the host's to handle where a step ends with it, not where the step went on."""
+    one = slave(eventModeUsed=event_mode, earlyReturnAllowed=early)
+    assert one.doStep(0.0, 5e-5) == (False, False, False, 5e-5)
+    event, _, returned, last = one.doStep(5e-5, 1e-3 - 5e-5)
+    assert (event, returned) == (event_mode and early, early)
+    assert last == (pytest.approx(TOUCH, rel=4e-16) if early else 1e-3)
+
+
+@pytest.mark.parametrize("event_mode", [True, False])
+def test_an_event_at_the_end_of_a_step_is_told(slave, event_mode):
+    watched = slave(eventModeUsed=True, earlyReturnAllowed=True)
+    point, ends = 0.0, []
+    while len(ends) < 2:
+        event, _, _, point = watched.doStep(point, 1e-3 - point)
+        if event:
+            ends.append(point)
+    assert ends == pytest.approx([TOUCH, TOUCH + LAW_2_CONTACT], rel=4e-16)
+    # Until separation the step goes on past touch.
+    for end in ends:
+        one = slave(eventModeUsed=event_mode)
+        assert one.doStep(0.0, end) == (event_mode, False, False, end)
+
+
+def test_logging_is_off_unless_it_is_switched_on(slave):
+    for logging in (False, True):
+        one = slave(logging=logging)
+        one.setFloat64([0], [-1.0])
+        assert bool(one.messages) == logging
+        one.setDebugLogging(True, ["logStatusWarning"])
+        one.setFloat64([0], [-2.0])
+        assert len(one.messages) == logging
+        one.setDebugLogging(True, ["logStatusError"])
+        one.setFloat64([0], [-3.0])
+        assert len(one.messages) == 1 + logging
 
 
 # The file
@@ -436,9 +529,40 @@ def test_it_is_reproducible(standalone_path, tmp_path):
     assert again.read_bytes() == standalone_path.read_bytes()
 
 
-@pytest.mark.parametrize("target", ["x86_64-linux-gnu.2.17", "aarch64-linux-gnu.2.17"])
+def test_built_by_debians_python(host, tmp_path):
+    """Its pyconfig.h lies elsewhere, and its modules are in libpython."""
+    python, version = "/usr/bin/python3", f"{sys.version_info[:2]}"
+    code = "import sys; print(sys.version_info[:2])"
+    asked = subprocess.run([python, "-c", code], capture_output=True, text=True)
+    if sys.base_prefix == "/usr" or asked.stdout.strip() != version:
+        pytest.skip(f"{python} is the one that builds anyway, or no {version}")
+    ours = [path for path in sys.path if not path.startswith(sys.base_prefix)]
+    fmu = tmp_path / "debian.fmu"
+    code = "from golf_scenarios.__main__ import main; main()"
+    done = subprocess.run(
+        [python, "-c", code, "build", "--standalone", "--out", str(fmu)],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(ours)},
+    )
+    if "apt-get install" in done.stderr:
+        pytest.skip(done.stderr)
+    assert done.returncode == 0, done.stderr
+    folder = extracted(fmu, tmp_path / "fmu")
+    assert outputs(host, folder, guid(folder), "impact", "1e-3", env={}) == LAW_1
+    assert fmu.stat().st_size <= 5e6
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        *("x86_64-linux-gnu.2.17", "aarch64-linux-gnu.2.17"),
+        *("x86_64-windows-gnu", "x86_64-macos", "aarch64-macos"),
+    ],
+)
 @pytest.mark.parametrize("source", ["fmi2.c", "fmi3.c"])
 def test_the_loader_compiles_without_warnings(target, source, tmp_path):
+    """No more than that but on x86_64-linux."""
     pytest.importorskip("ziglang", reason="pip install 'golf-impact[standalone]'")
     for file in standalone.loader_folder().iterdir():
         shutil.copy(file, tmp_path)
@@ -464,21 +588,24 @@ def test_bench_native(standalone_path, libpython, tmp_path):
     assert found["size_mb"]["standalone"] <= 5.0
 
 
-@pytest.mark.parametrize("fmu", ["standalone_path", "fmu_path"])
-def test_doctor_tells_what_a_native_host_needs(request, fmu, standalone_path):
+def said_of_native_hosts(fmu):
     from golf_scenarios.commands import doctor
 
-    said = [
-        text
-        for _, text in doctor.examine(request.getfixturevalue(fmu))
-        if text.startswith("native")
-    ]
+    return [text for _, text in doctor.examine(fmu) if text.startswith("native")]
+
+
+@pytest.mark.parametrize("fmu", ["standalone_path", "standalone_fmi3_path"])
+def test_doctor_tells_which_glibc_a_standalone_fmu_needs(request, fmu):
+    (said,) = said_of_native_hosts(request.getfixturevalue(fmu))
     oldest = ".".join(map(str, standalone.private_python().glibc))
-    if fmu == "standalone_path":
-        assert len(said) == 1
-        assert f"glibc {oldest} or newer" in said[0]
-    else:
-        assert "golf-impact build --standalone" in said[0]
+    assert f"glibc {oldest} or newer, and nothing of Python" in said
+
+
+@pytest.mark.parametrize("fmu", ["fmu_path", "fmi3_path"])
+def test_doctor_recommends_it_before_libpython(request, fmu, standalone_path, libpython):
+    recommended, line, _ = said_of_native_hosts(request.getfixturevalue(fmu))
+    assert "golf-impact build --standalone" in recommended
+    assert f"LD_PRELOAD={libpython}" in line
 
 
 # Machines that can't build it

@@ -16,10 +16,12 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet
 import pytest
+from matplotlib.contour import ContourSet
 
 from golf_scenarios.commands.sweep import swept
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.impact_fmu import METRICS, ImpactFmu
+from golf_scenarios.report.looks import LOOKS
 from golf_scenarios.sweeps import Stopped, Study, comparison, run_sweep
 from golf_scenarios.sweeps.axes import Grid, Normal, Uniform, axis
 from golf_scenarios.sweeps.chunk import FmuFile, run_chunk
@@ -521,7 +523,7 @@ def test_the_club_fitting_study(fmu_path, tmp_path):
     out = tmp_path / "fit.csv"
     assert swept(options(fmu_path, out, {"club_speed": "40,50"}), study) == 0
     header, rows = table(out)
-    assert header[:4] == ["ball", "club_speed", "m_club", "smash_factor"]
+    assert header[:4] == ["ball", "club_speed", "m_club", "contact_time"]
     assert len(rows) == 12
     assert all(cell for row in rows for cell in row)
     assert (tmp_path / "fit.png").is_file()
@@ -607,6 +609,48 @@ def test_few_values_are_lines(fmu, b, lines):
     axes = draw(study, np.linspace(1.0, 2.0, study.cases), variables, None).axes[0]
     assert len(axes.lines) == lines
     assert bool(axes.collections) == (lines == 0)
+
+
+def drawn_axes(fmu, sets, values):
+    study = Study.of(sets, ("max_force",))
+    variables = {v.name: v for v in fmu.description.modelVariables}
+    return draw(study, np.asarray(values, float), variables, None).axes
+
+
+def test_numbers_at_axes_have_units_with_a_prefix(fmu):
+    axes = drawn_axes(fmu, {"k": "0.5e6:2e6:4"}, [5e3, 6e3, 7e3, 8e3])[0]
+    assert axes.get_xlabel() == "k (MN/m)"
+    assert axes.get_ylabel() == "max force (kN)"
+    axes.figure.draw_without_rendering()
+    for along in (axes.xaxis, axes.yaxis):
+        assert along.get_offset_text().get_text() == ""
+        assert all(0.0 < float(text.get_text()) < 10.0 for text in along.get_ticklabels())
+    logarithmic = drawn_axes(fmu, {"k": "log:1e5:1e7:3"}, [1e3, 2e3, 3e3])[0]
+    assert logarithmic.get_xlabel() == "k (N/m)"
+    by = drawn_axes(fmu, {"k": "1e6,2e6,3e6", "b": "0,9"}, range(1, 7))[0]
+    assert [line.get_label() for line in by.lines] == ["b = 0 N·s/m", "b = 9 N·s/m"]
+
+
+def test_lines_that_coincide_are_one(fmu):
+    sets = {"ball": "rating-low,document,rating-high", "club_speed": "30,40,50"}
+    axes = drawn_axes(fmu, sets, [1, 2, 3, 4, 5, 6, 1, 2, 3])[0]
+    labels = [line.get_label() for line in axes.lines]
+    assert labels == ["rating-low, rating-high (the same)", "document"]
+    assert axes.lines[1].get_color() == LOOKS["document"].colour
+
+
+@pytest.mark.parametrize(("count", "contours"), [(19, False), (20, True)])
+def test_contours_need_enough_values(fmu, count, contours):
+    values = np.add.outer(np.arange(count), np.arange(count)).ravel() + 1.0
+    axes = drawn_axes(fmu, {"k": f"1e6:2e6:{count}", "b": f"0:9:{count}"}, values)[0]
+    assert any(isinstance(one, ContourSet) for one in axes.collections) == contours
+
+
+def test_few_cells_of_a_map_have_their_numbers(fmu):
+    values = np.arange(64.0) + 1.0
+    values[5] = np.nan
+    axes = drawn_axes(fmu, {"k": "1e6:2e6:8", "b": "0:9:8"}, values)[0]
+    assert len(axes.texts) == 63
 
 
 def test_nothing_to_draw(fmu_path, tmp_path):

@@ -255,7 +255,9 @@ def private_python() -> PrivatePython:
     modules = {f"{name}.so": _portable(file) for name, file in extensions.items()}
     blob = _blob(rows)
 
-    total = hashlib.sha256(blob + (loader_folder() / "private_python.c").read_bytes())
+    total = hashlib.sha256(blob)
+    for name in ("private_python.c", "platform.h"):
+        total.update((loader_folder() / name).read_bytes())
     for _, data in sorted({**contents, **modules}.items()):
         total.update(hashlib.sha256(data).digest())
     digest = total.hexdigest()
@@ -272,7 +274,8 @@ def private_python() -> PrivatePython:
         # All of them, in the order in which they are loaded: what one of them needs is there then.
         *("-L.", "-Wl,--no-as-needed", *(f"-l:{name}" for name in files), "-Wl,--as-needed"),
         f"-I{include}",
-        *(f"-I{folder}" for folder in {sysconfig.get_path("platinclude")} - {str(include)}),
+        # Debian's pyconfig.h asks for another one by a path from there, which has glibc's, too.
+        *("-idirafter", str(include.parent)),
         f"-Wl,-soname,{library}",
         "-DEXTENSIONS=" + " ".join(f"X({name})" for name in sorted(extensions)),
     )
@@ -362,6 +365,9 @@ def _described(written: bytes, made: dict[str, bytes]) -> bytes:
     """The description: no tool is needed, and the GUID is that of other binaries."""
     text, count = re.subn(rb'needsExecutionTool="true"', b'needsExecutionTool="false"', written)
     assert count >= 1
+    # FMI 3.0: pythonfmu3 can't return early, the loader can.
+    mode = b'hasEventMode="true"'
+    text = text.replace(mode, mode + b' mightReturnEarlyFromDoStep="true"')
     binaries = {name: data for name, data in made.items() if name.startswith("binaries/")}
 
     def other(match: re.Match) -> bytes:

@@ -10,7 +10,7 @@ from math import inf
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from .laws.contact import EARLY, Start, State
+from .laws.contact import EARLY, ContactPhase, Start, State
 from .parameters import Inputs, Parameters
 
 #: Of a host's clock, relative.
@@ -108,7 +108,8 @@ class Impact:
         self.parameters = parameters
         #: The inputs that act now.
         self.in_force = inputs
-        #: The present phase, and when it began (s since the start, as a pair).
+        #: The present phase, free or a contact phase: `touch` and `contact` tell which, so that no
+        #: class is asked. And when it began (s since the start, as a pair).
         self.phase: Any = approach(0.0, parameters.gap, 0.0, inputs[2], parameters.ball_speed)
         self.began_high = 0.0
         self.began_low = 0.0
@@ -116,12 +117,12 @@ class Impact:
         self.touch: Touch | None = None
         #: The last contact phase, and what it was made from (k, b, where the bodies were); it
         #: outlives its end because a communication step may reach back into it.
-        self.contact: Any = None
+        self.contact: ContactPhase | None = None
         self.contact_start: tuple[float, float, Start] | None = None
         #: s from first touch to the start of the present phase.
         self._offset = 0.0
         #: Contact phases that ended (phase, when it ended, offset), not yet summed up in _peaks.
-        self._finished: tuple[tuple[Any, float, float], ...] = ()
+        self._finished: tuple[tuple[ContactPhase, float, float], ...] = ()
         self._peaks = Peaks()
 
     # The phases
@@ -286,7 +287,7 @@ class Impact:
         now = self.settled(course(scale * t), high, low)
         _, x_club, _, v_club, v_ball, compression = now
         start = Start(x_club, compression, v_club, v_ball, phase.closing(t))
-        following: Any
+        following: Free | ContactPhase
         pushed = law.force(p, k, b, compression, start.closing) > 0.0
         if pushed or (not compression and start.closing > 0.0):
             self.contact = following = law.contact(p, k, b, start)

@@ -6,17 +6,7 @@
 
    The build defines MODULE and CLASS of the slave, PRIVATE_PYTHON and the file of frozen modules. */
 
-#define _GNU_SOURCE
-#include <dlfcn.h>
-#include <pthread.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#ifndef __clang__
-#define _Thread_local __thread
-#endif
+#include "platform.h"
 
 typedef struct object Object;
 
@@ -28,6 +18,7 @@ typedef struct object Object;
     X(Object *, PyImport_ImportModule, (const char *))                                             \
     X(Object *, PyObject_GetAttrString, (Object *, const char *))                                  \
     X(Object *, PyObject_CallFunctionObjArgs, (Object *, ...))                                     \
+    X(Object *, PyObject_CallMethod, (Object *, const char *, const char *, ...))                  \
     X(Object *, PyObject_Call, (Object *, Object *, Object *))                                     \
     X(Object *, PyObject_Str, (Object *))                                                          \
     X(int, PyObject_IsTrue, (Object *))                                                            \
@@ -60,12 +51,7 @@ typedef struct object Object;
 PYTHON(X)
 #undef X
 
-__asm__(".section .rodata\n"
-        "modules_begin: .incbin \"modules.bin\"\n"
-        "modules_end:\n"
-        ".text\n");
-extern const unsigned char modules_begin[] __attribute__((visibility("hidden")));
-extern const unsigned char modules_end[] __attribute__((visibility("hidden")));
+EMBED(modules, "modules.bin")
 
 typedef struct {
     Object *slave;
@@ -76,7 +62,7 @@ typedef struct {
     void *logger;
     int logging;
     size_t category_count;
-    char **categories; /* none: all */
+    char **categories;
     int early_return;  /* what FMI 3.0 lets the host choose */
     int event_mode;
     int refused;       /* the last step */
@@ -131,11 +117,9 @@ static int look_up(void *library)
 /* The folder resources: from where this library lies. The host's URI may be escaped in many ways. */
 static int find_resources(void)
 {
-    Dl_info info;
-    if (!dladdr((void *)find_resources, &info)) return 0;
-    snprintf(resources, sizeof resources, "%s", info.dli_fname);
+    if (!find_library((void *)find_resources, resources, sizeof resources)) return 0;
     for (int n = 0; n < 3; n++) {
-        char *slash = strrchr(resources, '/');
+        char *slash = strrchr(resources, SLASH);
         if (slash) *slash = 0;
         else strcpy(resources, n < 2 ? ".." : "."); /* loaded by a relative name */
     }
@@ -186,7 +170,7 @@ static int ready(void)
         if (fine && !reused) {
             *(void **)&start = dlsym(library, "private_python_start");
             *(void **)&hold = dlsym(library, "private_python_hold");
-            fine = start(modules_begin, modules_end);
+            fine = start(modules, modules_end);
             if (!fine) strcpy(failure, "the private Python doesn't start");
         }
         if (fine) {
@@ -264,6 +248,14 @@ static int new_slave(Instance *i)
     return slave != NULL;
 }
 
+/* Whether the host wants a message of this category: it may have named some, or none for all. */
+static int wanted(const Instance *i, const char *category, int fatal)
+{
+    int named = !i->category_count;
+    for (size_t n = 0; n < i->category_count; n++) named |= !strcmp(i->categories[n], category);
+    return i->logger && (fatal || (i->logging && named));
+}
+
 /* Sets which messages the host wants. */
 static void set_logging(Instance *i, int on, size_t count, const char *const categories[])
 {
@@ -311,109 +303,46 @@ static void free_instance(Instance *i)
     free(i);
 }
 
-/* A method without results; 1 if it raises nothing. */
-static int simple(Instance *i, const char *method, Object *argument)
-{
-    Object *result = call(i, method, argument, NULL);
-    Py_DecRef(result);
-    return result != NULL;
-}
-
-static Object *reference_list(const uint32_t references[], size_t count)
-{
-    Object *list = PyList_New((intptr_t)count);
-    /* Signed, as pythonfmu has them: the greatest one is -1, no variable's. */
-    for (size_t n = 0; n < count; n++)
-        PyList_SetItem(list, (intptr_t)n, PyLong_FromLongLong((int32_t)references[n]));
-    return list;
-}
-
-/* values[n] = what a method answers for the references; 1 if it raises nothing. */
-#define READ(i, method, references, count, values, converted)                                      \
+/* Does something with what Python has answered, `found`; 1 if it raised nothing. */
+#define TAKE(answer, ...)                                                                          \
     ({                                                                                             \
-        Object *found = call(i, method, reference_list(references, count), NULL);                  \
-        for (size_t n = 0; found && n < (count); n++) {                                            \
-            Object *item = PyList_GetItem(found, (intptr_t)n);                                     \
-            if (!item) break;                                                                      \
-            (values)[n] = converted;                                                               \
-        }                                                                                          \
+        Object *found = answer;                                                                    \
+        if (found) __VA_ARGS__;                                                                    \
         Py_DecRef(found);                                                                          \
         found != NULL;                                                                             \
     })
 
-#define WRITE(i, method, references, count, converted)                                             \
-    ({                                                                                             \
-        Object *list = PyList_New((intptr_t)(count));                                              \
-        for (size_t n = 0; n < (count); n++) PyList_SetItem(list, (intptr_t)n, converted);         \
-        Object *done = call(i, method, reference_list(references, count), list);                   \
-        Py_DecRef(done);                                                                           \
-        done != NULL;                                                                              \
+/* A method whose result doesn't matter. */
+static int simple(Instance *i, const char *method, Object *first, Object *second)
+{
+    return TAKE(call(i, method, first, second), (void)0);
+}
+
+/* values[n] = converted, which reads `item`, for each item of the list that Python has answered. */
+#define READ(answer, count, values, converted)                                                     \
+    TAKE(answer, for (size_t n = 0; n < (count); n++) {                                            \
+        Object *item = PyList_GetItem(found, (intptr_t)n);                                         \
+        if (!item) break;                                                                          \
+        (values)[n] = converted;                                                                   \
     })
 
-/* Strings live until the next ones are read. */
-static int read_strings(Instance *i, const uint32_t references[], size_t count,
-                        const char *values[])
+/* A list of so many items, each made of n. */
+#define LIST(count, made)                                                                          \
+    ({                                                                                             \
+        Object *list = PyList_New((intptr_t)(count));                                              \
+        for (size_t n = 0; n < (count); n++) PyList_SetItem(list, (intptr_t)n, made);              \
+        list;                                                                                      \
+    })
+
+/* Signed, as pythonfmu has them: the greatest one is -1, no variable's. */
+static Object *reference_list(const uint32_t references[], size_t count)
 {
-    Object *found = call(i, "get_string", reference_list(references, count), NULL);
-    if (!found) return 0;
-    Py_DecRef(i->strings);
-    i->strings = found;
-    for (size_t n = 0; n < count; n++) {
-        Object *item = PyList_GetItem(found, (intptr_t)n);
-        values[n] = item ? PyUnicode_AsUTF8AndSize(item, NULL) : NULL;
-    }
-    return 1;
+    return LIST(count, PyLong_FromLongLong((int32_t)references[n]));
 }
 
-/* State of the FMU: the slave's own object. */
-static int get_state(Instance *i, void **state)
-{
-    Object *found = call(i, "_get_fmu_state", NULL, NULL);
-    if (found) *state = found;
-    return found != NULL;
-}
-
-static int set_state(Instance *i, void *state)
+/* State of the FMU: the slave's own object; the host has its address. */
+static Object *of_state(Instance *i, const char *method, Object *state)
 {
     if (state) Py_IncRef(state);
-    return simple(i, "_set_fmu_state", state);
-}
-
-static Object *state_bytes(Instance *i, void *state)
-{
-    if (state) Py_IncRef(state);
-    return call(i, "_fmu_state_to_bytes", state, NULL);
-}
-
-static int state_size(Instance *i, void *state, size_t *size)
-{
-    Object *bytes = state_bytes(i, state);
-    if (bytes) *size = (size_t)PyBytes_Size(bytes);
-    Py_DecRef(bytes);
-    return bytes != NULL;
-}
-
-static int serialize(Instance *i, void *state, char *data, size_t size)
-{
-    Object *bytes = state_bytes(i, state);
-    if (bytes) {
-        size_t length = (size_t)PyBytes_Size(bytes);
-        memcpy(data, PyBytes_AsString(bytes), length < size ? length : size);
-    }
-    Py_DecRef(bytes);
-    return bytes != NULL;
-}
-
-static int deserialize(Instance *i, const char *data, size_t size, void **state)
-{
-    Object *bytes = PyBytes_FromStringAndSize(data, (intptr_t)size);
-    Object *found = call(i, "_fmu_state_from_bytes", bytes, NULL);
-    if (found) *state = found;
-    return found != NULL;
-}
-
-static void free_state(void **state)
-{
-    if (state && *state) Py_DecRef(*state);
-    if (state) *state = NULL;
+    return call(i, method, state, NULL);
 }

@@ -9,20 +9,12 @@
    the folder of an FMU, which may be deleted while another one still runs. */
 
 #include <Python.h>
-#include <pthread.h>
+#include "platform.h"
 
-#ifndef __clang__
-#define _Thread_local __thread
-#endif
 #define EXPORT __attribute__((visibility("default")))
 
 /* The frozen modules: name, 0, 1 for a package else 0, length in four bytes, code; again and again. */
-__asm__(".section .rodata\n"
-        "frozen_begin: .incbin \"standard_library.bin\"\n"
-        "frozen_end:\n"
-        ".text\n");
-extern const unsigned char frozen_begin[] __attribute__((visibility("hidden")));
-extern const unsigned char frozen_end[] __attribute__((visibility("hidden")));
+EMBED(frozen, "standard_library.bin")
 
 static pthread_mutex_t starting = PTHREAD_MUTEX_INITIALIZER;
 static pthread_key_t held_state;
@@ -126,7 +118,7 @@ EXPORT int private_python_start(const unsigned char *modules, const unsigned cha
     pthread_mutex_lock(&starting);
     if (!Py_IsInitialized()) {
         pthread_key_create(&held_state, let_go);
-        fine = add_modules(frozen_begin, frozen_end) && start();
+        fine = add_modules(frozen, frozen_end) && start();
     }
     if (fine) {
         PyGILState_STATE outer = PyGILState_Ensure();

@@ -427,11 +427,11 @@ class Component:
         high, low = self.instant()
         try:
             t = impact.advance(high, low)
-            phase = impact.phase
-            if phase is not impact.contact:
+            contact = impact.contact
+            if contact is None or impact.phase is not contact:
                 # Free motion is told from the exact instant, as quickly.
                 self._until = nan
-                now = self._now = phase.state(t)
+                now = self._now = impact.phase.state(t)
                 return now
             count, began, began_low = self._count, impact.began_high, impact.began_low
             offset = (self.clock - began) + (self.carry - began_low)
@@ -442,9 +442,9 @@ class Component:
                 self.clock, self.carry = self.instant(min(passed, count))
                 self._count = count = max(0.0, count - passed)
                 offset = (self.clock - began) + (self.carry - began_low)
-            if phase is not self._course_of:
-                self._motion, self._scale = phase.course()
-                self._course_of = phase
+            if contact is not self._course_of:
+                self._motion, self._scale = contact.course()
+                self._course_of = contact
             scale = self._scale
             self._offset = offset = scale * offset
             self._pace = pace = scale * self.last_step
@@ -455,8 +455,8 @@ class Component:
             now = self._now = [nan] * len(MOVING)
             return now
         # Next to an event the exact instant decides, and the state must be settled.
-        self._until = scale * phase.duration * (1.0 - _CLOSE)
-        if t * phase.rate <= EARLY:
+        self._until = scale * contact.duration * (1.0 - _CLOSE)
+        if t * contact.rate <= EARLY:
             self._until = -inf
         return now
 

@@ -4,11 +4,11 @@ Nobody tells an instance which of the two it is for. The first call that only Mo
 decides; from then on the host's time and states count, and steps are refused.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from math import inf, isfinite, nan, nextafter
 from typing import Any, ClassVar
 
-from ..impact import Impact
+from ..impact import Impact, added
 from ..laws.contact import State
 from ..parameters import INPUTS
 from ..variables import MORE_VARIABLES, VARIABLES
@@ -111,13 +111,13 @@ class HybridComponent(Component):
 
         Until then the instance may still be used for Model Exchange, where indicators tell it.
         """
-        return self._event_after(self._point) if self.last_step else None
+        return next(self._events_after(self._point), None) if self.last_step else None
 
-    def _event_after(self, point: float) -> float | None:
-        """When the next touch or separation is (s), if the host's time is this one now."""
+    def _events_after(self, point: float) -> Iterator[float]:
+        """When touch and separation are still to come (s), if the host's time is this one now."""
         impact = self._impact
         if impact is None:
-            return None
+            return
         high, low = self.instant()
         ahead = Impact.restored(impact.snapshot())
         values = self._values
@@ -125,36 +125,43 @@ class HybridComponent(Component):
         try:
             if inputs != ahead.in_force:
                 ahead.hold(high, low, inputs)
-            ahead.advance(high, low)
+            while True:
+                ahead.advance(high, low)
+                left = nextafter(ahead.phase.duration - ahead.elapsed(high, low), inf)
+                if left == inf:
+                    return
+                # The event belongs to a step that ends there, so the difference that the host takes
+                # as its step must not be shorter, whatever its rounding.
+                when = point + left
+                while when - point < left:
+                    when = nextafter(when, inf)
+                yield when
+                high, low = added(high, low, when - point)
+                point = when
         except (ArithmeticError, ValueError):
-            return None
-        left = nextafter(ahead.phase.duration - ahead.elapsed(high, low), inf)
-        if left == inf:
-            return None
-        # The event belongs to a step that ends there, so the difference that the host takes as its
-        # step must not be shorter, whatever its rounding.
-        when = point + left
-        while when - point < left:
-            when = nextafter(when, inf)
-        return when
+            return
 
-    def step_to_event(self, point: float, size: float) -> tuple[bool, bool, float]:
+    def step_to_event(self, point: float, size: float, early: bool) -> tuple[bool, bool, float]:
         """One communication step, or as much of it as there is until touch or separation.
 
         Args:
             point: the host's communication point, s.
             size: communication step size, s, > 0.
+            early: whether the step may end before its time.
 
         Returns:
             Whether it was accepted, see `step`; whether it ends with an event; where it ends, s.
+            An event inside a step that goes on is over when the step ends, and isn't told.
         """
         end = point + size
         # A point or a size that isn't a number is refused below.
-        stepping = self._mode == STEPPING and self._solved is None and isfinite(end)
-        when = self._event_after(point) if stepping else None
-        if when is None or not point < when <= end:
-            return self.step(point, size), False, end
-        return self.step(point, size if when == end else when - point), True, when
+        if self._mode == STEPPING and self._solved is None and isfinite(end):
+            for when in self._events_after(point):
+                if when > end:
+                    break
+                if when == end or (early and when > point):
+                    return self.step(point, size if when == end else when - point), True, when
+        return self.step(point, size), False, end
 
     # Model Exchange
 

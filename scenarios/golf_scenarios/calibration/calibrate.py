@@ -25,7 +25,7 @@ from golf_scenarios.report.outcome import Table
 _UNLIKELY = 0.01
 
 #: Parameters with their units, as tables show them.
-_PARAMETERS = {"k": "k (N/m)", "b": "b (N.s/m)", "exponent": "exponent"}
+_PARAMETERS = {"k": "k (N/m)", "b": "b (N·s/m)", "exponent": "exponent"}
 
 
 class Calibration:
@@ -143,7 +143,7 @@ class Calibration:
         ]
 
     def _comparison(self) -> Table:
-        labels = ["k (N/m)", "b (N.s/m)", "n", "χ²", *map(label, TARGETS)]
+        labels = ["k (N/m)", "b (N·s/m)", "n", "χ²", *map(label, TARGETS)]
         columns = []
         for _, fitted in self.compared:
             if isinstance(fitted, str):

@@ -127,8 +127,9 @@ def _folders(fmu: Path | None) -> _Findings:
         if odd:
             yield Finding(
                 "warning",
-                f"{what}: {folder} has {' '.join(odd)} in its name: pythonfmu can't load an FMU "
-                "that is extracted there (set TMPDIR to a folder without, e.g. TMPDIR=/tmp)",
+                f"{what}: {folder} has {' '.join(odd)} in its name: pythonfmu can't load a "
+                "plain FMU that is extracted there (set TMPDIR to a folder without, e.g. "
+                "TMPDIR=/tmp; a standalone FMU doesn't mind)",
             )
         else:
             yield Finding("ok", f"{what}: {folder}")
@@ -231,8 +232,8 @@ def _recommended() -> Finding:
         return Finding("note", f"native hosts: no FMU that needs no Python can be built: {error}")
     return Finding(
         "ok",
-        "native hosts: golf-impact build --standalone makes an FMU that needs no Python there; "
-        "this one needs libpython",
+        "native hosts: recommended is the standalone FMU (golf-impact build --standalone), which "
+        "needs no Python; this plain one needs libpython, by LD_PRELOAD",
     )
 
 

@@ -1,5 +1,6 @@
 """How quantities are called and shown: one table for reports, figures and calibration."""
 
+import math
 from typing import NamedTuple
 
 
@@ -38,8 +39,8 @@ class Quantity(NamedTuple):
 QUANTITIES = {
     "club_velocity": Quantity("club velocity", "v_C", "m/s", decimals=3),
     "ball_velocity": Quantity("ball velocity", "v_B", "m/s", decimals=3),
-    "momentum_initial": Quantity("initial momentum", "", "N.s"),
-    "momentum_final": Quantity("final momentum", "", "N.s"),
+    "momentum_initial": Quantity("initial momentum", "", "N·s"),
+    "momentum_final": Quantity("final momentum", "", "N·s"),
     "kinetic_energy_initial": Quantity("initial kinetic energy", "", "J", decimals=3),
     "kinetic_energy_final": Quantity("final kinetic energy", "", "J", decimals=3),
     "smash_factor": Quantity("smash factor", "S"),
@@ -48,8 +49,8 @@ QUANTITIES = {
     "contact_displacement_over_diameter": Quantity("contact displacement / D"),
     "max_force": Quantity("max force", "", "N", decimals=1),
     "time_of_max_force": Quantity("time of max force", "", "µs", 1e6, 2),
-    "impulse": Quantity("impulse", "J", "N.s"),
-    "momentum_gain_ball": Quantity("momentum gained by ball", "P_B", "N.s"),
+    "impulse": Quantity("impulse", "J", "N·s"),
+    "momentum_gain_ball": Quantity("momentum gained by ball", "P_B", "N·s"),
     "energy_efficiency": Quantity("energy efficiency", "E", "%", 100.0, 2),
 }
 
@@ -62,3 +63,19 @@ def label(metric: str) -> str:
 def shown(metric: str, value: float) -> str:
     """A metric's value (SI) in the unit of its label."""
     return QUANTITIES.get(metric, Quantity(metric)).shown(value)
+
+
+def written(unit: str | None) -> str:
+    """A unit as people write it, N·s for the FMI's N.s; empty if there is none."""
+    return "" if unit in (None, "", "1") else str(unit).replace(".", "·")
+
+
+def prefixed(unit: str | None, largest: float) -> tuple[float, str]:
+    """Factor and unit that bring values up to this one (SI) to between 1 and 1000.
+
+    Only units that people put a prefix to have one: 1e6 N/m is 1 MN/m.
+    """
+    if unit not in ("N", "N/m", "m", "s", "J") or not 0.0 < largest < math.inf:
+        return 1.0, written(unit)
+    thousands = min(max(math.floor(math.log10(largest) / 3.0 + 1e-9), -3), 3)
+    return 10.0 ** (-3 * thousands), ("n", "µ", "m", "", "k", "M", "G")[thousands + 3] + unit

@@ -37,10 +37,12 @@ def preloaded(libpython: Path, fmu: Path | None = None) -> str | None:
         libraries = [str(libpython)]
         if fmu is not None:
             with zipfile.ZipFile(fmu) as archive:
-                binaries = (n for n in archive.namelist() if n.startswith("binaries/linux64/"))
+                # The folder's names in FMI 2.0 and 3.0.
+                folders = ("binaries/linux64/", "binaries/x86_64-linux/")
+                binaries = (n for n in archive.namelist() if n.startswith(folders))
                 name = next((n for n in binaries if n.endswith(".so")), None)
                 if name is None:
-                    return "the FMU has no binary for linux64"
+                    return "the FMU has no binary for 64-bit Linux"
                 libraries.append(archive.extract(name, folder))
         environment = {"LD_PRELOAD": ":".join(libraries), "LD_BIND_NOW": "1", "PATH": os.defpath}
         done = subprocess.run(

@@ -162,25 +162,36 @@ class Report(Outcome):
         """A table of text cells; the first column names the row."""
         self.tables.append(Table(title, list(columns), [list(row) for row in rows]))
 
-    def compare(self, cases: Mapping[str, Mapping[str, Printed]]) -> None:
-        """The table document | this FMU | difference, for printed numbers by case."""
-        rows = []
-        for name, printed in cases.items():
-            for metric, number in printed.items():
-                value = self.cases[name][metric]
-                off = (value - number.value) / number.value
-                row = f"{name}: {label(metric)}" if len(cases) > 1 else label(metric)
-                rows.append([row, number.text, shown(metric, value), f"{off * 100:+.2f} %"])
-        self.table(self.title, ["", "document", "this FMU (exact)", "difference"], rows)
+    def compare(
+        self, title: str, printed: Mapping[str, Printed], scheme: Metrics, exact: Metrics
+    ) -> None:
+        """The table of what the document prints, what its scheme gives unrounded, and the answer.
 
-    def figure(self, name: str) -> Callable[[Callable[[Any], Any]], Callable[[Any], Any]]:
+        The last column is the scheme's error: what is printed differs by its rounding besides.
+        """
+        rows = []
+        for metric, number in printed.items():
+            values = (shown(metric, metrics[metric]) for metrics in (scheme, exact))
+            error = scheme[metric] / exact[metric] - 1.0
+            rows.append([label(metric), number.text, *values, f"{error * 100:+.2f}"])
+        columns = ["", "printed", "its scheme", "exact", "error (%)"]
+        self.table(title, columns, rows)
+
+    def figure(
+        self, name: str, caption: str = ""
+    ) -> Callable[[Callable[[Any], Any]], Callable[[Any], Any]]:
         """A figure by its file name: decorates a function that draws it.
 
         The function gets the module `golf_scenarios.report.figures`, when somebody wants to see it.
+
+        Args:
+            name: of the file, without suffix.
+            caption: what there is to see, in a sentence.
         """
 
         def keep(draw: Callable[[Any], Any]) -> Callable[[Any], Any]:
             self.figures[name] = draw
+            self.captions[name] = caption
             return draw
 
         return keep

@@ -1,0 +1,119 @@
+/* The functions that FMI 2.0 and 3.0 have alike. Whoever includes this says what they are named,
+   FMI(name), and with COUNT what the functions of values have at the end of their arguments. */
+
+#define Status FMI(Status)
+#define QUOTED(name) QUOTED_(name)
+#define QUOTED_(name) #name
+
+/* The body of a function: the statement is true if Python raises nothing. */
+#define IN_PYTHON(...)                                                                             \
+    do {                                                                                           \
+        Instance *i = c;                                                                           \
+        if (!i) return FMI(Error);                                                                 \
+        int outer = enter();                                                                       \
+        int fine = (__VA_ARGS__);                                                                  \
+        fine = flush(i, FMI(Fatal)) && fine;                                                       \
+        leave(outer);                                                                              \
+        return fine ? FMI(OK) : FMI(Fatal);                                                        \
+    } while (0)
+
+void FMI(FreeInstance)(void *c) { free_instance(c); }
+
+Status FMI(SetDebugLogging)(void *c, FMI(Boolean) on, size_t count, const char *const names[])
+{
+    if (!c) return FMI(Error);
+    set_logging(c, on, count, names);
+    return FMI(OK);
+}
+
+Status FMI(ExitInitializationMode)(void *c)
+{
+    IN_PYTHON(simple(i, "exit_initialization_mode", NULL, NULL));
+}
+
+Status FMI(Terminate)(void *c) { IN_PYTHON(simple(i, "terminate", NULL, NULL)); }
+Status FMI(Reset)(void *c) { IN_PYTHON(new_slave(i)); }
+
+/* Values. ACCESS makes the functions of one type: how Python names it, and how an item becomes a
+   value, and a value an item. */
+
+#define ACCESS(Name, name, to_c, to_python)                                                        \
+    Status FMI(Get##Name)(void *c, const uint32_t references[], size_t count,                      \
+                          FMI(Name) values[] COUNT)                                                \
+    {                                                                                              \
+        IN_PYTHON(READ(call(i, "get_" name, reference_list(references, count), NULL), count,       \
+                       values, (FMI(Name))to_c(item)));                                            \
+    }                                                                                              \
+    Status FMI(Set##Name)(void *c, const uint32_t references[], size_t count,                      \
+                          const FMI(Name) values[] COUNT)                                          \
+    {                                                                                              \
+        IN_PYTHON(simple(i, "set_" name, reference_list(references, count),                        \
+                         LIST(count, to_python(values[n]))));                                      \
+    }
+ACCESS(Boolean, "boolean", PyObject_IsTrue, PyBool_FromLong)
+
+
+/* Strings live until the next ones are read. */
+Status FMI(GetString)(void *c, const uint32_t references[], size_t count, const char *values[] COUNT)
+{
+    IN_PYTHON(TAKE(call(i, "get_string", reference_list(references, count), NULL), {
+        Py_DecRef(i->strings);
+        Py_IncRef(i->strings = found);
+        for (size_t n = 0; n < count; n++) {
+            Object *item = PyList_GetItem(found, (intptr_t)n);
+            values[n] = item ? PyUnicode_AsUTF8AndSize(item, NULL) : NULL;
+        }
+    }));
+}
+
+Status FMI(SetString)(void *c, const uint32_t references[], size_t count,
+                      const char *const values[] COUNT)
+{
+    IN_PYTHON(simple(i, "set_string", reference_list(references, count),
+                     LIST(count, PyUnicode_FromString(values[n]))));
+}
+
+/* State */
+
+Status FMI(GetFMUState)(void *c, void **state)
+{
+    IN_PYTHON(TAKE(call(i, "_get_fmu_state", NULL, NULL), Py_IncRef(*state = found)));
+}
+
+Status FMI(SetFMUState)(void *c, void *state)
+{
+    IN_PYTHON(TAKE(of_state(i, "_set_fmu_state", state), (void)0));
+}
+
+Status FMI(FreeFMUState)(void *c, void **state)
+{
+    IN_PYTHON(state ? Py_DecRef(*state), *state = NULL, 1 : 1);
+}
+
+Status FMI(SerializedFMUStateSize)(void *c, void *state, size_t *size)
+{
+    IN_PYTHON(TAKE(of_state(i, "_fmu_state_to_bytes", state), *size = (size_t)PyBytes_Size(found)));
+}
+
+Status FMI(SerializeFMUState)(void *c, void *state, FMI(Byte) data[], size_t size)
+{
+    IN_PYTHON(TAKE(of_state(i, "_fmu_state_to_bytes", state), {
+        size_t length = (size_t)PyBytes_Size(found);
+        memcpy(data, PyBytes_AsString(found), length < size ? length : size);
+    }));
+}
+
+Status FMI(DeserializeFMUState)(void *c, const FMI(Byte) data[], size_t size, void **state)
+{
+    Object *bytes;
+    IN_PYTHON(bytes = PyBytes_FromStringAndSize((const char *)data, (intptr_t)size),
+              TAKE(call(i, "_fmu_state_from_bytes", bytes, NULL), Py_IncRef(*state = found)));
+}
+
+/* For what the slave hasn't got. Which arguments there are doesn't matter. */
+#define UNSUPPORTED(name)                                                                          \
+    Status FMI(name)(void *c)                                                                      \
+    {                                                                                              \
+        if (c) say(c, FMI(Error), "logStatusError", QUOTED(FMI(name)) " isn't supported");           \
+        return FMI(Error);                                                                         \
+    }
