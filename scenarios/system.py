@@ -289,7 +289,11 @@ def _draw(report, runs, whole, delayed, repeated, swing):
     coarse, fine = runs[STEPS[0]], runs[STEPS[-1]]
     touch = report.cases[_name(STEPS[-1])]["touch_time"]
 
-    @report.figure("system_swing")
+    @report.figure(
+        "system_swing",
+        "The wrist keeps its angle for the first half of the downswing by inertia, and opens then: "
+        "the arms slow down, and the club takes their energy.",
+    )
     def downswing(figures):
         figure, axes = figures.new("The downswing, every 10 ms and at the ball", size=(6.4, 5.8))
         instants = [*np.arange(_BACKSWING, touch, 0.01), touch]
@@ -312,7 +316,11 @@ def _draw(report, runs, whole, delayed, repeated, swing):
         figures.legend_above(axes)
         return figure
 
-    @report.figure("system_speeds")
+    @report.figure(
+        "system_speeds",
+        "The swing loses as much momentum as the ball gains: at a step of 10 µs as the force acts, "
+        "at 1 ms a step late.",
+    )
     def speeds(figures):
         figure, axes = figures.new("Speeds through the impact")
         milli = (fine["time"] - touch) * 1e3
@@ -320,14 +328,13 @@ def _draw(report, runs, whole, delayed, repeated, swing):
         axes.plot(
             milli[near],
             fine["ClubBallImpact.ball_velocity"][near],
-            color=figures.BLUE,
+            **figures.LOOKS["ball"].line,
             label="ball",
         )
         axes.plot(
             milli[near],
             fine["ClubBallImpact.club_velocity"][near],
-            color=figures.ORANGE,
-            ls="--",
+            **figures.LOOKS["club"].line,
             label="free head in the impact",
         )
         axes.plot(
@@ -354,7 +361,11 @@ def _draw(report, runs, whole, delayed, repeated, swing):
         figures.legend_above(axes)
         return figure
 
-    @report.figure("system_force")
+    @report.figure(
+        "system_force",
+        "The force itself, its mean over steps of 1 ms, and that mean as the swing feels it: three "
+        "times the same area.",
+    )
     def force(figures):
         figure, axes = figures.new("Force: what a step of 1 ms hands over has the same area")
         milli = (fine["time"] - touch) * 1e3
@@ -364,7 +375,7 @@ def _draw(report, runs, whole, delayed, repeated, swing):
         ends = (coarse["time"] - touch) * 1e3
         for late, color, label in (
             (0.0, figures.VERMILION, "mean_force at 1 ms"),
-            (1.0, figures.GREEN, "as the swing feels it, a step later"),
+            (1.0, figures.GREEN, "felt by the swing"),
         ):
             edges = np.append(ends[0] - 1.0, ends) + late
             mean = coarse["ClubBallImpact.mean_force"] / 1e3
@@ -374,7 +385,11 @@ def _draw(report, runs, whole, delayed, repeated, swing):
         figures.legend_above(axes, columns=3)
         return figure
 
-    @report.figure("system_error")
+    @report.figure(
+        "system_error",
+        "Energy that the swing gives, against the limit of small steps: first order with the "
+        "delay of a step, second without.",
+    )
     def error(figures):
         figure, axes = figures.new("What the delay of one step costs")
         column = "Swing.reaction_work"
@@ -394,7 +409,11 @@ def _draw(report, runs, whole, delayed, repeated, swing):
         figures.legend_above(axes)
         return figure
 
-    @report.figure("system_flight")
+    @report.figure(
+        "system_flight",
+        "Backspin lifts the ball above the line of its launch. Launch angle and spin are averages "
+        "of the PGA Tour.",
+    )
     def flight(figures):
         figure, axes = figures.new("Flight of the ball", size=(7.2, 3.2))
         x, y = whole["BallFlight.distance"], whole["BallFlight.height"]
