@@ -178,6 +178,9 @@ class Swing(Fmi2Slave):
 
     # Modes
 
+    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+        """The swing begins with the run, whatever time the host has then."""
+
     def exit_initialization_mode(self):
         problem = self._begin()
         if problem is not None:
