@@ -352,8 +352,8 @@ def test_libcosims_library_runs_the_system(compiled, system, tmp_path):
     library = Path(package.__file__).parent / "libcosimc" / "libcosimc.so"
     folder = tmp_path / "ssp"
     shutil.unpack_archive(str(system[3]), folder, "zip")
-    found = outputs(compiled("cosim"), library, folder, 600, env={"TMPDIR": str(tmp_path)})
-    # Law 1's at 35 m/s, the peak of the swing; 1e-12 as in test_system.py.
+    found = outputs(compiled("cosim"), library, folder, 9700, env={"TMPDIR": str(tmp_path)})
+    # Law 1 is linear: its smash factor is the same at every speed; 1e-12 as in test_system.py.
     assert found["smash_factor"] == pytest.approx(LAW_1["smash_factor"], rel=1e-12)
 
 

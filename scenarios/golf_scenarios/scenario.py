@@ -15,7 +15,7 @@ from golf_scenarios.facts.quantities import QUANTITIES, label, shown
 from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 from golf_scenarios.fmu.loaded import LoadedFmu3
-from golf_scenarios.fmu.system import build_system, run_ssp
+from golf_scenarios.fmu.system import build_system, run_ssp, run_system, start_values
 from golf_scenarios.peers.document_scheme import document_fmu
 from golf_scenarios.report.report import Metrics, Report
 
@@ -37,7 +37,9 @@ __all__ = [
     "measured",
     "rating_stiffness",
     "run_ssp",
+    "run_system",
     "shown",
+    "start_values",
 ]
 
 
