@@ -1,33 +1,58 @@
 """A companion FMU: the flight of a ball that ClubBallImpact has hit.
 
-A point mass under gravity and quadratic drag, without spin:
+A point mass under gravity, drag and the lift of its backspin w (Magnus):
 
-    u' = -c v u,    w' = -g - c v w,    v = sqrt(u*u + w*w),    c = rho A C_D / (2 m)
+    u' = -k v (C_D u + C_L h),    h' = -g - k v (C_D h - C_L u),    w' = -d v w / r
+    v = sqrt(u*u + h*h),    k = rho A / (2 m),    r = its radius
 
-It is launched when `separated` becomes true, with the impact's ball velocity at the angle `loft`,
-from the instant of separation, touch_time + contact_time: not from the communication point that
-happened to see it. Nothing acts on the ball afterwards that isn't known then, so the whole flight
-is solved at once by its Taylor series, step after step as long as the series converges; where it
-is at a communication point is a value of a polynomial, and the landing is a root of one. The host's
-steps don't matter. `carry` and `apex` tell at launch what the flight will come to.
+C_D and C_L are those that the USGA measured in its indoor test range (US patent 6,186,002 B1, the
+example of its program's output: model 3 of each), with S = r w / v and R = 2 r v / nu / 100,000:
 
-Self-contained: pythonfmu, the standard library's math, and golf_impact's host/at_exit.py.
+    C_D = 0.2028 - 0.2159 S + 2.8466 S^2 + 0.0165 R
+    C_L = 0.0860 + 0.6463 S + 1.4789 S^2 - 0.0122 / R^2
+
+They hold for a driver: S from 0.04 to 0.22, R from 0.8 to 2.0. A ball without spin has no lift. d
+is the patent's, too. No spin follows from the impact, which has one dimension: it is a parameter.
+
+The ball is launched when `separated` becomes true, with the impact's ball velocity at the angle
+`launch_angle`, from the instant of separation, touch_time + contact_time: not from the
+communication point that happened to see it. Nothing acts on the ball afterwards that isn't known
+then, so the whole flight is solved at once by its Taylor series, one after the other as far as each
+converges; where it is at a communication point is a value of a polynomial, and the landing is a
+root of one. The host's steps don't matter. `carry` and `apex` tell at launch what the flight will
+come to.
+
+Self-contained: pythonfmu, the standard library's math, taylor.py, and golf_impact's
+host/at_exit.py.
 """
 
+import json
 from collections.abc import Callable
-from math import cos, exp, inf, isfinite, pi, sin, sqrt
+from math import cos, inf, isfinite, pi, sin, sqrt
+from typing import NamedTuple
 
 from golf_impact.host.at_exit import release_at_exit
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
+from taylor import ORDER, Series, power, product, reach, value, zero
 
-#: Name, unit, start, least and greatest allowed value, description.
+#: Name, unit, start, least and greatest allowed value, description; first those of C_D and C_L.
 PARAMETERS = (
-    ("loft", "rad", 0.6, 0.0, 1.5, "Angle of the launch above the ground"),
+    ("drag_constant", "1", 0.2028, 0.0, 1e3, "C_D without spin at a Reynolds number of 0"),
+    ("drag_spin", "1", -0.2159, -1e3, 1e3, "C_D with S, the spin ratio"),
+    ("drag_spin_squared", "1", 2.8466, -1e3, 1e3, "C_D with S^2"),
+    ("drag_reynolds", "1", 0.0165, -1e3, 1e3, "C_D with the Reynolds number / 100,000"),
+    ("lift_constant", "1", 0.0860, -1e3, 1e3, "C_L of a ball with hardly any spin"),
+    ("lift_spin", "1", 0.6463, -1e3, 1e3, "C_L with S"),
+    ("lift_spin_squared", "1", 1.4789, -1e3, 1e3, "C_L with S^2"),
+    ("lift_reynolds", "1", -0.0122, -1e3, 1e3, "C_L with (Reynolds number / 100,000)^-2"),
+    ("launch_angle", "rad", 10.9 * pi / 180.0, 0.0, 1.5, "Above the ground; 10.9 degrees"),
+    ("spin", "rad/s", 2686.0 * pi / 30.0, 0.0, 2e3, "Backspin at launch; 2686 rpm"),
+    ("spin_decay", "1", 2e-5, 0.0, 1.0, "Loss of spin: its rate is this times v / r"),
     ("m_ball", "kg", 0.04593, 1e-6, 1e3, "Mass of the ball"),
     ("ball_diameter", "m", 0.04267, 1e-6, 1e3, "Diameter of the ball"),
-    ("drag_coefficient", "1", 0.25, 0.0, 1e3, "Drag coefficient C_D; 0 is a flight in a vacuum"),
-    ("air_density", "kg/m3", 1.225, 0.0, 1e3, "Density of the air"),
+    ("air_density", "kg/m3", 1.225, 0.0, 1e3, "Density of the air; 0 is a flight in a vacuum"),
+    ("kinematic_viscosity", "m2/s", 1.48e-5, 1e-9, 1e3, "Of the air"),
     ("gravity", "m/s2", 9.80665, 1e-6, 1e3, "Gravitational acceleration"),
 )
 
@@ -55,65 +80,68 @@ UNITS = {
     "s": {"s": 1},
     "kg": {"kg": 1},
     "rad": {"rad": 1},
+    "rad/s": {"rad": 1, "s": -1},
+    "m2/s": {"m": 2, "s": -1},
     "m/s": {"m": 1, "s": -1},
     "m/s2": {"m": 1, "s": -2},
     "kg/m3": {"kg": 1, "m": -3},
 }
 
-DESCRIPTION = "Flight of a golf ball: gravity and quadratic drag, from launch to landing"
+DESCRIPTION = "Flight of a golf ball with backspin: gravity, drag and lift, from launch to landing"
 
-_ORDER = 24
+#: A flight of more pieces doesn't end.
+_PIECES = 300
 
 
-def _series(x: float, y: float, u: float, w: float, c: float, g: float) -> list[list[float]]:
-    """Taylor coefficients of x, y, u, w (m, m/s) in time (s): the recurrences of the equations."""
-    xs, ys, us, ws = [x], [y], [u], [w]
-    squares = [u * u + w * w]
-    speeds = [sqrt(squares[0])]
-    for n in range(_ORDER):
-        drag_u = sum(speeds[i] * us[n - i] for i in range(n + 1))
-        drag_w = sum(speeds[i] * ws[n - i] for i in range(n + 1))
+class Air(NamedTuple):
+    """What acts on a ball.
+
+    Attributes:
+        drag: of C_D: constant, with S, with S^2, with R.
+        lift: of C_L: constant, with S, with S^2, with R^-2.
+        k: rho A / (2 m), 1/m.
+        reynolds: R / v, s/m.
+        decay: of the spin, 1/m.
+        gravity: m/s2.
+    """
+
+    drag: tuple[float, float, float, float]
+    lift: tuple[float, float, float, float]
+    k: float
+    reynolds: float
+    decay: float
+    gravity: float
+
+
+def _series(air: Air, state: list[float]) -> list[Series]:
+    """The series of x, y, u, h (m, m/s) and of the ball's surface speed a = r w (m/s) in time."""
+    x, y, u, h, a = ([one] for one in state)
+    squares: Series = []
+    drag: Series = []  # k C_D v
+    lift: Series = []  # k C_L v
+    aa: Series = []
+    v = [sqrt(u[0] * u[0] + h[0] * h[0])]
+    inverse = [1.0 / v[0]]
+    d0, d1, d2, d3 = (air.k * one for one in air.drag)
+    l0, l1, l2, l3 = (air.k * one if a[0] else 0.0 for one in air.lift)
+    d3, l3 = d3 * air.reynolds, l3 / air.reynolds**2
+    for n in range(ORDER):
         m = n + 1
-        xs.append(us[n] / m)
-        ys.append(ws[n] / m)
-        us.append(-c * drag_u / m)
-        ws.append((-c * drag_w - (g if n == 0 else 0.0)) / m)
-        square = sum(us[i] * us[m - i] + ws[i] * ws[m - i] for i in range(m + 1))
-        squares.append(square)
-        inner = sum(speeds[i] * speeds[m - i] for i in range(1, m))
-        speeds.append((square - inner) / (2.0 * speeds[0]))
-    return [xs, ys, us, ws]
-
-
-def _value(coefficients: list[float], t: float) -> float:
-    total = 0.0
-    for coefficient in reversed(coefficients):
-        total = total * t + coefficient
-    return total
-
-
-def _root(coefficients: list[float], high: float) -> float:
-    """Where a polynomial that is positive at 0 and not at `high` becomes 0: by bisection."""
-    low = 0.0
-    while True:
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            return high
-        if _value(coefficients, middle) > 0.0:
-            low = middle
-        else:
-            high = middle
-
-
-def _reach(us: list[float], ws: list[float]) -> float:
-    """How far the series are good to a double, s (Jorba and Zou 2005, section 3.2)."""
-    scale = max(abs(us[0]), abs(ws[0]))
-    reach = inf
-    for order in (_ORDER - 1, _ORDER):
-        last = max(abs(us[order]), abs(ws[order]))
-        if last > 0.0:
-            reach = min(reach, (scale / last) ** (1.0 / order))
-    return reach * exp(-2.0)
+        squares.append(product(u, u, n) + product(h, h, n))
+        if n:
+            v.append(power(squares, 0.5, v, n))
+            inverse.append(power(squares, -0.5, inverse, n))
+        aa.append(product(a, a, n))
+        turning = product(aa, inverse, n)
+        drag.append(d0 * v[n] + d1 * a[n] + d2 * turning + d3 * squares[n])
+        lift.append(l0 * v[n] + l1 * a[n] + l2 * turning + l3 * inverse[n])
+        x.append(u[n] / m)
+        y.append(h[n] / m)
+        u.append(-(product(drag, u, n) + product(lift, h, n)) / m)
+        fall = air.gravity if n == 0 else 0.0
+        h.append((product(lift, u, n) - product(drag, h, n) - fall) / m)
+        a.append(-air.decay * product(v, a, n) / m)
+    return [x, y, u, h, a]
 
 
 class Flight:
@@ -121,38 +149,44 @@ class Flight:
 
     Args:
         speed: at launch, m/s.
-        loft: angle of the launch, rad.
-        c: rho A C_D / (2 m), 1/m.
-        g: gravitational acceleration, m/s2.
+        angle: of the launch, rad.
+        surface_speed: radius times backspin at launch, m/s.
+        air: what acts on the ball.
 
     Attributes:
         carry: distance from launch to landing, m.
         apex: greatest height, m.
         duration: s from launch to landing.
+
+    Raises:
+        OverflowError: the ball never lands.
     """
 
-    def __init__(self, speed: float, loft: float, c: float, g: float) -> None:
+    def __init__(self, speed: float, angle: float, surface_speed: float, air: Air) -> None:
         self.carry = self.apex = self.duration = 0.0
         #: Start (s since launch) and coefficients of x and y of each piece.
-        self._pieces: list[tuple[float, list[float], list[float]]] = []
-        x, y, u, w = 0.0, 0.0, speed * cos(loft), speed * sin(loft)
+        self._pieces: list[tuple[float, Series, Series]] = []
+        state = [0.0, 0.0, speed * cos(angle), speed * sin(angle), surface_speed]
         start = 0.0
-        while w > 0.0 or y > 0.0:
-            xs, ys, us, ws = _series(x, y, u, w, c, g)
-            step = _reach(us, ws)
+        while state[3] > 0.0 or state[1] > 0.0:
+            if len(self._pieces) == _PIECES:
+                raise OverflowError("this ball never lands")
+            series = _series(air, state)
+            xs, ys, us, hs, _ = series
+            step = reach((us, hs), max(abs(us[0]), abs(hs[0])))
             if step == inf:
                 # A vacuum's series are whole: as far as the landing, and beyond.
-                step = 2.0 * (w + sqrt(w * w + 2.0 * g * y)) / g
+                step = 2.0 * (hs[0] + sqrt(hs[0] ** 2 + 2.0 * air.gravity * ys[0])) / air.gravity
             self._pieces.append((start, xs, ys))
-            if w > 0.0 and _value(ws, step) <= 0.0:
-                self.apex = _value(ys, _root(ws, step))
+            if hs[0] > 0.0 and value(hs, step) <= 0.0:
+                self.apex = max(self.apex, value(ys, zero(hs, step)))
             # The height at launch is 0 and not a landing: height / t is 0 there later.
             heights = ys if start else ys[1:]
-            if _value(heights, step) <= 0.0:
-                last = _root(heights, step)
-                self.carry, self.duration = _value(xs, last), start + last
+            if value(heights, step) <= 0.0:
+                last = zero(heights, step)
+                self.carry, self.duration = value(xs, last), start + last
                 return
-            x, y, u, w = (_value(series, step) for series in (xs, ys, us, ws))
+            state = [value(one, step) for one in series]
             start += step
 
     def position(self, t: float) -> tuple[float, float]:
@@ -162,7 +196,7 @@ class Flight:
         if t <= 0.0:
             return 0.0, 0.0
         start, xs, ys = next(piece for piece in reversed(self._pieces) if piece[0] <= t)
-        return _value(xs, t - start), _value(ys, t - start)
+        return value(xs, t - start), value(ys, t - start)
 
 
 class BallFlight(Fmi2Slave):
@@ -173,8 +207,11 @@ class BallFlight(Fmi2Slave):
         release_at_exit(self.resources, "linux64/BallFlight.so")
         self.modelName = "BallFlight"
         self._time = 0.0
-        #: Launch time (s) and arguments of the flight; None before launch.
-        self._launch: tuple[float, float, float, float, float] | None = None
+        #: Why steps are refused, by the variable to be corrected; and whether parameters are fixed.
+        self._refused: dict[str, str] = {}
+        self._fixed = False
+        #: Launch time, s, and arguments of the flight; None before launch.
+        self._launch: tuple[float, float, float, float, Air] | None = None
         self._flight: Flight | None = None
         for name, _, start, low, high, text in PARAMETERS:
             setattr(self, name, start)
@@ -184,7 +221,7 @@ class BallFlight(Fmi2Slave):
                     causality=Fmi2Causality.parameter,
                     variability=Fmi2Variability.fixed,
                     description=text,
-                    setter=self._setter(name, low, high),
+                    setter=self._setter(name, low, high, True),
                 )
             )
         for name, unit, text in INPUTS:
@@ -197,7 +234,7 @@ class BallFlight(Fmi2Slave):
                     description=text,
                 )
             else:
-                setter = self._setter(name, -1e6, 1e6)
+                setter = self._setter(name, -1e6, 1e6, False)
                 variable = Real(
                     name, causality=Fmi2Causality.input, description=text, setter=setter
                 )
@@ -210,20 +247,37 @@ class BallFlight(Fmi2Slave):
                     variability=Fmi2Variability.discrete,
                     initial=Fmi2Initial.calculated,
                     description=text,
+                    setter=self._no_setter,
                 )
             else:
-                variable = Real(name, causality=Fmi2Causality.output, description=text)
+                variable = Real(
+                    name,
+                    causality=Fmi2Causality.output,
+                    description=text,
+                    setter=self._no_setter,
+                )
             self.register_variable(variable)
 
-    def _setter(self, name: str, low: float, high: float) -> Callable[[float], None]:
+    def _setter(self, name: str, low: float, high: float, fixed: bool) -> Callable[[float], None]:
         def assign(value: float) -> None:
-            if low <= value <= high:
-                setattr(self, name, value)
+            if value == getattr(self, name):
+                self._refused.pop(name, None)
+            elif not low <= value <= high:
+                self._refuse(name, f"{name} = {value!r} is refused: it must be {low:g} to {high:g}")
+            elif fixed and self._fixed:
+                self._refuse(name, f"{name} = {value!r} is refused: a parameter is fixed now")
             else:
-                message = f"{name} = {value!r} is refused: it must be {low:g} to {high:g}"
-                self.log(message, Fmi2Status.error)
+                self._refused.pop(name, None)
+                setattr(self, name, value)
 
         return assign
+
+    def _refuse(self, name: str, message: str) -> None:
+        self._refused[name] = message
+        self.log(message, Fmi2Status.error)
+
+    def _no_setter(self, value: float) -> None:
+        self.log("an output can't be set", Fmi2Status.error)
 
     # Outputs
 
@@ -266,31 +320,65 @@ class BallFlight(Fmi2Slave):
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         self._time = start_time
 
+    def exit_initialization_mode(self):
+        self._fixed = not self._refused
+
     def do_step(self, current_time: float, step_size: float) -> bool:
+        problem = "; ".join(self._refused.values())
         if not (step_size > 0.0 and isfinite(current_time + step_size)):
-            self.log(f"step size = {step_size!r} s is refused: it must be > 0", Fmi2Status.error)
+            problem = f"step size = {step_size!r} s is refused: it must be > 0"
+        if not problem and self.separated and self._launch is None:
+            try:
+                self._fly(self._launched())
+            except ArithmeticError as error:
+                problem = f"this flight can't be computed: {error}"
+        if problem:
+            self.log(problem, Fmi2Status.error)
             return False
-        if self.separated and self._launch is None:
-            area = 0.25 * pi * self.ball_diameter**2
-            c = 0.5 * self.air_density * area * self.drag_coefficient / self.m_ball
-            launch = (self.touch_time + self.contact_time, self.ball_velocity, self.loft)
-            self._fly((*launch, c, self.gravity))
+        self._fixed = True
         self._time = current_time + step_size
         return True
 
-    def _fly(self, launch: tuple[float, float, float, float, float] | None) -> None:
-        self._launch = launch
-        self._flight = Flight(*launch[1:]) if launch is not None else None
+    def _launched(self) -> tuple[float, float, float, float, Air]:
+        radius = 0.5 * self.ball_diameter
+        coefficients = [getattr(self, row[0]) for row in PARAMETERS[:8]]
+        air = Air(
+            drag=tuple(coefficients[:4]),
+            lift=tuple(coefficients[4:]),
+            k=0.5 * self.air_density * pi * radius * radius / self.m_ball,
+            reynolds=self.ball_diameter / self.kinematic_viscosity * 1e-5,
+            decay=self.spin_decay / radius,
+            gravity=self.gravity,
+        )
+        begin = self.touch_time + self.contact_time
+        return begin, self.ball_velocity, self.launch_angle, radius * self.spin, air
+
+    def _fly(self, launch: tuple[float, float, float, float, Air] | None) -> None:
+        flight = Flight(*launch[1:]) if launch is not None else None
+        self._launch, self._flight = launch, flight
 
     # State
 
     def _get_fmu_state(self) -> dict:
-        inside = ("_time", "_launch", *(row[0] for row in (*PARAMETERS, *INPUTS)))
-        return {name: getattr(self, name) for name in inside}
+        inside = ("_time", "_fixed", "_launch", *(row[0] for row in (*PARAMETERS, *INPUTS)))
+        state = {name: getattr(self, name) for name in inside}
+        # A flight is never changed: it may be shared.
+        return state | {"_flight": self._flight, "_refused": dict(self._refused)}
 
     def _set_fmu_state(self, state: dict) -> None:
-        for name, value in state.items():
-            setattr(self, name, value)
-        # A list, if the state comes from another process.
-        launch = self._launch
-        self._fly((launch[0], launch[1], launch[2], launch[3], launch[4]) if launch else None)
+        for name, kept in state.items():
+            setattr(self, name, kept)
+        self._refused = dict(self._refused)
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict) -> bytes:
+        return json.dumps(state | {"_flight": None}).encode()
+
+    @staticmethod
+    def _fmu_state_from_bytes(data: bytes) -> dict:
+        state = json.loads(data)
+        if state["_launch"]:
+            *numbers, air = state["_launch"]
+            state["_launch"] = (*numbers, Air(*air))
+            state["_flight"] = Flight(*state["_launch"][1:])
+        return state

@@ -1,107 +1,398 @@
-"""A companion FMU: how fast the club head is, for a system with ClubBallImpact.
+"""A companion FMU: a golf swing as mechanics, which feels the ball.
 
-The club starts at the ball. It is taken back at a steady speed until it is `gap` away; then its
-speed rises smoothly to the peak, which it holds. A host that holds this output over each of its
-steps moves the club by step * speed, so the rise starts at a communication point, and the gap is
-the rise time at peak speed: with a constant step, however long, touch falls after the peak (the
-sum of step * speed over the rise stays below peak_speed * rise_time).
+From address the club is taken back, in `backswing_time`, along the path by which it comes down
+again; at the top it rests. From there on a double pendulum swings (double_pendulum.py), driven by a
+torque at the shoulder and one at the wrist, until the arms point straight down: there lies the
+ball. Then the torques fall off, and the swing ends when the arms are as far beyond the ball as they
+were before it. `reaction_force` acts on the head, against the direction in which it met the ball,
+held over each step; before the top and after the end the golfer holds the club, and it acts on
+nothing.
 
-Self-contained: pythonfmu, the standard library's math, and golf_impact's host/at_exit.py.
+`club_speed` is for a host that holds it over each step. Before the ball it is the mean over the
+step to come, so that what the host adds up is where the head really is (the step to come is taken
+to be as long as the last). In the step in which the head meets the ball it is the speed there, so
+that touch has the swing's speed, whatever the step. Beyond the ball it is the head's own speed.
+
+A host that wants a curve of speed and no mechanics gives its peak, `prescribed_speed`: the club is
+taken back at `takeaway_speed`, far enough for a smooth rise in `rise_time` to a peak that is held;
+touch falls after the peak whatever the step. The other outputs are 0 then.
+
+The parameters' start values are those of C.-C. Chiang, The Simple Golf Simulator (GTS Sporting,
+2016, github.com/markccchiang/Simple-Golf-Simulator): a golfer of 70 kg (arms of 0.6 m, shoulders
+of 0.17 m) and a club with a head of 0.2 kg; 52.76 m/s at the ball, 0.2125 s after the top.
+
+Self-contained: pythonfmu, the standard library's math, double_pendulum.py, taylor.py, and
+golf_impact's host/at_exit.py.
 """
 
+import json
 from collections.abc import Callable
-from math import cos, isfinite, pi
+from math import cos, isfinite, pi, sin
 
+from double_pendulum import HELD, Ball, Course, Golfer, State
 from golf_impact.host.at_exit import release_at_exit
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
 
-#: Name, unit, start, description. All must be above 0.
+#: Name, unit, start, least and greatest allowed value, description.
 PARAMETERS = (
-    ("peak_speed", "m/s", 35.0, "Club head speed at the peak, which is then held"),
-    ("rise_time", "s", 0.01, "How long the speed takes to rise to the peak"),
-    ("takeaway_speed", "m/s", 10.0, "How fast the club is taken back before"),
+    ("arm_length", "m", 0.57541289523263207, 1e-3, 1e3, "From the shoulder to the wrist"),
+    ("arm_first_moment", "kg.m", 1.2369940958785244, 0.0, 1e6, "Of the arms about the shoulder"),
+    ("arm_inertia", "kg.m2", 0.44607395, 1e-6, 1e6, "Of the arms about the shoulder"),
+    ("club_length", "m", 1.05, 1e-3, 1e3, "From the wrist to the middle of the head"),
+    ("club_mass", "kg", 0.3, 1e-6, 1e3, "Mass of the club: its head has 0.2 kg of it"),
+    ("club_first_moment", "kg.m", 0.26, 1e-6, 1e6, "Of the club about the wrist"),
+    (
+        *("club_inertia", "kg.m2", 0.26**2 / 0.3, 1e-6, 1e6),
+        "Of the club about the wrist; at least club_first_moment^2 / club_mass",
+    ),
+    ("max_shoulder_torque", "N.m", 100.0, -1e6, 1e6, "Of the body on the arms, once risen"),
+    ("max_wrist_torque", "N.m", 20.64, -1e6, 1e6, "Of the hands on the club, once risen"),
+    ("torque_rise_time", "s", 0.01, 1e-4, 1e3, "Time constant with which torques rise and fall"),
+    ("arm_start", "rad", 0.75 * pi, 0.01, pi, "Of the arms from straight down, at the top"),
+    ("wrist_start", "rad", 2.0 * pi / 3.0, -pi, pi, "Between arms and club at the top"),
+    (
+        *("release_angle", "rad", 0.75 * pi, 0.0, pi),
+        "The wrist is held until the arms are so near to straight down; from arm_start on: never",
+    ),
+    ("gravity", "m/s2", 9.806, 0.0, 1e3, "Gravitational acceleration"),
+    ("plane_angle", "rad", pi / 3.0, 0.0, 0.5 * pi, "Of the swing's plane above the ground"),
+    ("backswing_time", "s", 0.75, 1e-3, 1e3, "From address to the top"),
+    (
+        "prescribed_speed",
+        "m/s",
+        0.0,
+        0.0,
+        1e6,
+        "Peak of a curve of speed instead of a swing; 0: none",
+    ),
+    ("rise_time", "s", 0.01, 1e-9, 1e3, "How long that curve rises"),
+    ("takeaway_speed", "m/s", 10.0, 1e-9, 1e6, "How fast the club is taken back before"),
+)
+
+#: Name, unit, start, least and greatest allowed value, description.
+INPUTS = (
+    ("reaction_force", "N", 0.0, -1e9, 1e9, "On the club head, against its travel at the ball"),
 )
 
 #: Name, unit, description.
 OUTPUTS = (
-    ("club_speed", "m/s", "Club head speed; negative while the club is taken back"),
-    ("gap", "m", "How far from the ball the rise starts: peak_speed * rise_time"),
+    ("club_speed", "m/s", "To be held over the next step; the head's own speed after the ball"),
+    ("head_speed", "m/s", "Of the club head; negative while it is taken back"),
+    ("head_distance", "m", "Along the path of the head, from the ball"),
+    ("arm_angle", "rad", "Of the arms from straight down, towards the target"),
+    ("club_angle", "rad", "Of the club from straight down, towards the target"),
+    ("shoulder_torque", "N.m", "Of the body on the arms; 0 while the club is taken back"),
+    ("wrist_torque", "N.m", "Of the hands on the club, also where it is held; 0 as above"),
+    ("hand_force", "N", "Of the hands on the club, in the plane of the swing; 0 as above"),
+    ("energy", "J", "Kinetic and potential, of arms and club; 0 at rest straight down"),
+    ("work", "J", "Of the two torques since the top"),
+    ("reaction_work", "J", "What the head has done against the reaction force"),
+    ("reaction_impulse", "N.s", "Of the reaction force"),
+    ("effective_mass", "kg", "Of the head at the ball, with the club and the arms behind it"),
 )
 
-UNITS = {"m": {"m": 1}, "s": {"s": 1}, "m/s": {"m": 1, "s": -1}}
+UNITS = {
+    "m": {"m": 1},
+    "s": {"s": 1},
+    "kg": {"kg": 1},
+    "rad": {"rad": 1},
+    "m/s": {"m": 1, "s": -1},
+    "m/s2": {"m": 1, "s": -2},
+    "kg.m": {"kg": 1, "m": 1},
+    "kg.m2": {"kg": 1, "m": 2},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "N.s": {"kg": 1, "m": 1, "s": -1},
+    "N.m": {"kg": 1, "m": 2, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2},
+}
 
-DESCRIPTION = "Club head speed over a swing: taken back, then up to a peak that is held"
+DESCRIPTION = "A golf swing as a double pendulum: from address through the ball, which it feels"
+
+#: m: a head that has come so near to the ball has been handed over as far as the ball.
+_THERE = 1e-9
+
+_SETTABLE = (*PARAMETERS, *INPUTS)
 
 
 class Swing(Fmi2Slave):
-    """Club head speed over time; see the module's text."""
+    """A golf swing over time; see the module's text."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         release_at_exit(self.resources, "linux64/Swing.so")
         self.modelName = "Swing"
-        self._time = 0.0
-        #: When the rise started, s; None before.
-        self._rise_start: float | None = None
-        self._start_time = 0.0
-        for name, _, start, text in PARAMETERS:
+        #: The sum of the accepted steps, s, and what it is too large by: the same in every host,
+        #: however that counts its time.
+        self._time = self._lost = 0.0
+        #: Why steps are refused, by the variable to be corrected.
+        self._refused: dict[str, str] = {}
+        self._fixed = False
+        #: When a prescribed speed has begun to rise, s since the start.
+        self._rise: float | None = None
+        #: The motion, when it begins (s since the start), and how it meets the ball, likewise.
+        self._course: Course | None = None
+        self._origin = 0.0
+        self._ball: Ball | None = None
+        self.club_speed = self.reaction_work = self.reaction_impulse = 0.0
+        #: The state at this communication point, once it has been read.
+        self._now: State | None = None
+        #: Where the speeds handed over have brought the head, m from the ball.
+        self._handed = 0.0
+        for name, _, start, low, high, text in _SETTABLE:
             setattr(self, name, start)
+            parameter = len(self.vars) < len(PARAMETERS)
+            causality = Fmi2Causality.parameter if parameter else Fmi2Causality.input
+            kind = Fmi2Variability.fixed if parameter else Fmi2Variability.continuous
+            setter = self._setter(name, low, high, parameter)
+            self.register_variable(
+                Real(name, causality=causality, variability=kind, description=text, setter=setter)
+            )
+        for name, _, text in OUTPUTS:
             self.register_variable(
                 Real(
                     name,
-                    causality=Fmi2Causality.parameter,
-                    variability=Fmi2Variability.fixed,
+                    causality=Fmi2Causality.output,
                     description=text,
-                    setter=self._setter(name),
+                    setter=lambda _: self.log("an output can't be set", Fmi2Status.error),
                 )
             )
-        for name, _, text in OUTPUTS:
-            self.register_variable(Real(name, causality=Fmi2Causality.output, description=text))
 
-    def _setter(self, name: str) -> Callable[[float], None]:
+    def _setter(self, name: str, low: float, high: float, fixed: bool) -> Callable[[float], None]:
         def assign(value: float) -> None:
-            if value > 0.0 and isfinite(value):
-                setattr(self, name, value)
+            if value == getattr(self, name):
+                self._refused.pop(name, None)
+            elif not low <= value <= high:
+                self._refuse(name, f"{name} = {value!r} is refused: it must be {low:g} to {high:g}")
+            elif fixed and self._fixed:
+                self._refuse(name, f"{name} = {value!r} is refused: a parameter is fixed now")
             else:
-                self.log(f"{name} = {value!r} is refused: it must be > 0", Fmi2Status.error)
+                self._refused.pop(name, None)
+                setattr(self, name, value)
 
         return assign
 
-    @property
-    def gap(self) -> float:
-        """How far from the ball the rise starts, m."""
-        return self.peak_speed * self.rise_time
+    def _refuse(self, name: str, message: str) -> None:
+        self._refused[name] = message
+        self.log(message, Fmi2Status.error)
 
-    @property
-    def club_speed(self) -> float:
-        """Club head speed now, m/s."""
-        if self._rise_start is None:
-            return -self.takeaway_speed
-        since = self._time - self._rise_start
-        if since >= self.rise_time:
-            return self.peak_speed
-        share = 0.5 * (1.0 - cos(pi * since / self.rise_time))
-        return share * self.peak_speed - (1.0 - share) * self.takeaway_speed
+    # Modes
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
-        self._time = self._start_time = start_time
+        """The swing begins with the run, whatever time the host has then."""
+
+    def exit_initialization_mode(self):
+        problem = self._begin()
+        if problem is not None:
+            self.log(problem, Fmi2Status.error)
+
+    def _begin(self) -> str | None:
+        """Fix the parameters; or say why they can't be used."""
+        if self._refused:
+            return "; ".join(self._refused.values())
+        if self.prescribed_speed:
+            self._fixed, self.club_speed = True, -self.takeaway_speed
+            return None
+        if self.club_inertia * self.club_mass < self.club_first_moment**2 * (1.0 - 1e-12):
+            return (
+                f"club_inertia = {self.club_inertia!r} is refused: with this mass and first moment "
+                f"it must be at least {self.club_first_moment**2 / self.club_mass:g}"
+            )
+        values = {name: getattr(self, name) for name in Golfer._fields}
+        golfer = Golfer(**values | {"gravity": self.gravity * sin(self.plane_angle)})
+        top = State(-self.arm_start, -self.arm_start - self.wrist_start, *[0.0] * 6)
+        try:
+            course = Course(golfer, top, HELD)
+            ball = course.ball()
+        except (ArithmeticError, ValueError) as error:
+            return f"these parameters leave the range of a double ({error})"
+        if ball is None:
+            return "these parameters are refused: the arms don't come down to the ball"
+        self._fixed, self._course, self._origin = True, course, self.backswing_time
+        self._ball = ball._replace(time=ball.time + self._origin)
+        return None
+
+    # Steps
 
     def do_step(self, current_time: float, step_size: float) -> bool:
+        problem = "; ".join(self._refused.values()) or None
+        if problem is None and not self._fixed:
+            problem = self._begin()
         if not (step_size > 0.0 and isfinite(current_time + step_size)):
-            self.log(f"step size = {step_size!r} s is refused: it must be > 0", Fmi2Status.error)
-            return False
-        self._time = current_time + step_size
-        back = self.takeaway_speed * (self._time - self._start_time)
+            problem = f"step size = {step_size!r} s is refused: it must be > 0"
+        step = self._prescribed_step if self.prescribed_speed else self._step
+        try:
+            problem = problem or step(step_size)
+        except (ArithmeticError, ValueError) as error:
+            problem = f"this step leaves the range of a double ({error})"
+        if problem is not None:
+            self.log(problem, Fmi2Status.error)
+        return problem is None
+
+    def _after(self, size: float) -> tuple[float, float]:
+        """The clock after a step (W. Kahan's sum)."""
+        exact = size - self._lost
+        end = self._time + exact
+        return end, (end - self._time) - exact
+
+    def _step(self, size: float) -> str | None:
+        """Take a step, whole or not at all; or say why it is refused."""
+        course, origin, ball = self._course, self._origin, self._ball
+        assert course is not None
+        assert ball is not None
+        force, begin, (end, lost) = self.reaction_force, self._time, self._after(size)
+        if begin < ball.time and size > 0.5 * ball.time:
+            return (
+                f"step size = {size!r} s is refused: until the ball is hit it must be at most "
+                f"{0.5 * ball.time:g} s, half of the swing"
+            )
+        if force != course.force and begin >= origin:
+            course = Course(course.golfer, *course.at(begin - origin), force, ball.direction)
+            origin = begin
+            if begin < ball.time:
+                met = course.ball()
+                ball = met._replace(time=met.time + origin) if met else ball
+        work = course.work_against(begin - origin, end - origin) if course.force else 0.0
+        handed = self._handed + self.club_speed * size
+        if end + size < ball.time:
+            ahead = _motion(course, origin, ball, end + size).path - ball.path
+            speed = (ahead - handed) / size
+        elif end < ball.time or handed < -_THERE:
+            speed = ball.speed
+        else:
+            speed = course.at(end - origin)[0].head_speed(course.golfer)
+        self._course, self._origin, self._ball = course, origin, ball
+        self._time, self._lost = end, lost
+        self._handed, self.club_speed, self._now = handed, speed, None
+        self.reaction_work += work
+        self.reaction_impulse += force * size
+        return None
+
+    def _prescribed_step(self, size: float) -> None:
+        end, lost = self._after(size)
+        peak, back = self.prescribed_speed, self.takeaway_speed
         # A step more than needed: some hosts pass an output on only one step later.
-        if self._rise_start is None and back >= self.gap + self.takeaway_speed * step_size:
-            self._rise_start = self._time
-        return True
+        if self._rise is None and back * end >= peak * self.rise_time + back * size:
+            self._rise = end
+        since = 0.0 if self._rise is None else min(end - self._rise, self.rise_time)
+        share = 0.5 * (1.0 - cos(pi * since / self.rise_time))
+        self._time, self._lost = end, lost
+        self.club_speed = share * peak - (1.0 - share) * back
+        self.reaction_impulse += self.reaction_force * size
+
+    # Outputs
+
+    def _of_state(self, what: Callable[[Golfer, State], float]) -> float:
+        """Of the state at this communication point; 0 before initialization has ended."""
+        if self._course is None or self._ball is None:
+            return 0.0
+        if self._now is None:
+            self._now = _motion(self._course, self._origin, self._ball, self._time)
+        return what(self._course.golfer, self._now)
+
+    def _hands(self) -> tuple[float, float]:
+        """Force and torque of the hands on the club."""
+        if self._course is None or self._time < self._origin:
+            return 0.0, 0.0
+        return self._course.hands(self._time - self._origin)
+
+    @property
+    def head_speed(self) -> float:
+        """Of the club head, m/s; negative while it is taken back."""
+        speed = self._of_state(lambda golfer, state: state.head_speed(golfer))
+        return -speed if self._time < self._origin else speed
+
+    @property
+    def head_distance(self) -> float:
+        """Along the path of the head, from the ball, m."""
+        return self._of_state(lambda _, state: state.path) - (
+            self._ball.path if self._ball else 0.0
+        )
+
+    @property
+    def arm_angle(self) -> float:
+        """Of the arms from straight down, rad."""
+        return self._of_state(lambda _, state: state.arm)
+
+    @property
+    def club_angle(self) -> float:
+        """Of the club from straight down, rad."""
+        return self._of_state(lambda _, state: state.club)
+
+    @property
+    def shoulder_torque(self) -> float:
+        """Of the body on the arms, N.m."""
+        return self._of_state(lambda _, state: state.shoulder_torque)
+
+    @property
+    def wrist_torque(self) -> float:
+        """Of the hands on the club, N.m."""
+        return self._hands()[1]
+
+    @property
+    def hand_force(self) -> float:
+        """Of the hands on the club, N."""
+        return self._hands()[0]
+
+    @property
+    def energy(self) -> float:
+        """Kinetic and potential, J."""
+        return self._of_state(lambda golfer, state: state.energy(golfer))
+
+    @property
+    def work(self) -> float:
+        """Of the two torques since the top, J."""
+        return self._of_state(lambda _, state: state.work)
+
+    @property
+    def effective_mass(self) -> float:
+        """Of the head at the ball, kg."""
+        return self._ball.effective_mass if self._ball else 0.0
+
+    # State
+
+    _INSIDE = (
+        *("_time", "_lost", "_refused", "_fixed", "_rise", "_course", "_origin", "_ball"),
+        "_handed",
+        *("club_speed", "reaction_work", "reaction_impulse", *(row[0] for row in _SETTABLE)),
+    )
 
     def _get_fmu_state(self) -> dict:
-        inside = ("_time", "_rise_start", "_start_time", *(p[0] for p in PARAMETERS))
-        return {name: getattr(self, name) for name in inside}
+        # A course is never changed, only known further: it may be shared.
+        state = {name: getattr(self, name) for name in self._INSIDE}
+        return state | {"_refused": dict(self._refused)}
 
     def _set_fmu_state(self, state: dict) -> None:
         for name, value in state.items():
             setattr(self, name, value)
+        self._refused, self._now = dict(self._refused), None
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict) -> bytes:
+        course = state["_course"]
+        return json.dumps(state | {"_course": course and course.begins}).encode()
+
+    @staticmethod
+    def _fmu_state_from_bytes(data: bytes) -> dict:
+        state = json.loads(data)
+        if state["_course"]:
+            golfer, top, *rest = state["_course"]
+            state["_course"] = Course(Golfer(*golfer), State(*top), *rest)
+            state["_ball"] = Ball(*state["_ball"])
+        return state
+
+
+def _motion(course: Course, origin: float, ball: Ball, time: float) -> State:
+    """The state so long (s) after the start of the swing.
+
+    The way back is the way down, run backwards: from the ball to the top with
+    x^3 (10 - 15 x + 6 x^2), which begins and ends at rest.
+    """
+    if time >= origin:
+        return course.at(time - origin)[0]
+    x, down = time / origin, ball.time - origin
+    share = x * x * x * (10.0 - x * (15.0 - 6.0 * x))
+    pace = -30.0 * (x * (1.0 - x)) ** 2 * down / origin
+    state = course.at(down * (1.0 - share))[0]
+    back = {"arm_rate": state.arm_rate * pace, "club_rate": state.club_rate * pace}
+    return state._replace(**back, shoulder_torque=0.0, wrist_torque=0.0, work=0.0)

@@ -1,6 +1,6 @@
-"""The document's impact, k = 1e6 N/m, b = 9 N.s/m, 35 m/s: its Figs. 4 and 5, its first list."""
+"""The document's impact, k = 1e6 N/m, b = 9 N·s/m, 35 m/s: its Figs. 4 and 5, its first list."""
 
-from golf_scenarios.scenario import Report, document, main
+from golf_scenarios.scenario import Report, document, document_fmu, main
 
 TITLE = "Baseline: the document's impact, exactly"
 CHAPTER = 2
@@ -10,7 +10,10 @@ def run(fmu):
     """Metrics in one step, then 301 samples over the contact."""
     report = Report(TITLE, fmu)
     metrics = report.impact("baseline", document.BASELINE)
-    report.compare({"baseline": document.BASELINE})
+    with document_fmu() as euler:
+        scheme = euler.as_printed()
+    report.compare("The document's impact: k = 1e6 N/m, b = 9 N·s/m, 35 m/s",
+                   document.BASELINE, scheme, metrics)  # fmt: skip
 
     drag = 9.0 * metrics["contact_displacement"]
     report.check_close(
@@ -19,9 +22,30 @@ def run(fmu):
         drag,
         1e-12,
     )
+    printed, smash = document.BASELINE["smash_factor"], metrics["smash_factor"]
     report.say(
-        f"The contact force gives the ball {metrics['impulse']:.4f} N.s, of which the ball keeps "
-        f"{metrics['momentum_gain_ball']:.4f} N.s: the drag takes b·x_B = {drag:.4f} N.s."
+        f"The document prints S = {printed.text}. Its scheme (explicit Euler, 0.5 µs) gives "
+        f"{scheme['smash_factor']:.4f}, which is {_off(scheme['smash_factor'], smash)} off the "
+        f"exact {smash:.4f}; the printed number is {_off(printed.value, smash)} off, because it "
+        "is rounded besides.",
+        f"The contact force gives the ball {metrics['impulse']:.4f} N·s, of which the ball keeps "
+        f"{metrics['momentum_gain_ball']:.4f} N·s: the drag takes b·x_B = {drag:.4f} N·s.",
+    )
+    energy = metrics["kinetic_energy_initial"]
+    of_ball, of_club = (
+        0.5 * document.USED[f"m_{body}"] * metrics[f"{body}_velocity"] ** 2 / energy
+        for body in ("ball", "club")
+    )
+    report.check_close(
+        "energy efficiency is the ball's part and the club's",
+        metrics["energy_efficiency"],
+        of_ball + of_club,
+        1e-12,
+    )
+    report.say(
+        f"Energy efficiency E = {metrics['energy_efficiency'] * 100:.2f} % counts both bodies: of "
+        f"the club's energy before, the ball gets {of_ball * 100:.1f} %, the club keeps "
+        f"{of_club * 100:.1f} %, and {(1.0 - of_ball - of_club) * 100:.1f} % is lost."
     )
 
     path = fmu.trajectory()
@@ -29,41 +53,60 @@ def run(fmu):
     micro, kilonewton = path["time"] * 1e6, path["force"] / 1e3
     contact_micro, peak = metrics["contact_time"] * 1e6, metrics["max_force"]
 
-    @report.figure("baseline_force")
+    @report.figure("baseline_force", "The area under the curve is the impulse.")
     def force(figures):
         figure, axes = figures.new("Contact force on the ball")
         axes.fill_between(micro, kilonewton, color=figures.SKY, alpha=0.35, lw=0)
-        axes.plot(micro, kilonewton, color=figures.BLUE)
-        figures.mark(axes, metrics["time_of_max_force"] * 1e6, peak / 1e3, f"{peak:.0f} N")
-        words = f"impulse J = {metrics['impulse']:.3f} N.s\ncontact time {contact_micro:.1f} µs"
+        axes.plot(micro, kilonewton, **figures.LOOKS["ball"].line)
+        at = metrics["time_of_max_force"] * 1e6
+        figures.mark(axes, at, peak / 1e3, f"{peak:.0f} N at {at:.1f} µs")
+        words = f"impulse J = {metrics['impulse']:.3f} N·s\ncontact time {contact_micro:.1f} µs"
         axes.text(0.5 * contact_micro, 0.35e-3 * peak, words, ha="center")
-        axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
+        axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, 7.7))
         return figure
 
-    @report.figure("baseline_forces")
+    @report.figure(
+        "baseline_forces", "The forces on club and ball are opposite and equal at every instant."
+    )
     def both(figures):
-        figure, axes = figures.new("Contact force on each body")
-        axes.plot(micro, kilonewton, color=figures.BLUE, label="on the ball")
-        axes.plot(micro, -kilonewton, color=figures.ORANGE, ls="--", label="on the club")
+        figure, axes = figures.new("Contact force on each body: opposite and equal")
         axes.axhline(0, color="0.6", lw=0.8)
-        axes.set(xlabel="time since touch (µs)", ylabel="force (kN)")
+        axes.plot(micro, kilonewton, **figures.LOOKS["ball"].line, label="on the ball")
+        axes.plot(micro, -kilonewton, **figures.LOOKS["club"].line, label="on the club")
+        axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)")
         figures.legend_above(axes)
         return figure
 
-    @report.figure("baseline_motion")
+    @report.figure(
+        "baseline_motion",
+        "The ball is fastest before they part: at the end its drag is more than the spring's push.",
+    )
     def motion(figures):
         figure, pair = figures.new_pair("Velocities and positions")
-        shows = (("velocity", "m/s", 1.0, "club"), ("position", "mm", 1e3, "club face"))
-        for axes, (what, unit, factor, club) in zip(pair, shows, strict=True):
-            axes.axvline(contact_micro, color="0.45", lw=1.0, ls=":", label="they part")
-            on_club, on_ball = (path[f"{body}_{what}"] * factor for body in ("club", "ball"))
-            axes.plot(micro, on_club, color=figures.ORANGE, ls="--", label=club)
-            axes.plot(micro, on_ball, color=figures.BLUE, label="ball")
+        for axes, what, unit, factor in zip(
+            pair, ("velocity", "position"), ("m/s", "mm"), (1.0, 1e3), strict=True
+        ):
+            for body in ("club", "ball"):
+                label = "club face" if (body, what) == ("club", "position") else body
+                values = path[f"{body}_{what}"] * factor
+                axes.plot(micro, values, **figures.LOOKS[body].line, label=label)
+            axes.axvline(contact_micro, color="0.45", lw=1.0, ls=":")
+            axes.text(
+                0.98 * contact_micro,
+                0.03,
+                "they part",
+                ha="right",
+                transform=axes.get_xaxis_transform(),
+            )
             axes.set(xlabel="time since touch (µs)", ylabel=f"{what} ({unit})")
             figures.legend_above(axes)
         return figure
 
     return report
+
+
+def _off(value, right):
+    return f"{(value / right - 1.0) * 100:+.2f} %"
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """A faster club: 35 and 50 m/s (the document's table and its Fig. 6)."""
 
-from golf_scenarios.scenario import Report, document, main
+from golf_scenarios.scenario import Report, document, document_fmu, main
 
 TITLE = "Club speed: 35 and 50 m/s"
 CHAPTER = 4
@@ -9,12 +9,17 @@ CHAPTER = 4
 def run(fmu):
     """Metrics and the force of both impacts."""
     report = Report(TITLE, fmu)
-    paths = {}
-    for speed, printed in document.CLUB_SPEED.items():
-        report.impact(f"{speed:g} m/s", printed, club_speed=speed)
-        paths[speed] = fmu.trajectory(names=("force",), club_speed=speed)
-        report.trajectories[f"club_speed_{speed:g}"] = paths[speed]
-    report.compare({f"{speed:g} m/s": row for speed, row in document.CLUB_SPEED.items()})
+    curves = []
+    with document_fmu() as euler:
+        for look, (speed, printed) in zip(
+            ("baseline", "more"), document.CLUB_SPEED.items(), strict=True
+        ):
+            exact = report.impact(f"{speed:g} m/s", printed, club_speed=speed)
+            scheme = euler.as_printed(club_speed=speed)
+            report.compare(f"Club speed {speed:g} m/s", printed, scheme, exact)
+            path = fmu.trajectory(names=("force",), club_speed=speed)
+            report.trajectories[f"club_speed_{speed:g}"] = path
+            curves.append((look, f"{speed:g} m/s", exact, path))
 
     report.rises("with club speed the ball's release speed rises", "ball_velocity")
     report.rises("with club speed the contact force rises", "max_force")
@@ -33,16 +38,11 @@ def run(fmu):
         "621 and 620 µs differ by its time step."
     )
 
-    @report.figure("club_speed_force")
+    @report.figure(
+        "club_speed_force", "A faster club pushes harder, in proportion, and for the same time."
+    )
     def force(figures):
-        figure, axes = figures.new("A faster club: more force, the same time")
-        looks = ((figures.BLUE, "-"), (figures.ORANGE, "--"))
-        for (speed, path), (colour, style) in zip(paths.items(), looks, strict=True):
-            micro, kilo = path["time"] * 1e6, path["force"] / 1e3
-            axes.plot(micro, kilo, color=colour, ls=style, label=f"{speed:g} m/s")
-        axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
-        figures.legend_above(axes)
-        return figure
+        return figures.force_curves("A faster club: more force, the same time", curves)
 
     return report
 

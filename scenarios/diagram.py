@@ -6,10 +6,32 @@ TITLE = "The model"
 CHAPTER = 1
 
 
+#: What stands beside each drawing.
+_WORDS = {
+    1: (
+        "law 1 (absolute)",
+        "a drag on each body,\nagainst the ground",
+        ("$m_C\\, \\dot v_C = -k\\, d - b\\, v_C$", "$m_B\\, \\dot v_B = k\\, d - b\\, v_B$"),
+    ),
+    2: (
+        "law 2 (relative)",
+        "a damper between the bodies,\nbeside the spring",
+        (
+            "$m_C\\, \\dot v_C = -F,\\quad m_B\\, \\dot v_B = F$",
+            "$F = k\\, d + b\\, \\dot d$",
+        ),
+    ),
+}
+
+
 def run(fmu):
     """A drawing; nothing is simulated."""
     report = Report(TITLE, fmu)
-    report.figure("diagram")(draw)
+    report.figure(
+        "diagram",
+        "The ball is a mass m_B with a spring k, which the club face presses together by "
+        "d = x_C − x_B.",
+    )(draw)
     report.say(
         "Law 2's damper stands between the bodies, beside the spring; law 1's drag acts on each "
         "body against the ground, which is what the document's equations say."
@@ -19,79 +41,66 @@ def run(fmu):
 
 def draw(figures):
     """Both laws, one above the other."""
-    from matplotlib.patches import Circle, FancyBboxPatch
+    from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
 
-    figure, axes = figures.new("Club, ball, and the contact between them", (8.2, 6.2))
-    axes.set(xlim=(0, 10), ylim=(-0.5, 7.1), aspect="equal")
+    figure, axes = figures.new("Club, ball, and the contact between them", (8.2, 6.6))
+    axes.set(xlim=(0.2, 10.8), ylim=(-2.5, 6.5), aspect="equal")
     axes.axis("off")
+    club, ball = (figures.LOOKS[body].colour for body in ("club", "ball"))
 
-    def spring(x0: float, x1: float, y: float, colour: str) -> None:
-        n = 8
-        xs, ys = [x0, x0 + 0.3], [y, y]
-        for i in range(n):
-            xs.append(x0 + 0.3 + (i + 0.5) * (x1 - x0 - 0.6) / n)
-            ys.append(y + (0.22 if i % 2 else -0.22))
-        axes.plot([*xs, x1 - 0.3, x1], [*ys, y, y], color=colour, lw=1.8)
-
-    def damper(x0: float, x1: float, y: float, colour: str) -> None:
-        middle = 0.5 * (x0 + x1)
-        strokes = [
-            ([x0, middle], [y, y]),
-            ([middle, middle], [y - 0.13, y + 0.13]),
-            ([middle - 0.25, middle + 0.25], [y + 0.22, y + 0.22]),
-            ([middle - 0.25, middle + 0.25], [y - 0.22, y - 0.22]),
-            ([middle + 0.25, middle + 0.25], [y - 0.22, y + 0.22]),
-            ([middle + 0.25, x1], [y, y]),
-        ]
+    def lines(strokes, colour, width=1.8):
         for xs, ys in strokes:
-            axes.plot(xs, ys, color=colour, lw=1.8)
+            axes.plot(xs, ys, color=colour, lw=width, solid_capstyle="round")
 
-    for base, law, text in (
-        (3.9, 1, "law 1 (absolute): a drag b·v on each body"),
-        (0.0, 2, "law 2 (relative): a damper between the bodies"),
-    ):
-        y = base + 1.2
-        axes.text(0.2, base + 2.75, text, fontweight="bold")
-        club = FancyBboxPatch(
-            (0.9, y - 0.65), 2.1, 1.3, boxstyle="round,pad=0.05", fc=figures.ORANGE, ec="black"
-        )
-        axes.add_patch(club)
-        axes.text(1.95, y, "club\n$m_C$", ha="center", va="center")
-        axes.add_patch(Circle((7.6, y), 0.72, fc="white", ec="black", lw=1.6))
-        axes.text(7.6, y, "ball\n$m_B$", ha="center", va="center")
+    def spring(y):
+        ends = (2.8, 3.1, 4.4, 4.7)
+        zigzag = [(ends[1] + (n + 0.5) * 1.3 / 8, y + (-0.2 if n % 2 else 0.2)) for n in range(8)]
+        xs, ys = zip((ends[0], y), (ends[1], y), *zigzag, (ends[2], y), (ends[3], y))
+        lines([(xs, ys)], ball)
+        axes.text(3.75, y + 0.32, "$k$", ha="center", color=ball)
+
+    def damper(y, colour):
+        cup = ([3.55, 4.0, 4.0, 3.55], [y + 0.2, y + 0.2, y - 0.2, y - 0.2])
+        lines([([2.8, 3.75], [y] * 2), ([3.75] * 2, [y - 0.13, y + 0.13]), cup], colour)
+        lines([([4.0, 4.7], [y] * 2)], colour)
+        axes.text(3.75, y - 0.32, "$b$", ha="center", va="top", color=colour)
+
+    def drag(x, top, floor, colour):
+        cup = ([x - 0.2, x - 0.2, x + 0.2, x + 0.2], [floor + d for d in (0.5, 0.25, 0.25, 0.5)])
+        lines([([x] * 2, [top, floor + 0.4]), ([x - 0.13, x + 0.13], [floor + 0.4] * 2)], colour)
+        lines([cup, ([x] * 2, [floor + 0.25, floor])], colour)
+        axes.text(x + 0.32, floor + 0.35, "$b$", va="center", color=colour)
+        lines([([x - 0.5, x + 0.5], [floor] * 2)], figures.BLACK, 1.2)
+        hatch = (x - 0.4 + 0.2 * n for n in range(5))
+        lines((([left, left - 0.12], [floor, floor - 0.14]) for left in hatch), "black", 0.8)
+
+    for law, y in ((1, 4.2), (2, -0.6)):
+        colour = figures.LOOKS[f"law {law}"].colour
+        axes.add_patch(FancyBboxPatch((0.7, y - 0.8), 2.0, 1.6, fc=club, ec="black", lw=1.4,
+                                      boxstyle="round,pad=0,rounding_size=0.12"))  # fmt: skip
+        axes.text(1.7, y, "club\n$m_C$", ha="center", va="center")
+        axes.add_patch(Circle((4.22, y), 1.5, fc="#E9F3FA", ec="black", lw=1.4))
+        half = 0.4 if law == 1 else 0.75
+        axes.add_patch(Rectangle((4.7, y - half), 0.62, 2.0 * half, fc="white", ec=ball, lw=1.8))
+        axes.text(5.01, y, "$m_B$", ha="center", va="center", fontsize=10)
+        axes.text(4.22, y + 1.08, "ball", ha="center", va="center")
         if law == 1:
-            spring(3.05, 6.88, y, figures.BLUE)
-            axes.text(4.95, y + 0.4, "$k$", ha="center", color=figures.BLUE)
-            for x in (1.95, 7.6):
-                top = y - 0.72
-                axes.plot([x - 0.5, x + 0.5], [top - 0.62] * 2, color="black", lw=1.2)
-                for i in range(5):
-                    left = x - 0.5 + 0.22 * i
-                    axes.plot([left, left - 0.1], [top - 0.62, top - 0.75], color="black", lw=0.8)
-                axes.plot([x] * 2, [top, top - 0.25], color=figures.VERMILION, lw=1.8)
-                axes.plot([x - 0.14, x + 0.14], [top - 0.25] * 2, color=figures.VERMILION, lw=1.8)
-                axes.plot(
-                    [x - 0.22, x - 0.22, x + 0.22, x + 0.22],
-                    [top - 0.12, top - 0.42, top - 0.42, top - 0.12],
-                    color=figures.VERMILION,
-                    lw=1.8,
-                )
-                axes.plot([x] * 2, [top - 0.42, top - 0.62], color=figures.VERMILION, lw=1.8)
-                axes.text(x + 0.36, top - 0.3, "$b$", va="center", color=figures.VERMILION)
+            spring(y)
+            drag(1.7, y - 0.8, y - 2.3, colour)
+            drag(5.01, y - half, y - 2.3, colour)
         else:
-            spring(3.05, 6.88, y + 0.32, figures.BLUE)
-            damper(3.05, 6.88, y - 0.32, figures.VERMILION)
-            axes.text(3.35, y + 0.66, "$k$", ha="center", color=figures.BLUE)
-            axes.text(3.35, y - 0.78, "$b$", ha="center", color=figures.VERMILION)
-        axes.annotate(
-            "", (0.95 + 2.0, y + 0.98), (0.95, y + 0.98), arrowprops={"arrowstyle": "->", "lw": 1.4}
-        )
-        axes.text(3.05, y + 0.98, "$x_C,\\ v_C$", va="center")
-        axes.annotate(
-            "", (8.4, y + 0.98), (6.9, y + 0.98), arrowprops={"arrowstyle": "->", "lw": 1.4}
-        )
-        axes.text(8.5, y + 0.98, "$x_B,\\ v_B$", va="center")
-    axes.text(0.2, -0.3, "compression $d = x_C - x_B > 0$ while in contact", color="0.25")
+            spring(y + 0.35)
+            damper(y - 0.4, colour)
+        for x, symbols in ((0.9, "x_C,\\ v_C"), (4.0, "x_B,\\ v_B")):
+            axes.annotate("", (x + 0.9, y + 1.85), (x, y + 1.85),
+                          arrowprops={"arrowstyle": "->", "lw": 1.4})  # fmt: skip
+            axes.text(x + 1.0, y + 1.85, f"${symbols}$", va="center")
+        name, words, equations = _WORDS[law]
+        axes.text(6.5, y + 1.15, name, color=colour, fontweight="bold", va="center")
+        axes.text(6.5, y + 0.4, words, va="center")
+        for n, equation in enumerate(equations):
+            axes.text(6.5, y - 0.5 - 0.6 * n, equation, va="center")
+        axes.text(6.5, y - 1.8, "$d = x_C - x_B$: compression", va="center", color="0.25")
     return figure
 
 

@@ -1,6 +1,6 @@
 """No damping (b = 0), a hard ball and a soft one: what S and the contact time depend on."""
 
-from golf_scenarios.scenario import Report, closed_forms, document, main
+from golf_scenarios.scenario import Report, closed_forms, document, document_fmu, main
 
 TITLE = "Elastic: b = 0"
 CHAPTER = 3
@@ -12,14 +12,20 @@ def run(fmu):
     hard = report.impact("k = 1e6", document.ELASTIC, b=0.0)
     soft = report.impact("k = 0.5e6", document.ELASTIC_SOFT, b=0.0, k=0.5e6)
     fast = report.impact("50 m/s", b=0.0, club_speed=50.0)
-    report.compare({"k = 1e6": document.ELASTIC, "k = 0.5e6": document.ELASTIC_SOFT})
+    with document_fmu() as euler:
+        for printed, exact, values in (
+            (document.ELASTIC, hard, {"b": 0.0}),
+            (document.ELASTIC_SOFT, soft, {"b": 0.0, "k": 0.5e6}),
+        ):
+            title = f"b = 0 N·s/m, k = {values.get('k', 1e6) / 1e6:g}e6 N/m"
+            report.compare(title, printed, euler.as_printed(**values), exact)
 
     m_club, m_ball = document.USED["m_club"], document.USED["m_ball"]
     largest = closed_forms.elastic_smash_factor(m_club, m_ball)
     report.check_close("S is 2 m_C/(m_C + m_B)", hard["smash_factor"], largest, 1e-12)
     for metrics, k in ((hard, 1e6), (soft, 0.5e6)):
         time = closed_forms.elastic_contact_time(k, m_club, m_ball)
-        claim = f"contact time is π √(μ/k) at k = {k:g}"
+        claim = f"contact time is π √(μ/k) at k = {k / 1e6:g}e6 N/m"
         report.check_close(claim, metrics["contact_time"], time, 1e-12 * time)
     cases = (hard, soft)
     speeds = [metrics["ball_velocity"] for metrics in cases]
@@ -38,6 +44,23 @@ def run(fmu):
         f"S = {largest:.6f} whatever the stiffness and the speed. The document's K2 = 128.81 J is "
         "more than its K1 = 128.62 J: explicit Euler makes 0.15 % of energy from nothing."
     )
+
+    curves = [
+        (look, f"k = {k / 1e6:g} MN/m", metrics, fmu.trajectory(names=("force",), b=0.0, k=k))
+        for look, k, metrics in (("baseline", 1e6, hard), ("less", 0.5e6, soft))
+    ]
+
+    @report.figure(
+        "elastic_force",
+        "A softer ball is pushed less hard for longer. Without loss the areas, and so the speeds, "
+        "are the same.",
+    )
+    def force(figures):
+        figure = figures.force_curves("Without damping: another force, the same impulse", curves)
+        words = f"the area under each: {hard['impulse']:.3f} N·s"
+        figure.axes[0].text(0.37, 0.14, words, transform=figure.axes[0].transAxes, ha="center")
+        return figure
+
     return report
 
 

@@ -33,7 +33,7 @@ def run(fmu):
     """The envelope, and the document's fit under both laws."""
     report = Report(TITLE, fmu)
     numbers = envelope()
-    units = ("N", "m", "", "", "", "N.s", "N.s", "J", "J", "%")
+    units = ("N", "m", "", "", "", "N·s", "N·s", "J", "J", "%")
     rows = []
     for (name, printed), unit in zip(document.ENVELOPE.items(), units, strict=True):
         value = numbers[name]
@@ -56,13 +56,13 @@ def run(fmu):
         quantity = QUANTITIES[metric]
         cells = [quantity.plain, f"{value * quantity.factor:.5g}"]
         for metrics in (model, relative):
-            off = f"{(metrics[metric] / value - 1.0) * 100:+.1f} %"
+            off = f"{(metrics[metric] / value - 1.0) * 100:+.1f}"
             cells += [f"{metrics[metric] * quantity.factor:.5g}", off]
         rows.append(cells)
         misses[metric] = model[metric] / value - 1.0
     report.table(
-        "Roh & Lee's finite-element ball and the document's fit (k = 1e6, b = 9)",
-        ["", "paper", "law 1", "off", "law 2", "off"],
+        "Roh & Lee's finite-element ball and the document's fit (k = 1e6 N/m, b = 9 N·s/m)",
+        ["", "paper", "law 1", "off (%)", "law 2", "off (%)"],
         rows,
     )
     report.check(
@@ -76,7 +76,8 @@ def run(fmu):
         f"{misses['coefficient_of_restitution'] * 100:+.1f} %",
     )
     report.say(
-        "Verdict: k = 1e6 and b = 9 reproduce how hard and how long the finite-element ball pushes "
+        "Verdict: k = 1e6 N/m and b = 9 N·s/m reproduce how hard and how long the finite-element "
+        "ball pushes "
         f"(force {misses['max_force'] * 100:+.1f} %, time {misses['contact_time'] * 100:+.1f} %), "
         "but not what it gives back: the model returns "
         f"{model['energy_efficiency'] * 100:.1f} % of the kinetic energy, the paper's figures "

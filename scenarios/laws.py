@@ -47,7 +47,7 @@ def run(fmu):
     report.check("law 1 gives another", abs(shift) > 1e-4, f"COR changes by {shift:+.5f}")
     report.say(
         f"Law 1 takes {lost * 100:.2f} % of the momentum out of the system, as if the bodies moved "
-        "through a fluid; so the impulse (2.67 N.s) and the ball's gain (2.51 N.s) differ.",
+        "through a fluid; so the impulse (2.67 N·s) and the ball's gain (2.51 N·s) differ.",
         "Law 2 is what the document's text describes, a spring and a damper connecting the two "
         "masses: momentum stays, and the loss depends on relative velocity alone. Choose law 1 to "
         "reproduce the document, law 2 for everything else.",
@@ -56,18 +56,21 @@ def run(fmu):
     paths = {law: fmu.trajectory(names=_PATH, law=law) for law in (1, 2)}
     report.trajectories |= {f"law_{law}": path for law, path in paths.items()}
 
-    @report.figure("laws")
+    @report.figure(
+        "laws",
+        "Law 1 takes momentum out of the system, law 2 doesn't. The dip in the energy is what the "
+        "ball's spring holds in the middle of the contact.",
+    )
     def courses(figures):
         figure, (left, right) = figures.new_pair("Momentum and kinetic energy during contact")
-        labels = {1: "law 1: drag on each body", 2: "law 2: damper between them"}
-        for law, colour, style in ((1, figures.ORANGE, "--"), (2, figures.BLUE, "-")):
-            micro = paths[law]["time"] * 1e6
+        laws = {1: "law 1: drag on each body", 2: "law 2: damper between them"}
+        for law, words in laws.items():
+            micro, look = paths[law]["time"] * 1e6, figures.LOOKS[f"law {law}"]
             for axes, column in ((left, "momentum"), (right, "kinetic_energy")):
-                axes.plot(micro, paths[law][column], color=colour, ls=style, label=labels[law])
-        left.set(xlabel="time since touch (µs)", ylabel="momentum (kg.m/s)")
+                axes.plot(micro, paths[law][column], **look.line, label=words)
+        left.set(xlabel="time since touch (µs)", ylabel="momentum (kg·m/s)")
         right.set(xlabel="time since touch (µs)", ylabel="kinetic energy (J)")
-        for axes in (left, right):
-            figures.legend_above(axes, columns=1)
+        figures.legend_below(figure, left, columns=2)
         return figure
 
     return report

@@ -1,18 +1,24 @@
 """An old ball, softer and more damped, beside a new one (the document's last table)."""
 
-from golf_scenarios.scenario import Report, document, main
+from golf_scenarios.scenario import Report, document, document_fmu, main
 
 TITLE = "Old ball: softer and more damped"
 CHAPTER = 6
 
 
 def run(fmu):
-    """Metrics only: two impacts, two communication steps."""
+    """Metrics and the force of two impacts."""
     report = Report(TITLE, fmu)
-    printed = dict(zip(("new", "old"), document.OLD_BALL.values(), strict=True))
-    for (name, numbers), (k, b) in zip(printed.items(), document.OLD_BALL, strict=True):
-        report.impact(name, numbers, k=k, b=b)
-    report.compare(printed)
+    curves = []
+    with document_fmu() as euler:
+        for name, look, ((k, b), printed) in zip(
+            ("new", "old"), ("baseline", "less"), document.OLD_BALL.items(), strict=True
+        ):
+            exact = report.impact(name, printed, k=k, b=b)
+            title = f"{name} ball: k = {k / 1e6:g}e6 N/m, b = {b:g} N·s/m"
+            report.compare(title, printed, euler.as_printed(k=k, b=b), exact)
+            path = fmu.trajectory(names=("force",), k=k, b=b)
+            curves.append((look, f"{name} ({k / 1e6:g} MN/m, {b:g} N·s/m)", exact, path))
 
     report.falls("an old ball: the club is slower at release", "club_velocity")
     report.falls("an old ball: the ball is slower at release", "ball_velocity")
@@ -22,6 +28,21 @@ def run(fmu):
     report.rises("an old ball: contact is longer", "contact_time")
     report.rises("an old ball: it is deformed more", "max_compression")
     report.falls("an old ball: energy is transferred worse", "energy_efficiency")
+    new, old = report.each("smash_factor")
+    report.say(
+        f"Half the stiffness and a third more damping take S from {new:.3f} to {old:.3f}. Softness "
+        "alone would not: without damping S doesn't depend on stiffness; a longer contact gives "
+        "the drag more time."
+    )
+
+    @report.figure(
+        "old_ball_force",
+        "The old ball is pushed less hard for longer, and it loses more on the way: the area under "
+        "its curve is what it gains and what drag takes.",
+    )
+    def force(figures):
+        return figures.force_curves("An old ball: less force, a longer contact", curves)
+
     return report
 
 

@@ -62,7 +62,7 @@ def run(fmu):
             )
     report.table(
         "What it predicts: COR falling with speed as measured, the same for all ratings",
-        ["rating, club speed", *_COLUMNS.values(), "compression / D", "S if b = 9"],
+        ["rating, club speed", *_COLUMNS.values(), "compression / D", "S if b = 9 N·s/m"],
         rows,
     )
     for band, speed in _IN_BAND.items():
@@ -87,22 +87,24 @@ def run(fmu):
         "force, contact time and compression (feel), not ball speed.",
     )
 
-    @report.figure("rating")
+    @report.figure(
+        "rating",
+        "With one b for all a higher rating is faster; with the measured COR all are the same, and "
+        "only compression, force and time differ.",
+    )
     def over_speed(figures):
         figure, (left, right) = figures.new_pair("Compression ratings over club speed (indicative)")
-        for name, colour, style in zip(
-            _PRESETS, (figures.SKY, figures.BLUE, figures.ORANGE), ("-", "--", "-."), strict=True
-        ):
-            label = BALLS[name].title
+        for name in _PRESETS:
+            look = figures.LOOKS[name].line
             smash = [fixed[name, speed]["smash_factor"] for speed in _SPEEDS]
-            time = [line[name, speed]["max_compression"] * 1e3 for speed in _SPEEDS]
-            left.plot(_SPEEDS, smash, color=colour, ls=style, label=label)
-            right.plot(_SPEEDS, time, color=colour, ls=style)
+            squashed = [line[name, speed]["max_compression"] * 1e3 for speed in _SPEEDS]
+            left.plot(_SPEEDS, smash, **look, label=BALLS[name].title)
+            right.plot(_SPEEDS, squashed, **look)
         smash = [line[_PRESETS[0], speed]["smash_factor"] for speed in _SPEEDS]
         left.plot(
-            _SPEEDS, smash, color=figures.BLACK, lw=1.5, label="every rating, measured COR line"
+            _SPEEDS, smash, color=figures.BLACK, ls=":", label="every rating, measured COR line"
         )
-        left.annotate("each rating with b = 9", (21.0, 1.555), fontsize=9)
+        left.annotate("each rating with b = 9 N·s/m", (21.0, 1.555), fontsize=9)
         for axes in (left, right):
             for edge in _BANDS:
                 axes.axvline(edge, color=figures.BLACK, alpha=0.4, lw=1.0, ls=":")

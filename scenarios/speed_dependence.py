@@ -21,7 +21,7 @@ _BALLS = {
     "document": "document, law 1: k, b fixed",
     "roh-lee-linear": "Kelvin–Voigt: k, b fixed",
     "roh-lee": "power law n = 1.62: k, b fixed",
-    "penner": "power law, COR = 0.86 − 0.0029 v",
+    "penner": "power law, COR = 0.86 − 0.0029 s/m · v",
 }
 
 #: Where labels that would lie on a line go instead, in points.
@@ -83,26 +83,29 @@ def run(fmu):
         "With k and b fixed no law here has a COR that depends on speed; measured, it falls by "
         f"0.0029 per m/s ({measured.PENNER}), which takes {lost:.3f} from S between "
         f"{_SPEEDS[0]:g} and {_SPEEDS[-1]:g} m/s. The FMU follows it with restitution_at_rest = "
-        "0.86 and restitution_slope = 0.0029 (ball penner).",
+        "0.86 and restitution_slope = 0.0029 s/m (ball penner).",
         "Contact gets shorter with speed as measured "
         f"({measured.LOUGHBOROUGH}) only with an exponent above 1.",
         "Tour drivers lie above the line: their faces are springs too, which the COR line of a "
         "rigid head leaves out (ball tour takes both together).",
     )
 
-    @report.figure("speed_dependence")
+    @report.figure(
+        "speed_dependence",
+        "With k and b fixed every line is level. The measured line falls, and only the ball whose "
+        "COR is given by it follows.",
+    )
     def cor_and_smash_factor(figures):
         figure, (left, right) = figures.new_pair("COR and smash factor over club speed")
-        colours = (figures.ORANGE, figures.GREEN, figures.SKY, figures.BLUE)
-        for name, colour, style in zip(_BALLS, colours, ("-.", "--", "-", "-"), strict=True):
+        for name, words in _BALLS.items():
+            look, width = figures.LOOKS[name], 4.0 if name == "penner" else 2.0
             for axes, metric in ((left, cor), (right, smash)):
-                values = over_speed(name, metric)
-                axes.plot(_SPEEDS, values, color=colour, ls=style, label=_BALLS[name])
+                axes.plot(_SPEEDS, over_speed(name, metric), **look.line, lw=width, label=words)
         ratio = 1.0 + document.USED["m_ball"] / document.USED["m_club"]
         line = [measured.PENNER_AT_REST - measured.PENNER_SLOPE * speed for speed in _SPEEDS]
         for axes, values in ((left, line), (right, [(1.0 + e) / ratio for e in line])):
             axes.plot(
-                _SPEEDS, values, color=figures.BLACK, alpha=0.2, lw=9, label="measured, Penner"
+                _SPEEDS, values, color=figures.BLACK, ls=":", lw=1.5, label="measured line (Penner)"
             )
         for face, mark in (("rigid", "o"), ("springy", "^")):
             label = f"published, {face} face"

@@ -37,7 +37,7 @@ def run(fmu):
     report.say(
         f"With Table 1's masses and diameter {off} of {number} printed numbers "
         "lie outside the document's numerical error (its initial momentum would be 7.00, not 7.35 "
-        "N.s). The numbers come from 0.210 kg, 0.04593 kg and 0.04267 m."
+        "N·s). The numbers come from 0.210 kg, 0.04593 kg and 0.04267 m."
     )
     return report
 

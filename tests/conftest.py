@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
 from golf_build import standalone
@@ -38,10 +39,10 @@ KINDS = {
     "never parts": {"b": 2000.0},
 }
 
-# The same few hundred examples every time; at night, new ones and far more of them:
+# The same hundred examples every time; at night, new ones and far more of them:
 # HYPOTHESIS_PROFILE=nightly, or --hypothesis-profile=nightly.
 _slow_is_fine = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
-settings.register_profile("ci", max_examples=300, derandomize=True, database=None, **_slow_is_fine)
+settings.register_profile("ci", max_examples=100, derandomize=True, database=None, **_slow_is_fine)
 settings.register_profile("nightly", max_examples=10_000, print_blob=True, **_slow_is_fine)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
@@ -50,24 +51,61 @@ def pytest_addoption(parser):
     parser.addoption("--standalone", action="store_true", help="test the standalone FMUs instead")
 
 
+#: Files that take more than some seconds. The longest first: begun last, one of them would keep one
+#: processor busy alone.
+SLOW = [
+    *("test_sweep_cluster", "test_system", "test_stress", "test_bench", "test_values"),
+    *("test_sweep", "test_calibrate", "test_standalone", "test_signals", "test_interop"),
+    *("test_paths", "test_endurance", "test_call_order", "test_native_host", "test_fmi3"),
+    *("test_exit", "test_two_ways", "test_archives"),
+]
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
+    left_out = set()
     if config.getoption("--standalone"):
-        items[:] = [item for item in items if item.get_closest_marker("plain") is None]
+        left_out.add("plain")
+    # Only whoever names them wants them, with -m.
+    if "nightly" not in config.getoption("markexpr"):
+        left_out.add("nightly")
+    kept, dropped = [], []
+    for item in items:
+        if item.path.stem in SLOW:
+            item.add_marker("slow")
+        (dropped if any(map(item.get_closest_marker, left_out)) else kept).append(item)
+    config.hook.pytest_deselected(items=dropped)
+    order = {name: place for place, name in enumerate(SLOW)}
+    items[:] = sorted(kept, key=lambda item: order.get(item.path.stem, len(SLOW)))
 
 
 @pytest.fixture(scope="session")
-def fmu_path(tmp_path_factory, request):
+def once(tmp_path_factory):
+    """Where an FMU is built by the first process of the run that needs it, for all of them."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+
+    def once(name, **how):
+        path = folder / "built" / Path(name).stem / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with FileLock(path.with_suffix(".lock")):
+            return path if path.exists() else build_fmu(path, **how)
+
+    return once
+
+
+@pytest.fixture(scope="session")
+def fmu_path(once, request):
     """The FMU, built from the present sources: what is tested is what is shipped."""
-    alone = request.config.getoption("--standalone")
-    return build_fmu(tmp_path_factory.mktemp("fmu") / "ClubBallImpact.fmu", standalone=alone)
+    return once("ClubBallImpact.fmu", standalone=request.config.getoption("--standalone"))
 
 
 @pytest.fixture(scope="session")
-def fmi3_path(tmp_path_factory, request):
+def fmi3_path(once, request):
     """The same for FMI 3.0."""
     alone = request.config.getoption("--standalone")
-    out = tmp_path_factory.mktemp("fmi3") / "ClubBallImpact.fmi3.fmu"
-    return build_fmu(out, fmi=3, standalone=alone)
+    return once("ClubBallImpact.fmi3.fmu", fmi=3, standalone=alone)
 
 
 @pytest.fixture(scope="session")
@@ -80,17 +118,15 @@ def _can_build_standalone():
 
 
 @pytest.fixture(scope="session")
-def standalone_path(tmp_path_factory, _can_build_standalone):
+def standalone_path(once, _can_build_standalone):
     """The FMU with a Python of its own."""
-    out = tmp_path_factory.mktemp("standalone") / "ClubBallImpact.standalone.fmu"
-    return build_fmu(out, standalone=True)
+    return once("ClubBallImpact.standalone.fmu", standalone=True)
 
 
 @pytest.fixture(scope="session")
-def standalone_fmi3_path(tmp_path_factory, _can_build_standalone):
+def standalone_fmi3_path(once, _can_build_standalone):
     """The same for FMI 3.0."""
-    out = tmp_path_factory.mktemp("standalone") / "ClubBallImpact.fmi3.standalone.fmu"
-    return build_fmu(out, fmi=3, standalone=True)
+    return once("ClubBallImpact.fmi3.standalone.fmu", fmi=3, standalone=True)
 
 
 @pytest.fixture(scope="session")
@@ -145,3 +181,8 @@ def reference_cases(*files):
             name = case.get("id", f"{file}-{n}-{case['law']}")
             cases.append(pytest.param(case, id=name))
     return cases
+
+
+def numbers(few, many):
+    """Seeds of random cases for `parametrize`: the first ones every time, the others at night."""
+    return [pytest.param(n, marks=[pytest.mark.nightly] * (n >= few)) for n in range(many)]

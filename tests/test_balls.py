@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from test_cli import golf, refused
+from command import golf_here, refused
 
 from golf_scenarios.errors import UserError
 from golf_scenarios.facts.balls import BALLS, ball, rating_stiffness
@@ -50,24 +50,24 @@ def test_a_restitution_that_falls(fmu, speed):
 
 def test_run_with_a_ball(tmp_path):
     """What is set besides wins over the preset."""
-    done = golf(
+    done = golf_here(
         *("run", "--ball", "document-old", "--set", "club_speed=50", "--set", "b=9"),
         *("--no-figures", "--out", tmp_path),
     )
     assert done.returncode == 0, done.stderr
     old = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
     same = ("--set", "k=0.5e6", "--set", "law=1", "--set", "club_speed=50")
-    assert golf("run", *same, "--no-figures", "--out", tmp_path).returncode == 0
+    assert golf_here("run", *same, "--no-figures", "--out", tmp_path).returncode == 0
     assert json.loads((tmp_path / "results.json").read_text())["custom"]["custom"] == old
 
 
 def test_list_balls():
-    done = golf("list", "--balls")
+    done = golf_here("list", "--balls")
     assert done.returncode == 0
     for name in BALLS:
         assert name in done.stdout
 
 
 def test_a_ball_there_is_none_of(tmp_path):
-    refused(golf("run", "--ball", "cannon", "--out", tmp_path), "cannon", "roh-lee, ")
+    refused(golf_here("run", "--ball", "cannon", "--out", tmp_path), "cannon", "roh-lee, ")
     assert list(tmp_path.iterdir()) == []

@@ -1,43 +1,25 @@
 """golf-impact as a user meets it: a subprocess."""
 
 import json
-import os
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
 
 import pytest
+from command import COMMAND, golf, golf_here, refused
 
-COMMAND = Path(sys.executable).with_name("golf-impact")
-
-
-def golf(*arguments, cwd=None, env=None):
-    return subprocess.run(
-        [COMMAND, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env={**os.environ, "COLUMNS": "120", **(env or {})},
-    )
-
-
-def refused(done, *words):
-    """Exit code 2 and one line on stderr that has these words."""
-    assert done.returncode == 2, done.stderr
-    assert "Traceback" not in done.stderr
-    line = done.stderr.strip().splitlines()[-1]
-    assert line.startswith("Error: ")
-    for word in words:
-        assert str(word) in line
+from golf_scenarios.facts.balls import BALLS
+from golf_scenarios.report import figures
+from golf_scenarios.report.own_cases import OwnCase, own_cases
 
 
 def test_version_and_help():
     from golf_impact import __version__
 
-    assert golf("--version").stdout == f"golf-impact {__version__}\n"
+    assert golf_here("--version").stdout == f"golf-impact {__version__}\n"
     for command in ((), ("run",), ("build",), ("list",), ("calibrate",), ("sweep",)):
-        done = golf(*command, "--help")
+        done = golf_here(*command, "--help")
         assert done.returncode == 0
         assert "Usage" in done.stdout
 
@@ -46,7 +28,8 @@ def test_list():
     done = golf("list")
     assert done.returncode == 0
     for name in ("baseline", "finite_difference", "table1"):
-        assert name in done.stdout
+        assert done.stdout.count(name) == 1
+    assert "Baseline" not in done.stdout
 
 
 def test_build_and_run(tmp_path):
@@ -80,7 +63,69 @@ def test_a_case_of_ones_own(tmp_path):
     folder = tmp_path / "golf-impact-results"
     case = json.loads((folder / "results.json").read_text())["custom"]["custom"]
     assert case["smash_factor"] * 42.0 == pytest.approx(case["ball_velocity"], rel=1e-15)
-    assert (folder / "custom_force.png").stat().st_size > 0
+    assert (folder / "custom_k=800000_club_speed=42_law=2_force.png").stat().st_size > 0
+    last = done.stdout.splitlines()[-1]
+    assert last == "8 of 8 checks passed. Results in golf-impact-results/"
+
+
+def test_own_cases_do_not_overwrite_each_other(tmp_path):
+    """Also where their names are too long for a file, and begin in the same way."""
+    many = [f"--set={name}=0.12345678901234567" for name in ("m_club", "m_ball", "gap", "b")]
+    runs = [("--set", "k=8e5"), ("--set", "k=9e5"), ("--ball", "tour"), ("--ball", "document")]
+    runs += [(*many, "--set", f"ball_diameter={value}") for value in (0.04, 0.05)]
+    for n, arguments in enumerate(runs, 1):
+        done = golf_here("run", *arguments, "--no-figures", "--out", tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert len(list(tmp_path.glob("custom*.csv"))) == n
+    assert (tmp_path / "custom_k=800000.csv").is_file()
+    assert (tmp_path / "custom_tour.csv").is_file()
+
+
+def test_balls_beside_each_other(tmp_path):
+    balls = ("--ball", "tour", "--ball", "document", "--ball", "tour")
+    done = golf_here("run", *balls, "--set", "club_speed=42", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    cases = json.loads((tmp_path / "results.json").read_text())["custom"]
+    assert list(cases) == ["tour", "document"]
+    assert cases["tour"]["max_force"] != cases["document"]["max_force"]
+    assert "Your cases: tour, document, club_speed = 42 m/s" in done.stdout
+    stems = {"custom_tour", "custom_document", "custom_tour_document"}
+    found = {path.stem.split("_club_speed=42")[0] for path in tmp_path.glob("custom*")}
+    assert found == stems
+
+
+@pytest.mark.parametrize("ball", ["document", "tour"])
+def test_the_figure_of_an_own_case(fmu, ball):
+    """It says which case and ball, in the units of the other figures."""
+    report = own_cases(fmu, [OwnCase({"club_speed": 42.0, "gap": 0.1}, BALLS[ball])])
+    (draw,) = report.figures.values()
+    (axes,) = draw(figures).axes
+    assert axes.get_title("left") == f"Contact force: {ball}, club_speed = 42 m/s, gap = 0.1 m"
+    assert axes.get_ylabel() == "contact force (kN)"
+    assert axes.get_xlabel() == "time since touch (µs)"
+    ((micro, kilonewton),) = (line.get_data() for line in axes.lines)
+    peak = report.cases["custom"]
+    assert kilonewton.max() == pytest.approx(peak["max_force"] / 1e3, rel=1e-3)
+    assert micro[kilonewton.argmax()] == pytest.approx(peak["time_of_max_force"] * 1e6, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--set", "m_club=200"), "--set m_club=200 is taken in kg: write --set m_club=0.2 for"),
+        (("--set", "m_ball=46"), "--set m_ball=46 is taken in kg"),
+        (("table1", "--set", "k=8e5"), "a case of your own: table1 stays as it is"),
+        (("table1", "--ball", "tour"), "a case of your own: table1 stays as it is"),
+        (("--set", "m_club=10"), None),
+    ],
+)
+def test_what_is_doubted_and_run_all_the_same(tmp_path, arguments, words):
+    done = golf_here("run", *arguments, "--no-figures", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    lines = (*done.stdout.splitlines(), *done.stderr.splitlines())
+    said = [line for line in lines if "is taken in" in line or "stays as it is" in line]
+    assert len(said) == (words is not None)
+    assert all(words in line for line in said)
 
 
 def test_a_scenario_alone(tmp_path):
@@ -149,13 +194,43 @@ def test_a_script_that_is_no_scenario(tmp_path, text, words):
     script, out = tmp_path / "mine.py", tmp_path / "out"
     if text is not None:
         script.write_text(text)
-    refused(golf("run", script, "--out", out), *words)
+    refused(golf_here("run", script, "--out", out), *words)
     assert not out.exists()
 
 
 def test_two_scenarios_of_one_name(tmp_path):
     (tmp_path / "table1.py").write_text(MINE)
-    refused(golf("run", "table1", tmp_path / "table1.py", "--out", tmp_path / "out"), "table1")
+    refused(golf_here("run", "table1", tmp_path / "table1.py", "--out", tmp_path / "out"), "table1")
+
+
+@pytest.mark.parametrize(("passed", "colour"), [(True, "32m"), (False, "31m")])
+def test_the_verdict_has_a_colour(tmp_path, passed, colour):
+    done = golf("run", script_whose_check(passed, tmp_path), "--out", tmp_path, env=TERMINAL)
+    assert done.returncode == (0 if passed else 1)
+    *_, own, _, total = done.stdout.splitlines()
+    for line in (own, total):
+        assert colour in line
+        assert f"{int(passed)} of 1 checks passed" in line
+
+
+TERMINAL = {"FORCE_COLOR": "1", "TERM": "xterm"}
+
+
+def script_whose_check(passed, folder):
+    script = folder / "mine.py"
+    script.write_text(
+        "from golf_scenarios.scenario import Report\nTITLE = 'Mine'\ndef run(fmu):\n"
+        f"    report = Report(TITLE, fmu)\n    report.check('so it is', {passed})\n"
+        "    return report\n"
+    )
+    return script
+
+
+def test_a_backend_that_matplotlib_does_not_have(tmp_path):
+    env = {"MPLBACKEND": "nonsense"}
+    done = golf("run", "baseline", "--out", tmp_path, env=env)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "baseline_force.png").is_file()
 
 
 def test_a_failed_check_exits_1(tmp_path):
@@ -183,54 +258,57 @@ def test_a_failed_check_exits_1(tmp_path):
         (("--set", "gap=-1"), ("gap", ">= 0")),
         (("--set", "law=3"), ("law = 3", "1 (absolute) or 2 (relative)")),
         (("--set", "law=1.5"), ("law", "whole number")),
+        (("--set", "law=relative"), ("law=relative", "1 (absolute) or 2 (relative)")),
         (("--set", "exponent=1.5"), ("exponent", "law = 1")),
         (("--set", "b=inf"), ("b = inf", ">= 0")),
     ],
 )
 def test_bad_arguments(tmp_path, arguments, words):
-    refused(golf("run", *arguments, "--out", tmp_path), *words)
+    refused(golf_here("run", *arguments, "--out", tmp_path), *words)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_an_output_folder_that_cannot_be_written(tmp_path):
     file = tmp_path / "file"
     file.write_text("")
-    refused(golf("run", "table1", "--out", file / "below"), file, "--out")
-    refused(golf("build", "--out", file / "below" / "x.fmu"), "x.fmu")
-    refused(golf("build", "--out", tmp_path), "folder")
+    refused(golf_here("run", "table1", "--out", file / "below"), file, "--out")
+    refused(golf_here("build", "--out", file / "below" / "x.fmu"), "x.fmu")
+    refused(golf_here("build", "--out", tmp_path), "folder")
 
 
 def test_a_missing_or_broken_fmu(tmp_path):
-    refused(golf("run", "--fmu", tmp_path / "none.fmu", "--out", tmp_path), "none.fmu", "build")
+    refused(
+        golf_here("run", "--fmu", tmp_path / "none.fmu", "--out", tmp_path), "none.fmu", "build"
+    )
     broken = tmp_path / "broken.fmu"
-    assert golf("build", "--out", broken).returncode == 0
+    assert golf_here("build", "--out", broken).returncode == 0
     data = broken.read_bytes()
     broken.write_bytes(data[: len(data) // 2])
-    refused(golf("run", "--fmu", broken, "--out", tmp_path), "broken.fmu", "golf-impact build")
+    refused(golf_here("run", "--fmu", broken, "--out", tmp_path), "broken.fmu", "golf-impact build")
     assert not (tmp_path / "results.json").exists()
 
 
 def test_results_of_an_earlier_run_stay_whole(tmp_path):
-    assert golf("run", "table1", "--out", tmp_path).returncode == 0
+    assert golf_here("run", "table1", "--out", tmp_path).returncode == 0
     before = (tmp_path / "results.json").read_bytes()
-    refused(golf("run", "table1", "--set", "k=-1", "--out", tmp_path), "k = -1.0")
+    refused(golf_here("run", "table1", "--set", "k=-1", "--out", tmp_path), "k = -1.0")
     assert (tmp_path / "results.json").read_bytes() == before
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "4294967298", "1e300"])
 def test_a_law_that_is_no_small_number(tmp_path, value):
-    refused(golf("run", "--set", f"law={value}", "--out", tmp_path), "law", "whole number")
+    refused(golf_here("run", "--set", f"law={value}", "--out", tmp_path), "law", "whole number")
 
 
 def test_an_fmu_without_its_module(tmp_path):
     """pythonfmu's library would take the process down."""
     whole, empty = tmp_path / "whole.fmu", tmp_path / "empty.fmu"
-    assert golf("build", "--out", whole).returncode == 0
+    assert golf_here("build", "--out", whole).returncode == 0
     with zipfile.ZipFile(whole) as source, zipfile.ZipFile(empty, "w") as target:
         for info in source.infolist():
             if not info.filename.startswith("resources/club_ball_impact"):
                 target.writestr(info, source.read(info))
-    refused(golf("run", "--fmu", empty, "--out", tmp_path), "module", "golf-impact build")
+    refused(golf_here("run", "--fmu", empty, "--out", tmp_path), "module", "golf-impact build")
 
 
 def test_a_temporary_folder_that_pythonfmu_cannot_take(tmp_path):
@@ -245,7 +323,7 @@ def test_a_terminal_that_knows_no_greek(tmp_path):
 
 
 def test_a_very_soft_ball_still_parts(tmp_path):
-    done = golf("run", "--set", "k=0.1", "--set", "law=2", "--set", "b=0", "--out", tmp_path)
+    done = golf_here("run", "--set", "k=0.1", "--set", "law=2", "--set", "b=0", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     case = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
     assert case["coefficient_of_restitution"] == pytest.approx(1.0)

@@ -3,6 +3,7 @@
 import importlib.metadata
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -10,6 +11,8 @@ import venv
 from pathlib import Path
 
 import pytest
+
+from golf_build import extras
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -29,7 +32,10 @@ def test_every_dependency_has_a_range_and_a_reason():
         assert reason, requirement
 
 
-@pytest.mark.parametrize("extra", ["test", "calibrate", "sweep", "cluster", "interop"])
+EXTRAS = ("test", "calibrate", "sweep", "cluster", "interop", "standalone")
+
+
+@pytest.mark.parametrize("extra", EXTRAS)
 def test_every_extra_has_a_bound_and_a_reason(extra):
     for requirement, reason in declared(extra):
         assert re.match(r"[a-z0-9-]+>=[0-9.]+", requirement), requirement
@@ -38,7 +44,7 @@ def test_every_extra_has_a_bound_and_a_reason(extra):
 
 def test_nothing_undeclared_is_imported():
     """A module that isn't ours or Python's comes from a declared package."""
-    arrays = ("dependencies", "test", "calibrate", "sweep", "cluster", "interop")
+    arrays = ("dependencies", *EXTRAS)
     names = {re.match("[a-z0-9-]+", row[0])[0] for array in arrays for row in declared(array)}
     found = importlib.metadata.packages_distributions()
     ours = {"golf_impact", "golf_build", "golf_scenarios"}
@@ -49,6 +55,42 @@ def test_nothing_undeclared_is_imported():
                 continue
             packages = {name.lower().replace("_", "-") for name in found.get(module, [])}
             assert packages & names or not packages, (file.name, module)
+
+
+@pytest.mark.parametrize("extra", EXTRAS)
+def test_the_line_that_installs_an_extra(monkeypatch, tmp_path, extra):
+    """In a checkout the checkout with the extra; beside a wheel what the extra names."""
+    monkeypatch.chdir(ROOT)
+    pip, *rest = shlex.split(extras.install_command(extra))
+    assert rest == ["install", "-e", f".[{extra}]"]
+    assert Path(pip).is_absolute() != Path(sys.executable).is_relative_to(ROOT)
+    done = subprocess.run([pip, "--version"], capture_output=True, text=True, check=True)
+    assert str(Path(sys.prefix)) in done.stdout
+    monkeypatch.chdir(tmp_path)
+    assert shlex.split(extras.install_command(extra))[2:] == ["-e", f"{ROOT}[{extra}]"]
+    # As where no checkout is.
+    monkeypatch.setattr(extras, "_ROOT", tmp_path)
+    packages = shlex.split(extras.install_command(extra))[2:]
+    assert packages == sorted(requirement for requirement, _ in declared(extra))
+
+
+def test_the_examples_leave_nothing_untracked():
+    """What the READMEs' lines write into a checkout, git ignores."""
+    texts = "".join(path.read_text("utf-8") for path in (*ROOT.glob("*.md"), *ROOT.glob("*/*.md")))
+    names = set(re.findall(r"--out ([\w./-]+)", texts))
+    names |= set(re.findall(r'"([\w-]+\.(?:csv|parquet))"', texts))
+    assert names
+    beside = (".png", ".html")
+    written = {str(Path(name).with_suffix(suffix)) for name in names for suffix in beside}
+    written |= names | {"golf-impact-results/report.html"}
+    git = ["git", "-C", str(ROOT), "check-ignore", "--no-index", *sorted(written)]
+    try:
+        done = subprocess.run(git, capture_output=True, text=True)
+    except OSError:
+        pytest.skip("git isn't installed")
+    if done.returncode == 128:
+        pytest.skip("this is no checkout")
+    assert set(done.stdout.split()) == written
 
 
 def tree(folder):
@@ -111,6 +153,12 @@ def test_an_installed_copy(tmp_path, made, fmu_path, kind):
     for command in (("list",), ("doctor",), ("run",), ("build", "--system", "--out", "x.fmu")):
         done = golf(*command)
         assert done.returncode == 0, (command, done.stderr)
+    calibrate = ("calibrate", "--cor", "0.743", "--contact-time", "600e-6")
+    done = golf(*calibrate)
+    assert done.returncode == 2
+    pip_line = re.search("`(.+)`", done.stderr)[1]
+    subprocess.run(pip_line, shell=True, check=True, capture_output=True, cwd=outside)
+    assert golf(*calibrate).returncode == 0
     version = "import importlib.metadata as m; print(m.version('pythonfmu'))"
     theirs = subprocess.run([python, "-c", version], capture_output=True, text=True).stdout.strip()
     if theirs == importlib.metadata.version("pythonfmu"):

@@ -233,7 +233,7 @@ def test_a_law_is_one_file_and_one_row(tmp_path, force, fails):
     )
     environment = os.environ | {"PYTHONPATH": str(tree), "GOLF_IMPACT_LAWS": str(tree)}
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", __file__],
+        [sys.executable, "-m", "pytest", "-n", "0", "-p", "no:cacheprovider", __file__],
         env=environment,
         capture_output=True,
         text=True,

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import stat
 import subprocess
 import sys
 import tempfile
@@ -11,34 +12,14 @@ import time
 from pathlib import Path
 
 import pytest
+from command import COMMAND, golf, golf_here, refused
 
 from golf_scenarios.files import write_together
 
 ROOT = Path(__file__).resolve().parent.parent
-COMMAND = Path(sys.executable).with_name("golf-impact")
 ODD = "ü # 100% (ß) & 'x'"
 
 posix = pytest.mark.skipif(os.name != "posix", reason="POSIX's users and limits")
-
-
-def golf(*arguments, cwd, env=None, program=(COMMAND,), **options):
-    return subprocess.run(
-        [*program, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env={**os.environ, "COLUMNS": "120"} | (env or {}),
-        **options,
-    )
-
-
-def refused(done, *words):
-    """Exit code 2 and nothing on stderr but one line that has these words."""
-    assert done.returncode == 2, (done.returncode, done.stderr)
-    (line,) = done.stderr.splitlines()
-    assert line.startswith("Error: ")
-    for word in words:
-        assert str(word) in line
 
 
 def names(folder):
@@ -237,15 +218,17 @@ def test_an_odd_folder_for_temporary_files(tmp_path, command):
 )
 def test_an_empty_argument(tmp_path, arguments):
     """As an unset variable of the shell leaves it."""
-    refused(golf(*arguments, cwd=tmp_path), "an argument is empty")
+    refused(golf_here(*arguments, cwd=tmp_path), "an argument is empty")
     assert names(tmp_path) == set()
 
 
 def test_long_names(tmp_path):
     for out in ("x" * 300, "x/" * 3000):
-        refused(golf("run", "table1", "--out", out, cwd=tmp_path), "File name too long", "--out")
+        refused(
+            golf_here("run", "table1", "--out", out, cwd=tmp_path), "File name too long", "--out"
+        )
     assert names(tmp_path) == set()
-    done = golf("build", "--out", "x" * 240 + ".fmu", cwd=tmp_path)
+    done = golf_here("build", "--out", "x" * 240 + ".fmu", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 
@@ -253,10 +236,12 @@ def test_files_where_folders_are_needed_and_the_other_way_round(tmp_path):
     file = tmp_path / "file"
     file.write_text("mine")
     for out in (file, file / "below"):
-        refused(golf("run", "table1", "--out", out, cwd=tmp_path), f"{file} is a file", "--out")
+        refused(
+            golf_here("run", "table1", "--out", out, cwd=tmp_path), f"{file} is a file", "--out"
+        )
     assert file.read_text() == "mine"
     (tmp_path / "out" / "report.html").mkdir(parents=True)
-    refused(golf("run", "table1", "--out", "out", cwd=tmp_path), "report.html", "folder")
+    refused(golf_here("run", "table1", "--out", "out", cwd=tmp_path), "report.html", "folder")
     assert names(tmp_path / "out") == {"report.html"}
 
 
@@ -264,9 +249,52 @@ def test_a_link_stays_one(tmp_path):
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "results.json").symlink_to(tmp_path / "elsewhere" / "mine.json")
-    assert golf("run", "table1", "--out", "out", cwd=tmp_path).returncode == 0
+    assert golf_here("run", "table1", "--out", "out", cwd=tmp_path).returncode == 0
     assert (tmp_path / "out" / "results.json").is_symlink()
     assert "table1" in json.loads((tmp_path / "elsewhere" / "mine.json").read_text())
+
+
+COMMANDS_THAT_WRITE = {
+    "run": ("run", "table1", "--out", ".", "results.json"),
+    "bench": ("bench", "--quick", "--out", ".", "bench.json"),
+    "bench --native": ("bench", "--native", "--out", ".", "bench_native.json"),
+    "stress": ("stress", "--quick", "--out", ".", "stability.png"),
+    "calibrate": ("calibrate", "--cor", 0.7, "--contact-time", 6e-4, "--out", ".", "calibrate.png"),
+    "sweep": ("sweep", "--set", "k=1e6", "--out", "x.csv", "x.csv"),
+    "sweep's report": ("sweep", "--set", "k=1e6", "--out", "x.csv", "x.html"),
+    "build": ("build", "--out", "x.fmu", "x.fmu"),
+}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="POSIX's pipes")
+@pytest.mark.parametrize("command", COMMANDS_THAT_WRITE)
+@pytest.mark.parametrize("kind", ["pipe", "link to a device"])
+def test_what_is_no_plain_file_stays(tmp_path, command, kind):
+    """Not that a device is replaced by a file of results: as root it could be."""
+    *arguments, name = COMMANDS_THAT_WRITE[command]
+    target = tmp_path / name
+    if kind == "pipe":
+        os.mkfifo(target)
+    else:
+        try:
+            os.mknod(tmp_path / "device", 0o666 | stat.S_IFCHR, os.makedev(1, 3))
+        except OSError:
+            pytest.skip("devices can't be made here")
+        target.symlink_to("device")
+    before = names(tmp_path)
+    refused(golf_here(*arguments, cwd=tmp_path), f"can't write {name}: it is a device or a pipe")
+    assert names(tmp_path) == before
+    assert not stat.S_ISREG(target.stat().st_mode)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links, and /proc")
+def test_a_folder_that_can_never_be_made(tmp_path):
+    """Found before anything runs: the FMU to be used isn't looked at yet."""
+    (tmp_path / "link").symlink_to("nowhere")
+    for out in ("link", "link/below", "/proc/golf"):
+        done = golf_here("run", "table1", "--fmu", "none.fmu", "--out", out, cwd=tmp_path)
+        refused(done, f"can't write into {out}", "choose another folder")
+    assert names(tmp_path) == {"link"}
 
 
 # Space
@@ -363,13 +391,15 @@ def together(tmp_path, *commands):
 
 
 def one_runs_files(out, stiffnesses):
-    """results.json, custom.csv and report.html are those of one k."""
-    assert names(out) == {"results.json", "custom.csv", "report.html"}
+    """results.json and report.html are those of one k; each k has a trajectory of its own."""
+    assert names(out) == {"results.json", "report.html"} | {
+        f"custom_k={k:.0f}.csv" for k in stiffnesses
+    }
     case = json.loads((out / "results.json").read_text())["custom"]["custom"]
     page = (out / "report.html").read_text()
     (k,) = (k for k in stiffnesses if f"k = {k:g}<" in page or f"k = {k:g} " in page)
     # The largest sample of 301 lies just below the largest force.
-    rows = (out / "custom.csv").read_text().splitlines()[1:]
+    rows = (out / f"custom_k={k:.0f}.csv").read_text().splitlines()[1:]
     largest = max(float(row.split(",")[1]) for row in rows)
     assert case["max_force"] * 0.999 < largest <= case["max_force"]
     return k, case["max_force"]
@@ -406,13 +436,13 @@ def test_one_that_comes_in_the_middle_of_another_waits(tmp_path, monkeypatch):
 
 
 def test_figures_of_an_earlier_run_do_not_stay_beside_other_results(tmp_path):
-    first = golf("run", "--set", "k=1e6", "--out", "out", cwd=tmp_path)
+    first = golf_here("run", "--set", "k=1e6", "--out", "out", cwd=tmp_path)
     assert "earlier" not in first.stdout
-    assert "custom_force.png" in names(tmp_path / "out")
-    second = golf("run", "--set", "k=2e6", "--out", "out", "--no-figures", cwd=tmp_path)
+    assert "custom_k=1000000_force.png" in names(tmp_path / "out")
+    second = golf_here("run", "--set", "k=1e6", "--out", "out", "--no-figures", cwd=tmp_path)
     assert "in place of an earlier run's" in second.stdout
-    assert names(tmp_path / "out") == {"results.json", "custom.csv", "report.html"}
+    assert names(tmp_path / "out") == {"results.json", "custom_k=1000000.csv", "report.html"}
 
 
 def test_a_value_given_twice(tmp_path):
-    refused(golf("run", "--set", "k=1", "--set", "k=2", cwd=tmp_path), "k is given twice")
+    refused(golf_here("run", "--set", "k=1", "--set", "k=2", cwd=tmp_path), "k is given twice")

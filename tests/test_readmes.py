@@ -7,9 +7,11 @@ import pytest
 from golf_impact.variables import VARIABLES
 
 ROOT = Path(__file__).resolve().parents[1]
-READMES = sorted(
-    path for path in ROOT.rglob("README.md") if not any(p.startswith(".") for p in path.parts[1:])
-)
+ROOMS = ("fmu_src", "build", "scenarios", "tests")
+READMES = [
+    ROOT / "README.md",
+    *(file for room in ROOMS for file in (ROOT / room).rglob("README.md")),
+]
 
 
 def table():
@@ -37,7 +39,7 @@ def test_the_first_page_is_one_page():
     assert len((ROOT / "README.md").read_text().splitlines()) <= 120
 
 
-@pytest.mark.parametrize("room", ["fmu_src", "build", "scenarios", "tests"])
+@pytest.mark.parametrize("room", ROOMS)
 def test_each_room_explains_itself(room):
     assert (ROOT / room / "README.md").is_file()
 

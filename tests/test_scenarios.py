@@ -1,15 +1,21 @@
 """Every scenario runs, its checks pass, and a check that should fail does."""
 
+import io
 import json
 import re
+from html.parser import HTMLParser
 from itertools import pairwise
 
 import pytest
+from rich.console import Console
 
+from golf_scenarios.commands import console
 from golf_scenarios.commands.scripts import FOLDER, names, scenario, scenarios
 from golf_scenarios.facts import document
+from golf_scenarios.facts.balls import BALLS
 from golf_scenarios.peers.document_scheme import document_fmu
-from golf_scenarios.report.page import write_outcomes
+from golf_scenarios.report import figures
+from golf_scenarios.report.page import page, write_outcomes
 from golf_scenarios.report.report import Report
 
 
@@ -27,11 +33,112 @@ def test_figures_and_report(fmu, tmp_path):
     files = write_outcomes(tmp_path, outcomes, "guid", with_figures=True)
     assert all(file.stat().st_size > 0 for file in files)
     assert {"diagram.png", "baseline_force.png", "laws.png"} <= {file.name for file in files}
-    page = (tmp_path / "report.html").read_text()
-    assert page.count("data:image/png;base64,") == 5
-    assert "http" not in page.replace("http-equiv", "")
+    found = Page((tmp_path / "report.html").read_text())
+    assert found.targets == ["#diagram", "#baseline", "#laws"]
+    assert {target[1:] for target in found.targets} <= found.ids
+    assert len(found.sources) == 5
+    assert all(source.startswith("data:image/png;base64,") for source in found.sources)
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["baseline"]["baseline"]["smash_factor"] == pytest.approx(1.5641431548673967)
+
+
+class Page(HTMLParser):
+    """A page's links, what they can lead to, what it would fetch, and what it folds."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.targets, self.ids, self.sources, self.folds = [], set(), [], []
+        self.feed(text)
+        # Styles and scripts are in the page; neither asks for a file.
+        assert not re.search(r"https?:|url\(|@import|fetch\(", text)
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        assert tag not in ("link", "iframe", "object")
+        self.ids.add(given.get("id"))
+        if "href" in given:
+            self.targets.append(given["href"])
+        if "src" in given:
+            self.sources.append(given["src"])
+        if tag == "img":
+            assert given["alt"]
+            assert int(given["width"]) > int(given["height"]) > 0
+        if tag == "details":
+            self.folds.append("open" in given)
+
+
+def test_tables_fold_but_the_first_of_a_section_without_a_figure(fmu):
+    text = page({"fem": scenario("fem").run(fmu)}, {}, "guid").decode()
+    assert Page(text).folds == [True, False, False]
+    assert Page(text).targets == []
+
+
+def test_a_check_that_failed_is_not_folded(fmu):
+    report = Report("<One>", fmu)
+    report.check("that 1 < 0", False, "it isn't")
+    text = page({"one": report}, {}, "guid").decode()
+    assert text.index("✗ that 1 &lt; 0") < text.index("<details")
+    assert "✗ 0 of 1 checks passed" in text
+    assert "<One>" not in text
+
+
+@pytest.mark.parametrize(
+    ("name", "curves"), [("elastic", 2), ("compression", 3), ("old_ball", 2), ("club_speed", 2)]
+)
+def test_forces_over_each_other(fmu, name, curves):
+    outcome = scenario(name).run(fmu)
+    ((file, draw),) = outcome.figures.items()
+    assert outcome.captions[file]
+    axes = draw(figures).axes[0]
+    figures.plt.close(axes.figure)
+    assert len(axes.lines) == len({line.get_color() for line in axes.lines}) == curves
+    # The legend has the exact force and time; the peak is marked.
+    for line, case in zip(axes.lines, outcome.cases.values()):
+        assert f"{case['max_force'] / 1e3:.2f} kN" in line.get_label()
+        assert f"{case['contact_time'] * 1e6:.0f} µs" in line.get_label()
+        (peak,) = line.get_markevery()
+        assert line.get_ydata()[peak] == pytest.approx(case["max_force"] / 1e3, rel=1e-4)
+
+
+def test_every_ball_has_a_look_and_no_two_the_same():
+    assert set(BALLS) <= set(figures.LOOKS)
+    looks = [figures.LOOKS[name] for name in BALLS]
+    assert len({look.colour for look in looks}) == len(looks)
+    # Without colour too.
+    assert len({(look.dashes, look.marker) for look in looks}) == len(looks)
+    assert figures.LOOKS["law 2"] == figures.LOOKS["roh-lee-linear"]
+
+
+def test_an_error_of_zero_has_a_place_on_a_logarithmic_axis():
+    figure, axes = figures.new("")
+    axes.plot([0.0, 1e-16, 1e-2], [1.0, 2.0, 3.0])
+    figures.run_time_axes(axes, "error")
+    zero, least, large = (axes.transData.transform((x, 1.0))[0] for x in (0.0, 1e-16, 1e-2))
+    figures.plt.close(figure)
+    assert axes.bbox.x0 < zero < least < large < axes.bbox.x1
+
+
+def test_the_scheme_stands_unrounded_beside_what_is_printed(fmu):
+    (table,) = scenario("baseline").run(fmu).tables
+    rows = {name: cells for name, *cells in table.rows}
+    with document_fmu() as scheme:
+        given = scheme.impact(end_gap=document.END_GAP)["smash_factor"]
+    printed, unrounded, exact, error = rows["smash factor S"]
+    assert (printed, unrounded, exact) == ("1.57", f"{given:.4f}", "1.5641")
+    assert f"{float(unrounded):.2f}" == printed != f"{float(exact):.2f}"
+    assert float(error) == pytest.approx((given / float(exact) - 1.0) * 100, abs=0.01)
+
+
+def test_the_validation_fits_80_columns(fmu, monkeypatch):
+    outcome = scenario("validation").run(fmu)
+    monkeypatch.setattr(console, "out", Console(width=80, file=io.StringIO()))
+    for table in outcome.tables:
+        console.print_table(table)
+    lines = console.out.file.getvalue().splitlines()
+    # Nothing is broken: each row is one line.
+    for table in outcome.tables:
+        for row in table.rows:
+            assert any(all(cell in line for cell in row) for line in lines), row
 
 
 def test_the_scenario_in_the_readme(fmu, tmp_path):

@@ -87,9 +87,12 @@ def attack_run(tmp_path, times, longest):
     def whole(n, files):
         nonlocal before
         if files != before:
-            assert set(files) == {"results.json", "custom.csv", "custom_force.png", "report.html"}
-            assert all(files[name] != before.get(name) for name in files)
-            assert f"k = {5e5 + 1e3 * n:g}" in files["report.html"].decode()
+            k = 5e5 + 1e3 * n
+            own = {f"custom_k={k:.0f}.csv", f"custom_k={k:.0f}_force.png"}
+            every = {"results.json", "report.html"}
+            assert set(files) == set(before) | own | every
+            assert all(files[name] != before.get(name) for name in own | every)
+            assert f"k = {k:g} N/m" in files["report.html"].decode()
         before = files
 
     return attack(tmp_path, times, 1, longest, run_of, whole)

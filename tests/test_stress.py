@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from conftest import reference_cases
 
-from golf_scenarios.commands.stress import stress
+from golf_scenarios.commands.stress import _beside_bar, _show, stress
 from golf_scenarios.errors import UserError
 from golf_scenarios.peers import problem
 from golf_scenarios.peers.problem import Case, Outcome
+from golf_scenarios.stress import all as all_
 from golf_scenarios.stress import cases, invariants, special_points, stability
 from golf_scenarios.stress.driver import driver
 from golf_scenarios.stress.ledger import Ledger
@@ -21,8 +22,12 @@ mp = mpmath.mp.clone()
 mp.dps = 90
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
+@pytest.fixture(
+    scope="module",
+    params=[(50, 30), pytest.param((150, 100), marks=pytest.mark.nightly, id="--quick")],
+)
+def results(request, tmp_path_factory):
+    all_.IMPACTS[True] = request.param
     folder = tmp_path_factory.mktemp("stress")
     code = stress(quick=True, folder=folder, seed=7)
     written = json.loads((folder / "stress.json").read_text())
@@ -49,6 +54,18 @@ def test_every_invariant_holds(results):
     assert failed == {}
     assert all(check["count"] > 0 for check in results["checks"].values())
     assert results["passed"]
+
+
+def test_the_worst_case_is_shown_and_the_others_are_in_the_file(results, capsys):
+    _show(results)
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.count("The worst case") == 1
+    ratios = {n: c["worst"] / c["bar"] for n, c in results["checks"].items() if c["bar"]}
+    worst = max(ratios, key=ratios.get)
+    assert f"what is allowed: {worst}, {results['checks'][worst]['worst']:.2g}, at " in said
+    assert "in stress.json" in said
+    found = {"momentum": {"worst": math.nan, "bar": 1.0}, "other": {"worst": 9.0, "bar": 1.0}}
+    assert max(found, key=lambda name: _beside_bar(found[name])) == "momentum"
 
 
 def test_worst_cases_have_their_inputs(results):

@@ -8,19 +8,25 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet
 import pytest
+from command import COMMAND, golf_here, refused
+from matplotlib.contour import ContourSet
 
 from golf_scenarios.commands.sweep import swept
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.impact_fmu import METRICS, ImpactFmu
+from golf_scenarios.report.looks import LOOKS
 from golf_scenarios.sweeps import Stopped, Study, comparison, run_sweep
+from golf_scenarios.sweeps import run as running
 from golf_scenarios.sweeps.axes import Grid, Normal, Uniform, axis
 from golf_scenarios.sweeps.chunk import FmuFile, run_chunk
 from golf_scenarios.sweeps.comparison import compare
@@ -32,7 +38,6 @@ from golf_scenarios.sweeps.sensitivity import sensitivity
 from golf_scenarios.sweeps.study_file import Options, read_study
 
 STUDIES = Path(__file__).parents[1] / "scenarios" / "studies"
-COMMAND = Path(sys.executable).with_name("golf-impact")
 
 
 def table(path):
@@ -113,6 +118,11 @@ def test_axes_that_are_none(name, text, words):
         ({"sets": {"k": "1"}, "seed": -1}, "--seed"),
         ({"sets": {"k": "1"}, "outputs": ("force", "force")}, "twice"),
         ({"sets": dict.fromkeys("ab", "0:1:1000000")}, "cases"),
+        ({"sets": {"k": "1"}, "outputs": ()}, "empty list"),
+        (
+            {"sets": {"k": "normal:1:2"}, "number_of_samples": 2**30 + 1, "design": "sobol"},
+            "at most 1,073,741,824",
+        ),
     ],
 )
 def test_studies_that_are_none(arguments, words):
@@ -452,6 +462,64 @@ def test_a_full_disk(fmu_path, tmp_path, suffix):
     assert leftovers(tmp_path) == []
 
 
+HUGE = {
+    "cases": {"sets": {"k": "0:1:100000", "b": "0:1:100000"}},
+    "a Latin hypercube": {"sets": {"k": "normal:1e6:1"}, "samples": 3 * 10**9, "design": "lhs"},
+    "a Sobol sequence": {"sets": {"k": "normal:1e6:1"}, "samples": 2**30, "design": "sobol"},
+}
+
+
+@pytest.mark.parametrize("given", HUGE.values(), ids=HUGE)
+def test_what_needs_more_memory_than_there_is(tmp_path, monkeypatch, given):
+    """It is told before anything starts, with what it would need and what there is."""
+    monkeypatch.setattr(running, "free_bytes", lambda: 10**9)
+    # The FMU that is named isn't there, but so far nobody gets.
+    here = Options(out=tmp_path / "x.csv", fmu=tmp_path / "none.fmu", **given)
+    with pytest.raises(UserError, match=r"cases need [0-9.]+ GB of memory, and 1.0 GB are free"):
+        swept(here, None)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_study_that_fits_into_memory_and_one_that_just_does_not(monkeypatch):
+    study = Study.of({"k": "0:1:1000"})
+    for figures in (False, True):
+        need = study.memory(figures)
+        monkeypatch.setattr(running, "free_bytes", lambda need=need: need)
+        running.check_size(study, figures=figures)
+        monkeypatch.setattr(running, "free_bytes", lambda need=need: need - 1)
+        with pytest.raises(UserError, match="memory"):
+            running.check_size(study, figures=figures)
+    assert study.memory(True) > study.memory(False) >= 8000
+
+
+@pytest.mark.parametrize("design", ["random", "lhs", "sobol"])
+def test_samples_take_no_more_memory_than_is_told(design):
+    study = Study.of({"k": "normal:1:2", "b": "uniform:0:1"}, None, 2**16, 0, design)
+    study.columns(0, 1)  # so that SciPy is there
+    study = replace(study)
+    tracemalloc.start()
+    try:
+        study.columns(0, 1)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert 16 * 2**16 <= peak <= study.memory(figures=False)
+
+
+@pytest.mark.parametrize("design", ["lhs", "sobol"])
+def test_drawing_samples_can_be_stopped(fmu_path, tmp_path, design):
+    study = Study.of({"k": "normal:1e6:1"}, None, 2**24, 0, design)
+    asked = []
+    with pytest.raises(Stopped) as stopped:
+        run_sweep(
+            study, tmp_path / "x.csv", fmu=fmu_path,
+            stop=lambda: asked.append(0) or len(asked) > 2,
+        )  # fmt: skip
+    assert stopped.value.done == 0
+    assert "_drawn" not in vars(study)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_files_that_cannot_be_written(fmu_path, tmp_path):
     (tmp_path / "folder.csv").mkdir()
     study = Study.of({"k": "1e6"})
@@ -462,7 +530,12 @@ def test_files_that_cannot_be_written(fmu_path, tmp_path):
     ):
         with pytest.raises(UserError, match=words):
             run_sweep(study, tmp_path / name, fmu=fmu_path)
-    for options, words in (({"workers": 0}, "--workers 0"), ({"chunk": 0}, "--chunk 0")):
+    for options, words in (
+        ({"workers": 0}, "--workers 0"),
+        ({"chunk": 0}, "--chunk 0"),
+        ({"workers": 0, "scheduler": "local"}, "--workers 0"),
+        ({"workers": -2, "scheduler": "local"}, "--workers -2"),
+    ):
         with pytest.raises(UserError, match=words):
             run_sweep(study, tmp_path / "x.csv", fmu=fmu_path, **options)
     assert [path.name for path in tmp_path.iterdir()] == ["folder.csv"]
@@ -483,21 +556,19 @@ def options(fmu_path, out, sets, **others):
 
 
 def test_the_command(fmu_path, tmp_path):
-    done = subprocess.run(
-        [
-            COMMAND, "sweep", "--set", "k=1e6,2e6,-1", "--set", "b=9,0", "--outputs",
-            "smash_factor,max_force", "--out", "x.csv", "--fmu", fmu_path, "--compare",
-        ],
-        capture_output=True, text=True, cwd=tmp_path,
-    )  # fmt: skip
+    done = golf_here(
+        *("sweep", "--set", "k=1e6,2e6,-1", "--set", "b=9,0", "--out", "x.csv", "--compare"),
+        *("--outputs", "smash_factor,max_force", "--fmu", fmu_path),
+        cwd=tmp_path,
+    )
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     assert done.stdout.startswith("x.csv: 6 cases in ")
     assert "Refused by the FMU: 2 cases" in done.stdout
     assert "row 5: k = -1.0 N/m" in done.stdout
     assert "the same numbers to the last bit" in done.stdout
-    assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.png", "report.html"}
-    assert "data:image/png" in (tmp_path / "report.html").read_text()
+    assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.png", "x.html"}
+    assert "data:image/png" in (tmp_path / "x.html").read_text()
 
 
 def test_the_command_refuses_in_one_line(tmp_path):
@@ -506,13 +577,7 @@ def test_the_command_refuses_in_one_line(tmp_path):
         (("--set", "k=1", "--set", "k=2", "--out", "x.csv"), "twice"),
         (("--set", "k=1e6"), "--out FILE.csv"),
     ):
-        done = subprocess.run(
-            [COMMAND, "sweep", *arguments], capture_output=True, text=True, cwd=tmp_path
-        )
-        assert done.returncode == 2
-        assert done.stderr.startswith("Error: ")
-        assert done.stderr.count("\n") == 1
-        assert words in done.stderr
+        refused(golf_here("sweep", *arguments, cwd=tmp_path), words)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -521,7 +586,7 @@ def test_the_club_fitting_study(fmu_path, tmp_path):
     out = tmp_path / "fit.csv"
     assert swept(options(fmu_path, out, {"club_speed": "40,50"}), study) == 0
     header, rows = table(out)
-    assert header[:4] == ["ball", "club_speed", "m_club", "smash_factor"]
+    assert header[:4] == ["ball", "club_speed", "m_club", "contact_time"]
     assert len(rows) == 12
     assert all(cell for row in rows for cell in row)
     assert (tmp_path / "fit.png").is_file()
@@ -534,7 +599,7 @@ def test_the_tolerance_study(fmu_path, tmp_path):
     header, rows = table(out)
     assert header[:7] == ["club_speed", "law", "k", "b", "m_ball", "ball_speed", "ball_velocity"]
     assert len(rows) == 64
-    page = (tmp_path / "report.html").read_text()
+    page = (tmp_path / "tolerance.html").read_text()
     assert "First-order Sobol indices" in page
 
 
@@ -550,6 +615,12 @@ def test_the_tolerance_study(fmu_path, tmp_path):
         ("[set]\nk = true", "k in .set. must be a number"),
         ("[set]\nk = {}", "k in .set. must be a number"),
         ("samples = ", "no TOML file"),
+        (f"samples = {'9' * 5000}", "no TOML file"),
+        (f"samples = 0x{'f' * 5000}", "more than 64 bits"),
+        (f"[set]\nk = [[{2**63}]]", "more than 64 bits"),
+        (f"out = {'[' * 5000}", "nested too deeply"),
+        ('out = "a\\u0000.csv"', "NUL"),
+        ("# " + 2**20 * "x", "larger than"),
     ],
 )
 def test_studies_that_cannot_be_read(tmp_path, text, words):
@@ -596,7 +667,7 @@ def test_pictures(fmu_path, tmp_path, sets):
     )  # fmt: skip
     assert swept(given, None) == 0
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
-    assert "data:image/png" in (tmp_path / "report.html").read_text()
+    assert "data:image/png" in (tmp_path / "x.html").read_text()
 
 
 @pytest.mark.parametrize(("b", "lines"), [("0,9,12", 3), ("0:14:8", 0)])
@@ -609,9 +680,51 @@ def test_few_values_are_lines(fmu, b, lines):
     assert bool(axes.collections) == (lines == 0)
 
 
+def drawn_axes(fmu, sets, values):
+    study = Study.of(sets, ("max_force",))
+    variables = {v.name: v for v in fmu.description.modelVariables}
+    return draw(study, np.asarray(values, float), variables, None).axes
+
+
+def test_numbers_at_axes_have_units_with_a_prefix(fmu):
+    axes = drawn_axes(fmu, {"k": "0.5e6:2e6:4"}, [5e3, 6e3, 7e3, 8e3])[0]
+    assert axes.get_xlabel() == "k (MN/m)"
+    assert axes.get_ylabel() == "max force (kN)"
+    axes.figure.draw_without_rendering()
+    for along in (axes.xaxis, axes.yaxis):
+        assert along.get_offset_text().get_text() == ""
+        assert all(0.0 < float(text.get_text()) < 10.0 for text in along.get_ticklabels())
+    logarithmic = drawn_axes(fmu, {"k": "log:1e5:1e7:3"}, [1e3, 2e3, 3e3])[0]
+    assert logarithmic.get_xlabel() == "k (N/m)"
+    by = drawn_axes(fmu, {"k": "1e6,2e6,3e6", "b": "0,9"}, range(1, 7))[0]
+    assert [line.get_label() for line in by.lines] == ["b = 0 N·s/m", "b = 9 N·s/m"]
+
+
+def test_lines_that_coincide_are_one(fmu):
+    sets = {"ball": "rating-low,document,rating-high", "club_speed": "30,40,50"}
+    axes = drawn_axes(fmu, sets, [1, 2, 3, 4, 5, 6, 1, 2, 3])[0]
+    labels = [line.get_label() for line in axes.lines]
+    assert labels == ["rating-low, rating-high (the same)", "document"]
+    assert axes.lines[1].get_color() == LOOKS["document"].colour
+
+
+@pytest.mark.parametrize(("count", "contours"), [(19, False), (20, True)])
+def test_contours_need_enough_values(fmu, count, contours):
+    values = np.add.outer(np.arange(count), np.arange(count)).ravel() + 1.0
+    axes = drawn_axes(fmu, {"k": f"1e6:2e6:{count}", "b": f"0:9:{count}"}, values)[0]
+    assert any(isinstance(one, ContourSet) for one in axes.collections) == contours
+
+
+def test_few_cells_of_a_map_have_their_numbers(fmu):
+    values = np.arange(64.0) + 1.0
+    values[5] = np.nan
+    axes = drawn_axes(fmu, {"k": "1e6:2e6:8", "b": "0:9:8"}, values)[0]
+    assert len(axes.texts) == 63
+
+
 def test_nothing_to_draw(fmu_path, tmp_path):
     assert swept(options(fmu_path, tmp_path / "x.csv", {"k": "1e6"}), None) == 0
-    assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "report.html"}
+    assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.html"}
     given = options(fmu_path, tmp_path / "y.csv", {"k": "1e6,2e6"}, figures=False)
     assert swept(given, None) == 0
     assert not (tmp_path / "y.png").exists()
@@ -701,22 +814,9 @@ def test_a_step_long_enough_for_any_exponent(fmu):
 @pytest.mark.parametrize("axis", ["club_speed=normal:45:2", "b=uniform:5:15"])
 def test_one_distribution_has_a_picture(fmu_path, tmp_path, law, axis):
     # S doesn't depend on club speed, but for rounding; SciPy's Sobol indices fail for one variable.
-    done = subprocess.run(
-        [
-            *(
-                sys.executable,
-                "-m",
-                "golf_scenarios",
-                "sweep",
-                "--set",
-                f"law={law}",
-                "--set",
-                axis,
-            ),
-            *("--samples", "50", "--out", str(tmp_path / "one.csv"), "--fmu", str(fmu_path)),
-        ],
-        capture_output=True,
-        text=True,
+    done = golf_here(
+        *("sweep", "--set", f"law={law}", "--set", axis, "--samples", 50),
+        *("--out", tmp_path / "one.csv", "--fmu", fmu_path),
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "one.png").read_bytes().startswith(b"\x89PNG")

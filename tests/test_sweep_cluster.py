@@ -2,9 +2,16 @@
 
 import logging
 import os
+import random
+import signal
+import socket
+import subprocess
+import time
+from contextlib import ExitStack, suppress
 
 import distributed
 import pytest
+from command import COMMAND
 
 from golf_scenarios.commands.sweep import swept
 from golf_scenarios.errors import UserError
@@ -29,7 +36,7 @@ def alone(fmu_path, tmp_path_factory):
     return path.read_bytes()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def workers():
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
@@ -37,13 +44,18 @@ def workers():
         yield made
 
 
-def test_a_local_cluster_beside_another(alone, fmu_path, tmp_path, workers):
-    """It takes no port that another may have, so nothing is warned of."""
+def test_a_local_cluster_where_a_port_of_dask_is_taken(alone, fmu_path, tmp_path, capfd):
+    """It takes none that another may have, so nothing is warned of."""
     out = tmp_path / "x.csv"
     given = Options(sets=SETS, out=out, samples=2000, seed=1, scheduler="local", workers=2,
                     chunk=333, fmu=fmu_path, figures=False)  # fmt: skip
-    assert swept(given, None) == 0
+    with ExitStack() as stack:
+        # Somebody else has it already otherwise.
+        with suppress(OSError):
+            stack.enter_context(socket.create_server(("", 8787)))
+        assert swept(given, None) == 0
     assert out.read_bytes() == alone
+    assert "8787" not in capfd.readouterr().err
 
 
 def test_a_cluster_whose_worker_dies(alone, fmu_path, tmp_path, workers):
@@ -61,12 +73,10 @@ def test_a_cluster_whose_worker_dies(alone, fmu_path, tmp_path, workers):
     run_sweep(study(), out, scheduler=address, fmu=fmu_path, chunk=100, progress=kill)
     assert out.read_bytes() == alone
     assert seen == list(range(100, 8001, 100))
-    # The nanny has started another one, which serves as well.
+    # The other one serves on, whether or not Dask has started a new one yet.
     run_sweep(study(), tmp_path / "y.csv", scheduler=address, fmu=fmu_path, chunk=100)
     assert (tmp_path / "y.csv").read_bytes() == alone
-    after = {worker.pid for worker in workers.workers.values()}
-    assert len(after) == 2
-    assert victim not in after
+    assert victim not in {worker.pid for worker in workers.workers.values()}
 
 
 def test_stopping(fmu_path, tmp_path, workers):
@@ -102,3 +112,37 @@ def test_no_cluster(fmu_path, tmp_path, monkeypatch):
         with pytest.raises(UserError, match=f"no Dask cluster with workers at {address}"):
             run_sweep(study(), tmp_path / "x.csv", scheduler=address, fmu=fmu_path)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="POSIX's process groups")
+@pytest.mark.parametrize("times", [1, pytest.param(60, marks=pytest.mark.nightly)])
+def test_ctrl_c_while_the_cluster_starts(fmu_path, tmp_path, times):
+    """As a terminal does it: to all processes of the group, the workers too."""
+    rng = random.Random(times)
+    for n in range(times):
+        folder = tmp_path / str(n)
+        folder.mkdir()
+        process = subprocess.Popen(
+            [
+                *(COMMAND, "sweep", "--set", "k=1e6:2e6:10000000", "--out", tmp_path / "x.csv"),
+                *("--scheduler", "local", "--workers", "2", "--fmu", fmu_path),
+            ],
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "TMPDIR": str(folder)},
+            start_new_session=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )
+        # Made just before the workers are started.
+        while not list(folder.glob("*/golf-impact-workers-*")):
+            assert process.poll() is None
+            time.sleep(0.005)
+        time.sleep(rng.uniform(0.0, 2.0))
+        os.killpg(process.pid, signal.SIGINT)
+        _, said = process.communicate(timeout=100)
+        assert process.returncode == 130, said
+        done, stopped = said.splitlines()
+        assert done.endswith("x.csv was not written.")
+        assert stopped == "Stopped; nothing half-written is left."
+        assert list(folder.iterdir()) == []
+    assert not (tmp_path / "x.csv").exists()

@@ -1,6 +1,6 @@
 """Impacts over the whole range of every variable: refused with a reason, or right.
 
-A few hundred in CI, always the same ones; 10,000 of each kind with HYPOTHESIS_PROFILE=nightly.
+A hundred in CI, always the same ones; 10,000 of each kind with HYPOTHESIS_PROFILE=nightly.
 """
 
 import math

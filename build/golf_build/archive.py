@@ -1,12 +1,14 @@
 """Archives whose bytes depend on their content alone, and files that are always whole."""
 
+import errno
 import hashlib
 import io
 import os
 import secrets
+import stat
 import zipfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -52,9 +54,9 @@ def whole(path: Path) -> Iterator[BinaryIO]:
     A link stays one: what it leads to is replaced.
 
     Raises:
-        OSError: it can't be written; a file of this name stays as it was.
+        OSError: it can't be written, or something else than a plain file is there, which stays.
     """
-    final = Path(os.path.realpath(path))
+    final = plain(path)
     # Short: the name itself may be as long as a name can be.
     aside = final.with_name(f".{secrets.token_hex(6)}.part")
     try:
@@ -63,3 +65,19 @@ def whole(path: Path) -> Iterator[BinaryIO]:
         os.replace(aside, final)
     finally:
         aside.unlink(missing_ok=True)
+
+
+def plain(path: Path) -> Path:
+    """Where a file to be written really lies: at the end of its links.
+
+    Raises:
+        OSError: a folder, a device, a pipe or a socket is there, which no file may replace.
+    """
+    final = Path(os.path.realpath(path))
+    with suppress(FileNotFoundError):
+        mode = os.stat(final).st_mode
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, "it is a folder", str(path))
+        if not stat.S_ISREG(mode):
+            raise OSError(errno.EINVAL, "it is a device or a pipe, no plain file", str(path))
+    return final

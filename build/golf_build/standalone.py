@@ -24,6 +24,7 @@ from typing import NamedTuple
 
 from golf_build import elf
 from golf_build.archive import SUMS, packed, sums, unpacked, whole
+from golf_build.extras import install_command
 from golf_build.packaging import HERE
 
 SUFFIX = ".standalone"
@@ -82,7 +83,8 @@ def compiler() -> list[str]:
     found = shutil.which("cc") or shutil.which("gcc")
     if found is None:
         raise StandaloneError(
-            "--standalone needs a C compiler: pip install 'golf-impact[standalone]', or install cc"
+            "--standalone needs a C compiler: install one with "
+            f"`{install_command('standalone')}`, or install cc"
         )
     return [found]
 

@@ -27,6 +27,7 @@ COMPANIONS = {"Swing": "swing", "BallFlight": "ball_flight"}
 #: fmpy.ssp stumbles over an input that is listed but not connected.
 CONNECTIONS = (
     ("Swing.club_speed", "ClubBallImpact.club_speed"),
+    ("ClubBallImpact.mean_force", "Swing.reaction_force"),
     ("ClubBallImpact.ball_velocity", "BallFlight.ball_velocity"),
     ("ClubBallImpact.separated", "BallFlight.separated"),
     ("ClubBallImpact.touch_time", "BallFlight.touch_time"),
@@ -35,8 +36,12 @@ CONNECTIONS = (
 
 #: Outputs that are listed to be seen, though nothing is connected to them.
 OBSERVED = (
+    "Swing.head_speed",
+    "Swing.energy",
+    "Swing.work",
+    "Swing.reaction_work",
+    "Swing.reaction_impulse",
     "ClubBallImpact.force",
-    "ClubBallImpact.mean_force",
     "ClubBallImpact.impulse",
     "ClubBallImpact.club_position",
     "ClubBallImpact.ball_position",
@@ -53,7 +58,7 @@ OBSERVED = (
 _BOOLEANS = ("separated", "landed")
 
 #: The system's own experiment: long enough for the swing, the impact and the launch.
-STOP_TIME = 0.06
+STOP_TIME = 1.0
 STEP_SIZE = 1e-4
 
 
@@ -109,10 +114,10 @@ def _written(path: Path, data: bytes) -> Path:
 def build_companion(
     name: str, out: Path, finished: Callable[[Files], Files] = _as_they_are
 ) -> Path:
-    """Build Swing.fmu or BallFlight.fmu.
+    """Build a companion.
 
     Args:
-        name: "Swing" or "BallFlight".
+        name: one of COMPANIONS.
         out: the file to write.
         finished: what becomes of its files, by name.
 
@@ -122,22 +127,42 @@ def build_companion(
     Raises:
         OSError: it can't be written.
     """
-    text = face_file(COMPANIONS[name]).read_bytes()
-    # The one module that each of them has of golf_impact.
-    (used,) = re.findall(r"(?m)^from golf_impact\.([\w.]+) import", text.decode())
-    shared = bundled()[f"{used.replace('.', '/')}.py"]
+    sources = _sources(COMPANIONS[name])
     versions = f"{importlib.metadata.version('pythonfmu')} {golf_impact.__version__}".encode()
-    digest = hashlib.sha256(versions + text + shared).hexdigest()
+    digest = hashlib.sha256(versions + b"\0".join(sources.values())).hexdigest()
     # Modules are found by name: one with a digest can't be taken for another build's.
-    module = f"{COMPANIONS[name]}_{digest[:16]}"
-    private = f"{used.rpartition('.')[2]}_{digest[:16]}"
-    text = text.replace(f"from golf_impact.{used} ".encode(), f"from {private} ".encode())
+    names = {module: f"{module.rpartition('.')[2]}_{digest[:16]}" for module in sources}
+    texts = {}
+    for module, text in sources.items():
+        for used, private in names.items():
+            text = text.replace(f"from {used} ".encode(), f"from {private} ".encode())
+        texts[names[module]] = text
+    face = names[COMPANIONS[name]]
+    beside = {f"{module}.py": text for module, text in texts.items() if module != face}
     states = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
-    with packaged("pythonfmu", module, text, {f"{private}.py": shared}, states) as raw:
+    with packaged("pythonfmu", face, texts[face], beside, states) as raw:
         files = unpacked(raw)
         guid = str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/companion/{digest}"))
-        description = _described(files["modelDescription.xml"], sys.modules[module], guid)
+        description = _described(files["modelDescription.xml"], sys.modules[face], guid)
     return _written(out, packed(finished(files | {"modelDescription.xml": description})))
+
+
+def _sources(module: str) -> dict[str, bytes]:
+    """A companion's modules by name: its class, and what of ours that imports, and so on."""
+    found: dict[str, bytes] = {}
+    todo = [module]
+    while todo:
+        name = todo.pop()
+        if name in found:
+            continue
+        within = name.partition("golf_impact.")[2]
+        file = f"{within.replace('.', '/')}.py"
+        found[name] = bundled()[file] if within else face_file(name).read_bytes()
+        imported = re.findall(r"(?m)^from ([\w.]+) import", found[name].decode())
+        todo += [
+            one for one in imported if one.startswith("golf_impact.") or face_file(one).exists()
+        ]
+    return found
 
 
 def _described(written: bytes, tables: ModuleType, guid: str) -> bytes:

@@ -11,7 +11,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from golf_build.archive import whole
+from golf_build.archive import plain, whole
 from golf_scenarios.errors import UserError
 from golf_scenarios.stopping import held
 
@@ -21,16 +21,31 @@ except ImportError:  # Windows, where two runs at once may mix their files (each
     fcntl = None  # type: ignore[assignment]
 
 
-def prepare(folder: Path) -> Path:
+#: Bytes: a study or a list of measurements has some hundred.
+_LARGEST_TEXT = 2**20
+
+
+def prepare(folder: Path, *names: str) -> Path:
     """Make sure now that files can be written into a folder later; it isn't made yet.
+
+    Args:
+        folder: which.
+        names: of files that will be written; others may follow.
 
     Raises:
         UserError: it can't be made, or not be written into.
     """
     try:
         for existing in (folder, *folder.absolute().parents):
-            with suppress(FileNotFoundError), tempfile.TemporaryFile(dir=existing):
-                return folder
+            try:
+                with tempfile.TemporaryFile(dir=existing):
+                    break
+            except FileNotFoundError:
+                # Not there, so look further up; but a link that leads nowhere is, and so is /proc.
+                if os.path.lexists(existing):
+                    raise
+        for name in names:
+            _check_plain(folder / name)
     except NotADirectoryError:
         file = next(path for path in (folder, *folder.absolute().parents) if path.exists())
         raise UserError(
@@ -66,8 +81,6 @@ def write_together(
             # They take their names when the block ends.
             with _alone(folder), ExitStack() as stack:
                 for path in (folder / name for name in files):
-                    if path.is_dir():
-                        raise UserError(f"can't write {path}: it is a folder")
                     stream = stack.enter_context(whole(path))
                     stream.write(files[path.name])
                     # A disk that is full must say so before any file is in its place.
@@ -77,6 +90,13 @@ def write_together(
         except OSError as error:
             raise UserError(f"can't write {path}: {error.strerror or error}") from error
     return [folder / name for name in files]
+
+
+def _check_plain(path: Path) -> None:
+    try:
+        plain(path)
+    except OSError as error:
+        raise UserError(f"can't write {path}: {error.strerror}") from error
 
 
 @contextmanager
@@ -93,6 +113,25 @@ def _alone(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.close(handle)
+
+
+def read_text(path: Path) -> str:
+    """A text file that a user names; a mark of UTF-8 at its beginning is left out.
+
+    Raises:
+        UserError: it can't be read, is no text in UTF-8, or larger than any that is meant.
+    """
+    try:
+        with open(path, "rb") as stream:
+            data = stream.read(_LARGEST_TEXT + 1)
+    except OSError as error:
+        raise UserError(f"can't read {path}: {error.strerror}") from error
+    if len(data) > _LARGEST_TEXT:
+        raise UserError(f"{path} is refused: it is larger than {_LARGEST_TEXT:,} bytes")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise UserError(f"{path} is no text in UTF-8: save it as UTF-8") from error
 
 
 def as_json(data: object) -> bytes:

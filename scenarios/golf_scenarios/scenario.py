@@ -15,9 +15,9 @@ from golf_scenarios.facts.quantities import QUANTITIES, label, shown
 from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 from golf_scenarios.fmu.loaded import LoadedFmu3
-from golf_scenarios.fmu.system import build_system, run_ssp
+from golf_scenarios.fmu.system import build_system, run_ssp, run_system, start_values
 from golf_scenarios.peers.document_scheme import document_fmu
-from golf_scenarios.report.report import Metrics, Report, derived
+from golf_scenarios.report.report import Metrics, Report
 
 __all__ = [
     "BALLS",
@@ -30,7 +30,6 @@ __all__ = [
     "build_system",
     "closed_forms",
     "current_fmu",
-    "derived",
     "document",
     "document_fmu",
     "label",
@@ -38,7 +37,9 @@ __all__ = [
     "measured",
     "rating_stiffness",
     "run_ssp",
+    "run_system",
     "shown",
+    "start_values",
 ]
 
 

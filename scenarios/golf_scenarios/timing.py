@@ -6,6 +6,7 @@ import gc
 import importlib.metadata
 import os
 import platform
+import re
 import statistics
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -36,9 +37,26 @@ def interleaved(
     return times
 
 
-def median_ratio(numerator: list[float], denominator: list[float]) -> float:
+class Ratio(float):
+    """The median of the ratios of rounds.
+
+    Attributes:
+        spread: their interquartile range over the median: how much else the machine did.
+    """
+
+    spread: float
+
+    def __new__(cls, ratios: list[float]) -> Ratio:
+        """Of one round it spreads by nothing."""
+        self = super().__new__(cls, statistics.median(ratios))
+        quartiles = statistics.quantiles(ratios, method="inclusive") if len(ratios) > 1 else [0.0]
+        self.spread = (quartiles[-1] - quartiles[0]) / self
+        return self
+
+
+def median_ratio(numerator: list[float], denominator: list[float]) -> Ratio:
     """The median of the ratios of rounds: a disturbance that lasts longer than one cancels."""
-    return statistics.median(a / b for a, b in zip(numerator, denominator, strict=True))
+    return Ratio([a / b for a, b in zip(numerator, denominator, strict=True)])
 
 
 @contextmanager
@@ -97,3 +115,12 @@ def resident_bytes() -> int | None:
     if not statm.is_file():
         return None
     return int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def free_bytes() -> int | None:
+    """The memory that processes can still get; None where the system doesn't tell that simply."""
+    info = Path("/proc/meminfo")
+    if not info.is_file():
+        return None
+    found = re.search(r"MemAvailable:\s*(\d+) kB", info.read_text())
+    return None if found is None else int(found[1]) * 1024

@@ -1,6 +1,11 @@
 """What is promised of the benchmark's figures."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+#: A missed target counts for nothing if the ratios of its rounds spread by more than this
+#: (interquartile range over median): something else kept the machine busy.
+MOST_SPREAD = 0.2
 
 
 @dataclass(frozen=True)
@@ -48,3 +53,14 @@ LIMITS = (
     Limit("sweep_speedup_over_simulate_fmu", "sweep to CSV / loop over simulate_fmu", 60, True),
     Limit("sweep_two_workers_over_one", "sweep by two worker processes / by one", 1.7, True),
 )
+
+
+def missed(figures: Mapping[str, float]) -> tuple[list[str], list[str]]:
+    """The keys of missed targets, and of those that can't be judged: the machine was busy.
+
+    Args:
+        figures: by key; a `Ratio` knows how far its rounds spread.
+    """
+    keys = [one.key for one in LIMITS if not one.met(figures[one.key])]
+    busy = [key for key in keys if getattr(figures[key], "spread", 0.0) > MOST_SPREAD]
+    return [key for key in keys if key not in busy], busy

@@ -29,7 +29,7 @@ def start_ratios(ours: LoadedFmu, rounds: int, tick: Callable[[], None]) -> dict
     jobs["heavy"], jobs["heavy read"] = _heavy(ours, read=False), _heavy(ours, read=True)
     with undisturbed():
         times = interleaved(jobs, rounds, tick)
-    figures = {
+    figures: dict[str, float] = {
         "run_set_in_initialization_over_after": max(
             median_ratio(times[f"in initialization {law}"], times[f"after it {law}"])
             for law in (1, 2)

@@ -15,7 +15,7 @@ from golf_scenarios.calibration.targets import (
     check_together,
     option,
 )
-from golf_scenarios.errors import UserError
+from golf_scenarios.errors import UserError, lacking
 from golf_scenarios.facts.quantities import QUANTITIES, Quantity
 from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
@@ -25,7 +25,7 @@ from golf_scenarios.report.outcome import Table
 _UNLIKELY = 0.01
 
 #: Parameters with their units, as tables show them.
-_PARAMETERS = {"k": "k (N/m)", "b": "b (N.s/m)", "exponent": "exponent"}
+_PARAMETERS = {"k": "k (N/m)", "b": "b (N·s/m)", "exponent": "exponent"}
 
 
 class Calibration:
@@ -143,7 +143,7 @@ class Calibration:
         ]
 
     def _comparison(self) -> Table:
-        labels = ["k (N/m)", "b (N.s/m)", "n", "χ²", *map(label, TARGETS)]
+        labels = ["k (N/m)", "b (N·s/m)", "n", "χ²", *map(label, TARGETS)]
         columns = []
         for _, fitted in self.compared:
             if isinstance(fitted, str):
@@ -231,9 +231,7 @@ def calibrated(
     try:
         import scipy  # noqa: F401
     except ImportError:
-        raise UserError(
-            'calibrate needs SciPy: install it with `pip install "golf-impact[calibrate]"`'
-        ) from None
+        raise lacking("calibrate", "SciPy", "calibrate") from None
     with ImpactFmu(current_fmu()[0]) as fmu:
         return Calibration(fmu, conditions, targets, law)
 

@@ -12,13 +12,11 @@ from golf_scenarios.calibration.fitting import Fit
 from golf_scenarios.calibration.targets import TARGETS, Target
 from golf_scenarios.report import figures
 
-#: Colour, dashes and marker of the laws behind the fit.
-_LOOKS: tuple[tuple[str, Any, str], ...] = (
-    (figures.ORANGE, "--", "s"),
-    (figures.GREEN, "-.", "^"),
-    (figures.PURPLE, ":", "D"),
-    (figures.SKY, (0, (5, 1, 1, 1)), "v"),
-)
+
+def _look(law: ContactLaw) -> figures.Look:
+    if law.exponent == 1.0:
+        return figures.LOOKS[f"law {law.law}"]
+    return figures.LOOKS["Tsuji" if law.exponent == 1.5 else "power law"]
 
 
 def draw(
@@ -28,20 +26,31 @@ def draw(
     figure, (force, off) = figures.new_pair(f"Calibrated: {best.law.title}")
     others = [other for _, other in compared if isinstance(other, Fit) and other is not best]
     names = list(targets)
-    for fit, (colour, dashes, mark) in (*zip(others, _LOOKS), (best, (figures.BLUE, "-", "o"))):
-        face, width = (colour, 2.6) if fit is best else ("none", 1.4)
+    for fit in (*others, best):
+        look = _look(fit.law)
+        style: dict[str, Any] = {
+            "mfc": look.colour if fit is best else "white",
+            "ms": 7,
+            "mew": 1.5,
+        }
         time, newton = (np.array(values) for values in fit.path)
         force.plot(
-            1e6 * time, 1e-3 * newton, color=colour, ls=dashes, lw=width, label=fit.law.title
+            1e6 * time,
+            1e-3 * newton,
+            **look.points,
+            **style,
+            markevery=[int(newton.argmax())],
+            lw=2.6 if fit is best else 1.4,
+            label=fit.law.title,
         )
         residuals = [fit.residuals[name] for name in names]
-        off.plot(residuals, range(len(names)), mark, color=colour, mfc=face, ms=7, mew=1.5)
+        off.plot(residuals, range(len(names)), look.marker, color=look.colour, **style)
     _targets(force, targets)
     force.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
     figures.legend_below(figure, force, columns=4)
     figures.rows(off, [TARGETS[name][1] for name in names], band=1.0)
     widest = max(1.5, *(abs(r) for fit in (best, *others) for r in fit.residuals.values()))
-    off.set(xlabel="(model − target) / σ", xlim=(-1.15 * widest, 1.15 * widest))
+    off.set(xlabel="(model − target) / σ; band: ± 1 σ", xlim=(-1.15 * widest, 1.15 * widest))
     return figure
 
 

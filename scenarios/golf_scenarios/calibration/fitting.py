@@ -116,16 +116,25 @@ def fit(
     started from the best places of a wide grid.
 
     Raises:
-        UserError: no contact that ends comes near the targets.
+        UserError: no contact that ends comes near the targets, or they can't be computed with.
     """
-    search = _Search(Predictor(fmu, conditions, law), targets)
-    for method, places in (
-        ("closed form", search.exact),
-        ("weighted least squares", search.least_squares),
-    ):
-        answers = places()
-        if answers:
-            return search.described(answers[0], answers[1:], method)
+    import numpy as np
+
+    try:
+        # What overflows is told below, in one line.
+        with np.errstate(all="ignore"):
+            search = _Search(Predictor(fmu, conditions, law), targets)
+            for method, places in (
+                ("closed form", search.exact),
+                ("weighted least squares", search.least_squares),
+            ):
+                answers = places()
+                if answers:
+                    return search.described(answers[0], answers[1:], method)
+    except (ArithmeticError, ValueError) as error:
+        raise UserError(
+            f"{law.title}: the targets or their σ are too small or too large for doubles ({error})"
+        ) from error
     raise UserError(f"{law.title}: no contact that ends comes near these targets")
 
 

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from golf_scenarios.errors import UserError
 from golf_scenarios.facts import closed_forms
+from golf_scenarios.facts.quantities import doubts_of_mass
+from golf_scenarios.files import read_text
 
 #: Targets by name: the FMU's output, and how it is called.
 TARGETS = {
@@ -29,9 +31,8 @@ RESTITUTION = ("ball_speed", "club_speed_after", "cor")
 #: The σ of a target without one, as a fraction of its value.
 DEFAULT_SIGMA = 0.01
 
-#: No impact with a ball is so long (s) or so soft (N), and no club or ball so heavy (kg): another
-#: unit was meant.
-_LONG, _SOFT, _HEAVY = 0.1, 20.0, 10.0
+#: No impact with a ball is so long (s) or so soft (N): another unit was meant.
+_LONG, _SOFT = 0.1, 20.0
 
 #: Measurements that contradict a conservation law by more than so many σ are refused.
 _CONTRADICTION = 3.0
@@ -153,18 +154,17 @@ def read_csv(path: Path) -> tuple[dict[str, tuple[float, float | None]], dict[st
         UserError: the file can't be read or understood.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UserError(f"can't read {path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path} is no text in UTF-8: save it as CSV (UTF-8)") from error
-    rows = csv.reader(text.splitlines())
+        rows = iter(list(csv.reader(read_text(path).splitlines())))
+    except csv.Error as error:
+        raise UserError(f"{path} can't be read as CSV: {error}") from error
     header = [cell.strip().lower() for cell in next(rows, [])]
     if not {"target", "value"} <= set(header) or not set(header) <= {"target", "value", "sigma"}:
         raise UserError(
             f"{path} is refused: its first line must be target,value,sigma (sigma may be left "
             f"out), not {','.join(header)!r}"
         )
+    if len(set(header)) < len(header):
+        raise UserError(f"{path} is refused: its first line names a column twice: {header}")
     targets: dict[str, tuple[float, float | None]] = {}
     impact: dict[str, float] = {}
     for number, row in enumerate(rows, 2):
@@ -214,12 +214,8 @@ def doubts(conditions: Conditions, targets: Mapping[str, Target]) -> list[str]:
     force = targets.get("max_force")
     if force and force.value < _SOFT:
         words.append(f"--max-force {force.value:g} is taken in N: write e.g. 6600 for 6.6 kN.")
-    words += [
-        f"{option(name)} {getattr(conditions, name):g} is taken in kg: write e.g. 0.210 for 210 g."
-        for name in ("m_club", "m_ball")
-        if getattr(conditions, name) > _HEAVY
-    ]
-    return words
+    masses = {f"{option(name)} ": getattr(conditions, name) for name in ("m_club", "m_ball")}
+    return [*words, *doubts_of_mass(masses)]
 
 
 def check_together(targets: Mapping[str, Target], conditions: Conditions, law: int) -> None:

@@ -78,6 +78,9 @@ def one_line(arguments: list[str]) -> int:
     except (UserError, OSError) as error:
         _complain(error)
         return 2
+    except MemoryError as error:
+        _complain(UserError(f"there isn't enough memory ({error or 'none is left'})"))
+        return 2
     finally:
         stopping.close_scratch()
 

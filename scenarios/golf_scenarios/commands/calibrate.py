@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from golf_scenarios.commands.console import RESULTS, err, out, paragraphs, print_table, say, warn
+from golf_scenarios.facts.quantities import LAWS_IN_WORDS
 
 EPILOG = (
     "Examples: golf-impact calibrate --cor 0.743 --contact-time 600e-6 · golf-impact calibrate "
@@ -13,6 +14,12 @@ EPILOG = (
 )
 
 _Sigma = Annotated[float | None, typer.Option(help="Its standard deviation.", show_default="1 %")]
+
+
+def _law(given: str | int) -> int:
+    if str(given) not in ("1", "2"):
+        raise typer.BadParameter(f"{given} is refused: {LAWS_IN_WORDS}")
+    return int(given)
 
 
 def calibrate(
@@ -53,7 +60,9 @@ def calibrate(
             "Options win over it.",
         ),
     ] = None,
-    law: Annotated[int, typer.Option(help="1 absolute, 2 relative.")] = 2,
+    law: Annotated[
+        int, typer.Option(parser=_law, metavar="1|2", help="1 absolute, 2 relative.")
+    ] = 2,
     exponent: Annotated[
         str, typer.Option(help="n of law 2's power law: a number, or free to fit it too.")
     ] = "1",
@@ -83,7 +92,7 @@ def calibrate(
         "time_of_max_force": (time_of_max_force, sigma_time_of_max_force),
     }
     conditions = {"club_speed": club_speed, "m_club": m_club, "m_ball": m_ball}
-    prepare(folder)
+    prepare(folder, "calibrate.json", "calibrate.png")
     measured, targets = given(options, conditions, csv)
     chosen = asked_for(law, exponent, reference_compression)
     for words in doubts(measured, targets):

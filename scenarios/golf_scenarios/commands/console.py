@@ -22,9 +22,9 @@ out = Console(markup=False, emoji=False)
 err = Console(stderr=True, markup=False, emoji=False)
 
 
-def say(words: object) -> None:
+def say(words: object, style: str | None = None) -> None:
     """A line, however long."""
-    out.print(str(words), soft_wrap=True, highlight=False)
+    out.print(str(words), style=style, soft_wrap=True, highlight=False)
 
 
 def warn(words: object, style: str | None = None) -> None:

@@ -18,6 +18,7 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
+from golf_scenarios.commands.console import out
 from golf_scenarios.fmu.archive import flaw, odd_characters
 from golf_scenarios.fmu.libpython import last_line, libpython_files, preloaded
 from golf_scenarios.stopping import temporary_folder
@@ -40,6 +41,9 @@ print(json.dumps([float(rows[-1][1]), float(rows[-1][2])]))
 
 #: What Python needs inside a native host: its standard library, found without its own program.
 _EMBEDDED = "import ctypes, encodings, json, math, threading"
+
+
+_COLOURS = {"ok": "green", "warning": "yellow", "problem": "red"}
 
 
 class Finding(NamedTuple):
@@ -75,9 +79,12 @@ def doctor(
     ] = None,
 ) -> int:
     """Look whether the FMU loads on this machine, and show how hosts that aren't Python load it."""
+    from rich.text import Text
+
     status = 0
     for level, text in examine(fmu):
-        print(f"{level:<8} {text}")
+        line = Text(f"{level:<8} ", _COLOURS.get(level, "")).append(text, "default")
+        out.print(line, soft_wrap=True, highlight=False)
         status |= level == "problem"
     return int(status)
 

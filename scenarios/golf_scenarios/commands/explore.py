@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from golf_scenarios.commands.console import say, warn
-from golf_scenarios.errors import UserError
+from golf_scenarios.errors import lacking
 
 EPILOG = "Examples: golf-impact explore · golf-impact explore --ball roh-lee --set club_speed=50"
 
@@ -32,9 +32,7 @@ def explore(
     try:
         import bokeh  # noqa: F401
     except ImportError as error:
-        raise UserError(
-            'explore needs Bokeh: install it with `.venv/bin/pip install -e ".[explore]"`'
-        ) from error
+        raise lacking("explore", "Bokeh", "explore") from error
     from golf_scenarios.commands.run import fmu_file, values_of
     from golf_scenarios.explore.cases import query
     from golf_scenarios.explore.server import serve

@@ -29,6 +29,13 @@ def list_(
     else:
         from golf_scenarios.commands.scripts import scenarios
 
-        rows = [[name, script.TITLE] for name, script in scenarios().items()]
+        rows = [[name, _shown(name, script.TITLE)] for name, script in scenarios().items()]
         table = Table("Scenarios", ["name", "what it shows"], rows)
     print_table(table, numbers=False)
+
+
+def _shown(name: str, title: str) -> str:
+    """A title without the name that it begins with, which stands beside it."""
+    first, _, rest = title.partition(": ")
+    same = first.lower().replace(" ", "") == name.lower().replace("_", "")
+    return rest if same and rest else title

@@ -8,6 +8,7 @@ import typer
 
 from golf_scenarios.commands.console import RESULTS, err, out, paragraphs, print_table, say, warn
 from golf_scenarios.errors import UserError
+from golf_scenarios.facts.quantities import LAWS_IN_WORDS, doubts_of_mass
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -32,12 +33,13 @@ def run(
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="A case of your own; repeatable."),
     ] = None,
-    ball: Annotated[
-        str | None,
+    balls: Annotated[
+        list[str] | None,
         typer.Option(
             "--ball",
             metavar="NAME",
-            help="A case with this ball (golf-impact list --balls); --set wins over its values.",
+            help="A case with this ball (golf-impact list --balls); repeatable, --set wins over "
+            "its values.",
         ),
     ] = None,
     folder: Annotated[
@@ -53,11 +55,19 @@ def run(
     from golf_scenarios.facts.balls import ball as named_ball
     from golf_scenarios.files import prepare
     from golf_scenarios.fmu.impact_fmu import ImpactFmu
+    from golf_scenarios.report.own_cases import OwnCase, own_cases
     from golf_scenarios.report.page import write_outcomes
-    from golf_scenarios.report.report import own_case
 
-    values = {**(named_ball(ball).values if ball else {}), **values_of(set_ or [])}
-    if names or values:
+    values = values_of(set_ or [])
+    own = [OwnCase(values, named_ball(name)) for name in dict.fromkeys(balls or ())]
+    if values and not own:
+        own = [OwnCase(values)]
+    masses = {f"--set {name}=": values[name] for name in ("m_club", "m_ball") if name in values}
+    for words in doubts_of_mass(masses):
+        warn(words, style="yellow")
+    if names and own:
+        say(f"--set and --ball make a case of your own: {', '.join(names)} stays as it is.")
+    if names or own:
         scripts: dict[str, ModuleType] = {}
         for name in dict.fromkeys(names or ()):
             script = scenario(name)
@@ -65,23 +75,20 @@ def run(
                 raise UserError(f"two scenarios are named {Path(name).stem}: run one at a time")
     else:
         scripts = scenarios()
-    prepare(folder)
+    prepare(folder, "results.json", "report.html")
     outcomes: dict[str, Outcome] = {}
     with ImpactFmu(fmu_file(fmu)) as instance:
         for name, script in scripts.items():
             with err.status(f"running {name}"):
                 outcomes[name] = _outcome(script, instance)
             _show(name, outcomes[name])
-        if values:
-            outcomes["custom"] = own_case(instance, values)
+        if own:
+            outcomes["custom"] = own_cases(instance, own)
             _show("custom", outcomes["custom"])
         guid = instance.description.guid
     with err.status("writing results"):
         replaced = (folder / "results.json").exists()
         write_outcomes(folder, outcomes, guid, figures)
-    # Files of other scenarios than these stay.
-    earlier = " (the report and these scenarios' files in place of an earlier run's)"
-    say(f"Results in {folder}{os.sep}{earlier if replaced else ''}")
     failed = [
         f"{name}: {check.claim.removeprefix(f'{name}: ')} ({check.detail})"
         for name, outcome in outcomes.items()
@@ -90,6 +97,11 @@ def run(
     ]
     for line in failed:
         warn(f"Check failed: {line}", style="red")
+    total = sum(len(outcome.checks) for outcome in outcomes.values())
+    # Files of other scenarios than these stay.
+    earlier = " (the report and these scenarios' files in place of an earlier run's)"
+    passed = _verdict(total - len(failed), total)
+    say(f"{passed}. Results in {folder}{os.sep}{earlier if replaced else ''}", _style(failed))
     return 1 if failed else 0
 
 
@@ -130,9 +142,10 @@ def values_of(pairs: list[str]) -> dict[str, float]:
         try:
             values[name] = float(text)
         except ValueError:
-            raise UserError(
-                f"--set {name}={text} is refused: {text!r} is no number (e.g. --set {name}=1.5)"
-            ) from None
+            why = f"{text!r} is no number (e.g. --set {name}=1.5)"
+            if name == "law":
+                why = LAWS_IN_WORDS
+            raise UserError(f"--set {name}={text} is refused: {why}") from None
     return values
 
 
@@ -161,6 +174,15 @@ def _show(name: str, outcome: "Outcome") -> None:
         print_table(table)
     paragraphs(outcome.words)
     if outcome.checks:
-        passed = sum(check.passed for check in outcome.checks)
-        out.print(f"{name}: {passed} of {len(outcome.checks)} checks passed", style="bold")
+        failed = [check for check in outcome.checks if not check.passed]
+        words = _verdict(len(outcome.checks) - len(failed), len(outcome.checks))
+        out.print(f"{name}: {words}", style=f"bold {_style(failed)}", highlight=False)
     out.print()
+
+
+def _verdict(passed: int, total: int) -> str:
+    return f"{passed} of {total} checks passed"
+
+
+def _style(failed: list) -> str:
+    return "red" if failed else "green"

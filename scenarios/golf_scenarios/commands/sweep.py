@@ -13,7 +13,7 @@ import typer
 
 from golf_scenarios.commands.console import err, progress, say, warn
 from golf_scenarios.commands.run import fmu_file, pairs_of
-from golf_scenarios.errors import UserError
+from golf_scenarios.errors import UserError, lacking
 from golf_scenarios.stopping import SIGNALS
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def sweep(
     ] = False,
     figures: Annotated[
         bool | None,
-        typer.Option("--figures/--no-figures", help="Draw a picture, and write report.html."),
+        typer.Option("--figures/--no-figures", help="Write FILE.png and FILE.html."),
     ] = None,
     fmu: Annotated[
         Path | None, typer.Option("--fmu", help="Use this .fmu file; don't build.")
@@ -122,7 +122,8 @@ def swept(options: Options, study: Path | None) -> int:
     Raises:
         UserError: something in it isn't allowed, or a file can't be written.
     """
-    from golf_scenarios.sweeps.run import CHUNK, Stopped, Sweep
+    from golf_scenarios.files import prepare
+    from golf_scenarios.sweeps.run import CHUNK, Stopped, Sweep, check_size
     from golf_scenarios.sweeps.study import Study
     from golf_scenarios.sweeps.study_file import read_study
     from golf_scenarios.sweeps.table_file import check_path
@@ -138,7 +139,12 @@ def swept(options: Options, study: Path | None) -> int:
         0 if options.seed is None else options.seed,
         options.design or "random",
     )
+    chunk = CHUNK if options.chunk is None else options.chunk
+    check_size(asked, options.workers, chunk, options.figures is not False)
     check_path(options.out)
+    if options.figures is not False:
+        beside = (options.out.with_suffix(suffix).name for suffix in (".png", ".html"))
+        prepare(options.out.parent, *beside)
     with _stop_asked() as stop, Sweep(asked, fmu_file(options.fmu), stop.is_set) as running:
         try:
             with progress() as bar:
@@ -146,7 +152,7 @@ def swept(options: Options, study: Path | None) -> int:
                     options.out,
                     workers=options.workers,
                     scheduler=options.scheduler,
-                    chunk=CHUNK if options.chunk is None else options.chunk,
+                    chunk=chunk,
                     progress=bar("sweep", asked.cases),
                 )
             words = _words(summary, options)
@@ -254,7 +260,7 @@ def _sensitivity(sweep: Sweep, summary: Summary, outcome: Outcome) -> Sensitivit
 
         result = sensitivity(sweep.study, summary.drawn, sweep.first_output)
     except ImportError:
-        outcome.words.append("Sensitivities need SciPy: `pip install 'golf-impact[sweep]'`.")
+        outcome.words.append(f"{lacking('the table of sensitivities', 'SciPy', 'sweep')}.")
         return None
     if result is not None:
         outcome.words.append(result.note)
@@ -267,7 +273,7 @@ def _sensitivity(sweep: Sweep, summary: Summary, outcome: Outcome) -> Sensitivit
 def _draw(
     sweep: Sweep, summary: Summary, outcome: Outcome, sensitivity: Sensitivity | None
 ) -> list[Path]:
-    """The picture beside the data, and report.html with it."""
+    """The picture beside the data, and the page with it."""
     from golf_scenarios.files import write_together
     from golf_scenarios.report import figures
     from golf_scenarios.report.page import page
@@ -276,5 +282,6 @@ def _draw(
     figure = draw(sweep.study, summary.drawn, sweep.fmu.variables, sensitivity)
     images = {} if figure is None else {outcome.title: figures.png(figure)}
     files = {summary.path.with_suffix(".png").name: image for image in images.values()}
-    files["report.html"] = page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
+    report = summary.path.with_suffix(".html").name
+    files[report] = page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
     return write_together(summary.path.parent, files)

@@ -17,6 +17,10 @@ TABLE_1 = {"m_club": 0.200, "m_ball": 0.046, "ball_diameter": 0.044}
 #: The step of the document's scheme, s.
 TIME_STEP = 0.5e-6
 
+#: The document's program goes on for 2 or 3 samples after the bodies part, until they are this far
+#: apart, m; 35 to 48 µm print the same numbers.
+END_GAP = 36e-6
+
 #: How far the exact answer may lie from a printed number, relative, beside half a printed digit:
 #: the document's numerical error. The largest are 0.53 % in COR at k = 2e6 (0.0051, where half a
 #: digit is 0.005) and 0.48 % in the ball speed printed there.

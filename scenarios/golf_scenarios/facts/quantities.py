@@ -1,7 +1,14 @@
 """How quantities are called and shown: one table for reports, figures and calibration."""
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
+
+#: What the number `law` may be.
+LAWS_IN_WORDS = "law is 1 (absolute) or 2 (relative)"
+
+#: No club head and no ball is so heavy (kg): grams were meant.
+_HEAVY = 10.0
 
 
 class Quantity(NamedTuple):
@@ -39,8 +46,8 @@ class Quantity(NamedTuple):
 QUANTITIES = {
     "club_velocity": Quantity("club velocity", "v_C", "m/s", decimals=3),
     "ball_velocity": Quantity("ball velocity", "v_B", "m/s", decimals=3),
-    "momentum_initial": Quantity("initial momentum", "", "N.s"),
-    "momentum_final": Quantity("final momentum", "", "N.s"),
+    "momentum_initial": Quantity("initial momentum", "", "N·s"),
+    "momentum_final": Quantity("final momentum", "", "N·s"),
     "kinetic_energy_initial": Quantity("initial kinetic energy", "", "J", decimals=3),
     "kinetic_energy_final": Quantity("final kinetic energy", "", "J", decimals=3),
     "smash_factor": Quantity("smash factor", "S"),
@@ -49,8 +56,8 @@ QUANTITIES = {
     "contact_displacement_over_diameter": Quantity("contact displacement / D"),
     "max_force": Quantity("max force", "", "N", decimals=1),
     "time_of_max_force": Quantity("time of max force", "", "µs", 1e6, 2),
-    "impulse": Quantity("impulse", "J", "N.s"),
-    "momentum_gain_ball": Quantity("momentum gained by ball", "P_B", "N.s"),
+    "impulse": Quantity("impulse", "J", "N·s"),
+    "momentum_gain_ball": Quantity("momentum gained by ball", "P_B", "N·s"),
     "energy_efficiency": Quantity("energy efficiency", "E", "%", 100.0, 2),
 }
 
@@ -73,3 +80,32 @@ def shortest(value: float) -> str:
 def set_options(values: Mapping[str, float]) -> str:
     """Inputs and parameters (SI) as options of a command."""
     return " ".join(f"--set {name}={shortest(value)}" for name, value in values.items())
+
+
+def doubts_of_mass(masses: Mapping[str, float]) -> list[str]:
+    """Masses that may be in grams, in words; they are taken as they stand.
+
+    Args:
+        masses: kg, by what stands before them on the command line.
+    """
+    return [
+        f"{given}{mass:g} is taken in kg: write {given}{mass / 1e3:g} for {mass:g} g."
+        for given, mass in masses.items()
+        if mass > _HEAVY
+    ]
+
+
+def written(unit: str | None) -> str:
+    """A unit as people write it, N·s for the FMI's N.s; empty if there is none."""
+    return "" if unit in (None, "", "1") else str(unit).replace(".", "·")
+
+
+def prefixed(unit: str | None, largest: float) -> tuple[float, str]:
+    """Factor and unit that bring values up to this one (SI) to between 1 and 1000.
+
+    Only units that people put a prefix to have one: 1e6 N/m is 1 MN/m.
+    """
+    if unit not in ("N", "N/m", "m", "s", "J") or not 0.0 < largest < math.inf:
+        return 1.0, written(unit)
+    thousands = min(max(math.floor(math.log10(largest) / 3.0 + 1e-9), -3), 3)
+    return 10.0 ** (-3 * thousands), ("n", "µ", "m", "", "k", "M", "G")[thousands + 3] + unit

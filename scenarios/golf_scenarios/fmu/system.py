@@ -1,5 +1,7 @@
 """The system of three FMUs: built, and run by fmpy.ssp."""
 
+from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +9,10 @@ import numpy as np
 from golf_build import standalone as alone
 from golf_build import system
 from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.stopping import held
+
+_REAL_OUTPUT = ("output", "Real")
 
 
 def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[Path]:
@@ -27,6 +32,14 @@ def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[P
         raise UserError(f"can't write into {folder}: {error.strerror or error}") from error
 
 
+def start_values(fmu: Path) -> dict[str, float]:
+    """The start values of an FMU's Real parameters by name."""
+    import fmpy
+
+    variables = fmpy.read_model_description(str(fmu)).modelVariables
+    return {v.name: float(v.start) for v in variables if v.causality == "parameter"}
+
+
 def run_ssp(ssp: Path, step: float, stop: float) -> dict[str, np.ndarray]:
     """Run the system in fmpy.ssp.
 
@@ -44,3 +57,69 @@ def run_ssp(ssp: Path, step: float, stop: float) -> dict[str, np.ndarray]:
     rows = simulate_ssp(str(ssp), stop_time=stop - 0.5 * step, step_size=step)
     columns = {name: np.asarray(rows[name], dtype=float) for name in rows.dtype.names[1:]}
     return {"time": step * np.arange(1, len(rows) + 1), **columns}
+
+
+def run_system(
+    fmus: Mapping[str, Path],
+    steps: Iterable[float],
+    values: Mapping[str, Mapping[str, float]] | None = None,
+    rollback: bool = False,
+) -> dict[str, np.ndarray]:
+    """Run components of the system with communication steps of any sizes.
+
+    As a host does that steps all of them at the same time: what one puts out reaches the others in
+    the next step. With rollback it repeats the Swing's part of a step, from the state before it,
+    whenever the force was another than the Swing had been given.
+
+    Args:
+        fmus: files by the names of the components: Swing, ClubBallImpact, perhaps BallFlight.
+        steps: communication step sizes, s.
+        values: parameters by component, where they aren't the start values.
+        rollback: whether steps are repeated.
+
+    Returns:
+        `time` (s, end of each step) and every Real output by "Component.variable".
+
+    Raises:
+        UserError: a component refuses a value or a step.
+    """
+    with ExitStack() as stack:
+        loaded = {name: stack.enter_context(LoadedFmu(path)) for name, path in fmus.items()}
+        for name, fmu in loaded.items():
+            fmu.start(**(values or {}).get(name, {}))
+        wires = [
+            (loaded[start], output, loaded[end], given)
+            for (start, output), (end, given) in (
+                (a.split("."), b.split(".")) for a, b in system.CONNECTIONS
+            )
+            if start in loaded and end in loaded
+        ]
+        outputs = {
+            name: [v.name for v in fmu.variables.values() if (v.causality, v.type) == _REAL_OUTPUT]
+            for name, fmu in loaded.items()
+        }
+        swing, impact = loaded["Swing"], loaded["ClubBallImpact"]
+        impact.set({"club_speed": 0.0})
+        time, rows = 0.0, []
+        for size in steps:
+            felt = swing.read(["reaction_force"])
+            before = swing.slave.getFMUstate() if rollback else None
+            for fmu in loaded.values():
+                fmu.step(time, size)
+            if rollback:
+                known = {"reaction_force": impact.read(["mean_force"])["mean_force"]}
+                if known != felt:
+                    swing.slave.setFMUstate(before)
+                    swing.set(known)
+                    swing.step(time, size)
+                swing.slave.freeFMUstate(before)
+            for start, output, end, given in wires:
+                if start.variables[output].type == "Boolean":
+                    end.slave.setBoolean(end.references([given]), [start.flag(output)])
+                else:
+                    end.set({given: start.read([output])[output]})
+            time += size
+            read = [fmu.read(outputs[name]).values() for name, fmu in loaded.items()]
+            rows.append([time, *(one for row in read for one in row)])
+        columns = ["time", *(f"{name}.{one}" for name in loaded for one in outputs[name])]
+        return dict(zip(columns, np.array(rows).T, strict=True))

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from fmpy.fmi2 import FMU2Slave
 
-from golf_scenarios.facts.document import TIME_STEP
+from golf_scenarios.facts.document import END_GAP, TIME_STEP, USED
 from golf_scenarios.fmu.file import build_plain_fmu
 from golf_scenarios.fmu.loaded import LoadedFmu
+from golf_scenarios.report.report import Metrics, derived
 
 #: The FMU's one source, which needs nothing but pythonfmu.
 SLAVE = Path(__file__).with_name("document_fmu.py")
@@ -44,6 +45,18 @@ class DocumentFmu(LoadedFmu):
         self.start(dt=dt, **values)
         steps_of_contact(self, self.slave, dt)
         return self.read(_OUTPUTS)
+
+    def as_printed(self, **values: float) -> Metrics:
+        """One impact as the document's program ends it: what it rounds to print (SI units).
+
+        Args:
+            values: inputs and parameters by name.
+
+        Returns:
+            By the names of results.json.
+        """
+        given = {"club_speed": 35.0, "ball_speed": 0.0, **USED, **values}
+        return derived(self.impact(end_gap=END_GAP, **values), given)
 
 
 def steps_of_contact(fmu: LoadedFmu, slave: FMU2Slave, dt: float, end: float = math.inf) -> int:

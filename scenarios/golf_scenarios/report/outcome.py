@@ -41,6 +41,7 @@ class Outcome:
         checks: what was claimed and whether it holds.
         trajectories: by file name without suffix: columns by name, arrays of one shape (n,).
         figures: by file name without suffix: a function that draws it, with the module `figures`.
+        captions: of figures that have one, by the same names: what there is to see.
         words: the conclusions.
     """
 
@@ -51,6 +52,7 @@ class Outcome:
     checks: list[Check] = field(default_factory=list)
     trajectories: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
     figures: dict[str, Callable[[Any], Figure]] = field(default_factory=dict)
+    captions: dict[str, str] = field(default_factory=dict)
     words: list[str] = field(default_factory=list)
 
     def check(self, claim: str, passed: bool, detail: str = "") -> None:

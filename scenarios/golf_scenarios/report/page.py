@@ -3,6 +3,7 @@
 import base64
 import csv
 import io
+import struct
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -49,7 +50,7 @@ def write_outcomes(
 def page(
     outcomes: Mapping[str, Outcome], images: Mapping[str, Mapping[str, bytes]], guid: str
 ) -> bytes:
-    """The page report.html: self-contained.
+    """The page report.html: one file, which asks for nothing else.
 
     Args:
         outcomes: by name.
@@ -58,10 +59,7 @@ def page(
     """
     checks = [check for outcome in outcomes.values() for check in outcome.checks]
     shown = {
-        name: [
-            {"alt": file.replace("_", " "), "data": base64.b64encode(image).decode()}
-            for file, image in of_one.items()
-        ]
+        name: [_figure(outcomes[name], file, image) for file, image in of_one.items()]
         for name, of_one in images.items()
     }
     return rendered(
@@ -73,3 +71,16 @@ def page(
         passed=sum(check.passed for check in checks),
         total=len(checks),
     )
+
+
+def _figure(outcome: Outcome, file: str, image: bytes) -> dict[str, str | int]:
+    # A PNG has its size in the first of its chunks.
+    width, height = struct.unpack(">II", image[16:24])
+    caption = outcome.captions.get(file, "")
+    return {
+        "data": base64.b64encode(image).decode(),
+        "width": width,
+        "height": height,
+        "caption": caption,
+        "alt": caption or file.replace("_", " "),
+    }

@@ -7,7 +7,7 @@ from typing import Any
 
 from golf_scenarios.facts import closed_forms
 from golf_scenarios.facts.document import NUMERICAL_ERROR, Printed
-from golf_scenarios.facts.quantities import QUANTITIES, label, set_options, shown
+from golf_scenarios.facts.quantities import label, set_options, shown
 from golf_scenarios.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_scenarios.report.outcome import Outcome, Table
 
@@ -163,25 +163,36 @@ class Report(Outcome):
         """A table of text cells; the first column names the row."""
         self.tables.append(Table(title, list(columns), [list(row) for row in rows]))
 
-    def compare(self, cases: Mapping[str, Mapping[str, Printed]]) -> None:
-        """The table document | this FMU | difference, for printed numbers by case."""
-        rows = []
-        for name, printed in cases.items():
-            for metric, number in printed.items():
-                value = self.cases[name][metric]
-                off = (value - number.value) / number.value
-                row = f"{name}: {label(metric)}" if len(cases) > 1 else label(metric)
-                rows.append([row, number.text, shown(metric, value), f"{off * 100:+.2f} %"])
-        self.table(self.title, ["", "document", "this FMU (exact)", "difference"], rows)
+    def compare(
+        self, title: str, printed: Mapping[str, Printed], scheme: Metrics, exact: Metrics
+    ) -> None:
+        """The table of what the document prints, what its scheme gives unrounded, and the answer.
 
-    def figure(self, name: str) -> Callable[[Callable[[Any], Any]], Callable[[Any], Any]]:
+        The last column is the scheme's error: what is printed differs by its rounding besides.
+        """
+        rows = []
+        for metric, number in printed.items():
+            values = (shown(metric, metrics[metric]) for metrics in (scheme, exact))
+            error = scheme[metric] / exact[metric] - 1.0
+            rows.append([label(metric), number.text, *values, f"{error * 100:+.2f}"])
+        columns = ["", "printed", "its scheme", "exact", "error (%)"]
+        self.table(title, columns, rows)
+
+    def figure(
+        self, name: str, caption: str = ""
+    ) -> Callable[[Callable[[Any], Any]], Callable[[Any], Any]]:
         """A figure by its file name: decorates a function that draws it.
 
         The function gets the module `golf_scenarios.report.figures`, when somebody wants to see it.
+
+        Args:
+            name: of the file, without suffix.
+            caption: what there is to see, in a sentence.
         """
 
         def keep(draw: Callable[[Any], Any]) -> Callable[[Any], Any]:
             self.figures[name] = draw
+            self.captions[name] = caption
             return draw
 
         return keep
@@ -195,23 +206,3 @@ _GIVEN = (
     *("m_club", "m_ball", "ball_diameter", "k", "b", "club_speed", "ball_speed", "law"),
     *("exponent", "restitution_at_rest"),
 )
-
-
-def own_case(fmu: ImpactFmu, values: dict[str, Any]) -> Outcome:
-    """The user's own case: metrics and force of one impact, checked like every other case."""
-    title = "Your case: " + ", ".join(f"{name} = {value:g}" for name, value in values.items())
-    report = Report(title, fmu)
-    metrics = report.impact("custom", **values)
-    rows = [[one.label, one.shown(metrics[metric])] for metric, one in QUANTITIES.items()]
-    report.table(title, ["", "this FMU"], rows)
-    path = fmu.trajectory(**values)
-    report.trajectories["custom"] = path
-
-    @report.figure("custom_force")
-    def force(figures):
-        figure, axes = figures.new("Contact force: your case")
-        axes.plot(path["time"] * 1e6, path["force"], color=figures.BLUE)
-        axes.set(xlabel="time (µs)", ylabel="contact force (N)", ylim=(0, None))
-        return figure
-
-    return report

@@ -11,6 +11,9 @@ from golf_scenarios.stress.driver import driver
 from golf_scenarios.stress.ledger import Ledger
 from golf_scenarios.timing import machine
 
+#: Random impacts and special points, of --quick and of all.
+IMPACTS = {True: (150, 100), False: (5000, 1500)}
+
 #: Of so many impacts one is held against the reference.
 _SAMPLE = 10
 
@@ -19,7 +22,7 @@ def measured(
     quick: bool, seed: int, bar: Callable[[str, int], Callable[[], None]]
 ) -> tuple[dict[str, Any], list[stability.Map]]:
     """What stress.json holds, and the maps; a seed gives the same impacts and steps again."""
-    impacts, specials = (150, 100) if quick else (5000, 1500)
+    impacts, specials = IMPACTS[quick]
     ledger = Ledger()
     invariants.announce(ledger)
     long_runs.announce(ledger)

@@ -15,8 +15,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
+from matplotlib.patches import PathPatch, Rectangle
+from matplotlib.path import Path
 
 from golf_scenarios.peers import (
     explicit_euler,
@@ -32,8 +34,10 @@ from golf_scenarios.stress.reference import exact_outcome
 
 OURS = "this FMU"
 
-#: Colours run from a double's resolution to nonsense.
-_LEAST, _MOST = -16.0, 2.0
+#: Between which errors the colours change: two decades a colour up to 1, and what is beyond, where
+#: nothing of the answer is left, in colours of its own.
+_BOUNDS = [*(10.0**power for power in range(-16, 1, 2)), 10.0, 1e3, 1e6]
+_NONSENSE = ("#F2A48B", figures.VERMILION, "#7A2000")
 
 
 @dataclass
@@ -161,52 +165,72 @@ def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
 
 def draw(maps: list[Map]) -> bytes:
     """The maps as PNG, one colour scale; the limits of theory on those that step."""
-    figure, axes = figures.plt.subplots(2, 4, figsize=(13.5, 7.2), sharey=True)
+    figure, axes = figures.plt.subplots(2, 4, figsize=(13.5, 7.0), sharey=True)
     figure.suptitle(
         "Error over step size and damping (law 2): the FMU is flat, stepping methods blow up",
         x=0.01,
         ha="left",
         fontweight="bold",
     )
-    mesh = None
+    steps = len(_BOUNDS) - 1 - len(_NONSENSE)
+    usable = figures.plt.get_cmap("cividis", steps)(range(steps))
+    colours = ListedColormap([*usable, *_NONSENSE])
+    norm = BoundaryNorm(_BOUNDS, colours.N)
     for one, place in zip(maps, axes.flat):
-        rows = one.damping.copy()
-        rows[0] = rows[1] / (rows[2] / rows[1])  # ζ = 0 is drawn one row below the smallest
-        with np.errstate(divide="ignore"):
-            table = np.log10(np.maximum(one.errors, 10.0**_LEAST))
-        shown = np.ma.masked_invalid(np.minimum(table, _MOST + 1.0))
-        shown = np.ma.masked_where(~np.isfinite(one.errors), shown)
-        mesh = place.pcolormesh(
-            _edges(one.steps), _edges(rows), shown, cmap="cividis", vmin=_LEAST, vmax=_MOST
+        # ζ = 0 has no place on a logarithmic axis: a row of its own, apart from the rest.
+        edges = _edges(one.damping[1:])
+        zero = edges[0] * (edges[0] / edges[-1]) ** np.array([0.12, 0.04])
+        across = _edges(one.steps)
+        for up, table in ((edges, one.errors[1:]), (zero, one.errors[:1])):
+            found = np.ma.masked_invalid(table)
+            shown = np.ma.clip(found, _BOUNDS[0], _BOUNDS[-1] * 0.999)
+            place.pcolormesh(across, up, shown, cmap=colours, norm=norm)
+            _hatch(place, across, up, (found > 1.0).filled(False), "///")
+            _hatch(place, across, up, ~np.isfinite(table), "xxx")
+        place.set(xscale="log", yscale="log", ylim=(zero[0], edges[-1]))
+        place.set_title(one.method, fontsize=10.5)
+        place.set_xlabel("step size ω₀h" if one.axis == "ω0 h" else "tolerance rtol")
+        decades = [zeta for zeta in (1e-2, 1.0, 1e2) if zeta >= edges[0]]
+        place.set_yticks(
+            [math.sqrt(zero[0] * zero[1]), *decades],
+            ["0", *(f"$10^{{{math.log10(zeta):.0f}}}$" for zeta in decades)],
         )
-        place.set_facecolor(figures.VERMILION)
-        place.set(xscale="log", yscale="log", title=one.method)
-        place.set_xlabel("ω0 h" if one.axis == "ω0 h" else "rtol")
+        place.set_yticks([], minor=True)
         place.grid(False)
         if one.axis == "rtol":
             place.invert_xaxis()
         elif one.method in STEPPING:
-            _limit(place, one, rows)
+            _limit(place, one)
     for place in axes[:, 0]:
-        place.set_ylabel("damping ratio ζ (lowest row: 0)")
-    assert mesh is not None
-    bar = figure.colorbar(mesh, ax=axes, shrink=0.85, extend="max")
-    bar.set_label("log10 of the error")
+        place.set_ylabel("damping ratio ζ")
+    scale = figures.plt.cm.ScalarMappable(norm, colours)
+    bar = figure.colorbar(scale, ax=axes, shrink=0.9, extend="max", spacing="uniform")
+    bar.set_ticks(_BOUNDS, labels=[f"$10^{{{math.log10(one):.0f}}}$" for one in _BOUNDS])
+    bar.set_label("error (hatched above 1)")
     handles = [
-        Line2D([], [], color="white", lw=2.0, ls="--"),
-        Rectangle((0, 0), 1, 1, color=figures.VERMILION),
+        Line2D([], [], color=figures.BLACK, lw=2.0, ls="--"),
+        Rectangle((0, 0), 1, 1, fc="white", ec="black", hatch="///"),
+        Rectangle((0, 0), 1, 1, fc="white", ec="black", hatch="xxx"),
     ]
-    legend = figure.legend(
-        handles,
-        ["limit of stability from theory (stable to the left)", "no end of contact found"],
-        loc="outside lower left",
-        ncols=2,
+    words = (
+        "limit of stability from theory (stable to the left)",
+        "error above 1",
+        "no end of contact found",
     )
-    legend.get_frame().set(facecolor="0.35", alpha=1.0)
-    legend.set_frame_on(True)
-    for text in legend.get_texts():
-        text.set_color("white")
+    figure.legend(handles, words, loc="outside lower left", ncols=3)
     return figures.png(figure)
+
+
+def _hatch(place: Any, across: np.ndarray, up: np.ndarray, chosen: np.ndarray, hatch: str) -> None:
+    """Hatch these cells; `chosen` of shape (up, across), without the last edges."""
+    cells = []
+    for row, column in zip(*np.nonzero(chosen)):
+        (left, right), (low, high) = across[column : column + 2], up[row : row + 2]
+        corners = [(left, low), (right, low), (right, high), (left, high), (left, low)]
+        cells.append(Path(corners, closed=True))
+    if cells:
+        whole = Path.make_compound_path(*cells)
+        place.add_patch(PathPatch(whole, fc="none", ec="0.35", lw=0.0, hatch=hatch))
 
 
 def _edges(centres: np.ndarray) -> np.ndarray:
@@ -217,10 +241,10 @@ def _edges(centres: np.ndarray) -> np.ndarray:
     return 10.0 ** np.array([first, *middles, last])
 
 
-def _limit(place: Any, one: Map, rows: np.ndarray) -> None:
+def _limit(place: Any, one: Map) -> None:
     """The edge of stability: explicit Euler's in closed form, the others' from their matrices."""
     low, high = one.steps[0], one.steps[-1]
-    zetas = np.logspace(math.log10(rows[0]), math.log10(rows[-1]), 200)
+    zetas = np.logspace(math.log10(one.damping[1]), math.log10(one.damping[-1]), 200)
     if one.method == "explicit Euler":
         limits = [euler_limit(zeta) for zeta in zetas.tolist()]
     else:
@@ -232,4 +256,5 @@ def _limit(place: Any, one: Map, rows: np.ndarray) -> None:
         ]
     drawn = [(x, zeta) for x, zeta in zip(limits, zetas.tolist()) if low <= x <= high]
     if drawn:
-        place.plot(*zip(*drawn), color="white", ls="--")
+        place.plot(*zip(*drawn), color="white", lw=4.0)
+        place.plot(*zip(*drawn), color=figures.BLACK, ls="--")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from golf_scenarios.errors import UserError
+from golf_scenarios.facts.quantities import LAWS_IN_WORDS
 
 #: More values of one variable than this are a slip of the keyboard.
 _MOST_VALUES = 10_000_000
@@ -112,6 +113,8 @@ class _BadAxisError(Exception):
 
 
 def _axis(name: str, text: str) -> Axis:
+    if name == "law" and text.strip().isalpha():
+        raise _BadAxisError(LAWS_IN_WORDS)
     if "," in text or ":" not in text:
         made: Axis = Grid(name, np.array([_number(item) for item in text.split(",")]))
     else:
@@ -141,7 +144,7 @@ def _whole(made: Axis) -> Grid:
     if not isinstance(made, Grid) or not all(value == int(value) for value in made.values):
         raise _BadAxisError("law takes whole numbers, 1 (absolute) and 2 (relative)")
     if not all(abs(value) < 2**31 for value in made.values):
-        raise _BadAxisError("law is 1 (absolute) or 2 (relative)")
+        raise _BadAxisError(LAWS_IN_WORDS)
     return Grid(made.name, made.values.astype(np.int64))
 
 

@@ -1,7 +1,7 @@
 """The same chunks on a Dask cluster: an existing one by its address, or one made here.
 
-Its workers need this package (`pip install 'golf-impact[cluster]'`); the FMU travels to them once
-and is checked there. A worker that dies gives its chunks back: Dask runs them elsewhere.
+Its workers need this package with its extra `cluster`; the FMU travels to them once and is checked
+there. A worker that dies gives its chunks back: Dask runs them elsewhere.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from golf_scenarios.errors import UserError
+from golf_scenarios.errors import UserError, lacking
 from golf_scenarios.fmu.loaded import in_a_line
 from golf_scenarios.sweeps.chunk import FmuFile, release
 from golf_scenarios.sweeps.pool import interrupts_held_back
@@ -63,10 +63,8 @@ def connected(scheduler: str, workers: int | None = None) -> Iterator[Client]:
     try:
         import distributed
     except ImportError as error:
-        raise UserError(
-            "--scheduler needs Dask: run `pip install 'golf-impact[cluster]'`, here and "
-            "on the cluster's workers"
-        ) from error
+        also = ", and the same on the cluster's workers"
+        raise lacking("--scheduler", "Dask", "cluster", also) from error
     # What happens to its connections is told by our own lines.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
@@ -123,6 +121,6 @@ def _lines_for_errors(scheduler: str) -> Iterator[None]:
         raise UserError(f"the cluster at {scheduler} went away ({in_a_line(error)})") from error
     except ImportError as error:
         raise UserError(
-            f"a worker of {scheduler} lacks {error.name}: install golf-impact[cluster] there, in "
-            "the same version"
+            f"a worker of {scheduler} lacks {error.name}: install this package with its extra "
+            "cluster there, in the same version"
         ) from error

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from golf_scenarios.errors import UserError
+from golf_scenarios.errors import lacking
 from golf_scenarios.sweeps.axes import Distribution
 
 #: Independent, Latin hypercube, scrambled Sobol sequence.
@@ -48,9 +48,8 @@ def unit_samples(
     try:
         from scipy.stats import qmc
     except ImportError as error:
-        raise UserError(
-            f"the design {design} needs SciPy: install it with `pip install 'golf-impact[sweep]'`, "
-            "or use --design random"
+        raise lacking(
+            f"the design {design}", "SciPy", "sweep", ", or use --design random"
         ) from error
     if design == "lhs":
         return qmc.LatinHypercube(dimensions, seed=generator).random(number)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from golf_scenarios.facts.quantities import prefixed
 from golf_scenarios.sweeps.axes import Grid
 from golf_scenarios.sweeps.sensitivity import Sensitivity
 from golf_scenarios.sweeps.study import Study
@@ -15,6 +16,7 @@ from golf_scenarios.sweeps.study import Study
 if TYPE_CHECKING:
     from fmpy.model_description import ScalarVariable
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 #: More points of a line, or along a side of a map, than these can't be seen.
@@ -23,17 +25,17 @@ _MOST_POINTS, _MOST_SIDE = 2000, 300
 #: So few values are a line each: between them a map would show what nobody computed.
 _FEW = 7
 
+#: Contours need so many values along each side: between fewer they would show what nobody computed.
+_FOR_CONTOURS = 20
+
+#: So many columns leave room for the numbers of a map's cells.
+_FOR_NUMBERS = 12
+
 #: What varies by less (relative) is constant but for rounding.
 _CONSTANT = 1e-12
 
 #: Variables whose values are names, not amounts.
 _NAMED = ("ball", "law")
-
-
-def label(variable: ScalarVariable) -> str:
-    """A variable with its unit, as it stands at an axis."""
-    words = variable.name.replace("_", " ") if len(variable.name) > 1 else variable.name
-    return words if variable.unit in (None, "", "1") else f"{words} ({variable.unit})"
 
 
 def draw(
@@ -56,27 +58,27 @@ def draw(
     usable = drawn[np.isfinite(drawn)]
     if len(usable) < 2:
         return None
-    name = study.outputs[0]
+    units = {name: variable.unit for name, variable in variables.items()}
     if not study.varied_grid:
-        return _monte_carlo(label(variables[name]), usable, study, sensitivity)
-    grid = _Reduced(study, drawn)
+        return _monte_carlo(usable, study, units, sensitivity)
+    grid = _Reduced(study, drawn, units)
     amounts = [one for one in study.varied_grid if one.name not in _NAMED]
     named = [one for one in study.varied_grid if one.name in _NAMED]
-    labels = {one.name: label(variables[one.name]) for one in amounts}
     amounts.sort(key=lambda one: -len(one.values))
     if not amounts:
-        return _bars(grid, named[0], label(variables[name]))
+        return _points(grid, named[0])
     few = [one for one in amounts[1:2] if len(one.values) <= _FEW]
     if named or few or len(amounts) == 1:
-        return _lines(grid, amounts[0], (named or few)[:1], labels, label(variables[name]))
-    return _map(grid, amounts[0], amounts[1], labels, label(variables[name]))
+        return _lines(grid, amounts[0], (named or few)[:1])
+    return _map(grid, amounts[0], amounts[1])
 
 
 class _Reduced:
     """The output over the grid: median and range of the samples at each point."""
 
-    def __init__(self, study: Study, drawn: np.ndarray) -> None:
-        self.study = study
+    def __init__(self, study: Study, drawn: np.ndarray, units: Mapping[str, str | None]) -> None:
+        self.study, self.units = study, units
+        self.output = study.outputs[0]
         self.sampled = study.number_of_samples > 1
         self._table = drawn.reshape(
             *(len(one.values) for one in study.grid), study.number_of_samples
@@ -112,90 +114,122 @@ class _Reduced:
                 percentiles = np.nanpercentile(table, (5, 50, 95), axis=-1)
         return [values[one.name] for one in axes], percentiles
 
+    def name(self, axis: Axis, name: str) -> None:
+        """Name an axis with a variable and its unit."""
+        from golf_scenarios.report import figures
 
-def _lines(
-    grid: _Reduced, along: Grid, by: list[Grid], labels: dict[str, str], output: str
-) -> Figure:
+        figures.name_axis(axis, _words(name), self.units[name])
+
+    def equal(self, one: Grid, value: Any) -> str:
+        """A variable and its value, with its unit."""
+        if one.name in _NAMED:
+            return str(value) if isinstance(value, str) else f"{one.name} {value}"
+        factor, unit = prefixed(self.units[one.name], float(np.abs(one.values).max()))
+        return f"{_words(one.name)} = {value * factor:g} {unit}".rstrip()
+
+
+def _lines(grid: _Reduced, along: Grid, by: list[Grid]) -> Figure:
     from golf_scenarios.report import figures
 
-    figure, axes = figures.new(_title(output, [along, *by], grid))
+    figure, axes = figures.new(_title([along, *by], grid))
     (x, *names), levels = grid.over([along, *by], _MOST_POINTS)
-    colours = (
-        figures.BLUE, figures.VERMILION, figures.GREEN, figures.ORANGE, figures.PURPLE,
-        figures.SKY, figures.BLACK,
-    )  # fmt: skip
     levels = levels if by else levels[..., np.newaxis]
-    marker = "o" if len(x) <= 12 else None
+    looks = figures.shades(levels.shape[-1])
+    marked = len(x) <= 12
+    # What coincides is one line with all its names.
+    same: dict[int, list[int]] = {}
     for n in range(levels.shape[-1]):
-        colour = colours[n % len(colours)]
-        equals = "" if by and by[0].name in _NAMED else "= "
-        text = f"{by[0].name} {equals}{_short(names[0][n])}" if by else None
-        if text is None and grid.sampled:
-            text = "median"
-        # Lines that coincide are told apart by their dashes.
-        style = ("-", "--", ":")[n % 3]
-        axes.plot(x, levels[1][:, n], style, color=colour, label=text, marker=marker, ms=4)
+        equal = (m for m in same if _coincide(levels[..., m], levels[..., n]))
+        same.setdefault(next(equal, n), []).append(n)
+    for n, others in same.items():
+        text = "median" if grid.sampled else None
+        if by:
+            text = ", ".join(grid.equal(by[0], names[0][m]) for m in others)
+            text += " (the same)" if len(others) > 1 else ""
+        look = looks[n]
+        if by and by[0].name in _NAMED:
+            value = names[0][n]
+            look = figures.LOOKS[value if isinstance(value, str) else f"law {value:g}"]
+        style = look.points if marked else look.line
+        axes.plot(x, levels[1][:, n], **style, label=text, ms=4)
         if grid.sampled:
             band = "5 to 95 % of the samples" if n == 0 else None
-            axes.fill_between(x, levels[0][:, n], levels[2][:, n], color=colour, alpha=0.2, lw=0,
-                              label=band)  # fmt: skip
-    axes.set(xlabel=labels[along.name], ylabel=output)
+            axes.fill_between(x, levels[0][:, n], levels[2][:, n], color=look.colour, alpha=0.2,
+                              lw=0, label=band)  # fmt: skip
     _scale(axes.set_xscale, x)
+    grid.name(axes.xaxis, along.name)
+    grid.name(axes.yaxis, grid.output)
     if by or grid.sampled:
         figures.legend_above(axes, columns=3)
-        lines = -(-len(axes.get_legend_handles_labels()[0]) // 3)
-        axes.set_title(axes.get_title("left"), pad=10 + 16 * lines)
     return figure
 
 
-def _bars(grid: _Reduced, named: Grid, output: str) -> Figure:
+def _points(grid: _Reduced, named: Grid) -> Figure:
     from golf_scenarios.report import figures
 
-    figure, axes = figures.new(_title(output, [named], grid))
-    (names,), levels = grid.over([named], _MOST_SIDE)
-    middle = levels[1]
-    axes.errorbar(
-        middle, np.arange(len(names)), xerr=[middle - levels[0], levels[2] - middle], fmt="o",
-        color=figures.BLUE, capsize=4,
-    )  # fmt: skip
-    axes.set_yticks(range(len(names)), [f"{named.name} {_short(name)}" for name in names])
-    axes.set(xlabel=output, ylim=(len(names) - 0.5, -0.5))
+    figure, axes = figures.new(_title([named], grid))
+    (names,), (low, middle, high) = grid.over([named], _MOST_SIDE)
+    for n, name in enumerate(names):
+        look = figures.LOOKS[name if isinstance(name, str) else f"law {name:g}"]
+        if grid.sampled:
+            axes.plot([low[n], high[n]], [n, n], color=look.colour, lw=1.4)
+        axes.plot(middle[n], n, look.marker, color=look.colour, ms=8)
+    axes.set_yticks(range(len(names)), [grid.equal(named, name) for name in names])
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    grid.name(axes.xaxis, grid.output)
     return figure
 
 
-def _map(grid: _Reduced, across: Grid, up: Grid, labels: dict[str, str], output: str) -> Figure:
+def _map(grid: _Reduced, across: Grid, up: Grid) -> Figure:
     from golf_scenarios.report import figures
 
     # The last --set runs fastest: it goes up.
     order = [one for one in grid.study.grid if one in (across, up)]
-    figure, axes = figures.new(_title(output, order, grid))
+    figure, axes = figures.new(_title(order, grid))
     (x, y), levels = grid.over(order, _MOST_SIDE)
     values = np.ma.masked_invalid(levels[1].T)
     image = axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", rasterized=True)
-    figure.colorbar(image, ax=axes, label=output, pad=0.02)
-    if values.count() > 3 and np.ptp(values.compressed()) > 0.0:
-        lines = axes.contour(x, y, values, levels=8, colors="white", linewidths=0.9)
-        axes.clabel(lines, fontsize=8, fmt=lambda level: f"{level:.6g}")
-    axes.set(xlabel=labels[order[0].name], ylabel=labels[order[1].name])
+    bar = figure.colorbar(image, ax=axes, pad=0.02)
     _scale(axes.set_xscale, x)
     _scale(axes.set_yscale, y)
+    grid.name(axes.xaxis, order[0].name)
+    grid.name(axes.yaxis, order[1].name)
+    grid.name(bar.ax.yaxis, grid.output)
+    usable = values.compressed()
+    factor = prefixed(grid.units[grid.output], float(np.abs(usable).max()))[0]
+    if min(values.shape) >= _FOR_CONTOURS and len(usable) > 3 and np.ptp(usable) > 0.0:
+        lines = axes.contour(x, y, values, levels=8, colors="white", linewidths=0.9)
+        axes.clabel(lines, fontsize=8, fmt=lambda level: f"{level * factor:.6g}")
+    elif len(x) <= _FOR_NUMBERS:
+        middle, digits = 0.5 * (usable.min() + usable.max()), _digits(usable * factor)
+        for row, column in zip(*np.nonzero(~np.ma.getmaskarray(values))):
+            value = values[row, column]
+            axes.text(x[column], y[row], f"{value * factor:.{digits}f}", ha="center", va="center",
+                      fontsize=7, color="white" if value < middle else "black")  # fmt: skip
     axes.grid(False)
     return figure
 
 
 def _monte_carlo(
-    output: str, usable: np.ndarray, study: Study, sensitivity: Sensitivity | None
+    usable: np.ndarray,
+    study: Study,
+    units: Mapping[str, str | None],
+    sensitivity: Sensitivity | None,
 ) -> Figure:
     from golf_scenarios.report import figures
 
-    title = f"{_capital(output.split(' (')[0])} of {len(usable):,} samples"
+    output = study.outputs[0]
+    # Rare ones far out would leave the others no room.
+    rare = 0.05 if len(usable) > 2000 else 0.0
+    left_out = f" ({2.0 * rare:g} % lie outside)" if rare else ""
+    title = f"{_capital(_words(output))} of {len(usable):,} samples{left_out}"
     if sensitivity is None:
         figure, axes = figures.new(title)
     else:
         figure, (axes, bars) = figures.new_pair(title)
         _sensitivities(bars, sensitivity)
-    # Rare ones far out would leave the others no room.
-    rare = 0.05 if len(usable) > 2000 else 0.0
+    factor, unit = prefixed(units[output], float(np.abs(usable).max()))
+    usable = usable * factor
     bins = int(np.clip(np.sqrt(len(usable)), 8, 80))
     low, high = np.percentile(usable, (rare, 100.0 - rare)).tolist()
     if high - low <= _CONSTANT * max(abs(low), abs(high)):
@@ -206,11 +240,10 @@ def _monte_carlo(
     quantiles = np.percentile(usable, (5, 50, 95))
     digits = _digits(quantiles)
     for percent, value, style in zip((5, 50, 95), quantiles, ("--", "-", ":"), strict=True):
-        axes.axvline(
-            value, color=figures.BLACK, lw=1.4, ls=style, label=f"{percent} %: {value:.{digits}f}"
-        )
-    left_out = f" ({2.0 * rare:g} % lie outside)" if rare else ""
-    axes.set(xlabel=output, ylabel=f"probability density{left_out}")
+        text = f"{percent} %: {value:.{digits}f} {unit}"
+        axes.axvline(value, color=figures.BLACK, lw=1.4, ls=style, label=text)
+    axes.set_xlabel(f"{_words(output)} ({unit})" if unit else _words(output))
+    axes.set_ylabel(f"probability density (per {unit})" if unit else "probability density")
     axes.margins(y=0.06)
     figures.legend_above(axes, columns=3)
     return figure
@@ -221,7 +254,7 @@ def _sensitivities(axes: Axes, sensitivity: Sensitivity) -> None:
 
     names = sorted(sensitivity.values, key=lambda name: abs(sensitivity.values[name]))
     values = [sensitivity.values[name] for name in names]
-    axes.barh(names, values, color=figures.BLUE, height=0.6)
+    axes.barh([_words(name) for name in names], values, color=figures.BLUE, height=0.6)
     for n, value in enumerate(values):
         axes.annotate(
             f"{value:.2f}", (value, n), xytext=(4 if value >= 0 else -4, 0),
@@ -233,13 +266,21 @@ def _sensitivities(axes: Axes, sensitivity: Sensitivity) -> None:
     axes.grid(axis="y", visible=False)
 
 
-def _title(output: str, over: list[Grid], grid: _Reduced) -> str:
-    names = " and ".join(one.name.replace("_", " ") for one in over)
-    title = f"{_capital(output.split(' (')[0])} over {names}"
+def _title(over: list[Grid], grid: _Reduced) -> str:
+    title = f"{_capital(_words(grid.output))} over {' and '.join(_words(one.name) for one in over)}"
     # What stands still.
     rest = [one for one in grid.study.varied_grid if one not in over]
-    others = ", ".join(f"{one.name} = {_short(one.values[0])}" for one in rest)
+    others = ", ".join(grid.equal(one, one.values[0]) for one in rest)
     return f"{title} ({others})" if others else title
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _coincide(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two lines are one, as far as a picture can show."""
+    return bool(np.allclose(one, other, rtol=1e-6, atol=0.0, equal_nan=True))
 
 
 def _capital(words: str) -> str:
@@ -252,10 +293,6 @@ def _digits(values: np.ndarray) -> int:
     if width <= _CONSTANT * float(np.abs(values).max()):
         width = 1e-3 * float(np.abs(values).max())
     return int(np.clip(2 - np.floor(np.log10(width)), 0, 9)) if width > 0.0 else 4
-
-
-def _short(value: Any) -> str:
-    return value if isinstance(value, str) else f"{value:g}"
 
 
 def _scale(set_scale: Any, values: np.ndarray) -> None:

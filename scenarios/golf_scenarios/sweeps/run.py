@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
@@ -23,6 +24,7 @@ from golf_scenarios.sweeps.plan import plan
 from golf_scenarios.sweeps.pool import WorkerProcesses
 from golf_scenarios.sweeps.study import Study
 from golf_scenarios.sweeps.table_file import Csv, Parquet, table_file
+from golf_scenarios.timing import free_bytes
 
 #: Cases of a chunk: some 40 ms of work.
 CHUNK = 2000
@@ -147,11 +149,8 @@ class Sweep:
             with executor_of(scheduler, workers, file) as (executor, sent):
                 yield self.through(executor, sent)
             return
-        workers = 1 if workers is None else workers
-        if not 1 <= workers <= MOST_WORKERS:
-            raise UserError(f"--workers {workers} is refused: it must be 1 to {MOST_WORKERS}")
         # One that gets no chunk would only cost its start.
-        workers = min(workers, chunks)
+        workers = min(workers or 1, chunks)
         try:
             if executor is not None:
                 try:
@@ -182,20 +181,40 @@ class Sweep:
         progress: Callable[[int], None] = lambda done: None,
     ) -> Summary:
         """Write one row a case; arguments, result and errors as of `run_sweep`."""
-        if not 1 <= chunk <= LARGEST_CHUNK:
-            raise UserError(f"--chunk {chunk} is refused: it must be 1 to {LARGEST_CHUNK:,}")
+        check_size(self.study, workers, chunk)
         chunks = -(-self.study.cases // chunk)
         out = Path(out)
         with (
             table_file(out, self.study, self.plan) as table,
             self._submitting(executor, scheduler, workers, chunks) as submit,
         ):
-            # Draws the samples, if there are any, before the clock starts.
-            self.study.columns(0, 1)
+            self._draw_samples()
             begin = time.perf_counter()
             drawn, refused, first = self.write(table, submit, chunk, progress)
             seconds = time.perf_counter() - begin
         return Summary(out, len(drawn), refused, first, seconds, drawn)
+
+    def _draw_samples(self) -> None:
+        """Before the clock starts, and beside this thread, which listens whether to stop.
+
+        Raises:
+            Stopped: the user has asked for it.
+        """
+        drawn: Future[object] = Future()
+
+        def draw() -> None:
+            try:
+                drawn.set_result(self.study.columns(0, 1))
+            except BaseException as error:
+                drawn.set_exception(error)
+
+        # It isn't waited for when the process ends.
+        threading.Thread(target=draw, daemon=True).start()
+        while not drawn.done() and not self.stop():
+            wait([drawn], timeout=0.1)
+        if self.stop():
+            raise Stopped(0)
+        drawn.result()
 
     def write(
         self,
@@ -218,6 +237,33 @@ class Sweep:
             done += len(part.outputs)
             progress(done)
         return drawn, refused, first
+
+
+def check_size(
+    study: Study, workers: int | None = None, chunk: int = CHUNK, figures: bool = False
+) -> None:
+    """Refuse what can't be done, before anything starts.
+
+    Args:
+        study: what to compute.
+        workers: how many processes; None: not given.
+        chunk: cases of a chunk.
+        figures: whether there will be pictures and tables of it.
+
+    Raises:
+        UserError: one of these isn't allowed, or the memory that is free isn't enough.
+    """
+    if not 1 <= chunk <= LARGEST_CHUNK:
+        raise UserError(f"--chunk {chunk} is refused: it must be 1 to {LARGEST_CHUNK:,}")
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise UserError(f"--workers {workers} is refused: it must be 1 to {MOST_WORKERS}")
+    need, free = study.memory(figures), free_bytes()
+    if free is not None and need > free:
+        less = " or --no-figures" if figures else ""
+        raise UserError(
+            f"{study.cases:,} cases need {need / 1e9:,.1f} GB of memory, and {free / 1e9:,.1f} GB "
+            f"are free: use fewer values{less}, or a study for each part"
+        )
 
 
 def run_sweep(

@@ -27,6 +27,13 @@ OUTPUTS = (
 
 _MOST_CASES = 10**10
 
+#: SciPy's Sobol sequence has so many points.
+_MOST_SAMPLES = {"sobol": 2**30}
+
+#: Bytes that a case takes: its first output, and in pictures and tables what is sorted of it; and
+#: that a sample takes, of each distribution, while it is drawn.
+_CASE, _CASE_DRAWN, _SAMPLE = 8, 40, 32
+
 
 @dataclass(frozen=True)
 class Study:
@@ -75,6 +82,8 @@ class Study:
         if not axes:
             raise UserError("nothing is swept: give --set NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100")
         chosen = OUTPUTS if outputs is None else tuple(name.strip() for name in outputs)
+        if not chosen:
+            raise UserError("outputs is an empty list: name one at least, or leave it out")
         if len(set(chosen)) < len(chosen):
             raise UserError(f"--outputs {','.join(chosen)} names one output twice")
         random = [one.name for one in axes if not isinstance(one, Grid)]
@@ -92,6 +101,11 @@ class Study:
         number = 1 if number_of_samples is None else number_of_samples
         if number < 1:
             raise UserError(f"--samples {number} is refused: it must be at least 1")
+        most = _MOST_SAMPLES.get(design, _MOST_CASES)
+        if number > most:
+            raise UserError(
+                f"--samples {number:,} is refused: the design {design} gives at most {most:,}"
+            )
         study = cls(axes, chosen, number, seed, design)
         if study.cases > _MOST_CASES:
             raise UserError(
@@ -120,6 +134,12 @@ class Study:
     @cached_property
     def cases(self) -> int:
         return prod(len(one.values) for one in self.grid) * self.number_of_samples
+
+    def memory(self, figures: bool) -> int:
+        """About the bytes that it takes at most, with or without pictures; chunks come on top."""
+        each = _CASE_DRAWN if figures else _CASE
+        drawn = self.number_of_samples * len(self.distributions)
+        return self.cases * each + drawn * _SAMPLE
 
     def columns(self, start: int, stop: int) -> dict[str, np.ndarray]:
         """The values of the swept variables in the cases from `start` to `stop` (exclusive)."""

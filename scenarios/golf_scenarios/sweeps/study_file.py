@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from golf_scenarios.errors import UserError
+from golf_scenarios.files import read_text
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -56,12 +57,13 @@ def read_study(path: Path) -> Options:
     Raises:
         UserError: the file can't be read, or has something else than these keys.
     """
+    text = read_text(path)
     try:
-        with open(path, "rb") as stream:
-            table = tomllib.load(stream)
-    except OSError as error:
-        raise UserError(f"can't read the study {path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        table = tomllib.loads(text)
+        _check_numbers(table)
+    except RecursionError as error:
+        raise UserError(f"{path} is refused: it is nested too deeply") from error
+    except ValueError as error:
         raise UserError(f"{path} is no TOML file: {error}") from error
     sets = table.pop("set", {})
     if not isinstance(sets, dict):
@@ -77,9 +79,20 @@ def read_study(path: Path) -> Options:
         # A Boolean is an integer to Python.
         if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
             raise UserError(f"{path}: {key} = {value!r} is refused: it must be {_WORDS[kind]}")
+        if isinstance(value, str) and "\0" in value:
+            raise UserError(f"{path}: {key} is refused: there is a NUL character in it")
     if not all(isinstance(name, str) for name in table.get("outputs", ())):
         raise UserError(f"{path}: outputs must be a list of names")
     for key, make in (("outputs", tuple), ("out", Path), ("fmu", Path)):
         if key in table:
             table[key] = make(table[key])
     return Options(sets=sets, **table)
+
+
+def _check_numbers(value: Any) -> None:
+    """Raises ValueError for an integer beyond 64 bits, which TOML doesn't know."""
+    if isinstance(value, (dict, list)):
+        for item in value.values() if isinstance(value, dict) else value:
+            _check_numbers(item)
+    elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise ValueError("a whole number in it has more than 64 bits")

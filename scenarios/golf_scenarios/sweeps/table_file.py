@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from golf_build.archive import whole
-from golf_scenarios.errors import UserError
+from golf_build.archive import plain, whole
+from golf_scenarios.errors import UserError, lacking
 from golf_scenarios.sweeps.chunk import Chunk
 from golf_scenarios.sweeps.plan import Plan
 from golf_scenarios.sweeps.study import Study
@@ -46,9 +46,7 @@ class Parquet:
             import pyarrow
             import pyarrow.parquet
         except ImportError as error:
-            raise UserError(
-                "Parquet needs pyarrow: run `pip install 'golf-impact[sweep]'`, or name a .csv file"
-            ) from error
+            raise lacking("Parquet", "pyarrow", "sweep", ", or name a .csv file") from error
         self._arrow = pyarrow
         kinds = {"ball": pyarrow.string(), "law": pyarrow.int64()}
         kinds |= {name: pyarrow.bool_() for name in plan.booleans}
@@ -122,5 +120,9 @@ def check_path(path: Path) -> None:
         raise UserError(f"--out {path} is a folder; give the name of a file in it")
     if not path.parent.is_dir():
         raise UserError(f"can't write {path}: there is no folder {path.parent}; make it first")
+    try:
+        plain(path)
+    except OSError as error:
+        raise UserError(f"can't write {path}: {error.strerror}") from error
     if path.exists() and not os.access(path, os.W_OK):
         raise UserError(f"can't write {path}: it is write-protected")

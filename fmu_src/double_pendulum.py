@@ -1,0 +1,312 @@
+"""The double pendulum of golf: arms and club in the plane of the swing.
+
+Two rods, turned by a torque at the shoulder and one at the wrist (T. P. Jorgensen, The Physics of
+Golf, 2nd edition, Springer 1999). With the angles p of the arms and q of the club from straight
+down, positive towards the target, c = cos(q - p), s = sin(q - p), and a force F on the club head:
+
+    A p'' + B c q'' = B s q'^2 - a sin p + S - W - F R cos(p - d)
+    I q'' + B c p'' = -B s p'^2 - b sin q + W - F L cos(q - d)
+
+A = J + M R^2, B = R s_C, a = (s_A + M R) g sin(plane), b = s_C g sin(plane). Until the wrist is
+released the club is held at its angle to the arms, q' = p'. F acts against the direction d in
+which the head meets the ball.
+
+The motion is solved by its Taylor series, one after the other as far as each is good to a double:
+nothing depends on when somebody asks.
+"""
+
+from math import atan2, cos, hypot, inf, sin
+from typing import NamedTuple
+
+from taylor import ORDER, Series, power, product, quotient, reach, slope, value, zero
+
+#: The stages of a swing, in their order.
+HELD, RELEASED, BEYOND, FINISHED = range(4)
+
+#: A swing of more pieces (one down to the ball has 35) has missed the ball, and ends.
+_MOST = 400
+
+
+class Golfer(NamedTuple):
+    """What swings; lengths in m, masses in kg, torques in N.m, angles in rad."""
+
+    arm_length: float
+    arm_first_moment: float
+    arm_inertia: float
+    club_length: float
+    club_mass: float
+    club_first_moment: float
+    club_inertia: float
+    max_shoulder_torque: float
+    max_wrist_torque: float
+    torque_rise_time: float
+    arm_start: float
+    wrist_start: float
+    release_angle: float
+    gravity: float
+
+    def couples(self) -> tuple[float, float, float, float]:
+        """A, B (kg.m2), a and b (N.m) of the equations."""
+        r = self.arm_length
+        return (
+            self.arm_inertia + self.club_mass * r * r,
+            r * self.club_first_moment,
+            (self.arm_first_moment + self.club_mass * r) * self.gravity,
+            self.club_first_moment * self.gravity,
+        )
+
+
+class State(NamedTuple):
+    """An instant of a swing, SI units."""
+
+    arm: float
+    club: float
+    arm_rate: float
+    club_rate: float
+    shoulder_torque: float
+    wrist_torque: float
+    #: How far the head has come since the top, along its path.
+    path: float
+    #: What the torques have done, J.
+    work: float
+
+    def head(self, golfer: Golfer) -> tuple[float, float]:
+        """Place of the head from the shoulder: towards the target, and up."""
+        r, length = golfer.arm_length, golfer.club_length
+        return (
+            r * sin(self.arm) + length * sin(self.club),
+            -r * cos(self.arm) - length * cos(self.club),
+        )
+
+    def head_velocity(self, golfer: Golfer) -> tuple[float, float]:
+        """Towards the target, and up."""
+        u, w = golfer.arm_length * self.arm_rate, golfer.club_length * self.club_rate
+        return (
+            u * cos(self.arm) + w * cos(self.club),
+            u * sin(self.arm) + w * sin(self.club),
+        )
+
+    def head_speed(self, golfer: Golfer) -> float:
+        """Along its path, m/s."""
+        return hypot(*self.head_velocity(golfer))
+
+    def energy(self, golfer: Golfer) -> float:
+        """Kinetic and potential; 0 at rest straight down."""
+        inertia, mixed, arm_weight, club_weight = golfer.couples()
+        u, w = self.arm_rate, self.club_rate
+        kinetic = 0.5 * (inertia * u * u + golfer.club_inertia * w * w)
+        kinetic += mixed * cos(self.club - self.arm) * u * w
+        return kinetic + arm_weight * (1.0 - cos(self.arm)) + club_weight * (1.0 - cos(self.club))
+
+    def effective_mass(self, golfer: Golfer, direction: float) -> float:
+        """Of the head, as a force against this direction feels it, kg."""
+        inertia, mixed, _, _ = golfer.couples()
+        mixed *= cos(self.club - self.arm)
+        p = golfer.arm_length * cos(self.arm - direction)
+        q = golfer.club_length * cos(self.club - direction)
+        determinant = inertia * golfer.club_inertia - mixed * mixed
+        return determinant / (golfer.club_inertia * p * p - 2.0 * mixed * p * q + inertia * q * q)
+
+
+class Ball(NamedTuple):
+    """How the head meets the ball, which lies where it comes when the arms point straight down."""
+
+    #: s since the top.
+    time: float
+    #: m/s.
+    speed: float
+    #: Of travel, rad above the ground.
+    direction: float
+    #: m along the path since the top.
+    path: float
+    #: kg.
+    effective_mass: float
+
+
+class Course:
+    """A swing from some state on, under a constant force on the head.
+
+    Args:
+        golfer: what swings.
+        state: at time 0.
+        stage: HELD, RELEASED, BEYOND (of the ball: the torques fall off as they rose) or FINISHED.
+        force: on the head, N.
+        direction: against which it acts, rad above the ground.
+    """
+
+    def __init__(
+        self, golfer: Golfer, state: State, stage: int, force: float = 0.0, direction: float = 0.0
+    ) -> None:
+        self.begins = golfer, state, stage, force, direction
+        self.golfer = golfer
+        self.force = force
+        self.direction = direction
+        self._starts = [0.0]
+        self._pieces: list[tuple[int, list[Series]]] = []
+        self._begin(state, stage)
+
+    def at(self, t: float) -> tuple[State, int]:
+        """State and stage t seconds after the start."""
+        stage, series, passed = self._piece(t)
+        return State(*[value(one, passed) for one in series]), stage
+
+    def _piece(self, t: float) -> tuple[int, list[Series], float]:
+        """Stage and series at t, and how far into them it is."""
+        while t > self._end:
+            self._go_on()
+        n = len(self._starts) - 1
+        while n and self._starts[n] > t:
+            n -= 1
+        return *self._pieces[n], t - self._starts[n]
+
+    def work_against(self, begin: float, end: float) -> float:
+        """What the head does against the force between two instants, J."""
+        before, after = (self.at(t)[0].head(self.golfer) for t in (begin, end))
+        along, up = after[0] - before[0], after[1] - before[1]
+        return self.force * (along * cos(self.direction) + up * sin(self.direction))
+
+    def hands(self, t: float) -> tuple[float, float]:
+        """What the hands do to the club: their force, N, and their torque, N.m."""
+        stage, series, passed = self._piece(t)
+        golfer, force = self.golfer, self.force
+        if stage == FINISHED:
+            return 0.0, 0.0
+        state = State(*[value(one, passed) for one in series])
+        p, q, u, w = state[:4]
+        p2, q2 = (value(slope(one), passed) for one in series[2:4])
+        r, mass, first = golfer.arm_length, golfer.club_mass, golfer.club_first_moment
+        # Of the club's centre of mass, times its mass.
+        along = mass * r * (cos(p) * p2 - sin(p) * u * u) + first * (cos(q) * q2 - sin(q) * w * w)
+        up = mass * r * (sin(p) * p2 + cos(p) * u * u) + first * (sin(q) * q2 + cos(q) * w * w)
+        along += force * cos(self.direction)
+        up += force * sin(self.direction) + mass * golfer.gravity
+        torque = state.wrist_torque
+        if stage == HELD:
+            _, mixed, _, weight = golfer.couples()
+            torque = golfer.club_inertia * q2 + mixed * cos(q - p) * p2
+            torque += mixed * sin(q - p) * u * u + weight * sin(q)
+            torque += force * golfer.club_length * cos(q - self.direction)
+        return hypot(along, up), torque
+
+    def ball(self) -> Ball | None:
+        """How the head meets the ball; None if it never comes there."""
+        while self._pieces[-1][0] < BEYOND:
+            self._go_on()
+        n = next(n for n, (stage, _) in enumerate(self._pieces) if stage >= BEYOND)
+        if self._pieces[n][0] == FINISHED:
+            return None
+        golfer, state = self.golfer, State(*[one[0] for one in self._pieces[n][1]])
+        along, up = state.head_velocity(golfer)
+        direction = atan2(up, along)
+        mass = state.effective_mass(golfer, direction)
+        return Ball(self._starts[n], hypot(along, up), direction, state.path, mass)
+
+    def _go_on(self) -> None:
+        """The next piece."""
+        series = self._pieces[-1][1]
+        passed = self._end - self._starts[-1]
+        state = State(*[value(one, passed) for one in series])
+        self._starts.append(self._end)
+        self._begin(state, self._next)
+
+    def _begin(self, state: State, stage: int) -> None:
+        """A piece that begins with this state, and how long it goes on."""
+        if stage == HELD and state.arm >= -self.golfer.release_angle:
+            stage = RELEASED
+        start = self._starts[-1]
+        if stage == FINISHED or len(self._pieces) >= _MOST:
+            stage = FINISHED
+            rest = state._replace(
+                arm_rate=0.0, club_rate=0.0, shoulder_torque=0.0, wrist_torque=0.0
+            )
+            self._pieces.append((stage, [[one] for one in rest]))
+            self._end, self._next = inf, stage
+            return
+        series = self._series(state, stage)
+        self._pieces.append((stage, series))
+        scale = max(1.0, abs(state.arm_rate), abs(state.club_rate))
+        step = reach((*series[2:4], series[6]), scale)
+        golfer = self.golfer
+        goal = (-golfer.release_angle, 0.0, golfer.arm_start)[stage]
+        self._next = stage
+        if value(series[0], step) >= goal:
+            to_go = [-one for one in series[0]]
+            to_go[0] += goal
+            step, self._next = zero(to_go, step), stage + 1
+        self._end = start + step
+
+    def _series(self, state: State, stage: int) -> list[Series]:
+        golfer, force = self.golfer, self.force
+        inertia, mixed, arm_weight, club_weight = golfer.couples()
+        club_inertia, r, length = golfer.club_inertia, golfer.arm_length, golfer.club_length
+        along, up = cos(self.direction), sin(self.direction)
+        driven = stage <= RELEASED
+        goals = (
+            golfer.max_shoulder_torque if driven else 0.0,
+            golfer.max_wrist_torque if stage == RELEASED else 0.0,
+        )
+        p, q, u, w, shoulder, wrist, path, work = ([one] for one in state)
+        sp, cp, sq, cq = [sin(p[0])], [cos(p[0])], [sin(q[0])], [cos(q[0])]
+        c: Series = []  # B cos(q - p)
+        s: Series = []  # B sin(q - p)
+        uu: Series = []
+        ww: Series = []
+        first: Series = []  # Right sides of the two equations, and the determinant.
+        second: Series = []
+        determinant: Series = []
+        one: Series = []
+        other: Series = []
+        p2: Series = []  # p'' and q''.
+        q2: Series = []
+        vx: Series = []
+        vy: Series = []
+        vv: Series = []
+        for n in range(ORDER):
+            m = n + 1
+            c.append(mixed * (product(cp, cq, n) + product(sp, sq, n)))
+            s.append(mixed * (product(sq, cp, n) - product(cq, sp, n)))
+            uu.append(product(u, u, n))
+            ww.append(product(w, w, n))
+            push_p = force * r * (along * cp[n] + up * sp[n])
+            push_q = force * length * (along * cq[n] + up * sq[n])
+            first.append(product(s, ww, n) - arm_weight * sp[n] + shoulder[n] - wrist[n] - push_p)
+            second.append(-product(s, uu, n) - club_weight * sq[n] + wrist[n] - push_q)
+            if stage == HELD:
+                whole = inertia + club_inertia + 2.0 * c[0]
+                p2.append((first[n] + second[n]) / whole)
+                q2.append(p2[n])
+            else:
+                full = inertia * club_inertia if n == 0 else 0.0
+                determinant.append(full - product(c, c, n))
+                one.append(club_inertia * first[n] - product(c, second, n))
+                other.append(inertia * second[n] - product(c, first, n))
+                p2.append(quotient(one, determinant, p2, n))
+                q2.append(quotient(other, determinant, q2, n))
+            vx.append(r * product(cp, u, n) + length * product(cq, w, n))
+            vy.append(r * product(sp, u, n) + length * product(sq, w, n))
+            vv.append(product(vx, vx, n) + product(vy, vy, n))
+            power_n = product(shoulder, u, n) + product(wrist, w, n) - product(wrist, u, n)
+            work.append(power_n / m)
+            p.append(u[n] / m)
+            q.append(w[n] / m)
+            u.append(p2[n] / m)
+            w.append(q2[n] / m)
+            for torque, goal in zip((shoulder, wrist), goals):
+                change = (goal if n == 0 else 0.0) - torque[n]
+                torque.append(change / (m * golfer.torque_rise_time))
+            # sin' = cos times the rate, cos' = -sin times the rate.
+            sp.append(product(cp, u, n) / m)
+            cp.append(-product(sp, u, n) / m)
+            sq.append(product(cq, w, n) / m)
+            cq.append(-product(sq, w, n) / m)
+        # While the head is at rest, vv begins with zeros: an even number of them, as of a square.
+        rest = next((n for n in range(ORDER) if vv[n] > 0.0), ORDER)
+        speed = [0.0] * (rest // 2)
+        if rest < ORDER:
+            vv = vv[rest:]
+            root = [vv[0] ** 0.5]
+            for n in range(1, len(vv)):
+                root.append(power(vv, 0.5, root, n))
+            speed += root
+        path += [one / (n + 1) for n, one in enumerate(speed)]
+        return [p, q, u, w, shoulder, wrist, path, work]

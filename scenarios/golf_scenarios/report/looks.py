@@ -1,0 +1,76 @@
+"""What things look like in figures: one look for one thing. Without matplotlib."""
+
+from typing import Any, NamedTuple
+
+#: Okabe & Ito's colours, distinct under every common colour vision deficiency, and one darker.
+BLUE, ORANGE, GREEN, SKY, VERMILION, PURPLE, BLACK, INDIGO = (
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#56B4E9",
+    "#D55E00",
+    "#CC79A7",
+    "#000000",
+    "#332288",
+)
+
+
+class Look(NamedTuple):
+    """How a thing is drawn; dashes and marker tell it where there is no colour."""
+
+    colour: str
+    dashes: Any = "-"
+    marker: str = "o"
+
+    @property
+    def line(self) -> dict[str, Any]:
+        """For `plot`: a line."""
+        return {"color": self.colour, "ls": self.dashes}
+
+    @property
+    def points(self) -> dict[str, Any]:
+        """For `plot`: a line with markers."""
+        return {**self.line, "marker": self.marker}
+
+
+_LAW_1 = Look(VERMILION, "--", "s")
+_KELVIN_VOIGT = Look(GREEN, "-.", "^")
+_TSUJI = Look(PURPLE, ":", "D")
+_POWER_LAW = Look(INDIGO, "-", "o")
+_LESS, _MORE = Look("#74B9E6", "--", "v"), Look("#00304F", "-.", "^")
+
+#: One look for one thing, in every figure: bodies, contact laws and the balls that have them, and
+#: more or less of an amount than the baseline's.
+LOOKS = {
+    "club": Look(ORANGE, "--", "s"),
+    "ball": Look(BLUE),
+    "less": _LESS,
+    "baseline": Look(BLUE),
+    "more": _MORE,
+    "law 1": _LAW_1,
+    "law 2": _KELVIN_VOIGT,
+    "Tsuji": _TSUJI,
+    "power law": _POWER_LAW,
+    "document": _LAW_1,
+    "document-old": Look("#882255", (0, (4, 1, 1, 1, 1, 1)), "X"),
+    "roh-lee-linear": _KELVIN_VOIGT,
+    "roh-lee-tsuji": _TSUJI,
+    "roh-lee": _POWER_LAW,
+    "penner": Look(SKY, "-", "v"),
+    "tour": Look(BLACK, (0, (6, 2)), "*"),
+    "rating-low": _LESS,
+    "rating-mid": Look(BLUE, "-", "h"),
+    "rating-high": Look(_MORE.colour, "-.", "P"),
+    # Methods, with Tol's muted colours.
+    "this FMU, metrics only": Look(BLACK, "", "*"),
+    "this FMU, read every step": Look(BLUE, "-", "."),
+    "the document's scheme as FMU": Look(VERMILION, "-", "s"),
+    "explicit Euler, Python": Look(VERMILION, ":", "o"),
+    "semi-implicit Euler": Look("#999933", "-", "o"),
+    "Störmer–Verlet": Look("#117733", "-", "^"),
+    "Runge–Kutta 4": Look("#117733", "--", "D"),
+    "SciPy RK45": Look("#44AA99", "-", "v"),
+    "SciPy DOP853": Look("#44AA99", "--", "P"),
+    "SciPy LSODA": Look("#AA4499", "-", "<"),
+    "SciPy Radau": Look("#AA4499", "--", ">"),
+}
