@@ -214,9 +214,9 @@ def serving(*arguments, env=None):
 
 
 def refused(capsys, *arguments):
-    """Exit code 2; the one line on stderr."""
+    """Exit code 2; the line on stderr (before it may be said that the FMU was built)."""
     assert one_line(["explore", "--no-browser", *map(str, arguments)]) == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
+    line = capsys.readouterr().err.strip().splitlines()[-1]
     assert line.startswith("Error: ")
     return line
 
