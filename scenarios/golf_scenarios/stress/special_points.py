@@ -55,10 +55,11 @@ def special_impact(seed: int, number: int) -> ImpactCase:
         special = [*_BORDERS[law], 2.0, *(2 * coinciding_rates(m_club, m_ball))]
     zeta = rng.choice(special)
     b = beside(rng, 2.0 * zeta * math.sqrt(k * reduced_mass(m_club, m_ball)))
-    closing = rng.choice((32.0, 35.0, 10.0 ** rng.uniform(-6, 3)))
+    # Speeds of few bits: their difference is exact, and so is the instant of touch.
+    mantissa, power = math.frexp(10.0 ** rng.uniform(-6, 3))
+    closing = rng.choice((32.0, 35.0, math.ldexp(round(4096 * mantissa), power - 12)))
     ball_speed = rng.choice((0.0, 0.0, 1.0, -1.0)) * closing * 2.0 ** rng.randint(-4, 40)
     club_speed = ball_speed + closing
-    closing = club_speed - ball_speed
     gap = rng.choice((0.0, closing * 2.0 ** rng.randint(-14, -6)))
     values = {
         "law": law,
