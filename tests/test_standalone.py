@@ -537,7 +537,12 @@ def test_built_by_debians_python(host, tmp_path):
     asked = subprocess.run([python, "-c", code], capture_output=True, text=True)
     if sys.base_prefix == "/usr" or asked.stdout.strip() != version:
         pytest.skip(f"{python} is the one that builds anyway, or no {version}")
-    ours = [path for path in sys.path if not path.startswith(sys.base_prefix)]
+    # An FMU that was loaded here has left its resources behind, with a pythonfmu that can't build.
+    ours = [
+        path
+        for path in sys.path
+        if not path.startswith(sys.base_prefix) and Path(path).name != "resources"
+    ]
     fmu = tmp_path / "debian.fmu"
     code = "from golf_scenarios.__main__ import main; main()"
     done = subprocess.run(

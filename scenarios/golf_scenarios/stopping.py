@@ -66,13 +66,13 @@ def open_scratch() -> None:
 
 def close_scratch() -> None:
     """Remove that folder; temporary files go where they went before."""
-    global _scratch
+    global _base, _scratch
     if _scratch is None or os.getpid() != _owner:
         return
     import shutil
     import tempfile
 
-    tempfile.tempdir = _base
+    tempfile.tempdir, _base = _base, None
     os.environ.pop("TMPDIR", None)
     if _variable is not None:
         os.environ["TMPDIR"] = _variable

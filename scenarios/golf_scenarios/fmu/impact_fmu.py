@@ -6,7 +6,7 @@ import math
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -15,8 +15,7 @@ from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.archive import check_temporary_folder, flaw
 from golf_scenarios.fmu.loaded import LoadedFmu, in_a_line
 
-if TYPE_CHECKING:
-    from typing_extensions import Self
+_Entered = TypeVar("_Entered", bound="ImpactFmu")
 
 #: One communication step that is longer than any contact here; the answer doesn't depend on it.
 HORIZON = 1.0
@@ -91,7 +90,7 @@ class ImpactFmu(LoadedFmu):
                 "`golf-impact build`"
             )
 
-    def __enter__(self) -> Self:
+    def __enter__(self: _Entered) -> _Entered:
         check_temporary_folder()
         try:
             super().__enter__()

@@ -6,7 +6,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import fmpy
 
@@ -26,8 +26,7 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from golf_scenarios.errors import UserError
 
-if TYPE_CHECKING:
-    from typing_extensions import Self
+_Entered = TypeVar("_Entered", bound="LoadedFmu")
 
 
 class LoadedFmu:
@@ -45,7 +44,7 @@ class LoadedFmu:
         self._fresh: Any = None
         self._alive: list[Any] = []
 
-    def __enter__(self) -> Self:
+    def __enter__(self: _Entered) -> _Entered:
         self.folder = tempfile.mkdtemp(prefix="golf-impact-")
         fmpy.extract(str(self.path), self.folder)
         return self
@@ -198,7 +197,7 @@ class LoadedFmu:
 class LoadedFmu3(LoadedFmu):
     """An FMU 3.0: one instance for co-simulation and one for Model Exchange, set back likewise."""
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> LoadedFmu3:
         super().__enter__()
         self.model, self._slave = (self.keep(self.blank(k)) for k in (FMU3Model, FMU3Slave))
         self.model.instantiate()
