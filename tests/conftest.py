@@ -54,7 +54,14 @@ def pytest_addoption(parser):
 #: Files that take more than some seconds. The longest first: begun last, one of them would keep one
 #: processor busy alone.
 SLOW = [
-    *("test_sweep_cluster", "test_system", "test_stress", "test_bench", "test_values"),
+    *(
+        "test_explore",
+        "test_sweep_cluster",
+        "test_system",
+        "test_stress",
+        "test_bench",
+        "test_values",
+    ),
     *("test_sweep", "test_calibrate", "test_standalone", "test_signals", "test_interop"),
     *("test_paths", "test_endurance", "test_call_order", "test_native_host", "test_fmi3"),
     *("test_exit", "test_two_ways", "test_archives"),
