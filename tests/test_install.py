@@ -33,7 +33,7 @@ def test_every_dependency_has_a_range_and_a_reason():
         assert reason, requirement
 
 
-EXTRAS = ("test", "calibrate", "sweep", "cluster", "interop", "standalone")
+EXTRAS = ("test", "calibrate", "sweep", "cluster", "explore", "interop", "standalone")
 
 
 @pytest.mark.parametrize("extra", EXTRAS)
