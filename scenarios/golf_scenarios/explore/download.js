@@ -23,5 +23,6 @@ made().then((blob) => {
   link.href = URL.createObjectURL(blob)
   link.download = `golf-impact-${choice}`
   link.click()
-  URL.revokeObjectURL(link.href)
+  // Not at once: the browser may not have begun to read it.
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000)
 })
