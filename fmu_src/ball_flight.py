@@ -22,18 +22,18 @@ converges; where it is at a communication point is a value of a polynomial, and 
 root of one. The host's steps don't matter. `carry` and `apex` tell at launch what the flight will
 come to.
 
-Self-contained: pythonfmu, the standard library's math, taylor.py, and golf_impact's
+Self-contained: pythonfmu, the standard library's math, settings.py, taylor.py, and golf_impact's
 host/at_exit.py.
 """
 
 import json
-from collections.abc import Callable
 from math import cos, inf, isfinite, pi, sin, sqrt
 from typing import NamedTuple
 
 from golf_impact.host.at_exit import release_at_exit
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
+from settings import Settings
 from taylor import ORDER, Series, power, product, reach, value, zero
 
 #: Name, unit, start, least and greatest allowed value, description; first those of C_D and C_L.
@@ -199,7 +199,7 @@ class Flight:
         return value(xs, t - start), value(ys, t - start)
 
 
-class BallFlight(Fmi2Slave):
+class BallFlight(Settings, Fmi2Slave):
     """The flight of the ball over time; see the module's text."""
 
     def __init__(self, **kwargs):
@@ -257,27 +257,6 @@ class BallFlight(Fmi2Slave):
                     setter=self._no_setter,
                 )
             self.register_variable(variable)
-
-    def _setter(self, name: str, low: float, high: float, fixed: bool) -> Callable[[float], None]:
-        def assign(value: float) -> None:
-            if value == getattr(self, name):
-                self._refused.pop(name, None)
-            elif not low <= value <= high:
-                self._refuse(name, f"{name} = {value!r} is refused: it must be {low:g} to {high:g}")
-            elif fixed and self._fixed:
-                self._refuse(name, f"{name} = {value!r} is refused: a parameter is fixed now")
-            else:
-                self._refused.pop(name, None)
-                setattr(self, name, value)
-
-        return assign
-
-    def _refuse(self, name: str, message: str) -> None:
-        self._refused[name] = message
-        self.log(message, Fmi2Status.error)
-
-    def _no_setter(self, value: float) -> None:
-        self.log("an output can't be set", Fmi2Status.error)
 
     # Outputs
 

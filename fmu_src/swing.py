@@ -21,8 +21,8 @@ The parameters' start values are those of C.-C. Chiang, The Simple Golf Simulato
 2016, github.com/markccchiang/Simple-Golf-Simulator): a golfer of 70 kg (arms of 0.6 m, shoulders
 of 0.17 m) and a club with a head of 0.2 kg; 52.76 m/s at the ball, 0.2125 s after the top.
 
-Self-contained: pythonfmu, the standard library's math, double_pendulum.py, taylor.py, and
-golf_impact's host/at_exit.py.
+Self-contained: pythonfmu, the standard library's math, double_pendulum.py, settings.py, taylor.py,
+and golf_impact's host/at_exit.py.
 """
 
 import json
@@ -33,6 +33,7 @@ from double_pendulum import HELD, Ball, Course, Golfer, State
 from golf_impact.host.at_exit import release_at_exit
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
+from settings import Settings
 
 #: Name, unit, start, least and greatest allowed value, description.
 PARAMETERS = (
@@ -115,7 +116,7 @@ _THERE = 1e-9
 _SETTABLE = (*PARAMETERS, *INPUTS)
 
 
-class Swing(Fmi2Slave):
+class Swing(Settings, Fmi2Slave):
     """A golf swing over time; see the module's text."""
 
     def __init__(self, **kwargs):
@@ -154,27 +155,9 @@ class Swing(Fmi2Slave):
                     name,
                     causality=Fmi2Causality.output,
                     description=text,
-                    setter=lambda _: self.log("an output can't be set", Fmi2Status.error),
+                    setter=self._no_setter,
                 )
             )
-
-    def _setter(self, name: str, low: float, high: float, fixed: bool) -> Callable[[float], None]:
-        def assign(value: float) -> None:
-            if value == getattr(self, name):
-                self._refused.pop(name, None)
-            elif not low <= value <= high:
-                self._refuse(name, f"{name} = {value!r} is refused: it must be {low:g} to {high:g}")
-            elif fixed and self._fixed:
-                self._refuse(name, f"{name} = {value!r} is refused: a parameter is fixed now")
-            else:
-                self._refused.pop(name, None)
-                setattr(self, name, value)
-
-        return assign
-
-    def _refuse(self, name: str, message: str) -> None:
-        self._refused[name] = message
-        self.log(message, Fmi2Status.error)
 
     # Modes
 

@@ -86,6 +86,21 @@ def pytest_collection_modifyitems(config, items):
     items[:] = sorted(kept, key=lambda item: order.get(item.path.stem, len(SLOW)))
 
 
+#: What the C host does with an instance, and its argument; each ends in the impact of LAW_1.
+HOST_TASKS = [
+    ("twice", "1e-6"),
+    ("threads", "1e-5"),
+    ("migrate",),
+    ("gone", "50"),
+    ("rollback", "1e-6"),
+    ("serialized", "1e-6"),
+    ("many", "1000"),
+    ("rude",),
+    ("fork",),
+    ("law", "1"),
+]
+
+
 @pytest.fixture(scope="session")
 def once(tmp_path_factory):
     """Where an FMU is built by the first process of the run that needs it, for all of them."""

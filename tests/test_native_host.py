@@ -6,7 +6,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import LAW_1
+from conftest import HOST_TASKS, LAW_1
 
 from golf_scenarios.commands import doctor
 
@@ -61,22 +61,7 @@ def test_impact(host, step):
     same(host("impact", step))
 
 
-@pytest.mark.parametrize(
-    "task",
-    [
-        ("twice", "1e-6"),
-        ("threads", "1e-5"),
-        ("migrate",),
-        ("gone", "50"),
-        ("rollback", "1e-6"),
-        ("serialized", "1e-6"),
-        ("many", "1000"),
-        ("rude",),
-        ("fork",),
-        ("law", "1"),
-    ],
-    ids=lambda task: task[0],
-)
+@pytest.mark.parametrize("task", HOST_TASKS, ids=lambda task: task[0])
 @pytest.mark.parametrize("strict", [False, True])
 def test_life_of_an_instance(host, task, strict):
     same(host(*task, strict=strict))

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import LAW_1
+from conftest import HOST_TASKS, LAW_1
 from fmpy.fmi3 import FMU3Slave
 from golf_impact.variables import VARIABLES
 
@@ -104,21 +104,7 @@ def bare(host, standalone_path, tmp_path_factory):
     return lambda *task: outputs(*enter, root, "/host", "/fmu", guid(root / "fmu"), *task, env={})
 
 
-TASKS = [
-    ("impact", "1e-3"),
-    ("twice", "1e-6"),
-    ("threads", "1e-5"),
-    ("migrate",),
-    ("gone", "50"),
-    ("rollback", "1e-6"),
-    ("serialized", "1e-6"),
-    ("many", "1000"),
-    ("rude",),
-    ("fork",),
-    ("law", "1"),
-    ("signals",),
-    ("exit", "3"),
-]
+TASKS = [("impact", "1e-3"), *HOST_TASKS, ("signals",), ("exit", "3")]
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task[0])
