@@ -49,7 +49,7 @@ _LARGEST = 1.7976931348623157e308
 
 def variables(folder):
     """The variables of an extracted FMU, by value reference."""
-    found = {}
+    rows = {}
     for v in fmpy.read_model_description(str(folder)).modelVariables:
         convert = int if v.type == "Integer" else float
         low = convert(v.min) if v.min is not None else -_LARGEST
@@ -58,10 +58,10 @@ def variables(folder):
             low = 5e-324
         start = convert(v.start) if v.start is not None and v.causality != "output" else None
         type_ = v.type.lower()
-        found[v.valueReference] = Variable(
+        rows[v.valueReference] = Variable(
             v.valueReference, v.name, type_, v.causality, start, low, high
         )
-    return found
+    return rows
 
 
 @dataclass
@@ -230,12 +230,12 @@ class Session:
 
     def get(self, i, type_, references):
         """Read, and compare with the fresh instance."""
-        found = self._ok("get", i, type_, *references)
+        answers = self._ok("get", i, type_, *references)
         model = self.models[i]
         known = [r in self.variables and self.variables[r].type == type_ for r in references]
         if not all(known):
             model.once = True
-        for reference, good, value in zip(references, known, found, strict=True):
+        for reference, good, value in zip(references, known, answers, strict=True):
             if not good:
                 assert value in (0, b"0") or math.isnan(value)
             elif reference in model.values:
@@ -243,8 +243,8 @@ class Session:
         if not model.wild and all(known) and type_ != "string":
             self._replay(model)
             expected = self._ok("get", _FRESH, type_, *references)
-            assert _same(found, expected), (references, found, expected, model)
-        return found
+            assert _same(answers, expected), (references, answers, expected, model)
+        return answers
 
     def step(self, i, point, size):
         """One communication step: its status must be the one that the model expects."""
@@ -344,10 +344,10 @@ class Session:
         model.anchored = False
         self._replay(model)
         self.counts["comparisons"] += 1
-        found, expected = self._everything(i), self._everything(_FRESH)
+        answers, expected = self._everything(i), self._everything(_FRESH)
         different = {
             self.variables[reference].name: (a, b)
-            for references, some, others in zip(self._by_type.values(), found, expected)
+            for references, some, others in zip(self._by_type.values(), answers, expected)
             for reference, a, b in zip(references, some, others, strict=True)
             if not _same_bits(a, b)
         }
@@ -424,8 +424,8 @@ def _in_reach(v):
     return v["restitution_at_rest"] == 0.0 or 0.01 <= coefficient <= 1.0
 
 
-def _same(found, expected):
-    return len(found) == len(expected) and all(map(_same_bits, found, expected))
+def _same(answers, expected):
+    return len(answers) == len(expected) and all(map(_same_bits, answers, expected))
 
 
 def _same_bits(a, b):

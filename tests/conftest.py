@@ -74,12 +74,14 @@ def pytest_collection_modifyitems(config, items):
     if config.getoption("--standalone"):
         left_out.add("plain")
     # Only whoever names them wants them, with -m.
-    if "nightly" not in config.getoption("markexpr"):
-        left_out.add("nightly")
+    named = config.getoption("markexpr")
+    left_out |= {mark for mark in ("nightly", "browser") if mark not in named}
     kept, dropped = [], []
     for item in items:
         if item.path.stem in SLOW:
             item.add_marker("slow")
+        if "driver" in item.fixturenames:
+            item.add_marker("browser")
         (dropped if any(map(item.get_closest_marker, left_out)) else kept).append(item)
     config.hook.pytest_deselected(items=dropped)
     order = {name: place for place, name in enumerate(SLOW)}

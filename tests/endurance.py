@@ -52,13 +52,13 @@ class Fmu:
         slave = self.made()
         self.initialize(slave)
         state = slave.getFMUstate()
-        found = self.impact(slave)
+        outputs = self.impact(slave)
         slave.setFMUstate(state)
         slave.freeFMUstate(state)
-        assert self.impact(slave) == found
+        assert self.impact(slave) == outputs
         slave.terminate()
         slave.freeInstance()
-        return found
+        return outputs
 
 
 def memory():
@@ -115,11 +115,11 @@ def start(count, *folders):
     slaves = [(fmu, fmu.made()) for fmu in fmus for _ in range(count)]
     for fmu, slave in slaves:
         fmu.initialize(slave)
-    found = [fmu.impact(slave) for fmu, slave in slaves]
+    outputs = [fmu.impact(slave) for fmu, slave in slaves]
     for _, slave in slaves:
         slave.terminate()
         slave.freeInstance()
-    return {"outputs": found}
+    return {"outputs": outputs}
 
 
 if __name__ == "__main__":

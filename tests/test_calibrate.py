@@ -43,8 +43,8 @@ def targets(**values):
 def of_impact(fmu, names, **values):
     """Targets that the FMU itself gives, with σ of 1 %."""
     outputs = [TARGETS[name][0] for name in names]
-    found = fmu.impact(outputs, **values)
-    return targets(**{name: found[output] for name, output in zip(names, outputs, strict=True)})
+    predicted = fmu.impact(outputs, **values)
+    return targets(**{name: predicted[output] for name, output in zip(names, outputs, strict=True)})
 
 
 def inverse(restitution, time, mu=IMPACT.reduced_mass):
@@ -62,31 +62,31 @@ def inverse(restitution, time, mu=IMPACT.reduced_mass):
 
 @pytest.mark.parametrize("restitution", [0.999, 0.95, 0.743, 0.5, 0.2, 0.13, 0.05])
 def test_inverse_of_kelvin_voigt(fmu, restitution):
-    found = fit(fmu, IMPACT, targets(cor=restitution, contact_time=6e-4), LINEAR)
+    fitted = fit(fmu, IMPACT, targets(cor=restitution, contact_time=6e-4), LINEAR)
     k, b = inverse(restitution, 6e-4)
-    assert found.method == "closed form"
-    assert found.values["k"] == pytest.approx(k, rel=1e-9)
-    assert found.values["b"] == pytest.approx(b, rel=1e-9)
+    assert fitted.method == "closed form"
+    assert fitted.values["k"] == pytest.approx(k, rel=1e-9)
+    assert fitted.values["b"] == pytest.approx(b, rel=1e-9)
     # Through the FMU, in σ of 1 %.
-    assert found.chi_squared < 1e-20
+    assert fitted.chi_squared < 1e-20
 
 
 def test_published_inverse(fmu):
     """COR 0.743 and 600 µs: k = 9.1424e5, b = 37.318, which give 5715 N at 259 µs."""
-    found = fit(fmu, IMPACT, targets(cor=0.743, contact_time=6e-4), LINEAR)
-    assert found.values["k"] == pytest.approx(9.1424e5, rel=1e-4)
-    assert found.values["b"] == pytest.approx(37.318, rel=1e-4)
-    assert found.predicted["max_force"] == pytest.approx(5715.0, rel=1e-4)
-    assert found.predicted["time_of_max_force"] == pytest.approx(259e-6, rel=1e-3)
+    fitted = fit(fmu, IMPACT, targets(cor=0.743, contact_time=6e-4), LINEAR)
+    assert fitted.values["k"] == pytest.approx(9.1424e5, rel=1e-4)
+    assert fitted.values["b"] == pytest.approx(37.318, rel=1e-4)
+    assert fitted.predicted["max_force"] == pytest.approx(5715.0, rel=1e-4)
+    assert fitted.predicted["time_of_max_force"] == pytest.approx(259e-6, rel=1e-3)
 
 
 @pytest.mark.parametrize("speed", ["cor", "ball_speed", "club_speed_after"])
 @pytest.mark.parametrize("size", ["contact_time", "max_force", "time_of_max_force"])
 def test_the_document_found_again(fmu, speed, size):
     """Law 1, from what k = 1e6 and b = 9 give."""
-    found = fit(fmu, IMPACT, of_impact(fmu, (speed, size), k=1e6, b=9.0, law=1), ABSOLUTE)
-    assert found.values["k"] == pytest.approx(1e6, rel=1e-9)
-    assert found.values["b"] == pytest.approx(9.0, rel=1e-9)
+    fitted = fit(fmu, IMPACT, of_impact(fmu, (speed, size), k=1e6, b=9.0, law=1), ABSOLUTE)
+    assert fitted.values["k"] == pytest.approx(1e6, rel=1e-9)
+    assert fitted.values["b"] == pytest.approx(9.0, rel=1e-9)
 
 
 def random_case(seed):
@@ -115,9 +115,9 @@ def test_round_trip(fmu, seed):
     if predicted is None:
         pytest.skip("these bodies never part")
     true = predictor.values(place)
-    found = fit(fmu, impact, targets(**{name: predicted[name] for name in names}), law)
-    assert found.chi_squared < 1e-16
-    answers = [found.values, *found.others]
+    fitted = fit(fmu, impact, targets(**{name: predicted[name] for name in names}), law)
+    assert fitted.chi_squared < 1e-16
+    answers = [fitted.values, *fitted.others]
     assert any(
         all(answer[name] == pytest.approx(true[name], rel=1e-5) for name in law.free)
         for answer in answers
@@ -135,9 +135,9 @@ def test_noisy_targets(fmu, seed):
     for name in names:
         sigma = 10.0 ** draw.uniform(-5.0, -1.3) * abs(predicted[name])
         noisy[name] = Target(name, predicted[name] + sigma * draw.gauss(0.0, 1.0), sigma)
-    found = fit(fmu, impact, noisy, law)
+    fitted = fit(fmu, impact, noisy, law)
     truth = sum(((predicted[name] - t.value) / t.sigma) ** 2 for name, t in noisy.items())
-    assert found.chi_squared <= truth * (1.0 + 1e-9) + 1e-12
+    assert fitted.chi_squared <= truth * (1.0 + 1e-9) + 1e-12
 
 
 @pytest.mark.parametrize(
@@ -147,16 +147,16 @@ def test_standard_errors_are_the_spread(fmu, fits, known):
     """Of fits to noisy targets: the spread of N of them is known to 1/√(2N)."""
     exact = of_impact(fmu, ("cor", "contact_time", "max_force"), law=2, k=9e5, b=30.0)
     draw = random.Random(5)
-    found = []
+    answers = []
     for _ in range(fits):
         noisy = {
             name: Target(name, t.value + t.sigma * draw.gauss(0.0, 1.0), t.sigma)
             for name, t in exact.items()
         }
-        found.append(fit(fmu, IMPACT, noisy, LINEAR))
+        answers.append(fit(fmu, IMPACT, noisy, LINEAR))
     errors = fit(fmu, IMPACT, exact, LINEAR).standard_errors
     for name in ("k", "b"):
-        values = [one.values[name] for one in found]
+        values = [one.values[name] for one in answers]
         mean = sum(values) / len(values)
         spread = math.sqrt(sum((value - mean) ** 2 for value in values) / (len(values) - 1))
         assert errors[name] == pytest.approx(spread, rel=3.0 * known)
@@ -165,12 +165,12 @@ def test_standard_errors_are_the_spread(fmu, fits, known):
 def test_standard_error_of_an_exact_inverse(fmu):
     """b = 2 μ L/T, so its relative variance is the sum of those of L = -ln COR and T."""
     given_targets = targets(cor=0.743, contact_time=6e-4)
-    found = fit(fmu, IMPACT, given_targets, LINEAR)
+    fitted = fit(fmu, IMPACT, given_targets, LINEAR)
     of_log = 0.01 / -math.log(0.743)
-    expected = found.values["b"] * math.hypot(of_log, 0.01)
-    assert found.standard_errors["b"] == pytest.approx(expected, rel=1e-6)
-    assert found.degrees_of_freedom == 0
-    assert found.probability is None
+    expected = fitted.values["b"] * math.hypot(of_log, 0.01)
+    assert fitted.standard_errors["b"] == pytest.approx(expected, rel=1e-6)
+    assert fitted.degrees_of_freedom == 0
+    assert fitted.probability is None
 
 
 @pytest.mark.parametrize(
@@ -182,68 +182,70 @@ def test_standard_error_of_an_exact_inverse(fmu):
     ],
 )
 def test_presets_are_what_calibrate_finds(fmu, name, law):
-    found = fit(fmu, IMPACT, targets(**ROH_LEE), law)
+    fitted = fit(fmu, IMPACT, targets(**ROH_LEE), law)
     for variable, value in BALLS[name].values.items():
         # Minima are flat: of a least-squares fit seven digits are certain.
-        assert found.values[variable] == pytest.approx(value, rel=1e-7)
+        assert fitted.values[variable] == pytest.approx(value, rel=1e-7)
 
 
 def test_the_tour_preset(fmu):
     tour = Conditions(club_speed=113 * MPH)
     wanted = targets(ball_speed=167 * MPH, contact_time=475e-6)
-    found = fit(fmu, tour, wanted, ContactLaw(2, 1.5))
+    fitted = fit(fmu, tour, wanted, ContactLaw(2, 1.5))
     for variable, value in BALLS["tour"].values.items():
-        assert found.values[variable] == pytest.approx(value, rel=1e-12)
+        assert fitted.values[variable] == pytest.approx(value, rel=1e-12)
 
 
 def test_the_finite_element_ball(fmu):
     """Two parameters miss it, three meet it, and foretell what they weren't shown."""
-    found = Calibration(fmu, IMPACT, targets(**ROH_LEE), FREE)
+    calibration = Calibration(fmu, IMPACT, targets(**ROH_LEE), FREE)
     for name, value in ROH_LEE.items():
-        assert found.fit.predicted[name] == pytest.approx(value, rel=0.01)
-    assert found.fit.predicted["time_of_max_force"] == pytest.approx(280e-6, rel=0.02)
-    chi = [other.chi_squared for _, other in found.compared]
+        assert calibration.fit.predicted[name] == pytest.approx(value, rel=0.01)
+    assert calibration.fit.predicted["time_of_max_force"] == pytest.approx(280e-6, rel=0.02)
+    chi = [other.chi_squared for _, other in calibration.compared]
     assert chi[0] > 40.0
     assert chi[1] > chi[0]
     assert chi[2] < 2.0
-    assert chi[3] == found.fit.chi_squared < 0.1
+    assert chi[3] == calibration.fit.chi_squared < 0.1
 
 
 def test_conflicting_targets_are_met_as_well_as_can_be(fmu):
     """A force far too small for this impulse in this time: an answer, and a clear word."""
-    found = Calibration(fmu, IMPACT, targets(cor=0.75, contact_time=6e-4, max_force=2000.0), LINEAR)
-    assert found.fit.probability < 1e-6
-    assert any("doesn't fit" in words for words in found.words)
+    calibration = Calibration(
+        fmu, IMPACT, targets(cor=0.75, contact_time=6e-4, max_force=2000.0), LINEAR
+    )
+    assert calibration.fit.probability < 1e-6
+    assert any("doesn't fit" in words for words in calibration.words)
 
 
 def test_no_damping_is_within_reach(fmu):
     elastic = of_impact(fmu, ("contact_time", "max_force"), law=2, b=0.0, k=7e5)
-    found = fit(fmu, IMPACT, elastic, LINEAR)
-    assert found.values["b"] == pytest.approx(0.0, abs=1e-6)
-    assert found.values["k"] == pytest.approx(7e5, rel=1e-9)
+    fitted = fit(fmu, IMPACT, elastic, LINEAR)
+    assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
+    assert fitted.values["k"] == pytest.approx(7e5, rel=1e-9)
     # A ball a little faster than an elastic one, but within its σ, asks for less than none.
     faster = targets(contact_time=6e-4, ball_speed=57.6)
     check(IMPACT, faster, LINEAR)
-    found = fit(fmu, IMPACT, faster, LINEAR)
-    assert found.values["b"] == pytest.approx(0.0, abs=1e-6)
-    assert found.residuals["ball_speed"] == pytest.approx(-0.27, abs=0.02)
-    assert found.standard_errors["b"] is None
-    assert any("limit 0" in note for note in found.notes)
+    fitted = fit(fmu, IMPACT, faster, LINEAR)
+    assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
+    assert fitted.residuals["ball_speed"] == pytest.approx(-0.27, abs=0.02)
+    assert fitted.standard_errors["b"] is None
+    assert any("limit 0" in note for note in fitted.notes)
 
 
 def test_a_ball_that_is_none(fmu):
     """A force too large for a springy contact is met by a dashpot, which is told."""
-    found = fit(fmu, IMPACT, targets(contact_time=6e-4, max_force=9000.0), LINEAR)
-    assert found.predicted["time_of_max_force"] == 0.0
-    assert any("first touch" in note for note in found.notes)
+    fitted = fit(fmu, IMPACT, targets(contact_time=6e-4, max_force=9000.0), LINEAR)
+    assert fitted.predicted["time_of_max_force"] == 0.0
+    assert any("first touch" in note for note in fitted.notes)
 
 
 def test_two_answers_are_both_told(fmu):
     """Time and force of a linear ball fit a little damping, or very much."""
     wanted = of_impact(fmu, ("contact_time", "max_force"), law=2, k=9e5, b=40.0)
-    found = fit(fmu, IMPACT, wanted, LINEAR)
-    assert found.values["b"] == pytest.approx(40.0, rel=1e-6)
-    (other,) = found.others
+    fitted = fit(fmu, IMPACT, wanted, LINEAR)
+    assert fitted.values["b"] == pytest.approx(40.0, rel=1e-6)
+    (other,) = fitted.others
     assert other["b"] > 4.0 * 40.0
     again = fmu.impact(("contact_time", "max_force"), **other)
     for name, value in again.items():
@@ -326,9 +328,9 @@ def test_targets_from_a_file(tmp_path):
         "target,value,sigma\nball-speed,50,0.5\ncor,0.74,\n\nclub_speed,36,\nm_club,0.2,\n"
     )
     options = dict.fromkeys(TARGETS, (None, None))
-    impact, found = given({**options, "cor": (0.75, 0.02)}, {"m_club": 0.21}, file)
+    impact, asked = given({**options, "cor": (0.75, 0.02)}, {"m_club": 0.21}, file)
     assert impact == Conditions(club_speed=36.0, m_club=0.21)
-    assert found == {
+    assert asked == {
         "ball_speed": Target("ball_speed", 50.0, 0.5),
         "cor": Target("cor", 0.75, 0.02),
     }
@@ -365,22 +367,22 @@ def test_the_command(tmp_path):
         env={"COLUMNS": "60"},
     )
     assert done.returncode == 0, done.stderr
-    found = json.loads((tmp_path / "calibrate.json").read_text())
+    written = json.loads((tmp_path / "calibrate.json").read_text())
     assert (tmp_path / "calibrate.png").stat().st_size > 0
     line = done.stdout.splitlines()[-1]
-    assert line == found["command"]
-    assert set(found["parameters"]) == {"k", "b", "exponent"}
-    assert [row["name"] for row in found["targets"]] == list(ROH_LEE)
-    assert [row["sigma_given"] for row in found["targets"]] == [True, False, False, False]
-    assert found["degrees_of_freedom"] == 1
-    assert len(found["comparison"]) == 4
+    assert line == written["command"]
+    assert set(written["parameters"]) == {"k", "b", "exponent"}
+    assert [row["name"] for row in written["targets"]] == list(ROH_LEE)
+    assert [row["sigma_given"] for row in written["targets"]] == [True, False, False, False]
+    assert written["degrees_of_freedom"] == 1
+    assert len(written["comparison"]) == 4
     command, *arguments = shlex.split(line)
     assert command == "golf-impact"
     done = golf(*arguments, "--out", tmp_path, "--no-figures")
     assert done.returncode == 0, done.stderr
     case = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
     for name, (output, _) in TARGETS.items():
-        assert case[output] == found["predicted"][name]
+        assert case[output] == written["predicted"][name]
 
 
 def test_the_command_refuses(tmp_path):

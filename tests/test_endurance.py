@@ -56,22 +56,22 @@ def at_once(calls):
 
 @sizes
 def test_instances_made_and_freed(much, folders, record_property):
-    found = at_once(("instances", much["instances"], folder) for folder in folders.values())
-    each = {name: one["bytes_each"] for name, one in zip(folders, found)}
+    answers = at_once(("instances", much["instances"], folder) for folder in folders.values())
+    each = {name: one["bytes_each"] for name, one in zip(folders, answers)}
     record_property("bytes_each", each)
     print(f"memory gained per instance: {each}")
     # pythonfmu itself leaks some; ours adds nothing to it but pages that aren't full.
     assert each["ours"] <= each["empty"] + 300_000 / much["instances"]
     assert each["ours"] <= each["empty wide"] + 300_000 / much["instances"]
-    assert found[0]["instances"] > much["instances"]
+    assert answers[0]["instances"] > much["instances"]
 
 
 @sizes
 def test_resets_and_restores(much, folders, record_property):
-    found = at_once(("cycles", much["cycles"], folder) for folder in folders.values())
-    ours = found[0]
-    record_property("cycles", found)
-    print(f"resets and restores: {dict(zip(folders, found))}")
+    answers = at_once(("cycles", much["cycles"], folder) for folder in folders.values())
+    ours = answers[0]
+    record_property("cycles", answers)
+    print(f"resets and restores: {dict(zip(folders, answers))}")
     assert ours["wrong"] == 0
     assert ours["cycles"] > much["cycles"]
     # Not one object may stay behind in a cycle: the smallest has 16 bytes.
@@ -81,7 +81,7 @@ def test_resets_and_restores(much, folders, record_property):
 @sizes
 def test_process_starts_with_two_fmus(much, folders):
     """Each must end with code 0, not with a damaged heap, and all must say the same."""
-    found = at_once([("start", 2, folders["ours"], folders["empty wide"])] * much["starts"])
-    assert len(found) == much["starts"]
-    assert all(one == found[0] for one in found)
-    assert found[0]["outputs"][0] == found[0]["outputs"][1] != found[0]["outputs"][2]
+    answers = at_once([("start", 2, folders["ours"], folders["empty wide"])] * much["starts"])
+    assert len(answers) == much["starts"]
+    assert all(one == answers[0] for one in answers)
+    assert answers[0]["outputs"][0] == answers[0]["outputs"][1] != answers[0]["outputs"][2]

@@ -49,11 +49,11 @@ CASES = {
 def test_curves_are_the_fmus(fmu, name):
     """Against another run of the FMU: without an approach, and in one step to each instant."""
     values = {**defaults(fmu), **CASES[name]}
-    found = explored(fmu, values)
+    shown = explored(fmu, values)
     metrics = fmu.impact(**{**values, "gap": 0.0})
     for metric, value in metrics.items():
         if metric != "touch_time":
-            assert found.metrics[metric] == pytest.approx(value, rel=1e-12, abs=1e-12), metric
+            assert shown.metrics[metric] == pytest.approx(value, rel=1e-12, abs=1e-12), metric
     speed = abs(values["club_speed"]) + abs(values["ball_speed"])
     contact = metrics["contact_time"]
     scales = {
@@ -64,7 +64,7 @@ def test_curves_are_the_fmus(fmu, name):
         "club_position": speed * contact,
         "ball_position": speed * contact,
     }
-    times = found.path["time"]
+    times = shown.path["time"]
     assert times[0] < 0.0
     assert times[-1] > contact
     assert (np.diff(times) > 0.0).all()
@@ -74,24 +74,24 @@ def test_curves_are_the_fmus(fmu, name):
         moved = values["ball_speed"] * fmu.read(["touch_time"])["touch_time"]
         for output, value in fmu.read(list(scales)).items():
             there = value - moved if output.endswith("position") else value
-            assert abs(found.path[output][n] - there) <= 1e-12 * scales[output], (output, n)
+            assert abs(shown.path[output][n] - there) <= 1e-12 * scales[output], (output, n)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_peak_and_separation_are_samples(fmu, name):
-    found = explored(fmu, {**defaults(fmu), **CASES[name]})
-    assert found.path["force"].max() == pytest.approx(found.metrics["max_force"], rel=1e-12)
-    nearest = np.abs(found.path["time"] - found.metrics["contact_time"]).min()
-    assert nearest <= 1e-12 * found.metrics["contact_time"]
+    shown = explored(fmu, {**defaults(fmu), **CASES[name]})
+    assert shown.path["force"].max() == pytest.approx(shown.metrics["max_force"], rel=1e-12)
+    nearest = np.abs(shown.path["time"] - shown.metrics["contact_time"]).min()
+    assert nearest <= 1e-12 * shown.metrics["contact_time"]
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_energies(fmu, name):
     values = {**defaults(fmu), **CASES[name]}
-    found = explored(fmu, values)
-    start = found.metrics["kinetic_energy_initial"]
-    lost = start - found.metrics["kinetic_energy_final"]
-    path = found.path
+    shown = explored(fmu, values)
+    start = shown.metrics["kinetic_energy_initial"]
+    lost = start - shown.metrics["kinetic_energy_final"]
+    path = shown.path
     parts = sum(path[f"{part}_energy"] for part in ("club", "ball", "spring", "lost"))
     assert parts == pytest.approx(start, rel=1e-12)
     # Lost energy doesn't come back.
@@ -105,8 +105,8 @@ def test_energies(fmu, name):
         # Force and compression are proportional: no loop, whatever the drag takes.
         assert area == pytest.approx(0.0, abs=1e-9 * start)
         assert lost > 1.0
-    shares = found.metrics["ball_energy_share"] + found.metrics["club_energy_share"]
-    assert shares == pytest.approx(found.metrics["energy_efficiency"], rel=1e-12)
+    shares = shown.metrics["ball_energy_share"] + shown.metrics["club_energy_share"]
+    assert shares == pytest.approx(shown.metrics["energy_efficiency"], rel=1e-12)
 
 
 def test_the_ball_keeps_its_volume(fmu):
@@ -135,15 +135,15 @@ def test_refused(fmu):
 
 def test_s_and_cor_over_a_variable(fmu):
     values = {**defaults(fmu), "law": 2}
-    found = impact.swept(fmu, values, "b", -10.0, 100.0)
-    assert len(found["x"]) == impact.SWEPT
-    for n, b in enumerate(found["x"].tolist()):
+    swept = impact.swept(fmu, values, "b", -10.0, 100.0)
+    assert len(swept["x"]) == impact.SWEPT
+    for n, b in enumerate(swept["x"].tolist()):
         if b < 0.0:
-            assert np.isnan(found["smash_factor"][n])
+            assert np.isnan(swept["smash_factor"][n])
         else:
             one = fmu.impact(**{**values, "b": b})
-            assert found["smash_factor"][n] == one["smash_factor"]
-            assert found["coefficient_of_restitution"][n] == one["coefficient_of_restitution"]
+            assert swept["smash_factor"][n] == one["smash_factor"]
+            assert swept["coefficient_of_restitution"][n] == one["coefficient_of_restitution"]
 
 
 def test_ranges_of_sliders_are_allowed(fmu):
@@ -348,11 +348,11 @@ class Tab:
         """Wait until the page shows the case with these values that aren't start values."""
         wanted = {name: float(value) for name, value in values.items()}
 
-        def found():
+        def there():
             pairs = (pair.split("=") for pair in self.value("link").split("&") if pair)
             return {name: float(text) for name, text in pairs} == wanted
 
-        self.until(found)
+        self.until(there)
         return self
 
     def readout(self, metric):
@@ -366,8 +366,8 @@ def temporary(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def address(temporary):
-    with serving(env={"TMPDIR": str(temporary)}) as (_, found):
-        yield found
+    with serving(env={"TMPDIR": str(temporary)}) as (_, url):
+        yield url
 
 
 @pytest.fixture(scope="module")
@@ -388,11 +388,11 @@ def driver(temporary):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     service = webdriver.ChromeService(helper)
-    found = webdriver.Chrome(options=options, service=service)
+    browser = webdriver.Chrome(options=options, service=service)
     try:
-        yield found
+        yield browser
     finally:
-        found.quit()
+        browser.quit()
         service.stop()
 
 

@@ -172,13 +172,13 @@ def fmi2(fmu_path, tmp_path_factory):
         slave.enterInitializationMode()
         put(values)
         slave.exitInitializationMode()
-        found = []
+        seen = []
         for n, (now, then) in enumerate(pairwise(points)):
             put(changes.get(n, {}))
             slave.doStep(now, then - now)
             reals = slave.getReal([references[name] for name in OUTPUTS])
-            found.append((reals, slave.getBoolean([references[name] for name in FLAGS])))
-        return found
+            seen.append((reals, slave.getBoolean([references[name] for name in FLAGS])))
+        return seen
 
     yield course
     slave.terminate()
@@ -404,10 +404,10 @@ def test_the_equations_are_those_of_the_phases(make, name):
         model.setTime((n + 1) * 2e-5)
         model.setContinuousStates(states, 4)
         scale = (7e3, 1.5e5, 1.5e5, 1.0, 7e3)
-        for found, expected, size in zip(
+        for value, expected, size in zip(
             model.reals(*read), slave.reals(*read), scale, strict=True
         ):
-            assert abs(found - expected) < 1e-12 * size
+            assert abs(value - expected) < 1e-12 * size
         model.getContinuousStateDerivatives(derivatives, 4)
         assert list(derivatives) == model.reals(*DERIVATIVES)
 
@@ -659,9 +659,9 @@ print(json.dumps([[float(row["smash_factor"][-1]) for row in rows], sorted(packa
             timeout=100,
         )
         assert done.returncode == 0, done.stderr[-2000:]
-        found, packages = json.loads(done.stdout)
-        assert found[1:] == found[:-1]
-        assert found[0] == pytest.approx(EXPECTED[1][0], rel=1e-15)
+        answers, packages = json.loads(done.stdout)
+        assert answers[1:] == answers[:-1]
+        assert answers[0] == pytest.approx(EXPECTED[1][0], rel=1e-15)
         digests = sorted(f"golf_impact_{BUILDERS[fmi].digest()[:16]}" for fmi in (2, 3))
         assert packages == digests
 
@@ -678,7 +678,7 @@ with EcosSimulationStructure() as structure:
         assert simulation.init(parameter_set="case")
         simulation.set_real("impact::k", k)
         simulation.step(steps)
-        print("found", json.dumps([simulation.get_real(f"impact::{name}") for name in names]))
+        print("answers", json.dumps([simulation.get_real(f"impact::{name}") for name in names]))
 """
 
 
@@ -694,10 +694,10 @@ def test_ecos(fmi3_path, fmu, step):
         [sys.executable, "-c", _ECOS, given], capture_output=True, text=True, timeout=100
     )
     assert done.returncode == 0, done.stderr[-2000:]
-    (line,) = (text for text in done.stdout.splitlines() if text.startswith("found "))
+    (line,) = (text for text in done.stdout.splitlines() if text.startswith("answers "))
     exact = fmu.impact(CRITERIA, gap=0.002, k=8e5)
-    found = json.loads(line.removeprefix("found "))
-    assert found == pytest.approx(list(exact.values()), rel=1e-12)
+    answers = json.loads(line.removeprefix("answers "))
+    assert answers == pytest.approx(list(exact.values()), rel=1e-12)
 
 
 def test_the_physics_has_no_other_home(fmi3_path):

@@ -47,14 +47,14 @@ def test_nothing_undeclared_is_imported():
     """A module that isn't ours or Python's comes from a declared package."""
     arrays = ("dependencies", *EXTRAS)
     names = {re.match("[a-z0-9-]+", row[0])[0] for array in arrays for row in declared(array)}
-    found = importlib.metadata.packages_distributions()
+    owners = importlib.metadata.packages_distributions()
     ours = {"golf_impact", "golf_build", "golf_scenarios"}
     for file in (path for folder in ("scenarios", "fmu_src", "build") for path in tree(folder)):
         text = file.read_text("utf-8")
         for module in re.findall(r"^ *(?:import|from) (\w+)", text, re.MULTILINE):
             if module in ours or module in sys.stdlib_module_names or module == "tomllib":
                 continue
-            packages = {name.lower().replace("_", "-") for name in found.get(module, [])}
+            packages = {name.lower().replace("_", "-") for name in owners.get(module, [])}
             assert packages & names or not packages, (file.name, module)
 
 

@@ -25,9 +25,9 @@ STEPS = (1e-3, 1e-4, 1e-6)
 STOP = 0.005
 
 
-def same(found, law=1):
+def same(answers, law=1):
     # 1e-12 as the issue has it; measured: 3e-16.
-    assert list(found) == pytest.approx(list(EXPECTED[law]), rel=1e-12, abs=0.0)
+    assert list(answers) == pytest.approx(list(EXPECTED[law]), rel=1e-12, abs=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -107,23 +107,23 @@ def test_several_instances_side_by_side(extracted):
         for slave in slaves:
             slave.doStep(m * 1e-5, 1e-5)
     for n, slave in enumerate(slaves):
-        found = slave.getReal([slave.references[name] for name in CRITERIA])
-        same(found, law=1 + n % 2)
+        answers = slave.getReal([slave.references[name] for name in CRITERIA])
+        same(answers, law=1 + n % 2)
         discard(slave)
 
 
 def one_run(extracted, law):
     slave = instance(extracted)
-    found = run(slave, 1e-5, law)
+    answers = run(slave, 1e-5, law)
     discard(slave)
-    return found
+    return answers
 
 
 def test_threads(extracted):
     laws = [1, 2] * 6
     with ThreadPoolExecutor(4) as pool:
-        for law, found in zip(laws, pool.map(one_run, [extracted] * 12, laws), strict=True):
-            same(found, law)
+        for law, answers in zip(laws, pool.map(one_run, [extracted] * 12, laws), strict=True):
+            same(answers, law)
 
 
 _PROCESSES = """
@@ -136,8 +136,8 @@ if __name__ == "__main__":
     same(one_run(extracted, 1))  # a fork then has a loaded FMU in it
     with multiprocessing.get_context(method).Pool(2) as pool:
         laws = [1, 2] * 4
-        for law, found in zip(laws, pool.starmap(one_run, [(extracted, law) for law in laws])):
-            same(found, law)
+        for law, answers in zip(laws, pool.starmap(one_run, [(extracted, law) for law in laws])):
+            same(answers, law)
     print("done")
 """
 
@@ -188,7 +188,7 @@ if law != 1:
     assert execution.integer_initial_value(index, variables["law"].reference, law)
 observer = CosimObserver.create_last_value()
 assert execution.add_observer(observer) and execution.step(steps)
-found = observer.last_real_values(index, [variables[name].reference for name in names])
+answers = observer.last_real_values(index, [variables[name].reference for name in names])
 """
 
 _ECOS = """
@@ -200,7 +200,7 @@ with EcosSimulationStructure() as structure:
     with EcosSimulation(structure=structure, step_size=step) as simulation:
         assert simulation.init(parameter_set="case")
         simulation.step(steps)
-        found = [simulation.get_real(f"impact::{name}") for name in names]
+        answers = [simulation.get_real(f"impact::{name}") for name in names]
 """
 
 
@@ -222,14 +222,14 @@ def test_other_importers(fmu_path, tool, code, step, law):
         pytest.skip(why)
     given = json.dumps([str(fmu_path), step, round(STOP / step), law, CRITERIA])
     prelude = "import json, sys\nfmu, step, steps, law, names = json.loads(sys.argv[1])\n"
-    program = f'{prelude}{code}\nprint("found", json.dumps(list(found)))'
+    program = f'{prelude}{code}\nprint("answers", json.dumps(list(answers)))'
     done = subprocess.run(
         [sys.executable, "-c", program, given], capture_output=True, text=True, timeout=100
     )
     assert done.returncode == 0, done.stderr[-2000:]
     # libcosim writes its log to stdout as well.
-    (line,) = (text for text in done.stdout.splitlines() if text.startswith("found "))
-    same(json.loads(line.removeprefix("found ")), law)
+    (line,) = (text for text in done.stdout.splitlines() if text.startswith("answers "))
+    same(json.loads(line.removeprefix("answers ")), law)
 
 
 # fmu-manipulation-toolbox
@@ -287,8 +287,8 @@ print(json.dumps([float(rows[name][-1]) for name in names]), flush=True)
         [sys.executable, "-c", program, given], capture_output=True, text=True, timeout=100
     )
     assert done.returncode == 0, done.stderr[-2000:]
-    *found, carry = json.loads(done.stdout.splitlines()[-1])
-    same(found)
+    *answers, carry = json.loads(done.stdout.splitlines()[-1])
+    same(answers)
     assert carry == pytest.approx(156.80936501820162, rel=1e-12)
 
 
@@ -400,7 +400,7 @@ print(json.dumps([side_by_side, [one_run(folder, 1)[0] for folder in folders]]))
         cwd=ROOT,
     )
     (other,), _ = json.loads(alone.stdout.splitlines()[-1])
-    for found in json.loads(done.stdout.splitlines()[-1]):
-        this = found[order.index(str(fmu_path))]
+    for answers in json.loads(done.stdout.splitlines()[-1]):
+        this = answers[order.index(str(fmu_path))]
         assert this == pytest.approx(EXPECTED[1][0], rel=1e-15, abs=0.0)
-        assert found[1 - order.index(str(fmu_path))] == other != this
+        assert answers[1 - order.index(str(fmu_path))] == other != this

@@ -121,9 +121,9 @@ SCALES = {
 
 @every_law
 def test_co_simulation_against_the_equations(run, law):
-    (found,) = run(law, 1)
+    (outputs,) = run(law, 1)
     for name, right in exact(law).items():
-        assert abs(found[name] - right) <= BAR * SCALES.get(name, abs(right)), name
+        assert abs(outputs[name] - right) <= BAR * SCALES.get(name, abs(right)), name
 
 
 @every_law

@@ -409,11 +409,11 @@ def one_runs_files(out, stiffnesses):
 def test_two_runs_into_one_folder(tmp_path, times):
     stiffnesses = (1e6, 2e6)
     commands = [("run", "--set", f"k={k:g}", "--no-figures") for k in stiffnesses]
-    found = {}
+    forces = {}
     for _ in range(times):
         together(tmp_path, *commands)
         k, force = one_runs_files(tmp_path / "out", stiffnesses)
-        assert found.setdefault(k, force) == force
+        assert forces.setdefault(k, force) == force
 
 
 def test_one_that_comes_in_the_middle_of_another_waits(tmp_path, monkeypatch):

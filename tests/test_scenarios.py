@@ -33,11 +33,11 @@ def test_figures_and_report(fmu, tmp_path):
     files = write_outcomes(tmp_path, outcomes, "guid", with_figures=True)
     assert all(file.stat().st_size > 0 for file in files)
     assert {"diagram.png", "baseline_force.png", "laws.png"} <= {file.name for file in files}
-    found = Page((tmp_path / "report.html").read_text())
-    assert found.targets == ["#diagram", "#baseline", "#laws"]
-    assert {target[1:] for target in found.targets} <= found.ids
-    assert len(found.sources) == 5
-    assert all(source.startswith("data:image/png;base64,") for source in found.sources)
+    shown = Page((tmp_path / "report.html").read_text())
+    assert shown.targets == ["#diagram", "#baseline", "#laws"]
+    assert {target[1:] for target in shown.targets} <= shown.ids
+    assert len(shown.sources) == 5
+    assert all(source.startswith("data:image/png;base64,") for source in shown.sources)
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["baseline"]["baseline"]["smash_factor"] == pytest.approx(1.5641431548673967)
 

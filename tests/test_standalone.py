@@ -234,10 +234,10 @@ def test_three_fmus_started_at_once_share_one_python(several, system, tmp_path):
     assert {folder.name.partition(".")[0] for folder in folders} == {"ClubBallImpact", *COMPANIONS}
     alone = several(folders[:1], env={})
     for _ in range(10):
-        found = several(folders, env={})
-        assert (found["steps"], found["pythons"]) == (1200, 1)
+        three = several(folders, env={})
+        assert (three["steps"], three["pythons"]) == (1200, 1)
     # 1.03 measured.
-    assert found["kilobytes"] <= 1.3 * alone["kilobytes"]
+    assert three["kilobytes"] <= 1.3 * alone["kilobytes"]
 
 
 def test_beside_the_plain_fmu(several, system, fmu_path, libpython, tmp_path):
@@ -338,9 +338,9 @@ def test_libcosims_library_runs_the_system(compiled, system, tmp_path):
     library = Path(package.__file__).parent / "libcosimc" / "libcosimc.so"
     folder = tmp_path / "ssp"
     shutil.unpack_archive(str(system[3]), folder, "zip")
-    found = outputs(compiled("cosim"), library, folder, 9700, env={"TMPDIR": str(tmp_path)})
+    answers = outputs(compiled("cosim"), library, folder, 9700, env={"TMPDIR": str(tmp_path)})
     # Law 1 is linear: its smash factor is the same at every speed; 1e-12 as in test_system.py.
-    assert found["smash_factor"] == pytest.approx(LAW_1["smash_factor"], rel=1e-12)
+    assert answers["smash_factor"] == pytest.approx(LAW_1["smash_factor"], rel=1e-12)
 
 
 # FMI 3.0
@@ -459,14 +459,14 @@ def test_logging_is_off_unless_it_is_switched_on(slave):
 
 
 def test_its_description(standalone_path, fmu_path):
-    found, plain = (
+    own, plain = (
         zipfile.ZipFile(path).read("modelDescription.xml").decode()
         for path in (standalone_path, fmu_path)
     )
-    assert 'needsExecutionTool="false"' in found
+    assert 'needsExecutionTool="false"' in own
     without = r'needsExecutionTool="\w+"|guid="[^"]+"'
-    assert re.sub(without, "", found) == re.sub(without, "", plain)
-    assert re.search('guid="([^"]+)"', found)[1] != re.search('guid="([^"]+)"', plain)[1]
+    assert re.sub(without, "", own) == re.sub(without, "", plain)
+    assert re.search('guid="([^"]+)"', own)[1] != re.search('guid="([^"]+)"', plain)[1]
 
 
 def test_what_it_brings(standalone_path):
@@ -497,11 +497,11 @@ xml zipimport
 
 def test_the_modules_are_these(standalone_path):
     """Of Python 3.11; what another version splits off or puts together is listed, too."""
-    found = set(standalone.private_python().modules)
-    top = {name.partition(".")[0] for name in found}
+    modules = set(standalone.private_python().modules)
+    top = {name.partition(".")[0] for name in modules}
     assert top <= set(_MODULES.split())
     assert {"decimal", "_decimal", "json", "math", "pythonfmu", "threading"} <= top
-    assert len(found) < 90
+    assert len(modules) < 90
 
 
 def test_it_is_reproducible(standalone_path, tmp_path):
@@ -572,12 +572,12 @@ def test_bench_native(standalone_path, libpython, tmp_path):
     )
     # 1 on a busy machine: how fast it is isn't tested.
     assert done.returncode in (0, 1), done.stderr
-    found = json.loads((tmp_path / "bench_native.json").read_text())["figures"]
-    assert set(found) == {
+    figures = json.loads((tmp_path / "bench_native.json").read_text())["figures"]
+    assert set(figures) == {
         *("first_instantiate_ms", "step_us", "read_us", "memory_mb", "three_mb", "size_mb")
     }
-    assert found["three_mb"]["ratio"] <= 1.3
-    assert found["size_mb"]["standalone"] <= 5.0
+    assert figures["three_mb"]["ratio"] <= 1.3
+    assert figures["size_mb"]["standalone"] <= 5.0
 
 
 def said_of_native_hosts(fmu):

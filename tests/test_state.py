@@ -257,5 +257,5 @@ def test_one_state_can_be_restored_in_many_instances(make):
     reals = first.everything()[0]
     for other in others:
         # mean_force belongs to the step; the rest is the same to 1e-13 by other step patterns.
-        found = [a for a, b in zip(other.everything()[0], reals) if abs(a - b) > 1e-12 * abs(b)]
-        assert len(found) <= 1
+        differing = [a for a, b in zip(other.everything()[0], reals) if abs(a - b) > 1e-12 * abs(b)]
+        assert len(differing) <= 1

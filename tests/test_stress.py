@@ -64,8 +64,8 @@ def test_the_worst_case_is_shown_and_the_others_are_in_the_file(results, capsys)
     worst = max(ratios, key=ratios.get)
     assert f"what is allowed: {worst}, {results['checks'][worst]['worst']:.2g}, at " in said
     assert "in stress.json" in said
-    found = {"momentum": {"worst": math.nan, "bar": 1.0}, "other": {"worst": 9.0, "bar": 1.0}}
-    assert max(found, key=lambda name: _beside_bar(found[name])) == "momentum"
+    checks = {"momentum": {"worst": math.nan, "bar": 1.0}, "other": {"worst": 9.0, "bar": 1.0}}
+    assert max(checks, key=lambda name: _beside_bar(checks[name])) == "momentum"
 
 
 def test_worst_cases_have_their_inputs(results):

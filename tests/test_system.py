@@ -14,7 +14,6 @@ from fmpy.fmi2 import FMU2Slave
 from scipy.integrate import solve_ivp
 
 from golf_build.system import build_companion
-from golf_scenarios.commands.scripts import scenario
 from golf_scenarios.fmu import system
 
 STOP = 0.966  # s: the ball has been launched by then, and the swing has felt it
@@ -168,14 +167,14 @@ def test_the_downswing_against_an_integration(companion, steps, values):
     solved = solve_ivp(slope, span, start, t_eval=[t for t, _ in instants], **EXACTLY)
     theta0 = get(swing, "arm_start")[0]
     assert len(instants) >= 5
-    for (t, found), y in zip(instants, solved.y.T, strict=True):
+    for (t, now), y in zip(instants, solved.y.T, strict=True):
         speed = slope(t, y)[4]
         expected = [y[0] - theta0, y[0] - theta0 - y[2], speed, y[5]]
-        assert found[:4] == pytest.approx(expected, rel=1e-12, abs=1e-12 * 50)
+        assert now[:4] == pytest.approx(expected, rel=1e-12, abs=1e-12 * 50)
     # Only the torques work on it: its energy since the top.
     top = companion("Swing", **values)
     swung(top, BACKSWING)
-    assert found[4] - found[3] == pytest.approx(get(top, "energy")[0], abs=1e-11)
+    assert now[4] - now[3] == pytest.approx(get(top, "energy")[0], abs=1e-11)
 
 
 def test_the_wrist_is_held_until_it_is_released(companion):
@@ -204,19 +203,19 @@ def test_a_force_on_the_head_against_an_integration(companion):
     direction = 0.0067710723  # of travel at the ball, which the force acts against
     put(swing, reaction_force=force)
     swung(swing, 0.92, begin=begin)
-    found = get(swing, "arm_angle", "head_speed", "reaction_work", "reaction_impulse")
+    felt = get(swing, "arm_angle", "head_speed", "reaction_work", "reaction_impulse")
     theta0, beta0 = get(swing, "arm_start", "wrist_start")
     start = [0.0, 0.0, beta0, 0.0, 0.0, 0.0]
     before = solve_ivp(source_equations(swing), (0.0, 0.15), start, **EXACTLY).y[:, -1]
     slope = source_equations(swing, force, direction)
     after = solve_ivp(slope, (0.15, 0.17), before, **EXACTLY).y[:, -1]
-    assert found[0] == pytest.approx(after[0] - theta0, abs=1e-9)
-    assert found[1] == pytest.approx(slope(0.17, after)[4], abs=1e-7)
-    assert found[3] == pytest.approx(force * 0.02, rel=1e-12)
+    assert felt[0] == pytest.approx(after[0] - theta0, abs=1e-9)
+    assert felt[1] == pytest.approx(slope(0.17, after)[4], abs=1e-7)
+    assert felt[3] == pytest.approx(force * 0.02, rel=1e-12)
     energy, work = get(swing, "energy", "work")
     top = companion("Swing")
     swung(top, BACKSWING)
-    assert energy == pytest.approx(get(top, "energy")[0] + work - found[2], abs=1e-11)
+    assert energy == pytest.approx(get(top, "energy")[0] + work - felt[2], abs=1e-11)
 
 
 # A host that holds the speed over each step, however long; and one that passes it on a step late.
@@ -337,8 +336,8 @@ def integrated(companion_slave, speed):
     landing.terminal, landing.direction = True, -1
     start = [0.0, 0.0, speed * math.cos(angle), speed * math.sin(angle), spin]
     options = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-13 * min(1.0, speed)}
-    found = solve_ivp(slope, (0.0, 1e3), start, events=[landing, apex], **options)
-    return found.y_events[0][0][0], found.y_events[1][0][1], found.t_events[0][0]
+    flight = solve_ivp(slope, (0.0, 1e3), start, events=[landing, apex], **options)
+    return flight.y_events[0][0][0], flight.y_events[1][0][1], flight.t_events[0][0]
 
 
 @pytest.mark.parametrize(("speed", "values"), FLIGHTS)
@@ -446,13 +445,13 @@ def test_rollback_of_a_companion(companion, name, at):
         put(slave, ball_velocity=50.0, separated=True)
 
     def run(slave, begin, end):
-        found = []
+        seen = []
         for n in range(begin, end):
             if name == "Swing":
                 put(slave, reaction_force=3000.0 if n == 963 else 200.0 if n == 964 else 0.0)
             slave.doStep(n * 1e-3, 1e-3)
-            found.append(get(slave, *SEEN[name]))
-        return found
+            seen.append(get(slave, *SEEN[name]))
+        return seen
 
     run(slave, 0, at)
     state = slave.getFMUstate()
@@ -565,7 +564,7 @@ TOOLS = {
     "fmpy": """
 from fmpy.ssp.simulation import simulate_ssp
 rows = simulate_ssp(ssp, stop_time=(steps - 0.5) * step, step_size=step)
-found = [float(rows[name][-1]) for name in names]
+answers = [float(rows[name][-1]) for name in names]
 """,
     "libcosimpy": """
 from libcosimpy.CosimExecution import CosimExecution
@@ -573,20 +572,20 @@ from libcosimpy.CosimObserver import CosimObserver
 execution = CosimExecution.from_ssp_file(ssp, step_size=round(step * 1e9))
 observer = CosimObserver.create_last_value()
 assert execution.add_observer(observer) and execution.step(steps)
-found = []
+answers = []
 for name in names:
     component, variable = name.split(".")
     slave = execution.slave_index_from_instance_name(component)
     reference = next(v.reference for v in execution.slave_variables(slave)
                      if v.name.decode() == variable)
-    found += observer.last_real_values(slave, [reference])
+    answers += observer.last_real_values(slave, [reference])
 """,
     "ecospy": """
 from ecospy.EcosSimulation import EcosSimulation
 with EcosSimulation(ssp_path=ssp, step_size=step) as simulation:
     assert simulation.init()
     simulation.step(steps)
-    found = [simulation.get_real(name.replace(".", "::")) for name in names]
+    answers = [simulation.get_real(name.replace(".", "::")) for name in names]
 """,
 }
 _PRELUDE = """
@@ -610,25 +609,25 @@ def run_in(tool, ssp, step):
     if why:
         pytest.skip(why)
     argument = json.dumps([str(ssp), step, math.ceil(STOP / step), READ])
-    program = _PRELUDE + TOOLS[tool] + 'print("found", json.dumps(found))'
+    program = _PRELUDE + TOOLS[tool] + 'print("answers", json.dumps(answers))'
     command = [sys.executable, "-c", program, argument]
     done = subprocess.run(command, capture_output=True, text=True, timeout=900)
     assert done.returncode == 0, done.stderr[-2000:]
     # libcosim writes its log to stdout as well.
-    (line,) = (text for text in done.stdout.splitlines() if text.startswith("found "))
-    return dict(zip(READ, json.loads(line.removeprefix("found ")), strict=True))
+    (line,) = (text for text in done.stdout.splitlines() if text.startswith("answers "))
+    return dict(zip(READ, json.loads(line.removeprefix("answers ")), strict=True))
 
 
 @pytest.fixture(scope="module")
 def by_our_host(files, fmu_path):
     """The same by the scenarios' own host, by communication step."""
     parts = dict(zip(("Swing", "BallFlight"), files, strict=False)) | {"ClubBallImpact": fmu_path}
-    found = {}
+    runs = {}
 
     def run(step):
-        if step not in found:
-            found[step] = system.run_system(parts, [step] * math.ceil(STOP / step))
-        return {name: float(found[step][name][-1]) for name in READ}
+        if step not in runs:
+            runs[step] = system.run_system(parts, [step] * math.ceil(STOP / step))
+        return {name: float(runs[step][name][-1]) for name in READ}
 
     return run
 
@@ -639,11 +638,11 @@ SLOW = pytest.param(1e-5, marks=pytest.mark.nightly)
 @pytest.mark.parametrize("step", [1e-3, 5e-4, 1e-4, SLOW])
 @pytest.mark.parametrize("tool", TOOLS)
 def test_the_same_numbers_in_every_tool(tool, ssp, by_our_host, fmu, companion, step):
-    found = run_in(tool, ssp, step)
-    assert found == pytest.approx(by_our_host(step), rel=1e-12, abs=0.0)
+    answers = run_in(tool, ssp, step)
+    assert answers == pytest.approx(by_our_host(step), rel=1e-12, abs=0.0)
     # The momentum that the swing has felt, one step late, is that of the impact.
-    impulse = found["ClubBallImpact.impulse"]
-    assert found["Swing.reaction_impulse"] == pytest.approx(impulse, rel=1e-12, abs=0.0)
+    impulse = answers["ClubBallImpact.impulse"]
+    assert answers["Swing.reaction_impulse"] == pytest.approx(impulse, rel=1e-12, abs=0.0)
     # The impact is that of the swing's speed at the ball, whatever the step.
     alone = fmu.impact(("ball_velocity", "impulse", "smash_factor"), club_speed=AT_THE_BALL)
     flight = companion("BallFlight")
@@ -651,11 +650,11 @@ def test_the_same_numbers_in_every_tool(tool, ssp, by_our_host, fmu, companion, 
     flight.doStep(0.0, 1e-3)
     expected = dict(zip(("carry", "apex"), get(flight, "carry", "apex"), strict=True))
     for name in ("carry", "apex"):
-        assert found[f"BallFlight.{name}"] == pytest.approx(expected[name], rel=1e-12)
+        assert answers[f"BallFlight.{name}"] == pytest.approx(expected[name], rel=1e-12)
     for name in ("impulse", "smash_factor"):
-        assert found[f"ClubBallImpact.{name}"] == pytest.approx(alone[name], rel=1e-12)
+        assert answers[f"ClubBallImpact.{name}"] == pytest.approx(alone[name], rel=1e-12)
     # The swing has lost a third of its speed.
-    assert 0.5 * AT_THE_BALL < found["Swing.club_speed"] < 0.7 * AT_THE_BALL
+    assert 0.5 * AT_THE_BALL < answers["Swing.club_speed"] < 0.7 * AT_THE_BALL
 
 
 @pytest.mark.parametrize("rollback", [False, True])
@@ -663,22 +662,16 @@ def test_the_same_numbers_in_every_tool(tool, ssp, by_our_host, fmu, companion, 
 def test_momentum_and_energy_of_the_loop(files, fmu_path, step, rollback):
     parts = {"Swing": files[0], "ClubBallImpact": fmu_path}
     steps = [5e-3] * 192 + [step] * round(0.006 / step)
-    found = system.run_system(parts, steps, {"ClubBallImpact": {"law": 2}}, rollback=rollback)
-    impulse = found["ClubBallImpact.impulse"][-1]
-    assert found["Swing.reaction_impulse"][-1] == pytest.approx(impulse, rel=1e-12, abs=0.0)
+    path = system.run_system(parts, steps, {"ClubBallImpact": {"law": 2}}, rollback=rollback)
+    impulse = path["ClubBallImpact.impulse"][-1]
+    assert path["Swing.reaction_impulse"][-1] == pytest.approx(impulse, rel=1e-12, abs=0.0)
     assert impulse > 3.0
-    balance = found["Swing.energy"] - found["Swing.work"] + found["Swing.reaction_work"]
-    assert np.ptp(balance[found["time"] > 0.9]) < 1e-11
+    balance = path["Swing.energy"] - path["Swing.work"] + path["Swing.reaction_work"]
+    assert np.ptp(balance[path["time"] > 0.9]) < 1e-11
     # Repeated, a step has the force when it acts; else it has it a step later.
-    felt = found["time"][np.argmax(found["Swing.reaction_impulse"] > 0.0)]
-    acts = found["time"][np.argmax(found["ClubBallImpact.impulse"] > 0.0)]
+    felt = path["time"][np.argmax(path["Swing.reaction_impulse"] > 0.0)]
+    acts = path["time"][np.argmax(path["ClubBallImpact.impulse"] > 0.0)]
     assert felt - acts == pytest.approx(0.0 if rollback else step, abs=1e-9)
-
-
-def test_the_scenario_passes_its_own_checks(fmu):
-    outcome = scenario("system").run(fmu)
-    assert outcome.checks
-    assert [check for check in outcome.checks if not check.passed] == []
 
 
 def test_the_system_is_reproducible(files, fmu_path, tmp_path):
