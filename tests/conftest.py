@@ -49,6 +49,7 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
 def pytest_addoption(parser):
     parser.addoption("--standalone", action="store_true", help="test the standalone FMUs instead")
+    parser.addoption("--ci", action="store_true", help="also what takes long, as .ci/run does")
 
 
 #: Files that take more than some seconds. The longest first: begun last, one of them would keep one
@@ -76,6 +77,8 @@ def pytest_collection_modifyitems(config, items):
     # Only whoever names them wants them, with -m.
     named = config.getoption("markexpr")
     left_out |= {mark for mark in ("nightly", "browser") if mark not in named}
+    if not config.getoption("--ci"):
+        left_out.add("ci")
     kept, dropped = [], []
     for item in items:
         if item.path.stem in SLOW:
@@ -207,6 +210,10 @@ def reference_cases(*files):
     return cases
 
 
-def numbers(few, many):
-    """Seeds of random cases for `parametrize`: the first ones every time, the others at night."""
-    return [pytest.param(n, marks=[pytest.mark.nightly] * (n >= few)) for n in range(many)]
+def numbers(few, more, many):
+    """Seeds of random cases for `parametrize`: the first ones every time, others later."""
+
+    def marks(n):
+        return [] if n < few else [pytest.mark.ci] if n < more else [pytest.mark.nightly]
+
+    return [pytest.param(n, marks=marks(n)) for n in range(many)]

@@ -327,6 +327,7 @@ def entry_point(files):
     return f"resources/{files['resources/slavemodule.txt'].decode().strip()}.py"
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "damage",
     [

@@ -142,6 +142,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("method", multiprocessing.get_all_start_methods())
 def test_processes(extracted, tmp_path, method):
     script = tmp_path / "processes.py"
@@ -334,6 +335,7 @@ def test_a_host_that_sets_nonsense_in_mid_contact(extracted, bad):
     discard(slave)
 
 
+@pytest.mark.ci
 def test_a_thousand_instances(extracted):
     slaves = [instance(extracted, f"impact {n}") for n in range(1000)]
     for slave in slaves[::100]:
@@ -367,7 +369,7 @@ def heavier(tmp_path_factory):
     return out
 
 
-@pytest.mark.parametrize("first", ["this", "other"])
+@pytest.mark.parametrize("first", [pytest.param("this", marks=pytest.mark.ci), "other"])
 def test_another_build_in_the_same_process_runs_its_own_code(fmu_path, heavier, first):
     program = """
 import fmpy, json, sys

@@ -153,6 +153,7 @@ def test_no_home(tmp_path, cache):
     assert names(cwd) == {"out"}
 
 
+@pytest.mark.ci
 def test_the_cache_of_an_installed_copy(tmp_path):
     env = installed(tmp_path / "site") | {
         "HOME": str(tmp_path / "home"),
@@ -172,6 +173,7 @@ def test_the_cache_of_an_installed_copy(tmp_path):
 # Names
 
 
+@pytest.mark.ci
 def test_odd_names_everywhere_but_for_temporary_files(tmp_path):
     """The checkout, the working folder and --out."""
     folder = tmp_path / ODD
@@ -325,6 +327,7 @@ def small(tmp_path):
     )
 
 
+@pytest.mark.ci
 def test_a_full_disk(small, tmp_path):
     """One line and, as the listing after it shows, nothing left."""
     full = "No space left on device"

@@ -134,6 +134,7 @@ def test_build(tmp_path):
     attack_build(tmp_path, 3, 0.8)
 
 
+@pytest.mark.ci
 def test_bench(tmp_path):
     assert attack_bench(tmp_path, 2, 2.0) == [130, 130]
 

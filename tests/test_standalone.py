@@ -169,6 +169,7 @@ _TABLES = ("impacts", "extremes")
 # Hosts that do otherwise
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("times", [20])
 def test_a_host_that_ends_while_others_of_its_threads_step(bare, times):
     for _ in range(times):
@@ -229,6 +230,7 @@ def several(compiled):
     return run
 
 
+@pytest.mark.ci
 def test_three_fmus_started_at_once_share_one_python(several, system, tmp_path):
     folders = [extracted(fmu, tmp_path / fmu.stem) for fmu in system[:3]]
     assert {folder.name.partition(".")[0] for folder in folders} == {"ClubBallImpact", *COMPANIONS}
@@ -240,12 +242,14 @@ def test_three_fmus_started_at_once_share_one_python(several, system, tmp_path):
     assert three["kilobytes"] <= 1.3 * alone["kilobytes"]
 
 
+@pytest.mark.ci
 def test_beside_the_plain_fmu(several, system, fmu_path, libpython, tmp_path):
     folders = [extracted(fmu, tmp_path / fmu.stem) for fmu in (*system[:3], fmu_path)]
     env = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
     assert several(folders, env=env)["steps"] == 1600
 
 
+@pytest.mark.ci
 def test_an_extraction_may_go_while_others_run(several, system, tmp_path):
     fmus = [system[0], system[0], system[1], system[0]]
     folders = [extracted(fmu, tmp_path / str(n)) for n, fmu in enumerate(fmus)]
@@ -253,6 +257,7 @@ def test_an_extraction_may_go_while_others_run(several, system, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.ci
 def test_an_extraction_more_costs_little(several, system, tmp_path):
     folders = [extracted(system[0], tmp_path / str(n)) for n in range(20)]
     one, all_ = several(folders[:1], env={}), several(folders, env={})
@@ -302,6 +307,7 @@ def is_reused(python):
     return done.stdout.strip() == "True"
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("python", other_pythons())
 def test_other_pythons_by_ctypes(standalone_path, python, tmp_path):
     folder = extracted(standalone_path, tmp_path / "fmu")
@@ -333,6 +339,7 @@ def test_fmpy_on_other_pythons(standalone_path, python, tmp_path):
 # libcosim without Python
 
 
+@pytest.mark.ci
 def test_libcosims_library_runs_the_system(compiled, system, tmp_path):
     package = pytest.importorskip("libcosimpy", reason="pip install 'golf-impact[interop]'")
     library = Path(package.__file__).parent / "libcosimc" / "libcosimc.so"
@@ -346,6 +353,7 @@ def test_libcosims_library_runs_the_system(compiled, system, tmp_path):
 # FMI 3.0
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("start", [0.0, 5.0])
 @pytest.mark.parametrize("gap", [0.0, 0.0035])
 def test_steps_end_at_touch_and_separation(standalone_fmi3_path, gap, start):
@@ -371,6 +379,7 @@ def test_steps_end_at_touch_and_separation(standalone_fmi3_path, gap, start):
     assert not rows[rows["time"] < touch + 6e-4]["separated"].any()
 
 
+@pytest.mark.ci
 def test_a_host_that_allows_no_early_return_gets_none(standalone_fmi3_path):
     rows = fmpy.simulate_fmu(
         str(standalone_fmi3_path),
@@ -416,6 +425,7 @@ def slave(standalone_fmi3_path, tmp_path):
 TOUCH, LAW_2_CONTACT = 1e-4, 6.010445569987614e-4
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("event_mode", [True, False])
 @pytest.mark.parametrize("early", [True, False])
 def test_what_a_step_tells_of_an_event(slave, event_mode, early):
@@ -427,6 +437,7 @@ def test_what_a_step_tells_of_an_event(slave, event_mode, early):
     assert last == (pytest.approx(TOUCH, rel=4e-16) if early else 1e-3)
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("event_mode", [True, False])
 def test_an_event_at_the_end_of_a_step_is_told(slave, event_mode):
     watched = slave(eventModeUsed=True, earlyReturnAllowed=True)
@@ -442,6 +453,7 @@ def test_an_event_at_the_end_of_a_step_is_told(slave, event_mode):
         assert one.doStep(0.0, end) == (event_mode, False, False, end)
 
 
+@pytest.mark.ci
 def test_logging_is_off_unless_it_is_switched_on(slave):
     for logging in (False, True):
         one = slave(logging=logging)
@@ -504,6 +516,7 @@ def test_the_modules_are_these(standalone_path):
     assert len(modules) < 90
 
 
+@pytest.mark.ci
 def test_it_is_reproducible(standalone_path, tmp_path):
     code = "from golf_scenarios.__main__ import main; main()"
     again = tmp_path / "again.fmu"
@@ -516,6 +529,7 @@ def test_it_is_reproducible(standalone_path, tmp_path):
     assert again.read_bytes() == standalone_path.read_bytes()
 
 
+@pytest.mark.ci
 def test_built_by_debians_python(host, tmp_path):
     """Its pyconfig.h lies elsewhere, and its modules are in libpython."""
     python, version = "/usr/bin/python3", f"{sys.version_info[:2]}"
@@ -545,6 +559,7 @@ def test_built_by_debians_python(host, tmp_path):
     assert fmu.stat().st_size <= 5e6
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "target",
     [
@@ -565,6 +580,7 @@ def test_the_loader_compiles_without_warnings(target, source, tmp_path):
     subprocess.run([*command, "-o", "loader.so"], check=True, cwd=tmp_path)
 
 
+@pytest.mark.ci
 def test_bench_native(standalone_path, libpython, tmp_path):
     command = Path(sys.executable).with_name("golf-impact")
     done = subprocess.run(
@@ -586,6 +602,7 @@ def said_of_native_hosts(fmu):
     return [text for _, text in doctor.examine(fmu) if text.startswith("native")]
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("fmu", ["standalone_path", "standalone_fmi3_path"])
 def test_doctor_tells_which_glibc_a_standalone_fmu_needs(request, fmu):
     (said,) = said_of_native_hosts(request.getfixturevalue(fmu))
@@ -593,6 +610,7 @@ def test_doctor_tells_which_glibc_a_standalone_fmu_needs(request, fmu):
     assert f"glibc {oldest} or newer, and nothing of Python" in said
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("fmu", ["fmu_path", "fmi3_path"])
 def test_doctor_recommends_it_before_libpython(request, fmu, standalone_path, libpython):
     recommended, line, _ = said_of_native_hosts(request.getfixturevalue(fmu))

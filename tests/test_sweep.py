@@ -383,8 +383,15 @@ def test_a_stopped_sweep_leaves_the_earlier_file(fmu_path, tmp_path):
     assert leftovers(tmp_path) == []
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("workers", "number"),
+    [
+        (2, signal.SIGINT),
+        pytest.param(1, signal.SIGINT, marks=pytest.mark.ci),
+        pytest.param(1, signal.SIGTERM, marks=pytest.mark.ci),
+        pytest.param(2, signal.SIGTERM, marks=pytest.mark.ci),
+    ],
+)
 def test_ctrl_c(fmu_path, tmp_path, workers, number):
     path = tmp_path / "x.csv"
     path.write_text("earlier")
@@ -766,6 +773,7 @@ def test_a_refused_case_leaves_rank_correlations():
     assert result.values == pytest.approx({"k": -1.0})
 
 
+@pytest.mark.ci
 def test_the_comparison_compares(fmu_path, monkeypatch):
     study = Study.of({"k": "1e6:2e6:50", "gap": "0,0.1"})
     with Sweep(study, fmu_path) as sweep:

@@ -44,6 +44,7 @@ def workers():
         yield made
 
 
+@pytest.mark.ci
 def test_a_local_cluster_where_a_port_of_dask_is_taken(alone, fmu_path, tmp_path, capfd):
     """It takes none that another may have, so nothing is warned of."""
     out = tmp_path / "x.csv"
@@ -115,7 +116,9 @@ def test_no_cluster(fmu_path, tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="POSIX's process groups")
-@pytest.mark.parametrize("times", [1, pytest.param(60, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize(
+    "times", [pytest.param(1, marks=pytest.mark.ci), pytest.param(60, marks=pytest.mark.nightly)]
+)
 def test_ctrl_c_while_the_cluster_starts(fmu_path, tmp_path, times):
     """As a terminal does it: to all processes of the group, the workers too."""
     rng = random.Random(times)

@@ -632,10 +632,10 @@ def by_our_host(files, fmu_path):
     return run
 
 
-SLOW = pytest.param(1e-5, marks=pytest.mark.nightly)
+SLOW = [pytest.param(1e-4, marks=pytest.mark.ci), pytest.param(1e-5, marks=pytest.mark.nightly)]
 
 
-@pytest.mark.parametrize("step", [1e-3, 5e-4, 1e-4, SLOW])
+@pytest.mark.parametrize("step", [1e-3, 5e-4, *SLOW])
 @pytest.mark.parametrize("tool", TOOLS)
 def test_the_same_numbers_in_every_tool(tool, ssp, by_our_host, fmu, companion, step):
     answers = run_in(tool, ssp, step)
