@@ -24,7 +24,11 @@ mp.dps = 90
 
 @pytest.fixture(
     scope="module",
-    params=[(50, 30), pytest.param((150, 100), marks=pytest.mark.nightly, id="--quick")],
+    params=[
+        (20, 12),
+        pytest.param((50, 30), marks=pytest.mark.ci),
+        pytest.param((150, 100), marks=pytest.mark.nightly, id="--quick"),
+    ],
 )
 def results(request, tmp_path_factory):
     all_.IMPACTS[True] = request.param
