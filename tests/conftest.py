@@ -83,7 +83,7 @@ def pytest_collection_modifyitems(config, items):
     for item in items:
         if item.path.stem in SLOW:
             item.add_marker("slow")
-        if "driver" in item.fixturenames:
+        if "browser" in item.fixturenames:
             item.add_marker("browser")
         (dropped if any(map(item.get_closest_marker, left_out)) else kept).append(item)
     config.hook.pytest_deselected(items=dropped)

@@ -278,16 +278,16 @@ def test_the_report_says_how_to_reopen_its_cases(tmp_path):
 class Tab:
     """The page in a tab: its Bokeh models by name."""
 
-    def __init__(self, driver, address):
-        self.driver = driver
-        driver.switch_to.new_window("tab")
-        self.handle = driver.current_window_handle
-        driver.get(address)
+    def __init__(self, browser, address):
+        self.browser = browser
+        browser.switch_to.new_window("tab")
+        self.handle = browser.current_window_handle
+        browser.get(address)
         self.until(lambda: self.js("return Boolean(window.Bokeh?.documents[0]?.is_idle)"))
 
     def js(self, code, *arguments):
         head = "const model = (name) => Bokeh.documents[0].get_model_by_name(name);"
-        return self.driver.execute_script(head + code, *arguments)
+        return self.browser.execute_script(head + code, *arguments)
 
     def until(self, condition, seconds=60.0):
         end = time.monotonic() + seconds
@@ -297,12 +297,12 @@ class Tab:
         return found
 
     def back(self):
-        self.driver.switch_to.window(self.handle)
+        self.browser.switch_to.window(self.handle)
 
     def close(self):
         self.back()
-        self.driver.close()
-        self.driver.switch_to.window(self.driver.window_handles[0])
+        self.browser.close()
+        self.browser.switch_to.window(self.browser.window_handles[0])
 
     def value(self, name, key="value"):
         return self.js("return model(arguments[0])[arguments[1]]", name, key)
@@ -371,7 +371,7 @@ def address(temporary):
 
 
 @pytest.fixture(scope="module")
-def driver(temporary):
+def browser(temporary):
     chromium, helper = shutil.which("chromium"), shutil.which("chromedriver")
     if not (chromium and helper):
         pytest.skip("chromium and chromedriver aren't installed here")
@@ -388,17 +388,17 @@ def driver(temporary):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     service = webdriver.ChromeService(helper)
-    browser = webdriver.Chrome(options=options, service=service)
+    chrome = webdriver.Chrome(options=options, service=service)
     try:
-        yield browser
+        yield chrome
     finally:
-        browser.quit()
+        chrome.quit()
         service.stop()
 
 
 @pytest.fixture
-def tab(driver, address):
-    one = Tab(driver, address)
+def tab(browser, address):
+    one = Tab(browser, address)
     yield one
     one.close()
 
@@ -406,13 +406,13 @@ def tab(driver, address):
 @pytest.fixture(autouse=True)
 def _no_error_and_no_request_outside(request):
     yield
-    if "driver" not in request.fixturenames:
+    if "browser" not in request.fixturenames:
         return
-    driver, address = (request.getfixturevalue(name) for name in ("driver", "address"))
-    said = [one for one in driver.get_log("browser") if one["level"] in ("SEVERE", "WARNING")]
+    browser, address = (request.getfixturevalue(name) for name in ("browser", "address"))
+    said = [one for one in browser.get_log("browser") if one["level"] in ("SEVERE", "WARNING")]
     assert said == []
     asked = set()
-    for entry in driver.get_log("performance"):
+    for entry in browser.get_log("performance"):
         event = json.loads(entry["message"])["message"]
         if event["method"] == "Network.requestWillBeSent":
             asked.add(event["params"]["request"]["url"])
@@ -439,7 +439,7 @@ def check_page(tab, fmu, **values):
 def test_the_page_opens_with_the_documents_case(tab, fmu):
     check_page(tab, fmu)
     assert "document: 1.57" in tab.readout("smash_factor")
-    assert tab.driver.title == "Golf impact"
+    assert tab.browser.title == "Golf impact"
     canvases = """
         const bad = []
         for (const one of Bokeh.documents[0]._all_models.values())
@@ -452,10 +452,10 @@ def test_the_page_opens_with_the_documents_case(tab, fmu):
 
 
 @pytest.mark.parametrize("values", [{"law": 2.0}, dict(BALLS["roh-lee"].values)])
-def test_a_slider_moved_by_keys(driver, address, fmu, values):
+def test_a_slider_moved_by_keys(browser, address, fmu, values):
     from selenium.webdriver.common.keys import Keys
 
-    tab = Tab(driver, f"{address}?{query(values)}")
+    tab = Tab(browser, f"{address}?{query(values)}")
     tab.shows(**{n: v for n, v in values.items() if v != fmu.default(n)})
     handle = tab.element("club_speed_slider", ".noUi-handle")
     handle.send_keys(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT)
@@ -473,7 +473,7 @@ def test_a_slider_dragged_by_the_mouse(tab, fmu):
     from selenium.webdriver import ActionChains
 
     handle = tab.element("b_slider", ".noUi-handle")
-    ActionChains(tab.driver).drag_and_drop_by_offset(handle, 60, 0).perform()
+    ActionChains(tab.browser).drag_and_drop_by_offset(handle, 60, 0).perform()
     b = tab.until(lambda: (x := tab.value("b_slider")) > 9.0 and x)
     tab.shows(b=b)
     check_page(tab, fmu, b=b)
@@ -593,13 +593,13 @@ def test_pins(tab, fmu):
     assert "second" not in tab.data("pinned")["name"]
 
 
-def test_the_address_holds_the_case(driver, address, fmu):
-    first = Tab(driver, f"{address}?k=800000&law=2")
+def test_the_address_holds_the_case(browser, address, fmu):
+    first = Tab(browser, f"{address}?k=800000&law=2")
     first.shows(k=8e5, law=2)
     first.type("b", "12")
     first.shows(k=8e5, law=2, b=12)
-    link = first.until(lambda: "b=12" in driver.current_url and driver.current_url)
-    second = Tab(driver, link)
+    link = first.until(lambda: "b=12" in browser.current_url and browser.current_url)
+    second = Tab(browser, link)
     second.shows(k=8e5, law=2, b=12)
     check_page(second, fmu, k=8e5, law=2.0, b=12.0)
     second.close()
@@ -614,8 +614,8 @@ def test_the_address_holds_the_case(driver, address, fmu):
         ("nothing=1", "look", "There is no input or parameter nothing"),
     ],
 )
-def test_an_address_that_is_refused(driver, address, fmu, question, model, words):
-    tab = Tab(driver, f"{address}?{question}")
+def test_an_address_that_is_refused(browser, address, fmu, question, model, words):
+    tab = Tab(browser, f"{address}?{question}")
     assert words in tab.text(model)
     check_page(tab, fmu)
     tab.close()
@@ -637,7 +637,7 @@ def test_the_command_runs(tab, tmp_path):
 
 
 def test_downloads(tab, tmp_path):
-    tab.driver.execute_cdp_cmd(
+    tab.browser.execute_cdp_cmd(
         "Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)}
     )
 
@@ -660,7 +660,7 @@ def test_downloads(tab, tmp_path):
     assert row.startswith('"start values"')
     for figure in ("force", "loop", "energies", "velocities", "positions", "sweep"):
         # Chromium takes ten files from a page by itself, and then waits for somebody's hand.
-        tab.driver.find_element("tag name", "body").click()
+        tab.browser.find_element("tag name", "body").click()
         assert got(f"{figure}.png").startswith(b"\x89PNG")
         svg = got(f"{figure}.svg").decode()
         assert svg.startswith("<svg")
@@ -700,14 +700,14 @@ def test_pointing_at_a_curve_moves_the_cursor_of_all(tab):
     before = tab.data("cursor")["time"]
     for figure in ("force", "loop"):
         canvas = tab.element(figure, ".bk-Canvas")
-        ActionChains(tab.driver).move_to_element_with_offset(canvas, 60, -10).perform()
+        ActionChains(tab.browser).move_to_element_with_offset(canvas, 60, -10).perform()
         after = tab.until(lambda old=before: (t := tab.data("cursor")["time"]) != old and t)
         assert after[0] in tab.data("path")["time"]
         before = after
 
 
-def test_two_tabs(driver, address, fmu):
-    one, other = Tab(driver, address), Tab(driver, address)
+def test_two_tabs(browser, address, fmu):
+    one, other = Tab(browser, address), Tab(browser, address)
     other.type("k", "700")
     other.shows(k=7e5)
     one.back()
@@ -730,7 +730,7 @@ def test_light_and_dark(tab):
 
 def test_controls_can_be_reached_and_have_names(tab):
     """By the browser's own tree for screen readers."""
-    nodes = tab.driver.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
+    nodes = tab.browser.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
     named = {}
     for node in nodes:
         role, name = (node.get(key, {}).get("value", "") for key in ("role", "name"))
@@ -747,14 +747,14 @@ def test_controls_can_be_reached_and_have_names(tab):
     assert all(name for names in named.values() for name in names), named
 
 
-def test_a_closed_tab_frees_its_fmu(driver, address, temporary):
+def test_a_closed_tab_frees_its_fmu(browser, address, temporary):
     def instances():
         return len(list(temporary.glob("golf-impact-run-*/golf-impact-*")))
 
-    tab = Tab(driver, address)
+    tab = Tab(browser, address)
     # Those of earlier tests may be closing.
     tab.until(lambda: instances() == 1)
-    others = [Tab(driver, address) for _ in range(3)]
+    others = [Tab(browser, address) for _ in range(3)]
     assert instances() == 4
     for other in others:
         other.close()
