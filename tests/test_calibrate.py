@@ -13,9 +13,8 @@ from conftest import numbers
 
 from golf_build.extras import install_command
 from golf_scenarios.calibration.calibrate import Calibration, check
-from golf_scenarios.calibration.contact_law import ContactLaw, Coordinates, Predictor
+from golf_scenarios.calibration.contact_law import ContactLaw, Coordinates, Predictor, asked_for
 from golf_scenarios.calibration.fitting import fit
-from golf_scenarios.calibration.laws import asked_for
 from golf_scenarios.calibration.targets import (
     TARGETS,
     Conditions,
@@ -390,7 +389,7 @@ def test_the_command(tmp_path):
     done = golf(*arguments, "--out", tmp_path, "--no-figures")
     assert done.returncode == 0, done.stderr
     case = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
-    for name, (output, _) in TARGETS.items():
+    for name, (output, *_) in TARGETS.items():
         assert case[output] == written["predicted"][name]
 
 

@@ -4,19 +4,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from golf_build import VERSION
-from golf_scenarios.calibration import laws
+from golf_scenarios.calibration import targets as measured
 from golf_scenarios.calibration.contact_law import ContactLaw
 from golf_scenarios.calibration.fitting import Fit, fit, missing
-from golf_scenarios.calibration.targets import (
-    DEFAULT_SIGMA,
-    TARGETS,
-    Conditions,
-    Target,
-    check_together,
-    option,
-)
+from golf_scenarios.calibration.targets import TARGETS, Conditions, Target, option
 from golf_scenarios.errors import UserError, lacking
-from golf_scenarios.facts.quantities import QUANTITIES, Quantity
+from golf_scenarios.facts.quantities import QUANTITIES
 from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 from golf_scenarios.report.outcome import Table
@@ -26,6 +19,15 @@ _UNLIKELY = 0.01
 
 #: Parameters with their units, as tables show them.
 _PARAMETERS = {"k": "k (N/m)", "b": "b (N·s/m)", "exponent": "exponent"}
+
+#: Targets as tables show them.
+_SHOWN = {
+    name: QUANTITIES[output]._replace(name=text, symbol="")
+    for name, (output, text, _) in TARGETS.items()
+}
+
+#: Every calibration is compared with Kelvin–Voigt, absolute, Tsuji and free n.
+_COMPARED = ((2, 1.0), (1, 1.0), (2, 1.5), (2, None))
 
 
 class Calibration:
@@ -42,16 +44,17 @@ class Calibration:
         self.targets = targets
         self.fit = fit(fmu, conditions, targets, law)
         self.compared: list[tuple[ContactLaw, Fit | str]] = []
-        for other in laws.compared(law.reference_compression):
-            if other == law:
-                self.compared.append((other, self.fit))
-            elif missing(other, targets):
-                self.compared.append((other, f"needs {len(other.free)} independent targets"))
-            else:
+        for number, exponent in _COMPARED:
+            other = ContactLaw(number, exponent, law.reference_compression)
+            result: Fit | str = self.fit
+            if missing(other, targets):
+                result = f"needs {len(other.free)} independent targets"
+            elif other != law:
                 try:
-                    self.compared.append((other, fit(fmu, conditions, targets, other)))
+                    result = fit(fmu, conditions, targets, other)
                 except UserError as error:
-                    self.compared.append((other, str(error)))
+                    result = str(error)
+            self.compared.append((other, result))
 
     @property
     def command(self) -> str:
@@ -61,7 +64,7 @@ class Calibration:
 
     @property
     def words(self) -> list[str]:
-        best = self.fit
+        best, chance = self.fit, self.fit.probability
         words = [f"{note[0].upper()}{note[1:]}." for note in best.notes]
         for other in best.others:
             values = ", ".join(f"{name} = {other[name]:.6g}" for name in _PARAMETERS)
@@ -69,67 +72,58 @@ class Calibration:
         default = [option(t.name) for t in self.targets.values() if not t.stated]
         if default:
             words.append(
-                f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)} (none was given);"
-                " standard errors and χ² follow from it."
+                f"σ is taken as {measured.DEFAULT_SIGMA * 100:g} % of {', '.join(default)} (none "
+                "was given); standard errors and χ² follow from it."
             )
-        if best.probability is None and best.chi_squared > 1e-6:
+        if chance is None and best.chi_squared > 1e-6:
             words.append(
                 "These targets can't be met together by this law; what comes nearest to them is "
                 "shown, and standard errors are those of the σ alone."
             )
-        elif best.probability is None:
+        elif chance is None:
             words.append(
                 "As many targets as parameters: they are met exactly, whatever the law; χ² says "
                 "nothing, and standard errors are those of the σ alone."
             )
-        elif best.probability < _UNLIKELY:
+        elif chance < _UNLIKELY:
             words.append(
                 f"This law doesn't fit: χ² = {best.chi_squared:.3g} with "
-                f"{best.degrees_of_freedom} degrees of freedom (chance "
-                f"{best.probability:.1g}). The law is wrong, or targets contradict each other."
+                f"{best.degrees_of_freedom} degrees of freedom (chance {chance:.1g}). The law is "
+                "wrong, or targets contradict each other."
             )
-        return words + self._better()
+            words += self._better()
+        return words
 
     def _better(self) -> list[str]:
-        others = [
-            other
-            for _, other in self.compared
-            if isinstance(other, Fit)
-            and other is not self.fit
-            and (other.probability or 0.0) > 0.05
-        ]
-        if (self.fit.probability or 1.0) >= _UNLIKELY or not others:
+        fits = [other for _, other in self.compared if isinstance(other, Fit)]
+        likely = [other for other in fits if (other.probability or 0.0) > 0.05]
+        if not likely:
             return []
-        best = min(others, key=lambda other: other.chi_squared)
+        best = min(likely, key=lambda other: other.chi_squared)
         n = "free" if best.law.exponent is None else f"{best.law.exponent:g}"
         how = "--law 1" if best.law.law == 1 else f"--exponent {n}"
         return [f"{best.law.title} fits (χ² = {best.chi_squared:.3g}): try {how}."]
 
     def tables(self) -> list[Table]:
         """Parameters, targets, and the comparison of laws."""
-        best, measured = self.fit, self.conditions
+        best, impact = self.fit, self.conditions
         parameters = []
-        for name in best.law.free:
-            error = best.standard_errors[name]
+        for name, error in best.standard_errors.items():
             words = "not defined" if error is None else f"{error:.2g}"
             parameters.append([_PARAMETERS[name], f"{best.values[name]:.6g}", words])
-        rows = [
-            [
-                *(label(name), _shown(name, target.value), _shown(name, target.sigma, 2)),
-                *(_shown(name, best.predicted[name]), f"{best.residuals[name]:+.2f}"),
-            ]
-            for name, target in self.targets.items()
-        ]
-        rows += [
-            [label(name), "", "", _shown(name, best.predicted[name]), "predicted"]
-            for name in TARGETS
-            if name not in self.targets
-        ]
+        rows = []
+        for name, target in self.targets.items():
+            value, sigma = _shown(name, target.value), _shown(name, target.sigma, 2)
+            model, off = _shown(name, best.predicted[name]), f"{best.residuals[name]:+.2f}"
+            rows.append([_SHOWN[name].label, value, sigma, model, off])
+        for name in TARGETS:
+            if name not in self.targets:
+                model = _shown(name, best.predicted[name])
+                rows.append([_SHOWN[name].label, "", "", model, "predicted"])
         return [
             Table(
-                f"{best.law.title} (law {best.law.law}), {best.method}; club "
-                f"{measured.club_speed:g} m/s and {measured.m_club:g} kg, ball "
-                f"{measured.m_ball:g} kg",
+                f"{best.law.title} (law {best.law.law}), {best.method}; club {impact.club_speed:g} "
+                f"m/s and {impact.m_club:g} kg, ball {impact.m_ball:g} kg",
                 ["", "value", "standard error"],
                 parameters,
             ),
@@ -143,18 +137,16 @@ class Calibration:
         ]
 
     def _comparison(self) -> Table:
-        labels = ["k (N/m)", "b (N·s/m)", "n", "χ²", *map(label, TARGETS)]
+        labels = ["k (N/m)", "b (N·s/m)", "n", "χ²", *(one.label for one in _SHOWN.values())]
         columns = []
         for _, fitted in self.compared:
             if isinstance(fitted, str):
                 columns.append([fitted, *[""] * (len(labels) - 1)])
             else:
-                k, b, n = (fitted.values[name] for name in ("k", "b", "exponent"))
+                k, b, n = (fitted.values[name] for name in _PARAMETERS)
+                found = [f"{k:.5g}", f"{b:.4g}", f"{n:.4g}", f"{fitted.chi_squared:.3g}"]
                 columns.append(
-                    [
-                        *(f"{k:.5g}", f"{b:.4g}", f"{n:.4g}", f"{fitted.chi_squared:.3g}"),
-                        *(_shown(name, fitted.predicted[name], 4) for name in TARGETS),
-                    ]
+                    found + [_shown(name, fitted.predicted[name], 4) for name in TARGETS]
                 )
         rows = [list(row) for row in zip(labels, *columns, strict=True)]
         return Table("The laws compared", ["", *[law.title for law, _ in self.compared]], rows)
@@ -211,11 +203,10 @@ def check(conditions: Conditions, targets: Mapping[str, Target], law: ContactLaw
     if not targets:
         raise UserError(
             "calibrate needs at least two measured targets, e.g. golf-impact calibrate --cor 0.743 "
-            f"--contact-time 600e-6; there are {', '.join(option(name) for name in TARGETS)}"
+            f"--contact-time 600e-6; there are {', '.join(map(option, TARGETS))}"
         )
-    check_together(targets, conditions, law.law)
-    why = missing(law, targets)
-    if why:
+    measured.check_together(targets, conditions, law.law)
+    if why := missing(law, targets):
         raise UserError(f"too few targets for {law.title}: {why}")
 
 
@@ -236,27 +227,16 @@ def calibrated(
         return Calibration(fmu, conditions, targets, law)
 
 
-def _quantity(name: str) -> Quantity:
-    """A target as tables show it."""
-    output, text = TARGETS[name]
-    return QUANTITIES[output]._replace(name=text, symbol="")
-
-
-def label(name: str) -> str:
-    """A target with the unit it is shown in."""
-    return _quantity(name).label
-
-
 def _shown(name: str, value: float, digits: int = 5) -> str:
-    return f"{value * _quantity(name).factor:.{digits}g}"
+    return f"{value * _SHOWN[name].factor:.{digits}g}"
 
 
 def _numbers(fitted: Fit) -> dict[str, Any]:
     """What calibrate.json says of every fit."""
     return {
         "parameters": {
-            name: {"value": fitted.values[name], "standard_error": fitted.standard_errors[name]}
-            for name in fitted.law.free
+            name: {"value": fitted.values[name], "standard_error": error}
+            for name, error in fitted.standard_errors.items()
         },
         "predicted": fitted.predicted,
         "chi_squared": fitted.chi_squared,

@@ -4,12 +4,14 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from golf_scenarios.calibration.targets import TARGETS, Conditions
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 
-#: The exponents that the FMU takes.
-LEAST_EXPONENT, LARGEST_EXPONENT = 1.0, 12.0
+#: The least and the largest exponent that the FMU takes.
+LIMITS = (1.0, 12.0)
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,35 @@ class ContactLaw:
         return ("k", "b") if self.exponent is not None else ("k", "b", "exponent")
 
 
+def asked_for(law: int, exponent: str, reference_compression: float) -> ContactLaw:
+    """The law of the command line; the exponent is a number as text, or "free".
+
+    Raises:
+        UserError: there is no such law.
+    """
+    if law not in (1, 2):
+        raise UserError(f"--law {law} is refused: it must be 1 (absolute) or 2 (relative)")
+    if not 0.0 < reference_compression < math.inf:
+        raise UserError(
+            f"--reference-compression {reference_compression!r} is refused: it must be a finite "
+            "number of metres above 0"
+        )
+    n, refused = None, f"--exponent {exponent} is refused"
+    if exponent.strip().lower() != "free":
+        try:
+            n = float(exponent)
+        except ValueError:
+            raise UserError(f"{refused}: it must be a number or the word free") from None
+        least, largest = LIMITS
+        if not least <= n <= largest:
+            raise UserError(f"{refused}: it must be between {least:g} and {largest:g}, or free")
+    if law == 1 and n != 1.0:
+        raise UserError(
+            f"{refused} with --law 1 (absolute), which is linear: leave it out, or take --law 2"
+        )
+    return ContactLaw(law, n, reference_compression)
+
+
 @dataclass(frozen=True)
 class Coordinates:
     """A contact by its size, damping and shape.
@@ -59,13 +90,13 @@ class Coordinates:
     damping: float
     exponent: float
 
+    @classmethod
+    def of(cls, length: float, zeta: float, exponent: float) -> "Coordinates":
+        return cls(length, zeta if zeta <= 1.0 else 1.0 + math.log(zeta), exponent)
+
     @property
     def zeta(self) -> float:
         return self.damping if self.damping <= 1.0 else math.exp(self.damping - 1.0)
-
-
-def damping_coordinate(zeta: float) -> float:
-    return zeta if zeta <= 1.0 else 1.0 + math.log(zeta)
 
 
 class Predictor:
@@ -75,12 +106,12 @@ class Predictor:
         self.conditions = conditions
         self.law = law
         self._fmu = fmu
-        self._outputs = [output for output, _ in TARGETS.values()]
+        self._outputs = {name: output for name, (output, *_) in TARGETS.items()}
 
-    def values(self, at: Coordinates) -> dict[str, float]:
+    def values(self, at: Coordinates) -> dict[str, Any]:
         """All inputs and parameters of the FMU that the result needs, by name (SI units)."""
-        n, conditions = at.exponent, self.conditions
-        mu, v, d = conditions.reduced_mass, conditions.club_speed, self.law.reference_compression
+        mu, v = self.conditions.reduced_mass, self.conditions.club_speed
+        n, d = at.exponent, self.law.reference_compression
         m = 0.5 * (n + 1.0)
         omega = m * (v / at.length) * (d / at.length) ** (m - 1.0)
         return {
@@ -89,36 +120,30 @@ class Predictor:
             "law": self.law.law,
             "exponent": n,
             "reference_compression": d,
-            "club_speed": v,
-            "m_club": conditions.m_club,
-            "m_ball": conditions.m_ball,
+            **vars(self.conditions),
         }
 
     def predict(self, at: Coordinates) -> dict[str, float] | None:
         """What each target would be, by its name; None if the bodies never part."""
         try:
-            outputs = self._fmu.impact(self._outputs, **self.values(at))
+            outputs = self._fmu.impact(tuple(self._outputs.values()), **self.values(at))
         except (UserError, OverflowError):
             # Far from any ball, values may leave what the FMU takes; a fit only has to turn back.
             return None
         if not self._fmu.flag("separated"):
             return None
-        return {name: outputs[output] for name, (output, _) in TARGETS.items()}
+        return {name: outputs[output] for name, output in self._outputs.items()}
 
-    def path(self, at: Coordinates) -> tuple[list[float], list[float]]:
-        """Time since touch (s) and contact force (N), 301 of each."""
-        values: dict[str, Any] = self.values(at)
-        path = self._fmu.trajectory(names=("force",), **values)
-        return path["time"].tolist(), path["force"].tolist()
+    def path(self, at: Coordinates) -> dict[str, np.ndarray]:
+        """`time` since touch (s) and contact `force` (N)."""
+        return self._fmu.trajectory(names=("force",), **self.values(at))
 
     def sensitivities(self, at: Coordinates) -> list[list[float]]:
         """d(k, b, n)/d(ln L, z, n), by rows."""
         n, values = at.exponent, self.values(at)
-        k, b = values["k"], values["b"]
-        d = self.law.reference_compression
+        k, b, mu = values["k"], values["b"], self.conditions.reduced_mass
         size = -(n + 1.0)
-        shape = 1.0 / (n + 1.0) + math.log(d / at.length)
-        mu = self.conditions.reduced_mass
+        shape = 1.0 / (n + 1.0) + math.log(self.law.reference_compression / at.length)
         critical = 2.0 * mu * math.sqrt(0.5 * (n + 1.0) * k / mu)
         steep = 1.0 if at.damping <= 1.0 else at.zeta
         return [

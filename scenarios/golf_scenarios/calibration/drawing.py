@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -14,9 +13,8 @@ from golf_scenarios.report import figures
 
 
 def _look(law: ContactLaw) -> figures.Look:
-    if law.exponent == 1.0:
-        return figures.LOOKS[f"law {law.law}"]
-    return figures.LOOKS["Tsuji" if law.exponent == 1.5 else "power law"]
+    power = "Tsuji" if law.exponent == 1.5 else "power law"
+    return figures.LOOKS[f"law {law.law}" if law.exponent == 1.0 else power]
 
 
 def draw(
@@ -25,30 +23,22 @@ def draw(
     """The fit in front, the laws compared behind it."""
     figure, (force, off) = figures.new_pair(f"Calibrated: {best.law.title}")
     others = [other for _, other in compared if isinstance(other, Fit) and other is not best]
-    names = list(targets)
     for fit in (*others, best):
+        time, newton = fit.path["time"], fit.path["force"]
         look = _look(fit.law)
         style: dict[str, Any] = {
             "mfc": look.colour if fit is best else "white",
             "ms": 7,
             "mew": 1.5,
         }
-        time, newton = (np.array(values) for values in fit.path)
-        force.plot(
-            1e6 * time,
-            1e-3 * newton,
-            **look.points,
-            **style,
-            markevery=[int(newton.argmax())],
-            lw=2.6 if fit is best else 1.4,
-            label=fit.law.title,
-        )
-        residuals = [fit.residuals[name] for name in names]
-        off.plot(residuals, range(len(names)), look.marker, color=look.colour, **style)
+        line = {**look.points, **style, "lw": 2.6 if fit is best else 1.4, "label": fit.law.title}
+        force.plot(1e6 * time, 1e-3 * newton, **line, markevery=[int(newton.argmax())])
+        residuals = [fit.residuals[name] for name in targets]
+        off.plot(residuals, range(len(targets)), look.marker, color=look.colour, **style)
     _targets(force, targets)
     force.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
     figures.legend_below(figure, force, columns=4)
-    figures.rows(off, [TARGETS[name][1] for name in names], band=1.0)
+    figures.rows(off, [TARGETS[name][1] for name in targets], band=1.0)
     widest = max(1.5, *(abs(r) for fit in (best, *others) for r in fit.residuals.values()))
     off.set(xlabel="(model − target) / σ; band: ± 1 σ", xlim=(-1.15 * widest, 1.15 * widest))
     return figure
@@ -56,45 +46,20 @@ def draw(
 
 def _targets(axes: Axes, targets: Mapping[str, Target]) -> None:
     """Time and size of the largest force as a point or a band, the contact's end as a band."""
-    grey: dict[str, Any] = {"color": figures.BLACK, "alpha": 0.16, "lw": 0}
+    black: dict[str, Any] = {"color": figures.BLACK}
+    band, point = {**black, "alpha": 0.16, "lw": 0}, {**black, "zorder": 6}
     force, peak, end = (
-        targets.get(name) for name in ("max_force", "time_of_max_force", "contact_time")
+        (factor * targets[name].value, factor * targets[name].sigma) if name in targets else None
+        for name, factor in (("max_force", 1e-3), ("time_of_max_force", 1e6), ("contact_time", 1e6))
     )
     if force and peak:
-        axes.errorbar(
-            *(1e6 * peak.value, 1e-3 * force.value, 1e-3 * force.sigma, 1e6 * peak.sigma),
-            "o",
-            color=figures.BLACK,
-            ms=4,
-            capsize=3,
-            zorder=6,
-            label="target ± σ",
-        )
+        point |= {"ms": 4, "capsize": 3}
+        axes.errorbar(peak[0], force[0], force[1], peak[1], "o", label="target ± σ", **point)
     elif force:
-        axes.axhspan(
-            1e-3 * (force.value - force.sigma),
-            1e-3 * (force.value + force.sigma),
-            label="target max force ± σ",
-            **grey,
-        )
+        axes.axhspan(force[0] - force[1], force[0] + force[1], label="target max force ± σ", **band)
     elif peak:
-        axes.axvspan(
-            1e6 * (peak.value - peak.sigma),
-            1e6 * (peak.value + peak.sigma),
-            label="target time of max force ± σ",
-            **grey,
-        )
+        label = "target time of max force ± σ"
+        axes.axvspan(peak[0] - peak[1], peak[0] + peak[1], label=label, **band)
     if end:
-        axes.errorbar(
-            1e6 * end.value,
-            0.0,
-            xerr=1e6 * end.sigma,
-            fmt="|",
-            color=figures.BLACK,
-            ms=14,
-            mew=2,
-            capsize=4,
-            zorder=6,
-            clip_on=False,
-            label="target contact time ± σ",
-        )
+        point |= {"ms": 14, "mew": 2, "capsize": 4, "clip_on": False}
+        axes.errorbar(end[0], 0.0, None, end[1], "|", label="target contact time ± σ", **point)

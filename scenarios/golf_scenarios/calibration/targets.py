@@ -11,18 +11,15 @@ from golf_scenarios.facts import closed_forms
 from golf_scenarios.facts.quantities import doubts_of_mass
 from golf_scenarios.files import read_text
 
-#: Targets by name: the FMU's output, and how it is called.
+#: Targets by name: the FMU's output, how it is called, and its unit in options and files.
 TARGETS = {
-    "ball_speed": ("ball_velocity", "ball speed after"),
-    "club_speed_after": ("club_velocity", "club speed after"),
-    "cor": ("coefficient_of_restitution", "COR"),
-    "contact_time": ("contact_time", "contact time"),
-    "max_force": ("max_force", "max force"),
-    "time_of_max_force": ("time_of_max_force", "time of max force"),
+    "ball_speed": ("ball_velocity", "ball speed after", "m/s"),
+    "club_speed_after": ("club_velocity", "club speed after", "m/s"),
+    "cor": ("coefficient_of_restitution", "COR", ""),
+    "contact_time": ("contact_time", "contact time", "s"),
+    "max_force": ("max_force", "max force", "N"),
+    "time_of_max_force": ("time_of_max_force", "time of max force", "s"),
 }
-
-#: Their units on the command line and in files: SI.
-_UNITS = {"ball_speed": "m/s", "club_speed_after": "m/s", "cor": "", "max_force": "N"}
 
 #: Targets that tell how much is given back. A law of two bodies has one number for it, so that all
 #: of them together count as one.
@@ -79,26 +76,29 @@ def target(name: str, value: float, sigma: float | None = None) -> Target:
     Raises:
         UserError: it can't.
     """
-    label, unit = TARGETS[name][1], _UNITS.get(name, "s")
-    shown = f"{option(name)} {value!r} is refused: "
+    _, label, unit = TARGETS[name]
+    why = None
     if not math.isfinite(value):
-        raise UserError(f"{shown}{label} must be a finite number, in {unit or 'no unit'}")
-    if name == "cor" and not 0.0 < value < 1.0:
+        why = f"{label} must be a finite number, in {unit or 'no unit'}"
+    elif name == "cor" and not 0.0 < value < 1.0:
         why = "leaves the ball on the club" if value <= 0.0 else "gains energy"
         why = "loses none (set b = 0 for that)" if value == 1.0 else why
-        raise UserError(f"{shown}a COR of {value:g} {why}; it must be above 0 and below 1")
-    if name in ("contact_time", "max_force", "ball_speed") and value <= 0.0:
-        raise UserError(f"{shown}{label} must be above 0 {unit}")
-    if name == "time_of_max_force" and value < 0.0:
-        raise UserError(f"{shown}{label} must be at least 0 s; it counts from first touch")
+        why = f"a COR of {value:g} {why}; it must be above 0 and below 1"
+    elif name in ("contact_time", "max_force", "ball_speed") and value <= 0.0:
+        why = f"{label} must be above 0 {unit}"
+    elif name == "time_of_max_force" and value < 0.0:
+        why = f"{label} must be at least 0 s; it counts from first touch"
+    if why:
+        raise UserError(f"{option(name)} {value!r} is refused: {why}")
+    deviation = option(f"sigma_{name}")
     if sigma is None:
         if value == 0.0:
-            raise UserError(f"{option(name)} 0 needs {option('sigma_' + name)}: 1 % of it is no σ")
+            raise UserError(f"{option(name)} 0 needs {deviation}: 1 % of it is no σ")
         return Target(name, value, DEFAULT_SIGMA * abs(value), False)
     if not (math.isfinite(sigma) and sigma > 0.0):
         raise UserError(
-            f"{option('sigma_' + name)} {sigma!r} is refused: a standard deviation must be a "
-            f"finite number above 0{' ' + unit if unit else ''}"
+            f"{deviation} {sigma!r} is refused: a standard deviation must be a finite number above "
+            f"0 {unit}".rstrip()
         )
     return Target(name, value, sigma)
 
@@ -123,11 +123,11 @@ def given(
     measured = Conditions(**{**also, **stated})
     targets = {}
     for name, (value, sigma) in options.items():
+        if value is None and name in listed:
+            value, listed_sigma = listed[name]
+            sigma = listed_sigma if sigma is None else sigma
         if value is not None:
             targets[name] = target(name, value, sigma)
-        elif name in listed:
-            value, given_sigma = listed[name]
-            targets[name] = target(name, value, given_sigma if sigma is None else sigma)
         elif sigma is not None:
             raise UserError(
                 f"{option('sigma_' + name)} {sigma!r} is refused without {option(name)}: there is "
@@ -158,7 +158,7 @@ def read_csv(path: Path) -> tuple[dict[str, tuple[float, float | None]], dict[st
     except csv.Error as error:
         raise UserError(f"{path} can't be read as CSV: {error}") from error
     header = [cell.strip().lower() for cell in next(rows, [])]
-    if not {"target", "value"} <= set(header) or not set(header) <= {"target", "value", "sigma"}:
+    if not {"target", "value"} <= set(header) <= {"target", "value", "sigma"}:
         raise UserError(
             f"{path} is refused: its first line must be target,value,sigma (sigma may be left "
             f"out), not {','.join(header)!r}"
@@ -167,6 +167,7 @@ def read_csv(path: Path) -> tuple[dict[str, tuple[float, float | None]], dict[st
         raise UserError(f"{path} is refused: its first line names a column twice: {header}")
     targets: dict[str, tuple[float, float | None]] = {}
     impact: dict[str, float] = {}
+    exact = list(Conditions.__dataclass_fields__)
     for number, row in enumerate(rows, 2):
         cells = [cell.strip() for cell in row]
         if not any(cells):
@@ -177,10 +178,10 @@ def read_csv(path: Path) -> tuple[dict[str, tuple[float, float | None]], dict[st
         given = dict(zip(header, cells))
         name = given["target"].lower().lstrip("-").replace("-", "_")
         value, sigma = (_number(given.get(column, ""), where) for column in ("value", "sigma"))
-        if name not in TARGETS and name not in Conditions.__dataclass_fields__:
+        if name not in TARGETS and name not in exact:
             raise UserError(
                 f"{where}: there is no target {given['target']!r}: choose from "
-                f"{', '.join(TARGETS)}, or {', '.join(Conditions.__dataclass_fields__)}"
+                f"{', '.join(TARGETS)}, or {', '.join(exact)}"
             )
         if value is None:
             raise UserError(f"{where}: {name} has no value")
@@ -232,27 +233,23 @@ def check_together(targets: Mapping[str, Target], conditions: Conditions, law: i
         )
     u = conditions.club_speed
     ball, club, cor = (targets.get(name) for name in RESTITUTION)
+    speed = ball or club
     if ball and club:
+        names = f"--ball-speed {ball.value!r} with --club-speed-after {club.value!r}"
+        implied, sigma = (ball.value - club.value) / u, math.hypot(ball.sigma, club.sigma) / u
         if law == 2:
-            start = conditions.m_club * u
-            end = conditions.m_club * club.value + conditions.m_ball * ball.value
-            sigma = math.hypot(conditions.m_club * club.sigma, conditions.m_ball * ball.sigma)
-            if abs(end - start) > _CONTRADICTION * sigma:
-                raise UserError(
-                    "these speeds don't conserve momentum (law 2 does): "
-                    f"{start:.6g} N.s before, {end:.6g} N.s after, off by "
-                    f"{abs(end - start) / sigma:.1f} σ (at most {_CONTRADICTION:g}; σ = "
-                    f"{sigma:.2g} N.s); correct speeds or masses, or give larger --sigma-… values"
-                )
-        implied = (ball.value - club.value) / u
-        sigma = math.hypot(ball.sigma, club.sigma) / u
+            _check_momentum(ball, club, conditions)
         off = abs(implied - cor.value) / math.hypot(sigma, cor.sigma) if cor else 0.0
         if cor and off > _CONTRADICTION:
             raise UserError(
                 f"--cor {cor.value!r} is refused beside these speeds: (ball - club) / club speed "
                 f"= {implied:.6g}, off by {off:.1f} σ (at most {_CONTRADICTION:g})"
             )
-    names, implied, sigma = _implied_restitution(ball, club, conditions, law)
+    elif speed and law == 2:
+        names = f"{option(speed.name)} {speed.value!r}"
+        implied, sigma = restitution(speed, conditions)
+    else:
+        return
     if implied - sigma >= 1.0 or implied + sigma <= 0.0:
         why = "more energy than there was" if implied > 0.0 else "a ball that doesn't leave"
         raise UserError(
@@ -261,18 +258,17 @@ def check_together(targets: Mapping[str, Target], conditions: Conditions, law: i
         )
 
 
-def _implied_restitution(
-    ball: Target | None, club: Target | None, conditions: Conditions, law: int
-) -> tuple[str, float, float]:
-    """The COR that speeds tell: options, value and σ; any COR where they tell none."""
-    if ball and club:
-        names = f"--ball-speed {ball.value!r} with --club-speed-after {club.value!r}"
-        u = conditions.club_speed
-        return names, (ball.value - club.value) / u, math.hypot(ball.sigma, club.sigma) / u
-    speed = ball or club
-    if law == 1 or speed is None:
-        return "", 0.5, 0.0
-    return f"{option(speed.name)} {speed.value!r}", *restitution(speed, conditions)
+def _check_momentum(ball: Target, club: Target, conditions: Conditions) -> None:
+    m_club, m_ball = conditions.m_club, conditions.m_ball
+    start = m_club * conditions.club_speed
+    end = m_club * club.value + m_ball * ball.value
+    sigma = math.hypot(m_club * club.sigma, m_ball * ball.sigma)
+    if abs(end - start) > _CONTRADICTION * sigma:
+        raise UserError(
+            f"these speeds don't conserve momentum (law 2 does): {start:.6g} N.s before, {end:.6g} "
+            f"N.s after, off by {abs(end - start) / sigma:.1f} σ (at most {_CONTRADICTION:g}; σ = "
+            f"{sigma:.2g} N.s); correct speeds or masses, or give larger --sigma-… values"
+        )
 
 
 def restitution(target: Target, conditions: Conditions) -> tuple[float, float]:
@@ -285,9 +281,3 @@ def restitution(target: Target, conditions: Conditions) -> tuple[float, float]:
         factor = total / (conditions.m_ball * u)
         return factor * (u - target.value) - 1.0, factor * target.sigma
     return target.value, target.sigma
-
-
-def independent(targets: Mapping[str, Target]) -> int:
-    """How many parameters these targets can tell apart."""
-    others = sum(name not in RESTITUTION for name in targets)
-    return others + any(name in RESTITUTION for name in targets)

@@ -39,29 +39,27 @@ def expected(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[s
         given: all inputs and parameters.
         metrics: the FMU's, for relations between them.
     """
-    k, b, law = given["k"], given["b"], int(given["law"])
+    k, b = given["k"], given["b"]
     m_club, m_ball = given["m_club"], given["m_ball"]
     u_club, u_ball = given["club_speed"], given["ball_speed"]
-    total = m_club + m_ball
-    mu = reduced_mass(m_club, m_ball)
-    approach = u_club - u_ball
+    mu, approach = reduced_mass(m_club, m_ball), u_club - u_ball
+    start = m_club * u_club + m_ball * u_ball
     if given.get("exponent", 1.0) != 1.0 or given.get("restitution_at_rest", 0.0) > 0.0:
-        return {"momentum_final": m_club * u_club + m_ball * u_ball}
-    if law == 1 and b > 0.0:
-        moved = metrics["contact_displacement"]
-        gain = metrics["momentum_gain_ball"]
-        start = m_club * u_club + m_ball * u_ball
+        return {"momentum_final": start}
+    if int(given["law"]) == 1 and b > 0.0:
         # Both bodies have moved as far when they part, and each has lost b·x to the drag.
-        return {"impulse": gain + b * moved, "momentum_final": start - 2.0 * b * moved}
+        lost = b * metrics["contact_displacement"]
+        gain = metrics["momentum_gain_ball"]
+        return {"impulse": gain + lost, "momentum_final": start - 2.0 * lost}
     zeta = b / (2.0 * math.sqrt(k * mu))
     phase = half_contact(zeta)
     restitution = math.exp(-2.0 * zeta * phase)
     results = {
         "coefficient_of_restitution": restitution,
         "contact_time": 2.0 * phase / math.sqrt(k / mu),
-        "ball_velocity": u_ball + (1.0 + restitution) * approach * m_club / total,
+        "ball_velocity": u_ball + (1.0 + restitution) * approach * m_club / (m_club + m_ball),
         "impulse": mu * approach * (1.0 + restitution),
-        "momentum_final": m_club * u_club + m_ball * u_ball,
+        "momentum_final": start,
     }
     if b == 0.0:
         results["max_force"] = approach * math.sqrt(k * mu)

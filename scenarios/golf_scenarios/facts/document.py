@@ -40,83 +40,65 @@ class Printed:
         return float(self.text) * self.scale
 
     @property
+    def _decimals(self) -> int:
+        return len(self.text.partition(".")[2])
+
+    @property
     def half_digit(self) -> float:
         """Half a unit of the last printed digit, in SI units."""
-        decimals = len(self.text.partition(".")[2])
-        return 0.5 * 10.0**-decimals * self.scale
+        return 0.5 * 10.0**-self._decimals * self.scale
 
     def shown(self, value: float) -> str:
         """Another value with one digit more than the printed one."""
-        decimals = len(self.text.partition(".")[2]) + 1
-        return f"{value / self.scale:.{decimals}f}"
+        return f"{value / self.scale:.{self._decimals + 1}f}"
 
 
-def _row(
-    v_club: str, v_ball: str, force: str, s: str, cor: str, time: str, moved: str, energy: str
-) -> dict[str, Printed]:
-    return {
-        "club_velocity": Printed(v_club),
-        "ball_velocity": Printed(v_ball),
-        "max_force": Printed(force),
-        "smash_factor": Printed(s),
-        "coefficient_of_restitution": Printed(cor),
-        "contact_time": Printed(time, 1e-6),
-        "contact_displacement_over_diameter": Printed(moved),
-        "energy_efficiency": Printed(energy, 0.01),
-    }
+#: What is printed of one case, and of each case in a table of several.
+_CASE = (
+    *("club_velocity", "ball_velocity", "momentum_initial", "momentum_final"),
+    *("kinetic_energy_initial", "kinetic_energy_final", "smash_factor"),
+    *("coefficient_of_restitution", "contact_time", "contact_displacement_over_diameter"),
+    *("max_force", "impulse", "momentum_gain_ball", "energy_efficiency"),
+)
+_ROW = (
+    *("club_velocity", "ball_velocity", "max_force", "smash_factor", "coefficient_of_restitution"),
+    *("contact_time", "contact_displacement_over_diameter", "energy_efficiency"),
+)
+
+#: SI units of those that are printed in others: µs and %.
+_SCALES = {"contact_time": 1e-6, "energy_efficiency": 0.01}
 
 
-BASELINE = {
-    "club_velocity": Printed("21.50"),
-    "ball_velocity": Printed("54.84"),
-    "momentum_initial": Printed("7.35"),
-    "momentum_final": Printed("7.03"),
-    "kinetic_energy_initial": Printed("128.62"),
-    "kinetic_energy_final": Printed("117.61"),
-    "smash_factor": Printed("1.57"),
-    "coefficient_of_restitution": Printed("0.95"),
-    "contact_time": Printed("621", 1e-6),
-    "contact_displacement_over_diameter": Printed("0.41"),
-    "max_force": Printed("6799"),
-    "impulse": Printed("2.68"),
-    "momentum_gain_ball": Printed("2.52"),
-    "energy_efficiency": Printed("91", 0.01),
-}
+def _printed(names: tuple[str, ...], texts: str) -> dict[str, Printed]:
+    pairs = zip(names, texts.split(), strict=True)
+    return {name: Printed(text, _SCALES.get(name, 1.0)) for name, text in pairs}
 
-ELASTIC = {
-    "club_velocity": Printed("22.41"),
-    "ball_velocity": Printed("57.55"),
-    "momentum_initial": Printed("7.35"),
-    "momentum_final": Printed("7.35"),
-    "kinetic_energy_initial": Printed("128.62"),
-    "kinetic_energy_final": Printed("128.81"),
-    "smash_factor": Printed("1.64"),
-    "coefficient_of_restitution": Printed("1.00"),
-    "contact_time": Printed("611", 1e-6),
-    "contact_displacement_over_diameter": Printed("0.41"),
-    "max_force": Printed("6808"),
-    "impulse": Printed("2.64"),
-    "momentum_gain_ball": Printed("2.64"),
-    "energy_efficiency": Printed("100", 0.01),
-}
+
+BASELINE = _printed(
+    _CASE, "21.50 54.84 7.35 7.03 128.62 117.61 1.57 0.95 621 0.41 6799 2.68 2.52 91"
+)
+
+ELASTIC = _printed(
+    _CASE, "22.41 57.55 7.35 7.35 128.62 128.81 1.64 1.00 611 0.41 6808 2.64 2.64 100"
+)
 
 #: The softer ball of the elastic case: two numbers only.
 ELASTIC_SOFT = {"ball_velocity": Printed("58"), "contact_time": Printed("864", 1e-6)}
 
 CLUB_SPEED = {
-    35.0: _row("21.5", "54.8", "6799", "1.57", "0.95", "621", "0.41", "91"),
-    50.0: _row("30.7", "78.4", "9713", "1.57", "0.95", "620", "0.59", "91"),
+    35.0: _printed(_ROW, "21.5 54.8 6799 1.57 0.95 621 0.41 91"),
+    50.0: _printed(_ROW, "30.7 78.4 9713 1.57 0.95 620 0.59 91"),
 }
 
 COMPRESSION = {
-    0.5e6: _row("21.1", "53.7", "4802", "1.53", "0.93", "883", "0.58", "88"),
-    1.0e6: _row("21.5", "54.9", "6799", "1.57", "0.95", "621", "0.41", "91"),
-    2.0e6: _row("21.8", "55.8", "9627", "1.59", "0.97", "438", "0.29", "94"),
+    0.5e6: _printed(_ROW, "21.1 53.7 4802 1.53 0.93 883 0.58 88"),
+    1.0e6: _printed(_ROW, "21.5 54.9 6799 1.57 0.95 621 0.41 91"),
+    2.0e6: _printed(_ROW, "21.8 55.8 9627 1.59 0.97 438 0.29 94"),
 }
 
 OLD_BALL = {
-    (1.0e6, 9.0): _row("21.50", "54.84", "6799", "1.57", "0.95", "621", "0.41", "91"),
-    (0.5e6, 12.0): _row("20.71", "52.44", "4799", "1.50", "0.91", "890", "0.58", "84"),
+    (1.0e6, 9.0): _printed(_ROW, "21.50 54.84 6799 1.57 0.95 621 0.41 91"),
+    (0.5e6, 12.0): _printed(_ROW, "20.71 52.44 4799 1.50 0.91 890 0.58 84"),
 }
 
 #: Roh & Lee, "Analysis of golf ball spin mechanism at impact by FEM", 14th International Congress

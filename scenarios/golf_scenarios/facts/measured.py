@@ -16,8 +16,7 @@ class Measurement:
         what: as tables show it.
         metric: the FMU's output that it is compared with.
         club_speed: of the impact, m/s.
-        low: the least value, SI units.
-        high: the largest; the same for a single value.
+        low, high: the least value and the largest, SI units; the same for a single value.
         source: where it is published.
         face: "rigid", or "springy" where the club's face gives too.
         short: as figures label it, if they do.
@@ -56,6 +55,13 @@ RULES_SPEED = 160.0 * 0.3048
 
 _COR, _SMASH, _TIME = "coefficient_of_restitution", "smash_factor", "contact_time"
 
+
+def _tour(club: int, ball: int, short: str = "") -> Measurement:
+    """A tour's average speeds, mph."""
+    what, smash = f"S, tour drivers, {club} mph", ball / club
+    return Measurement(what, _SMASH, club * MPH, smash, smash, TRACKMAN, "springy", short)
+
+
 MEASUREMENTS = (
     Measurement("COR, finite elements", _COR, 35.0, 0.743, 0.743, ROH, short="Roh & Lee"),
     # The page gives no speed: that of the rules' test, which it is about.
@@ -63,31 +69,17 @@ MEASUREMENTS = (
     Measurement(
         "COR, the rules' limit", _COR, RULES_SPEED, 0.822, 0.830, USGA, "springy", "rules' limit"
     ),
-    Measurement(
-        "S, tour drivers, 113 mph",
-        _SMASH,
-        113 * MPH,
-        167 / 113,
-        167 / 113,
-        TRACKMAN,
-        "springy",
-        "tour",
-    ),
-    Measurement(
-        "S, tour drivers, 115 mph", _SMASH, 115 * MPH, 171 / 115, 171 / 115, TRACKMAN, "springy"
-    ),
+    _tour(113, 167, "tour"),
+    _tour(115, 171),
     Measurement("contact time, driver", _TIME, 113 * MPH, 450e-6, 500e-6, USGA, "springy"),
 )
 
 #: Roh & Lee's figures by the FMU's outputs (SI units).
 ROH_LEE_FIGURES = {
-    "club_velocity": ROH_LEE["club_velocity"],
-    "ball_velocity": ROH_LEE["ball_velocity"],
+    **{name: ROH_LEE[name] for name in ("club_velocity", "ball_velocity")},
     "smash_factor": ROH_LEE["ball_velocity"] / ROH_LEE["club_speed"],
     "coefficient_of_restitution": (
         (ROH_LEE["ball_velocity"] - ROH_LEE["club_velocity"]) / ROH_LEE["club_speed"]
     ),
-    "contact_time": ROH_LEE["contact_time"],
-    "max_force": ROH_LEE["max_force"],
-    "time_of_max_force": ROH_LEE["time_of_max_force"],
+    **{name: ROH_LEE[name] for name in ("contact_time", "max_force", "time_of_max_force")},
 }

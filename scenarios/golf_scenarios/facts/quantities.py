@@ -30,8 +30,8 @@ class Quantity(NamedTuple):
 
     @property
     def label(self) -> str:
-        words = f"{self.name} {self.symbol}" if self.symbol else self.name
-        return f"{words} ({self.unit})" if self.unit else words
+        unit = f"({self.unit})" if self.unit else ""
+        return " ".join(filter(None, (self.name, self.symbol, unit)))
 
     @property
     def plain(self) -> str:
