@@ -6,13 +6,9 @@ class UserError(Exception):
 
 
 def lacking(what: str, package: str, extra: str, otherwise: str = "") -> UserError:
-    """The error for a package of an extra that isn't installed.
+    """The error where `what` needs a package of an extra that isn't installed.
 
-    Args:
-        what: needs it.
-        package: its name.
-        extra: that brings it.
-        otherwise: what else there is to do or to know.
+    `otherwise` is what else there is to do or to know.
     """
     # Looked up when it is needed: most runs lack nothing.
     from golf_build.extras import install_command

@@ -1,25 +1,20 @@
 """Results on disk: files that belong together are written together, each of them whole.
 
-Of two runs into one folder at once the last one's files stand, all of them.
+Of two runs into one folder at once the last one's files stand, all of them; on Windows, where
+folders can't be locked, the two may mix their files (each one whole).
 """
 
 import json
 import os
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from golf_build.archive import plain, whole
 from golf_scenarios.errors import UserError
-from golf_scenarios.stopping import held
-
-try:
-    import fcntl
-except ImportError:  # Windows, where two runs at once may mix their files (each one whole)
-    fcntl = None  # type: ignore[assignment]
-
+from golf_scenarios.stopping import held, locked
 
 #: Bytes: a study or a list of measurements has some hundred.
 _LARGEST_TEXT = 2**20
@@ -35,8 +30,9 @@ def prepare(folder: Path, *names: str) -> Path:
     Raises:
         UserError: it can't be made, or not be written into.
     """
+    above = (folder, *folder.absolute().parents)
     try:
-        for existing in (folder, *folder.absolute().parents):
+        for existing in above:
             try:
                 with tempfile.TemporaryFile(dir=existing):
                     break
@@ -44,10 +40,8 @@ def prepare(folder: Path, *names: str) -> Path:
                 # Not there, so look further up; but a link that leads nowhere is, and so is /proc.
                 if os.path.lexists(existing):
                     raise
-        for name in names:
-            _check_plain(folder / name)
     except NotADirectoryError:
-        file = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+        file = next(path for path in above if path.exists())
         raise UserError(
             f"can't write into {folder}: {file} is a file; choose another folder with --out"
         ) from None
@@ -55,6 +49,11 @@ def prepare(folder: Path, *names: str) -> Path:
         raise UserError(
             f"can't write into {folder} ({error.strerror}): choose another folder with --out"
         ) from error
+    for path in (folder / name for name in names):
+        try:
+            plain(path)
+        except OSError as error:
+            raise UserError(f"can't write {path}: {error.strerror}") from error
     return folder
 
 
@@ -79,7 +78,7 @@ def write_together(
         try:
             folder.mkdir(parents=True, exist_ok=True)
             # They take their names when the block ends.
-            with _alone(folder), ExitStack() as stack:
+            with locked(folder, wait=True), ExitStack() as stack:
                 for path in (folder / name for name in files):
                     stream = stack.enter_context(whole(path))
                     stream.write(files[path.name])
@@ -92,29 +91,6 @@ def write_together(
     return [folder / name for name in files]
 
 
-def _check_plain(path: Path) -> None:
-    try:
-        plain(path)
-    except OSError as error:
-        raise UserError(f"can't write {path}: {error.strerror}") from error
-
-
-@contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Wait until no other process of ours puts files into this folder."""
-    if fcntl is None:
-        yield
-        return
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        # A file system without locks gets none.
-        with suppress(OSError):
-            fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(handle)
-
-
 def read_text(path: Path) -> str:
     """A text file that a user names; a mark of UTF-8 at its beginning is left out.
 
@@ -124,12 +100,11 @@ def read_text(path: Path) -> str:
     try:
         with open(path, "rb") as stream:
             data = stream.read(_LARGEST_TEXT + 1)
+        if len(data) > _LARGEST_TEXT:
+            raise UserError(f"{path} is refused: it is larger than {_LARGEST_TEXT:,} bytes")
+        return data.decode("utf-8-sig")
     except OSError as error:
         raise UserError(f"can't read {path}: {error.strerror}") from error
-    if len(data) > _LARGEST_TEXT:
-        raise UserError(f"{path} is refused: it is larger than {_LARGEST_TEXT:,} bytes")
-    try:
-        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise UserError(f"{path} is no text in UTF-8: save it as UTF-8") from error
 

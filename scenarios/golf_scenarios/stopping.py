@@ -8,7 +8,7 @@ which is removed, and a result is put in its place while the signal is held back
 import os
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 
 try:
     import fcntl
@@ -29,6 +29,7 @@ _owner = 0
 _base: str | None = None
 _variable: str | None = None
 _scratch: str | None = None
+_lock = ExitStack()
 _holding = 0
 _asked = False
 
@@ -45,10 +46,7 @@ def listen() -> None:
 def open_scratch() -> None:
     """Have all temporary files of this process and its children in one folder.
 
-    Those of processes that were killed are removed.
-
-    Raises:
-        OSError: there is no folder for temporary files.
+    Those of processes that were killed are removed. OSError: there is none for temporary files.
     """
     global _base, _scratch, _variable
     # Not at the top: signals are answered before anything slow is imported.
@@ -60,7 +58,7 @@ def open_scratch() -> None:
         _scratch = tempfile.mkdtemp(prefix=_PREFIX)
         # Where folders can't be locked, none is taken for left behind either.
         with suppress(OSError):
-            _locked(_scratch)
+            _lock.enter_context(locked(_scratch))
     tempfile.tempdir = os.environ["TMPDIR"] = _scratch
 
 
@@ -83,6 +81,7 @@ def close_scratch() -> None:
         if not os.path.exists(_scratch):
             break
     _scratch = None
+    _lock.close()
 
 
 def temporary_folder() -> str:
@@ -103,6 +102,28 @@ def held() -> Iterator[None]:
         _holding -= 1
         if _asked and not _holding:
             _leave()
+
+
+@contextmanager
+def locked(folder: str | os.PathLike[str], wait: bool = False) -> Iterator[None]:
+    """A folder that no other process of ours locks within this block.
+
+    One that has is waited for, or an OSError. A file system without locks gets none where that is
+    waited for, Windows never.
+    """
+    if fcntl is None:
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | (0 if wait else os.O_NOFOLLOW))
+    try:
+        if wait:
+            with suppress(OSError):
+                fcntl.flock(handle, fcntl.LOCK_EX)
+        else:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(handle)
 
 
 def _stop(number: int, frame: object) -> None:
@@ -128,37 +149,13 @@ def _remove_left_behind(base: str) -> None:
     """Folders of processes that didn't come to remove them: nobody holds their lock any more."""
     if fcntl is None:
         return
+    import glob
     import shutil
     import time
 
-    try:
-        names = [entry.path for entry in os.scandir(base) if entry.name.startswith(_PREFIX)]
-    except OSError:
-        return
-    for name in names:
-        try:
-            about = os.lstat(name)
-            if about.st_uid != os.getuid() or time.time() - about.st_mtime < _SETTLED:
-                continue
-            handle = _locked(name)
-        except OSError:
-            continue
-        shutil.rmtree(name, ignore_errors=True)
-        os.close(handle)
-
-
-def _locked(folder: str) -> int:
-    """Lock a folder for as long as this process lives, or its handle is open.
-
-    Raises:
-        OSError: another process has locked it.
-    """
-    if fcntl is None:
-        return -1
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(handle)
-        raise
-    return handle
+    for folder in glob.glob(os.path.join(glob.escape(base), f"{_PREFIX}*")):
+        with suppress(OSError):
+            about = os.lstat(folder)
+            if about.st_uid == os.getuid() and time.time() - about.st_mtime >= _SETTLED:
+                with locked(folder):
+                    shutil.rmtree(folder, ignore_errors=True)

@@ -48,8 +48,6 @@ def asked_for(law: int, exponent: str, reference_compression: float) -> ContactL
     Raises:
         UserError: there is no such law.
     """
-    if law not in (1, 2):
-        raise UserError(f"--law {law} is refused: it must be 1 (absolute) or 2 (relative)")
     if not 0.0 < reference_compression < math.inf:
         raise UserError(
             f"--reference-compression {reference_compression!r} is refused: it must be a finite "

@@ -8,6 +8,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from golf_build import VERSION
 from golf_scenarios import stopping
 from golf_scenarios.commands import bench, build, calibrate, doctor, explore, run, stress, sweep
 from golf_scenarios.commands import list as list_
@@ -25,8 +26,6 @@ app = typer.Typer(
 
 def _version(asked: bool) -> None:
     if asked:
-        from golf_build import VERSION
-
         print(f"golf-impact {VERSION}")
         raise typer.Exit
 
@@ -75,11 +74,13 @@ def one_line(arguments: list[str]) -> int:
             # A full disk shows here, if not before.
             sys.stdout.flush()
         return code
-    except (UserError, OSError) as error:
-        _complain(error)
-        return 2
-    except MemoryError as error:
-        _complain(UserError(f"there isn't enough memory ({error or 'none is left'})"))
+    except (UserError, OSError, MemoryError) as error:
+        words = str(error)
+        if isinstance(error, MemoryError):
+            words = f"there isn't enough memory ({error or 'none is left'})"
+        elif isinstance(error, OSError) and error.strerror:
+            words = f"{error.strerror}: {error.filename}" if error.filename else error.strerror
+        warn(f"Error: {' '.join(words.split())}", style="red")
         return 2
     finally:
         stopping.close_scratch()
@@ -106,24 +107,14 @@ def _code_of(arguments: list[str]) -> int:
     return code if isinstance(code, int) else 0
 
 
-def _complain(error: Exception) -> None:
-    words = str(error)
-    if isinstance(error, OSError) and error.strerror:
-        words = f"{error.strerror}: {error.filename}" if error.filename else error.strerror
-    warn(f"Error: {' '.join(words.split())}", style="red")
+def main(arguments: list[str] | None = None) -> NoReturn:
+    """The console script, with the arguments of the command line or these.
 
-
-def main(arguments: list[str] | None = None) -> None:
-    """The console script, with the arguments of the command line or these."""
-    _leave(one_line(sys.argv[1:] if arguments is None else arguments))
-
-
-def _leave(code: int) -> NoReturn:
-    """End the process here: nothing is open any more.
-
-    Some commands load FMUs that are packaged as pythonfmu does it, whose library touches freed
-    memory at the end of a process (see golf_impact.at_exit): once in some hundred times it aborted.
+    It ends the process here: nothing is open any more. Some commands load FMUs that are packaged
+    as pythonfmu does it, whose library touches freed memory at the end of a process (see
+    golf_impact.at_exit): once in some hundred times it aborted.
     """
+    code = one_line(sys.argv[1:] if arguments is None else arguments)
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError, AttributeError):
             stream.flush()

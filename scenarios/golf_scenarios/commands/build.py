@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from golf_scenarios.errors import UserError
 
@@ -12,39 +12,19 @@ EPILOG = (
     "golf-impact build --fmi 3 · golf-impact build --standalone"
 )
 
+_DEFAULT_OUT = "build/ of a checkout, else the user's cache folder"
+_SYSTEM = "Also Swing.fmu, BallFlight.fmu and GolfSwing.ssp, a system of all three."
+_FMI = "Version of FMI; 3 is ClubBallImpact.fmi3.fmu, with Model Exchange."
+_STANDALONE = "ClubBallImpact.standalone.fmu, with a Python of its own: for hosts without one."
+
 
 def build(
     out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out",
-            help="The .fmu file to write.",
-            show_default="build/ of a checkout, else the user's cache folder",
-        ),
+        Path | None, Option("--out", help="The .fmu file to write.", show_default=_DEFAULT_OUT)
     ] = None,
-    system: Annotated[
-        bool,
-        typer.Option(
-            "--system",
-            help="Also Swing.fmu, BallFlight.fmu and GolfSwing.ssp, a system of all three.",
-        ),
-    ] = False,
-    fmi: Annotated[
-        int,
-        typer.Option(
-            "--fmi",
-            min=2,
-            max=3,
-            help="Version of FMI; 3 is ClubBallImpact.fmi3.fmu, with Model Exchange.",
-        ),
-    ] = 2,
-    standalone: Annotated[
-        bool,
-        typer.Option(
-            "--standalone",
-            help="ClubBallImpact.standalone.fmu, with a Python of its own: for hosts without one.",
-        ),
-    ] = False,
+    system: Annotated[bool, Option("--system", help=_SYSTEM)] = False,
+    fmi: Annotated[int, Option("--fmi", min=2, max=3, help=_FMI)] = 2,
+    standalone: Annotated[bool, Option("--standalone", help=_STANDALONE)] = False,
 ) -> None:
     """Build ClubBallImpact.fmu from its sources."""
     from golf_scenarios.fmu.archive import check_temporary_folder

@@ -32,6 +32,12 @@ def warn(words: object, style: str | None = None) -> None:
     err.print(str(words), style=style, soft_wrap=True, highlight=False)
 
 
+def paragraphs(words: Iterable[str]) -> None:
+    """Sentences as they were written, wrapped."""
+    for one in words:
+        out.print(one, highlight=False)
+
+
 def print_table(table: Table, numbers: bool = True) -> None:
     """A table of the report; its columns but the first to the right if they hold numbers."""
     rich = rich_table(table.title, *table.columns, numbers=numbers)
@@ -65,17 +71,8 @@ def progress() -> Iterator[Callable[[str, int], Callable[..., None]]]:
             task = bars.add_task(name, total=total)
 
             def move(done: int | None = None) -> None:
-                if done is None:
-                    bars.advance(task)
-                else:
-                    bars.update(task, completed=done)
+                bars.update(task, completed=done, advance=1 if done is None else None)
 
             return move
 
         yield bar
-
-
-def paragraphs(words: Iterable[str]) -> None:
-    """Sentences as they were written, wrapped."""
-    for one in words:
-        out.print(one, highlight=False)

@@ -13,10 +13,11 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Generator, Iterator
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
-import typer
+from typer import Argument
 
 from golf_scenarios.commands.console import out
 from golf_scenarios.fmu.archive import flaw, odd_characters
@@ -25,7 +26,6 @@ from golf_scenarios.stopping import temporary_folder
 
 EPILOG = "Example: golf-impact doctor ClubBallImpact.fmu"
 
-_OLDEST = (3, 10)
 _TIMEOUT = 120.0
 
 #: Packages whose version matters to the FMU and to those who drive it.
@@ -42,16 +42,11 @@ print(json.dumps([float(rows[-1][1]), float(rows[-1][2])]))
 #: What Python needs inside a native host: its standard library, found without its own program.
 _EMBEDDED = "import ctypes, encodings, json, math, threading"
 
-
 _COLOURS = {"ok": "green", "warning": "yellow", "problem": "red"}
 
 
-class Finding(NamedTuple):
-    """One thing found: level is "ok", "note", "warning" or "problem"."""
-
-    level: str
-    text: str
-
+#: Of one thing: "ok", "note", "warning" or "problem", and what was found.
+Finding = tuple[str, str]
 
 #: One at a time; what it returns is of use to what is looked at next.
 _Findings = Generator[Finding, None, Any]
@@ -74,8 +69,7 @@ def examine(fmu: Path | None = None) -> Iterator[Finding]:
 
 def doctor(
     fmu: Annotated[
-        Path | None,
-        typer.Argument(metavar="[FMU]", help="The .fmu file; the built one by default."),
+        Path | None, Argument(metavar="[FMU]", help="The .fmu file; the built one by default.")
     ] = None,
 ) -> int:
     """Look whether the FMU loads on this machine, and show how hosts that aren't Python load it."""
@@ -93,35 +87,30 @@ def _guarded(what: str, findings: _Findings) -> _Findings:
     try:
         return (yield from findings)
     except Exception as error:
-        yield Finding("warning", f"{what}: couldn't be examined: {last_line(error)}")
+        yield "warning", f"{what}: couldn't be examined: {last_line(error)}"
         return None
 
 
-# Python
-
-
 def _interpreter() -> _Findings:
-    bits = "64" if sys.maxsize > 2**32 else "32"
-    text = f"{platform.python_implementation()} {platform.python_version()}, {bits} bit"
-    old = sys.version_info < _OLDEST or platform.python_implementation() != "CPython"
-    yield Finding("problem" if old else "ok", f"Python: {text}, {sys.executable}")
+    kind, bits = platform.python_implementation(), 64 if sys.maxsize > 2**32 else 32
+    old = sys.version_info < (3, 10) or kind != "CPython"
+    text = f"Python: {kind} {platform.python_version()}, {bits} bit, {sys.executable}"
+    yield "problem" if old else "ok", text
     if old:
-        yield Finding("problem", "Python: the FMU needs CPython 3.10 or later")
+        yield "problem", "Python: the FMU needs CPython 3.10 or later"
     machine = f"{platform.system()} {platform.machine()}"
     if machine in ("Linux x86_64", "Windows AMD64"):
-        yield Finding("ok", f"platform: {machine}")
+        yield "ok", f"platform: {machine}"
     else:
-        yield Finding("problem", f"platform: pythonfmu has no binary for {machine}")
+        yield "problem", f"platform: pythonfmu has no binary for {machine}"
 
 
 def _packages() -> _Findings:
     versions = []
     for name in _PACKAGES:
-        try:
+        with suppress(importlib.metadata.PackageNotFoundError):
             versions.append(f"{name} {importlib.metadata.version(name)}")
-        except importlib.metadata.PackageNotFoundError:
-            continue
-    yield Finding("ok", f"packages: {', '.join(versions)}")
+    yield "ok", f"packages: {', '.join(versions)}"
 
 
 def _folders(fmu: Path | None) -> _Findings:
@@ -132,17 +121,14 @@ def _folders(fmu: Path | None) -> _Findings:
     for what, folder in folders.items():
         odd = odd_characters(folder)
         if odd:
-            yield Finding(
+            yield (
                 "warning",
                 f"{what}: {folder} has {' '.join(odd)} in its name: pythonfmu can't load a "
                 "plain FMU that is extracted there (set TMPDIR to a folder without, e.g. "
                 "TMPDIR=/tmp; a standalone FMU doesn't mind)",
             )
         else:
-            yield Finding("ok", f"{what}: {folder}")
-
-
-# The FMU
+            yield "ok", f"{what}: {folder}"
 
 
 def _file(fmu: Path | None) -> _Findings:
@@ -152,132 +138,98 @@ def _file(fmu: Path | None) -> _Findings:
 
         fmu, why = current_fmu()
         if why:
-            yield Finding("note", f"FMU: built, since {why}")
+            yield "note", f"FMU: built, since {why}"
     why = flaw(fmu)
     if why is not None:
-        yield Finding("problem", f"FMU: {why}")
+        yield "problem", f"FMU: {why}"
         return None
     with zipfile.ZipFile(fmu) as archive:
-        names = archive.namelist()
-    binaries = sorted(
-        {n.split("/")[1] for n in names if n.startswith("binaries/") and n[-1] != "/"}
-    )
-    yield Finding("ok", f"FMU: {fmu}, binaries for {', '.join(binaries) or 'nothing'}")
+        names = [name for name in archive.namelist() if name[-1] != "/"]
+    platforms = sorted({name.split("/")[1] for name in names if name.startswith("binaries/")})
+    yield "ok", f"FMU: {fmu}, binaries for {', '.join(platforms) or 'nothing'}"
     return fmu
 
 
 def _load(fmu: Path) -> _Findings:
+    command = [sys.executable, "-c", _LOAD, str(fmu)]
     done = subprocess.run(
-        [sys.executable, "-c", _LOAD, str(fmu)],
-        capture_output=True,
-        text=True,
-        errors="replace",
-        timeout=_TIMEOUT,
+        command, capture_output=True, text=True, errors="replace", timeout=_TIMEOUT
     )
     lines = done.stdout.strip().splitlines()
     if done.returncode == 0 and lines:
         smash, restitution = json.loads(lines[-1])
-        yield Finding("ok", f"FMU: loads and runs here (S = {smash:.6g}, COR = {restitution:.6g})")
+        yield "ok", f"FMU: loads and runs here (S = {smash:.6g}, COR = {restitution:.6g})"
         return
     ended = f"signal {-done.returncode}" if done.returncode < 0 else f"exit {done.returncode}"
-    yield Finding("problem", f"FMU: can't be run here ({ended}): {last_line(done.stderr)}")
-
-
-# Native hosts
-
-
-def _needs_home() -> bool:
-    """Whether a Python without a program of its own misses its standard library here.
-
-    A host of another name and a PATH without Python is what Python finds inside a native host.
-    """
-    program = getattr(sys, "_base_executable", None) or sys.executable
-    with tempfile.TemporaryDirectory(prefix="golf-impact-doctor-") as empty:
-        done = subprocess.run(
-            ["native-host", "-c", _EMBEDDED],
-            executable=program,
-            env={"PATH": empty},
-            cwd=empty,
-            capture_output=True,
-            timeout=_TIMEOUT,
-        )
-    return done.returncode != 0
-
-
-def native_line(libpython: Path) -> str:
-    """The command line that starts a native host with this library."""
-    parts = [f"LD_PRELOAD={shlex.quote(str(libpython))}"]
-    if _needs_home():
-        parts.append(f"PYTHONHOME={shlex.quote(sys.base_prefix)}")
-    return " ".join([*parts, "your-host"])
-
-
-def _standalone(fmu: Path | None) -> Finding | None:
-    """What an FMU with a Python of its own needs in a native host; None if it has none."""
-    from golf_build.standalone import glibc_of
-
-    oldest = glibc_of(fmu) if fmu is not None else None
-    if oldest is None:
-        return None
-    here = tuple(map(int, platform.libc_ver()[1].split("."))) if platform.libc_ver()[1] else (0,)
-    text = f"glibc {_dotted(oldest)} or newer, and nothing of Python (here: {_dotted(here)})"
-    return Finding("ok" if here >= oldest else "problem", f"native hosts: this FMU needs {text}")
-
-
-def _dotted(version: tuple[int, ...]) -> str:
-    return ".".join(map(str, version))
-
-
-def _recommended() -> Finding:
-    """How to do without libpython."""
-    from golf_build import standalone
-
-    try:
-        standalone.compiler()
-        standalone.libpython()
-    except standalone.StandaloneError as error:
-        return Finding("note", f"native hosts: no FMU that needs no Python can be built: {error}")
-    return Finding(
-        "ok",
-        "native hosts: recommended is the standalone FMU (golf-impact build --standalone), which "
-        "needs no Python; this plain one needs libpython, by LD_PRELOAD",
-    )
+    yield "problem", f"FMU: can't be run here ({ended}): {last_line(done.stderr)}"
 
 
 def _native(fmu: Path | None) -> _Findings:
+    from golf_build import standalone
+
     if os.name == "nt":
         folder = Path(sys.base_prefix)
-        yield Finding("ok", f"native hosts: set PATH={folder};%PATH%  (python3.dll is there)")
-        return
-    if not sys.platform.startswith("linux"):
-        yield Finding("warning", "native hosts: pythonfmu has binaries for Linux and Windows only")
-        return
-    alone = _standalone(fmu)
-    if alone is not None:
-        yield alone
-        return
-    yield _recommended()
-    files = libpython_files()
-    for file in files:
+        yield "ok", f"native hosts: set PATH={folder};%PATH%  (python3.dll is there)"
+    elif not sys.platform.startswith("linux"):
+        yield "warning", "native hosts: pythonfmu has binaries for Linux and Windows only"
+    elif fmu is not None and (oldest := standalone.glibc_of(fmu)):
+        # It has a Python of its own.
+        here = platform.libc_ver()[1] or "0"
+        enough = tuple(map(int, here.split("."))) >= oldest
+        text = f"glibc {'.'.join(map(str, oldest))} or newer, and nothing of Python (here: {here})"
+        level = "ok" if enough else "problem"
+        yield level, f"native hosts: this FMU needs {text}"
+    else:
+        try:
+            standalone.compiler()
+            standalone.libpython()
+        except standalone.StandaloneError as error:
+            why = f"no FMU that needs no Python can be built: {error}"
+            yield "note", f"native hosts: {why}"
+        else:
+            yield (
+                "ok",
+                "native hosts: recommended is the standalone FMU (golf-impact build --standalone), "
+                "which needs no Python; this plain one needs libpython, by LD_PRELOAD",
+            )
+        yield from _with_libpython(fmu)
+
+
+def _with_libpython(fmu: Path | None) -> _Findings:
+    for file in libpython_files():
         if " " in str(file) or ":" in str(file):
-            yield Finding("warning", f"libpython: {file}: LD_PRELOAD can't take spaces or colons")
-            continue
-        wrong = preloaded(file, fmu)
-        if wrong:
-            yield Finding("warning", f"libpython: {file} doesn't serve: {wrong}")
-            continue
-        yield Finding("ok", f"libpython: {file}")
-        yield Finding("ok", f"native hosts: {native_line(file)}")
-        yield Finding(
-            "note",
-            "native hosts: or let a host of your own call "
-            f'dlopen("{file}", RTLD_NOW | RTLD_GLOBAL) before it loads the FMU',
-        )
-        return
+            yield "warning", f"libpython: {file}: LD_PRELOAD can't take spaces or colons"
+        elif wrong := preloaded(file, fmu):
+            yield "warning", f"libpython: {file} doesn't serve: {wrong}"
+        else:
+            yield "ok", f"libpython: {file}"
+            yield "ok", f"native hosts: {_native_line(file)}"
+            yield (
+                "note",
+                "native hosts: or let a host of your own call "
+                f'dlopen("{file}", RTLD_NOW | RTLD_GLOBAL) before it loads the FMU',
+            )
+            return
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    yield Finding(
+    yield (
         "warning",
         f"libpython: none found for Python {version}; hosts written in Python don't need it, "
         f"others do (Debian, Ubuntu: apt-get install libpython{version}; pyenv: "
         "PYTHON_CONFIGURE_OPTS=--enable-shared pyenv install; conda has it)",
     )
+
+
+def _native_line(libpython: Path) -> str:
+    """The command line that starts a native host with this library.
+
+    PYTHONHOME is in it if a Python without a program of its own misses its standard library here:
+    a host of another name and a PATH without Python is what Python finds inside a native host.
+    """
+    parts = [f"LD_PRELOAD={shlex.quote(str(libpython))}"]
+    program = getattr(sys, "_base_executable", None) or sys.executable
+    command = ["native-host", "-c", _EMBEDDED]
+    with tempfile.TemporaryDirectory(prefix="golf-impact-doctor-") as empty:
+        place: dict[str, Any] = {"executable": program, "env": {"PATH": empty}, "cwd": empty}
+        if subprocess.run(command, **place, capture_output=True, timeout=_TIMEOUT).returncode:
+            parts.append(f"PYTHONHOME={shlex.quote(sys.base_prefix)}")
+    return " ".join([*parts, "your-host"])

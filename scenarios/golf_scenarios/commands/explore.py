@@ -4,7 +4,7 @@ import os
 import sys
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from golf_scenarios.commands.console import say, warn
 from golf_scenarios.errors import lacking
@@ -15,18 +15,16 @@ EPILOG = "Examples: golf-impact explore · golf-impact explore --ball roh-lee --
 def explore(
     ball: Annotated[
         str | None,
-        typer.Option(
-            "--ball", metavar="NAME", help="Begin with this ball (golf-impact list --balls)."
-        ),
+        Option("--ball", metavar="NAME", help="Begin with this ball (golf-impact list --balls)."),
     ] = None,
     set_: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Begin with this value; repeatable."),
+        Option("--set", metavar="NAME=VALUE", help="Begin with this value; repeatable."),
     ] = None,
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Of the page; 0 for any that is free.")
+        int, Option(min=0, max=65535, help="Of the page; 0 for any that is free.")
     ] = 5006,
-    browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
+    browser: Annotated[bool, Option(help="Open the page in a browser.")] = True,
 ) -> None:
     """One impact under your hands: a page in the browser, served on this machine alone."""
     try:
@@ -45,18 +43,13 @@ def explore(
         fmu.impact(**values)
 
     def ready(address: str) -> None:
+        import webbrowser
+
         page = f"{address}?{query(values)}" if values else address
         say(f"{page}\nCtrl-C ends it.")
-        if browser and not _opened(page):
+        graphical = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+        screen = graphical or sys.platform != "linux"
+        if browser and not (screen and webbrowser.open(page)):
             warn("No browser can be opened here: open this address in one.", style="yellow")
 
     serve(path, port, ready)
-
-
-def _opened(page: str) -> bool:
-    import webbrowser
-
-    screen = sys.platform != "linux" or any(
-        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
-    )
-    return screen and webbrowser.open(page)

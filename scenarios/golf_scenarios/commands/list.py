@@ -2,33 +2,27 @@
 
 from typing import Annotated
 
-import typer
+from typer import Option
 
 EPILOG = "Example: golf-impact list --balls"
 
 
 def list_(
-    balls: Annotated[bool, typer.Option("--balls", help="The balls that --ball knows.")] = False,
+    balls: Annotated[bool, Option("--balls", help="The balls that --ball knows.")] = False,
 ) -> None:
     """List the scenarios, or the balls."""
     from golf_scenarios.commands.console import print_table
+    from golf_scenarios.commands.scripts import scenarios
+    from golf_scenarios.facts.balls import BALLS
     from golf_scenarios.report.outcome import Table
 
     if balls:
-        from golf_scenarios.facts.balls import BALLS
-
-        rows = [
-            [
-                *(ball.name, ball.title),
-                ", ".join(f"{name} = {value:.6g}" for name, value in ball.values.items()),
-                ball.source,
-            ]
-            for ball in BALLS.values()
-        ]
-        table = Table("Balls", ["name", "what it is", "values (SI)", "source"], rows)
+        columns, rows = ["name", "what it is", "values (SI)", "source"], []
+        for ball in BALLS.values():
+            values = ", ".join(f"{name} = {value:.6g}" for name, value in ball.values.items())
+            rows.append([ball.name, ball.title, values, ball.source])
+        table = Table("Balls", columns, rows)
     else:
-        from golf_scenarios.commands.scripts import scenarios
-
         rows = [[name, _shown(name, script.TITLE)] for name, script in scenarios().items()]
         table = Table("Scenarios", ["name", "what it shows"], rows)
     print_table(table, numbers=False)

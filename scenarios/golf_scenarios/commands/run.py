@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option
 
 from golf_scenarios.commands.console import RESULTS, err, out, paragraphs, print_table, say, warn
 from golf_scenarios.errors import UserError
@@ -14,41 +14,33 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from golf_scenarios.fmu.impact_fmu import ImpactFmu
-    from golf_scenarios.report.outcome import Outcome
+    from golf_scenarios.report.outcome import Check, Outcome
 
 EPILOG = (
     "Examples: golf-impact run · golf-impact run baseline --no-figures · golf-impact run "
     "--set k=8e5 --set club_speed=42 · golf-impact run path/to/mine.py"
 )
 
+_BALL = "A case with this ball (golf-impact list --balls); repeatable, --set wins over its values."
+
 
 def run(
     names: Annotated[
         list[str] | None,
-        typer.Argument(
+        Argument(
             metavar="[NAME]...", help="Scenarios, or scripts of your own; all of ours by default."
         ),
     ] = None,
     set_: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="A case of your own; repeatable."),
+        Option("--set", metavar="NAME=VALUE", help="A case of your own; repeatable."),
     ] = None,
-    balls: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--ball",
-            metavar="NAME",
-            help="A case with this ball (golf-impact list --balls); repeatable, --set wins over "
-            "its values.",
-        ),
-    ] = None,
+    balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
     folder: Annotated[
-        Path, typer.Option("--out", help="The folder for results, figures and report.html.")
+        Path, Option("--out", help="The folder for results, figures and report.html.")
     ] = RESULTS,
-    figures: Annotated[bool, typer.Option(help="Draw figures.")] = True,
-    fmu: Annotated[
-        Path | None, typer.Option("--fmu", help="Use this .fmu file; don't build.")
-    ] = None,
+    figures: Annotated[bool, Option(help="Draw figures.")] = True,
+    fmu: Annotated[Path | None, Option("--fmu", help="Use this .fmu file; don't build.")] = None,
 ) -> int:
     """Run scenarios through the FMU, print their tables, check them, and write the results."""
     from golf_scenarios.commands.scripts import scenario, scenarios
@@ -67,14 +59,11 @@ def run(
         warn(words, style="yellow")
     if names and own:
         say(f"--set and --ball make a case of your own: {', '.join(names)} stays as it is.")
-    if names or own:
-        scripts: dict[str, ModuleType] = {}
-        for name in dict.fromkeys(names or ()):
-            script = scenario(name)
-            if scripts.setdefault(Path(name).stem, script) is not script:
-                raise UserError(f"two scenarios are named {Path(name).stem}: run one at a time")
-    else:
-        scripts = scenarios()
+    scripts = {} if names or own else scenarios()
+    for given in dict.fromkeys(names or ()):
+        script, name = scenario(given), Path(given).stem
+        if scripts.setdefault(name, script) is not script:
+            raise UserError(f"two scenarios are named {name}: run one at a time")
     prepare(folder, "results.json", "report.html")
     outcomes: dict[str, Outcome] = {}
     with ImpactFmu(fmu_file(fmu)) as instance:
@@ -89,19 +78,15 @@ def run(
     with err.status("writing results"):
         replaced = (folder / "results.json").exists()
         write_outcomes(folder, outcomes, guid, figures)
-    failed = [
-        f"{name}: {check.claim.removeprefix(f'{name}: ')} ({check.detail})"
-        for name, outcome in outcomes.items()
-        for check in outcome.checks
-        if not check.passed
-    ]
-    for line in failed:
-        warn(f"Check failed: {line}", style="red")
-    total = sum(len(outcome.checks) for outcome in outcomes.values())
+    checks = [(name, check) for name, outcome in outcomes.items() for check in outcome.checks]
+    failed = [(name, check) for name, check in checks if not check.passed]
+    for name, check in failed:
+        claim = check.claim.removeprefix(f"{name}: ")
+        warn(f"Check failed: {name}: {claim} ({check.detail})", style="red")
+    passed, style = _verdict([check for _, check in checks])
     # Files of other scenarios than these stay.
     earlier = " (the report and these scenarios' files in place of an earlier run's)"
-    passed = _verdict(total - len(failed), total)
-    say(f"{passed}. Results in {folder}{os.sep}{earlier if replaced else ''}", _style(failed))
+    say(f"{passed}. Results in {folder}{os.sep}{earlier if replaced else ''}", style)
     return 1 if failed else 0
 
 
@@ -137,14 +122,18 @@ def _outcome(script: "ModuleType", fmu: "ImpactFmu") -> "Outcome":
 
 
 def values_of(pairs: list[str]) -> dict[str, float]:
+    """Numbers by name of options --set NAME=VALUE.
+
+    Raises:
+        UserError: one is no number, has another form, or a name is given twice.
+    """
     values = {}
     for name, text in pairs_of(pairs, "VALUE", "k=8e5", "write it once").items():
         try:
             values[name] = float(text)
         except ValueError:
             why = f"{text!r} is no number (e.g. --set {name}=1.5)"
-            if name == "law":
-                why = LAWS_IN_WORDS
+            why = LAWS_IN_WORDS if name == "law" else why
             raise UserError(f"--set {name}={text} is refused: {why}") from None
     return values
 
@@ -174,15 +163,12 @@ def _show(name: str, outcome: "Outcome") -> None:
         print_table(table)
     paragraphs(outcome.words)
     if outcome.checks:
-        failed = [check for check in outcome.checks if not check.passed]
-        words = _verdict(len(outcome.checks) - len(failed), len(outcome.checks))
-        out.print(f"{name}: {words}", style=f"bold {_style(failed)}", highlight=False)
+        words, style = _verdict(outcome.checks)
+        out.print(f"{name}: {words}", style=f"bold {style}", highlight=False)
     out.print()
 
 
-def _verdict(passed: int, total: int) -> str:
-    return f"{passed} of {total} checks passed"
-
-
-def _style(failed: list) -> str:
-    return "red" if failed else "green"
+def _verdict(checks: "list[Check]") -> tuple[str, str]:
+    """In words, and their colour."""
+    passed = sum(check.passed for check in checks)
+    return f"{passed} of {len(checks)} checks passed", "green" if passed == len(checks) else "red"

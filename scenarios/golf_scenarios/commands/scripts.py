@@ -1,6 +1,7 @@
 """The scenario scripts: found by being there, loaded by their path."""
 
 import importlib.util
+import traceback
 from pathlib import Path
 from types import ModuleType
 
@@ -33,25 +34,21 @@ def scenario(given: str) -> ModuleType:
     Raises:
         UserError: there is none, or it is no scenario.
     """
-    path = FOLDER / f"{given}.py"
-    if given.endswith(".py"):
-        path = Path(given)
-    elif given not in names():
+    if not given.endswith(".py") and given not in names():
         raise UserError(
             f"there is no scenario {given!r}: choose from {', '.join(names())}, or give the path "
             "of a script (.py)"
         )
+    path = Path(given) if given.endswith(".py") else FOLDER / f"{given}.py"
     spec = importlib.util.spec_from_file_location(f"golf_scenario_{path.stem}", path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except FileNotFoundError as error:
-        missing = error.filename == str(path)
-        raise UserError(f"there is no script {path}" if missing else wrong(path, error)) from error
     except (Exception, SystemExit) as error:
-        raise UserError(wrong(path, error)) from error
+        missing = isinstance(error, FileNotFoundError) and error.filename == str(path)
+        raise UserError(f"there is no script {path}" if missing else wrong(path, error)) from error
     if not isinstance(getattr(module, "TITLE", None), str):
         raise UserError(f'{path} is no scenario: give it a line TITLE = "..."')
     if not callable(getattr(module, "run", None)):
@@ -60,18 +57,9 @@ def scenario(given: str) -> ModuleType:
 
 
 def wrong(path: Path, error: BaseException) -> str:
-    """What is wrong with a script, in one line."""
-    where = f", line {line}" if (line := _line_in(path, error)) else ""
+    """What is wrong with a script, in one line, with the line of the script that it comes from."""
+    frames = traceback.extract_tb(error.__traceback__)
+    lines = [frame.lineno for frame in frames if frame.filename == str(path)]
+    line = error.lineno if isinstance(error, SyntaxError) else (lines or [None])[-1]
+    where = f", line {line}" if line else ""
     return f"{path}{where} can't be run: {type(error).__name__}: {error}"
-
-
-def _line_in(path: Path, error: BaseException) -> int | None:
-    """The line of the script that an error comes from."""
-    if isinstance(error, SyntaxError):
-        return error.lineno
-    lines, trace = [], error.__traceback__
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == str(path):
-            lines.append(trace.tb_lineno)
-        trace = trace.tb_next
-    return lines[-1] if lines else None

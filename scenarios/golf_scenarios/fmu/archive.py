@@ -43,14 +43,10 @@ def flaw(path: Path) -> str | None:
 def _flaw_inside(archive: zipfile.ZipFile) -> str | None:
     members = archive.infolist()
     names = [member.filename for member in members]
-    for member in members:
-        name = member.filename
-        if (
-            # zipfile has made slashes of backslashes where those are separators.
-            re.search(r"[\\:\x00-\x1f]", member.orig_filename)
-            or name.startswith("/")
-            or ".." in PurePosixPath(name).parts
-        ):
+    for member, name in zip(members, names):
+        # zipfile has made slashes of backslashes where those are separators.
+        odd = re.search(r"[\\:\x00-\x1f]", member.orig_filename)
+        if odd or name.startswith("/") or ".." in PurePosixPath(name).parts:
             return f"a name in it leads elsewhere: {name!r}"
         if stat.S_ISLNK(member.external_attr >> 16):
             return f"{name} in it is a link"
@@ -63,9 +59,8 @@ def _flaw_inside(archive: zipfile.ZipFile) -> str | None:
         return "modelDescription.xml is missing"
     # Reading looks at the CRC, too.
     digests = {name: hashlib.sha256(archive.read(name)).hexdigest() for name in names}
-    if SUMS not in digests:
-        return None
-    for line in archive.read(SUMS).decode().splitlines():
+    sums = archive.read(SUMS).decode() if SUMS in digests else ""
+    for line in sums.splitlines():
         expected, _, name = line.partition("  ")
         if name not in digests:
             return f"{name} is missing"

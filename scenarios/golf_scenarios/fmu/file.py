@@ -20,6 +20,19 @@ _CHECKOUT = packaging.HERE.parent
 #: What builds the FMU, by the version of FMI.
 BUILDERS = {2: fmi2.BUILDER, 3: fmi3.BUILDER}
 
+#: One impact in a process of its own, which an FMU that isn't ours, or has been damaged, may take
+#: down. Its modules come from where ours do, never from the working folder.
+_TRIAL = """
+import sys; sys.path[:] = {path!r}
+from pathlib import Path
+from golf_scenarios.fmu.impact_fmu import ImpactFmu, UserError
+try:
+    with ImpactFmu(Path(sys.argv[1])) as fmu:
+        fmu.trajectory(points=3)
+except UserError as error:
+    sys.exit(str(error))
+"""
+
 
 def default_path(builder: packaging.Builder, standalone: bool = False) -> Path:
     """build/ in a checkout; else the user's cache, under the digest of the sources."""
@@ -75,14 +88,13 @@ def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
     """
     builder = BUILDERS[fmi]
     path = default_path(builder)
+    if builder.is_current(path):
+        return path, None
     if not os.path.exists(path):
         why = "it was missing"
-    elif builder.is_current(path):
-        return path, None
-    elif packaging.guid_of(path) is None:
-        why = "it was damaged"
     else:
-        why = "its sources have changed"
+        damaged = packaging.guid_of(path) is None
+        why = "it was damaged" if damaged else "its sources have changed"
     try:
         return build_fmu(path, fmi), why
     except UserError as error:
@@ -103,16 +115,8 @@ def given_fmu(path: Path) -> Path:
     if BUILDERS[2].is_current(path):
         return path
     check_temporary_folder()
-    # Its modules come from where ours do, never from the working folder.
-    code = (
-        f"import sys; sys.path[:] = {sys.path!r}; from golf_scenarios.fmu.trial import main; main()"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(path)],
-        capture_output=True,
-        text=True,
-        errors="replace",
-    )
+    command = [sys.executable, "-c", _TRIAL.format(path=sys.path), str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace")
     if done.returncode == 0:
         return path
     lines = done.stderr.strip().splitlines()

@@ -6,51 +6,30 @@ import math
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.archive import check_temporary_folder, flaw
-from golf_scenarios.fmu.loaded import LoadedFmu, in_a_line
-
-_Entered = TypeVar("_Entered", bound="ImpactFmu")
+from golf_scenarios.fmu.loaded import Entered, LoadedFmu, in_a_line
 
 #: One communication step that is longer than any contact here; the answer doesn't depend on it.
 HORIZON = 1.0
 
 #: What a metrics-only scene reads once, at the end of its one step.
 METRICS = (
-    "club_velocity",
-    "ball_velocity",
-    "touch_time",
-    "smash_factor",
-    "coefficient_of_restitution",
-    "energy_efficiency",
-    "contact_time",
-    "max_force",
-    "time_of_max_force",
-    "max_compression",
-    "contact_displacement",
-    "impulse",
-    "momentum",
-    "kinetic_energy",
+    *("club_velocity", "ball_velocity", "touch_time"),
+    *("smash_factor", "coefficient_of_restitution", "energy_efficiency"),
+    *("contact_time", "max_force", "time_of_max_force", "max_compression", "contact_displacement"),
+    *("impulse", "momentum", "kinetic_energy"),
 )
 
 #: What a scene may set.
 INPUTS = (
-    "k",
-    "b",
-    "club_speed",
-    "m_club",
-    "m_ball",
-    "ball_diameter",
-    "ball_speed",
-    "gap",
-    "law",
-    "exponent",
-    "reference_compression",
+    *("k", "b", "club_speed", "m_club", "m_ball", "ball_diameter", "ball_speed", "gap"),
+    *("law", "exponent", "reference_compression"),
 )
 
 FLAGS = ("touched", "in_contact", "separated")
@@ -67,30 +46,25 @@ class ImpactFmu(LoadedFmu):
     """
 
     def __init__(self, path: Path) -> None:
-        why = flaw(path)
+        why, remedy = flaw(path), "run `golf-impact build`"
         if why is not None:
             raise UserError(why)
         try:
             super().__init__(path)
         except Exception as error:  # whatever zip, XML and fmpy make of a broken file
-            raise UserError(
-                f"{path} is no readable FMU ({in_a_line(error)}): run `golf-impact build`"
-            ) from error
+            why = f"is no readable FMU ({in_a_line(error)})"
+            raise UserError(f"{path} {why}: {remedy}") from error
         if "smash_factor" not in self.variables:
             raise UserError(f"{path} is another FMU ({self.description.modelName}), not this one")
         if self.description.fmiVersion != "2.0" or self.description.coSimulation is None:
-            raise UserError(
-                f"{path} is no FMU for co-simulation of FMI 2.0, which is needed here: run "
-                "`golf-impact build`"
-            )
+            why = "is no FMU for co-simulation of FMI 2.0, which is needed here"
         missing = [n for n in (*INPUTS, *METRICS, *PATH, *FLAGS) if n not in self.variables]
-        if missing:
-            raise UserError(
-                f"{path} lacks {', '.join(missing)}, so it is of another version: run "
-                "`golf-impact build`"
-            )
+        if missing and why is None:
+            why = f"lacks {', '.join(missing)}, so it is of another version"
+        if why is not None:
+            raise UserError(f"{path} {why}: {remedy}")
 
-    def __enter__(self: _Entered) -> _Entered:
+    def __enter__(self: Entered) -> Entered:
         check_temporary_folder()
         try:
             super().__enter__()

@@ -1,6 +1,7 @@
 """Shared libraries of Python, which the plain FMU needs in a host that isn't Python."""
 
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -38,9 +39,8 @@ def preloaded(libpython: Path, fmu: Path | None = None) -> str | None:
         if fmu is not None:
             with zipfile.ZipFile(fmu) as archive:
                 # The folder's names in FMI 2.0 and 3.0.
-                folders = ("binaries/linux64/", "binaries/x86_64-linux/")
-                binaries = (n for n in archive.namelist() if n.startswith(folders))
-                name = next((n for n in binaries if n.endswith(".so")), None)
+                inside = re.compile(r"binaries/(linux64|x86_64-linux)/.*\.so")
+                name = next(filter(inside.fullmatch, archive.namelist()), None)
                 if name is None:
                     return "the FMU has no binary for 64-bit Linux"
                 libraries.append(archive.extract(name, folder))

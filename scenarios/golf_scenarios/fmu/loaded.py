@@ -13,20 +13,14 @@ import fmpy
 # Before an FMU brings its own copy, which has no binaries to build another FMU with.
 import pythonfmu.builder  # noqa: F401
 import pythonfmu3.builder  # noqa: F401
+from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import (
-    FMU2Slave,
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-    fmi2Discard,
-)
+from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from golf_scenarios.errors import UserError
 
-_Entered = TypeVar("_Entered", bound="LoadedFmu")
+Entered = TypeVar("Entered", bound="LoadedFmu")
 
 
 class LoadedFmu:
@@ -44,7 +38,7 @@ class LoadedFmu:
         self._fresh: Any = None
         self._alive: list[Any] = []
 
-    def __enter__(self: _Entered) -> _Entered:
+    def __enter__(self: Entered) -> Entered:
         self.folder = tempfile.mkdtemp(prefix="golf-impact-")
         fmpy.extract(str(self.path), self.folder)
         return self
@@ -59,16 +53,12 @@ class LoadedFmu:
         self._slave = None
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    # Instances
-
     def blank(self, kind: Any = FMU2Slave) -> Any:
         """An object of fmpy with the library loaded, not instantiated yet."""
-        interface = self.description.coSimulation
-        assert interface is not None
         return kind(
             guid=self.description.guid,
             unzipDirectory=self.folder,
-            modelIdentifier=interface.modelIdentifier,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName="impact",
         )
 
@@ -107,17 +97,15 @@ class LoadedFmu:
             self._fresh = slave.getFMUstate()
         return self._slave
 
-    def _callbacks(self) -> fmi2CallbackFunctions:
+    def _callbacks(self) -> fmi2.fmi2CallbackFunctions:
         def log(environment, instance, status, category, message) -> None:
             self.messages.append(message.decode("utf-8", "replace"))
 
-        callbacks = fmi2CallbackFunctions()
-        callbacks.logger = fmi2CallbackLoggerTYPE(log)
-        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
-        return callbacks
-
-    # Runs
+        return fmi2.fmi2CallbackFunctions(
+            logger=fmi2.fmi2CallbackLoggerTYPE(log),
+            allocateMemory=fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc),
+            freeMemory=fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free),
+        )
 
     def references(self, names: Sequence[str]) -> list[int]:
         return [self.variables[name].valueReference for name in names]
@@ -160,15 +148,12 @@ class LoadedFmu:
         for name, value in values.items():
             variable = self.variables.get(name)
             if variable is None or variable.causality not in ("input", "parameter"):
-                known = [v.name for v in self.variables.values() if v.causality != "output"]
-                raise UserError(
-                    f"there is no input or parameter {name}: choose from {', '.join(known)}"
-                )
+                known = ", ".join(n for n, v in self.variables.items() if v.causality != "output")
+                raise UserError(f"there is no input or parameter {name}: choose from {known}")
             if variable.type == "Integer":
                 if not abs(value) < 2**31 or value != int(value):
-                    raise UserError(
-                        f"{name} = {value!r} is refused: it must be a whole number, 1 or 2"
-                    )
+                    why = "it must be a whole number, 1 or 2"
+                    raise UserError(f"{name} = {value!r} is refused: {why}")
                 slave.setInteger([variable.valueReference], [int(value)])
             else:
                 slave.setReal([variable.valueReference], [value])
@@ -182,7 +167,7 @@ class LoadedFmu:
         try:
             self.slave.doStep(point, size)
         except FMICallException as error:
-            if error.status != fmi2Discard:
+            if error.status != fmi2.fmi2Discard:
                 raise
             raise UserError(self.messages[-1] if self.messages else in_a_line(error)) from error
 

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
+import fmpy
 import numpy as np
 
 from golf_build import standalone as alone
@@ -11,8 +12,6 @@ from golf_build import system
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.stopping import held
-
-_REAL_OUTPUT = ("output", "Real")
 
 
 def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[Path]:
@@ -23,9 +22,9 @@ def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[P
     """
     try:
         with held():
-            if standalone:
-                return system.build(folder, impact, alone.standalone, alone.SUFFIX)
-            return system.build(folder, impact)
+            return system.build(
+                folder, impact, *((alone.standalone, alone.SUFFIX) if standalone else ())
+            )
     except alone.StandaloneError as error:
         raise UserError(str(error)) from error
     except OSError as error:
@@ -34,8 +33,6 @@ def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[P
 
 def start_values(fmu: Path) -> dict[str, float]:
     """The start values of an FMU's Real parameters by name."""
-    import fmpy
-
     variables = fmpy.read_model_description(str(fmu)).modelVariables
     return {v.name: float(v.start) for v in variables if v.causality == "parameter"}
 
@@ -87,15 +84,15 @@ def run_system(
         loaded = {name: stack.enter_context(LoadedFmu(path)) for name, path in fmus.items()}
         for name, fmu in loaded.items():
             fmu.start(**(values or {}).get(name, {}))
+        ends = [(*start.split("."), *end.split(".")) for start, end in system.CONNECTIONS]
         wires = [
             (loaded[start], output, loaded[end], given)
-            for (start, output), (end, given) in (
-                (a.split("."), b.split(".")) for a, b in system.CONNECTIONS
-            )
+            for start, output, end, given in ends
             if start in loaded and end in loaded
         ]
+        kind = ("output", "Real")
         outputs = {
-            name: [v.name for v in fmu.variables.values() if (v.causality, v.type) == _REAL_OUTPUT]
+            name: [v.name for v in fmu.variables.values() if (v.causality, v.type) == kind]
             for name, fmu in loaded.items()
         }
         swing, impact = loaded["Swing"], loaded["ClubBallImpact"]
