@@ -10,7 +10,6 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 from golf_build.archive import plain, whole
 from golf_scenarios.errors import UserError
@@ -21,11 +20,7 @@ _LARGEST_TEXT = 2**20
 
 
 def prepare(folder: Path, *names: str) -> Path:
-    """Make sure now that files can be written into a folder later; it isn't made yet.
-
-    Args:
-        folder: which.
-        names: of files that will be written; others may follow.
+    """Make sure now that these files and others can be written into a folder; it isn't made yet.
 
     Raises:
         UserError: it can't be made, or not be written into.
@@ -60,15 +55,10 @@ def prepare(folder: Path, *names: str) -> Path:
 def write_together(
     folder: Path, files: Mapping[str, bytes], stale: Iterable[str] = ()
 ) -> list[Path]:
-    """Write files into a folder, all of them or none, and nobody else's between them.
+    """Write files, content by name, into a folder: all or none, and nobody else's between them.
 
-    Args:
-        folder: made if need be.
-        files: content by name.
-        stale: names of files that are no longer true, which are removed.
-
-    Returns:
-        The files written.
+    The folder is made if need be. Stale files are no longer true, and are removed. It returns the
+    files written.
 
     Raises:
         UserError: one of them can't be written; then all are as they were.
@@ -111,14 +101,5 @@ def read_text(path: Path) -> str:
 
 def as_json(data: object) -> bytes:
     """JSON, indented, every double to its last digit; null for those that JSON doesn't have."""
-    return (json.dumps(_finite(data), indent=1) + "\n").encode()
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not abs(value) < float("inf"):
-        return None
-    return value
+    finite = json.loads(json.dumps(data), parse_constant=lambda name: None)
+    return (json.dumps(finite, indent=1) + "\n").encode()

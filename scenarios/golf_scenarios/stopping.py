@@ -16,9 +16,7 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 #: What asks to stop: a terminal and a system's end send them to all processes.
-SIGNALS = tuple(
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
-)
+SIGNALS = tuple(one for one in signal.Signals if one.name in ("SIGINT", "SIGTERM", "SIGHUP"))
 
 _PREFIX = "golf-impact-run-"
 

@@ -1,6 +1,5 @@
 """`golf-impact calibrate`: from measurements of an impact to the parameters of a contact law.
 
-Four steps, one module each: `targets` reads and refuses measurements, `contact_law` says what a
-law predicts (through the FMU), `fitting` finds its parameters, `calibrate` compares laws and shows
-and writes what was found. SciPy is imported where a fit starts, not before.
+`targets` reads and refuses measurements, `contact_law` says what a law predicts (through the FMU),
+`fitting` finds its parameters, `calibrate` compares laws and shows and writes what was found.
 """

@@ -16,17 +16,11 @@ LIMITS = (1.0, 12.0)
 
 @dataclass(frozen=True)
 class ContactLaw:
-    """A law and which of its parameters are free; k and b always are.
+    """A law and which of its parameters are free; k and b always are."""
 
-    Attributes:
-        law: 1 (absolute) or 2 (relative).
-        exponent: n, or None if it is free too.
-        reference_compression: d_r, at which k and b hold, m.
-    """
-
-    law: int
-    exponent: float | None
-    reference_compression: float = 0.005
+    law: int  #: 1 (absolute) or 2 (relative)
+    exponent: float | None  #: n, or None if it is free too
+    reference_compression: float = 0.005  #: d_r, at which k and b hold, m
 
     @property
     def title(self) -> str:
@@ -77,16 +71,11 @@ class Coordinates:
     ζ = b/(2 μ ω), and L is the compression that the speed would reach without damping, up to a
     factor of order 1: ω (L/d_r)^(m - 1) = m v/L. Then speeds depend on ζ alone, times are
     proportional to L and forces to 1/L, whatever d_r is.
-
-    Attributes:
-        length: L, m.
-        damping: z = ζ up to 1, and 1 + ln ζ beyond: smooth, and b = 0 is within reach.
-        exponent: n.
     """
 
-    length: float
-    damping: float
-    exponent: float
+    length: float  #: L, m
+    damping: float  #: z = ζ up to 1, and 1 + ln ζ beyond: smooth, and b = 0 is within reach
+    exponent: float  #: n
 
     @classmethod
     def of(cls, length: float, zeta: float, exponent: float) -> "Coordinates":

@@ -5,7 +5,7 @@ Needs SciPy.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -38,29 +38,17 @@ _UNDETERMINED = 1e-7
 
 @dataclass
 class Fit:
-    """What was found for one law.
-
-    Attributes:
-        law: fitted.
-        method: how.
-        values: inputs and parameters of the FMU that the result needs, by name (SI units).
-        standard_errors: of the free parameters, by name; None where it isn't defined.
-        predicted: what the FMU gives for each kind of target, by name.
-        residuals: (predicted - target)/σ of each target, by name.
-        path: `time` since touch (s) and contact `force` (N), arrays of one shape.
-        others: values of further answers that meet the targets just as well.
-        notes: what there is to know about this fit.
-    """
+    """What was found for one law."""
 
     law: ContactLaw
     method: str
-    values: dict[str, float]
-    standard_errors: dict[str, float | None]
-    predicted: dict[str, float]
-    residuals: dict[str, float]
-    path: dict[str, np.ndarray]
-    others: list[dict[str, float]] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    values: dict[str, float]  #: the FMU's inputs and parameters that the result needs, SI units
+    standard_errors: dict[str, float | None]  #: of the free parameters; None where not defined
+    predicted: dict[str, float]  #: what the FMU gives for each kind of target
+    residuals: dict[str, float]  #: (predicted - target)/σ of each target
+    path: dict[str, np.ndarray]  #: `time` since touch (s) and contact `force` (N), (301,) each
+    others: list[dict[str, float]]  #: values of further answers that meet the targets as well
+    notes: list[str]  #: what there is to know about this fit
 
     @property
     def chi_squared(self) -> float:

@@ -51,19 +51,12 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Target:
-    """A measured value with its standard deviation, SI units.
+    """A measured value with its standard deviation, SI units."""
 
-    Attributes:
-        name: a key of TARGETS.
-        value: measured.
-        sigma: its standard deviation.
-        stated: whether somebody said so, or it is the default.
-    """
-
-    name: str
+    name: str  #: a key of TARGETS
     value: float
     sigma: float
-    stated: bool = True
+    stated: bool = True  #: whether somebody said what σ is, or it is the default
 
 
 def option(name: str) -> str:

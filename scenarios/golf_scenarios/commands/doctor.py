@@ -53,10 +53,9 @@ _Findings = Generator[Finding, None, Any]
 
 
 def examine(fmu: Path | None = None) -> Iterator[Finding]:
-    """Look at the interpreter, packages, folders, the FMU and libpython, one finding at a time.
+    """Look at the interpreter, packages, folders, an FMU and libpython, one finding at a time.
 
-    Args:
-        fmu: the .fmu file; that of the present sources if None, built if need be.
+    The FMU is that of the present sources if none is given, built if need be.
     """
     yield from _guarded("interpreter", _interpreter())
     yield from _guarded("packages", _packages())

@@ -35,9 +35,7 @@ def elastic_contact_time(k: float, m_club: float, m_ball: float) -> float:
 def expected(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[str, float]:
     """What metrics of a separated impact must be, by name (SI units).
 
-    Args:
-        given: all inputs and parameters.
-        metrics: the FMU's, for relations between them.
+    They follow from all inputs and parameters, some from others of the FMU's metrics.
     """
     k, b = given["k"], given["b"]
     m_club, m_ball = given["m_club"], given["m_ball"]

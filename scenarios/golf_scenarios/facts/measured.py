@@ -10,26 +10,16 @@ MPH = 0.44704
 
 @dataclass(frozen=True)
 class Measurement:
-    """Something published about one kind of impact, for the FMU's default masses.
+    """Something published about one kind of impact, for the FMU's default masses."""
 
-    Attributes:
-        what: as tables show it.
-        metric: the FMU's output that it is compared with.
-        club_speed: of the impact, m/s.
-        low, high: the least value and the largest, SI units; the same for a single value.
-        source: where it is published.
-        face: "rigid", or "springy" where the club's face gives too.
-        short: as figures label it, if they do.
-    """
-
-    what: str
-    metric: str
-    club_speed: float
-    low: float
-    high: float
-    source: str
-    face: str = "rigid"
-    short: str = ""
+    what: str  #: as tables show it
+    metric: str  #: the FMU's output that it is compared with
+    club_speed: float  #: of the impact, m/s
+    low: float  #: the least value, SI units
+    high: float  #: the largest; the same for a single value
+    source: str  #: where it is published
+    face: str = "rigid"  #: or "springy" where the club's face gives too
+    short: str = ""  #: as figures label it, if they do
 
     @property
     def middle(self) -> float:

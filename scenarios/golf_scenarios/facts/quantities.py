@@ -12,21 +12,13 @@ _HEAVY = 10.0
 
 
 class Quantity(NamedTuple):
-    """A metric as people read it.
+    """A metric as people read it."""
 
-    Attributes:
-        name: in words.
-        symbol: behind the name, if it has one.
-        unit: in which it is shown.
-        factor: of that unit in SI.
-        decimals: with which it is shown: enough to see a difference.
-    """
-
-    name: str
-    symbol: str = ""
-    unit: str = ""
-    factor: float = 1.0
-    decimals: int = 4
+    name: str  #: in words
+    symbol: str = ""  #: behind the name, if it has one
+    unit: str = ""  #: in which it is shown
+    factor: float = 1.0  #: of that unit in SI
+    decimals: int = 4  #: with which it is shown: enough to see a difference
 
     @property
     def label(self) -> str:
@@ -85,8 +77,7 @@ def set_options(values: Mapping[str, float]) -> str:
 def doubts_of_mass(masses: Mapping[str, float]) -> list[str]:
     """Masses that may be in grams, in words; they are taken as they stand.
 
-    Args:
-        masses: kg, by what stands before them on the command line.
+    They come in kg, by what stands before them on the command line.
     """
     return [
         f"{given}{mass:g} is taken in kg: write {given}{mass / 1e3:g} for {mass:g} g."

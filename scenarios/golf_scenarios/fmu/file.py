@@ -6,6 +6,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from golf_build import fmi2, fmi3, packaging
@@ -65,26 +67,30 @@ def build_fmu(out: Path | None = None, fmi: int = 2, standalone: bool = False) -
         raise UserError(f"{out} is a folder; give the name of the .fmu file to write")
     if not str(out).endswith(".fmu"):
         raise UserError(f"{out} is refused: the file's name must end in .fmu")
+    with building(str(out)):
+        if not standalone:
+            return BUILDERS[fmi].build(out)
+        alone.private_python()  # before anything is written
+        with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+            return alone.build(BUILDERS[fmi].build(Path(folder, "plain.fmu")), out)
+
+
+@contextmanager
+def building(where: str) -> Iterator[None]:
+    """What can't be built or written within this block is a UserError; signals are held back."""
     try:
         with held():
-            if not standalone:
-                return BUILDERS[fmi].build(out)
-            alone.private_python()  # before anything is written
-            with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
-                return alone.build(BUILDERS[fmi].build(Path(folder, "plain.fmu")), out)
+            yield
     except alone.StandaloneError as error:
         raise UserError(str(error)) from error
     except OSError as error:
-        raise UserError(f"can't write {out}: {error.strerror or error}") from error
+        raise UserError(f"can't write {where}: {error.strerror or error}") from error
 
 
 def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
-    """The FMU of the present sources, built if need be.
+    """The FMU of the present sources, and why it was built, or None if it was there.
 
     Where it can't be written to its place, it is built for this process only.
-
-    Returns:
-        The file, and why it was built (None if it was there).
     """
     builder = BUILDERS[fmi]
     path = default_path(builder)

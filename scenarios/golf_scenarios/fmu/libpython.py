@@ -21,14 +21,10 @@ def libpython_files() -> list[Path]:
 
 
 def preloaded(libpython: Path, fmu: Path | None = None) -> str | None:
-    """Try a library as a native host would: by the dynamic linker, with nothing of Python around.
+    """What is wrong with a library as a native host would load it, or None.
 
-    Args:
-        libpython: the shared library.
-        fmu: an FMU whose binary must find all that it needs there.
-
-    Returns:
-        What is wrong, or None.
+    That is by the dynamic linker, with nothing of Python around; the binary of an FMU, if one is
+    given, must find all that it needs there.
     """
     program = shutil.which("true") or "/bin/true"
     # LD_PRELOAD takes no spaces, which the user's temporary folder may have.

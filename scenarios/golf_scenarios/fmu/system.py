@@ -9,9 +9,8 @@ import numpy as np
 
 from golf_build import standalone as alone
 from golf_build import system
-from golf_scenarios.errors import UserError
+from golf_scenarios.fmu.file import building
 from golf_scenarios.fmu.loaded import LoadedFmu
-from golf_scenarios.stopping import held
 
 
 def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[Path]:
@@ -20,15 +19,10 @@ def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[P
     Raises:
         UserError: a file can't be written.
     """
-    try:
-        with held():
-            return system.build(
-                folder, impact, *((alone.standalone, alone.SUFFIX) if standalone else ())
-            )
-    except alone.StandaloneError as error:
-        raise UserError(str(error)) from error
-    except OSError as error:
-        raise UserError(f"can't write into {folder}: {error.strerror or error}") from error
+    with building(f"into {folder}"):
+        if standalone:
+            return system.build(folder, impact, alone.standalone, alone.SUFFIX)
+        return system.build(folder, impact)
 
 
 def start_values(fmu: Path) -> dict[str, float]:
@@ -38,12 +32,7 @@ def start_values(fmu: Path) -> dict[str, float]:
 
 
 def run_ssp(ssp: Path, step: float, stop: float) -> dict[str, np.ndarray]:
-    """Run the system in fmpy.ssp.
-
-    Args:
-        ssp: the .ssp file.
-        step: communication step size, s.
-        stop: end of the run, s.
+    """Run a system's .ssp file in fmpy.ssp, by its communication step size to its stop time, s.
 
     Returns:
         `time` (s, end of each step) and every connector by "Component.variable".
