@@ -57,82 +57,51 @@ class Example:
 
     Attributes:
         name: on its button.
-        look: what to look for, in one sentence.
         values: inputs and parameters that aren't the FMU's start values.
-        printed: what is published of it, by metric, as it is shown.
+        printed: what is published of it, by metric.
         source: where.
         beside: another case that is pinned to be compared with.
     """
 
     name: str
-    look: str
     values: Mapping[str, float]
-    printed: Mapping[str, str]
+    printed: Mapping[str, document.Printed]
     source: str = "document"
     beside: Mapping[str, float] | None = None
 
+    @property
+    def look(self) -> str:
+        """What to look for, in one sentence."""
+        return _LOOK[self.name]
 
-def _texts(printed: Mapping[str, document.Printed]) -> dict[str, str]:
-    return {metric: number.text for metric, number in printed.items()}
 
-
-_ROH_LEE = {metric: shown(metric, value) for metric, value in ROH_LEE_FIGURES.items()}
+_ROH_LEE = {name: document.Printed(shown(name, value)) for name, value in ROH_LEE_FIGURES.items()}
 
 EXAMPLES = (
-    Example(
-        "Baseline",
-        "The document's impact: the ball leaves faster than the club came, after 0.6 ms.",
-        {},
-        _texts(document.BASELINE),
-    ),
-    Example(
-        "Elastic",
-        "Without damping nothing is lost: COR and E are 1, and force and compression rise and fall "
-        "on one line.",
-        {"b": 0.0},
-        _texts(document.ELASTIC),
-    ),
-    Example(
-        "50 m/s",
-        "Faster: forces and speeds grow in proportion; S, COR and contact time stay.",
-        {"club_speed": 50.0},
-        _texts(document.CLUB_SPEED[50.0]),
-    ),
-    Example(
-        "Soft",
-        "Half the stiffness: a longer contact and less force; the drag acts longer, so S falls.",
-        {"k": 0.5e6},
-        _texts(document.COMPRESSION[0.5e6]),
-    ),
-    Example(
-        "Stiff",
-        "Twice the stiffness: a shorter contact and more force; less is lost.",
-        {"k": 2e6},
-        _texts(document.COMPRESSION[2e6]),
-    ),
-    Example(
-        "Old ball",
-        "Softer and more damped at once: S, COR and E all fall.",
-        {"k": 0.5e6, "b": 12.0},
-        _texts(document.OLD_BALL[0.5e6, 12.0]),
-    ),
-    Example(
-        "Roh & Lee",
-        "A finite-element ball: stiffer as it is squeezed (n = 1.62), with a COR of 0.74; a wide "
-        "loop.",
-        BALLS["roh-lee"].values,
-        _ROH_LEE,
-        "Roh & Lee",
-    ),
-    Example(
-        "Law 1 | law 2",
-        "The same k and b: law 1 (pinned) drags both bodies and loses momentum; law 2 keeps it "
-        "and draws a loop.",
-        {"law": 2},
-        {},
-        beside={"law": 1},
-    ),
+    Example("Baseline", {}, document.BASELINE),
+    Example("Elastic", {"b": 0.0}, document.ELASTIC),
+    Example("50 m/s", {"club_speed": 50.0}, document.CLUB_SPEED[50.0]),
+    Example("Soft", {"k": 0.5e6}, document.COMPRESSION[0.5e6]),
+    Example("Stiff", {"k": 2e6}, document.COMPRESSION[2e6]),
+    Example("Old ball", {"k": 0.5e6, "b": 12.0}, document.OLD_BALL[0.5e6, 12.0]),
+    Example("Roh & Lee", BALLS["roh-lee"].values, _ROH_LEE, "Roh & Lee"),
+    Example("Law 1 | law 2", {"law": 2}, {}, beside={"law": 1}),
 )
+
+_LOOK = {
+    "Baseline": "The document's impact: the ball leaves faster than the club came, after 0.6 ms.",
+    "Elastic": "Without damping nothing is lost: COR and E are 1, and force and compression rise "
+    "and fall on one line.",
+    "50 m/s": "Faster: forces and speeds grow in proportion; S, COR and contact time stay.",
+    "Soft": "Half the stiffness: a longer contact and less force; the drag acts longer, so S "
+    "falls.",
+    "Stiff": "Twice the stiffness: a shorter contact and more force; less is lost.",
+    "Old ball": "Softer and more damped at once: S, COR and E all fall.",
+    "Roh & Lee": "A finite-element ball: stiffer as it is squeezed (n = 1.62), with a COR of 0.74; "
+    "a wide loop.",
+    "Law 1 | law 2": "The same k and b: law 1 (pinned) drags both bodies and loses momentum; law 2 "
+    "keeps it and draws a loop.",
+}
 
 
 def example_of(values: Mapping[str, float], defaults: Mapping[str, float]) -> Example | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from html import escape
 from typing import Any
@@ -11,7 +11,8 @@ from typing import Any
 from bokeh.layouts import column, row
 from bokeh.models import Div, NumericInput, RadioButtonGroup, Select, Slider
 
-from golf_scenarios.explore.parts import STYLE
+from golf_scenarios.explore.cases import CONTACT
+from golf_scenarios.explore.parts import STYLED, WIDE, aria
 from golf_scenarios.facts.balls import BALLS
 
 #: Units of speed, each with its m/s.
@@ -45,7 +46,7 @@ class Quantity:
             return self
         scale = SPEEDS[unit]
         low, high = (round(limit / float(scale)) for limit in (self.low, self.high))
-        return Quantity(self.name, self.label, unit, scale, low, high, self.step)
+        return replace(self, unit=unit, scale=scale, low=low, high=high)
 
     def si(self, shown: float) -> float:
         """A number of its unit in SI, by decimals: 45.93 g are 0.04593 kg to the last digit."""
@@ -94,107 +95,75 @@ class Controls:
         speed: Callable[[str], None],
         defaults: Mapping[str, float],
     ) -> None:
-        self._change, self._defaults = change, defaults
+        self._change, self._speed, self._defaults = change, speed, defaults
         self._showing = False
         self.quantities = {one.name: one for one in QUANTITIES}
         self.sliders: dict[str, Slider] = {}
         self.fields: dict[str, NumericInput] = {}
         self.refusals: dict[str, Div] = {}
-        rows = {one.name: self._row(one) for one in QUANTITIES}
-        self.law = RadioButtonGroup(
-            name="law",
-            labels=["Law 1, absolute", "Law 2, relative"],
-            stylesheets=[STYLE],
-            sizing_mode="stretch_width",
-            html_attributes={"aria-label": "Contact law"},
-        )
-        self.law.on_change("active", self._law_chosen)
+        wide = [self._row(one) for one in QUANTITIES if one.step]
+        slim = [self._row(one) for one in QUANTITIES if not one.step]
+        laws = ["Law 1, absolute", "Law 2, relative"]
+        self.law = RadioButtonGroup(name="law", labels=laws, **aria("Contact law"), **WIDE)
+        self._when(self.law, "active", lambda law: change({"law": law + 1}, "law"))
         balls = [("", "own values"), *((name, f"{name}: {b.title}") for name, b in BALLS.items())]
-        wide: dict[str, Any] = {"stylesheets": [STYLE], "sizing_mode": "stretch_width"}
-        label = {"aria-label": "Ball"}
-        self.ball = Select(name="ball", title="Ball", options=balls, html_attributes=label, **wide)
-        self.ball.on_change("value", self._ball_chosen)
-        self.source = Div(
-            name="source", css_classes=["quiet"], stylesheets=[STYLE], sizing_mode="stretch_width"
-        )
-        self.unit = Select(
-            name="unit",
-            options=list(SPEEDS),
-            value="m/s",
-            stylesheets=[STYLE],
-            width=75,
-            html_attributes={"aria-label": "Unit of speeds"},
-        )
-        self.unit.on_change("value", lambda attr, old, new: self._unit_chosen(new, speed))
-        refused = self.refusals["law"] = _refusal("law")
-        slim = [rows[one.name] for one in QUANTITIES if not one.step]
+        self.ball = Select(name="ball", title="Ball", options=balls, **aria("Ball"), **WIDE)
+        self._when(self.ball, "value", self._ball_chosen)
+        self.source = Div(name="source", css_classes=["quiet"], **WIDE)
+        speeds = {"options": list(SPEEDS), "value": "m/s", **aria("Unit of speeds")}
+        self.unit = Select(name="unit", **speeds, width=75, **STYLED)
+        self._when(self.unit, "value", self._unit_chosen)
         self.layout = column(
-            self.ball,
-            self.source,
-            self.law,
-            refused,
-            *(rows[one.name] for one in QUANTITIES if one.step),
-            row(*slim[:2], sizing_mode="stretch_width", spacing=6),
-            row(*slim[2:], sizing_mode="stretch_width", spacing=6),
-            name="controls",
-            sizing_mode="stretch_width",
-            spacing=3,
+            *(self.ball, self.source, self.law, self._refusal("law"), *wide),
+            *(row(*some, sizing_mode="stretch_width", spacing=6) for some in (slim[:2], slim[2:])),
+            **{"name": "controls", "sizing_mode": "stretch_width", "spacing": 3},
         )
 
     def _row(self, one: Quantity) -> Any:
-        refusal = self.refusals[one.name] = _refusal(one.name)
-        field = self.fields[one.name] = NumericInput(
-            name=one.name,
-            title=one.title,
-            html_attributes={"aria-label": one.title},
-            mode="float",
-            css_classes=["line"] if one.step else [],
-            stylesheets=[STYLE],
-            sizing_mode="stretch_width",
-            margin=0,
-        )
-        field.on_change("value", lambda attr, old, new: self._typed(one.name, new))
+        name, words = one.name, aria(one.title)
+        field = NumericInput(name=name, title=one.title, mode="float", margin=0, **words, **WIDE)
+        field.css_classes = ["line"] if one.step else []
+        self.fields[name] = field
         parts: list[Any] = [field]
         if one.step:
-            slider = self.sliders[one.name] = Slider(
-                name=f"{one.name}_slider",
-                **{"start": one.low, "end": one.high, "step": one.step, "value": one.low},
-                **{"title": None, "show_value": False, "margin": 0},
-                html_attributes={"aria-label": one.title},
-                stylesheets=[STYLE],
-                sizing_mode="stretch_width",
-            )
-            slider.on_change("value", lambda attr, old, new: self._typed(one.name, new))
-            parts.append(slider)
-        return column(*parts, refusal, sizing_mode="stretch_width", spacing=0)
+            ends = {"start": one.low, "end": one.high, "step": one.step, "value": one.low}
+            bare: dict[str, Any] = {"title": None, "show_value": False, "margin": 0}
+            self.sliders[name] = Slider(name=f"{name}_slider", **ends, **bare, **words, **WIDE)
+            parts.append(self.sliders[name])
+        for part in parts:
+            self._when(part, "value", lambda shown: self._typed(name, shown))
+        return column(*parts, self._refusal(name), sizing_mode="stretch_width", spacing=0)
+
+    def _refusal(self, name: str) -> Div:
+        options = {"name": f"{name}_refused", "visible": False, "css_classes": ["refused"]}
+        refusal = Div(**options, html_attributes={"role": "alert"}, **WIDE)
+        self.refusals[name] = refusal
+        return refusal
 
     # From the user
 
+    def _when(self, model: Any, attribute: str, work: Callable[[Any], None]) -> None:
+        """Do this with a new value, unless it was set to show a case."""
+        model.on_change(attribute, lambda attr, old, new: None if self._showing else work(new))
+
     def _typed(self, name: str, shown: float | None) -> None:
-        if not self._showing and shown is not None:
+        if shown is not None:
             self._change({name: self.quantities[name].si(shown)}, name)
 
-    def _law_chosen(self, attr: str, old: Any, new: int) -> None:
-        if not self._showing:
-            self._change({"law": new + 1}, "law")
-
-    def _ball_chosen(self, attr: str, old: str, new: str) -> None:
-        if not self._showing and new:
-            from golf_scenarios.explore.cases import CONTACT
-
+    def _ball_chosen(self, name: str) -> None:
+        if name:
             contact = {name: self._defaults[name] for name in CONTACT}
-            self._change({**contact, **BALLS[new].values}, "k")
+            self._change({**contact, **BALLS[name].values}, "k")
 
-    def _unit_chosen(self, unit: str, speed: Callable[[str], None]) -> None:
+    def _unit_chosen(self, unit: str) -> None:
+        self._showing = True
         for one in QUANTITIES:
             self.quantities[one.name] = here = one.in_unit(unit)
-            self.fields[one.name].title = here.title
-            self.fields[one.name].html_attributes = {"aria-label": here.title}
+            self.fields[one.name].update(title=here.title, **aria(here.title))
             if one.name in self.sliders and one.unit in SPEEDS:
-                self._showing = True
                 self.sliders[one.name].update(start=here.low, end=here.high)
-                self._showing = False
-        speed(unit)
+        self._showing = False
+        self._speed(unit)
 
     # To the user
 
@@ -208,7 +177,7 @@ class Controls:
                 slider.value = min(max(shown, slider.start), slider.end)
         self.law.active = int(values["law"]) - 1
         self.ball.value = ball
-        self.source.text = f"{escape(BALLS[ball].source)}" if ball else ""
+        self.source.text = escape(BALLS[ball].source) if ball else ""
         self._showing = False
         self.refuse("", "")
 
@@ -217,14 +186,3 @@ class Controls:
         for other, refusal in self.refusals.items():
             refusal.visible = other == name
             refusal.text = escape(message) if other == name else ""
-
-
-def _refusal(name: str) -> Div:
-    return Div(
-        name=f"{name}_refused",
-        visible=False,
-        css_classes=["refused"],
-        stylesheets=[STYLE],
-        html_attributes={"role": "alert"},
-        sizing_mode="stretch_width",
-    )

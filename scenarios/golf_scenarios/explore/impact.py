@@ -15,7 +15,8 @@ from golf_scenarios.report.report import derived
 #: Communication points before touch, in contact, after it.
 POINTS = (12, 160, 28)
 
-#: Of the range over which S and COR are shown.
+#: What is shown over one variable, at how many of its values.
+SWEPT_METRICS = ("smash_factor", "coefficient_of_restitution")
 SWEPT = 25
 
 
@@ -53,8 +54,6 @@ def explored(fmu: ImpactFmu, values: Mapping[str, float]) -> Impact:
     outputs = fmu.impact(METRICS, **_given(fmu, values))
     touched, separated = fmu.flag("touched"), fmu.flag("separated")
     metrics = derived(outputs, values)
-    metrics["momentum_final"] = outputs["momentum"]
-    metrics["kinetic_energy_final"] = outputs["kinetic_energy"]
     for body in ("club", "ball"):
         energy = 0.5 * values[f"m_{body}"] * metrics[f"{body}_velocity"] ** 2
         metrics[f"{body}_energy_share"] = _ratio(energy, metrics["kinetic_energy_initial"])
@@ -65,7 +64,6 @@ def explored(fmu: ImpactFmu, values: Mapping[str, float]) -> Impact:
 
 
 def _given(fmu: ImpactFmu, values: Mapping[str, float]) -> dict[str, float]:
-    """Those that need to be set."""
     return {name: value for name, value in values.items() if value != fmu.default(name)}
 
 
@@ -105,10 +103,9 @@ def _path(
         fmu.step(host[n - 1], host[n] - host[n - 1])
         table[n] = fmu.slave.getReal(references)
     touch = fmu.read(("touch_time",))["touch_time"] if touched else 0.0
-    path = {"time": host - touch, **dict(zip(PATH, table.T.copy(), strict=True))}
-    where = values["ball_speed"] * touch
+    path = {"time": host - touch, **dict(zip(PATH, table.T.copy()))}
     for body in ("club", "ball"):
-        path[f"{body}_position"] -= where
+        path[f"{body}_position"] -= values["ball_speed"] * touch
     return path | _energies(values, path) | _shapes(values, path)
 
 
@@ -159,15 +156,14 @@ def swept(
     Returns:
         `x` (SI), `smash_factor` and `coefficient_of_restitution`, arrays of shape (SWEPT,).
     """
-    wanted = ("smash_factor", "coefficient_of_restitution")
     xs = np.linspace(low, high, SWEPT)
-    table = np.full((SWEPT, len(wanted)), math.nan)
+    table = np.full((SWEPT, len(SWEPT_METRICS)), math.nan)
     given = _given(fmu, values)
     for n, x in enumerate(xs.tolist()):
         try:
-            outputs = fmu.impact(wanted, **{**given, name: x})
+            outputs = fmu.impact(SWEPT_METRICS, **{**given, name: x})
         except UserError:
             continue
         if fmu.flag("touched"):
-            table[n] = [outputs[key] for key in wanted]
-    return {"x": xs, **dict(zip(wanted, table.T.copy(), strict=True))}
+            table[n] = list(outputs.values())
+    return {"x": xs, **dict(zip(SWEPT_METRICS, table.T.copy()))}

@@ -14,12 +14,10 @@ from golf_scenarios.errors import UserError
 from golf_scenarios.explore import cases, readouts
 from golf_scenarios.explore.controls import SPEEDS, Controls
 from golf_scenarios.explore.impact import Impact, explored, swept
-from golf_scenarios.explore.parts import LAYOUT, STYLE, script
+from golf_scenarios.explore.parts import LAYOUT, STYLED, WIDE, aria, script
 from golf_scenarios.explore.pictures import Pictures
 from golf_scenarios.explore.pins import Pins
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
-
-TITLE = "Golf impact"
 
 HINT = (
     "Move a slider, or type any number that the FMU allows. Point at a curve, or press Play, to "
@@ -53,101 +51,64 @@ class Page:
             if one.causality in ("input", "parameter")
         }
         self.impact: Impact
-        self.wish: dict[str, float] = {}
+        self.wish = dict(self.defaults)
         self.runs = 0
         self._control, self._waiting = "law", False
         self.controls = Controls(self.want, self._in_unit, self.defaults)
         self.pins = Pins(self.pin, lambda values: self.want(values, "law"))
         self.pictures = Pictures(self.pins.source)
-        self.readouts = Div(name="readouts", stylesheets=[STYLE], sizing_mode="stretch_width")
+        self.readouts = Div(name="readouts", **WIDE)
         self.look = Div(name="look", sizing_mode="stretch_width")
         self.link = TextInput(name="link", visible=False)
         self.link.js_on_change("value", script("link"))
-        self.command = TextInput(
-            name="command",
-            title="The same as a command",
-            stylesheets=[STYLE],
-            sizing_mode="stretch_width",
-        )
-        names = {name: self.controls.quantities[name].label for name in _SWEPT}
-        self.over = Select(
-            name="over",
-            html_attributes={"aria-label": "S and COR over"},
-            options=list(names.items()),
-            value="club_speed",
-            stylesheets=[STYLE],
-        )
+        self.command = TextInput(name="command", title="The same as a command", **WIDE)
+        options = [(name, self.controls.quantities[name].label) for name in _SWEPT]
+        words = aria("S and COR over")
+        self.over = Select(name="over", options=options, value=_SWEPT[0], **words, **STYLED)
         self.over.on_change("value", lambda attr, old, new: self.sweep())
-        self._show_first(values)
-        self._lay_out()
-
-    def _show_first(self, values: Mapping[str, float]) -> None:
-        self.wish = dict(self.defaults)
         self.update()
         unknown = [name for name in values if name not in self.defaults]
         if unknown:
-            self.look.text = escape(
-                f"There is no input or parameter {unknown[0]}: choose from "
-                f"{', '.join(self.defaults)}."
-            )
+            known = ", ".join(self.defaults)
+            said = f"There is no input or parameter {unknown[0]}: choose from {known}."
+            self.look.text = escape(said)
         elif values:
             self.wish.update(values)
             self.update()
         self.sweep()
+        self._lay_out()
 
     def _lay_out(self) -> None:
-        examples = [self._example(one) for one in cases.EXAMPLES]
-        figures = self.pictures.figures
-        models = {"path": self.pictures.path, "pins": self.pins.source, "figures": figures}
-        downloads = Select(
-            name="download",
-            value="",
-            options=[
-                ("", "Download …"),
-                *(("path.csv", "Curves (CSV)"), ("pins.csv", "Pinned cases (CSV)")),
-                *(
-                    (f"{name}.{kind}", f"{one.title.text} ({kind.upper()})")
-                    for name, one in figures.items()
-                    if name != "animation"
-                    for kind in ("png", "svg")
-                ),
-            ],
-            **{"syncable": False, "width": 130, "stylesheets": [STYLE]},
-            html_attributes={"aria-label": "Download"},
-        )
+        pictures, pins, figures = self.pictures, self.pins, self.pictures.figures
+        files = {"": "Download …", "path.csv": "Curves (CSV)", "pins.csv": "Pinned cases (CSV)"}
+        for name, one in figures.items():
+            if name != "animation":
+                for kind in ("png", "svg"):
+                    files[f"{name}.{kind}"] = f"{one.title.text} ({kind.upper()})"
+        choice = {"value": "", "options": list(files.items()), "syncable": False}
+        downloads = Select(name="download", width=130, **choice, **aria("Download"), **STYLED)
+        models = {"path": pictures.path, "pins": pins.source, "figures": figures}
         downloads.js_on_change("value", script("download", **models))
-        copy = Button(name="copy", label="Copy command", stylesheets=[STYLE])
+        copy = Button(name="copy", label="Copy command", **STYLED)
         copy.js_on_click(script("copy", command=self.command))
-        dark = Toggle(name="dark", label="Dark", stylesheets=[STYLE], syncable=False)
+        dark = Toggle(name="dark", label="Dark", syncable=False, **STYLED)
         dark.js_on_change("active", script("dark", figures=figures))
-        self.document.js_on_event("document_ready", script("ready", dark=dark), self.pictures.move)
-        self.document.title = TITLE
+        self.document.js_on_event("document_ready", script("ready", dark=dark), pictures.move)
+        self.document.title = "Golf impact"
         self.document.template = LAYOUT
-        roots = (
-            row(*examples, name="examples", spacing=4),
-            row(
-                self.pins.button,
-                self.controls.unit,
-                copy,
-                downloads,
-                dark,
-                name="actions",
-                spacing=4,
-            ),
-            *(self.look, self.controls.layout, self.readouts, self.pins.layout, self.link),
-            *(self.command, self.over, self.pictures.play, self.pictures.scrub),
-            *(self.pictures.words, *figures.values()),
-        )
-        names = dict(zip(figures.values(), figures))
+        actions = (pins.button, self.controls.unit, copy, downloads, dark)
         # Bokeh looks through all models once, not once a root.
         with self.document.models.freeze():
-            for root in roots:
-                root.name = names.get(root, root.name)
+            for root in (
+                row(*map(self._example, cases.EXAMPLES), name="examples", spacing=4),
+                row(*actions, name="actions", spacing=4),
+                *(self.look, self.controls.layout, self.readouts, pins.layout, self.link),
+                *(self.command, self.over, pictures.play, pictures.scrub, pictures.words),
+                *figures.values(),
+            ):
                 self.document.add_root(root)
 
     def _example(self, example: cases.Example) -> Button:
-        button = Button(label=example.name, stylesheets=[STYLE])
-
         def clicked() -> None:
             if example.beside is not None and not self.pins.full:
                 self.wish = {**self.defaults, **example.beside}
@@ -155,6 +116,7 @@ class Page:
                 self.pin(example.name.partition(" | ")[0])
             self.want({**self.defaults, **example.values}, "law")
 
+        button = Button(label=example.name, **STYLED)
         button.on_click(clicked)
         return button
 
@@ -190,27 +152,26 @@ class Page:
     def update(self) -> None:
         """Run the wish and show it; if the FMU refuses it, say why and leave the pictures."""
         try:
-            impact = explored(self.fmu, self.wish)
+            self.impact = explored(self.fmu, self.wish)
         except UserError as error:
             # A message begins with the variable that it is about.
             about = str(error).partition(" ")[0]
             name = about if about in self.controls.refusals else self._control
             self.controls.refuse(name, str(error))
             return
-        self.impact = impact
         self.runs += 1
-        changed = cases.changed(impact.values, self.defaults)
-        self.controls.show(impact.values, cases.ball_of(impact.values, self.defaults))
+        values = self.impact.values
+        changed = cases.changed(values, self.defaults)
+        self.controls.show(values, cases.ball_of(values, self.defaults))
         self.link.value = cases.query(changed)
         self.command.value = cases.command(changed)
         self._draw()
 
     def _draw(self) -> None:
-        unit, factor = self._speed
         self.pictures.show(self.impact, self._speed, self.pins.end)
         example = cases.example_of(self.impact.values, self.defaults)
         self.look.text = escape(example.look) if example else HINT
-        words = readouts.table(self.impact, example, unit, factor)
+        words = readouts.table(self.impact, example, *self._speed)
         state = readouts.state(self.impact)
         self.readouts.text = f'{words}<p class="state">{state}</p>' if state else words
 
@@ -229,8 +190,8 @@ class Page:
         """Show S and COR over the variable that the user chose."""
         one = self.controls.quantities[self.over.value]
         values, scale = self.impact.values, float(one.scale)
-        found = swept(self.fmu, values, one.name, one.low * scale, one.high * scale)
-        self.pictures.show_sweep(found, one.title, scale, values[one.name])
+        over = swept(self.fmu, values, one.name, one.low * scale, one.high * scale)
+        self.pictures.show_sweep(over, one.title, scale, values[one.name])
 
 
 def show(document: Document, fmu: ImpactFmu, arguments: Mapping[str, Any]) -> Page:

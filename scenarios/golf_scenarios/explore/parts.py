@@ -1,4 +1,4 @@
-"""What isn't Python: the scripts and the style beside this file."""
+"""What all components share: the scripts and styles beside this file, and what goes with them."""
 
 from pathlib import Path
 from typing import Any
@@ -7,11 +7,17 @@ from bokeh.models import CustomJS
 
 _HERE = Path(__file__).parent
 
-#: The style inside Bokeh's components.
-STYLE = (_HERE / "shadow.css").read_text("utf-8")
-
 #: The page's layout: a template, in which `roots` are the document's.
 LAYOUT = (_HERE / "page.html").read_text("utf-8")
+
+#: Options of a component in the page's style, and of one that is as wide as its place.
+STYLED: dict[str, Any] = {"stylesheets": [(_HERE / "shadow.css").read_text("utf-8")]}
+WIDE: dict[str, Any] = {**STYLED, "sizing_mode": "stretch_width"}
+
+
+def aria(label: str, **more: str) -> dict[str, Any]:
+    """The option that gives a component its name for screen readers, and perhaps its role."""
+    return {"html_attributes": {"aria-label": label, **more}}
 
 
 def script(name: str, **models: Any) -> CustomJS:

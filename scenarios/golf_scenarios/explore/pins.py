@@ -18,7 +18,7 @@ from bokeh.models import (
 
 from golf_scenarios.explore.cases import query
 from golf_scenarios.explore.impact import Impact
-from golf_scenarios.explore.parts import STYLE
+from golf_scenarios.explore.parts import STYLED, WIDE, aria
 
 #: One a pin: none is the present case's.
 COLOURS = (
@@ -62,46 +62,28 @@ class Pins:
         self._values: list[dict[str, float]] = []
         self._open = reopen
         swatch = HTMLTemplateFormatter(template='<b style="color:<%= value %>">━━</b>')
-        self.table = DataTable(
-            source=self.source,
-            columns=[
-                TableColumn(field="color", title="", formatter=swatch, width=40, sortable=False),
-                TableColumn(field="name", title="case", width=190, sortable=False),
-                *(
-                    TableColumn(
-                        field=field,
-                        title=title,
-                        formatter=NumberFormatter(format=form, text_align="right"),
-                        width=100,
-                        sortable=False,
-                    )
-                    for field, title, form in COLUMNS
-                ),
-            ],
-            **{"index_position": None, "height": 90, "row_height": 26, "reorderable": False},
-            stylesheets=[STYLE],
-            sizing_mode="stretch_width",
-            html_attributes={"role": "region", "aria-label": "Pinned cases"},
-        )
-        self.name = TextInput(
-            name="pin_name",
-            placeholder="name of the pin",
-            stylesheets=[STYLE],
-            width=190,
-            html_attributes={"aria-label": "Name of the pin"},
-        )
-        self.button = _button("Pin", lambda: pin(self.name.value.strip()))
-        buttons = [
-            _button("Rename", self._rename),
-            _button("Reopen", self._reopen),
-            _button("Remove", self._remove),
+        columns = [
+            TableColumn(field="color", title="", formatter=swatch, width=40, sortable=False),
+            TableColumn(field="name", title="case", width=190, sortable=False),
         ]
+        for field, title, form in COLUMNS:
+            right = NumberFormatter(format=form, text_align="right")
+            options = {"field": field, "title": title, "formatter": right, "width": 100}
+            columns.append(TableColumn(**options, sortable=False))
+        self.table = DataTable(
+            **{"source": self.source, "columns": columns, "index_position": None},
+            **{"height": 90, "row_height": 26, "reorderable": False},
+            **aria("Pinned cases", role="region"),
+            **WIDE,
+        )
+        words = {"placeholder": "name of the pin", **aria("Name of the pin")}
+        self.name = TextInput(name="pin_name", width=190, **words, **STYLED)
+        self.button = _button("Pin", lambda: pin(self.name.value.strip()))
+        clicks = {"Rename": self._rename, "Reopen": self._reopen, "Remove": self._remove}
         self.layout = column(
-            row(self.name, *buttons, spacing=6),
+            row(self.name, *(_button(*one) for one in clicks.items()), spacing=6),
             self.table,
-            name="pins",
-            sizing_mode="stretch_width",
-            spacing=4,
+            **{"name": "pins", "sizing_mode": "stretch_width", "spacing": 4},
         )
 
     @property
@@ -127,23 +109,19 @@ class Pins:
         """
         if self.full:
             return
-        colour = next(one for one in COLOURS if one not in self.source.data["color"])
-        metrics = {
+        given = query(changed)
+        one = {
             **impact.metrics,
+            "name": name or given.replace("&", ", ") or "start values",
+            "color": next(one for one in COLOURS if one not in self.source.data["color"]),
+            "query": given,
             "contact_us": 1e6 * impact.metrics["contact_time"],
             # The curves have these names.
             **{f"{body}_after": impact.metrics[f"{body}_velocity"] for body in ("ball", "club")},
-        }
-        given = query(changed)
-        more = {
-            "name": name or given.replace("&", ", ") or "start values",
-            "color": colour,
-            "query": given,
-            **{metric: metrics[metric] for metric, _, _ in COLUMNS},
             **{curve: curves[curve] for curve in CURVES},
         }
         self._values.append(impact.values)
-        self.source.data = {key: [*old, more[key]] for key, old in self.source.data.items()}
+        self.source.data = {key: [*old, one[key]] for key, old in self.source.data.items()}
         self.name.value = ""
         self._resize()
 
@@ -156,8 +134,7 @@ class Pins:
 
     def _chosen(self) -> int:
         """The row that is selected, or the last one; -1 is the last one's place in lists."""
-        chosen = self.source.selected.indices
-        return chosen[0] if chosen else -1
+        return next(iter(self.source.selected.indices), -1)
 
     def _rename(self) -> None:
         name = self.name.value.strip()
@@ -176,10 +153,8 @@ class Pins:
             gone = self._chosen() % len(self._values)
             del self._values[gone]
             self.source.selected.indices = []
-            self.source.data = {
-                key: [one for n, one in enumerate(old) if n != gone]
-                for key, old in self.source.data.items()
-            }
+            data = self.source.data.items()
+            self.source.data = {key: [*old[:gone], *old[gone + 1 :]] for key, old in data}
             self._resize()
 
     def _resize(self) -> None:
@@ -188,6 +163,6 @@ class Pins:
 
 
 def _button(label: str, click: Callable[[], None]) -> Button:
-    button = Button(name=label.lower(), label=label, stylesheets=[STYLE])
+    button = Button(name=label.lower(), label=label, **STYLED)
     button.on_click(click)
     return button

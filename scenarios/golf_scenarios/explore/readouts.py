@@ -7,59 +7,25 @@ from html import escape
 from golf_scenarios.explore.cases import Example
 from golf_scenarios.explore.impact import Impact
 
-
-def rows(impact: Impact, unit: str, factor: float) -> list[tuple[str, str, str, str]]:
-    """Metric, label, value and meaning, in the order in which they are shown.
-
-    Args:
-        impact: the case.
-        unit: of speeds.
-        factor: that unit's number in 1 m/s.
-    """
-    m = impact.metrics
-    return [
-        ("smash_factor", "S", f"{m['smash_factor']:.4f}", "smash factor: ball / club speed"),
-        (
-            "coefficient_of_restitution",
-            "COR",
-            f"{m['coefficient_of_restitution']:.4f}",
-            "speed apart / speed together",
-        ),
-        (
-            "energy_efficiency",
-            "E",
-            f"{m['energy_efficiency']:.2%}",
-            f"energy: ball {m['ball_energy_share']:.1%}, club {m['club_energy_share']:.1%}",
-        ),
-        ("ball_velocity", "Ball", f"{m['ball_velocity'] * factor:.2f} {unit}", "speed afterwards"),
-        ("club_velocity", "Club", f"{m['club_velocity'] * factor:.2f} {unit}", "speed afterwards"),
-        ("contact_time", "Contact", f"{1e6 * m['contact_time']:.1f} µs", "touch to separation"),
-        (
-            "max_force",
-            "Peak force",
-            f"{m['max_force']:.0f} N",
-            f"{1e6 * m['time_of_max_force']:.1f} µs after touch",
-        ),
-        (
-            "compression_over_diameter",
-            "Squeeze",
-            f"{m['compression_over_diameter']:.2%}",
-            f"of the diameter: {1e3 * m['max_compression']:.2f} mm",
-        ),
-        (
-            "contact_displacement_over_diameter",
-            "Way",
-            f"{m['contact_displacement_over_diameter']:.3f} Ø",
-            "of the ball while in contact",
-        ),
-        (
-            "momentum_final",
-            "Momentum",
-            f"{m['momentum_kept']:.2%}",
-            f"kept: {m['momentum_final']:.3f} of {m['momentum_initial']:.3f} N·s",
-        ),
-    ]
-
+#: Metric, label, value and meaning; all numbers are in the units that are shown.
+_ROWS = (
+    ("smash_factor", "S", "{:.4f}", "smash factor: ball / club speed"),
+    ("coefficient_of_restitution", "COR", "{:.4f}", "speed apart / speed together"),
+    (
+        *("energy_efficiency", "E", "{:.2%}"),
+        "energy: ball {ball_energy_share:.1%}, club {club_energy_share:.1%}",
+    ),
+    ("ball_velocity", "Ball", "{:.2f} {speed}", "speed afterwards"),
+    ("club_velocity", "Club", "{:.2f} {speed}", "speed afterwards"),
+    ("contact_time", "Contact", "{:.1f} µs", "touch to separation"),
+    ("max_force", "Peak force", "{:.0f} N", "{time_of_max_force:.1f} µs after touch"),
+    ("compression_over_diameter", "Squeeze", "{:.2%}", "of the diameter: {max_compression:.2f} mm"),
+    ("contact_displacement_over_diameter", "Way", "{:.3f} Ø", "of the ball while in contact"),
+    (
+        *("momentum_final", "Momentum", "{momentum_kept:.2%}"),
+        "kept: {momentum_final:.3f} of {momentum_initial:.3f} N·s",
+    ),
+)
 
 #: Units of the published numbers, where it isn't clear.
 _UNITS = {
@@ -69,16 +35,27 @@ _UNITS = {
 
 
 def table(impact: Impact, example: Example | None, unit: str, factor: float) -> str:
-    """The read-outs as HTML, with what is published beside them."""
+    """The read-outs as HTML, with what is published beside them.
+
+    Args:
+        impact: the case.
+        example: the one that it is, if it is one.
+        unit: of speeds.
+        factor: that unit's number in 1 m/s.
+    """
+    scales = {"ball_velocity": factor, "club_velocity": factor, "max_compression": 1e3}
+    scales |= {"contact_time": 1e6, "time_of_max_force": 1e6}
+    m = {name: value * scales.get(name, 1.0) for name, value in impact.metrics.items()}
     lines = []
-    for metric, label, value, meaning in rows(impact, unit, factor):
+    for metric, label, value, meaning in _ROWS:
         printed = ""
         if example and metric in example.printed:
-            text = f"{example.printed[metric]}{_UNITS.get(metric, '')}"
+            text = f"{example.printed[metric].text}{_UNITS.get(metric, '')}"
             printed = f"<small>{escape(example.source)}: {escape(text)}</small>"
         lines.append(
-            f'<tr data-metric="{metric}"><th scope="row">{label}<small>{escape(meaning)}</small>'
-            f"</th><td>{escape(value)}{printed}</td></tr>"
+            f'<tr data-metric="{metric}"><th scope="row">{label}'
+            f"<small>{escape(meaning.format_map(m))}</small></th>"
+            f"<td>{escape(value.format(m[metric], speed=unit, **m))}{printed}</td></tr>"
         )
     return f'<table class="results">{"".join(lines)}</table>'
 

@@ -22,20 +22,22 @@ def derived(outputs: Metrics, given: Mapping[str, float]) -> Metrics:
     """The outputs of an impact, and what follows from them by the names of results.json (SI units).
 
     Args:
-        outputs: velocities and contact_displacement at least.
+        outputs: velocities and contact_displacement at least; an FMU's own momentum and
+            kinetic_energy, if it has them, are those at the end.
         given: masses, diameter and speeds before.
     """
     m_club, m_ball = given["m_club"], given["m_ball"]
     u_club, u_ball = given["club_speed"], given["ball_speed"]
     v_club, v_ball = outputs["club_velocity"], outputs["ball_velocity"]
     displacement = outputs["contact_displacement"]
+    energy_left = 0.5 * (m_club * v_club**2 + m_ball * v_ball**2)
     return outputs | {
         "contact_displacement_over_diameter": displacement / given["ball_diameter"],
         "momentum_gain_ball": m_ball * (v_ball - u_ball),
         "momentum_initial": m_club * u_club + m_ball * u_ball,
-        "momentum_final": m_club * v_club + m_ball * v_ball,
+        "momentum_final": outputs.get("momentum", m_club * v_club + m_ball * v_ball),
         "kinetic_energy_initial": 0.5 * (m_club * u_club**2 + m_ball * u_ball**2),
-        "kinetic_energy_final": 0.5 * (m_club * v_club**2 + m_ball * v_ball**2),
+        "kinetic_energy_final": outputs.get("kinetic_energy", energy_left),
     }
 
 
