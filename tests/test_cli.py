@@ -11,7 +11,7 @@ from command import COMMAND, golf, golf_here, refused
 
 from golf_scenarios.facts.balls import BALLS
 from golf_scenarios.report import figures
-from golf_scenarios.report.own_cases import OwnCase, own_cases
+from golf_scenarios.report.own_cases import own_cases
 
 
 def test_version_and_help():
@@ -97,7 +97,7 @@ def test_balls_beside_each_other(tmp_path):
 @pytest.mark.parametrize("ball", ["document", "tour"])
 def test_the_figure_of_an_own_case(fmu, ball):
     """It says which case and ball, in the units of the other figures."""
-    report = own_cases(fmu, [OwnCase({"club_speed": 42.0, "gap": 0.1}, BALLS[ball])])
+    report = own_cases(fmu, {"club_speed": 42.0, "gap": 0.1}, [BALLS[ball]])
     (draw,) = report.figures.values()
     (axes,) = draw(figures).axes
     assert axes.get_title("left") == f"Contact force: {ball}, club_speed = 42 m/s, gap = 0.1 m"

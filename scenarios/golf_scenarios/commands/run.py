@@ -47,13 +47,12 @@ def run(
     from golf_scenarios.facts.balls import ball as named_ball
     from golf_scenarios.files import prepare
     from golf_scenarios.fmu.impact_fmu import ImpactFmu
-    from golf_scenarios.report.own_cases import OwnCase, own_cases
+    from golf_scenarios.report.own_cases import own_cases
     from golf_scenarios.report.page import write_outcomes
 
     values = values_of(set_ or [])
-    own = [OwnCase(values, named_ball(name)) for name in dict.fromkeys(balls or ())]
-    if values and not own:
-        own = [OwnCase(values)]
+    own_balls = [named_ball(name) for name in dict.fromkeys(balls or ())]
+    own = bool(values or own_balls)
     masses = {f"--set {name}=": values[name] for name in ("m_club", "m_ball") if name in values}
     for words in doubts_of_mass(masses):
         warn(words, style="yellow")
@@ -72,7 +71,7 @@ def run(
                 outcomes[name] = _outcome(script, instance)
             _show(name, outcomes[name])
         if own:
-            outcomes["custom"] = own_cases(instance, own)
+            outcomes["custom"] = own_cases(instance, values, own_balls)
             _show("custom", outcomes["custom"])
         guid = instance.description.guid
     with err.status("writing results"):

@@ -13,13 +13,7 @@ os.environ["MPLBACKEND"] = "Agg"
 import numpy as np
 
 from golf_scenarios.facts.quantities import prefixed
-from golf_scenarios.report.looks import BLACK, LOOKS, Look
-from golf_scenarios.report.looks import BLUE as BLUE
-from golf_scenarios.report.looks import GREEN as GREEN
-from golf_scenarios.report.looks import ORANGE as ORANGE
-from golf_scenarios.report.looks import PURPLE as PURPLE
-from golf_scenarios.report.looks import SKY as SKY
-from golf_scenarios.report.looks import VERMILION as VERMILION
+from golf_scenarios.report.looks import BLACK, BLUE, GREEN, LOOKS, ORANGE, SKY, VERMILION, Look  # noqa: F401
 from golf_scenarios.stopping import held
 
 if TYPE_CHECKING:
@@ -69,12 +63,11 @@ def shades(number: int) -> list[Look]:
     """Looks for an amount that rises: the more, the darker."""
     if number == 1:
         return [LOOKS["baseline"]]
-    ramp = LinearSegmentedColormap.from_list(
-        "", [LOOKS[name].colour for name in ("less", "baseline", "more")]
-    )
-    dashes = ("--", "-", "-.", ":")
+    colours = [LOOKS[name].colour for name in ("less", "baseline", "more")]
+    ramp = LinearSegmentedColormap.from_list("", colours)
+    dashes, markers = ("--", "-", "-.", ":"), "vo^sD"
     return [
-        Look(to_hex(ramp(n / (number - 1))), dashes[n % 4], "vo^sD"[n % 5]) for n in range(number)
+        Look(to_hex(ramp(n / (number - 1))), dashes[n % 4], markers[n % 5]) for n in range(number)
     ]
 
 
@@ -91,14 +84,9 @@ def force_curves(
     for look, words, metrics, path in curves:
         peak = int(np.argmax(path["force"]))
         force, time = metrics["max_force"] / 1e3, metrics["contact_time"] * 1e6
-        axes.plot(
-            path["time"] * 1e6,
-            path["force"] / 1e3,
-            **LOOKS[look].points,
-            markevery=[peak],
-            ms=7,
-            label=f"{words}: {force:.2f} kN, {time:.0f} µs",
-        )
+        style = {**LOOKS[look].points, "markevery": [peak], "ms": 7}
+        label = f"{words}: {force:.2f} kN, {time:.0f} µs"
+        axes.plot(path["time"] * 1e6, path["force"] / 1e3, **style, label=label)
     axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
     legend_above(axes)
     return figure
@@ -114,15 +102,8 @@ def run_time_axes(axes: Axes, error: str) -> None:
     axes.set(yscale="log", xlabel=error, ylabel="run time of an impact (µs)")
     axes.set_xlim(-3e-18, max(1.0, axes.get_xlim()[1]))
     axes.axvline(2.2e-16, color=BLACK, lw=0.8, ls=":")
-    axes.annotate(
-        "resolution of a double",
-        (2.2e-16, 1.0),
-        xycoords=("data", "axes fraction"),
-        xytext=(4, -4),
-        textcoords="offset points",
-        va="top",
-        fontsize=9,
-    )
+    at, place = (2.2e-16, 1.0), {"textcoords": "offset points", "va": "top", "fontsize": 9}
+    axes.annotate("resolution of a double", at, (4, -4), ("data", "axes fraction"), **place)
 
 
 def name_axis(axis: Axis, words: str, unit: str | None) -> None:

@@ -3,16 +3,8 @@
 from typing import Any, NamedTuple
 
 #: Okabe & Ito's colours, distinct under every common colour vision deficiency, and one darker.
-BLUE, ORANGE, GREEN, SKY, VERMILION, PURPLE, BLACK, INDIGO = (
-    "#0072B2",
-    "#E69F00",
-    "#009E73",
-    "#56B4E9",
-    "#D55E00",
-    "#CC79A7",
-    "#000000",
-    "#332288",
-)
+BLUE, ORANGE, GREEN, SKY = "#0072B2", "#E69F00", "#009E73", "#56B4E9"
+VERMILION, PURPLE, BLACK, INDIGO = "#D55E00", "#CC79A7", "#000000", "#332288"
 
 
 class Look(NamedTuple):

@@ -4,48 +4,37 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 
 from golf_scenarios.facts.balls import Ball
 from golf_scenarios.facts.quantities import QUANTITIES, written
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.report.looks import LOOKS
 from golf_scenarios.report.report import Report
 
 #: A file's name may have 255 characters, with what is added to this.
 _LONGEST = 100
 
 
-@dataclass(frozen=True)
-class OwnCase:
-    """Inputs and parameters of the FMU by name (SI units), which win over those of a ball."""
-
-    values: Mapping[str, float]
-    ball: Ball | None = None
-
-
-def own_cases(fmu: ImpactFmu, cases: Sequence[OwnCase]) -> Report:
+def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]) -> Report:
     """Metrics and force of each case, checked like every other one.
 
     The files have the values in their names, so that no case overwrites another one.
 
     Args:
         fmu: in use.
-        cases: with the same values and one ball each, or one without a ball.
+        values: inputs and parameters of the FMU by name (SI units), which win over a ball's.
+        balls: each makes a case; without any there is one.
 
     Raises:
         UserError: the FMU refuses a value.
     """
-    values, balls = cases[0].values, [case.ball.name for case in cases if case.ball]
+    cases = {ball.name: {**ball.values, **values} for ball in balls} or {"": dict(values)}
     words = [f"{name} = {value:g}{_unit(fmu, name)}" for name, value in values.items()]
-    report = Report(f"Your case{'s' * (len(cases) > 1)}: {', '.join([*balls, *words])}", fmu)
+    title = ", ".join([*filter(None, cases), *words])
+    report = Report(f"Your case{'s' * (len(cases) > 1)}: {title}", fmu)
     paths, columns = {}, []
-    for case in cases:
-        ball = case.ball.name if case.ball else ""
-        given = {**(case.ball.values if case.ball else {}), **values}
-        name = ball if len(cases) > 1 else "custom"
-        columns.append(report.impact(name, **given))
+    for ball, given in cases.items():
+        columns.append(report.impact(ball if len(cases) > 1 else "custom", **given))
         path = fmu.trajectory(**given)
         report.trajectories[_file([ball], values)] = path
         paths[ball] = (path["time"] - columns[-1]["touch_time"]) * 1e6, path["force"] / 1e3
@@ -53,15 +42,15 @@ def own_cases(fmu: ImpactFmu, cases: Sequence[OwnCase]) -> Report:
         [one.label, *(one.shown(column[metric]) for column in columns)]
         for metric, one in QUANTITIES.items()
     ]
-    report.table(report.title, ["", *(balls or ["this FMU"])], rows)
+    report.table(report.title, ["", *(ball or "this FMU" for ball in cases)], rows)
 
-    @report.figure(f"{_file(balls, values)}_force")
+    @report.figure(f"{_file(cases, values)}_force")
     def force(figures):
-        figure, axes = figures.new(f"Contact force: {', '.join([*balls, *words])}")
+        figure, axes = figures.new(f"Contact force: {title}")
         for ball, (micro, kilonewton) in paths.items():
-            axes.plot(micro, kilonewton, label=ball, **LOOKS[ball or "ball"].line)
+            axes.plot(micro, kilonewton, label=ball, **figures.LOOKS[ball or "ball"].line)
         axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
-        if len(balls) > 1:
+        if len(cases) > 1:
             figures.legend_above(axes)
         return figure
 
@@ -73,7 +62,7 @@ def _unit(fmu: ImpactFmu, name: str) -> str:
     return f" {unit}" if unit else ""
 
 
-def _file(balls: Sequence[str], values: Mapping[str, float]) -> str:
+def _file(balls: Iterable[str], values: Mapping[str, float]) -> str:
     """The beginning of a file's name, another one for other values."""
     parts = [*filter(None, balls), *(f"{name}={value!r}" for name, value in values.items())]
     name = "_".join(("custom", *(re.sub(r"\.0$", "", part) for part in parts)))

@@ -57,30 +57,22 @@ def page(
         images: of each, PNG by file name.
         guid: of the FMU.
     """
-    checks = [check for outcome in outcomes.values() for check in outcome.checks]
+    checks = [check.passed for outcome in outcomes.values() for check in outcome.checks]
     shown = {
-        name: [_figure(outcomes[name], file, image) for file, image in of_one.items()]
+        name: [_figure(outcomes[name], *one) for one in of_one.items()]
         for name, of_one in images.items()
     }
     return rendered(
         Path(__file__).with_name("report.html.jinja"),
-        outcomes=outcomes,
-        figures=shown,
-        guid=guid,
-        version=VERSION,
-        passed=sum(check.passed for check in checks),
-        total=len(checks),
+        **{"outcomes": outcomes, "figures": shown, "guid": guid, "version": VERSION},
+        **{"passed": sum(checks), "total": len(checks)},
     )
 
 
 def _figure(outcome: Outcome, file: str, image: bytes) -> dict[str, str | int]:
     # A PNG has its size in the first of its chunks.
     width, height = struct.unpack(">II", image[16:24])
+    size = {"width": width, "height": height}
     caption = outcome.captions.get(file, "")
-    return {
-        "data": base64.b64encode(image).decode(),
-        "width": width,
-        "height": height,
-        "caption": caption,
-        "alt": caption or file.replace("_", " "),
-    }
+    words = {"caption": caption, "alt": caption or file.replace("_", " ")}
+    return {"data": base64.b64encode(image).decode(), **size, **words}

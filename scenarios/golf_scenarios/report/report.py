@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -68,88 +69,59 @@ class Report(Outcome):
         Returns:
             The FMU's metrics and those derived from them, by the names of results.json (SI units).
         """
-        metrics = self.fmu.impact(METRICS, **values)
         given = {name: self.fmu.default(name) for name in _GIVEN} | values
-        v_club, v_ball = metrics["club_velocity"], metrics["ball_velocity"]
-        m_club, m_ball = given["m_club"], given["m_ball"]
-        u_club, u_ball = given["club_speed"], given["ball_speed"]
-        momentum, energy_left = metrics["momentum"], metrics["kinetic_energy"]
-        metrics = derived(metrics, given)
-        metrics |= {"momentum_final": momentum, "kinetic_energy_final": energy_left}
-        energy = metrics["kinetic_energy_initial"]
+        metrics = derived(self.fmu.impact(METRICS, **values), given)
         self.cases[name] = metrics
         self.commands[name] = f"golf-impact explore {set_options(values)}".rstrip()
+
+        def hold(metric: str, expected: float, what: str, tolerance: float, why: str = "") -> None:
+            claim = f"{name}: {label(metric)} is {what}"
+            self.check_close(claim, metrics[metric], expected, tolerance, why)
+
         if not self.fmu.flag("touched"):
             self.say(f"{name}: the club never touches the ball.")
-        elif energy == 0.0:
+        elif metrics["kinetic_energy_initial"] == 0.0:
             self.say(f"{name}: the speeds are too small for an energy in doubles.")
         else:
-            after = 0.5 * (m_club * v_club**2 + m_ball * v_ball**2)
-            own = {
-                "smash_factor": v_ball / u_club if u_club else 0.0,
-                "coefficient_of_restitution": (v_ball - v_club) / (u_club - u_ball),
-                "energy_efficiency": after / energy,
-            }
-            for metric, expected in own.items():
-                self.check_close(
-                    f"{name}: {label(metric)} is what velocities and masses give",
-                    metrics[metric],
-                    expected,
-                    SELF_CHECK * max(1.0, abs(expected)),
-                )
+            for metric, expected in _of_velocities(metrics, given).items():
+                allowed = SELF_CHECK * max(1.0, abs(expected))
+                hold(metric, expected, "what velocities and masses give", allowed)
             if self.fmu.flag("separated"):
-                self._check_closed_forms(name, metrics, given)
+                speed = abs(given["club_speed"]) + abs(given["ball_speed"])
+                momentum = (given["m_club"] + given["m_ball"]) * speed
+                scales = {"ball_velocity": speed, "momentum_final": momentum}
+                scales["coefficient_of_restitution"] = 1.0
+                for metric, expected in closed_forms.expected(given, metrics).items():
+                    allowed = SELF_CHECK * scales.get(metric, abs(expected))
+                    hold(metric, expected, "what the closed form gives", allowed)
             else:
                 self.say(f"{name}: club and ball never part: they are still in contact.")
-        self._check_printed(name, metrics, printed or {})
+        for metric, number in (printed or {}).items():
+            what = f"the printed {number.text} within its error"
+            allowed = NUMERICAL_ERROR * abs(number.value) + number.half_digit
+            hold(metric, number.value, what, allowed, _PRINTED)
         return metrics
-
-    def _check_closed_forms(self, name: str, metrics: Metrics, given: Mapping[str, float]) -> None:
-        speed = abs(given["club_speed"]) + abs(given["ball_speed"])
-        scales = {
-            "coefficient_of_restitution": 1.0,
-            "ball_velocity": speed,
-            "momentum_final": (given["m_club"] + given["m_ball"]) * speed,
-        }
-        for metric, value in closed_forms.expected(given, metrics).items():
-            self.check_close(
-                f"{name}: {label(metric)} is what the closed form gives",
-                metrics[metric],
-                value,
-                SELF_CHECK * scales.get(metric, abs(value)),
-            )
-
-    def _check_printed(self, name: str, metrics: Metrics, printed: Mapping[str, Printed]) -> None:
-        """They may differ by the document's numerical error and half a unit of the last digit."""
-        for metric, number in printed.items():
-            self.check_close(
-                f"{name}: {label(metric)} is the printed {number.text} within its error",
-                metrics[metric],
-                number.value,
-                NUMERICAL_ERROR * abs(number.value) + number.half_digit,
-                "0.5 % numerical error of the document and half a printed digit",
-            )
 
     # Claim
 
     def rises(self, claim: str, values: str | Sequence[float]) -> None:
         """Claim that these values (or a metric over all cases) rise from each to the next."""
-        values = self._values(values)
-        self.check(claim, all(a < b for a, b in pairwise(values)), _in_order(values))
+        self._claim(claim, values, lambda all_: all(a < b for a, b in pairwise(all_)))
 
     def falls(self, claim: str, values: str | Sequence[float]) -> None:
         """Claim that these values (or a metric over all cases) fall from each to the next."""
-        values = self._values(values)
-        self.check(claim, all(a > b for a, b in pairwise(values)), _in_order(values))
+        self._claim(claim, values, lambda all_: all(a > b for a, b in pairwise(all_)))
 
     def stays(self, claim: str, values: str | Sequence[float], tolerance: float = 1e-12) -> None:
         """Claim that these values are the same, to a relative tolerance."""
-        values = self._values(values)
-        same = all(math.isclose(values[0], value, rel_tol=tolerance) for value in values)
-        self.check(claim, same, _in_order(values))
+        close = partial(math.isclose, rel_tol=tolerance)
+        self._claim(claim, values, lambda all_: all(close(all_[0], one) for one in all_))
 
-    def _values(self, values: str | Sequence[float]) -> Sequence[float]:
-        return self.each(values) if isinstance(values, str) else values
+    def _claim(
+        self, claim: str, values: str | Sequence[float], true: Callable[[Sequence[float]], bool]
+    ) -> None:
+        values = self.each(values) if isinstance(values, str) else values
+        self.check(claim, true(values), " → ".join(f"{value:.6g}" for value in values))
 
     def each(self, metric: str) -> list[float]:
         """A metric of all cases so far, in order."""
@@ -172,13 +144,17 @@ class Report(Outcome):
 
         The last column is the scheme's error: what is printed differs by its rounding besides.
         """
-        rows = []
-        for metric, number in printed.items():
-            values = (shown(metric, metrics[metric]) for metrics in (scheme, exact))
-            error = scheme[metric] / exact[metric] - 1.0
-            rows.append([label(metric), number.text, *values, f"{error * 100:+.2f}"])
-        columns = ["", "printed", "its scheme", "exact", "error (%)"]
-        self.table(title, columns, rows)
+        rows = [
+            [
+                *(label(metric), number.text, shown(metric, scheme[metric])),
+                *(
+                    shown(metric, exact[metric]),
+                    f"{(scheme[metric] / exact[metric] - 1) * 100:+.2f}",
+                ),
+            ]
+            for metric, number in printed.items()
+        ]
+        self.table(title, ["", "printed", "its scheme", "exact", "error (%)"], rows)
 
     def figure(
         self, name: str, caption: str = ""
@@ -200,9 +176,19 @@ class Report(Outcome):
         return keep
 
 
-def _in_order(values: Sequence[float]) -> str:
-    return " → ".join(f"{value:.6g}" for value in values)
+def _of_velocities(metrics: Metrics, given: Mapping[str, float]) -> Metrics:
+    """What the FMU puts out besides, worked out from its velocities."""
+    u_club, u_ball = given["club_speed"], given["ball_speed"]
+    v_club, v_ball = metrics["club_velocity"], metrics["ball_velocity"]
+    left = 0.5 * (given["m_club"] * v_club**2 + given["m_ball"] * v_ball**2)
+    return {
+        "smash_factor": v_ball / u_club if u_club else 0.0,
+        "coefficient_of_restitution": (v_ball - v_club) / (u_club - u_ball),
+        "energy_efficiency": left / metrics["kinetic_energy_initial"],
+    }
 
+
+_PRINTED = "0.5 % numerical error of the document and half a printed digit"
 
 _GIVEN = (
     *("m_club", "m_ball", "ball_diameter", "k", "b", "club_speed", "ball_speed", "law"),
