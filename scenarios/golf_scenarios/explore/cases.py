@@ -58,14 +58,14 @@ class Example:
     Attributes:
         name: on its button.
         values: inputs and parameters that aren't the FMU's start values.
-        printed: what is published of it, by metric.
+        printed: what is published of it, by metric, as it is shown.
         source: where.
         beside: another case that is pinned to be compared with.
     """
 
     name: str
     values: Mapping[str, float]
-    printed: Mapping[str, document.Printed]
+    printed: Mapping[str, str]
     source: str = "document"
     beside: Mapping[str, float] | None = None
 
@@ -75,15 +75,21 @@ class Example:
         return _LOOK[self.name]
 
 
-_ROH_LEE = {name: document.Printed(shown(name, value)) for name, value in ROH_LEE_FIGURES.items()}
+def _document(
+    name: str, values: Mapping[str, float], printed: Mapping[str, document.Printed]
+) -> Example:
+    return Example(name, values, {metric: number.text for metric, number in printed.items()})
+
+
+_ROH_LEE = {metric: shown(metric, value) for metric, value in ROH_LEE_FIGURES.items()}
 
 EXAMPLES = (
-    Example("Baseline", {}, document.BASELINE),
-    Example("Elastic", {"b": 0.0}, document.ELASTIC),
-    Example("50 m/s", {"club_speed": 50.0}, document.CLUB_SPEED[50.0]),
-    Example("Soft", {"k": 0.5e6}, document.COMPRESSION[0.5e6]),
-    Example("Stiff", {"k": 2e6}, document.COMPRESSION[2e6]),
-    Example("Old ball", {"k": 0.5e6, "b": 12.0}, document.OLD_BALL[0.5e6, 12.0]),
+    _document("Baseline", {}, document.BASELINE),
+    _document("Elastic", {"b": 0.0}, document.ELASTIC),
+    _document("50 m/s", {"club_speed": 50.0}, document.CLUB_SPEED[50.0]),
+    _document("Soft", {"k": 0.5e6}, document.COMPRESSION[0.5e6]),
+    _document("Stiff", {"k": 2e6}, document.COMPRESSION[2e6]),
+    _document("Old ball", {"k": 0.5e6, "b": 12.0}, document.OLD_BALL[0.5e6, 12.0]),
     Example("Roh & Lee", BALLS["roh-lee"].values, _ROH_LEE, "Roh & Lee"),
     Example("Law 1 | law 2", {"law": 2}, {}, beside={"law": 1}),
 )

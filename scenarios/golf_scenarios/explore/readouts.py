@@ -50,7 +50,7 @@ def table(impact: Impact, example: Example | None, unit: str, factor: float) -> 
     for metric, label, value, meaning in _ROWS:
         printed = ""
         if example and metric in example.printed:
-            text = f"{example.printed[metric].text}{_UNITS.get(metric, '')}"
+            text = f"{example.printed[metric]}{_UNITS.get(metric, '')}"
             printed = f"<small>{escape(example.source)}: {escape(text)}</small>"
         lines.append(
             f'<tr data-metric="{metric}"><th scope="row">{label}'
