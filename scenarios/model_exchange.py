@@ -43,30 +43,22 @@ class _Way:
         setting: tolerance, or step (s).
         run: runs it once and gives the metrics.
         exact: what the FMI 2.0 FMU gives.
-        counted: runs it and says how often it asks for derivatives, too; None if it doesn't.
+        counted: runs it and says how often it asks for derivatives, too.
     """
 
-    def __init__(self, setting, run, exact, counted=None) -> None:
-        self.setting, self.run = setting, run
-        self.evaluations = 0
-        if counted is None:
-            self.metrics = run()
-        else:
-            self.metrics, self.evaluations = counted(run)
-        self.seconds = math.inf
+    def __init__(self, setting, run, exact, counted=lambda run: (run(), 0)) -> None:
+        self.setting, self.run, self.seconds = setting, run, math.inf
+        self.metrics, self.evaluations = counted(run)
         self.speed_error, self.time_error = (
             abs(self.metrics[name] - exact[name]) / exact[name] for name in _METRICS[:2]
         )
 
     def time(self):
         """Run it again; the fastest counts: whatever else the machine does only adds to it."""
-        now = time.perf_counter()
-        enough = now + _LEAST_TIME
-        while now < enough:
-            begin = now
+        enough = time.perf_counter() + _LEAST_TIME
+        while (begin := time.perf_counter()) < enough:
             self.run()
-            now = time.perf_counter()
-            self.seconds = min(self.seconds, now - begin)
+            self.seconds = min(self.seconds, time.perf_counter() - begin)
 
     def numbers(self):
         """For results.json."""
@@ -87,11 +79,9 @@ def run(fmu):
         ways = _ways(fmi3, exact)
         # In turns, so that a busy moment of the machine doesn't hit one of them alone.
         for _ in range(_REPEATS):
-            for one in [
-                *(one for solved in ways.solved.values() for one in solved),
-                *(*ways.stepped.values(), *ways.euler, ways.simulated),
-            ]:
-                one.time()
+            for group in (*ways.solved.values(), ways.stepped.values(), ways.euler, ways.simulated):
+                for one in group:
+                    one.time()
     for name, solved in ways.solved.items():
         for one in solved:
             report.cases[f"{name}, CVode {one.setting:.0e}"] = one.numbers()
@@ -136,44 +126,32 @@ def _ways(fmi3, exact):
         solved={name: [cvode(name, tolerance) for tolerance in _TOLERANCES] for name in _LAWS},
         stepped={name: _Way(_STOP, partial(step, _LAWS[name]), exact[name]) for name in _LAWS},
         euler=[euler(h) for h in _EULER_STEPS],
-        simulated=_Way(_STOP, simulated, exact["law 1"]),
+        simulated=[_Way(_STOP, simulated, exact["law 1"])],
     )
 
 
 def _rows(ways):
-    def row(name, one):
-        return [
-            *(name, str(one.evaluations or "–"), f"{one.seconds * 1e3:.3g}"),
-            *(f"{one.speed_error:.1e}", f"{one.time_error:.1e}"),
-        ]
-
     for name, solved in ways.solved.items():
-        for one in solved:
-            if one.setting in _SHOWN:
-                yield row(f"{name}: CVode, rtol {one.setting:.0e}", one)
+        shown = {f"CVode, rtol {one.setting:.0e}": one for one in solved if one.setting in _SHOWN}
         if name == "law 1":
-            for one in ways.euler:
-                yield row(f"{name}: Euler {one.setting * 1e6:g} µs", one)
-            yield row(f"{name}: simulate_fmu", ways.simulated)
-        yield row(f"{name}: one step", ways.stepped[name])
+            shown |= {f"Euler {one.setting * 1e6:g} µs": one for one in ways.euler}
+            shown["simulate_fmu"] = ways.simulated[0]
+        shown["one step"] = ways.stepped[name]
+        for words, one in shown.items():
+            costs = str(one.evaluations or "–"), f"{one.seconds * 1e3:.3g}"
+            yield [f"{name}: {words}", *costs, f"{one.speed_error:.1e}", f"{one.time_error:.1e}"]
 
 
 def _check(report, ways):
     for name, one in ways.stepped.items():
         worst = max(one.speed_error, one.time_error)
-        report.check(
-            f"{name}: co-simulation gives what the FMI 2.0 FMU gives",
-            worst <= _SAME,
-            f"off by {worst:.1e}, allowed {_SAME:.0e}",
-        )
+        claim = f"{name}: co-simulation gives what the FMI 2.0 FMU gives"
+        report.check(claim, worst <= _SAME, f"off by {worst:.1e}, allowed {_SAME:.0e}")
     for name, solved in ways.solved.items():
         slope, last = _slope(solved), solved[-1]
         # BDF keeps the error of a step below the tolerance; over the contact it adds up.
-        report.check(
-            f"{name}: CVode's error falls with its tolerance",
-            0.6 < slope < 1.2,
-            f"with its power {slope:.2f}",
-        )
+        claim = f"{name}: CVode's error falls with its tolerance"
+        report.check(claim, 0.6 < slope < 1.2, f"with its power {slope:.2f}")
         report.check(
             f"{name}: at a tolerance of {last.setting:.0e} Model Exchange gives the same impact",
             max(last.speed_error, last.time_error) < 1e-8,
@@ -185,17 +163,14 @@ def _check(report, ways):
 
 def _slope(ways):
     """The power of its setting with which the ball's error in speed falls: a fit over all ways."""
-    settings = [math.log(one.setting) for one in ways]
-    errors = [math.log(one.speed_error) for one in ways]
-    return float(np.polyfit(settings, errors, 1)[0])
+    points = [(one.setting, one.speed_error) for one in ways]
+    return float(np.polyfit(*np.log(points).T, 1)[0])
 
 
 def _conclude(report, ways):
-    law_1 = ways.solved["law 1"]
-    good = min((one for one in law_1 if one.speed_error < 1e-6), key=lambda one: one.seconds)
-    best = law_1[-1]
-    exact = ways.stepped["law 1"]
-    document = ways.euler[-1]
+    solved, exact, document = ways.solved["law 1"], ways.stepped["law 1"], ways.euler[-1]
+    good = min((one for one in solved if one.speed_error < 1e-6), key=lambda one: one.seconds)
+    best = solved[-1]
     report.say(
         f"Law 1 to six digits costs CVode {good.evaluations} evaluations of the derivatives and "
         f"{good.seconds * 1e3:.1f} ms, {good.seconds / exact.seconds:.0f} times the "
@@ -220,25 +195,16 @@ def _conclude(report, ways):
 def _drawn(figures, ways):
     title = "Run time against error: a host's solver, and the exact phases"
     figure, axes = figures.new(title, (7.2, 5.2))
-    for name, solved in ways.solved.items():
-        look = figures.LOOKS[name]
-        errors, micro = zip(*((one.speed_error, one.seconds * 1e6) for one in solved))
-        axes.plot(errors, micro, **look.points, ms=5, lw=1.4, label=f"{name}, CVode")
-    look = figures.LOOKS["explicit Euler, Python"]
-    errors, micro = zip(*((one.speed_error, one.seconds * 1e6) for one in ways.euler))
-    axes.plot(errors, micro, **look.points, ms=5, lw=1.4, label="law 1, explicit Euler")
+    curves = {f"{name}, CVode": (name, solved) for name, solved in ways.solved.items()}
+    curves["law 1, explicit Euler"] = "explicit Euler, Python", ways.euler
+    for label, (look, some) in curves.items():
+        errors, micro = zip(*((one.speed_error, one.seconds * 1e6) for one in some))
+        axes.plot(errors, micro, **figures.LOOKS[look].points, ms=5, lw=1.4, label=label)
     for name, one in ways.stepped.items():
         look = figures.LOOKS[name]
-        axes.plot(
-            one.speed_error,
-            one.seconds * 1e6,
-            look.marker,
-            color=look.colour,
-            ms=10,
-            mec=figures.BLACK,
-            clip_on=False,
-            label=f"{name}, co-simulation in one step",
-        )
+        point = {"color": look.colour, "ms": 10, "mec": figures.BLACK, "clip_on": False}
+        label = f"{name}, co-simulation in one step"
+        axes.plot(one.speed_error, one.seconds * 1e6, look.marker, **point, label=label)
     figures.run_time_axes(axes, "difference from the exact FMU's ball velocity (relative)")
     figures.legend_below(figure, axes, columns=2)
     return figure
