@@ -12,38 +12,31 @@ def run(fmu):
     metrics = report.impact("baseline", document.BASELINE)
     with document_fmu() as euler:
         scheme = euler.as_printed()
-    report.compare("The document's impact: k = 1e6 N/m, b = 9 N·s/m, 35 m/s",
-                   document.BASELINE, scheme, metrics)  # fmt: skip
+    title = "The document's impact: k = 1e6 N/m, b = 9 N·s/m, 35 m/s"
+    report.compare(title, document.BASELINE, scheme, metrics)
 
+    impulse, gained = metrics["impulse"], metrics["momentum_gain_ball"]
     drag = 9.0 * metrics["contact_displacement"]
-    report.check_close(
-        "J and P_B differ because the drag on the ball takes b·x_B",
-        metrics["impulse"] - metrics["momentum_gain_ball"],
-        drag,
-        1e-12,
-    )
+    claim = "J and P_B differ because the drag on the ball takes b·x_B"
+    report.check_close(claim, impulse - gained, drag, 1e-12)
     printed, smash = document.BASELINE["smash_factor"], metrics["smash_factor"]
     report.say(
         f"The document prints S = {printed.text}. Its scheme (explicit Euler, 0.5 µs) gives "
         f"{scheme['smash_factor']:.4f}, which is {_off(scheme['smash_factor'], smash)} off the "
         f"exact {smash:.4f}; the printed number is {_off(printed.value, smash)} off, because it "
         "is rounded besides.",
-        f"The contact force gives the ball {metrics['impulse']:.4f} N·s, of which the ball keeps "
-        f"{metrics['momentum_gain_ball']:.4f} N·s: the drag takes b·x_B = {drag:.4f} N·s.",
+        f"The contact force gives the ball {impulse:.4f} N·s, of which the ball keeps "
+        f"{gained:.4f} N·s: the drag takes b·x_B = {drag:.4f} N·s.",
     )
-    energy = metrics["kinetic_energy_initial"]
+    energy, efficiency = metrics["kinetic_energy_initial"], metrics["energy_efficiency"]
     of_ball, of_club = (
         0.5 * document.USED[f"m_{body}"] * metrics[f"{body}_velocity"] ** 2 / energy
         for body in ("ball", "club")
     )
-    report.check_close(
-        "energy efficiency is the ball's part and the club's",
-        metrics["energy_efficiency"],
-        of_ball + of_club,
-        1e-12,
-    )
+    claim = "energy efficiency is the ball's part and the club's"
+    report.check_close(claim, efficiency, of_ball + of_club, 1e-12)
     report.say(
-        f"Energy efficiency E = {metrics['energy_efficiency'] * 100:.2f} % counts both bodies: of "
+        f"Energy efficiency E = {efficiency * 100:.2f} % counts both bodies: of "
         f"the club's energy before, the ball gets {of_ball * 100:.1f} %, the club keeps "
         f"{of_club * 100:.1f} %, and {(1.0 - of_ball - of_club) * 100:.1f} % is lost."
     )
@@ -83,21 +76,15 @@ def run(fmu):
     )
     def motion(figures):
         figure, pair = figures.new_pair("Velocities and positions")
-        for axes, what, unit, factor in zip(
-            pair, ("velocity", "position"), ("m/s", "mm"), (1.0, 1e3), strict=True
-        ):
+        kinds = ("velocity", "m/s", 1.0), ("position", "mm", 1e3)
+        for axes, (what, unit, factor) in zip(pair, kinds, strict=True):
             for body in ("club", "ball"):
                 label = "club face" if (body, what) == ("club", "position") else body
                 values = path[f"{body}_{what}"] * factor
                 axes.plot(micro, values, **figures.LOOKS[body].line, label=label)
             axes.axvline(contact_micro, color="0.45", lw=1.0, ls=":")
-            axes.text(
-                0.98 * contact_micro,
-                0.03,
-                "they part",
-                ha="right",
-                transform=axes.get_xaxis_transform(),
-            )
+            at, below = 0.98 * contact_micro, axes.get_xaxis_transform()
+            axes.text(at, 0.03, "they part", ha="right", transform=below)
             axes.set(xlabel="time since touch (µs)", ylabel=f"{what} ({unit})")
             figures.legend_above(axes)
         return figure

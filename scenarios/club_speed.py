@@ -11,9 +11,8 @@ def run(fmu):
     report = Report(TITLE, fmu)
     curves = []
     with document_fmu() as euler:
-        for look, (speed, printed) in zip(
-            ("baseline", "more"), document.CLUB_SPEED.items(), strict=True
-        ):
+        for look, speed in (("baseline", 35.0), ("more", 50.0)):
+            printed = document.CLUB_SPEED[speed]
             exact = report.impact(f"{speed:g} m/s", printed, club_speed=speed)
             scheme = euler.as_printed(club_speed=speed)
             report.compare(f"Club speed {speed:g} m/s", printed, scheme, exact)
@@ -23,10 +22,8 @@ def run(fmu):
 
     report.rises("with club speed the ball's release speed rises", "ball_velocity")
     report.rises("with club speed the contact force rises", "max_force")
-    report.rises(
-        "with club speed the ball is squashed more and moves further in contact",
-        "contact_displacement",
-    )
+    claim = "with club speed the ball is squashed more and moves further in contact"
+    report.rises(claim, "contact_displacement")
     report.rises("with club speed the compression rises", "max_compression")
     report.stays("S is the same", "smash_factor")
     report.stays("COR is the same", "coefficient_of_restitution")

@@ -16,10 +16,7 @@ _WORDS = {
     2: (
         "law 2 (relative)",
         "a damper between the bodies,\nbeside the spring",
-        (
-            "$m_C\\, \\dot v_C = -F,\\quad m_B\\, \\dot v_B = F$",
-            "$F = k\\, d + b\\, \\dot d$",
-        ),
+        ("$m_C\\, \\dot v_C = -F,\\quad m_B\\, \\dot v_B = F$", "$F = k\\, d + b\\, \\dot d$"),
     ),
 }
 

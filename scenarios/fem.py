@@ -32,20 +32,15 @@ def envelope():
 def run(fmu):
     """The envelope, and the document's fit under both laws."""
     report = Report(TITLE, fmu)
-    numbers = envelope()
+    numbers, rows = envelope(), []
     units = ("N", "m", "", "", "", "N·s", "N·s", "J", "J", "%")
-    rows = []
     for (name, printed), unit in zip(document.ENVELOPE.items(), units, strict=True):
         value = numbers[name]
         rows.append([f"{name} ({unit})" if unit else name, printed.text, printed.shown(value)])
         # One unit of the last digit: the document rounds some numbers and cuts others.
-        report.check_close(
-            f"{name} is the printed {printed.text}",
-            value,
-            printed.value,
-            2.0 * printed.half_digit,
-            "one unit of the last printed digit",
-        )
+        claim, allowed = f"{name} is the printed {printed.text}", 2.0 * printed.half_digit
+        why = "one unit of the last printed digit"
+        report.check_close(claim, value, printed.value, allowed, why)
     title = "Back of the envelope, from the paper's figures"
     report.table(title, ["", "document", "computed"], rows)
 
@@ -56,29 +51,24 @@ def run(fmu):
         quantity = QUANTITIES[metric]
         cells = [quantity.plain, f"{value * quantity.factor:.5g}"]
         for metrics in (model, relative):
-            off = f"{(metrics[metric] / value - 1.0) * 100:+.1f}"
-            cells += [f"{metrics[metric] * quantity.factor:.5g}", off]
+            off = metrics[metric] / value - 1.0
+            cells += [f"{metrics[metric] * quantity.factor:.5g}", f"{off * 100:+.1f}"]
         rows.append(cells)
         misses[metric] = model[metric] / value - 1.0
-    report.table(
-        "Roh & Lee's finite-element ball and the document's fit (k = 1e6 N/m, b = 9 N·s/m)",
-        ["", "paper", "law 1", "off (%)", "law 2", "off (%)"],
-        rows,
-    )
+    title = "Roh & Lee's finite-element ball and the document's fit (k = 1e6 N/m, b = 9 N·s/m)"
+    report.table(title, ["", "paper", "law 1", "off (%)", "law 2", "off (%)"], rows)
+    force, time = misses["max_force"], misses["contact_time"]
+    restitution = misses["coefficient_of_restitution"]
     report.check(
         "the fit meets force and contact time within 5 %",
-        abs(misses["max_force"]) < 0.05 and abs(misses["contact_time"]) < 0.05,
-        f"{misses['max_force'] * 100:+.1f} % and {misses['contact_time'] * 100:+.1f} %",
+        abs(force) < 0.05 and abs(time) < 0.05,
+        f"{force * 100:+.1f} % and {time * 100:+.1f} %",
     )
-    report.check(
-        "the fit misses COR by more than a quarter",
-        misses["coefficient_of_restitution"] > 0.25,
-        f"{misses['coefficient_of_restitution'] * 100:+.1f} %",
-    )
+    claim = "the fit misses COR by more than a quarter"
+    report.check(claim, restitution > 0.25, f"{restitution * 100:+.1f} %")
     report.say(
         "Verdict: k = 1e6 N/m and b = 9 N·s/m reproduce how hard and how long the finite-element "
-        "ball pushes "
-        f"(force {misses['max_force'] * 100:+.1f} %, time {misses['contact_time'] * 100:+.1f} %), "
+        f"ball pushes (force {force * 100:+.1f} %, time {time * 100:+.1f} %), "
         "but not what it gives back: the model returns "
         f"{model['energy_efficiency'] * 100:.1f} % of the kinetic energy, the paper's figures "
         f"{(1.0 - numbers['energy lost']) * 100:.1f} %, and COR is "

@@ -11,9 +11,8 @@ def run(fmu):
     report = Report(TITLE, fmu)
     curves = []
     with document_fmu() as euler:
-        for name, look, ((k, b), printed) in zip(
-            ("new", "old"), ("baseline", "less"), document.OLD_BALL.items(), strict=True
-        ):
+        for name, look, k, b in (("new", "baseline", 1e6, 9.0), ("old", "less", 0.5e6, 12.0)):
+            printed = document.OLD_BALL[k, b]
             exact = report.impact(name, printed, k=k, b=b)
             title = f"{name} ball: k = {k / 1e6:g}e6 N/m, b = {b:g} N·s/m"
             report.compare(title, printed, euler.as_printed(k=k, b=b), exact)

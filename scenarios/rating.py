@@ -35,47 +35,40 @@ def run(fmu):
         [["k (1e5 N/m)", *(f"{rating_stiffness(rating) / 1e5:.2f}" for rating in _RATINGS)]],
     )
 
+    speeds = sorted({*_SPEEDS, *_IN_BAND.values()})
+
     def impacts(how, **changes):
-        return {
-            (name, speed): report.impact(
-                f"{name}, {how}, {speed:g} m/s",
-                **{**BALLS[name].values, "club_speed": speed, **changes},
-            )
-            for name in _PRESETS
-            for speed in sorted({*_SPEEDS, *_IN_BAND.values()})
-        }
+        cases = {}
+        for name in _PRESETS:
+            for speed in speeds:
+                values = {**BALLS[name].values, "club_speed": speed, **changes}
+                cases[name, speed] = report.impact(f"{name}, {how}, {speed:g} m/s", **values)
+        return cases
 
     line = impacts("COR line")
     fixed = impacts("b = 9", restitution_at_rest=0.0, restitution_slope=0.0, b=9.0)
     rows = []
     for speed in _IN_BAND.values():
         for name in _PRESETS:
-            metrics = line[name, speed]
+            metrics, smash = line[name, speed], fixed[name, speed]["smash_factor"]
             diameters = metrics["max_compression"] / document.USED["ball_diameter"]
-            rows.append(
-                [
-                    f"{name.removeprefix('rating-')}, {speed:g} m/s",
-                    *(shown(metric, metrics[metric]) for metric in _COLUMNS),
-                    f"{diameters:.3f}",
-                    shown("smash_factor", fixed[name, speed]["smash_factor"]),
-                ]
-            )
+            values = [shown(metric, metrics[metric]) for metric in _COLUMNS]
+            values += [f"{diameters:.3f}", shown("smash_factor", smash)]
+            rows.append([f"{name.removeprefix('rating-')}, {speed:g} m/s", *values])
     report.table(
         "What it predicts: COR falling with speed as measured, the same for all ratings",
         ["rating, club speed", *_COLUMNS.values(), "compression / D", "S if b = 9 N·s/m"],
         rows,
     )
     for band, speed in _IN_BAND.items():
-        softest_first = [(name, speed) for name in _PRESETS]
-
-        def by_rating(cases, metric, keys=softest_first):
-            return [cases[key][metric] for key in keys]
-
-        report.rises(f"{band}: a higher rating pushes harder", by_rating(line, "max_force"))
-        report.falls(f"{band}: its contact is shorter", by_rating(line, "contact_time"))
-        report.falls(f"{band}: it is compressed less", by_rating(line, "max_compression"))
-        report.stays(f"{band}: with one COR, S is the same", by_rating(line, "smash_factor"))
-        report.rises(f"{band}: with one b, S rises", by_rating(fixed, "smash_factor"))
+        for claim, trend, cases, metric in (
+            ("a higher rating pushes harder", report.rises, line, "max_force"),
+            ("its contact is shorter", report.falls, line, "contact_time"),
+            ("it is compressed less", report.falls, line, "max_compression"),
+            ("with one COR, S is the same", report.stays, line, "smash_factor"),
+            ("with one b, S rises", report.rises, fixed, "smash_factor"),
+        ):
+            trend(f"{band}: {claim}", [cases[name, speed][metric] for name in _PRESETS])
     at = _IN_BAND["moderate"]
     gain = fixed["rating-high", at]["ball_velocity"] - fixed["rating-low", at]["ball_velocity"]
     report.say(
@@ -101,21 +94,15 @@ def run(fmu):
             left.plot(_SPEEDS, smash, **look, label=BALLS[name].title)
             right.plot(_SPEEDS, squashed, **look)
         smash = [line[_PRESETS[0], speed]["smash_factor"] for speed in _SPEEDS]
-        left.plot(
-            _SPEEDS, smash, color=figures.BLACK, ls=":", label="every rating, measured COR line"
-        )
+        look = {"color": figures.BLACK, "ls": ":"}
+        left.plot(_SPEEDS, smash, **look, label="every rating, measured COR line")
         left.annotate("each rating with b = 9 N·s/m", (21.0, 1.555), fontsize=9)
         for axes in (left, right):
             for edge in _BANDS:
                 axes.axvline(edge, color=figures.BLACK, alpha=0.4, lw=1.0, ls=":")
+            low = axes.get_xaxis_transform()
             for band, x in zip(_IN_BAND, (28.0, 40.3, 52.0), strict=True):
-                axes.annotate(
-                    band,
-                    (x, 0.02),
-                    xycoords=axes.get_xaxis_transform(),
-                    ha="center",
-                    fontsize=9,
-                )
+                axes.annotate(band, (x, 0.02), xycoords=low, ha="center", fontsize=9)
             axes.set_xlabel("club speed (m/s); dotted: 130 and 160 km/h")
         left.set_ylabel("smash factor S")
         right.set(ylabel="largest compression (mm)", ylim=(0, None))

@@ -55,15 +55,12 @@ def run(fmu):
         if name != "penner":
             report.stays(f"{name}: COR is the same at every speed", over_speed(name, cor))
     elastic = closed_forms.elastic_smash_factor(document.USED["m_club"], document.USED["m_ball"])
-    for speed, e, s in zip(
-        _SPEEDS, over_speed("penner", cor), over_speed("penner", smash), strict=True
-    ):
-        line = measured.PENNER_AT_REST - measured.PENNER_SLOPE * speed
-        report.check_close(f"penner: COR at {speed:g} m/s is the measured line's", e, line, 1e-12)
-        expected = 0.5 * (1.0 + line) * elastic
-        report.check_close(
-            f"penner: S at {speed:g} m/s is (1 + COR)/(1 + m_B/m_C)", s, expected, 1e-12
-        )
+    line = [measured.PENNER_AT_REST - measured.PENNER_SLOPE * speed for speed in _SPEEDS]
+    for speed, metrics, e in zip(_SPEEDS, impacts["penner"], line, strict=True):
+        claim = f"penner: COR at {speed:g} m/s is the measured line's"
+        report.check_close(claim, metrics[cor], e, 1e-12)
+        claim = f"penner: S at {speed:g} m/s is (1 + COR)/(1 + m_B/m_C)"
+        report.check_close(claim, metrics[smash], 0.5 * (1.0 + e) * elastic, 1e-12)
     report.stays("a linear law's contact time is the same", over_speed("roh-lee-linear", time))
     report.falls("a power law's contact is shorter at speed", over_speed("roh-lee", time))
     report.falls("so it is with a COR that falls", over_speed("penner", time))
@@ -73,11 +70,8 @@ def run(fmu):
         message = ""
     except UserError as error:
         message = str(error)
-    report.check(
-        f"penner: {too_fast:.0f} m/s, where the line is below 0, is refused at touch",
-        "restitution_slope" in message,
-        message or "it wasn't",
-    )
+    claim = f"penner: {too_fast:.0f} m/s, where the line is below 0, is refused at touch"
+    report.check(claim, "restitution_slope" in message, message or "it wasn't")
     lost = impacts["penner"][0][smash] - impacts["penner"][-1][smash]
     report.say(
         "With k and b fixed no law here has a COR that depends on speed; measured, it falls by "
@@ -102,11 +96,9 @@ def run(fmu):
             for axes, metric in ((left, cor), (right, smash)):
                 axes.plot(_SPEEDS, over_speed(name, metric), **look.line, lw=width, label=words)
         ratio = 1.0 + document.USED["m_ball"] / document.USED["m_club"]
-        line = [measured.PENNER_AT_REST - measured.PENNER_SLOPE * speed for speed in _SPEEDS]
-        for axes, values in ((left, line), (right, [(1.0 + e) / ratio for e in line])):
-            axes.plot(
-                _SPEEDS, values, color=figures.BLACK, ls=":", lw=1.5, label="measured line (Penner)"
-            )
+        dots = {"color": figures.BLACK, "ls": ":", "lw": 1.5, "label": "measured line (Penner)"}
+        left.plot(_SPEEDS, line, **dots)
+        right.plot(_SPEEDS, [(1.0 + e) / ratio for e in line], **dots)
         for face, mark in (("rigid", "o"), ("springy", "^")):
             label = f"published, {face} face"
             for m in measured.MEASUREMENTS:
@@ -114,17 +106,12 @@ def run(fmu):
                     continue
                 # One is the other: S = (1 + COR)/(1 + m_B/m_C).
                 e = m.middle if m.metric == cor else ratio * m.middle - 1.0
+                points = {"color": figures.BLACK, "ms": 6, "label": label, "zorder": 5}
+                words = {"textcoords": "offset points", "fontsize": 9, "zorder": 5}
                 for axes, value in ((left, e), (right, (1.0 + e) / ratio)):
-                    point = (m.club_speed, value)
-                    axes.plot(*point, mark, color=figures.BLACK, ms=6, label=label, zorder=5)
-                    axes.annotate(
-                        m.short,
-                        point,
-                        _BESIDE.get(m.short, (8, -4)),
-                        textcoords="offset points",
-                        fontsize=9,
-                        zorder=5,
-                    )
+                    at = m.club_speed, value
+                    axes.plot(*at, mark, **points)
+                    axes.annotate(m.short, at, _BESIDE.get(m.short, (8, -4)), **words)
                 label = ""
         left.set(xlabel="club speed (m/s)", ylabel="coefficient of restitution", ylim=(0.6, 1.0))
         right.set(xlabel="club speed (m/s)", ylabel="smash factor S")
