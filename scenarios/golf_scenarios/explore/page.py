@@ -14,7 +14,7 @@ from golf_scenarios.errors import UserError
 from golf_scenarios.explore import cases, readouts
 from golf_scenarios.explore.controls import SPEEDS, Controls
 from golf_scenarios.explore.impact import Impact, explored, swept
-from golf_scenarios.explore.parts import LAYOUT, STYLED, WIDE, aria, script
+from golf_scenarios.explore.parts import LAYOUT, STYLED, THEME, WIDE, aria, script
 from golf_scenarios.explore.pictures import Pictures
 from golf_scenarios.explore.pins import Pins
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
@@ -52,7 +52,6 @@ class Page:
         }
         self.impact: Impact
         self.wish = dict(self.defaults)
-        self.runs = 0
         self._control, self._waiting = "law", False
         self.controls = Controls(self.want, self._in_unit, self.defaults)
         self.pins = Pins(self.pin, lambda values: self.want(values, "law"))
@@ -95,7 +94,7 @@ class Page:
         dark.js_on_change("active", script("dark", figures=figures))
         self.document.js_on_event("document_ready", script("ready", dark=dark), pictures.move)
         self.document.title = "Golf impact"
-        self.document.template = LAYOUT
+        self.document.template, self.document.theme = LAYOUT, THEME
         actions = (pins.button, self.controls.unit, copy, downloads, dark)
         # Bokeh looks through all models once, not once a root.
         with self.document.models.freeze():
@@ -159,7 +158,6 @@ class Page:
             name = about if about in self.controls.refusals else self._control
             self.controls.refuse(name, str(error))
             return
-        self.runs += 1
         values = self.impact.values
         changed = cases.changed(values, self.defaults)
         self.controls.show(values, cases.ball_of(values, self.defaults))

@@ -4,11 +4,15 @@ from pathlib import Path
 from typing import Any
 
 from bokeh.models import CustomJS
+from bokeh.themes import Theme
 
 _HERE = Path(__file__).parent
 
 #: The page's layout: a template, in which `roots` are the document's.
 LAYOUT = (_HERE / "page.html").read_text("utf-8")
+
+#: How figures look.
+THEME = Theme(filename=str(_HERE / "figures.yaml"))
 
 #: Options of a component in the page's style, and of one that is as wide as its place.
 STYLED: dict[str, Any] = {"stylesheets": [(_HERE / "shadow.css").read_text("utf-8")]}

@@ -28,8 +28,8 @@ from golf_scenarios.report.looks import BLUE, GREEN, ORANGE, SKY, VERMILION
 #: Of the animation: width to height of what it shows, and its height in ball diameters.
 ASPECT, DIAMETERS = 7.0, 1.35
 
-#: The page shines through; the colours of text, axes and grid are in page.html.
-_THROUGH = dict.fromkeys(("background_fill_color", "border_fill_color", "outline_line_color"))
+#: Units in which SI numbers are shown along axes, each with its SI units.
+_UNITS = {"µs": 1e-6, "mm": 1e-3, "kN": 1e3}
 
 _DOT: dict[str, Any] = {"size": 9, "line_color": "white"}
 
@@ -55,15 +55,15 @@ class Pictures:
             **aria("Time, from before touch to after separation"),
         )
         self.play = Toggle(name="play", label="▶ Play", syncable=False, width=80, **STYLED)
-        note: dict[str, Any] = {"x": 0, "y": 0, "text": "", "text_font_size": "12px"}
-        self.peak = Label(text_align="center", text_baseline="bottom", y_offset=3, **note)
-        self.area = Label(text_baseline="top", **note)
+        middle: dict[str, Any] = {"text_align": "center", "text_baseline": "bottom"}
+        self.peak = Label(x=0, y=0, text="", y_offset=3, **middle)
+        self.area = Label(x=0, y=0, text="", text_baseline="top")
         self.figures = {
             "force": self._force(),
             "loop": self._loop(),
             "energies": self._energies(),
-            "velocities": self._bodies("Velocities", "velocity (m/s)", "shown", 1.0),
-            "positions": self._bodies("Positions", "position (mm)", "position", 1e-3),
+            "velocities": self._bodies("Velocities", "velocity (m/s)", "shown"),
+            "positions": self._bodies("Positions", "position (mm)", "position"),
             "sweep": self._sweep(),
             "animation": self._animation(),
         }
@@ -138,7 +138,7 @@ class Pictures:
     # How they look
 
     def _force(self) -> Any:
-        picture = self._over_time("Contact force", "force (kN)", self.force, 1e3)
+        picture = self._over_time("Contact force", "force (kN)", self.force)
         picture.varea("time", 0, "force", source=self.path, fill_color=SKY, fill_alpha=0.35)
         self._pinned(picture, "time", "force")
         _line(picture, self.path, "time", "force", BLUE)
@@ -149,7 +149,6 @@ class Pictures:
         columns = "compression", "force"
         labels = "compression (mm)", "force (kN)"
         picture = _picture("Force over compression", *labels, Range1d(0, 1), self.force)
-        _scale(picture, 1e-3, 1e3)
         picture.patch(*columns, source=self.path, color=SKY, fill_alpha=0.35, line_alpha=0)
         self._pinned(picture, *columns)
         _line(picture, self.path, *columns, BLUE)
@@ -164,16 +163,18 @@ class Pictures:
         look = {"color": list(colours.values()), "fill_alpha": 0.75, "legend_label": names}
         picture.varea_stack(columns, x="time", source=self.path, **look)
         picture.legend[0].items.reverse()
-        return self._with_cursor(_legend(picture, "center_left"))
+        picture.legend.location = "center_left"
+        return self._with_cursor(picture)
 
-    def _bodies(self, title: str, label: str, what: str, scale: float) -> Any:
-        picture = self._over_time(title, label, Range1d(0, 1), scale)
+    def _bodies(self, title: str, label: str, what: str) -> Any:
+        picture = self._over_time(title, label, Range1d(0, 1))
         club, ball = f"club_{what}", f"ball_{what}"
         self._pinned(picture, "time", club, "dashed")
         self._pinned(picture, "time", ball)
         _line(picture, self.path, "time", club, ORANGE, "dashed", legend_label="club")
         _line(picture, self.path, "time", ball, BLUE, legend_label="ball")
-        return self._with_cursor(_legend(picture, "top_left"), club, ball)
+        picture.legend.location = "top_left"
+        return self._with_cursor(picture, club, ball)
 
     def _sweep(self) -> Any:
         picture = _picture("S and COR over", "club speed", "S, COR", Range1d(0, 1), Range1d(0, 2))
@@ -181,13 +182,14 @@ class Pictures:
         _line(picture, self.swept, "x", smash, BLUE, legend_label="S")
         _line(picture, self.swept, "x", restitution, GREEN, "dashed", legend_label="COR")
         picture.scatter("x", "y", source=self.here, color=BLUE, **_DOT)
-        return _legend(picture, "bottom_left")
+        picture.legend.location = "bottom_left"
+        return picture
 
     def _animation(self) -> Any:
         picture = figure(
             **{"x_range": Range1d(-1, 1), "y_range": Range1d(-1, 1)},
             **{"sizing_mode": "scale_width", "aspect_ratio": ASPECT, "min_border": 0},
-            **{"tools": "", "toolbar_location": None, **_THROUGH},
+            **{"tools": "", "toolbar_location": None},
             **aria("Club and ball, to scale", role="img"),
         )
         picture.axis.visible = picture.grid.visible = False
@@ -201,10 +203,8 @@ class Pictures:
         picture.ellipse(y=0, source=self.cursor, **ball)
         return picture
 
-    def _over_time(self, title: str, label: str, y_range: Range1d, scale: float = 1.0) -> Any:
-        picture = _picture(title, "time since touch (µs)", label, self.time, y_range)
-        _scale(picture, 1e-6, scale)
-        return picture
+    def _over_time(self, title: str, label: str, y_range: Range1d) -> Any:
+        return _picture(title, "time since touch (µs)", label, self.time, y_range)
 
     def _pinned(self, picture: Any, x: str, y: str, dash: str = "solid") -> None:
         look = {"line_color": "color", "line_width": 1.5, "line_dash": dash}
@@ -228,25 +228,14 @@ def _picture(title: str, x_label: str, y_label: str, x_range: Range1d, y_range: 
         **{"title": title, "x_axis_label": x_label, "y_axis_label": y_label},
         **{"x_range": x_range, "y_range": y_range, "sizing_mode": "stretch_both"},
         **{"tools": "box_zoom,reset,save", "toolbar_location": "above"},
-        **{"min_width": 150, "min_height": 120, "min_border": 2, **_THROUGH},
+        **{"min_width": 150, "min_height": 120, "min_border": 2},
         **aria(f"{title}: {y_label} over {x_label}", role="img"),
     )
-    picture.toolbar.update(autohide=True, logo=None)
-    picture.title.text_font_size = "13px"
-    for axis in (*picture.xaxis, *picture.yaxis):
-        axis.update(axis_label_text_font_size="11px", axis_label_text_font_style="normal")
-        axis.update(axis_label_standoff=2, major_label_text_font_size="11px")
-        axis.minor_tick_line_color = None
-        axis.ticker.desired_num_ticks = 5
-    return picture
-
-
-def _scale(picture: Any, *units: float) -> None:
-    """Show SI numbers along x and y in units that have so many SI units."""
-    for axis, unit in zip((picture.xaxis, picture.yaxis), units):
-        if unit != 1.0:
+    for axes, label in ((picture.xaxis, x_label), (picture.yaxis, y_label)):
+        if unit := _UNITS.get(label.rpartition("(")[2].removesuffix(")")):
             code = f"return String(Number((tick / {unit:g}).toPrecision(6)))"
-            axis.formatter = CustomJSTickFormatter(code=code)
+            axes.formatter = CustomJSTickFormatter(code=code)
+    return picture
 
 
 def _line(
@@ -254,14 +243,6 @@ def _line(
 ) -> None:
     look = {"line_color": colour, "line_dash": dash, "line_width": 2.5, **label}
     picture.line(x, y, source=data, **look)
-
-
-def _legend(picture: Any, place: str) -> Any:
-    picture.legend.update(
-        **{"location": place, "padding": 2, "margin": 4, "spacing": 0, "glyph_width": 18},
-        **{"label_text_font_size": "11px", "background_fill_alpha": 0, "border_line_alpha": 0},
-    )
-    return picture
 
 
 def _loop_words(impact: Impact) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 # Figures are written to files: no screen is looked for, whatever the user's own backend is.
@@ -26,23 +27,7 @@ with held():
     from matplotlib.colors import LinearSegmentedColormap, to_hex
     from matplotlib.figure import Figure
 
-plt.rcParams.update(
-    {
-        "axes.formatter.useoffset": False,
-        "axes.grid": True,
-        "axes.spines.right": False,
-        "axes.spines.top": False,
-        "axes.titlelocation": "left",
-        "axes.titleweight": "bold",
-        "figure.constrained_layout.use": True,
-        "figure.dpi": 130,
-        "font.size": 10.5,
-        "grid.alpha": 0.35,
-        "grid.linewidth": 0.6,
-        "legend.frameon": False,
-        "lines.linewidth": 2.0,
-    }
-)
+plt.style.use(Path(__file__).with_suffix(".mplstyle"))
 
 
 def new(title: str, size: tuple[float, float] = (7.2, 4.4)) -> tuple[Figure, Axes]:
