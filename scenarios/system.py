@@ -153,12 +153,11 @@ def _show_order(report, delayed, repeated, mass):
     heads = ("head (m/s), delayed", "energy off (J)", "head (m/s), repeated", "energy off (J)")
     rows = zip(map(_micro, steps), *columns)
     report.table("What one step's delay costs (law 2)", ["step", *heads], rows)
-    for claim, way, low, high in (
-        ("with one step's delay the error is of first order in the step", "delayed", 0.9, 1.1),
-        ("without the delay it is of second order", "repeated", 1.6, 2.4),
-    ):
-        measured = f"order {orders[way]:.2f} from 200 to 10 µs"
-        report.check(claim, low < orders[way] < high, measured)
+    words = {way: f"order {order:.2f} from 200 to 10 µs" for way, order in orders.items()}
+    claim = "with one step's delay the error is of first order in the step"
+    report.check(claim, 0.9 < orders["delayed"] < 1.1, words["delayed"])
+    claim = "without the delay it is of second order"
+    report.check(claim, 1.6 < orders["repeated"] < 2.4, words["repeated"])
     ball, club, smash = (
         path[f"ClubBallImpact.{name}"][-1]
         for name in ("ball_velocity", "club_velocity", "smash_factor")
@@ -197,20 +196,16 @@ def _show_shaft(report, path, swing):
     fmu, case = report.fmu, report.cases[_name(STEPS[-1])]
     speed = case["ball_velocity"] / case["smash_factor"]
     head, acting, rigid = 0.2, float(path["Swing.effective_mass"][0]), _rigid_shaft(swing)
-    hitting = {
-        "the head alone": head,
-        "with club and arms behind it, as in the swing": acting,
-        "the same, the shaft a rigid rod": rigid,
-    }
-    balls = {
-        mass: fmu.impact(("ball_velocity",), law=2, m_club=mass, club_speed=speed)["ball_velocity"]
-        for mass in hitting.values()
-    }
-    more = {mass: (ball / balls[head] - 1.0) * 100.0 for mass, ball in balls.items()}
-    rows = [
-        [what, f"{mass:.4f}", f"{balls[mass]:.3f}", f"{more[mass]:+.2f} %"]
-        for what, mass in hitting.items()
-    ]
+    rows, balls, more = [], {}, {}
+    for what, mass in (
+        ("the head alone", head),
+        ("with club and arms behind it, as in the swing", acting),
+        ("the same, the shaft a rigid rod", rigid),
+    ):
+        given = {"law": 2, "m_club": mass, "club_speed": speed}
+        balls[mass] = fmu.impact(("ball_velocity",), **given)["ball_velocity"]
+        more[mass] = (balls[mass] / balls[head] - 1.0) * 100.0
+        rows.append([what, f"{mass:.4f}", f"{balls[mass]:.3f}", f"{more[mass]:+.2f} %"])
     columns = ["what hits the ball", "mass (kg)", "ball (m/s)", "more than the head"]
     report.table("Does the ball feel the shaft? (law 2)", columns, rows)
     report.check(
@@ -223,11 +218,10 @@ def _show_shaft(report, path, swing):
         f"After the impact the swing's head has {path['Swing.head_speed'][after]:.2f} m/s, the "
         f"free head of ClubBallImpact {case['club_velocity']:.2f}. Both gave the same momentum; "
         f"but the swing's head acts like {acting * 1e3:.1f} g, the free one has "
-        f"{fmu.default('m_club') * 1e3:.0f} g, and law 1 drags it, too. "
-        "Of the swing's, 200 g are the head: club and arms add "
-        f"{acting * 1e3 - 200:.1f} g, and {more[acting]:.1f} % to the ball's speed. The source "
-        "lumps the club's mass in one point; a shaft that is a rigid rod adds "
-        f"{rigid * 1e3 - 200:.0f} g and {more[rigid]:.1f} %. A real shaft bends, so the ball "
+        f"{fmu.default('m_club') * 1e3:.0f} g, and law 1 drags it, too. Of the swing's, 200 g are "
+        f"the head: club and arms add {acting * 1e3 - 200:.1f} g, and {more[acting]:.1f} % to the "
+        "ball's speed. The source lumps the club's mass in one point; a shaft that is a rigid rod "
+        f"adds {rigid * 1e3 - 200:.0f} g and {more[rigid]:.1f} %. A real shaft bends, so the ball "
         "feels less than that of it."
     )
 
@@ -236,11 +230,9 @@ def _draw_swing(report, runs, swing):
     coarse, fine = runs[STEPS[0]], runs[STEPS[-1]]
     touch = report.cases[_name(STEPS[-1])]["touch_time"]
 
-    def near(path, column, begin, end):
-        """Time since touch (ms) and a column, from `begin` to `end` ms."""
-        milli = (path["time"] - touch) * 1e3
-        shown = (milli > begin) & (milli < end)
-        return milli[shown], path[column][shown]
+    def milli(path):
+        """Time since touch, ms."""
+        return (path["time"] - touch) * 1e3
 
     @report.figure(
         "system_swing",
@@ -276,10 +268,8 @@ def _draw_swing(report, runs, swing):
     )
     def speeds(figures):
         figure, axes = figures.new("Speeds through the impact")
-        ball, club, swinging = (
-            *("ClubBallImpact.ball_velocity", "ClubBallImpact.club_velocity"),
-            "Swing.head_speed",
-        )
+        ball, club = "ClubBallImpact.ball_velocity", "ClubBallImpact.club_velocity"
+        swinging = "Swing.head_speed"
         points = {"color": figures.VERMILION, "ls": ":", "marker": "o", "lw": 1.4, "ms": 5}
         for path, column, look, label in (
             (fine, ball, figures.LOOKS["ball"].line, "ball"),
@@ -287,7 +277,8 @@ def _draw_swing(report, runs, swing):
             (fine, swinging, {"color": figures.BLACK}, "swing, 10 µs"),
             (coarse, swinging, points, "swing, 1 ms"),
         ):
-            axes.plot(*near(path, column, -1.2, 3.6), **look, label=label)
+            near = milli(path) > -1.2
+            axes.plot(milli(path)[near], path[column][near], **look, label=label)
         for column, above in ((swinging, 5), (club, -15)):
             speed = fine[column][np.argmax(fine["time"] > touch + 2.6e-3)]
             at, words = (2.62, speed), f"{speed:.1f} m/s"
@@ -304,16 +295,13 @@ def _draw_swing(report, runs, swing):
     )
     def force(figures):
         figure, axes = figures.new("Force: what a step of 1 ms hands over has the same area")
-        milli, newton = near(fine, "ClubBallImpact.force", -0.7, 2.2)
-        axes.plot(milli, newton / 1e3, color=figures.BLUE, label="force")
-        ends = (coarse["time"] - touch) * 1e3
+        curve = fine["ClubBallImpact.force"] / 1e3
+        axes.plot(milli(fine), curve, color=figures.BLUE, label="force")
+        ends = milli(coarse)
         mean = coarse["ClubBallImpact.mean_force"] / 1e3
-        for late, color, label in (
-            (0.0, figures.VERMILION, "mean_force at 1 ms"),
-            (1.0, figures.GREEN, "felt by the swing"),
-        ):
-            edges = np.append(ends[0] - 1.0, ends) + late
-            axes.stairs(mean, edges, color=color, lw=2, label=label)
+        edges = np.append(ends[0] - 1.0, ends)
+        axes.stairs(mean, edges, color=figures.VERMILION, lw=2, label="mean_force at 1 ms")
+        axes.stairs(mean, edges + 1.0, color=figures.GREEN, lw=2, label="felt by the swing")
         axes.set(xlabel="time since touch (ms)", ylabel="force on the ball (kN)")
         axes.set(xlim=(-0.7, 2.2), ylim=(-0.3, None))
         figures.legend_above(axes, columns=3)

@@ -53,21 +53,13 @@ def from_query(arguments: Mapping[str, Sequence[bytes]]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Example:
-    """A case that is one click away.
+    """A case that is one click away."""
 
-    Attributes:
-        name: on its button.
-        values: inputs and parameters that aren't the FMU's start values.
-        printed: what is published of it, by metric, as it is shown.
-        source: where.
-        beside: another case that is pinned to be compared with.
-    """
-
-    name: str
-    values: Mapping[str, float]
-    printed: Mapping[str, str]
-    source: str = "document"
-    beside: Mapping[str, float] | None = None
+    name: str  #: on its button
+    values: Mapping[str, float]  #: inputs and parameters that aren't the FMU's start values
+    printed: Mapping[str, str]  #: what is published of it, by metric, as it is shown
+    source: str = "document"  #: where
+    beside: Mapping[str, float] | None = None  #: a case that is pinned to be compared with
 
     @property
     def look(self) -> str:

@@ -23,20 +23,15 @@ SPEEDS = {"m/s": Decimal(1), "mph": Decimal("0.44704"), "km/h": 1 / Decimal("3.6
 class Quantity:
     """An input or parameter as it is set here.
 
-    Attributes:
-        name: the FMU's.
-        label: in words.
-        unit: in which it is shown; that of `SPEEDS` that the user chose, if it is a speed.
-        scale: that unit in SI.
-        low, high, step: of its slider, in that unit; without one, there is a field alone. What a
-            slider offers is what golf needs; a field takes all that the FMU does.
+    What a slider offers is what golf needs; a field takes all that the FMU does. Without a step
+    there is a field alone.
     """
 
-    name: str
-    label: str
-    unit: str = ""
-    scale: Decimal = Decimal(1)
-    low: float = 0.0
+    name: str  #: the FMU's
+    label: str  #: in words
+    unit: str = ""  #: in which it is shown; of a speed that which the user chose
+    scale: Decimal = Decimal(1)  #: that unit in SI
+    low: float = 0.0  #: of its slider, in that unit, as the next two
     high: float = 0.0
     step: float = 0.0
 

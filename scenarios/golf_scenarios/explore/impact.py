@@ -22,22 +22,15 @@ SWEPT = 25
 
 @dataclass(frozen=True)
 class Impact:
-    """What the page shows of a case; SI units.
+    """What the page shows of a case; SI units."""
 
-    Attributes:
-        values: all inputs and parameters.
-        metrics: the FMU's and those derived from them, by the names of results.json.
-        path: columns by name, arrays of one shape: time since touch, the FMU's outputs (positions
-            from where the bodies touch), energies, and what the animation draws.
-        touched: whether the bodies ever meet.
-        separated: whether they part.
-    """
-
-    values: dict[str, float]
-    metrics: dict[str, float]
+    values: dict[str, float]  #: all inputs and parameters
+    metrics: dict[str, float]  #: the FMU's and those derived, by the names of results.json
+    #: Columns by name, arrays of one shape: time since touch, the FMU's outputs (positions from
+    #: where the bodies touch), energies, and what the animation draws.
     path: dict[str, np.ndarray]
-    touched: bool
-    separated: bool
+    touched: bool  #: whether the bodies ever meet
+    separated: bool  #: whether they part
 
 
 def explored(fmu: ImpactFmu, values: Mapping[str, float]) -> Impact:

@@ -78,12 +78,9 @@ class Pictures:
     # What they show
 
     def show(self, impact: Impact, speed: tuple[str, float], pinned_end: float) -> None:
-        """Draw a case.
+        """Draw a case, with room for pinned curves to this end (s).
 
-        Args:
-            impact: the case.
-            speed: unit of speeds, and its number in 1 m/s.
-            pinned_end: the end of the longest pinned curve, s.
+        Speeds are shown in a unit, given with its number in 1 m/s.
         """
         unit, factor = speed
         path, metrics, figures = impact.path, impact.metrics, self.figures
@@ -117,13 +114,9 @@ class Pictures:
         figures["animation"].x_range.update(start=-0.28 * width, end=0.72 * width)
 
     def show_sweep(self, swept: Mapping[str, Any], label: str, scale: float, here: float) -> None:
-        """Draw S and COR over one variable.
+        """Draw `impact.swept`'s S and COR over one variable, and its present value (SI).
 
-        Args:
-            swept: `impact.swept`'s.
-            label: of the variable, with its unit.
-            scale: that unit in SI.
-            here: the present value, SI.
+        The variable is shown in a unit that has so many SI units; the label names it.
         """
         x, xs = here / scale, swept["x"] / scale
         self.swept.data = {**swept, "x": xs}

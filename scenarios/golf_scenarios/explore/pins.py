@@ -99,13 +99,9 @@ class Pins:
     def add(
         self, impact: Impact, curves: dict[str, Any], name: str, changed: dict[str, float]
     ) -> None:
-        """Keep a case: its metrics, its curves, its values.
+        """Keep a case: its metrics, its curves (`Pictures.path.data`), its values.
 
-        Args:
-            impact: the case.
-            curves: `Pictures.path.data`.
-            name: of the pin; what is changed by default.
-            changed: the values that aren't the FMU's start values.
+        Without a name it is called by what is changed: the values that aren't start values.
         """
         if self.full:
             return

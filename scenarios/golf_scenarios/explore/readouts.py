@@ -35,13 +35,9 @@ _UNITS = {
 
 
 def table(impact: Impact, example: Example | None, unit: str, factor: float) -> str:
-    """The read-outs as HTML, with what is published beside them.
+    """The read-outs as HTML, with what is published of the example that the case may be.
 
-    Args:
-        impact: the case.
-        example: the one that it is, if it is one.
-        unit: of speeds.
-        factor: that unit's number in 1 m/s.
+    Speeds are shown in a unit of which 1 m/s has so many.
     """
     scales = {"ball_velocity": factor, "club_velocity": factor, "max_compression": 1e3}
     scales |= {"contact_time": 1e6, "time_of_max_force": 1e6}

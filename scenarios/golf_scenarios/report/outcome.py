@@ -31,26 +31,18 @@ class Check:
 
 @dataclass
 class Outcome:
-    """All that one scenario found.
-
-    Attributes:
-        title: one line.
-        cases: metrics by case; what results.json holds.
-        commands: by case, the line that reopens it in `golf-impact explore`.
-        tables: in the order in which they are shown.
-        checks: what was claimed and whether it holds.
-        trajectories: by file name without suffix: columns by name, arrays of one shape (n,).
-        figures: by file name without suffix: a function that draws it, with the module `figures`.
-        captions: of figures that have one, by the same names: what there is to see.
-        words: the conclusions.
-    """
+    """All that one scenario found; figures and trajectories by file name without suffix."""
 
     title: str
+    #: Metrics by case; what results.json holds.
     cases: dict[str, dict[str, float]] = field(default_factory=dict)
+    #: By case, the line that reopens it in `golf-impact explore`.
     commands: dict[str, str] = field(default_factory=dict)
     tables: list[Table] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
+    #: Columns by name, arrays of one shape (n,).
     trajectories: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
+    #: Functions that draw them, with the module `figures`, and what there is to see.
     figures: dict[str, Callable[[Any], Figure]] = field(default_factory=dict)
     captions: dict[str, str] = field(default_factory=dict)
     words: list[str] = field(default_factory=list)

@@ -43,12 +43,7 @@ def derived(outputs: Metrics, given: Mapping[str, float]) -> Metrics:
 
 
 class Report(Outcome):
-    """An outcome in the making.
-
-    Args:
-        title: one line.
-        fmu: the FMU in use.
-    """
+    """An outcome in the making, with the FMU in use."""
 
     def __init__(self, title: str, fmu: ImpactFmu) -> None:
         super().__init__(title)
@@ -159,13 +154,10 @@ class Report(Outcome):
     def figure(
         self, name: str, caption: str = ""
     ) -> Callable[[Callable[[Any], Any]], Callable[[Any], Any]]:
-        """A figure by its file name: decorates a function that draws it.
+        """A figure by its file name without suffix: decorates a function that draws it.
 
         The function gets the module `golf_scenarios.report.figures`, when somebody wants to see it.
-
-        Args:
-            name: of the file, without suffix.
-            caption: what there is to see, in a sentence.
+        The caption says what there is to see, in a sentence.
         """
 
         def keep(draw: Callable[[Any], Any]) -> Callable[[Any], Any]:
