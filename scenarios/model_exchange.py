@@ -163,8 +163,8 @@ def _check(report, ways):
 
 def _slope(ways):
     """The power of its setting with which the ball's error in speed falls: a fit over all ways."""
-    points = [(one.setting, one.speed_error) for one in ways]
-    return float(np.polyfit(*np.log(points).T, 1)[0])
+    settings, errors = np.log([(one.setting, one.speed_error) for one in ways]).T
+    return float(np.polyfit(settings, errors, 1)[0])
 
 
 def _conclude(report, ways):

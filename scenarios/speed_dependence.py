@@ -107,11 +107,11 @@ def run(fmu):
                 # One is the other: S = (1 + COR)/(1 + m_B/m_C).
                 e = m.middle if m.metric == cor else ratio * m.middle - 1.0
                 points = {"color": figures.BLACK, "ms": 6, "label": label, "zorder": 5}
-                words = {"textcoords": "offset points", "fontsize": 9, "zorder": 5}
+                beside = {"textcoords": "offset points", "fontsize": 9, "zorder": 5}
                 for axes, value in ((left, e), (right, (1.0 + e) / ratio)):
                     at = m.club_speed, value
                     axes.plot(*at, mark, **points)
-                    axes.annotate(m.short, at, _BESIDE.get(m.short, (8, -4)), **words)
+                    axes.annotate(m.short, at, _BESIDE.get(m.short, (8, -4)), **beside)
                 label = ""
         left.set(xlabel="club speed (m/s)", ylabel="coefficient of restitution", ylim=(0.6, 1.0))
         right.set(xlabel="club speed (m/s)", ylabel="smash factor S")

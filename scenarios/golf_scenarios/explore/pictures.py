@@ -9,16 +9,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from bokeh import models
 from bokeh.events import MouseMove
-from bokeh.models import (
-    ColumnDataSource,
-    CustomJSTickFormatter,
-    Div,
-    Label,
-    Range1d,
-    Slider,
-    Toggle,
-)
 from bokeh.plotting import figure
 
 from golf_scenarios.explore.impact import SWEPT_METRICS, Impact, nice
@@ -41,23 +33,25 @@ class Pictures:
         pins: curves of the pinned cases: columns as of the present case, lists of arrays.
     """
 
-    def __init__(self, pins: ColumnDataSource) -> None:
-        self.path, self.pins = ColumnDataSource(name="path"), pins
-        self.swept = ColumnDataSource({name: [] for name in ("x", *SWEPT_METRICS)}, name="swept")
-        self.here = ColumnDataSource({"x": [], "y": []})
-        self.time, self.force = Range1d(0, 1), Range1d(0, 1)
+    def __init__(self, pins: models.ColumnDataSource) -> None:
+        self.path, self.pins = models.ColumnDataSource(name="path"), pins
+        self.swept = models.ColumnDataSource(
+            {name: [] for name in ("x", *SWEPT_METRICS)}, name="swept"
+        )
+        self.here = models.ColumnDataSource({"x": [], "y": []})
+        self.time, self.force = models.Range1d(0, 1), models.Range1d(0, 1)
         # What the cursor shows is the browser's own business: it isn't sent to the server.
-        self.cursor = ColumnDataSource(name="cursor", syncable=False)
-        self.words = Div(name="words", syncable=False, **STYLED)
-        self.scrub = Slider(
+        self.cursor = models.ColumnDataSource(name="cursor", syncable=False)
+        self.words = models.Div(name="words", syncable=False, **STYLED)
+        self.scrub = models.Slider(
             **{"name": "scrub", "start": 0.0, "end": 1.0, "step": 0.001, "value": 0.42},
             **{"title": None, "show_value": False, "syncable": False, **WIDE},
             **aria("Time, from before touch to after separation"),
         )
-        self.play = Toggle(name="play", label="▶ Play", syncable=False, width=80, **STYLED)
+        self.play = models.Toggle(name="play", label="▶ Play", syncable=False, width=80, **STYLED)
         middle: dict[str, Any] = {"text_align": "center", "text_baseline": "bottom"}
-        self.peak = Label(x=0, y=0, text="", y_offset=3, **middle)
-        self.area = Label(x=0, y=0, text="", text_baseline="top")
+        self.peak = models.Label(x=0, y=0, text="", y_offset=3, **middle)
+        self.area = models.Label(x=0, y=0, text="", text_baseline="top")
         self.figures = {
             "force": self._force(),
             "loop": self._loop(),
@@ -131,7 +125,7 @@ class Pictures:
     # How they look
 
     def _force(self) -> Any:
-        picture = self._over_time("Contact force", "force (kN)", self.force)
+        picture = self._over_time("Contact force", "force (kN)", y_range=self.force)
         picture.varea("time", 0, "force", source=self.path, fill_color=SKY, fill_alpha=0.35)
         self._pinned(picture, "time", "force")
         _line(picture, self.path, "time", "force", BLUE)
@@ -141,7 +135,7 @@ class Pictures:
     def _loop(self) -> Any:
         columns = "compression", "force"
         labels = "compression (mm)", "force (kN)"
-        picture = _picture("Force over compression", *labels, Range1d(0, 1), self.force)
+        picture = _picture("Force over compression", *labels, y_range=self.force)
         picture.patch(*columns, source=self.path, color=SKY, fill_alpha=0.35, line_alpha=0)
         self._pinned(picture, *columns)
         _line(picture, self.path, *columns, BLUE)
@@ -150,7 +144,7 @@ class Pictures:
         return self._hovered(picture, *columns)
 
     def _energies(self) -> Any:
-        picture = self._over_time("Where the energy is", "energy (J)", Range1d(0, 1))
+        picture = self._over_time("Where the energy is", "energy (J)")
         colours = {"ball": BLUE, "spring": GREEN, "club": ORANGE, "lost": VERMILION}
         columns, names = [f"{name}_energy" for name in colours], list(colours)
         look = {"color": list(colours.values()), "fill_alpha": 0.75, "legend_label": names}
@@ -160,7 +154,7 @@ class Pictures:
         return self._with_cursor(picture)
 
     def _bodies(self, title: str, label: str, what: str) -> Any:
-        picture = self._over_time(title, label, Range1d(0, 1))
+        picture = self._over_time(title, label)
         club, ball = f"club_{what}", f"ball_{what}"
         self._pinned(picture, "time", club, "dashed")
         self._pinned(picture, "time", ball)
@@ -170,7 +164,8 @@ class Pictures:
         return self._with_cursor(picture, club, ball)
 
     def _sweep(self) -> Any:
-        picture = _picture("S and COR over", "club speed", "S, COR", Range1d(0, 1), Range1d(0, 2))
+        both = models.Range1d(0, 2)
+        picture = _picture("S and COR over", "club speed", "S, COR", y_range=both)
         smash, restitution = SWEPT_METRICS
         _line(picture, self.swept, "x", smash, BLUE, legend_label="S")
         _line(picture, self.swept, "x", restitution, GREEN, "dashed", legend_label="COR")
@@ -180,7 +175,7 @@ class Pictures:
 
     def _animation(self) -> Any:
         picture = figure(
-            **{"x_range": Range1d(-1, 1), "y_range": Range1d(-1, 1)},
+            **{"x_range": models.Range1d(-1, 1), "y_range": models.Range1d(-1, 1)},
             **{"sizing_mode": "scale_width", "aspect_ratio": ASPECT, "min_border": 0},
             **{"tools": "", "toolbar_location": None},
             **aria("Club and ball, to scale", role="img"),
@@ -196,8 +191,8 @@ class Pictures:
         picture.ellipse(y=0, source=self.cursor, **ball)
         return picture
 
-    def _over_time(self, title: str, label: str, y_range: Range1d) -> Any:
-        return _picture(title, "time since touch (µs)", label, self.time, y_range)
+    def _over_time(self, title: str, label: str, **y_range: Any) -> Any:
+        return _picture(title, "time since touch (µs)", label, x_range=self.time, **y_range)
 
     def _pinned(self, picture: Any, x: str, y: str, dash: str = "solid") -> None:
         look = {"line_color": "color", "line_width": 1.5, "line_dash": dash}
@@ -211,15 +206,17 @@ class Pictures:
         return self._hovered(picture, "time", None)
 
     def _hovered(self, picture: Any, x: str, y: str | None) -> Any:
-        models = {"path": self.path, "scrub": self.scrub, "play": self.play, "picture": picture}
-        picture.js_on_event(MouseMove, script("hover", **models, x=x, y=y))
+        used = {"path": self.path, "scrub": self.scrub, "play": self.play, "picture": picture}
+        picture.js_on_event(MouseMove, script("hover", **used, x=x, y=y))
         return picture
 
 
-def _picture(title: str, x_label: str, y_label: str, x_range: Range1d, y_range: Range1d) -> Any:
+def _picture(title: str, x_label: str, y_label: str, **ranges: models.Range1d) -> Any:
+    """A picture whose ranges are from 0 to 1 where none is given."""
     picture = figure(
         **{"title": title, "x_axis_label": x_label, "y_axis_label": y_label},
-        **{"x_range": x_range, "y_range": y_range, "sizing_mode": "stretch_both"},
+        **{"x_range": models.Range1d(0, 1), "y_range": models.Range1d(0, 1), **ranges},
+        sizing_mode="stretch_both",
         **{"tools": "box_zoom,reset,save", "toolbar_location": "above"},
         **{"min_width": 150, "min_height": 120, "min_border": 2},
         **aria(f"{title}: {y_label} over {x_label}", role="img"),
@@ -227,7 +224,7 @@ def _picture(title: str, x_label: str, y_label: str, x_range: Range1d, y_range: 
     for axes, label in ((picture.xaxis, x_label), (picture.yaxis, y_label)):
         if unit := _UNITS.get(label.rpartition("(")[2].removesuffix(")")):
             code = f"return String(Number((tick / {unit:g}).toPrecision(6)))"
-            axes.formatter = CustomJSTickFormatter(code=code)
+            axes.formatter = models.CustomJSTickFormatter(code=code)
     return picture
 
 

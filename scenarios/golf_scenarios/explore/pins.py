@@ -5,16 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from bokeh import models
 from bokeh.layouts import column, row
-from bokeh.models import (
-    Button,
-    ColumnDataSource,
-    DataTable,
-    HTMLTemplateFormatter,
-    NumberFormatter,
-    TableColumn,
-    TextInput,
-)
 
 from golf_scenarios.explore.cases import query
 from golf_scenarios.explore.impact import Impact
@@ -58,26 +50,26 @@ class Pins:
         self, pin: Callable[[str], None], reopen: Callable[[dict[str, float]], None]
     ) -> None:
         names = ("name", "color", "query", *(metric for metric, _, _ in COLUMNS), *CURVES)
-        self.source = ColumnDataSource({name: [] for name in names}, name="pinned")
+        self.source = models.ColumnDataSource({name: [] for name in names}, name="pinned")
         self._values: list[dict[str, float]] = []
         self._open = reopen
-        swatch = HTMLTemplateFormatter(template='<b style="color:<%= value %>">━━</b>')
+        swatch = models.HTMLTemplateFormatter(template='<b style="color:<%= value %>">━━</b>')
         columns = [
-            TableColumn(field="color", title="", formatter=swatch, width=40, sortable=False),
-            TableColumn(field="name", title="case", width=190, sortable=False),
+            models.TableColumn(field="color", title="", formatter=swatch, width=40, sortable=False),
+            models.TableColumn(field="name", title="case", width=190, sortable=False),
         ]
         for field, title, form in COLUMNS:
-            right = NumberFormatter(format=form, text_align="right")
+            right = models.NumberFormatter(format=form, text_align="right")
             options = {"field": field, "title": title, "formatter": right, "width": 100}
-            columns.append(TableColumn(**options, sortable=False))
-        self.table = DataTable(
+            columns.append(models.TableColumn(**options, sortable=False))
+        self.table = models.DataTable(
             **{"source": self.source, "columns": columns, "index_position": None},
             **{"height": 90, "row_height": 26, "reorderable": False},
             **aria("Pinned cases", role="region"),
             **WIDE,
         )
         words = {"placeholder": "name of the pin", **aria("Name of the pin")}
-        self.name = TextInput(name="pin_name", width=190, **words, **STYLED)
+        self.name = models.TextInput(name="pin_name", width=190, **words, **STYLED)
         self.button = _button("Pin", lambda: pin(self.name.value.strip()))
         clicks = {"Rename": self._rename, "Reopen": self._reopen, "Remove": self._remove}
         self.layout = column(
@@ -158,7 +150,7 @@ class Pins:
         self.table.height = 64 + 26 * max(1, len(self._values))
 
 
-def _button(label: str, click: Callable[[], None]) -> Button:
-    button = Button(name=label.lower(), label=label, **STYLED)
+def _button(label: str, click: Callable[[], None]) -> models.Button:
+    button = models.Button(name=label.lower(), label=label, **STYLED)
     button.on_click(click)
     return button

@@ -87,8 +87,8 @@ def run_time_axes(axes: Axes, error: str) -> None:
     axes.set(yscale="log", xlabel=error, ylabel="run time of an impact (µs)")
     axes.set_xlim(-3e-18, max(1.0, axes.get_xlim()[1]))
     axes.axvline(2.2e-16, color=BLACK, lw=0.8, ls=":")
-    at, place = (2.2e-16, 1.0), {"textcoords": "offset points", "va": "top", "fontsize": 9}
-    axes.annotate("resolution of a double", at, (4, -4), ("data", "axes fraction"), **place)
+    at, place = (2.2e-16, 1.0), (("data", "axes fraction"), "offset points")
+    axes.annotate("resolution of a double", at, (4, -4), *place, va="top", fontsize=9)
 
 
 def name_axis(axis: Axis, words: str, unit: str | None) -> None:
