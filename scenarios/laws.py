@@ -19,10 +19,8 @@ def run(fmu):
     report = Report(TITLE, fmu)
     absolute = report.impact("law 1 (absolute)", law=1)
     relative = report.impact("law 2 (relative)", law=2)
-    rows = [
-        [label(metric), shown(metric, absolute[metric]), shown(metric, relative[metric])]
-        for metric in _METRICS
-    ]
+    both = absolute, relative
+    rows = ([label(one), *(shown(one, metrics[one]) for metrics in both)] for one in _METRICS)
     report.table(TITLE, ["", *report.cases], rows)
 
     lost = 1.0 - absolute["momentum_final"] / absolute["momentum_initial"]

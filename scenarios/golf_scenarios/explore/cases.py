@@ -19,11 +19,6 @@ CONTACT = (
 )
 
 
-def changed(values: Mapping[str, float], defaults: Mapping[str, float]) -> dict[str, float]:
-    """The inputs and parameters that aren't the FMU's start values."""
-    return {name: value for name, value in values.items() if value != defaults[name]}
-
-
 def query(values: Mapping[str, float]) -> str:
     """What the address has behind the question mark."""
     return urlencode({name: shortest(value) for name, value in values.items()})

@@ -25,6 +25,7 @@ class Impact:
     """What the page shows of a case; SI units."""
 
     values: dict[str, float]  #: all inputs and parameters
+    changed: dict[str, float]  #: those of them that aren't the FMU's start values
     metrics: dict[str, float]  #: the FMU's and those derived, by the names of results.json
     #: Columns by name, arrays of one shape: time since touch, the FMU's outputs (positions from
     #: where the bodies touch), energies, and what the animation draws.
@@ -44,7 +45,8 @@ def explored(fmu: ImpactFmu, values: Mapping[str, float]) -> Impact:
         UserError: the FMU refuses a value; the message is the FMU's own.
     """
     values = dict(values)
-    outputs = fmu.impact(METRICS, **_given(fmu, values))
+    changed = _changed(fmu, values)
+    outputs = fmu.impact(METRICS, **changed)
     touched, separated = fmu.flag("touched"), fmu.flag("separated")
     metrics = derived(outputs, values)
     for body in ("club", "ball"):
@@ -53,10 +55,10 @@ def explored(fmu: ImpactFmu, values: Mapping[str, float]) -> Impact:
     metrics["compression_over_diameter"] = metrics["max_compression"] / values["ball_diameter"]
     metrics["momentum_kept"] = _ratio(metrics["momentum_final"], metrics["momentum_initial"])
     path = _path(fmu, values, metrics, touched, separated)
-    return Impact(values, metrics, path, touched, separated)
+    return Impact(values, changed, metrics, path, touched, separated)
 
 
-def _given(fmu: ImpactFmu, values: Mapping[str, float]) -> dict[str, float]:
+def _changed(fmu: ImpactFmu, values: Mapping[str, float]) -> dict[str, float]:
     return {name: value for name, value in values.items() if value != fmu.default(name)}
 
 
@@ -88,7 +90,7 @@ def _path(
     host = np.concatenate(([0.0], times[1:] + lead))
     if host[-1] + lead == host[-1] or (np.diff(host) <= 0.0).any():
         raise UserError(f"a contact of {contact:g} s is too short or too long to be drawn")
-    fmu.start(**_given(fmu, values))
+    fmu.start(**_changed(fmu, values))
     references = fmu.references(PATH)
     table = np.empty((len(times), len(PATH)))
     table[0] = fmu.slave.getReal(references)
@@ -151,7 +153,7 @@ def swept(
     """
     xs = np.linspace(low, high, SWEPT)
     table = np.full((SWEPT, len(SWEPT_METRICS)), math.nan)
-    given = _given(fmu, values)
+    given = _changed(fmu, values)
     for n, x in enumerate(xs.tolist()):
         try:
             outputs = fmu.impact(SWEPT_METRICS, **{**given, name: x})

@@ -144,8 +144,7 @@ class Page:
 
     def pin(self, name: str = "") -> None:
         """Pin the present case."""
-        changed = cases.changed(self.impact.values, self.defaults)
-        self.pins.add(self.impact, dict(self.pictures.path.data), name, changed)
+        self.pins.add(self.impact, dict(self.pictures.path.data), name)
         self._draw()
 
     def update(self) -> None:
@@ -159,10 +158,9 @@ class Page:
             self.controls.refuse(name, str(error))
             return
         values = self.impact.values
-        changed = cases.changed(values, self.defaults)
         self.controls.show(values, cases.ball_of(values, self.defaults))
-        self.link.value = cases.query(changed)
-        self.command.value = cases.command(changed)
+        self.link.value = cases.query(self.impact.changed)
+        self.command.value = cases.command(self.impact.changed)
         self._draw()
 
     def _draw(self) -> None:

@@ -88,16 +88,14 @@ class Pins:
         """Whether there are as many as there are colours."""
         return len(self._values) == len(COLOURS)
 
-    def add(
-        self, impact: Impact, curves: dict[str, Any], name: str, changed: dict[str, float]
-    ) -> None:
+    def add(self, impact: Impact, curves: dict[str, Any], name: str) -> None:
         """Keep a case: its metrics, its curves (`Pictures.path.data`), its values.
 
-        Without a name it is called by what is changed: the values that aren't start values.
+        Without a name it is called by its values that aren't start values.
         """
         if self.full:
             return
-        given = query(changed)
+        given = query(impact.changed)
         one = {
             **impact.metrics,
             "name": name or given.replace("&", ", ") or "start values",
