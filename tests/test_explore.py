@@ -538,6 +538,7 @@ def test_units(tab, fmu):
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda one: one.name)
 def test_examples_are_one_click(tab, fmu, example):
     tab.press("50 m/s")
+    tab.shows(club_speed=50.0)
     tab.press(example.name)
     tab.shows(**{n: v for n, v in example.values.items() if v != fmu.default(n)})
     tab.until(lambda: example.look == tab.text("look"))

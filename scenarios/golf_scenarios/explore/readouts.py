@@ -41,7 +41,7 @@ def table(impact: Impact, example: Example | None, unit: str, factor: float) -> 
     """
     scales = {"ball_velocity": factor, "club_velocity": factor, "max_compression": 1e3}
     scales |= {"contact_time": 1e6, "time_of_max_force": 1e6}
-    m = {name: value * scales.get(name, 1.0) for name, value in impact.metrics.items()}
+    m = impact.metrics | {name: impact.metrics[name] * scale for name, scale in scales.items()}
     lines = []
     for metric, label, value, meaning in _ROWS:
         printed = ""
