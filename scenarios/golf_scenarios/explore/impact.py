@@ -35,11 +35,7 @@ class Impact:
 
 
 def explored(fmu: ImpactFmu, values: Mapping[str, float]) -> Impact:
-    """Run a case: once in one step for its metrics, once in many for its curves.
-
-    Args:
-        fmu: in use.
-        values: all inputs and parameters by name (SI units).
+    """Run a case (all inputs and parameters, SI): in one step for metrics, in many for curves.
 
     Raises:
         UserError: the FMU refuses a value; the message is the FMU's own.

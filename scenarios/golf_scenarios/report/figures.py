@@ -61,9 +61,7 @@ def force_curves(
 ) -> Figure:
     """Contact forces over each other, peaks marked.
 
-    Args:
-        title: what there is to see.
-        curves: of each the name of its look, what it is, its metrics and its trajectory (SI units).
+    Of each curve the name of its look, what it is, its metrics and its trajectory (SI units).
     """
     figure, axes = new(title)
     for look, words, metrics, path in curves:
@@ -92,12 +90,9 @@ def run_time_axes(axes: Axes, error: str) -> None:
 
 
 def name_axis(axis: Axis, words: str, unit: str | None) -> None:
-    """Name an axis; its numbers are shown in a unit with a prefix: MN/m, not 1e6 N/m.
+    """Name an axis with its data (SI) drawn; it shows a unit with a prefix: MN/m, not 1e6 N/m.
 
-    Args:
-        axis: with its data drawn, in SI units.
-        words: what is along it.
-        unit: the SI unit, by its FMI name; None or "1" if it has none.
+    The unit is the SI unit by its FMI name; None or "1" if there is none.
     """
     linear = axis.get_scale() == "linear"
     factor, unit = prefixed(unit, max(map(abs, axis.get_view_interval())) if linear else 1.0)

@@ -16,14 +16,10 @@ _LONGEST = 100
 
 
 def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]) -> Report:
-    """Metrics and force of each case, checked like every other one.
+    """Metrics and force of a case with each ball, or of one, checked like every other one.
 
-    The files have the values in their names, so that no case overwrites another one.
-
-    Args:
-        fmu: in use.
-        values: inputs and parameters of the FMU by name (SI units), which win over a ball's.
-        balls: each makes a case; without any there is one.
+    The values (SI units) win over a ball's. They are in the files' names, so that no case
+    overwrites another one.
 
     Raises:
         UserError: the FMU refuses a value.

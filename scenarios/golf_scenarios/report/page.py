@@ -50,13 +50,7 @@ def write_outcomes(
 def page(
     outcomes: Mapping[str, Outcome], images: Mapping[str, Mapping[str, bytes]], guid: str
 ) -> bytes:
-    """The page report.html: one file, which asks for nothing else.
-
-    Args:
-        outcomes: by name.
-        images: of each, PNG by file name.
-        guid: of the FMU.
-    """
+    """The page report.html, one file that asks for nothing else; images are PNG by file name."""
     checks = [check.passed for outcome in outcomes.values() for check in outcome.checks]
     shown = {
         name: [_figure(outcomes[name], *one) for one in of_one.items()]
