@@ -87,14 +87,9 @@ def _path(
     if host[-1] + lead == host[-1] or (np.diff(host) <= 0.0).any():
         raise UserError(f"a contact of {contact:g} s is too short or too long to be drawn")
     fmu.start(**_changed(fmu, values))
-    references = fmu.references(PATH)
-    table = np.empty((len(times), len(PATH)))
-    table[0] = fmu.slave.getReal(references)
-    for n in range(1, len(times)):
-        fmu.step(host[n - 1], host[n] - host[n - 1])
-        table[n] = fmu.slave.getReal(references)
+    outputs = fmu.sampled(host, PATH)
     touch = fmu.read(("touch_time",))["touch_time"] if touched else 0.0
-    path = {"time": host - touch, **dict(zip(PATH, table.T.copy()))}
+    path = {"time": host - touch, **outputs}
     for body in ("club", "ball"):
         path[f"{body}_position"] -= values["ball_speed"] * touch
     return path | _energies(values, path) | _shapes(values, path)

@@ -178,10 +178,14 @@ class ImpactFmu(LoadedFmu):
         if begin:
             self.step(0.0, begin)
         times = np.linspace(begin, touch + contact + margin, points)
+        return {"time": times, **self.sampled(times, names)}
+
+    def sampled(self, times: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
+        """Real outputs at these times (s), the first of which is now, by name; of their shape."""
         references = self.references(names)
-        table = np.empty((points, len(names)))
+        table = np.empty((len(times), len(names)))
         table[0] = self.slave.getReal(references)
-        for n in range(1, points):
+        for n in range(1, len(times)):
             self.step(times[n - 1], times[n] - times[n - 1])
             table[n] = self.slave.getReal(references)
-        return {"time": times, **{name: table[:, i] for i, name in enumerate(names)}}
+        return dict(zip(names, table.T.copy(), strict=True))
