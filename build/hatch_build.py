@@ -17,10 +17,12 @@ class CustomBuildHook(BuildHookInterface):
             return
         root = Path(self.root)
         files = {root / "LICENSE": "golf_build/LICENSE"}
-        files |= {file: f"golf_build/faces/{file.name}" for file in root.glob("fmu_src/*.py")}
-        files |= {file: f"golf_build/loader/{file.name}" for file in root.glob("fmu_src/loader/*")}
-        for pattern in ("*.py", "studies/*.toml"):
-            for file in (root / "scenarios").glob(pattern):
-                within = file.relative_to(root / "scenarios").as_posix()
-                files[file] = f"golf_scenarios/scripts/{within}"
+        for folder, pattern, place in (
+            ("fmu_src", "*.py", "golf_build/faces"),
+            ("fmu_src", "loader/*", "golf_build/faces"),
+            ("scenarios", "*.py", "golf_scenarios/scripts"),
+            ("scenarios", "studies/*.toml", "golf_scenarios/scripts"),
+        ):
+            for file in (root / folder).glob(pattern):
+                files[file] = f"{place}/{file.relative_to(root / folder).as_posix()}"
         build_data["force_include"] |= {str(file): name for file, name in files.items()}

@@ -18,23 +18,18 @@ The ball is launched when `separated` becomes true, with the impact's ball veloc
 `launch_angle`, from the instant of separation, touch_time + contact_time: not from the
 communication point that happened to see it. Nothing acts on the ball afterwards that isn't known
 then, so the whole flight is solved at once by its Taylor series, one after the other as far as each
-converges; where it is at a communication point is a value of a polynomial, and the landing is a
-root of one. The host's steps don't matter. `carry` and `apex` tell at launch what the flight will
-come to.
+converges: the landing is a root of a polynomial. The host's steps don't matter. `carry` and `apex`
+tell at launch what the flight will come to.
 
-Self-contained: pythonfmu, the standard library's math, settings.py, taylor.py, and golf_impact's
-host/at_exit.py.
+Self-contained: pythonfmu, the standard library, companion.py and taylor.py.
 """
 
 import json
-from math import cos, inf, isfinite, pi, sin, sqrt
+from math import cos, inf, pi, sin, sqrt
 from typing import NamedTuple
 
-from golf_impact.host.at_exit import release_at_exit
-from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
-from pythonfmu.enums import Fmi2Status
-from settings import Settings
-from taylor import ORDER, Series, power, product, reach, value, zero
+from companion import Companion
+from taylor import ORDER, Series, empty, power, product, reach, value, zero
 
 #: Name, unit, start, least and greatest allowed value, description; first those of C_D and C_L.
 PARAMETERS = (
@@ -56,12 +51,12 @@ PARAMETERS = (
     ("gravity", "m/s2", 9.80665, 1e-6, 1e3, "Gravitational acceleration"),
 )
 
-#: Name, unit (None: Boolean), description. Real inputs must be finite.
+#: The same; a unit of None is a Boolean's.
 INPUTS = (
-    ("separated", None, "The contact has ended: launches the ball"),
-    ("ball_velocity", "m/s", "Speed of the ball at launch"),
-    ("touch_time", "s", "When club and ball touched"),
-    ("contact_time", "s", "How long they were in contact"),
+    ("separated", None, False, False, True, "The contact has ended: launches the ball"),
+    ("ball_velocity", "m/s", 0.0, -1e6, 1e6, "Speed of the ball at launch"),
+    ("touch_time", "s", 0.0, -1e6, 1e6, "When club and ball touched"),
+    ("contact_time", "s", 0.0, -1e6, 1e6, "How long they were in contact"),
 )
 
 #: Name, unit (None: Boolean), description.
@@ -73,19 +68,6 @@ OUTPUTS = (
     ("height", "m", "Height of the ball above the ground"),
     ("landed", None, "The ball has landed"),
 )
-
-UNITS = {
-    "1": {},
-    "m": {"m": 1},
-    "s": {"s": 1},
-    "kg": {"kg": 1},
-    "rad": {"rad": 1},
-    "rad/s": {"rad": 1, "s": -1},
-    "m2/s": {"m": 2, "s": -1},
-    "m/s": {"m": 1, "s": -1},
-    "m/s2": {"m": 1, "s": -2},
-    "kg/m3": {"kg": 1, "m": -3},
-}
 
 DESCRIPTION = "Flight of a golf ball with backspin: gravity, drag and lift, from launch to landing"
 
@@ -116,10 +98,8 @@ class Air(NamedTuple):
 def _series(air: Air, state: list[float]) -> list[Series]:
     """The series of x, y, u, h (m, m/s) and of the ball's surface speed a = r w (m/s) in time."""
     x, y, u, h, a = ([one] for one in state)
-    squares: Series = []
-    drag: Series = []  # k C_D v
-    lift: Series = []  # k C_L v
-    aa: Series = []
+    # The latter two: k C_D v, k C_L v.
+    squares, aa, drag, lift = empty(4)
     v = [sqrt(u[0] * u[0] + h[0] * h[0])]
     inverse = [1.0 / v[0]]
     d0, d1, d2, d3 = (air.k * one for one in air.drag)
@@ -148,12 +128,14 @@ class Flight:
     """A flight from launch to landing.
 
     Args:
+        launch: when the ball is launched, s.
         speed: at launch, m/s.
         angle: of the launch, rad.
         surface_speed: radius times backspin at launch, m/s.
         air: what acts on the ball.
 
     Attributes:
+        begins: the arguments.
         carry: distance from launch to landing, m.
         apex: greatest height, m.
         duration: s from launch to landing.
@@ -162,7 +144,10 @@ class Flight:
         OverflowError: the ball never lands.
     """
 
-    def __init__(self, speed: float, angle: float, surface_speed: float, air: Air) -> None:
+    def __init__(
+        self, launch: float, speed: float, angle: float, surface_speed: float, air: Air
+    ) -> None:
+        self.begins = launch, speed, angle, surface_speed, air
         self.carry = self.apex = self.duration = 0.0
         #: Start (s since launch) and coefficients of x and y of each piece.
         self._pieces: list[tuple[float, Series, Series]] = []
@@ -189,136 +174,37 @@ class Flight:
             state = [value(one, step) for one in series]
             start += step
 
-    def position(self, t: float) -> tuple[float, float]:
-        """Distance and height (m) at t seconds after launch."""
+    def position(self, time: float) -> tuple[float, float, bool]:
+        """Distance and height (m), and whether the ball has landed."""
+        t = time - self.begins[0]
         if t >= self.duration:
-            return self.carry, 0.0
+            return self.carry, 0.0, True
         if t <= 0.0:
-            return 0.0, 0.0
+            return 0.0, 0.0, False
         start, xs, ys = next(piece for piece in reversed(self._pieces) if piece[0] <= t)
-        return value(xs, t - start), value(ys, t - start)
+        return value(xs, t - start), value(ys, t - start), False
 
 
-class BallFlight(Settings, Fmi2Slave):
+class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
+    inside = ("_flight",)
+    beyond = "this flight can't be computed: {}"
+
     def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        release_at_exit(self.resources, "linux64/BallFlight.so")
-        self.modelName = "BallFlight"
-        self._time = 0.0
-        #: Why steps are refused, by the variable to be corrected; and whether parameters are fixed.
-        self._refused: dict[str, str] = {}
-        self._fixed = False
-        #: Launch time, s, and arguments of the flight; None before launch.
-        self._launch: tuple[float, float, float, float, Air] | None = None
+        super().__init__(PARAMETERS, INPUTS, OUTPUTS, **kwargs)
         self._flight: Flight | None = None
-        for name, _, start, low, high, text in PARAMETERS:
-            setattr(self, name, start)
-            self.register_variable(
-                Real(
-                    name,
-                    causality=Fmi2Causality.parameter,
-                    variability=Fmi2Variability.fixed,
-                    description=text,
-                    setter=self._setter(name, low, high, True),
-                )
-            )
-        for name, unit, text in INPUTS:
-            setattr(self, name, False if unit is None else 0.0)
-            if unit is None:
-                variable = Boolean(
-                    name,
-                    causality=Fmi2Causality.input,
-                    variability=Fmi2Variability.discrete,
-                    description=text,
-                )
-            else:
-                setter = self._setter(name, -1e6, 1e6, False)
-                variable = Real(
-                    name, causality=Fmi2Causality.input, description=text, setter=setter
-                )
-            self.register_variable(variable)
-        for name, unit, text in OUTPUTS:
-            if unit is None:
-                variable = Boolean(
-                    name,
-                    causality=Fmi2Causality.output,
-                    variability=Fmi2Variability.discrete,
-                    initial=Fmi2Initial.calculated,
-                    description=text,
-                    setter=self._no_setter,
-                )
-            else:
-                variable = Real(
-                    name,
-                    causality=Fmi2Causality.output,
-                    description=text,
-                    setter=self._no_setter,
-                )
-            self.register_variable(variable)
 
-    # Outputs
+    def _step(self, current_time: float, step_size: float) -> None:
+        if self.separated and self._flight is None:
+            self._flight = self._launched()
+            self.carry, self.apex = self._flight.carry, self._flight.apex
+            self.flight_time = self._flight.duration
+        if self._flight:
+            place = self._flight.position(current_time + step_size)
+            self.distance, self.height, self.landed = place
 
-    @property
-    def carry(self) -> float:
-        """Distance from launch to landing, m; 0 before launch."""
-        return self._flight.carry if self._flight else 0.0
-
-    @property
-    def apex(self) -> float:
-        """Greatest height of the flight, m; 0 before launch."""
-        return self._flight.apex if self._flight else 0.0
-
-    @property
-    def flight_time(self) -> float:
-        """From launch to landing, s; 0 before launch."""
-        return self._flight.duration if self._flight else 0.0
-
-    @property
-    def distance(self) -> float:
-        """How far the ball has flown, m."""
-        return self._flight.position(self._since_launch)[0] if self._flight else 0.0
-
-    @property
-    def height(self) -> float:
-        """Height of the ball, m."""
-        return self._flight.position(self._since_launch)[1] if self._flight else 0.0
-
-    @property
-    def landed(self) -> bool:
-        """Whether the ball has landed."""
-        return self._flight is not None and self._since_launch >= self._flight.duration
-
-    @property
-    def _since_launch(self) -> float:
-        return self._time - self._launch[0] if self._launch else 0.0
-
-    # Steps
-
-    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
-        self._time = start_time
-
-    def exit_initialization_mode(self):
-        self._fixed = not self._refused
-
-    def do_step(self, current_time: float, step_size: float) -> bool:
-        problem = "; ".join(self._refused.values())
-        if not (step_size > 0.0 and isfinite(current_time + step_size)):
-            problem = f"step size = {step_size!r} s is refused: it must be > 0"
-        if not problem and self.separated and self._launch is None:
-            try:
-                self._fly(self._launched())
-            except ArithmeticError as error:
-                problem = f"this flight can't be computed: {error}"
-        if problem:
-            self.log(problem, Fmi2Status.error)
-            return False
-        self._fixed = True
-        self._time = current_time + step_size
-        return True
-
-    def _launched(self) -> tuple[float, float, float, float, Air]:
+    def _launched(self) -> Flight:
         radius = 0.5 * self.ball_diameter
         coefficients = [getattr(self, row[0]) for row in PARAMETERS[:8]]
         air = Air(
@@ -329,35 +215,13 @@ class BallFlight(Settings, Fmi2Slave):
             decay=self.spin_decay / radius,
             gravity=self.gravity,
         )
-        begin = self.touch_time + self.contact_time
-        return begin, self.ball_velocity, self.launch_angle, radius * self.spin, air
-
-    def _fly(self, launch: tuple[float, float, float, float, Air] | None) -> None:
-        flight = Flight(*launch[1:]) if launch is not None else None
-        self._launch, self._flight = launch, flight
-
-    # State
-
-    def _get_fmu_state(self) -> dict:
-        inside = ("_time", "_fixed", "_launch", *(row[0] for row in (*PARAMETERS, *INPUTS)))
-        state = {name: getattr(self, name) for name in inside}
-        # A flight is never changed: it may be shared.
-        return state | {"_flight": self._flight, "_refused": dict(self._refused)}
-
-    def _set_fmu_state(self, state: dict) -> None:
-        for name, kept in state.items():
-            setattr(self, name, kept)
-        self._refused = dict(self._refused)
-
-    @staticmethod
-    def _fmu_state_to_bytes(state: dict) -> bytes:
-        return json.dumps(state | {"_flight": None}).encode()
+        launch = self.touch_time + self.contact_time
+        return Flight(launch, self.ball_velocity, self.launch_angle, radius * self.spin, air)
 
     @staticmethod
     def _fmu_state_from_bytes(data: bytes) -> dict:
         state = json.loads(data)
-        if state["_launch"]:
-            *numbers, air = state["_launch"]
-            state["_launch"] = (*numbers, Air(*air))
-            state["_flight"] = Flight(*state["_launch"][1:])
+        if state["_flight"]:
+            launch, speed, angle, surface_speed, air = state["_flight"]
+            state["_flight"] = Flight(launch, speed, angle, surface_speed, Air(*air))
         return state

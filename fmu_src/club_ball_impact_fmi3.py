@@ -4,21 +4,24 @@ No physics in here, and no list of variables: both are golf_impact's. Co-simulat
 Exchange are one class, since pythonfmu3 doesn't tell an instance what it is made for.
 """
 
-from collections import OrderedDict
+from ctypes import c_uint64
 from typing import NamedTuple
 
 from golf_impact.component.hybrid import HybridComponent
 from golf_impact.host.at_exit import release_at_exit
-from golf_impact.host.thread_state import Hold
-from golf_impact.variables import (
-    INDICATORS,
-    MORE_VARIABLES,
-    STATES,
-    VARIABLES,
-)
+from golf_impact.host.face import Face, accessors, registered
+from golf_impact.variables import ALL_REFERENCES, INDICATORS, MORE_VARIABLES, STATES, VARIABLES
 from pythonfmu3 import Boolean, Enumeration, Float64, Fmi3Causality, Fmi3Slave, ModelExchange
 from pythonfmu3.enums import Fmi3Initial, Fmi3Status, Fmi3Variability
 from pythonfmu3.logmsg import LogMsg
+
+_registered = registered(
+    VARIABLES + MORE_VARIABLES,
+    {"Real": Float64, "Enumeration": Enumeration, "Boolean": Boolean},
+    Fmi3Causality,
+    Fmi3Variability,
+    parameter=Fmi3Initial.exact,
+)
 
 
 class Update(NamedTuple):
@@ -35,7 +38,7 @@ class Update(NamedTuple):
     nominalContinuousStatesChanged: bool = False
 
 
-class ClubBallImpact(Fmi3Slave, ModelExchange):
+class ClubBallImpact(Face, Fmi3Slave, ModelExchange):
     """A golf club hits a ball; see golf_impact.variables for what goes in and comes out."""
 
     def __init__(self, **kwargs):
@@ -47,17 +50,16 @@ class ClubBallImpact(Fmi3Slave, ModelExchange):
 
         component = HybridComponent(report)
         self.vars = _registered
-        self.event_indicators = [reference for reference, row in _ROWS if row.name in INDICATORS]
+        self.event_indicators = [ALL_REFERENCES[name] for name in INDICATORS]
         #: pythonfmu3 wants one; the component has the time.
         self.time = 0.0
         self._component = component
-        self._hold = None
         release_at_exit(self.resources, "x86_64-linux/ClubBallImpact.so")
         # Bound here, a call from the host runs straight into the component.
         self.__dict__.update(
             do_step=component.step,
             step_to_event=component.step_to_event,
-            setup_experiment=component.set_up,
+            setup_experiment=component.set_up,  # the standalone FMU calls it, pythonfmu3 never
             get_float64=component.reals,
             set_float64=component.set_values,
             set_time=component.set_time,
@@ -69,101 +71,21 @@ class ClubBallImpact(Fmi3Slave, ModelExchange):
             _set_fmu_state=component.restore,
         )
 
-    def enter_initialization_mode(self):
-        # Not earlier: see Hold. pythonfmu3 never calls setup_experiment; the standalone FMU does.
-        self._hold = Hold()
-        self._component.enter_initialization()
-
-    def exit_initialization_mode(self):
-        self._component.exit_initialization()
-
     def update_discrete_states(self):
         stop, jumped, when = self._component.update()
         return Update(stop, jumped, when is not None, 0.0 if when is None else when)
-
-    def do_step(self, current_time, step_size):
-        return self._component.step(current_time, step_size)
-
-    def terminate(self):
-        self._component.terminate()
-        if self._hold is not None:
-            self._hold.release()
-
-    def get_continuous_state_derivatives(self):
-        return self._component.derivatives()
 
     def get_number_of_continuous_states(self):
         return len(STATES)
 
     def get_nominals_of_continuous_states(self, size):
-        return [row.nominal for name in STATES for row in VARIABLES if row.name == name]
+        return [VARIABLES[ALL_REFERENCES[name]].nominal for name in STATES]
 
-    def get_int64(self, vrs):
-        return self._component.discretes(vrs, "Enumeration")
+    # Abstract in pythonfmu3; __init__ binds them.
+    do_step = get_continuous_state_derivatives = None
 
-    def get_int32(self, vrs):
-        return self._component.discretes(vrs, "Int32")
-
-    def get_uint64(self, vrs):
-        # Not above: the standalone FMU has none, and reads no values of this type.
-        from ctypes import c_uint64
-
-        return [c_uint64(value) for value in self._component.discretes(vrs, "UInt64")]
-
-    def get_boolean(self, vrs):
-        return self._component.discretes(vrs, "Boolean")
-
-    def get_string(self, vrs):
-        return [str(value) for value in self._component.discretes(vrs, "String")]
-
-    def set_int64(self, vrs, values):
-        self._component.set_values(vrs, values, "Enumeration")
-
-    def set_int32(self, vrs, values):
-        self._component.set_values(vrs, values, "Int32")
-
-    def set_uint64(self, vrs, values):
-        self._component.set_values(vrs, values, "UInt64")
-
-    def set_boolean(self, vrs, values):
-        self._component.set_values(vrs, values, "Boolean")
-
-    def set_string(self, vrs, values):
-        self._component.set_values(vrs, values, "String")
-
-    @staticmethod
-    def _fmu_state_to_bytes(state):
-        return HybridComponent.packed(state)
-
-    @staticmethod
-    def _fmu_state_from_bytes(state):
-        return HybridComponent.unpacked(state)
-
-
-_ROWS = tuple(enumerate(VARIABLES + MORE_VARIABLES))
-
-
-def _register() -> OrderedDict:
-    """The table as pythonfmu3 knows variables: one set for all instances, which never change it."""
-    kinds = {"Real": Float64, "Enumeration": Enumeration, "Boolean": Boolean}
-    registered = OrderedDict()
-    for reference, row in _ROWS:
-        fixed = row.causality == "parameter"
-        continuous = row.type == "Real" and not fixed
-        variable = kinds[row.type](
-            row.name,
-            causality=Fmi3Causality[row.causality],
-            variability=Fmi3Variability.fixed
-            if fixed
-            else Fmi3Variability.continuous
-            if continuous
-            else Fmi3Variability.discrete,
-            initial=Fmi3Initial.exact if fixed else None,
-            description=row.description,
-        )
-        variable.value_reference = reference
-        registered[reference] = variable
-    return registered
-
-
-_registered = _register()
+    get_int32, set_int32 = accessors("Int32")
+    get_int64, set_int64 = accessors("Enumeration")
+    get_uint64, set_uint64 = accessors("UInt64", c_uint64)
+    _fmu_state_to_bytes = staticmethod(HybridComponent.packed)
+    _fmu_state_from_bytes = staticmethod(HybridComponent.unpacked)

@@ -18,7 +18,7 @@ nothing depends on when somebody asks.
 from math import atan2, cos, hypot, inf, sin
 from typing import NamedTuple
 
-from taylor import ORDER, Series, power, product, quotient, reach, slope, value, zero
+from taylor import ORDER, Series, empty, power, product, quotient, reach, slope, value, zero
 
 #: The stages of a swing, in their order.
 HELD, RELEASED, BEYOND, FINISHED = range(4)
@@ -123,6 +123,19 @@ class Ball(NamedTuple):
     effective_mass: float
 
 
+class _Piece(NamedTuple):
+    """Part of a course: from when to when (s), its stage and the next piece's, and its series."""
+
+    start: float
+    end: float
+    stage: int
+    then: int
+    series: list[Series]
+
+    def state(self, t: float) -> State:
+        return State(*[value(one, t - self.start) for one in self.series])
+
+
 class Course:
     """A swing from some state on, under a constant force on the head.
 
@@ -138,26 +151,19 @@ class Course:
         self, golfer: Golfer, state: State, stage: int, force: float = 0.0, direction: float = 0.0
     ) -> None:
         self.begins = golfer, state, stage, force, direction
-        self.golfer = golfer
-        self.force = force
-        self.direction = direction
-        self._starts = [0.0]
-        self._pieces: list[tuple[int, list[Series]]] = []
-        self._begin(state, stage)
+        self.golfer, self.force, self.direction = golfer, force, direction
+        self._pieces: list[_Piece] = []
+        self._add(0.0, state, stage)
 
     def at(self, t: float) -> tuple[State, int]:
         """State and stage t seconds after the start."""
-        stage, series, passed = self._piece(t)
-        return State(*[value(one, passed) for one in series]), stage
+        piece = self._piece(t)
+        return piece.state(t), piece.stage
 
-    def _piece(self, t: float) -> tuple[int, list[Series], float]:
-        """Stage and series at t, and how far into them it is."""
-        while t > self._end:
+    def _piece(self, t: float) -> _Piece:
+        while t > self._pieces[-1].end:
             self._go_on()
-        n = len(self._starts) - 1
-        while n and self._starts[n] > t:
-            n -= 1
-        return *self._pieces[n], t - self._starts[n]
+        return next((one for one in reversed(self._pieces) if one.start <= t), self._pieces[0])
 
     def work_against(self, begin: float, end: float) -> float:
         """What the head does against the force between two instants, J."""
@@ -167,13 +173,12 @@ class Course:
 
     def hands(self, t: float) -> tuple[float, float]:
         """What the hands do to the club: their force, N, and their torque, N.m."""
-        stage, series, passed = self._piece(t)
-        golfer, force = self.golfer, self.force
-        if stage == FINISHED:
+        piece, golfer, force = self._piece(t), self.golfer, self.force
+        if piece.stage == FINISHED:
             return 0.0, 0.0
-        state = State(*[value(one, passed) for one in series])
+        state = piece.state(t)
         p, q, u, w = state[:4]
-        p2, q2 = (value(slope(one), passed) for one in series[2:4])
+        p2, q2 = (value(slope(one), t - piece.start) for one in piece.series[2:4])
         r, mass, first = golfer.arm_length, golfer.club_mass, golfer.club_first_moment
         # Of the club's centre of mass, times its mass.
         along = mass * r * (cos(p) * p2 - sin(p) * u * u) + first * (cos(q) * q2 - sin(q) * w * w)
@@ -181,7 +186,7 @@ class Course:
         along += force * cos(self.direction)
         up += force * sin(self.direction) + mass * golfer.gravity
         torque = state.wrist_torque
-        if stage == HELD:
+        if piece.stage == HELD:
             _, mixed, _, weight = golfer.couples()
             torque = golfer.club_inertia * q2 + mixed * cos(q - p) * p2
             torque += mixed * sin(q - p) * u * u + weight * sin(q)
@@ -190,50 +195,40 @@ class Course:
 
     def ball(self) -> Ball | None:
         """How the head meets the ball; None if it never comes there."""
-        while self._pieces[-1][0] < BEYOND:
+        while self._pieces[-1].stage < BEYOND:
             self._go_on()
-        n = next(n for n, (stage, _) in enumerate(self._pieces) if stage >= BEYOND)
-        if self._pieces[n][0] == FINISHED:
+        piece = next(one for one in self._pieces if one.stage >= BEYOND)
+        if piece.stage == FINISHED:
             return None
-        golfer, state = self.golfer, State(*[one[0] for one in self._pieces[n][1]])
+        golfer, state = self.golfer, State(*[one[0] for one in piece.series])
         along, up = state.head_velocity(golfer)
         direction = atan2(up, along)
         mass = state.effective_mass(golfer, direction)
-        return Ball(self._starts[n], hypot(along, up), direction, state.path, mass)
+        return Ball(piece.start, hypot(along, up), direction, state.path, mass)
 
     def _go_on(self) -> None:
-        """The next piece."""
-        series = self._pieces[-1][1]
-        passed = self._end - self._starts[-1]
-        state = State(*[value(one, passed) for one in series])
-        self._starts.append(self._end)
-        self._begin(state, self._next)
+        last = self._pieces[-1]
+        self._add(last.end, last.state(last.end), last.then)
 
-    def _begin(self, state: State, stage: int) -> None:
-        """A piece that begins with this state, and how long it goes on."""
-        if stage == HELD and state.arm >= -self.golfer.release_angle:
+    def _add(self, start: float, state: State, stage: int) -> None:
+        """A piece that begins with this state."""
+        golfer = self.golfer
+        if stage == HELD and state.arm >= -golfer.release_angle:
             stage = RELEASED
-        start = self._starts[-1]
         if stage == FINISHED or len(self._pieces) >= _MOST:
-            stage = FINISHED
-            rest = state._replace(
-                arm_rate=0.0, club_rate=0.0, shoulder_torque=0.0, wrist_torque=0.0
-            )
-            self._pieces.append((stage, [[one] for one in rest]))
-            self._end, self._next = inf, stage
+            still = dict.fromkeys(("arm_rate", "club_rate", "shoulder_torque", "wrist_torque"), 0.0)
+            rest = [[one] for one in state._replace(**still)]
+            self._pieces.append(_Piece(start, inf, FINISHED, FINISHED, rest))
             return
-        series = self._series(state, stage)
-        self._pieces.append((stage, series))
+        series, then = self._series(state, stage), stage
         scale = max(1.0, abs(state.arm_rate), abs(state.club_rate))
         step = reach((*series[2:4], series[6]), scale)
-        golfer = self.golfer
         goal = (-golfer.release_angle, 0.0, golfer.arm_start)[stage]
-        self._next = stage
         if value(series[0], step) >= goal:
             to_go = [-one for one in series[0]]
             to_go[0] += goal
-            step, self._next = zero(to_go, step), stage + 1
-        self._end = start + step
+            step, then = zero(to_go, step), stage + 1
+        self._pieces.append(_Piece(start, start + step, stage, then, series))
 
     def _series(self, state: State, stage: int) -> list[Series]:
         golfer, force = self.golfer, self.force
@@ -247,20 +242,10 @@ class Course:
         )
         p, q, u, w, shoulder, wrist, path, work = ([one] for one in state)
         sp, cp, sq, cq = [sin(p[0])], [cos(p[0])], [sin(q[0])], [cos(q[0])]
-        c: Series = []  # B cos(q - p)
-        s: Series = []  # B sin(q - p)
-        uu: Series = []
-        ww: Series = []
-        first: Series = []  # Right sides of the two equations, and the determinant.
-        second: Series = []
-        determinant: Series = []
-        one: Series = []
-        other: Series = []
-        p2: Series = []  # p'' and q''.
-        q2: Series = []
-        vx: Series = []
-        vy: Series = []
-        vv: Series = []
+        # B cos(q - p), B sin(q - p), the squares of the rates; of the two equations the right
+        # sides, the determinant, its numerators, p'' and q''.
+        c, s, uu, ww, first, second, determinant, one, other, p2, q2 = empty(11)
+        vx, vy, vv = empty(3)
         for n in range(ORDER):
             m = n + 1
             c.append(mixed * (product(cp, cq, n) + product(sp, sq, n)))

@@ -21,19 +21,19 @@ The parameters' start values are those of C.-C. Chiang, The Simple Golf Simulato
 2016, github.com/markccchiang/Simple-Golf-Simulator): a golfer of 70 kg (arms of 0.6 m, shoulders
 of 0.17 m) and a club with a head of 0.2 kg; 52.76 m/s at the ball, 0.2125 s after the top.
 
-Self-contained: pythonfmu, the standard library's math, double_pendulum.py, settings.py, taylor.py,
-and golf_impact's host/at_exit.py.
+Self-contained: pythonfmu, the standard library, companion.py, double_pendulum.py and taylor.py.
 """
 
 import json
-from collections.abc import Callable
-from math import cos, isfinite, pi, sin
+from math import cos, pi, sin
 
+from companion import Companion
 from double_pendulum import HELD, Ball, Course, Golfer, State
-from golf_impact.host.at_exit import release_at_exit
-from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
-from settings import Settings
+
+_CLUB_INERTIA = "Of the club about the wrist; at least club_first_moment^2 / club_mass"
+_RELEASE = "The wrist is held until the arms are so near to straight down; from arm_start on: never"
+_PRESCRIBED = "Peak of a curve of speed instead of a swing; 0: none"
 
 #: Name, unit, start, least and greatest allowed value, description.
 PARAMETERS = (
@@ -43,30 +43,17 @@ PARAMETERS = (
     ("club_length", "m", 1.05, 1e-3, 1e3, "From the wrist to the middle of the head"),
     ("club_mass", "kg", 0.3, 1e-6, 1e3, "Mass of the club: its head has 0.2 kg of it"),
     ("club_first_moment", "kg.m", 0.26, 1e-6, 1e6, "Of the club about the wrist"),
-    (
-        *("club_inertia", "kg.m2", 0.26**2 / 0.3, 1e-6, 1e6),
-        "Of the club about the wrist; at least club_first_moment^2 / club_mass",
-    ),
+    ("club_inertia", "kg.m2", 0.26**2 / 0.3, 1e-6, 1e6, _CLUB_INERTIA),
     ("max_shoulder_torque", "N.m", 100.0, -1e6, 1e6, "Of the body on the arms, once risen"),
     ("max_wrist_torque", "N.m", 20.64, -1e6, 1e6, "Of the hands on the club, once risen"),
     ("torque_rise_time", "s", 0.01, 1e-4, 1e3, "Time constant with which torques rise and fall"),
     ("arm_start", "rad", 0.75 * pi, 0.01, pi, "Of the arms from straight down, at the top"),
     ("wrist_start", "rad", 2.0 * pi / 3.0, -pi, pi, "Between arms and club at the top"),
-    (
-        *("release_angle", "rad", 0.75 * pi, 0.0, pi),
-        "The wrist is held until the arms are so near to straight down; from arm_start on: never",
-    ),
+    ("release_angle", "rad", 0.75 * pi, 0.0, pi, _RELEASE),
     ("gravity", "m/s2", 9.806, 0.0, 1e3, "Gravitational acceleration"),
     ("plane_angle", "rad", pi / 3.0, 0.0, 0.5 * pi, "Of the swing's plane above the ground"),
     ("backswing_time", "s", 0.75, 1e-3, 1e3, "From address to the top"),
-    (
-        "prescribed_speed",
-        "m/s",
-        0.0,
-        0.0,
-        1e6,
-        "Peak of a curve of speed instead of a swing; 0: none",
-    ),
+    ("prescribed_speed", "m/s", 0.0, 0.0, 1e6, _PRESCRIBED),
     ("rise_time", "s", 0.01, 1e-9, 1e3, "How long that curve rises"),
     ("takeaway_speed", "m/s", 10.0, 1e-9, 1e6, "How fast the club is taken back before"),
 )
@@ -93,80 +80,35 @@ OUTPUTS = (
     ("effective_mass", "kg", "Of the head at the ball, with the club and the arms behind it"),
 )
 
-UNITS = {
-    "m": {"m": 1},
-    "s": {"s": 1},
-    "kg": {"kg": 1},
-    "rad": {"rad": 1},
-    "m/s": {"m": 1, "s": -1},
-    "m/s2": {"m": 1, "s": -2},
-    "kg.m": {"kg": 1, "m": 1},
-    "kg.m2": {"kg": 1, "m": 2},
-    "N": {"kg": 1, "m": 1, "s": -2},
-    "N.s": {"kg": 1, "m": 1, "s": -1},
-    "N.m": {"kg": 1, "m": 2, "s": -2},
-    "J": {"kg": 1, "m": 2, "s": -2},
-}
-
 DESCRIPTION = "A golf swing as a double pendulum: from address through the ball, which it feels"
 
 #: m: a head that has come so near to the ball has been handed over as far as the ball.
 _THERE = 1e-9
 
-_SETTABLE = (*PARAMETERS, *INPUTS)
 
-
-class Swing(Settings, Fmi2Slave):
+class Swing(Companion):
     """A golf swing over time; see the module's text."""
 
+    inside = ("_time", "_lost", "_rise", "_course", "_origin", "_ball", "_handed")
+    beyond = "this step leaves the range of a double ({})"
+
     def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        release_at_exit(self.resources, "linux64/Swing.so")
-        self.modelName = "Swing"
+        super().__init__(PARAMETERS, INPUTS, OUTPUTS, **kwargs)
         #: The sum of the accepted steps, s, and what it is too large by: the same in every host,
         #: however that counts its time.
         self._time = self._lost = 0.0
-        #: Why steps are refused, by the variable to be corrected.
-        self._refused: dict[str, str] = {}
-        self._fixed = False
         #: When a prescribed speed has begun to rise, s since the start.
         self._rise: float | None = None
         #: The motion, when it begins (s since the start), and how it meets the ball, likewise.
         self._course: Course | None = None
         self._origin = 0.0
         self._ball: Ball | None = None
-        self.club_speed = self.reaction_work = self.reaction_impulse = 0.0
-        #: The state at this communication point, once it has been read.
-        self._now: State | None = None
         #: Where the speeds handed over have brought the head, m from the ball.
         self._handed = 0.0
-        for name, _, start, low, high, text in _SETTABLE:
-            setattr(self, name, start)
-            parameter = len(self.vars) < len(PARAMETERS)
-            causality = Fmi2Causality.parameter if parameter else Fmi2Causality.input
-            kind = Fmi2Variability.fixed if parameter else Fmi2Variability.continuous
-            setter = self._setter(name, low, high, parameter)
-            self.register_variable(
-                Real(name, causality=causality, variability=kind, description=text, setter=setter)
-            )
-        for name, _, text in OUTPUTS:
-            self.register_variable(
-                Real(
-                    name,
-                    causality=Fmi2Causality.output,
-                    description=text,
-                    setter=self._no_setter,
-                )
-            )
-
-    # Modes
-
-    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
-        """The swing begins with the run, whatever time the host has then."""
 
     def exit_initialization_mode(self):
         problem = self._begin()
-        if problem is not None:
+        if problem:
             self.log(problem, Fmi2Status.error)
 
     def _begin(self) -> str | None:
@@ -187,30 +129,21 @@ class Swing(Settings, Fmi2Slave):
         try:
             course = Course(golfer, top, HELD)
             ball = course.ball()
+            if ball is None:
+                return "these parameters are refused: the arms don't come down to the ball"
+            ball = ball._replace(time=ball.time + self.backswing_time)
+            self._take(0.0, course, self.backswing_time, ball)
         except (ArithmeticError, ValueError) as error:
             return f"these parameters leave the range of a double ({error})"
-        if ball is None:
-            return "these parameters are refused: the arms don't come down to the ball"
-        self._fixed, self._course, self._origin = True, course, self.backswing_time
-        self._ball = ball._replace(time=ball.time + self._origin)
+        self._fixed = True
         return None
 
-    # Steps
-
-    def do_step(self, current_time: float, step_size: float) -> bool:
-        problem = "; ".join(self._refused.values()) or None
-        if problem is None and not self._fixed:
-            problem = self._begin()
-        if not (step_size > 0.0 and isfinite(current_time + step_size)):
-            problem = f"step size = {step_size!r} s is refused: it must be > 0"
-        step = self._prescribed_step if self.prescribed_speed else self._step
-        try:
-            problem = problem or step(step_size)
-        except (ArithmeticError, ValueError) as error:
-            problem = f"this step leaves the range of a double ({error})"
-        if problem is not None:
-            self.log(problem, Fmi2Status.error)
-        return problem is None
+    def _step(self, current_time: float, size: float) -> str | None:
+        problem = None if self._fixed else self._begin()
+        if problem or not self.prescribed_speed:
+            return problem or self._swing(size)
+        self._prescribed_step(size)
+        return None
 
     def _after(self, size: float) -> tuple[float, float]:
         """The clock after a step (W. Kahan's sum)."""
@@ -218,11 +151,10 @@ class Swing(Settings, Fmi2Slave):
         end = self._time + exact
         return end, (end - self._time) - exact
 
-    def _step(self, size: float) -> str | None:
-        """Take a step, whole or not at all; or say why it is refused."""
+    def _swing(self, size: float) -> str | None:
         course, origin, ball = self._course, self._origin, self._ball
-        assert course is not None
-        assert ball is not None
+        assert course
+        assert ball
         force, begin, (end, lost) = self.reaction_force, self._time, self._after(size)
         if begin < ball.time and size > 0.5 * ball.time:
             return (
@@ -244,12 +176,25 @@ class Swing(Settings, Fmi2Slave):
             speed = ball.speed
         else:
             speed = course.at(end - origin)[0].head_speed(course.golfer)
-        self._course, self._origin, self._ball = course, origin, ball
-        self._time, self._lost = end, lost
-        self._handed, self.club_speed, self._now = handed, speed, None
+        self._take(end, course, origin, ball)
+        self._lost, self._handed, self.club_speed = lost, handed, speed
         self.reaction_work += work
         self.reaction_impulse += force * size
         return None
+
+    def _take(self, time: float, course: Course, origin: float, ball: Ball) -> None:
+        """Be at this communication point of a motion."""
+        golfer, state = course.golfer, _motion(course, origin, ball, time)
+        speed, energy = state.head_speed(golfer), state.energy(golfer)
+        hands = (0.0, 0.0) if time < origin else course.hands(time - origin)
+        self._time, self._course, self._origin, self._ball = time, course, origin, ball
+        self.head_speed, self.head_distance = (
+            -speed if time < origin else speed,
+            state.path - ball.path,
+        )
+        self.arm_angle, self.club_angle = state.arm, state.club
+        self.shoulder_torque, (self.hand_force, self.wrist_torque) = state.shoulder_torque, hands
+        self.energy, self.work, self.effective_mass = energy, state.work, ball.effective_mass
 
     def _prescribed_step(self, size: float) -> None:
         end, lost = self._after(size)
@@ -262,98 +207,6 @@ class Swing(Settings, Fmi2Slave):
         self._time, self._lost = end, lost
         self.club_speed = share * peak - (1.0 - share) * back
         self.reaction_impulse += self.reaction_force * size
-
-    # Outputs
-
-    def _of_state(self, what: Callable[[Golfer, State], float]) -> float:
-        """Of the state at this communication point; 0 before initialization has ended."""
-        if self._course is None or self._ball is None:
-            return 0.0
-        if self._now is None:
-            self._now = _motion(self._course, self._origin, self._ball, self._time)
-        return what(self._course.golfer, self._now)
-
-    def _hands(self) -> tuple[float, float]:
-        """Force and torque of the hands on the club."""
-        if self._course is None or self._time < self._origin:
-            return 0.0, 0.0
-        return self._course.hands(self._time - self._origin)
-
-    @property
-    def head_speed(self) -> float:
-        """Of the club head, m/s; negative while it is taken back."""
-        speed = self._of_state(lambda golfer, state: state.head_speed(golfer))
-        return -speed if self._time < self._origin else speed
-
-    @property
-    def head_distance(self) -> float:
-        """Along the path of the head, from the ball, m."""
-        return self._of_state(lambda _, state: state.path) - (
-            self._ball.path if self._ball else 0.0
-        )
-
-    @property
-    def arm_angle(self) -> float:
-        """Of the arms from straight down, rad."""
-        return self._of_state(lambda _, state: state.arm)
-
-    @property
-    def club_angle(self) -> float:
-        """Of the club from straight down, rad."""
-        return self._of_state(lambda _, state: state.club)
-
-    @property
-    def shoulder_torque(self) -> float:
-        """Of the body on the arms, N.m."""
-        return self._of_state(lambda _, state: state.shoulder_torque)
-
-    @property
-    def wrist_torque(self) -> float:
-        """Of the hands on the club, N.m."""
-        return self._hands()[1]
-
-    @property
-    def hand_force(self) -> float:
-        """Of the hands on the club, N."""
-        return self._hands()[0]
-
-    @property
-    def energy(self) -> float:
-        """Kinetic and potential, J."""
-        return self._of_state(lambda golfer, state: state.energy(golfer))
-
-    @property
-    def work(self) -> float:
-        """Of the two torques since the top, J."""
-        return self._of_state(lambda _, state: state.work)
-
-    @property
-    def effective_mass(self) -> float:
-        """Of the head at the ball, kg."""
-        return self._ball.effective_mass if self._ball else 0.0
-
-    # State
-
-    _INSIDE = (
-        *("_time", "_lost", "_refused", "_fixed", "_rise", "_course", "_origin", "_ball"),
-        "_handed",
-        *("club_speed", "reaction_work", "reaction_impulse", *(row[0] for row in _SETTABLE)),
-    )
-
-    def _get_fmu_state(self) -> dict:
-        # A course is never changed, only known further: it may be shared.
-        state = {name: getattr(self, name) for name in self._INSIDE}
-        return state | {"_refused": dict(self._refused)}
-
-    def _set_fmu_state(self, state: dict) -> None:
-        for name, value in state.items():
-            setattr(self, name, value)
-        self._refused, self._now = dict(self._refused), None
-
-    @staticmethod
-    def _fmu_state_to_bytes(state: dict) -> bytes:
-        course = state["_course"]
-        return json.dumps(state | {"_course": course and course.begins}).encode()
 
     @staticmethod
     def _fmu_state_from_bytes(data: bytes) -> dict:

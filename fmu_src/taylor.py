@@ -15,6 +15,11 @@ ORDER = 24
 Series = list[float]
 
 
+def empty(count: int) -> list[Series]:
+    """So many series without coefficients."""
+    return [[] for _ in range(count)]
+
+
 def product(a: Series, b: Series, n: int) -> float:
     """Coefficient n of a b."""
     return sum(map(mul, a, b[n::-1]))

@@ -27,7 +27,7 @@ from golf_impact.variables import (
 from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
-from golf_build.packaging import face_file
+from golf_build.packaging import fmu_source
 from golf_scenarios.commands.app import app
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.file import BUILDERS, build_fmu
@@ -703,6 +703,6 @@ def test_ecos(fmi3_path, fmu, step):
 def test_the_physics_has_no_other_home(fmi3_path):
     """Both faces together name no variable but by the table."""
     for face in ("club_ball_impact", "club_ball_impact_fmi3"):
-        text = face_file(face).read_text("utf-8")
+        text = fmu_source(f"{face}.py").read_text("utf-8")
         named = [row.name for row in VARIABLES if f'"{row.name}"' in text]
         assert named == []

@@ -20,6 +20,7 @@ from golf_impact.variables import VARIABLES
 
 from golf_build import elf, standalone
 from golf_build.extras import install_command
+from golf_build.packaging import fmu_source
 from golf_build.system import COMPANIONS
 from golf_scenarios.fmu.file import build_fmu
 from golf_scenarios.fmu.system import build_system
@@ -571,7 +572,7 @@ def test_built_by_debians_python(host, tmp_path):
 def test_the_loader_compiles_without_warnings(target, source, tmp_path):
     """No more than that but on x86_64-linux."""
     pytest.importorskip("ziglang", reason="pip install 'golf-impact[standalone]'")
-    for file in standalone.loader_folder().iterdir():
+    for file in fmu_source("loader").iterdir():
         shutil.copy(file, tmp_path)
     (tmp_path / "modules.bin").write_bytes(b"")
     macros = ['-DMODULE="m"', '-DCLASS="C"', '-DPRIVATE_PYTHON="p"']

@@ -2,10 +2,10 @@
 
 import errno
 import hashlib
-import io
 import os
 import secrets
 import stat
+import tempfile
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -34,17 +34,27 @@ def sums(files: dict[str, bytes]) -> bytes:
     return "".join(lines).encode()
 
 
-def packed(files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
-    """An archive: same order, times and attributes whatever the machine."""
-    data = io.BytesIO()
-    with zipfile.ZipFile(data, "w", method, compresslevel=9) as archive:
+def write_archive(path: Path, files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> Path:
+    """Write an archive: same order, times and attributes whatever the machine.
+
+    Returns:
+        The file written; its folder is made if need be.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with (
+        whole(path) as stream,
+        zipfile.ZipFile(stream, "w", method, compresslevel=9) as archive,
+    ):
         for name in sorted(files, key=lambda name: (name not in _FIRST, name)):
             info = zipfile.ZipInfo(name, _EPOCH)
             info.compress_type = method
             info.create_system = 3
             info.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
             archive.writestr(info, files[name])
-    return data.getvalue()
+    return path.resolve()
 
 
 @contextmanager
@@ -81,3 +91,14 @@ def plain(path: Path) -> Path:
         if not stat.S_ISREG(mode):
             raise OSError(errno.EINVAL, "it is a device or a pipe, no plain file", str(path))
     return final
+
+
+@contextmanager
+def scratch(files: dict[str, bytes]) -> Iterator[Path]:
+    """A temporary folder with these files."""
+    with tempfile.TemporaryDirectory(prefix="golf-impact-build-") as folder:
+        for name, data in files.items():
+            file = Path(folder, name)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(data)
+        yield Path(folder)

@@ -4,75 +4,69 @@ Only what the standalone FMU asks for: 64 bit, little endian (System V ABI, chap
 symbol versions: Linux Standard Base 5.0, section 10.7).
 """
 
-import struct
 from collections.abc import Iterator, Mapping
+from struct import iter_unpack, pack_into, unpack_from
 
 _LOAD, _DYNAMIC = 1, 2
-_NEEDED, _STRTAB, _SONAME, _RPATH, _DEBUG, _RUNPATH = 1, 5, 14, 15, 21, 29
+_NEEDED, _STRTAB, _RPATH, _DEBUG, _RUNPATH = 1, 5, 15, 21, 29
 _SYMTAB, _VERSYM, _VERNEED, _VERNEEDNUM = 6, 0x6FFFFFF0, 0x6FFFFFFE, 0x6FFFFFFF
 
 
-def _segments(data: bytes) -> Iterator[tuple[int, int, int, int]]:
-    """Type, offset in the file, address, size in the file."""
-    start, size, count = (*struct.unpack_from("<Q", data, 32), *struct.unpack_from("<HH", data, 54))
-    for n in range(count):
-        kind, _, offset, address, _, length = struct.unpack_from("<IIQQQQ", data, start + n * size)
-        yield kind, offset, address, length
+class _Library:
+    """What the dynamic linker reads.
 
+    Attributes:
+        end: of what it loads, in the file.
+        start: of the dynamic section, in the file.
+        entries: of the dynamic section: tag and value.
+        value: of the last entry by tag.
+    """
 
-def _dynamic(data: bytes) -> list[tuple[int, int]]:
-    (begin, size) = next((o, s) for kind, o, _, s in _segments(data) if kind == _DYNAMIC)
-    return list(struct.iter_unpack("<qQ", data[begin : begin + size]))
+    def __init__(self, data: bytes) -> None:
+        self.data = data
+        (table,), (size, count) = unpack_from("<Q", data, 32), unpack_from("<HH", data, 54)
+        # Type, flags, offset in the file, address, another one, size in the file.
+        headers = [unpack_from("<IIQQQQ", data, table + n * size) for n in range(count)]
+        self._loads = [(offset, at, n) for kind, _, offset, at, _, n in headers if kind == _LOAD]
+        self.end = max(offset + size for offset, _, size in self._loads)
+        ((self.start, size),) = ((head[2], head[5]) for head in headers if head[0] == _DYNAMIC)
+        self.entries = list(iter_unpack("<qQ", data[self.start : self.start + size]))
+        self.value = dict(self.entries)
 
+    def place(self, tag: int) -> int:
+        """Where a table is in the file."""
+        address = self.value[tag]
+        return next(address - at + off for off, at, n in self._loads if at <= address < at + n)
 
-def _offset(data: bytes, address: int) -> int:
-    for kind, offset, start, size in _segments(data):
-        if kind == _LOAD and start <= address < start + size:
-            return address - start + offset
-    raise ValueError(f"address {address:#x} is in no segment")
+    def text(self, offset: int) -> str:
+        """One of its strings."""
+        begin = self.place(_STRTAB) + offset
+        return self.data[begin : self.data.index(b"\0", begin)].decode()
 
-
-def _text(data: bytes, at: int) -> str:
-    return data[at : data.index(b"\0", at)].decode()
+    def versions(self) -> Iterator[tuple[int, str, int]]:
+        """The versions of symbols that it needs: offset of the entry, name, number."""
+        at = self.place(_VERNEED) if _VERNEED in self.value else 0
+        for _ in range(self.value.get(_VERNEEDNUM, 0)):
+            _, count, _, first, following = unpack_from("<HHIII", self.data, at)
+            one = at + first
+            for _ in range(count):
+                _, _, number, name, then = unpack_from("<IHHII", self.data, one)
+                yield one, self.text(name), number
+                one += then
+            at += following
 
 
 def needed(data: bytes) -> list[str]:
     """The libraries that it needs."""
-    entries = _dynamic(data)
-    table = _offset(data, dict(entries)[_STRTAB])
-    return [_text(data, table + value) for tag, value in entries if tag == _NEEDED]
-
-
-def soname(data: bytes) -> str:
-    """Its own name."""
-    entries = dict(_dynamic(data))
-    return _text(data, _offset(data, entries[_STRTAB]) + entries[_SONAME])
-
-
-def _versions(data: bytes) -> Iterator[tuple[int, str, int]]:
-    """The versions of symbols that it needs: offset of the entry, name, number in the library."""
-    entries = dict(_dynamic(data))
-    if _VERNEED not in entries:
-        return
-    table, at = _offset(data, entries[_STRTAB]), _offset(data, entries[_VERNEED])
-    for _ in range(entries[_VERNEEDNUM]):
-        _, count, _, first, following = struct.unpack_from("<HHIII", data, at)
-        one = at + first
-        for _ in range(count):
-            _, _, number, name, then = struct.unpack_from("<IHHII", data, one)
-            yield one, _text(data, table + name), number
-            one += then
-        at += following
+    library = _Library(data)
+    return [library.text(value) for tag, value in library.entries if tag == _NEEDED]
 
 
 def glibc(data: bytes) -> tuple[int, ...]:
     """The oldest glibc that has all that it needs, as (2, 17)."""
-    numbers: list[tuple[int, ...]] = [(0,)]
-    for _, name, _ in _versions(data):
-        system, _, number = name.partition("_")
-        if system == "GLIBC" and number[0].isdigit():
-            numbers.append(tuple(map(int, number.split("."))))
-    return max(numbers)
+    names = (name.partition("_") for _, name, _ in _Library(data).versions())
+    numbers = (number for system, _, number in names if system == "GLIBC" and number[0].isdigit())
+    return max((tuple(map(int, number.split("."))) for number in numbers), default=(0,))
 
 
 def older(data: bytes, symbol: str, version: str, instead: str) -> bytes:
@@ -84,24 +78,21 @@ def older(data: bytes, symbol: str, version: str, instead: str) -> bytes:
         version: which it asks for ("GLIBC_2.35").
         instead: a version of the same symbol that other symbols of the library ask for.
     """
-    entries = dict(_dynamic(data))
-    if not {_VERNEED, _VERSYM, _SYMTAB, _STRTAB} <= entries.keys():
+    library = _Library(data)
+    asked = {name: (at, number) for at, name, number in library.versions()}
+    if version not in asked or instead not in asked:
         return data
-    symbols, table = _offset(data, entries[_SYMTAB]), _offset(data, entries[_STRTAB])
-    found = {name: (at, number) for at, name, number in _versions(data)}
-    if version not in found or instead not in found:
-        return data
-    versym = _offset(data, entries[_VERSYM])
+    (at, number), (source, _) = asked[version], asked[instead]
+    symbols, versym = library.place(_SYMTAB), library.place(_VERSYM)
     # Linkers put the strings behind the symbols; where not, the names don't come out right.
     users = [
-        _text(data, table + struct.unpack_from("<I", data, symbols + 24 * n)[0])
-        for n in range((table - symbols) // 24)
-        if struct.unpack_from("<H", data, versym + 2 * n)[0] & 0x7FFF == found[version][1]
+        library.text(unpack_from("<I", data, symbols + 24 * n)[0])
+        for n in range((library.place(_STRTAB) - symbols) // 24)
+        if unpack_from("<H", data, versym + 2 * n)[0] & 0x7FFF == number
     ]
     if users != [symbol]:
         return data
     changed = bytearray(data)
-    at, source = found[version][0], found[instead][0]
     # The hash of the name, and where the name is.
     changed[at : at + 4] = data[source : source + 4]
     changed[at + 8 : at + 12] = data[source + 8 : source + 12]
@@ -110,26 +101,22 @@ def older(data: bytes, symbol: str, version: str, instead: str) -> bytes:
 
 def stripped(data: bytes) -> bytes:
     """Without sections (debugging information, names that only a compiler's linker reads)."""
-    end = max(offset + size for kind, offset, _, size in _segments(data) if kind == _LOAD)
     # Offset, size, number of the section headers and which one has their names.
-    head = bytearray(data[: max(end, 64)])
-    struct.pack_into("<Q", head, 40, 0)
-    struct.pack_into("<HHH", head, 58, 0, 0, 0)
+    head = bytearray(data[: max(_Library(data).end, 64)])
+    pack_into("<Q", head, 40, 0)
+    pack_into("<HHH", head, 58, 0, 0, 0)
     return bytes(head)
 
 
 def unplaced(data: bytes) -> bytes:
     """Without folders of this machine in which it would look for libraries."""
-    changed = bytearray(data)
-    entries = _dynamic(data)
-    table = _offset(data, dict(entries)[_STRTAB])
-    (start,) = (offset for kind, offset, _, _ in _segments(data) if kind == _DYNAMIC)
-    for n, (tag, value) in enumerate(entries):
+    library, changed = _Library(data), bytearray(data)
+    for n, (tag, value) in enumerate(library.entries):
         if tag in (_RPATH, _RUNPATH):
-            length = len(_text(data, table + value).encode())
-            changed[table + value : table + value + length] = bytes(length)
+            begin, length = library.place(_STRTAB) + value, len(library.text(value).encode())
+            changed[begin : begin + length] = bytes(length)
             # A tag that means nothing in a library.
-            struct.pack_into("<q", changed, start + 16 * n, _DEBUG)
+            pack_into("<q", changed, library.start + 16 * n, _DEBUG)
     return bytes(changed)
 
 

@@ -1,6 +1,6 @@
 """ClubBallImpact.fmu: FMI 2.0, co-simulation."""
 
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
 
 from golf_impact.variables import LAWS, UNITS, VARIABLES
 
@@ -27,34 +27,13 @@ class ClubBallImpact(face.ClubBallImpact):
 
 def _described(written: bytes, guid: str) -> bytes:
     """Pythonfmu's modelDescription.xml with all that the table of variables knows."""
-    root = xml.parsed(written, guid=guid, description=xml.DESCRIPTION)
     # An Integer, since libcosim and ecos know no Enumeration: they leave such a variable out.
     meanings = "; ".join(f"{number} {name}: {text}" for number, (name, text) in LAWS.items())
-    law = ElementTree.Element("SimpleType", name="ContactLaw", description=meanings)
-    ElementTree.SubElement(law, "Integer", xml.bounds(LAWS))
-    xml.insert_units(root, UNITS, law)
-    xml.insert_experiment(root)
-    for variable, row in zip(xml.child(root, "ModelVariables"), VARIABLES, strict=True):
-        assert variable.get("name") == row.name
-        value = variable[0]
-        value.attrib.clear()
-        if row.type == "Enumeration":
-            value.attrib |= {"declaredType": "ContactLaw", **xml.bounds(LAWS)}
-        if row.start is not None:
-            value.set("start", repr(row.start))
-        if row.type == "Real":
-            value.attrib |= xml.real_attributes(row)
+    law = Element("SimpleType", name="ContactLaw", description=meanings)
+    SubElement(law, "Integer", xml.LAW_BOUNDS)
+    root = xml.impact(written, VARIABLES, UNITS, law, guid=guid)
     xml.list_initial_unknowns(root)
     return xml.as_text(root)
 
 
-BUILDER = Builder(
-    name="ClubBallImpact",
-    fmi=2,
-    runtime="pythonfmu",
-    face="club_ball_impact",
-    entry=_ENTRY,
-    capabilities={"canGetAndSetFMUstate": True, "canSerializeFMUstate": True},
-    described=_described,
-    variables={"variables": VARIABLES},
-)
+BUILDER = Builder(2, _ENTRY, _described, {"variables": VARIABLES})

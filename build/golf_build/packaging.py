@@ -9,7 +9,6 @@ import hashlib
 import importlib.metadata
 import re
 import sys
-import tempfile
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,9 +20,13 @@ from xml.etree import ElementTree
 import golf_impact
 from golf_impact.variables import LAWS
 
-from golf_build.archive import SUMS, packed, sums, unpacked, whole
+from golf_build.archive import SUMS, scratch, sums, unpacked, write_archive
 
 HERE = Path(__file__).resolve().parent
+_PHYSICS = Path(golf_impact.__file__).resolve().parent
+
+#: What packs an FMU, by the version of FMI; its runtime travels along.
+RUNTIMES = {2: "pythonfmu", 3: "pythonfmu3"}
 
 #: What the package is inside an FMU, in place of its __init__.py, which offers what needs more
 #: than the standard library.
@@ -38,39 +41,46 @@ class Builder:
     """Builds ClubBallImpact for one version of FMI.
 
     Attributes:
-        name: of the file, without .fmu.
         fmi: 2 or 3.
-        runtime: the package that packs it, whose runtime travels along.
-        face: the module of its class.
         entry: the module that the runtime loads; {package} is filled in.
-        capabilities: what the runtime writes into the XML beside its defaults.
         described: modelDescription.xml from what the runtime wrote, and the GUID.
         variables: what the page of documentation lists, by the names that its template gives them.
     """
 
-    name: str
     fmi: int
-    runtime: str
-    face: str
     entry: str
-    capabilities: dict[str, bool]
     described: Callable[[bytes, str], bytes]
     variables: dict[str, Any]
+
+    @property
+    def name(self) -> str:
+        """Of the file, without .fmu."""
+        return "ClubBallImpact" if self.fmi == 2 else "ClubBallImpact.fmi3"
+
+    @property
+    def runtime(self) -> str:
+        """The package that packs it, whose runtime travels along."""
+        return RUNTIMES[self.fmi]
+
+    @property
+    def face(self) -> str:
+        """The module of its class."""
+        return "club_ball_impact" if self.fmi == 2 else "club_ball_impact_fmi3"
 
     def digest(self) -> str:
         """SHA-256 of all that an FMU is made from: what decides if a build is current."""
         total = hashlib.sha256(importlib.metadata.version(self.runtime).encode())
-        for name, data in sorted(self._sources().items()):
+        # By names that don't depend on where the files lie.
+        files = {
+            f"{self.face}.py": fmu_source(f"{self.face}.py").read_bytes(),
+            "LICENSE": _license(),
+        }
+        files |= {f"golf_impact/{name}": data for name, data in bundled().items()}
+        pictures = (HERE / "model.png", *(HERE / "documentation").iterdir())
+        files |= {f.name: f.read_bytes() for f in (*HERE.glob("*.py"), *pictures)}
+        for name, data in sorted(files.items()):
             total.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
         return total.hexdigest()
-
-    def _sources(self) -> dict[str, bytes]:
-        """Every file, by a name that doesn't depend on where it lies."""
-        files = {f"{self.face}.py": face_file(self.face).read_bytes(), "LICENSE": _license()}
-        files |= {f"golf_impact/{name}": data for name, data in bundled().items()}
-        files |= {f.name: f.read_bytes() for f in (*HERE.glob("*.py"), HERE / "model.png")}
-        files |= {f.name: f.read_bytes() for f in (HERE / "documentation").iterdir()}
-        return files
 
     def guid(self) -> str:
         """The GUID (in FMI 3.0: instantiation token) of an FMU of the present sources."""
@@ -94,25 +104,17 @@ class Builder:
         """
         suffix = self.digest()[:16]
         package = f"golf_impact_{suffix}"
-        face = re.sub(
-            rb"(?m)^from golf_impact\b",
-            f"from {package}".encode(),
-            face_file(self.face).read_bytes(),
-        )
+        face = fmu_source(f"{self.face}.py").read_text("utf-8")
+        face = re.sub(r"(?m)^from golf_impact\b", f"from {package}", face)
         modules = {f"{package}/{name}": data for name, data in bundled().items()}
-        modules[f"{package}/{self.face}.py"] = face
+        modules[f"{package}/{self.face}.py"] = face.encode()
         entry = self.entry.format(package=package).encode()
-        with packaged(
-            self.runtime, f"{self.face}_{suffix}", entry, modules, self.capabilities
-        ) as raw:
+        with packaged(self.fmi, f"{self.face}_{suffix}", entry, modules) as raw:
             files = unpacked(raw)
         description = files["modelDescription.xml"]
         files["modelDescription.xml"] = self.described(description, self.guid())
         files |= self._documents()
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with whole(out) as stream:
-            stream.write(packed(files | {SUMS: sums(files)}))
-        return out.resolve()
+        return write_archive(out, files | {SUMS: sums(files)})
 
     def _documents(self) -> dict[str, bytes]:
         """What an FMU has beside its model: pictures, the page of documentation, licences."""
@@ -161,19 +163,15 @@ def guid_of(fmu: Path) -> str | None:
     return root.get("guid") or root.get("instantiationToken")
 
 
-def face_file(name: str) -> Path:
-    """The file of an FMU's class: beside golf_impact in a checkout, in this package installed."""
-    installed = HERE / "faces" / f"{name}.py"
-    return installed if installed.exists() else _physics().parent / f"{name}.py"
-
-
-def _physics() -> Path:
-    return Path(golf_impact.__file__).resolve().parent
+def fmu_source(name: str) -> Path:
+    """A file or folder of fmu_src: in this package if it is installed."""
+    installed = HERE / "faces" / name
+    return installed if installed.exists() else _PHYSICS.parent / name
 
 
 def bundled() -> dict[str, bytes]:
     """What of golf_impact travels inside an FMU, by its path in the package: sub-packages, too."""
-    files = {f.relative_to(_physics()).as_posix(): f.read_bytes() for f in _physics().rglob("*.py")}
+    files = {f.relative_to(_PHYSICS).as_posix(): f.read_bytes() for f in _PHYSICS.rglob("*.py")}
     return files | {"__init__.py": _INSIDE.encode()}
 
 
@@ -185,37 +183,30 @@ def _license() -> bytes:
 
 @contextmanager
 def packaged(
-    runtime: str,
-    module: str,
-    script: bytes,
-    beside: dict[str, bytes],
-    capabilities: dict[str, bool],
+    fmi: int, module: str, script: bytes, beside: dict[str, bytes], states: bool = True
 ) -> Iterator[Path]:
     """The FMU as its runtime packs it, for the time of a `with` block.
 
     Args:
-        runtime: pythonfmu or pythonfmu3.
+        fmi: 2 (pythonfmu packs it) or 3 (pythonfmu3).
         module: name of the module with the class.
         script: its source.
         beside: further sources, by their path beside it.
-        capabilities: what the runtime writes into the XML beside its defaults.
+        states: whether it can save its state, also as bytes.
     """
     # Only here: listing scenarios must not wait for it.
-    build_fmu = importlib.import_module(f"{runtime}.builder").FmuBuilder.build_FMU
+    build_fmu = importlib.import_module(f"{RUNTIMES[fmi]}.builder").FmuBuilder.build_FMU
+    word = "State" if fmi == 3 else "state"
     path, modules, bytecode = list(sys.path), set(sys.modules), sys.dont_write_bytecode
-    with tempfile.TemporaryDirectory(prefix="golf-impact-build-") as scratch:
-        for name, data in {f"{module}.py": script, **beside}.items():
-            file = Path(scratch, name)
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_bytes(data)
+    with scratch({f"{module}.py": script, **beside}) as folder:
         tops = sorted({name.partition("/")[0] for name in beside})
         sys.dont_write_bytecode = True
         try:
             yield build_fmu(
-                Path(scratch, f"{module}.py"),
-                dest=Path(scratch, "packaged"),
-                project_files=[Path(scratch, name) for name in tops],
-                **capabilities,
+                folder / f"{module}.py",
+                dest=folder / "packaged",
+                project_files=[folder / name for name in tops],
+                **{f"canGetAndSetFMU{word}": states, f"canSerializeFMU{word}": states},
             )
         finally:
             sys.dont_write_bytecode = bytecode

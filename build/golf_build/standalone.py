@@ -16,26 +16,31 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-import tempfile
 import uuid
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 from golf_build import elf
-from golf_build.archive import SUMS, packed, sums, unpacked, whole
+from golf_build.archive import SUMS, scratch, sums, unpacked, write_archive
 from golf_build.extras import install_command
-from golf_build.packaging import HERE
+from golf_build.packaging import HERE, RUNTIMES, bundled, fmu_source
 
 SUFFIX = ".standalone"
 
-_RUNTIMES = ("pythonfmu", "pythonfmu3")
+_VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
 
 #: Libraries of glibc, which every host has.
 _GLIBC = re.compile(r"(lib(c|m|dl|pthread|rt|util)|ld-linux-x86-64)\.so\.\d")
 
 #: The others that a libpython or one of its modules may need, and their licences.
 _LICENCES = {"libz.so.1": "zlib", "libexpat.so.1": "expat", "libmpdec.so": "libmpdec"}
+
+#: Modules of pythonfmu and pythonfmu3 that package FMUs.
+_PACKERS = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
+
+#: What the private Python is compiled from.
+_PRIVATE = ("private_python.c", "platform.h")
 
 #: In place of modules that pythonfmu imports but the FMU has no use for.
 _STAND_INS = {
@@ -97,7 +102,6 @@ def libpython() -> Path:
     """
     import find_libpython
 
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"
     machine = f"{platform.system()} {platform.machine()}"
     if machine != "Linux x86_64" or platform.python_implementation() != "CPython":
         raise StandaloneError(
@@ -109,8 +113,8 @@ def libpython() -> Path:
     found = find_libpython.find_libpython()
     if found is None or ".so" not in Path(found).name:
         raise StandaloneError(
-            f"--standalone needs libpython{version}.so, and this Python is a static one (Debian, "
-            f"Ubuntu: apt-get install libpython{version}-dev; pyenv: "
+            f"--standalone needs libpython{_VERSION}.so, and this Python is a static one (Debian, "
+            f"Ubuntu: apt-get install libpython{_VERSION}-dev; pyenv: "
             "PYTHON_CONFIGURE_OPTS=--enable-shared pyenv install)"
         )
     return Path(found).resolve()
@@ -119,22 +123,24 @@ def libpython() -> Path:
 def _headers() -> Path:
     folder = Path(sysconfig.get_path("include"))
     if not (folder / "Python.h").exists():
-        version = f"{sys.version_info.major}.{sys.version_info.minor}"
         raise StandaloneError(
             f"--standalone needs Python.h, not found in {folder} (Debian, Ubuntu: "
-            f"apt-get install libpython{version}-dev)"
+            f"apt-get install libpython{_VERSION}-dev)"
         )
     return folder
 
 
-def _system_library(name: str, wanted_by: Path) -> Path:
-    """Where the dynamic linker finds a library that a file needs."""
-    listed = subprocess.run(["ldd", str(wanted_by)], capture_output=True, text=True, check=True)
-    for line in listed.stdout.splitlines():
-        key, _, place = line.strip().partition(" => ")
-        if key == name and place.startswith("/"):
-            return Path(place.rpartition(" (")[0]).resolve()
-    raise StandaloneError(f"{wanted_by} needs {name}, which isn't found on this machine")
+def _libraries(files: list[Path]) -> dict[str, Path]:
+    """All that these libraries need beside glibc, by name: where the dynamic linker finds it."""
+    libraries = {}
+    for file in files:
+        listed = subprocess.run(["ldd", file], capture_output=True, text=True, check=True).stdout
+        for name, place in re.findall(r"(\S+) => (not found|/.*(?= \())", listed):
+            if place == "not found":
+                raise StandaloneError(f"{file} needs {name}, which isn't found on this machine")
+            if not _GLIBC.fullmatch(name):
+                libraries[name] = Path(place).resolve()
+    return libraries
 
 
 # Python, and what goes with it
@@ -147,18 +153,14 @@ def _portable(file: Path) -> bytes:
     return elf.unplaced(data)
 
 
-def _frozen(modules: dict[str, bytes], own: list[str]) -> list[tuple[str, bool | None, str]]:
-    """What these modules need; see `frozen_modules`."""
-    with tempfile.TemporaryDirectory(prefix="golf-impact-build-") as scratch:
-        files = modules | {f"{name}.py": text.encode() for name, text in _STAND_INS.items()}
-        files["frozen_modules.py"] = (HERE / "frozen_modules.py").read_bytes()
-        for name, data in files.items():
-            file = Path(scratch, name)
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_bytes(data)
+def _frozen(modules: dict[str, bytes]) -> list[tuple[str, bool | None, str]]:
+    """These modules, and what they need; see `frozen_modules`."""
+    files = modules | {f"{name}.py": text.encode() for name, text in _STAND_INS.items()}
+    files["frozen_modules.py"] = (HERE / "frozen_modules.py").read_bytes()
+    with scratch(files) as folder:
         done = subprocess.run(
-            [sys.executable, "-s", "-S", "-B", "frozen_modules.py", *own],
-            cwd=scratch,
+            [sys.executable, "-s", "-S", "-B", "frozen_modules.py", *map(_module_name, modules)],
+            cwd=folder,
             env={"PYTHONHASHSEED": "0", "PATH": os.defpath},
             capture_output=True,
             text=True,
@@ -182,12 +184,10 @@ def _blob(rows: list[tuple[str, bool | None, str]]) -> bytes:
 def _runtime_modules() -> dict[str, bytes]:
     """Sources of pythonfmu and pythonfmu3, without what packages FMUs."""
     files = {}
-    for runtime in _RUNTIMES:
+    for runtime in RUNTIMES.values():
         for file in importlib.metadata.files(runtime) or []:
             name = file.as_posix()
-            if re.fullmatch(rf"{runtime}/\w+\.py", name) and file.stem not in (
-                *("__main__", "builder", "csvbuilder", "deploy", "osutil"),
-            ):
+            if re.fullmatch(rf"{runtime}/\w+\.py", name) and file.stem not in _PACKERS:
                 text = file.read_text()
                 files[name] = re.sub(r"(?m)^from \.builder .*$", "", text).encode()
     return files
@@ -197,32 +197,22 @@ def _module_name(path: str) -> str:
     return path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
-def _compiled(files: dict[str, bytes | Path], source: str, out: str, *options: str) -> bytes:
-    """A shared library from C sources."""
+def _compiled(files: dict[str, bytes], name: str, *options: str) -> bytes:
+    """A shared library from C sources, without sections."""
     import fmpy
 
-    folder = loader_folder()
-    with tempfile.TemporaryDirectory(prefix="golf-impact-build-") as scratch:
-        sources = {file.name: file.read_bytes() for file in folder.iterdir()}
-        for name, data in {**sources, **files}.items():
-            Path(scratch, name).write_bytes(data.read_bytes() if isinstance(data, Path) else data)
-        headers = Path(fmpy.__file__).parent / "c-code"
-        command = [*compiler(), "-std=gnu11", "-O2", "-g0", "-shared", "-fPIC", "-Wall", "-Wextra"]
-        command += [f"-I{headers}", "-I.", source, "-o", out, *options]
-        command += ["-Wl,-rpath,$ORIGIN", "-Wl,--enable-new-dtags", "-Wl,-z,nodelete"]
-        done = subprocess.run(
-            [*command, "-pthread", "-ldl"], cwd=scratch, capture_output=True, text=True
-        )
+    files = {file.name: file.read_bytes() for file in fmu_source("loader").iterdir()} | files
+    headers = Path(fmpy.__file__).parent / "c-code"
+    command = [*compiler(), "-std=gnu11", "-O2", "-g0", "-shared", "-fPIC", "-Wall", "-Wextra"]
+    command += [f"-I{headers}", "-I.", name, "-o", "made.so", *options]
+    command += ["-Wl,-rpath,$ORIGIN", "-Wl,--enable-new-dtags", "-Wl,-z,nodelete"]
+    command += ["-pthread", "-ldl"]
+    with scratch(files) as folder:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
         if done.returncode:
             why = done.stderr.strip() or "no message"
-            raise StandaloneError(f"--standalone: {command[0]} can't compile {source}: {why}")
-        return elf.stripped(Path(scratch, out).read_bytes())
-
-
-def loader_folder() -> Path:
-    """The sources in C: in this package if it is installed."""
-    installed = HERE / "loader"
-    return installed if installed.is_dir() else HERE.parents[1] / "fmu_src" / "loader"
+            raise StandaloneError(f"--standalone: {command[0]} can't compile {name}: {why}")
+        return elf.stripped((folder / "made.so").read_bytes())
 
 
 @cache
@@ -234,45 +224,29 @@ def private_python() -> PrivatePython:
     """
     compiler()
     python, include = libpython(), _headers()
-    runtime = _runtime_modules()
     # What the physics imports decides which modules these are; its own code is every FMU's.
-    from golf_build.packaging import bundled
-
     physics = {f"golf_impact/{name}": data for name, data in bundled().items()}
-    own = sorted(_module_name(path) for path in (*runtime, *physics))
-    rows = _frozen({**runtime, **physics}, own)
+    rows = _frozen(_runtime_modules() | physics)
     rows = [row for row in rows if row[0].partition(".")[0] != "golf_impact"]
     extensions = {name: Path(path) for name, package, path in rows if package is None}
-
-    # By the name under which others ask for them: where they are.
-    libraries: dict[str, Path] = {elf.soname(python.read_bytes()): python}
-    todo = [python, *extensions.values()]
-    while todo:
-        file = todo.pop()
-        for name in elf.needed(file.read_bytes()):
-            if name not in libraries and not _GLIBC.fullmatch(name):
-                libraries[name] = _system_library(name, file)
-                todo.append(libraries[name])
+    # By the name under which others ask for it.
+    libraries = {sysconfig.get_config_var("INSTSONAME"): python}
+    libraries |= _libraries([python, *extensions.values()])
     contents = {name: _portable(file) for name, file in libraries.items()}
     modules = {f"{name}.so": _portable(file) for name, file in extensions.items()}
     blob = _blob(rows)
-
-    total = hashlib.sha256(blob)
-    for name in ("private_python.c", "platform.h"):
-        total.update((loader_folder() / name).read_bytes())
-    for _, data in sorted({**contents, **modules}.items()):
-        total.update(hashlib.sha256(data).digest())
-    digest = total.hexdigest()
+    sources = {name: (fmu_source("loader") / name).read_bytes() for name in _PRIVATE}
+    everything = {**contents, **modules, **sources, "standard_library.bin": blob}
+    digest = hashlib.sha256(sums(everything)).hexdigest()
     # A library's name is its own, too: nobody else's of that name may be taken for it.
     names = {name: (f"golf{n}" + digest)[: len(name)] for n, name in enumerate(sorted(contents))}
-    files = {names[name]: elf.renamed(data, names) for name, data in contents.items()}
-    own_modules = {f"golf-{digest[:12]}-{name}": data for name, data in modules.items()}
-    files |= {name: elf.renamed(data, names) for name, data in own_modules.items()}
+    files = {names[name]: data for name, data in contents.items()}
+    files |= {f"golf-{digest[:12]}-{name}": data for name, data in modules.items()}
+    files = {name: elf.renamed(data, names) for name, data in files.items()}
     library = f"golf-python-{digest[:16]}.so"
     compiled = _compiled(
         {**files, "standard_library.bin": blob},
-        "private_python.c",
-        library,
+        _PRIVATE[0],
         # All of them, in the order in which they are loaded: what one of them needs is there then.
         *("-L.", "-Wl,--no-as-needed", *(f"-l:{name}" for name in files), "-Wl,--as-needed"),
         f"-I{include}",
@@ -288,31 +262,30 @@ def private_python() -> PrivatePython:
         files=files,
         licences=_licences(contents, extensions),
         modules=tuple(row[0] for row in rows),
-        glibc=max(elf.glibc(data) for data in files.values()),
+        glibc=max(map(elf.glibc, files.values())),
     )
 
 
 def _licences(contents: dict[str, bytes], extensions: dict[str, Path]) -> dict[str, bytes]:
     """Of all that travels along."""
-    places = [
+    places = (
         Path(sysconfig.get_path("stdlib")) / "LICENSE.txt",
-        Path(f"/usr/share/doc/python{sys.version_info.major}.{sys.version_info.minor}/copyright"),
-    ]
+        Path(f"/usr/share/doc/python{_VERSION}/copyright"),
+    )
     python = next((file for file in places if file.exists()), None)
     if python is None:
         raise StandaloneError(f"--standalone needs Python's licence, not found at {places[0]}")
-    found = {"python.txt": python.read_bytes()}
-    texts = HERE / "licenses"
-    wanted = {"libmpdec"} if "_decimal" in extensions else set()
-    for name in contents:
-        key = next((k for k in _LICENCES if name.startswith(k)), None)
-        if key is not None:
-            wanted.add(_LICENCES[key])
-        elif not name.startswith("libpython"):
+    files = {"python": python}
+    wanted = {"libmpdec.so"} if "_decimal" in extensions else set()
+    wanted |= {name for name in contents if not name.startswith("libpython")}
+    for name in sorted(wanted):
+        key = next((_LICENCES[one] for one in _LICENCES if name.startswith(one)), None)
+        if key is None:
             raise StandaloneError(
                 f"--standalone: this Python needs {name}, whose licence isn't known: use another"
             )
-    return found | {f"{name}.txt": (texts / f"{name}.txt").read_bytes() for name in sorted(wanted)}
+        files[key] = HERE / "licenses" / f"{key}.txt"
+    return {f"{key}.txt": file.read_bytes() for key, file in files.items()}
 
 
 # FMUs
@@ -329,34 +302,22 @@ def standalone(files: dict[str, bytes]) -> dict[str, bytes]:
     """
     python = private_python()
     (old,) = (name for name in files if re.fullmatch(r"binaries/[\w-]*linux[\w-]*/\w+\.so", name))
-    fmi = 3 if "x86_64-linux" in old else 2
-    entry = files["resources/slavemodule.txt"].decode().strip()
-    sources = {
-        name.removeprefix("resources/"): data
-        for name, data in files.items()
-        if re.fullmatch(r"resources/.*\.py", name)
-    }
-    own = {n: d for n, d in sources.items() if n.partition("/")[0] not in _RUNTIMES}
-    names = sorted(_module_name(path) for path in own)
-    if fmi == 2:
-        names = [name for name in names if not name.endswith("_fmi3")]
-    rows = _frozen({**_runtime_modules(), **own}, names)
-    ours = {name.partition(".")[0] for name in names}
+    folder = old.rpartition("/")[0]
+    found = (re.fullmatch(r"resources/((\w+).*\.py)", name) for name in files)
+    own = {one[1]: files[one[0]] for one in found if one and one[2] not in RUNTIMES.values()}
+    rows = _frozen(_runtime_modules() | own)
+    ours = {_module_name(name).partition(".")[0] for name in own}
     mine = [row for row in rows if row[0].partition(".")[0] in ours]
-    known = set(python.modules)
-    stray = [row[0] for row in rows if row not in mine and row[0] not in known]
+    stray = {row[0] for row in rows if row not in mine} - {*python.modules}
     assert not stray, stray
-    loader = _compiled(
+    made = {n: d for n, d in files.items() if not n.startswith("binaries/") and n != SUMS}
+    made[old] = _compiled(
         {"modules.bin": _blob(mine)},
-        f"fmi{fmi}.c",
-        "loader.so",
-        f'-DMODULE="{entry}"',
+        "fmi3.c" if folder.endswith("/x86_64-linux") else "fmi2.c",
+        f'-DMODULE="{files["resources/slavemodule.txt"].decode().strip()}"',
         f'-DCLASS="{Path(old).stem}"',
         f'-DPRIVATE_PYTHON="{python.library}"',
     )
-    folder = old.rpartition("/")[0]
-    made = {n: d for n, d in files.items() if not n.startswith("binaries/") and n != SUMS}
-    made[old] = loader
     made |= {f"{folder}/{name}": data for name, data in python.files.items()}
     made |= {f"documentation/licenses/{name}": data for name, data in python.licences.items()}
     made["modelDescription.xml"] = _described(files["modelDescription.xml"], made)
@@ -388,19 +349,12 @@ def build(plain: Path, out: Path) -> Path:
         StandaloneError: this machine can't build it.
         OSError: it can't be written.
     """
-    made = packed(standalone(unpacked(plain)))
-    out.parent.mkdir(parents=True, exist_ok=True)
-    with whole(out) as stream:
-        stream.write(made)
-    return out.resolve()
+    return write_archive(out, standalone(unpacked(plain)))
 
 
 def glibc_of(fmu: Path) -> tuple[int, ...] | None:
     """The oldest glibc that a standalone FMU can do with, as (2, 17); None for another FMU."""
     files = unpacked(fmu)
-    libraries = [
-        data for name, data in files.items() if re.match(r"binaries/[\w-]*linux[\w-]*/.", name)
-    ]
     if not any("/golf-python-" in name for name in files):
         return None
-    return max(elf.glibc(data) for data in libraries)
+    return max(elf.glibc(data) for name, data in files.items() if name.startswith("binaries/"))

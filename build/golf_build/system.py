@@ -6,15 +6,15 @@ import re
 import sys
 import uuid
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
 import golf_impact
 
 from golf_build import description as xml
-from golf_build.archive import packed, unpacked, whole
-from golf_build.packaging import HERE, bundled, face_file, packaged, rendered
+from golf_build import standalone as alone
+from golf_build.archive import unpacked, write_archive
+from golf_build.packaging import HERE, fmu_source, packaged, rendered
 
 #: The system's file, and in it the folder of the FMUs (SSP 1.0, section 5).
 NAME = "GolfSwing.ssp"
@@ -22,6 +22,26 @@ _RESOURCES = "resources"
 
 #: Module of each companion by the name of its FMU.
 COMPANIONS = {"Swing": "swing", "BallFlight": "ball_flight"}
+
+#: Base units of the companions' units.
+UNITS: dict[str, dict[str, int]] = {
+    "1": {},
+    "m": {"m": 1},
+    "s": {"s": 1},
+    "kg": {"kg": 1},
+    "rad": {"rad": 1},
+    "rad/s": {"rad": 1, "s": -1},
+    "m2/s": {"m": 2, "s": -1},
+    "m/s": {"m": 1, "s": -1},
+    "m/s2": {"m": 1, "s": -2},
+    "kg/m3": {"kg": 1, "m": -3},
+    "kg.m": {"kg": 1, "m": 1},
+    "kg.m2": {"kg": 1, "m": 2},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "N.s": {"kg": 1, "m": 1, "s": -1},
+    "N.m": {"kg": 1, "m": 2, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2},
+}
 
 #: From component.variable to component.variable: every connected input, and nothing else, since
 #: fmpy.ssp stumbles over an input that is listed but not connected.
@@ -62,70 +82,50 @@ STOP_TIME = 1.0
 STEP_SIZE = 1e-4
 
 
-Files = dict[str, bytes]
-
-
-def _as_they_are(files: Files) -> Files:
-    return files
-
-
-def build(
-    folder: Path,
-    impact: Path,
-    finished: Callable[[Files], Files] = _as_they_are,
-    suffix: str = "",
-) -> list[Path]:
+def build(folder: Path, impact: Path, standalone: bool = False) -> list[Path]:
     """Build the system.
 
     Args:
         folder: where the companions and the .ssp go.
         impact: ClubBallImpact.fmu.
-        finished: what becomes of the files of a companion, by name.
-        suffix: comes behind the files' names.
+        standalone: whether the companions bring a Python of their own.
 
     Returns:
         The files written, the .ssp last.
 
     Raises:
         OSError: one of them can't be written.
+        StandaloneError: this machine can't build standalone ones.
     """
-    folder = folder.resolve()
-    folder.mkdir(parents=True, exist_ok=True)
-    companions = {name: folder / f"{name}{suffix}.fmu" for name in COMPANIONS}
-    written = [build_companion(name, out, finished) for name, out in companions.items()]
-    files = {"SystemStructure.ssd": _system_structure()}
-    fmus = {"ClubBallImpact.fmu": impact} | {f"{n}.fmu": out for n, out in companions.items()}
-    files |= {f"{_RESOURCES}/{name}": file.read_bytes() for name, file in sorted(fmus.items())}
+    folder, suffix = folder.resolve(), alone.SUFFIX if standalone else ""
+    companions = {f"{name}.fmu": folder / f"{name}{suffix}.fmu" for name in COMPANIONS}
+    for name, out in companions.items():
+        build_companion(name.removesuffix(".fmu"), out, standalone)
+    fmus = companions | {"ClubBallImpact.fmu": impact}
+    files = {f"{_RESOURCES}/{name}": file.read_bytes() for name, file in fmus.items()}
+    files["SystemStructure.ssd"] = _system_structure()
+    ssp = (folder / NAME).with_suffix(f"{suffix}.ssp")
     # FMUs are compressed already.
-    name = Path(NAME).with_suffix(f"{suffix}.ssp").name
-    written.append(_written(folder / name, packed(files, zipfile.ZIP_STORED)))
-    return written
-
-
-def _written(path: Path, data: bytes) -> Path:
-    with whole(path) as stream:
-        stream.write(data)
-    return path
+    return [*companions.values(), write_archive(ssp, files, zipfile.ZIP_STORED)]
 
 
 # The companions
 
 
-def build_companion(
-    name: str, out: Path, finished: Callable[[Files], Files] = _as_they_are
-) -> Path:
+def build_companion(name: str, out: Path, standalone: bool = False) -> Path:
     """Build a companion.
 
     Args:
         name: one of COMPANIONS.
         out: the file to write.
-        finished: what becomes of its files, by name.
+        standalone: whether it brings a Python of its own.
 
     Returns:
         The file written.
 
     Raises:
         OSError: it can't be written.
+        StandaloneError: this machine can't build a standalone one.
     """
     sources = _sources(COMPANIONS[name])
     versions = f"{importlib.metadata.version('pythonfmu')} {golf_impact.__version__}".encode()
@@ -139,12 +139,12 @@ def build_companion(
         texts[names[module]] = text
     face = names[COMPANIONS[name]]
     beside = {f"{module}.py": text for module, text in texts.items() if module != face}
-    states = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
-    with packaged("pythonfmu", face, texts[face], beside, states) as raw:
+    with packaged(2, face, texts[face], beside) as raw:
         files = unpacked(raw)
         guid = str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/companion/{digest}"))
-        description = _described(files["modelDescription.xml"], sys.modules[face], guid)
-    return _written(out, packed(finished(files | {"modelDescription.xml": description})))
+        written = files["modelDescription.xml"]
+        files["modelDescription.xml"] = _described(written, sys.modules[face], guid)
+    return write_archive(out, alone.standalone(files) if standalone else files)
 
 
 def _sources(module: str) -> dict[str, bytes]:
@@ -153,26 +153,20 @@ def _sources(module: str) -> dict[str, bytes]:
     todo = [module]
     while todo:
         name = todo.pop()
-        if name in found:
-            continue
-        within = name.partition("golf_impact.")[2]
-        file = f"{within.replace('.', '/')}.py"
-        found[name] = bundled()[file] if within else face_file(name).read_bytes()
-        imported = re.findall(r"(?m)^from ([\w.]+) import", found[name].decode())
-        todo += [
-            one for one in imported if one.startswith("golf_impact.") or face_file(one).exists()
-        ]
+        file = fmu_source(f"{name.replace('.', '/')}.py")
+        if name not in found and file.exists():
+            found[name] = file.read_bytes()
+            todo += re.findall(r"(?m)^from (golf_impact[\w.]+|\w+) import", found[name].decode())
     return found
 
 
 def _described(written: bytes, tables: ModuleType, guid: str) -> bytes:
     """What pythonfmu wrote, with units, initial unknowns and nothing that changes."""
     root = xml.parsed(written, guid=guid, description=tables.DESCRIPTION)
-    xml.insert_units(root, tables.UNITS)
-    rows = (*tables.PARAMETERS, *getattr(tables, "INPUTS", ()), *tables.OUTPUTS)
-    unit_of = {row[0]: row[1] for row in rows}
-    for variable in xml.child(root, "ModelVariables"):
-        unit = unit_of[variable.attrib["name"]]
+    rows = (*tables.PARAMETERS, *tables.INPUTS, *tables.OUTPUTS)
+    used = {unit for _, unit, *_ in rows}
+    xml.insert_units(root, {unit: base for unit, base in UNITS.items() if unit in used})
+    for variable, (_, unit, *_) in zip(xml.child(root, "ModelVariables"), rows, strict=True):
         if unit is not None:
             variable[0].set("unit", unit)
     xml.list_initial_unknowns(root)
@@ -184,15 +178,12 @@ def _described(written: bytes, tables: ModuleType, guid: str) -> bytes:
 
 def _system_structure() -> bytes:
     """SystemStructure.ssd: SSP 1.0, with the annotation that libcosim takes its step from."""
-    inputs = [(end, "input") for _, end in CONNECTIONS]
-    outputs = [(start, "output") for start, _ in CONNECTIONS]
-    observed = [(path, "output") for path in OBSERVED]
-    components: dict[str, list[tuple[str, str]]] = {
-        name: [] for name in ("Swing", "ClubBallImpact", "BallFlight")
-    }
-    for path, kind in (*inputs, *outputs, *observed):
-        component, name = path.split(".")
-        components[component].append((name, kind))
+    seen = [(end, "input") for _, end in CONNECTIONS]
+    seen += [(path, "output") for path in (*(start for start, _ in CONNECTIONS), *OBSERVED)]
+    components: dict[str, list[tuple[str, str]]] = {}
+    for component in ("Swing", "ClubBallImpact", "BallFlight"):
+        ours = [(*path.split("."), kind) for path, kind in seen]
+        components[component] = [(name, kind) for one, name, kind in ours if one == component]
     return rendered(
         HERE / "SystemStructure.ssd.jinja",
         components=components,

@@ -20,9 +20,7 @@ def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[P
         UserError: a file can't be written.
     """
     with building(f"into {folder}"):
-        if standalone:
-            return system.build(folder, impact, alone.standalone, alone.SUFFIX)
-        return system.build(folder, impact)
+        return system.build(folder, impact, standalone)
 
 
 def start_values(fmu: Path) -> dict[str, float]:

@@ -1,0 +1,106 @@
+"""What the companion FMUs have alike: variables made from tables, and how a host is told no.
+
+A refused value leaves the old one; steps are refused until the variable is set right.
+"""
+
+import json
+from collections.abc import Callable
+from math import isfinite
+from operator import attrgetter
+
+from golf_impact.host.at_exit import release_at_exit
+from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+from pythonfmu.enums import Fmi2Status
+
+_Rows = tuple[tuple, ...]
+
+
+class Companion(Fmi2Slave):
+    """A slave whose variables are its attributes. Its `_step` takes a step, or says why not.
+
+    Args:
+        parameters, inputs: rows of name, unit (None: Boolean), start, least and greatest allowed
+            value, description.
+        outputs: rows of name, unit (None: Boolean), description.
+    """
+
+    #: What belongs to the state beside the variables. None of it is changed in place.
+    inside: tuple[str, ...] = ()
+    #: What is said of numbers that can't be computed.
+    beyond = "{}"
+
+    def __init__(self, parameters: _Rows, inputs: _Rows, outputs: _Rows, **kwargs) -> None:
+        super().__init__(**kwargs)
+        release_at_exit(self.resources, f"linux64/{self.modelName}.so")
+        #: Why steps are refused, by the variable to be corrected.
+        self._refused: dict[str, str] = {}
+        #: Whether parameters can't be set any more.
+        self._fixed = False
+        tables = {"parameter": parameters, "input": inputs, "output": outputs}
+        for causality, row in ((kind, row) for kind, rows in tables.items() for row in rows):
+            name, unit, *values, text = row
+            start, *bounds = values or [0.0 if unit else False]
+            setattr(self, name, start)
+            fixed = causality == "parameter"
+            variability = None if unit else Fmi2Variability.discrete
+            self.register_variable(
+                (Real if unit else Boolean)(
+                    name,
+                    causality=Fmi2Causality[causality],
+                    variability=Fmi2Variability.fixed if fixed else variability,
+                    description=text,
+                    setter=self._setter(name, fixed, *bounds) if bounds else self._no_setter,
+                )
+            )
+
+    def _setter(self, name: str, fixed: bool, low: float, high: float) -> Callable[[float], None]:
+        """Of a parameter (`fixed`) or an input that may be from low to high."""
+
+        def assign(value: float) -> None:
+            refused = dict(self._refused)
+            refused.pop(name, None)
+            if value != getattr(self, name):
+                if not low <= value <= high:
+                    refused[name] = f"it must be {low:g} to {high:g}"
+                elif fixed and self._fixed:
+                    refused[name] = "a parameter is fixed now"
+                else:
+                    setattr(self, name, value)
+            if name in refused:
+                refused[name] = f"{name} = {value!r} is refused: {refused[name]}"
+                self.log(refused[name], Fmi2Status.error)
+            self._refused = refused
+
+        return assign
+
+    def _no_setter(self, value: float) -> None:
+        self.log("an output can't be set", Fmi2Status.error)
+
+    def exit_initialization_mode(self):
+        self._fixed = not self._refused
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        problem = "; ".join(self._refused.values())
+        if not (step_size > 0.0 and isfinite(current_time + step_size)):
+            problem = f"step size = {step_size!r} s is refused: it must be > 0"
+        try:
+            problem = problem or self._step(current_time, step_size)
+        except (ArithmeticError, ValueError) as error:
+            problem = self.beyond.format(error)
+        if problem:
+            self.log(problem, Fmi2Status.error)
+        else:
+            self._fixed = True
+        return not problem
+
+    def _get_fmu_state(self) -> dict:
+        names = ("_fixed", "_refused", *self.inside, *(one.name for one in self.vars.values()))
+        return {name: getattr(self, name) for name in names}
+
+    def _set_fmu_state(self, state: dict) -> None:
+        self.__dict__.update(state)
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict) -> bytes:
+        # A motion is made again from what it begins with.
+        return json.dumps(state, default=attrgetter("begins")).encode()
