@@ -79,18 +79,14 @@ class Air(NamedTuple):
     """What acts on a ball.
 
     Attributes:
-        drag: of C_D: constant, with S, with S^2, with R.
-        lift: of C_L: constant, with S, with S^2, with R^-2.
-        k: rho A / (2 m), 1/m.
-        reynolds: R / v, s/m.
+        drag: k times C_D: constant, with S, with S^2, with v.
+        lift: k times C_L: constant, with S, with S^2, with v^-2.
         decay: of the spin, 1/m.
         gravity: m/s2.
     """
 
-    drag: tuple[float, float, float, float]
-    lift: tuple[float, float, float, float]
-    k: float
-    reynolds: float
+    drag: list[float]
+    lift: list[float]
     decay: float
     gravity: float
 
@@ -102,9 +98,8 @@ def _series(air: Air, state: list[float]) -> list[Series]:
     squares, aa, drag, lift = empty(4)
     v = [sqrt(u[0] * u[0] + h[0] * h[0])]
     inverse = [1.0 / v[0]]
-    d0, d1, d2, d3 = (air.k * one for one in air.drag)
-    l0, l1, l2, l3 = (air.k * one if a[0] else 0.0 for one in air.lift)
-    d3, l3 = d3 * air.reynolds, l3 / air.reynolds**2
+    d0, d1, d2, d3 = air.drag
+    l0, l1, l2, l3 = air.lift if a[0] else [0.0] * 4
     for n in range(ORDER):
         m = n + 1
         squares.append(product(u, u, n) + product(h, h, n))
@@ -206,15 +201,12 @@ class BallFlight(Companion):
 
     def _launched(self) -> Flight:
         radius = 0.5 * self.ball_diameter
-        coefficients = [getattr(self, row[0]) for row in PARAMETERS[:8]]
-        air = Air(
-            drag=tuple(coefficients[:4]),
-            lift=tuple(coefficients[4:]),
-            k=0.5 * self.air_density * pi * radius * radius / self.m_ball,
-            reynolds=self.ball_diameter / self.kinematic_viscosity * 1e-5,
-            decay=self.spin_decay / radius,
-            gravity=self.gravity,
-        )
+        k = 0.5 * self.air_density * pi * radius * radius / self.m_ball
+        reynolds = self.ball_diameter / self.kinematic_viscosity * 1e-5  # R / v
+        of_air = [k * getattr(self, row[0]) for row in PARAMETERS[:8]]
+        of_air[3] *= reynolds
+        of_air[7] /= reynolds**2
+        air = Air(of_air[:4], of_air[4:], self.spin_decay / radius, self.gravity)
         launch = self.touch_time + self.contact_time
         return Flight(launch, self.ball_velocity, self.launch_angle, radius * self.spin, air)
 

@@ -4,8 +4,8 @@ No physics in here, and no list of variables: both are golf_impact's. Co-simulat
 Exchange are one class, since pythonfmu3 doesn't tell an instance what it is made for.
 """
 
+from collections import namedtuple
 from ctypes import c_uint64
-from typing import NamedTuple
 
 from golf_impact.component.hybrid import HybridComponent
 from golf_impact.host.at_exit import release_at_exit
@@ -24,18 +24,14 @@ _registered = registered(
 )
 
 
-class Update(NamedTuple):
-    """What fmi3UpdateDiscreteStates answers, by the names that pythonfmu3's binary looks for.
-
-    Its own class for this has other names (discreteStateNeedsUpdate ...), which nobody reads.
-    """
-
-    terminateSimulation: bool
-    valuesOfContinuousStatesChanged: bool
-    nextEventTimeDefined: bool
-    nextEventTime: float
-    discreteStatesNeedUpdate: bool = False
-    nominalContinuousStatesChanged: bool = False
+#: What fmi3UpdateDiscreteStates answers, by the names that pythonfmu3's binary looks for. Its own
+#: class for this has other names (discreteStateNeedsUpdate ...), which nobody reads.
+Update = namedtuple(
+    "Update",
+    "terminateSimulation valuesOfContinuousStatesChanged nextEventTimeDefined nextEventTime "
+    "discreteStatesNeedUpdate nominalContinuousStatesChanged",
+    defaults=(False, False),
+)
 
 
 class ClubBallImpact(Face, Fmi3Slave, ModelExchange):

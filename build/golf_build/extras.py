@@ -18,22 +18,17 @@ def install_command(extra: str) -> str:
     the extra names are.
     """
     pip = Path(sys.executable).with_name("pip.exe" if os.name == "nt" else "pip")
-    command = shlex.quote(_shown(pip if pip.is_file() else Path(sys.executable)))
-    command += "" if pip.is_file() else " -m pip"
+    own = pip.is_file()
+    command = shlex.quote(_shown(pip if own else Path(sys.executable))) + " -m pip" * (not own)
     if (_ROOT / "pyproject.toml").is_file():
         return f'{command} install -e "{_shown(_ROOT)}[{extra}]"'
-    packages = " ".join(f'"{name}"' for name in _packages(extra))
-    return f"{command} install {packages}"
+    asked = re.compile(rf"\bextra\s*==\s*['\"]{extra}['\"]")
+    declared = (line.partition(";") for line in importlib.metadata.requires("golf-impact") or ())
+    packages = (f'"{name.strip()}"' for name, _, marker in declared if asked.search(marker))
+    return f"{command} install {' '.join(packages)}"
 
 
 def _shown(path: Path) -> str:
     """From the working folder, if it lies there."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)
-
-
-def _packages(extra: str) -> list[str]:
-    """What an extra asks for, as pip takes it."""
-    asked = re.compile(rf"\bextra\s*==\s*['\"]{extra}['\"]")
-    declared = (line.partition(";") for line in importlib.metadata.requires("golf-impact") or ())
-    return [name.strip() for name, _, marker in declared if asked.search(marker)]

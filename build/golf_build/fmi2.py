@@ -36,4 +36,5 @@ def _described(written: bytes, guid: str) -> bytes:
     return xml.as_text(root)
 
 
-BUILDER = Builder(2, _ENTRY, _described, {"variables": VARIABLES})
+_SHOWN = {"variables": VARIABLES}
+BUILDER = Builder(2, "ClubBallImpact", "club_ball_impact", _ENTRY, _described, _SHOWN)

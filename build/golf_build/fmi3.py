@@ -56,6 +56,5 @@ def _described(written: bytes, token: str) -> bytes:
     return xml.as_text(root)
 
 
-BUILDER = Builder(
-    3, _ENTRY, _described, {"variables": _ROWS, "unsolved": tables.CO_SIMULATION_ONLY}
-)
+_SHOWN = {"variables": _ROWS, "unsolved": tables.CO_SIMULATION_ONLY}
+BUILDER = Builder(3, "ClubBallImpact.fmi3", "club_ball_impact_fmi3", _ENTRY, _described, _SHOWN)

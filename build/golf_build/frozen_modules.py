@@ -14,13 +14,13 @@ from importlib.machinery import PathFinder
 _WITHOUT = ("_bz2", "_elementtree", "_hashlib", "_lzma", "_uuid", "pyexpat", "zlib")
 
 
-def _found(own: list[str]) -> list:
+def _frozen(own: list[str]) -> list:
     for name in _WITHOUT:
         sys.modules[name] = None  # type: ignore[assignment]
-    for name in own:
+    # The last one is imported by name, later than the rest.
+    for name in (*own, "encodings.utf_8"):
         __import__(name)
-    # It is imported by name, later than the rest.
-    __import__("encodings.utf_8")
+    tops = {name.partition(".")[0] for name in own}
     rows = []
     for name, module in sorted(sys.modules.items()):
         spec = getattr(module, "__spec__", None)
@@ -36,9 +36,8 @@ def _found(own: list[str]) -> list:
             continue
         with open(spec.origin, "rb") as file:
             source = file.read()
-        bare = 0 if name.partition(".")[0] in {n.partition(".")[0] for n in own} else 2
-        place = f"<frozen {name}>"
-        code = compile(source, place, "exec", dont_inherit=True, optimize=bare)
+        bare = 0 if name.partition(".")[0] in tops else 2
+        code = compile(source, f"<frozen {name}>", "exec", dont_inherit=True, optimize=bare)
         # Once more: what marshal writes depends on who else has hold of a string.
         written = marshal.dumps(marshal.loads(marshal.dumps(code)))
         rows.append([name, spec.submodule_search_locations is not None, written.hex()])
@@ -46,4 +45,4 @@ def _found(own: list[str]) -> list:
 
 
 if __name__ == "__main__":
-    print(json.dumps(_found(sys.argv[1:])))
+    print(json.dumps(_frozen(sys.argv[1:])))

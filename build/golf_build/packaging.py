@@ -12,9 +12,8 @@ import sys
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import golf_impact
@@ -36,45 +35,31 @@ __version__ = {golf_impact.__version__!r}
 '''
 
 
-@dataclass(frozen=True)
-class Builder:
+class Builder(NamedTuple):
     """Builds ClubBallImpact for one version of FMI.
 
     Attributes:
         fmi: 2 or 3.
+        name: of the file, without .fmu.
+        face: the module of its class.
         entry: the module that the runtime loads; {package} is filled in.
         described: modelDescription.xml from what the runtime wrote, and the GUID.
         variables: what the page of documentation lists, by the names that its template gives them.
     """
 
     fmi: int
+    name: str
+    face: str
     entry: str
     described: Callable[[bytes, str], bytes]
     variables: dict[str, Any]
 
-    @property
-    def name(self) -> str:
-        """Of the file, without .fmu."""
-        return "ClubBallImpact" if self.fmi == 2 else "ClubBallImpact.fmi3"
-
-    @property
-    def runtime(self) -> str:
-        """The package that packs it, whose runtime travels along."""
-        return RUNTIMES[self.fmi]
-
-    @property
-    def face(self) -> str:
-        """The module of its class."""
-        return "club_ball_impact" if self.fmi == 2 else "club_ball_impact_fmi3"
-
     def digest(self) -> str:
         """SHA-256 of all that an FMU is made from: what decides if a build is current."""
-        total = hashlib.sha256(importlib.metadata.version(self.runtime).encode())
+        total = hashlib.sha256(importlib.metadata.version(RUNTIMES[self.fmi]).encode())
         # By names that don't depend on where the files lie.
-        files = {
-            f"{self.face}.py": fmu_source(f"{self.face}.py").read_bytes(),
-            "LICENSE": _license(),
-        }
+        face = fmu_source(f"{self.face}.py")
+        files = {face.name: face.read_bytes(), "LICENSE": _license()}
         files |= {f"golf_impact/{name}": data for name, data in bundled().items()}
         pictures = (HERE / "model.png", *(HERE / "documentation").iterdir())
         files |= {f.name: f.read_bytes() for f in (*HERE.glob("*.py"), *pictures)}
@@ -102,6 +87,10 @@ class Builder:
         Raises:
             OSError: the file can't be written.
         """
+        return write_archive(out, self.files())
+
+    def files(self) -> dict[str, bytes]:
+        """The FMU's files by name."""
         suffix = self.digest()[:16]
         package = f"golf_impact_{suffix}"
         face = fmu_source(f"{self.face}.py").read_text("utf-8")
@@ -114,25 +103,25 @@ class Builder:
         description = files["modelDescription.xml"]
         files["modelDescription.xml"] = self.described(description, self.guid())
         files |= self._documents()
-        return write_archive(out, files | {SUMS: sums(files)})
+        return files | {SUMS: sums(files)}
 
     def _documents(self) -> dict[str, bytes]:
         """What an FMU has beside its model: pictures, the page of documentation, licences."""
-        folder = HERE / "documentation"
+        folder, runtime = HERE / "documentation", RUNTIMES[self.fmi]
         files = {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
         files["model.png"] = (HERE / "model.png").read_bytes()
         files["documentation/index.html"] = rendered(
             folder / "index.html.jinja",
             fmi=self.fmi,
-            runtime=self.runtime,
+            runtime=runtime,
             version=golf_impact.__version__,
             laws=LAWS,
             **self.variables,
         )
         files["documentation/licenses/license.txt"] = _license()
-        for file in importlib.metadata.files(self.runtime) or []:
+        for file in importlib.metadata.files(runtime) or []:
             if file.name == "LICENSE":
-                files[f"documentation/licenses/{self.runtime}.txt"] = file.read_binary()
+                files[f"documentation/licenses/{runtime}.txt"] = file.read_binary()
         return files
 
 

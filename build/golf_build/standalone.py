@@ -24,7 +24,7 @@ from typing import NamedTuple
 from golf_build import elf
 from golf_build.archive import SUMS, scratch, sums, unpacked, write_archive
 from golf_build.extras import install_command
-from golf_build.packaging import HERE, RUNTIMES, bundled, fmu_source
+from golf_build.packaging import HERE, RUNTIMES, Builder, bundled, fmu_source
 
 SUFFIX = ".standalone"
 
@@ -230,8 +230,7 @@ def private_python() -> PrivatePython:
     rows = [row for row in rows if row[0].partition(".")[0] != "golf_impact"]
     extensions = {name: Path(path) for name, package, path in rows if package is None}
     # By the name under which others ask for it.
-    libraries = {sysconfig.get_config_var("INSTSONAME"): python}
-    libraries |= _libraries([python, *extensions.values()])
+    libraries = {python.name: python} | _libraries([python, *extensions.values()])
     contents = {name: _portable(file) for name, file in libraries.items()}
     modules = {f"{name}.so": _portable(file) for name, file in extensions.items()}
     blob = _blob(rows)
@@ -342,14 +341,14 @@ def _described(written: bytes, made: dict[str, bytes]) -> bytes:
     return text
 
 
-def build(plain: Path, out: Path) -> Path:
-    """Write the standalone FMU of a plain one.
+def build(builder: Builder, out: Path) -> Path:
+    """Build ClubBallImpact with a Python of its own.
 
     Raises:
         StandaloneError: this machine can't build it.
         OSError: it can't be written.
     """
-    return write_archive(out, standalone(unpacked(plain)))
+    return write_archive(out, standalone(builder.files()))
 
 
 def glibc_of(fmu: Path) -> tuple[int, ...] | None:

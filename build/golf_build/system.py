@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 
 import golf_impact
+from golf_impact import variables
 
 from golf_build import description as xml
 from golf_build import standalone as alone
@@ -23,24 +24,15 @@ _RESOURCES = "resources"
 #: Module of each companion by the name of its FMU.
 COMPANIONS = {"Swing": "swing", "BallFlight": "ball_flight"}
 
-#: Base units of the companions' units.
-UNITS: dict[str, dict[str, int]] = {
-    "1": {},
-    "m": {"m": 1},
-    "s": {"s": 1},
-    "kg": {"kg": 1},
+#: Exponents of base units by the name of a unit: those of ClubBallImpact, and the companions'.
+UNITS = {name: unit.base for name, unit in (variables.UNITS | variables.MORE_UNITS).items()} | {
     "rad": {"rad": 1},
     "rad/s": {"rad": 1, "s": -1},
     "m2/s": {"m": 2, "s": -1},
-    "m/s": {"m": 1, "s": -1},
-    "m/s2": {"m": 1, "s": -2},
     "kg/m3": {"kg": 1, "m": -3},
     "kg.m": {"kg": 1, "m": 1},
     "kg.m2": {"kg": 1, "m": 2},
-    "N": {"kg": 1, "m": 1, "s": -2},
-    "N.s": {"kg": 1, "m": 1, "s": -1},
     "N.m": {"kg": 1, "m": 2, "s": -2},
-    "J": {"kg": 1, "m": 2, "s": -2},
 }
 
 #: From component.variable to component.variable: every connected input, and nothing else, since
@@ -54,26 +46,14 @@ CONNECTIONS = (
     ("ClubBallImpact.contact_time", "BallFlight.contact_time"),
 )
 
-#: Outputs that are listed to be seen, though nothing is connected to them.
-OBSERVED = (
-    "Swing.head_speed",
-    "Swing.energy",
-    "Swing.work",
-    "Swing.reaction_work",
-    "Swing.reaction_impulse",
-    "ClubBallImpact.force",
-    "ClubBallImpact.impulse",
-    "ClubBallImpact.club_position",
-    "ClubBallImpact.ball_position",
-    "ClubBallImpact.club_velocity",
-    "ClubBallImpact.smash_factor",
-    "BallFlight.carry",
-    "BallFlight.apex",
-    "BallFlight.flight_time",
-    "BallFlight.distance",
-    "BallFlight.height",
-    "BallFlight.landed",
-)
+#: The components, and outputs that are listed to be seen, though nothing is connected to them.
+OBSERVED = {
+    "Swing": ("head_speed", "energy", "work", "reaction_work", "reaction_impulse"),
+    "ClubBallImpact": (
+        *("force", "impulse", "club_position", "ball_position", "club_velocity", "smash_factor"),
+    ),
+    "BallFlight": ("carry", "apex", "flight_time", "distance", "height", "landed"),
+}
 
 _BOOLEANS = ("separated", "landed")
 
@@ -178,16 +158,17 @@ def _described(written: bytes, tables: ModuleType, guid: str) -> bytes:
 
 def _system_structure() -> bytes:
     """SystemStructure.ssd: SSP 1.0, with the annotation that libcosim takes its step from."""
-    seen = [(end, "input") for _, end in CONNECTIONS]
-    seen += [(path, "output") for path in (*(start for start, _ in CONNECTIONS), *OBSERVED)]
-    components: dict[str, list[tuple[str, str]]] = {}
-    for component in ("Swing", "ClubBallImpact", "BallFlight"):
-        ours = [(*path.split("."), kind) for path, kind in seen]
-        components[component] = [(name, kind) for one, name, kind in ours if one == component]
+    wires = [(*start.split("."), *end.split(".")) for start, end in CONNECTIONS]
+    components = {}
+    for one, observed in OBSERVED.items():
+        inputs = [name for _, _, component, name in wires if component == one]
+        outputs = [name for component, name, _, _ in wires if component == one]
+        connectors = [(name, "input") for name in inputs]
+        components[one] = connectors + [(name, "output") for name in (*outputs, *observed)]
     return rendered(
         HERE / "SystemStructure.ssd.jinja",
         components=components,
-        connections=[(*start.split("."), *end.split(".")) for start, end in CONNECTIONS],
+        connections=wires,
         booleans=_BOOLEANS,
         stop_time=STOP_TIME,
         step_size=STEP_SIZE,

@@ -70,9 +70,7 @@ def build_fmu(out: Path | None = None, fmi: int = 2, standalone: bool = False) -
     with building(str(out)):
         if not standalone:
             return BUILDERS[fmi].build(out)
-        alone.private_python()  # before anything is written
-        with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
-            return alone.build(BUILDERS[fmi].build(Path(folder, "plain.fmu")), out)
+        return alone.build(BUILDERS[fmi], out)
 
 
 @contextmanager
