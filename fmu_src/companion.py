@@ -76,6 +76,9 @@ class Companion(Fmi2Slave):
     def _no_setter(self, value: float) -> None:
         self.log("an output can't be set", Fmi2Status.error)
 
+    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+        """What it does begins when the host steps; the standalone FMU gives the first alone."""
+
     def exit_initialization_mode(self):
         self._fixed = not self._refused
 
