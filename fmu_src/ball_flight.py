@@ -20,8 +20,6 @@ communication point that happened to see it. Nothing acts on the ball afterwards
 then, so the whole flight is solved at once by its Taylor series, one after the other as far as each
 converges: the landing is a root of a polynomial. The host's steps don't matter. `carry` and `apex`
 tell at launch what the flight will come to.
-
-Self-contained: pythonfmu, the standard library, companion.py and taylor.py.
 """
 
 import json

@@ -5,20 +5,10 @@ No physics in here, and no list of variables: both are golf_impact's.
 
 from golf_impact.component.component import Component
 from golf_impact.host.at_exit import release_at_exit
-from golf_impact.host.face import Face, accessors, registered
-from golf_impact.variables import VARIABLES
-from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Integer, Real
+from golf_impact.host.face import Face, accessors
+from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.logmsg import LogMsg
-
-_registered = registered(
-    VARIABLES,
-    {"Real": Real, "Enumeration": Integer, "Boolean": Boolean},
-    Fmi2Causality,
-    Fmi2Variability,
-    parameter=Fmi2Initial.exact,
-    output=Fmi2Initial.calculated,
-)
 
 
 class ClubBallImpact(Face, Fmi2Slave):
@@ -28,7 +18,7 @@ class ClubBallImpact(Face, Fmi2Slave):
     # up by name every time: a slot is found without a look into the instance's dictionary.
     __slots__ = (
         *("_component", "_get_fmu_state", "_set_fmu_state"),
-        *("do_step", "get_real", "set_real", "vars"),
+        *("do_step", "get_real", "set_real"),
     )
 
     def __init__(self, **kwargs):
@@ -39,7 +29,6 @@ class ClubBallImpact(Face, Fmi2Slave):
             queue.append(LogMsg(Fmi2Status.error, "logStatusError", message))
 
         component = Component(report)
-        self.vars = _registered
         self._component = component
         release_at_exit(self.resources, "linux64/ClubBallImpact.so")
         self.do_step = component.step

@@ -9,20 +9,11 @@ from ctypes import c_uint64
 
 from golf_impact.component.hybrid import HybridComponent
 from golf_impact.host.at_exit import release_at_exit
-from golf_impact.host.face import Face, accessors, registered
-from golf_impact.variables import ALL_REFERENCES, INDICATORS, MORE_VARIABLES, STATES, VARIABLES
-from pythonfmu3 import Boolean, Enumeration, Float64, Fmi3Causality, Fmi3Slave, ModelExchange
-from pythonfmu3.enums import Fmi3Initial, Fmi3Status, Fmi3Variability
+from golf_impact.host.face import Face, accessors
+from golf_impact.variables import ALL_REFERENCES, INDICATORS, STATES, VARIABLES
+from pythonfmu3 import Fmi3Slave, ModelExchange
+from pythonfmu3.enums import Fmi3Status
 from pythonfmu3.logmsg import LogMsg
-
-_registered = registered(
-    VARIABLES + MORE_VARIABLES,
-    {"Real": Float64, "Enumeration": Enumeration, "Boolean": Boolean},
-    Fmi3Causality,
-    Fmi3Variability,
-    parameter=Fmi3Initial.exact,
-)
-
 
 #: What fmi3UpdateDiscreteStates answers, by the names that pythonfmu3's binary looks for. Its own
 #: class for this has other names (discreteStateNeedsUpdate ...), which nobody reads.
@@ -45,7 +36,6 @@ class ClubBallImpact(Face, Fmi3Slave, ModelExchange):
             queue.append(LogMsg(Fmi3Status.error, "logStatusError", message, False))
 
         component = HybridComponent(report)
-        self.vars = _registered
         self.event_indicators = [ALL_REFERENCES[name] for name in INDICATORS]
         #: pythonfmu3 wants one; the component has the time.
         self.time = 0.0

@@ -9,7 +9,7 @@ from math import isfinite
 from operator import attrgetter
 
 from golf_impact.host.at_exit import release_at_exit
-from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+from pythonfmu import Boolean, Fmi2Slave, Real
 from pythonfmu.enums import Fmi2Status
 
 _Rows = tuple[tuple, ...]
@@ -24,7 +24,7 @@ class Companion(Fmi2Slave):
         outputs: rows of name, unit (None: Boolean), description.
     """
 
-    #: What belongs to the state beside the variables. None of it is changed in place.
+    #: What belongs to the state beside the variables: never changed in place, only known further.
     inside: tuple[str, ...] = ()
     #: What is said of numbers that can't be computed.
     beyond = "{}"
@@ -36,22 +36,13 @@ class Companion(Fmi2Slave):
         self._refused: dict[str, str] = {}
         #: Whether parameters can't be set any more.
         self._fixed = False
-        tables = {"parameter": parameters, "input": inputs, "output": outputs}
-        for causality, row in ((kind, row) for kind, rows in tables.items() for row in rows):
-            name, unit, *values, text = row
-            start, *bounds = values or [0.0 if unit else False]
-            setattr(self, name, start)
-            fixed = causality == "parameter"
-            variability = None if unit else Fmi2Variability.discrete
-            self.register_variable(
-                (Real if unit else Boolean)(
-                    name,
-                    causality=Fmi2Causality[causality],
-                    variability=Fmi2Variability.fixed if fixed else variability,
-                    description=text,
-                    setter=self._setter(name, fixed, *bounds) if bounds else self._no_setter,
-                )
-            )
+        for fixed, rows in ((True, parameters), (False, inputs), (False, outputs)):
+            for name, unit, *values, _ in rows:
+                start, *bounds = values or [0.0 if unit else False]
+                setattr(self, name, start)
+                setter = self._setter(name, fixed, *bounds) if bounds else self._no_setter
+                # Not more: modelDescription.xml is made from the same tables.
+                self.register_variable((Real if unit else Boolean)(name, setter=setter))
 
     def _setter(self, name: str, fixed: bool, low: float, high: float) -> Callable[[float], None]:
         """Of a parameter (`fixed`) or an input that may be from low to high."""
@@ -80,21 +71,33 @@ class Companion(Fmi2Slave):
         """What it does begins when the host steps; the standalone FMU gives the first alone."""
 
     def exit_initialization_mode(self):
-        self._fixed = not self._refused
+        self._answer(self._problem() or self._begin())
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        problem = "; ".join(self._refused.values())
+        problem = self._problem()
         if not (step_size > 0.0 and isfinite(current_time + step_size)):
             problem = f"step size = {step_size!r} s is refused: it must be > 0"
+        if not problem and not self._fixed:
+            problem = self._begin()
         try:
             problem = problem or self._step(current_time, step_size)
         except (ArithmeticError, ValueError) as error:
             problem = self.beyond.format(error)
+        return self._answer(problem)
+
+    def _problem(self) -> str | None:
+        return "; ".join(self._refused.values()) or None
+
+    def _answer(self, problem: str | None) -> bool:
         if problem:
             self.log(problem, Fmi2Status.error)
         else:
             self._fixed = True
         return not problem
+
+    def _begin(self) -> str | None:
+        """Use the parameters, which are fixed from now on; or say why they can't be used."""
+        return None
 
     def _get_fmu_state(self) -> dict:
         names = ("_fixed", "_refused", *self.inside, *(one.name for one in self.vars.values()))

@@ -109,17 +109,15 @@ class State(NamedTuple):
 
 
 class Ball(NamedTuple):
-    """How the head meets the ball, which lies where it comes when the arms point straight down."""
+    """How the head meets the ball, which lies where it comes when the arms point straight down.
 
-    #: s since the top.
+    Since the top: s, and m along the path. Of travel: m/s, and rad above the ground. Mass in kg.
+    """
+
     time: float
-    #: m/s.
     speed: float
-    #: Of travel, rad above the ground.
     direction: float
-    #: m along the path since the top.
     path: float
-    #: kg.
     effective_mass: float
 
 

@@ -17,11 +17,8 @@ A host that wants a curve of speed and no mechanics gives its peak, `prescribed_
 taken back at `takeaway_speed`, far enough for a smooth rise in `rise_time` to a peak that is held;
 touch falls after the peak whatever the step. The other outputs are 0 then.
 
-The parameters' start values are those of C.-C. Chiang, The Simple Golf Simulator (GTS Sporting,
-2016, github.com/markccchiang/Simple-Golf-Simulator): a golfer of 70 kg (arms of 0.6 m, shoulders
-of 0.17 m) and a club with a head of 0.2 kg; 52.76 m/s at the ball, 0.2125 s after the top.
-
-Self-contained: pythonfmu, the standard library, companion.py, double_pendulum.py and taylor.py.
+The start values are those of C.-C. Chiang, The Simple Golf Simulator (GTS Sporting, 2016,
+github.com/markccchiang/Simple-Golf-Simulator): 52.76 m/s at the ball, 0.2125 s after the top.
 """
 
 import json
@@ -29,7 +26,6 @@ from math import cos, pi, sin
 
 from companion import Companion
 from double_pendulum import HELD, Ball, Course, Golfer, State
-from pythonfmu.enums import Fmi2Status
 
 _CLUB_INERTIA = "Of the club about the wrist; at least club_first_moment^2 / club_mass"
 _RELEASE = "The wrist is held until the arms are so near to straight down; from arm_start on: never"
@@ -106,17 +102,9 @@ class Swing(Companion):
         #: Where the speeds handed over have brought the head, m from the ball.
         self._handed = 0.0
 
-    def exit_initialization_mode(self):
-        problem = self._begin()
-        if problem:
-            self.log(problem, Fmi2Status.error)
-
     def _begin(self) -> str | None:
-        """Fix the parameters; or say why they can't be used."""
-        if self._refused:
-            return "; ".join(self._refused.values())
         if self.prescribed_speed:
-            self._fixed, self.club_speed = True, -self.takeaway_speed
+            self.club_speed = -self.takeaway_speed
             return None
         if self.club_inertia * self.club_mass < self.club_first_moment**2 * (1.0 - 1e-12):
             return (
@@ -135,13 +123,11 @@ class Swing(Companion):
             self._take(0.0, course, self.backswing_time, ball)
         except (ArithmeticError, ValueError) as error:
             return f"these parameters leave the range of a double ({error})"
-        self._fixed = True
         return None
 
     def _step(self, current_time: float, size: float) -> str | None:
-        problem = None if self._fixed else self._begin()
-        if problem or not self.prescribed_speed:
-            return problem or self._swing(size)
+        if self._course and self._ball:
+            return self._swing(size, self._course, self._origin, self._ball)
         self._prescribed_step(size)
         return None
 
@@ -151,10 +137,7 @@ class Swing(Companion):
         end = self._time + exact
         return end, (end - self._time) - exact
 
-    def _swing(self, size: float) -> str | None:
-        course, origin, ball = self._course, self._origin, self._ball
-        assert course
-        assert ball
+    def _swing(self, size: float, course: Course, origin: float, ball: Ball) -> str | None:
         force, begin, (end, lost) = self.reaction_force, self._time, self._after(size)
         if begin < ball.time and size > 0.5 * ball.time:
             return (

@@ -1,10 +1,7 @@
 """ClubBallImpact.fmu: FMI 2.0, co-simulation."""
 
-from xml.etree.ElementTree import Element, SubElement
+from golf_impact.variables import UNITS, VARIABLES
 
-from golf_impact.variables import LAWS, UNITS, VARIABLES
-
-from golf_build import description as xml
 from golf_build.packaging import Builder
 
 _ENTRY = '''"""The entry point of the FMU; pythonfmu compiles this file anew for every instance."""
@@ -25,16 +22,5 @@ class ClubBallImpact(face.ClubBallImpact):
 '''
 
 
-def _described(written: bytes, guid: str) -> bytes:
-    """Pythonfmu's modelDescription.xml with all that the table of variables knows."""
-    # An Integer, since libcosim and ecos know no Enumeration: they leave such a variable out.
-    meanings = "; ".join(f"{number} {name}: {text}" for number, (name, text) in LAWS.items())
-    law = Element("SimpleType", name="ContactLaw", description=meanings)
-    SubElement(law, "Integer", xml.LAW_BOUNDS)
-    root = xml.impact(written, VARIABLES, UNITS, law, guid=guid)
-    xml.list_initial_unknowns(root)
-    return xml.as_text(root)
-
-
-_SHOWN = {"variables": VARIABLES}
-BUILDER = Builder(2, "ClubBallImpact", "club_ball_impact", _ENTRY, _described, _SHOWN)
+_TABLES = {"rows": VARIABLES, "units": UNITS}
+BUILDER = Builder(2, "ClubBallImpact", "club_ball_impact", _ENTRY, _TABLES)

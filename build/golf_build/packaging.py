@@ -1,8 +1,8 @@
 """Packages a slave: pythonfmu does it, and this makes it complete and reproducible.
 
-pythonfmu 0.7.0 writes no units, ranges or initial unknowns, a random GUID and the time of day; its
-modules are found by name, so that a second build in one process would silently run the code of the
-first. Here every build carries its modules under a name that contains the digest of its sources.
+pythonfmu 0.7.0 writes a random GUID and the time of day; its modules are found by name, so that a
+second build in one process would silently run the code of the first. Here every build carries its
+modules under a name that contains the digest of its sources.
 """
 
 import hashlib
@@ -10,7 +10,7 @@ import importlib.metadata
 import re
 import sys
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,12 +20,9 @@ import golf_impact
 from golf_impact.variables import LAWS
 
 from golf_build.archive import SUMS, scratch, sums, unpacked, write_archive
+from golf_build.description import HERE, RUNTIMES, described, rendered
 
-HERE = Path(__file__).resolve().parent
 _PHYSICS = Path(golf_impact.__file__).resolve().parent
-
-#: What packs an FMU, by the version of FMI; its runtime travels along.
-RUNTIMES = {2: "pythonfmu", 3: "pythonfmu3"}
 
 #: What the package is inside an FMU, in place of its __init__.py, which offers what needs more
 #: than the standard library.
@@ -43,16 +40,14 @@ class Builder(NamedTuple):
         name: of the file, without .fmu.
         face: the module of its class.
         entry: the module that the runtime loads; {package} is filled in.
-        described: modelDescription.xml from what the runtime wrote, and the GUID.
-        variables: what the page of documentation lists, by the names that its template gives them.
+        tables: what it shows, as `described` takes it: rows, units ...
     """
 
     fmi: int
     name: str
     face: str
     entry: str
-    described: Callable[[bytes, str], bytes]
-    variables: dict[str, Any]
+    tables: dict[str, Any]
 
     def digest(self) -> str:
         """SHA-256 of all that an FMU is made from: what decides if a build is current."""
@@ -61,8 +56,8 @@ class Builder(NamedTuple):
         face = fmu_source(f"{self.face}.py")
         files = {face.name: face.read_bytes(), "LICENSE": _license()}
         files |= {f"golf_impact/{name}": data for name, data in bundled().items()}
-        pictures = (HERE / "model.png", *(HERE / "documentation").iterdir())
-        files |= {f.name: f.read_bytes() for f in (*HERE.glob("*.py"), *pictures)}
+        ours = (*HERE.glob("*.py"), *HERE.glob("model*"), *(HERE / "documentation").iterdir())
+        files |= {f"{f.parent.name}/{f.name}": f.read_bytes() for f in ours}
         for name, data in sorted(files.items()):
             total.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
         return total.hexdigest()
@@ -100,8 +95,13 @@ class Builder(NamedTuple):
         entry = self.entry.format(package=package).encode()
         with packaged(self.fmi, f"{self.face}_{suffix}", entry, modules) as raw:
             files = unpacked(raw)
-        description = files["modelDescription.xml"]
-        files["modelDescription.xml"] = self.described(description, self.guid())
+        about = "A golf club hits a ball: contact force, smash factor, restitution, energy"
+        naming: dict[str, Any] = {
+            "name": "ClubBallImpact",
+            "token": self.guid(),
+            "description": about,
+        }
+        files["modelDescription.xml"] = described(self.fmi, laws=LAWS, **naming, **self.tables)
         files |= self._documents()
         return files | {SUMS: sums(files)}
 
@@ -116,27 +116,13 @@ class Builder(NamedTuple):
             runtime=runtime,
             version=golf_impact.__version__,
             laws=LAWS,
-            **self.variables,
+            **self.tables,
         )
         files["documentation/licenses/license.txt"] = _license()
         for file in importlib.metadata.files(runtime) or []:
             if file.name == "LICENSE":
                 files[f"documentation/licenses/{runtime}.txt"] = file.read_binary()
         return files
-
-
-def rendered(template: Path, **values: Any) -> bytes:
-    """What jinja makes of a template (UTF-8)."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(template.parent),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    return environment.get_template(template.name).render(values).encode()
 
 
 def guid_of(fmu: Path) -> str | None:
@@ -171,9 +157,7 @@ def _license() -> bytes:
 
 
 @contextmanager
-def packaged(
-    fmi: int, module: str, script: bytes, beside: dict[str, bytes], states: bool = True
-) -> Iterator[Path]:
+def packaged(fmi: int, module: str, script: bytes, beside: dict[str, bytes]) -> Iterator[Path]:
     """The FMU as its runtime packs it, for the time of a `with` block.
 
     Args:
@@ -181,11 +165,9 @@ def packaged(
         module: name of the module with the class.
         script: its source.
         beside: further sources, by their path beside it.
-        states: whether it can save its state, also as bytes.
     """
     # Only here: listing scenarios must not wait for it.
     build_fmu = importlib.import_module(f"{RUNTIMES[fmi]}.builder").FmuBuilder.build_FMU
-    word = "State" if fmi == 3 else "state"
     path, modules, bytecode = list(sys.path), set(sys.modules), sys.dont_write_bytecode
     with scratch({f"{module}.py": script, **beside}) as folder:
         tops = sorted({name.partition("/")[0] for name in beside})
@@ -195,7 +177,6 @@ def packaged(
                 folder / f"{module}.py",
                 dest=folder / "packaged",
                 project_files=[folder / name for name in tops],
-                **{f"canGetAndSetFMU{word}": states, f"canSerializeFMU{word}": states},
             )
         finally:
             sys.dont_write_bytecode = bytecode

@@ -23,8 +23,9 @@ from typing import NamedTuple
 
 from golf_build import elf
 from golf_build.archive import SUMS, scratch, sums, unpacked, write_archive
+from golf_build.description import HERE, RUNTIMES
 from golf_build.extras import install_command
-from golf_build.packaging import HERE, RUNTIMES, Builder, bundled, fmu_source
+from golf_build.packaging import Builder, bundled, fmu_source
 
 SUFFIX = ".standalone"
 

@@ -11,11 +11,12 @@ from types import ModuleType
 
 import golf_impact
 from golf_impact import variables
+from golf_impact.variables import Unit, Variable
 
-from golf_build import description as xml
 from golf_build import standalone as alone
 from golf_build.archive import unpacked, write_archive
-from golf_build.packaging import HERE, fmu_source, packaged, rendered
+from golf_build.description import HERE, described, rendered
+from golf_build.packaging import fmu_source, packaged
 
 #: The system's file, and in it the folder of the FMUs (SSP 1.0, section 5).
 NAME = "GolfSwing.ssp"
@@ -119,11 +120,10 @@ def build_companion(name: str, out: Path, standalone: bool = False) -> Path:
         texts[names[module]] = text
     face = names[COMPANIONS[name]]
     beside = {f"{module}.py": text for module, text in texts.items() if module != face}
+    guid = str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/companion/{digest}"))
     with packaged(2, face, texts[face], beside) as raw:
         files = unpacked(raw)
-        guid = str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/companion/{digest}"))
-        written = files["modelDescription.xml"]
-        files["modelDescription.xml"] = _described(written, sys.modules[face], guid)
+        files["modelDescription.xml"] = _described(name, sys.modules[face], guid)
     return write_archive(out, alone.standalone(files) if standalone else files)
 
 
@@ -140,17 +140,16 @@ def _sources(module: str) -> dict[str, bytes]:
     return found
 
 
-def _described(written: bytes, tables: ModuleType, guid: str) -> bytes:
-    """What pythonfmu wrote, with units, initial unknowns and nothing that changes."""
-    root = xml.parsed(written, guid=guid, description=tables.DESCRIPTION)
-    rows = (*tables.PARAMETERS, *tables.INPUTS, *tables.OUTPUTS)
-    used = {unit for _, unit, *_ in rows}
-    xml.insert_units(root, {unit: base for unit, base in UNITS.items() if unit in used})
-    for variable, (_, unit, *_) in zip(xml.child(root, "ModelVariables"), rows, strict=True):
-        if unit is not None:
-            variable[0].set("unit", unit)
-    xml.list_initial_unknowns(root)
-    return xml.as_text(root)
+def _described(name: str, tables: ModuleType, guid: str) -> bytes:
+    groups = {"parameter": tables.PARAMETERS, "input": tables.INPUTS, "output": tables.OUTPUTS}
+    rows = []
+    for causality, group in groups.items():
+        for one, unit, *values, text in group:
+            of_type = "Real" if unit else "Boolean", unit or "", values[0] if values else None
+            rows.append(Variable(one, causality, *of_type, 0, 0, "", None, None, text))
+    used = {row.unit for row in rows}
+    units = {unit: Unit(base, {}) for unit, base in UNITS.items() if unit in used}
+    return described(2, rows, name=name, token=guid, description=tables.DESCRIPTION, units=units)
 
 
 # The system

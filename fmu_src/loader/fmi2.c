@@ -65,7 +65,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real size, fmi2Boolea
     int accepted = done ? PyObject_IsTrue(done) : 0;
     Py_DecRef(done);
     int fine = flush(i, fmi2Fatal);
-    leave(outer);
+    PyGILState_Release(outer);
     i->refused = !accepted;
     i->reached = accepted ? point + size : point;
     return !fine ? fmi2Fatal : accepted ? fmi2OK : fmi2Discard;

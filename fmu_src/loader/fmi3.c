@@ -86,7 +86,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 size,
     }
     Py_DecRef(done);
     int fine = flush(i, fmi3Fatal);
-    leave(outer);
+    PyGILState_Release(outer);
     *last = accepted ? reached : point;
     *event = met && i->event_mode;
     *early = accepted && reached < point + size;

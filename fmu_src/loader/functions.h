@@ -13,7 +13,7 @@
         int outer = enter();                                                                       \
         int fine = (__VA_ARGS__);                                                                  \
         fine = flush(i, FMI(Fatal)) && fine;                                                       \
-        leave(outer);                                                                              \
+        PyGILState_Release(outer);                                                                 \
         return fine ? FMI(OK) : FMI(Fatal);                                                        \
     } while (0)
 
@@ -51,7 +51,6 @@ Status FMI(Reset)(void *c) { IN_PYTHON(new_slave(i)); }
                          LIST(count, to_python(values[n]))));                                      \
     }
 ACCESS(Boolean, "boolean", PyObject_IsTrue, PyBool_FromLong)
-
 
 /* Strings live until the next ones are read. */
 Status FMI(GetString)(void *c, const uint32_t references[], size_t count, const char *values[] COUNT)

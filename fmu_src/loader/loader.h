@@ -24,7 +24,6 @@ typedef struct object Object;
     X(int, PyObject_IsTrue, (Object *))                                                            \
     X(Object *, Py_BuildValue, (const char *, ...))                                                \
     X(int, PyArg_ParseTuple, (Object *, const char *, ...))                                        \
-    X(Object *, PySequence_Tuple, (Object *))                                                      \
     X(int, PySequence_Contains, (Object *, Object *))                                              \
     X(Object *, PyTuple_New, (intptr_t))                                                           \
     X(Object *, PyList_New, (intptr_t))                                                            \
@@ -192,11 +191,6 @@ static int enter(void)
     return PyGILState_Ensure();
 }
 
-static void leave(int outer)
-{
-    PyGILState_Release(outer);
-}
-
 /* Hands messages on to the host; an exception, too. 1 if there was none. */
 static int flush(Instance *i, int fatal)
 {
@@ -282,7 +276,7 @@ static Instance *new_instance(const char *name, void *environment, void *logger,
         int outer = enter();
         fine = new_slave(i);
         flush(i, fatal);
-        leave(outer);
+        PyGILState_Release(outer);
     } else say(i, fatal, "logStatusFatal", failure);
     if (fine) return i;
     free(i->name);
@@ -297,7 +291,7 @@ static void free_instance(Instance *i)
     Py_DecRef(i->strings);
     Py_DecRef(i->messages);
     Py_DecRef(i->slave);
-    leave(outer);
+    PyGILState_Release(outer);
     set_logging(i, 0, 0, NULL);
     free(i->name);
     free(i);

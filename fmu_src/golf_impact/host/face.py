@@ -1,7 +1,6 @@
-"""What the faces for FMI 2.0 and 3.0 have alike; each brings the names of its own runtime."""
+"""What the faces for FMI 2.0 and 3.0 have alike."""
 
-from collections import OrderedDict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from .thread_state import Hold
@@ -40,29 +39,3 @@ class Face:
 
     get_boolean, set_boolean = accessors("Boolean")
     get_string, set_string = accessors("String", str)
-
-
-def registered(
-    rows: Iterable[Any], kinds: Mapping[str, Any], causality: Any, variability: Any, **initial: Any
-) -> OrderedDict:
-    """The table as a runtime knows variables: one set for all instances, which never change it.
-
-    Args:
-        rows: of the table.
-        kinds: the runtime's classes by the table's types.
-        causality: its enumeration of these.
-        variability: likewise.
-        initial: what it is told of a causality's variables.
-    """
-    variables = OrderedDict()
-    for reference, row in enumerate(rows):
-        changes = "continuous" if row.type == "Real" else "discrete"
-        variables[reference] = variable = kinds[row.type](
-            row.name,
-            causality=causality[row.causality],
-            variability=variability["fixed" if row.causality == "parameter" else changes],
-            initial=initial.get(row.causality),
-            description=row.description,
-        )
-        variable.value_reference = reference
-    return variables

@@ -130,6 +130,6 @@ def given_fmu(path: Path) -> Path:
 
 def build_plain_fmu(script: Path, folder: Path) -> Path:
     """Package a self-contained slave as pythonfmu does, with nothing added."""
-    with packaging.packaged(2, script.stem, script.read_bytes(), {}, states=False) as fmu:
+    with packaging.packaged(2, script.stem, script.read_bytes(), {}) as fmu:
         folder.mkdir(parents=True, exist_ok=True)
         return Path(shutil.copy(fmu, folder))
