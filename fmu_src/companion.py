@@ -71,32 +71,32 @@ class Companion(Fmi2Slave):
         """What it does begins when the host steps; the standalone FMU gives the first alone."""
 
     def exit_initialization_mode(self):
-        self._answer(self._problem() or self._begin())
+        problem = self._problem()
+        if problem:
+            self.log(problem, Fmi2Status.error)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         problem = self._problem()
         if not (step_size > 0.0 and isfinite(current_time + step_size)):
             problem = f"step size = {step_size!r} s is refused: it must be > 0"
-        if not problem and not self._fixed:
-            problem = self._begin()
         try:
             problem = problem or self._step(current_time, step_size)
         except (ArithmeticError, ValueError) as error:
             problem = self.beyond.format(error)
-        return self._answer(problem)
-
-    def _problem(self) -> str | None:
-        return "; ".join(self._refused.values()) or None
-
-    def _answer(self, problem: str | None) -> bool:
         if problem:
             self.log(problem, Fmi2Status.error)
-        else:
-            self._fixed = True
         return not problem
 
+    def _problem(self) -> str | None:
+        """Why no step can be taken; if one can, the parameters are fixed."""
+        problem = "; ".join(self._refused.values()) or None
+        if not problem and not self._fixed:
+            problem = self._begin()
+            self._fixed = not problem
+        return problem
+
     def _begin(self) -> str | None:
-        """Use the parameters, which are fixed from now on; or say why they can't be used."""
+        """Use the parameters, or say why they can't be used."""
         return None
 
     def _get_fmu_state(self) -> dict:

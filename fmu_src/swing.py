@@ -168,13 +168,11 @@ class Swing(Companion):
     def _take(self, time: float, course: Course, origin: float, ball: Ball) -> None:
         """Be at this communication point of a motion."""
         golfer, state = course.golfer, _motion(course, origin, ball, time)
-        speed, energy = state.head_speed(golfer), state.energy(golfer)
+        back = -1.0 if time < origin else 1.0
+        speed, energy = back * state.head_speed(golfer), state.energy(golfer)
         hands = (0.0, 0.0) if time < origin else course.hands(time - origin)
         self._time, self._course, self._origin, self._ball = time, course, origin, ball
-        self.head_speed, self.head_distance = (
-            -speed if time < origin else speed,
-            state.path - ball.path,
-        )
+        self.head_speed, self.head_distance = speed, state.path - ball.path
         self.arm_angle, self.club_angle = state.arm, state.club
         self.shoulder_torque, (self.hand_force, self.wrist_torque) = state.shoulder_torque, hands
         self.energy, self.work, self.effective_mass = energy, state.work, ball.effective_mass
