@@ -169,12 +169,11 @@ class Course:
         along, up = after[0] - before[0], after[1] - before[1]
         return self.force * (along * cos(self.direction) + up * sin(self.direction))
 
-    def hands(self, t: float) -> tuple[float, float]:
-        """What the hands do to the club: their force, N, and their torque, N.m."""
+    def hands(self, t: float, state: State) -> tuple[float, float]:
+        """What the hands do to the club in this state at t: their force, N, and torque, N.m."""
         piece, golfer, force = self._piece(t), self.golfer, self.force
         if piece.stage == FINISHED:
             return 0.0, 0.0
-        state = piece.state(t)
         p, q, u, w = state[:4]
         p2, q2 = (value(slope(one), t - piece.start) for one in piece.series[2:4])
         r, mass, first = golfer.arm_length, golfer.club_mass, golfer.club_first_moment

@@ -85,7 +85,7 @@ _THERE = 1e-9
 class Swing(Companion):
     """A golf swing over time; see the module's text."""
 
-    inside = ("_time", "_lost", "_rise", "_course", "_origin", "_ball", "_handed")
+    inside = ("_time", "_lost", "_rise", "_course", "_origin", "_ball", "_handed", "_shown")
     beyond = "this step leaves the range of a double ({})"
 
     def __init__(self, **kwargs):
@@ -101,6 +101,8 @@ class Swing(Companion):
         self._ball: Ball | None = None
         #: Where the speeds handed over have brought the head, m from the ball.
         self._handed = 0.0
+        #: Whether the outputs are those of this communication point: a host may read none.
+        self._shown = False
 
     def _begin(self) -> str | None:
         if self.prescribed_speed:
@@ -117,12 +119,12 @@ class Swing(Companion):
         try:
             course = Course(golfer, top, HELD)
             ball = course.ball()
-            if ball is None:
-                return "these parameters are refused: the arms don't come down to the ball"
-            ball = ball._replace(time=ball.time + self.backswing_time)
-            self._take(0.0, course, self.backswing_time, ball)
         except (ArithmeticError, ValueError) as error:
             return f"these parameters leave the range of a double ({error})"
+        if ball is None:
+            return "these parameters are refused: the arms don't come down to the ball"
+        self._course, self._origin = course, self.backswing_time
+        self._ball = ball._replace(time=ball.time + self._origin)
         return None
 
     def _step(self, current_time: float, size: float) -> str | None:
@@ -159,23 +161,26 @@ class Swing(Companion):
             speed = ball.speed
         else:
             speed = course.at(end - origin)[0].head_speed(course.golfer)
-        self._take(end, course, origin, ball)
-        self._lost, self._handed, self.club_speed = lost, handed, speed
+        self._course, self._origin, self._ball = course, origin, ball
+        self._time, self._lost, self._shown = end, lost, False
+        self._handed, self.club_speed = handed, speed
         self.reaction_work += work
         self.reaction_impulse += force * size
         return None
 
-    def _take(self, time: float, course: Course, origin: float, ball: Ball) -> None:
-        """Be at this communication point of a motion."""
-        golfer, state = course.golfer, _motion(course, origin, ball, time)
-        back = -1.0 if time < origin else 1.0
-        speed, energy = back * state.head_speed(golfer), state.energy(golfer)
-        hands = (0.0, 0.0) if time < origin else course.hands(time - origin)
-        self._time, self._course, self._origin, self._ball = time, course, origin, ball
-        self.head_speed, self.head_distance = speed, state.path - ball.path
-        self.arm_angle, self.club_angle = state.arm, state.club
-        self.shoulder_torque, (self.hand_force, self.wrist_torque) = state.shoulder_torque, hands
-        self.energy, self.work, self.effective_mass = energy, state.work, ball.effective_mass
+    def get_real(self, vrs):
+        course, ball, time = self._course, self._ball, self._time
+        if course and ball and not self._shown:
+            golfer, state = course.golfer, _motion(course, self._origin, ball, time)
+            speed, down = state.head_speed(golfer), time - self._origin
+            self.head_speed = -speed if down < 0.0 else speed
+            self.head_distance = state.path - ball.path
+            self.arm_angle, self.club_angle = state.arm, state.club
+            hands = (0.0, 0.0) if down < 0.0 else course.hands(down, state)
+            self.hand_force, self.wrist_torque = hands
+            self.shoulder_torque, self.effective_mass = state.shoulder_torque, ball.effective_mass
+            self.energy, self.work, self._shown = state.energy(golfer), state.work, True
+        return super().get_real(vrs)
 
     def _prescribed_step(self, size: float) -> None:
         end, lost = self._after(size)
