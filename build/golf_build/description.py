@@ -58,7 +58,7 @@ def described(
         state = (derivatives or {}).get(row.name)
         own = _of_type(row) | {"derivative": references[state] if state else None}
         variables.append((row, _ELEMENTS[fmi][row.type], own))
-    return rendered(
+    text = rendered(
         HERE / "modelDescription.xml.jinja",
         fmi=fmi,
         variables=variables,
@@ -69,6 +69,8 @@ def described(
         author="The golf-impact developers",
         **more,
     )
+    # All attributes are in double quotes: whoever looks for a text finds it as it is.
+    return text.replace(b"&#39;", b"'")
 
 
 def _of_type(row: Variable) -> dict[str, Any]:
