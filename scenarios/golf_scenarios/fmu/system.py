@@ -7,7 +7,6 @@ from pathlib import Path
 import fmpy
 import numpy as np
 
-from golf_build import standalone as alone
 from golf_build import system
 from golf_scenarios.fmu.file import building
 from golf_scenarios.fmu.loaded import LoadedFmu
