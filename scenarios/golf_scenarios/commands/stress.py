@@ -33,11 +33,11 @@ def stress(
     from golf_scenarios.files import as_json, prepare, write_together
 
     prepare(folder, "stress.json", "stability.png")
-    from golf_scenarios.stress.all import measured
+    from golf_scenarios.stress.all import checks_and_maps
     from golf_scenarios.stress.stability import draw
 
     with progress() as bar:
-        results, maps = measured(quick, DEFAULT_SEED if seed is None else seed, bar)
+        results, maps = checks_and_maps(quick, DEFAULT_SEED if seed is None else seed, bar)
     results["conclusion"] = _conclusion(results, maps)
     write_together(folder, {"stress.json": as_json(results), "stability.png": draw(maps)})
     _show(results)

@@ -35,23 +35,15 @@ class Invariant:
 
 
 class Ledger:
-    def __init__(self) -> None:
-        self.checks: dict[str, Invariant] = {}
+    """Checks by name; each claim is its name, what it says and the largest error that passes."""
 
-    def claim(self, name: str, claim: str, bar: float) -> None:
-        """Announce a check; errors above `bar` fail."""
-        self.checks[name] = Invariant(claim, bar)
+    def __init__(self, *claims: tuple[str, str, float]) -> None:
+        self.checks = {name: Invariant(claim, bar) for name, claim, bar in claims}
 
     def record(self, name: str, error: float, case: Mapping[str, Any], **where: Any) -> None:
         """Note one error of a check; `where` adds to the case, if this is the worst so far."""
         check = self.checks[name]
         check.count += 1
-        bad = not error <= check.bar  # NaN is bad
-        check.failures += bad
+        check.failures += not error <= check.bar  # NaN is bad
         if not check.case or math.isnan(error) or error > check.worst:
-            check.worst = error
-            check.case = {**case, **where}
-
-    @property
-    def passed(self) -> bool:
-        return all(check.passed for check in self.checks.values())
+            check.worst, check.case = error, {**case, **where}

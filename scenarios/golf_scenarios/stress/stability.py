@@ -58,34 +58,37 @@ class Map:
     damping: np.ndarray
     errors: np.ndarray
 
-
-def _euler(x: float, zeta: float) -> np.ndarray:
-    return np.array([[1.0, x], [-x, 1.0 - 2.0 * zeta * x]])
-
-
-def _semi_implicit(x: float, zeta: float) -> np.ndarray:
-    kick = np.array([[1.0, 0.0], [-x, 1.0 - 2.0 * zeta * x]])
-    return np.array([[1.0, x], [0.0, 1.0]]) @ kick
+    def as_lists(self) -> dict[str, Any]:
+        """All of it, for JSON."""
+        return {key: x if isinstance(x, str) else x.tolist() for key, x in vars(self).items()}
 
 
-def _verlet(x: float, zeta: float) -> np.ndarray:
-    explicit = np.array([[1.0, 0.0], [-0.5 * x, 1.0 - zeta * x]])
-    implicit = np.array([[1.0, 0.0], [-0.5 * x / (1.0 + zeta * x), 1.0 / (1.0 + zeta * x)]])
-    return implicit @ np.array([[1.0, x], [0.0, 1.0]]) @ explicit
+def _explicit(order: int, x: float, zeta: float) -> np.ndarray:
+    """The exponential series up to this order."""
+    a, step = x * np.array([[0.0, 1.0], [-1.0, -2.0 * zeta]]), np.eye(2)
+    for n in range(order, 0, -1):
+        step = np.eye(2) + a / n @ step
+    return step
 
 
-def _runge_kutta(x: float, zeta: float) -> np.ndarray:
-    a = x * np.array([[0.0, 1.0], [-1.0, -2.0 * zeta]])
-    one = np.eye(2)
-    return one + a @ (one + a / 2.0 @ (one + a / 3.0 @ (one + a / 4.0)))
+def _kick(x: float, zeta: float) -> np.ndarray:
+    return np.array([[1.0, 0.0], [-x, 1.0 - 2.0 * zeta * x]])
+
+
+def _drift(x: float) -> np.ndarray:
+    return np.array([[1.0, x], [0.0, 1.0]])
 
 
 #: Peers that step: their module and the matrix that takes (ω0 d, d') over one step of ω0 h.
 STEPPING: dict[str, tuple[Any, Callable[[float, float], np.ndarray]]] = {
-    "explicit Euler": (explicit_euler, _euler),
-    "semi-implicit Euler": (semi_implicit_euler, _semi_implicit),
-    "Störmer–Verlet": (stormer_verlet, _verlet),
-    "Runge–Kutta 4": (runge_kutta4, _runge_kutta),
+    "explicit Euler": (explicit_euler, partial(_explicit, 1)),
+    "semi-implicit Euler": (semi_implicit_euler, lambda x, zeta: _drift(x) @ _kick(x, zeta)),
+    "Störmer–Verlet": (
+        stormer_verlet,
+        # Half a kick, explicit before the drift and implicit after it.
+        lambda x, zeta: np.linalg.solve(_kick(-x / 2.0, zeta), _drift(x) @ _kick(x / 2.0, zeta)),
+    ),
+    "Runge–Kutta 4": (runge_kutta4, partial(_explicit, 4)),
 }
 
 
@@ -109,30 +112,24 @@ def maps(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
     steps = np.logspace(-2 if quick else -3, 3, 6 if quick else 37)
     damping = np.array([0.0, *np.logspace(-2, 3, 4 if quick else 26)])
     tolerances = np.logspace(-3, -13, 3 if quick else 11)
-    exact = {zeta: exact_outcome(_case(zeta)) for zeta in damping.tolist()}
+    cases = {zeta: _case(zeta) for zeta in damping.tolist()}
+    exact = {zeta: exact_outcome(case) for zeta, case in cases.items()}
     solvers: list[tuple[str, str, np.ndarray, Callable[[Case, float], Outcome]]] = [
-        (OURS, "ω0 h", steps, lambda case, x: _fmu(driver, case, x))
+        (OURS, "ω0 h", steps, partial(_fmu, driver)),
+        *((name, "ω0 h", steps, partial(_stepped, peer)) for name, (peer, _) in STEPPING.items()),
+        *(
+            (f"SciPy {method}", "rtol", tolerances, partial(solve_ivp.solve, method=method))
+            for method in ("DOP853", "LSODA", "Radau")
+        ),
     ]
-    for name, (module, _) in STEPPING.items():
-        solvers.append((name, "ω0 h", steps, partial(_stepped, module)))
-    for method in ("DOP853", "LSODA", "Radau"):
-        adaptive = partial(solve_ivp.solve, method=method)
-        solvers.append((f"SciPy {method}", "rtol", tolerances, adaptive))
-    measured = []
+    made = []
     for name, axis, columns, solve in solvers:
-        table = np.full((len(damping), len(columns)), np.inf)
-        for row, zeta in enumerate(damping.tolist()):
-            case = _case(zeta)
-            for column, x in enumerate(columns.tolist()):
-                table[row, column] = _error(case, solve, x, exact[zeta])
+        table = []
+        for zeta, case in cases.items():
+            table.append([_error(case, solve, x, exact[zeta]) for x in columns.tolist()])
             tick()
-        measured.append(Map(name, axis, columns, damping, table))
-    return measured
-
-
-def _stepped(module: Any, case: Case, x: float) -> Outcome:
-    """A stepping method's answer with the step ω0·h = x."""
-    return module.solve(case, x / case.natural_frequency)
+        made.append(Map(name, axis, columns, damping, np.array(table)))
+    return made
 
 
 def _case(zeta: float) -> Case:
@@ -151,16 +148,19 @@ def _error(case: Case, solve: Callable[[Case, float], Outcome], x: float, exact:
     return error if math.isfinite(error) else math.inf
 
 
+def _stepped(peer: Any, case: Case, x: float) -> Outcome:
+    """A stepping method's answer with the step ω0·h = x."""
+    return peer.solve(case, x / case.natural_frequency)
+
+
 def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
     """By steps of x/ω0 through the contact, until it is over."""
-    size = x / case.natural_frequency
+    size, point = x / case.natural_frequency, 0.0
     driver.begin_run(vars(case))
-    point = 0.0
     while not driver.flag("separated"):
         driver.slave.doStep(point, size)
         point += size
-    outputs = driver.outputs()
-    return Outcome(*(outputs[name] for name in Outcome._fields))
+    return Outcome(**driver.read(Outcome._fields))
 
 
 def draw(maps: list[Map]) -> bytes:
