@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.lines import Line2D
-from matplotlib.patches import PathPatch, Rectangle
+from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 
 from golf_scenarios.peers import (
@@ -166,12 +166,8 @@ def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
 def draw(maps: list[Map]) -> bytes:
     """The maps as PNG, one colour scale; the limits of theory on those that step."""
     figure, axes = figures.plt.subplots(2, 4, figsize=(13.5, 7.0), sharey=True)
-    figure.suptitle(
-        "Error over step size and damping (law 2): the FMU is flat, stepping methods blow up",
-        x=0.01,
-        ha="left",
-        fontweight="bold",
-    )
+    title = "Error over step size and damping (law 2): the FMU is flat, stepping methods blow up"
+    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
     steps = len(_BOUNDS) - 1 - len(_NONSENSE)
     usable = figures.plt.get_cmap("cividis", steps)(range(steps))
     colours = ListedColormap([*usable, *_NONSENSE])
@@ -180,21 +176,18 @@ def draw(maps: list[Map]) -> bytes:
         # ζ = 0 has no place on a logarithmic axis: a row of its own, apart from the rest.
         edges = _edges(one.damping[1:])
         zero = edges[0] * (edges[0] / edges[-1]) ** np.array([0.12, 0.04])
-        across = _edges(one.steps)
         for up, table in ((edges, one.errors[1:]), (zero, one.errors[:1])):
-            found = np.ma.masked_invalid(table)
-            shown = np.ma.clip(found, _BOUNDS[0], _BOUNDS[-1] * 0.999)
-            place.pcolormesh(across, up, shown, cmap=colours, norm=norm)
-            _hatch(place, across, up, (found > 1.0).filled(False), "///")
-            _hatch(place, across, up, ~np.isfinite(table), "xxx")
+            cells = _edges(one.steps), up
+            shown = np.ma.masked_invalid(table).clip(_BOUNDS[0], _BOUNDS[-1] * 0.999)
+            place.pcolormesh(*cells, shown, cmap=colours, norm=norm)
+            none = np.isinf(table)
+            _hatch(place, *cells, (table > 1.0) & ~none, "///")
+            _hatch(place, *cells, none, "xxx")
         place.set(xscale="log", yscale="log", ylim=(zero[0], edges[-1]))
         place.set_title(one.method, fontsize=10.5)
         place.set_xlabel("step size ω₀h" if one.axis == "ω0 h" else "tolerance rtol")
         decades = [zeta for zeta in (1e-2, 1.0, 1e2) if zeta >= edges[0]]
-        place.set_yticks(
-            [math.sqrt(zero[0] * zero[1]), *decades],
-            ["0", *(f"$10^{{{math.log10(zeta):.0f}}}$" for zeta in decades)],
-        )
+        place.set_yticks([math.sqrt(zero[0] * zero[1]), *decades], ["0", *map(_power, decades)])
         place.set_yticks([], minor=True)
         place.grid(False)
         if one.axis == "rtol":
@@ -205,56 +198,53 @@ def draw(maps: list[Map]) -> bytes:
         place.set_ylabel("damping ratio ζ")
     scale = figures.plt.cm.ScalarMappable(norm, colours)
     bar = figure.colorbar(scale, ax=axes, shrink=0.9, extend="max", spacing="uniform")
-    bar.set_ticks(_BOUNDS, labels=[f"$10^{{{math.log10(one):.0f}}}$" for one in _BOUNDS])
+    bar.set_ticks(_BOUNDS, labels=map(_power, _BOUNDS))
     bar.set_label("error (hatched above 1)")
-    handles = [
-        Line2D([], [], color=figures.BLACK, lw=2.0, ls="--"),
-        Rectangle((0, 0), 1, 1, fc="white", ec="black", hatch="///"),
-        Rectangle((0, 0), 1, 1, fc="white", ec="black", hatch="xxx"),
-    ]
-    words = (
-        "limit of stability from theory (stable to the left)",
-        "error above 1",
-        "no end of contact found",
-    )
-    figure.legend(handles, words, loc="outside lower left", ncols=3)
+    limit = Line2D([], [], color=figures.BLACK, ls="--")
+    keys = {
+        "limit of stability from theory (stable to the left)": limit,
+        "error above 1": Patch(fc="white", ec="black", hatch="///"),
+        "no end of contact found": Patch(fc="white", ec="black", hatch="xxx"),
+    }
+    figure.legend(keys.values(), keys, loc="outside lower left", ncols=3)
     return figures.png(figure)
 
 
 def _hatch(place: Any, across: np.ndarray, up: np.ndarray, chosen: np.ndarray, hatch: str) -> None:
-    """Hatch these cells; `chosen` of shape (up, across), without the last edges."""
-    cells = []
-    for row, column in zip(*np.nonzero(chosen)):
-        (left, right), (low, high) = across[column : column + 2], up[row : row + 2]
-        corners = [(left, low), (right, low), (right, high), (left, high), (left, low)]
-        cells.append(Path(corners, closed=True))
+    """Hatch these cells as one area; `chosen` of shape (up, across), without the last edges."""
+    turns = ((0, 0), (0, 1), (1, 1), (1, 0), (0, 0))
+    cells = [
+        Path([(across[column + n], up[row + m]) for m, n in turns], closed=True)
+        for row, column in np.argwhere(chosen)
+    ]
     if cells:
-        whole = Path.make_compound_path(*cells)
-        place.add_patch(PathPatch(whole, fc="none", ec="0.35", lw=0.0, hatch=hatch))
+        area = Path.make_compound_path(*cells)
+        place.add_patch(PathPatch(area, fc="none", ec="0.35", lw=0.0, hatch=hatch))
+
+
+def _power(value: float) -> str:
+    return f"$10^{{{math.log10(value):.0f}}}$"
 
 
 def _edges(centres: np.ndarray) -> np.ndarray:
-    """Between which the cells of a logarithmic axis lie."""
-    places = np.log10(centres)
-    middles = 0.5 * (places[1:] + places[:-1])
-    first, last = 2.0 * places[0] - middles[0], 2.0 * places[-1] - middles[-1]
-    return 10.0 ** np.array([first, *middles, last])
+    """Between which the cells of a logarithmic axis lie, all of one width."""
+    low, high = np.log10(centres[[0, -1]])
+    half = 0.5 * (high - low) / (len(centres) - 1)
+    return np.logspace(low - half, high + half, len(centres) + 1)
 
 
 def _limit(place: Any, one: Map) -> None:
     """The edge of stability: explicit Euler's in closed form, the others' from their matrices."""
-    low, high = one.steps[0], one.steps[-1]
-    zetas = np.logspace(math.log10(one.damping[1]), math.log10(one.damping[-1]), 200)
-    if one.method == "explicit Euler":
-        limits = [euler_limit(zeta) for zeta in zetas.tolist()]
-    else:
-        step = STEPPING[one.method][1]
-        grid = np.logspace(math.log10(low), math.log10(high), 400).tolist()
-        limits = [
-            next((x for x in grid if not stable(step, x, zeta)), math.inf)
-            for zeta in zetas.tolist()
-        ]
-    drawn = [(x, zeta) for x, zeta in zip(limits, zetas.tolist()) if low <= x <= high]
+    _, step = STEPPING[one.method]
+    grid = np.geomspace(one.steps[0], one.steps[-1], 400).tolist()
+    drawn = []
+    for zeta in np.geomspace(one.damping[1], one.damping[-1], 200).tolist():
+        if one.method == "explicit Euler":
+            x = euler_limit(zeta)
+        else:
+            x = next((x for x in grid if not stable(step, x, zeta)), math.inf)
+        if grid[0] < x <= grid[-1]:  # else it is beside the map
+            drawn.append((x, zeta))
     if drawn:
         place.plot(*zip(*drawn), color="white", lw=4.0)
         place.plot(*zip(*drawn), color=figures.BLACK, ls="--")
