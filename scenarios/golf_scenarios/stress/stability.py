@@ -198,7 +198,7 @@ def draw(maps: list[Map]) -> bytes:
         place.set_ylabel("damping ratio ζ")
     scale = figures.plt.cm.ScalarMappable(norm, colours)
     bar = figure.colorbar(scale, ax=axes, shrink=0.9, extend="max", spacing="uniform")
-    bar.set_ticks(_BOUNDS, labels=map(_power, _BOUNDS))
+    bar.set_ticks(_BOUNDS, labels=[*map(_power, _BOUNDS)])
     bar.set_label("error (hatched above 1)")
     limit = Line2D([], [], color=figures.BLACK, ls="--")
     keys = {
@@ -245,6 +245,5 @@ def _limit(place: Any, one: Map) -> None:
             x = next((x for x in grid if not stable(step, x, zeta)), math.inf)
         if grid[0] < x <= grid[-1]:  # else it is beside the map
             drawn.append((x, zeta))
-    if drawn:
-        place.plot(*zip(*drawn), color="white", lw=4.0)
-        place.plot(*zip(*drawn), color=figures.BLACK, ls="--")
+    place.plot(*zip(*drawn), color="white", lw=4.0)
+    place.plot(*zip(*drawn), color=figures.BLACK, ls="--")
