@@ -5,10 +5,8 @@ to the browser, in processor time, which other work of the machine doesn't chang
 ones to the server: sessions with a websocket each.
 """
 
-import os
 import subprocess
 import sys
-from pathlib import Path
 from statistics import median
 from time import process_time
 from typing import NamedTuple
@@ -16,6 +14,7 @@ from typing import NamedTuple
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.timing import resident_bytes
 
 #: Values of the cases that are measured, by name; k changes at every step.
 CASES = {
@@ -44,7 +43,7 @@ class Step(NamedTuple):
         return self.step <= LIMIT
 
 
-def measured_steps(quick: bool) -> list[Step]:
+def slider_steps(quick: bool) -> list[Step]:
     """Medians of many steps of the slider of k.
 
     Args:
@@ -56,7 +55,6 @@ def measured_steps(quick: bool) -> list[Step]:
     from golf_scenarios.explore.impact import explored
     from golf_scenarios.explore.page import Page
 
-    count = 20 if quick else 100
     rows = []
     with ImpactFmu(current_fmu()[0]) as fmu:
         document, protocol = Document(), Protocol()
@@ -68,24 +66,21 @@ def measured_steps(quick: bool) -> list[Step]:
             page.update()
             protocol.create("PATCH-DOC", events)
 
+        works = {"fmu": lambda: explored(fmu, page.wish), "step": step, "sweep": page.sweep}
         for case, values in CASES.items():
-            times: dict[str, list[float]] = {"step": [], "fmu": [], "sweep": []}
-            for n in range(count):
+            times: dict[str, list[float]] = {name: [] for name in works}
+            for n in range(20 if quick else 100):
                 page.wish = {**page.defaults, **values, "k": 1e6 + 1e3 * n}
-                for name, work in (
-                    ("fmu", lambda: explored(fmu, page.wish)),
-                    ("step", step),
-                    ("sweep", page.sweep),
-                ):
+                for name, work in works.items():
                     events.clear()
                     begin = process_time()
                     work()
                     times[name].append(1e3 * (process_time() - begin))
-            rows.append(Step(case, *(median(times[name]) for name in ("step", "fmu", "sweep"))))
+            rows.append(Step(case, **{name: median(spent) for name, spent in times.items()}))
     return rows
 
 
-def measured_tabs() -> dict[str, float]:
+def memory_of_tabs() -> dict[str, float]:
     """Open tabs one after the other, and look at the server's memory, MB.
 
     Raises:
@@ -119,7 +114,5 @@ def measured_tabs() -> dict[str, float]:
 
 
 def _megabytes(process: int) -> float:
-    statm = Path(f"/proc/{process}/statm")
-    if not statm.is_file():
-        return float("nan")
-    return int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+    size = resident_bytes(process)
+    return float("nan") if size is None else size / 1e6

@@ -27,12 +27,17 @@ _mp.dps = 80
 Real = Any  # an mpmath number: the package has no types
 _ZERO = _mp.mpf(0)
 
+_LASTING = (
+    "contact_time", "max_force", "time_of_max_force", "max_compression", "contact_displacement",
+    "impulse",
+)  # fmt: skip
+
 #: Roots nearer than this (relative) are moved apart by as much: that changes 30 digits later.
 _APART = _mp.mpf(10) ** -32
 
 
 class _Sum:
-    """f(t) = Σ c exp(s t), from its values and derivatives at 0 (one for each rate s)."""
+    """f(t) = Σ c exp(s t), from its value and derivatives at 0 (as many as there are rates s)."""
 
     def __init__(
         self, rates: list[Any], initial: Sequence[Real], c: list[Any] | None = None
@@ -47,10 +52,7 @@ class _Sum:
         return self._total(lambda s: _mp.exp(s * t))
 
     def integral(self, t: Real) -> Real:
-        return self._total(lambda s: _mp.expm1(s * t) / s)
-
-    def double_integral(self, t: Real) -> Real:
-        return self._total(lambda s: (_mp.expm1(s * t) / s - t) / s)
+        return self._total(lambda s: _mp.expm1(s * t) / s if s else t)
 
     def slope(self) -> _Sum:
         highest = self._total(lambda s: s ** len(self.rates))
@@ -122,15 +124,9 @@ class _Sum:
         """The zero in (low, high], by Newton's method kept in a bracket; `sign` holds before it."""
         slope = self.slope()
         t = (low + high) / 2
-        for _ in range(2000):
-            value = self(t)
-            if sign * value > 0:
-                low = t
-            else:
-                high = t
-            if high - low <= _mp.mpf(10) ** -60 * high:
-                break
-            derivative = slope(t)
+        while high - low > _mp.mpf(10) ** -60 * high:
+            value, derivative = self(t), slope(t)
+            low, high = (t, high) if sign * value > 0 else (low, t)
             newton = t - value / derivative if derivative else low
             if abs(newton - t) <= _mp.mpf(10) ** -45 * t:
                 return newton
@@ -192,35 +188,27 @@ class _Contact:
         self, law: int, m_club: Real, m_ball: Real, k: Real, b: Real, state: Mapping[str, Real]
     ) -> None:
         d, w, v, self.x_ball = (state[name] for name in ("d", "w", "v_ball", "x_ball"))
-        self.v_ball_start, self.m_ball = v, m_ball
         mu = m_club * m_ball / (m_club + m_ball)
-        self.drags = law == 1 and b != 0
-        if self.drags:
-            w1 = -k / mu * d - b * (v + w) / m_club + b * v / m_ball
-            v1 = (k * d - b * v) / m_ball
-            rates = _roots_of_law1(m_club, m_ball, k, b)
-            self.d = _Sum(rates, [d, w, w1])
-            self.v_ball = _Sum(rates, [v, v1, (k * w - b * v1) / m_ball])
-            self.force = _Sum(rates, [k * d, k * w, k * w1])
-        else:
-            rates = _pair_of_roots(-b / (2 * mu), k / mu)
-            w1 = -(k * d + b * w) / mu
-            self.d = _Sum(rates, [d, w])
-            self.force = _Sum(rates, [k * d + b * w, k * w + b * w1])
+        drag, damper = (b, _ZERO) if law == 1 else (_ZERO, b)
+        w1 = -(k * d + damper * w) / mu - drag * (v + w) / m_club + drag * v / m_ball
+        # Without a drag the last of these counts for nothing, and with one there is no damper.
+        motion, force = [d, w, w1], [k * d + damper * w, k * w + damper * w1, k * w1]
+        v1 = (force[0] - drag * v) / m_ball
+        rates = _pair_of_roots(-damper / (2 * mu), k / mu)
+        of_ball = [*rates, _ZERO]
+        if drag:
+            of_ball = rates = _roots_of_law1(m_club, m_ball, k, b)
+        self.d = _Sum(rates, motion[: len(rates)])
         self.w = self.d.slope()
+        self.force = _Sum(rates, force[: len(rates)])
+        self.v_ball = _Sum(of_ball, [v, v1, (force[1] - drag * v1) / m_ball])
         ending = self.d if law == 1 else self.force
         #: s until contact ends: 0 if it has, inf if it never will.
         self.duration = _ZERO if ending.sign() < 0 else next(ending.zeros(), _mp.inf)
 
     def at(self, t: Real) -> dict[str, Real]:
-        impulse = self.force.integral(t)
-        if self.drags:
-            v_ball, moved = self.v_ball(t), self.v_ball.integral(t)
-        else:
-            v_ball = self.v_ball_start + impulse / self.m_ball
-            moved = self.v_ball_start * t + self.force.double_integral(t) / self.m_ball
-        state = {"d": self.d(t), "w": self.w(t), "v_ball": v_ball, "x_ball": self.x_ball + moved}
-        return state | {"impulse": impulse}
+        x_ball = self.x_ball + self.v_ball.integral(t)
+        return {"d": self.d(t), "w": self.w(t), "v_ball": self.v_ball(t), "x_ball": x_ball}
 
 
 class Reference:
@@ -240,13 +228,13 @@ class Reference:
         self.clock = _ZERO
         self.touch_clock: Real = None
         self.contact: _Contact | None = None
-        self.since = _ZERO  # the present contact phase began, s since touch
-        self.contact_time = _ZERO
+        self.since = self.impulse_before = _ZERO  # touch, and until the present contact phase
         self.parted = False
         self.state = {"d": -exact["gap"], "w": self.club_speed - self.u_ball}
         self.state |= {"v_ball": self.u_ball, "x_ball": _ZERO}
-        self.impulse_before = self.impulse = self.mean_force = self.touch_position = _ZERO
-        self.max_force = self.time_of_max_force = self.max_compression = self.moved = _ZERO
+        self.mean_force = self.touch_position = _ZERO
+        #: Outputs that stay what they are when contact is over.
+        self.lasting = dict.fromkeys(_LASTING, _ZERO)
 
     def step(
         self,
@@ -269,7 +257,7 @@ class Reference:
             self.k, self.b = new
             if self.contact is not None and not self.parted:
                 self._begin_phase()
-        whole, impulse = times * _mp.mpf(size), self.impulse
+        whole, impulse = times * _mp.mpf(size), self.lasting["impulse"]
         self.clock += whole
         left, d, w = whole, self.state["d"], self.state["w"]
         if self.touch_clock is None and w * left > -d:
@@ -281,7 +269,7 @@ class Reference:
             left -= self._in_contact(self.contact, left)
         if left:
             self._fly(left)
-        self.mean_force = (self.impulse - impulse) / whole
+        self.mean_force = (self.lasting["impulse"] - impulse) / whole
 
     def _fly(self, t: Real) -> None:
         d, x_ball = (self.state[name] for name in ("d", "x_ball"))
@@ -294,25 +282,28 @@ class Reference:
         self._begin_phase()
 
     def _begin_phase(self) -> None:
-        self.since, self.impulse_before = self.contact_time, self.impulse
+        self.since, self.impulse_before = self.lasting["contact_time"], self.lasting["impulse"]
         self.contact = _Contact(self.law, self.m_club, self.m_ball, self.k, self.b, self.state)
-        force = self.contact.force.initial[0]
-        if force > self.max_force:
-            self.max_force, self.time_of_max_force = force, self.since
+        self._note_force(self.contact.force.initial[0], self.since)
         self.parted = self.contact.duration <= 0
+
+    def _note_force(self, force: Real, when: Real) -> None:
+        if force > self.lasting["max_force"]:
+            self.lasting |= {"max_force": force, "time_of_max_force": when}
 
     def _in_contact(self, contact: _Contact, left: Real) -> Real:
         """At most `left` s on in this phase; how long it was."""
-        begun = self.contact_time - self.since
+        begun = self.lasting["contact_time"] - self.since
         t = min(begun + left, contact.duration)
         self.state = contact.at(t)
-        self.impulse = self.impulse_before + self.state["impulse"]
-        self.contact_time = self.since + t
         force, when = contact.force.largest(t)
-        if force > self.max_force:
-            self.max_force, self.time_of_max_force = force, self.since + when
-        self.max_compression = max(self.max_compression, contact.d.largest(t)[0])
-        self.moved = self.state["x_ball"] - self.touch_position
+        self._note_force(force, self.since + when)
+        self.lasting |= {
+            "contact_time": self.since + t,
+            "max_compression": max(self.lasting["max_compression"], contact.d.largest(t)[0]),
+            "contact_displacement": self.state["x_ball"] - self.touch_position,
+            "impulse": self.impulse_before + contact.force.integral(t),
+        }
         self.parted = t >= contact.duration
         return t - begun
 
@@ -321,6 +312,7 @@ class Reference:
         state, touched = self.state, self.touch_clock is not None
         if not touched and state["d"] == 0 and state["w"] > 0:
             later = copy(self)
+            later.lasting = dict(self.lasting)
             later._touch(self.clock)
             return later.outputs()
         v_ball, v_club = state["v_ball"], state["v_ball"] + state["w"]
@@ -329,7 +321,7 @@ class Reference:
         efficiency = _mp.mpf(1)
         if self.contact is not None:
             if not self.parted:
-                force = self.contact.force(self.contact_time - self.since)
+                force = self.contact.force(self.lasting["contact_time"] - self.since)
             smash_factor = v_ball / self.u_club if self.u_club else _ZERO
             restitution = -state["w"] / (self.u_club - self.u_ball)
             efficiency = energy / self._energy(self.u_club, self.u_ball)
@@ -347,12 +339,7 @@ class Reference:
             "smash_factor": smash_factor,
             "coefficient_of_restitution": restitution,
             "energy_efficiency": efficiency,
-            "contact_time": self.contact_time,
-            "max_force": self.max_force,
-            "time_of_max_force": self.time_of_max_force,
-            "max_compression": self.max_compression,
-            "contact_displacement": self.moved,
-            "impulse": self.impulse,
+            **self.lasting,
             "momentum": self.m_club * v_club + self.m_ball * v_ball,
             "kinetic_energy": energy,
         }
