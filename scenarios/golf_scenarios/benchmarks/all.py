@@ -17,12 +17,11 @@ from golf_scenarios.stress.driver import driver
 from golf_scenarios.timing import machine
 
 _HERE = Path(__file__).parent
+
+#: About how often `costs_and_errors` calls its tick, with --quick and without.
+TICKS = {True: 165, False: 460}
+
 _PLAIN = (DOCUMENT_FMU, _HERE / "empty_fmu.py", _HERE / "empty_wide_fmu.py")
-
-
-def ticks(quick: bool) -> int:
-    """About how often `costs_and_errors` calls its tick."""
-    return 165 if quick else 460
 
 
 def costs_and_errors(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:

@@ -41,12 +41,12 @@ def bench(
     from golf_scenarios.files import as_json, prepare, write_together
 
     prepare(folder, "bench.json", "run_time_vs_error.png")
-    from golf_scenarios.benchmarks.all import costs_and_errors, ticks
+    from golf_scenarios.benchmarks.all import TICKS, costs_and_errors
     from golf_scenarios.benchmarks.limits import LIMITS, missed
     from golf_scenarios.benchmarks.work_precision import run_time_vs_error
 
     with progress() as bar:
-        about = costs_and_errors(quick, bar("benchmark", ticks(quick)))
+        about = costs_and_errors(quick, bar("benchmark", TICKS[quick]))
     figures, series = about["figures"], about.pop("series")
     targets = {
         one.key: {

@@ -43,6 +43,7 @@ def checks_and_maps(
         for error, x in zip(row, maps[0].steps.tolist(), strict=True):
             ledger.record("flat", error, {"damping_ratio": zeta, "omega_h": x})
     checks = {name: asdict(one) | {"passed": one.passed} for name, one in ledger.checks.items()}
+    arrays = ("steps", "damping", "errors")
     results = {
         "passed": all(check["passed"] for check in checks.values()),
         "seed": seed,
@@ -52,7 +53,9 @@ def checks_and_maps(
         "checks": checks,
         "tiny_steps": tiny,
         "many_impacts": many,
-        "stability": [one.as_lists() for one in maps],
+        "stability": [
+            vars(one) | {name: getattr(one, name).tolist() for name in arrays} for one in maps
+        ],
         "machine": machine() | {"fmu": guid},
     }
     return results, maps

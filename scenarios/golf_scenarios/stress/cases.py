@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 from golf_scenarios.facts.closed_forms import half_contact, reduced_mass
 
@@ -64,6 +63,7 @@ class ImpactCase:
 
     @property
     def changed(self) -> bool:
+        """Whether k or b change."""
         return len(self.segments) > 1
 
     @property
@@ -80,10 +80,6 @@ class ImpactCase:
     def span(self) -> float:
         """From the start to the end, s."""
         return math.fsum(segment.length for segment in self.segments)
-
-    def described(self) -> dict[str, Any]:
-        """Everything needed to do it again by hand, for JSON."""
-        return asdict(self) | {"damping_ratio": damping_ratio(self.values)}
 
 
 def damping_ratio(values: Mapping[str, float]) -> float:

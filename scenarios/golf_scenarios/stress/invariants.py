@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
+from dataclasses import asdict
 from functools import partial
 from typing import Any
 
@@ -51,7 +52,9 @@ _MOST_PANELS = 80
 
 def check(driver: Driver, ledger: Ledger, impact: ImpactCase, seed: int, exact: bool) -> None:
     """Look at one impact in every way; against the reference too, if `exact`."""
-    record = partial(ledger.record, case={"seed": seed, **impact.described()})
+    # Everything needed to do it again by hand.
+    case = {"seed": seed, **asdict(impact), "damping_ratio": cases.damping_ratio(impact.values)}
+    record = partial(ledger.record, case=case)
     driver.messages.clear()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

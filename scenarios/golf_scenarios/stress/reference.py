@@ -222,13 +222,11 @@ class Reference:
         self.law = int(values["law"])
         self.m_club, self.m_ball = exact["m_club"], exact["m_ball"]
         self.k, self.b, self.club_speed = exact["k"], exact["b"], exact["club_speed"]
-        self.u_ball = exact["ball_speed"]
-        self.u_club: Real = None
-        self.start_time = exact.get("start_time", _ZERO)
-        self.clock = _ZERO
+        self.u_ball, self.u_club = exact["ball_speed"], None
+        self.start_time, self.clock = exact.get("start_time", _ZERO), _ZERO
         self.touch_clock: Real = None
         self.contact: _Contact | None = None
-        self.since = self.impulse_before = _ZERO  # touch, and until the present contact phase
+        self.since = self.impulse_before = _ZERO  # contact time and impulse as this phase began
         self.parted = False
         self.state = {"d": -exact["gap"], "w": self.club_speed - self.u_ball}
         self.state |= {"v_ball": self.u_ball, "x_ball": _ZERO}
@@ -237,12 +235,7 @@ class Reference:
         self.lasting = dict.fromkeys(_LASTING, _ZERO)
 
     def step(
-        self,
-        size: Real,
-        k: float | None = None,
-        b: float | None = None,
-        club_speed: float | None = None,
-        times: int = 1,
+        self, size: Real, k: Real = None, b: Real = None, club_speed: Real = None, times: int = 1
     ) -> None:
         """Move on by `size` s, with k (N/m), b (N.s/m), club_speed (m/s) set just before, if given.
 

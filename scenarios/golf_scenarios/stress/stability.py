@@ -58,10 +58,6 @@ class Map:
     damping: np.ndarray
     errors: np.ndarray
 
-    def as_lists(self) -> dict[str, Any]:
-        """All of it, for JSON."""
-        return {key: x if isinstance(x, str) else x.tolist() for key, x in vars(self).items()}
-
 
 def _explicit(order: int, x: float, zeta: float) -> np.ndarray:
     """The exponential series up to this order."""
