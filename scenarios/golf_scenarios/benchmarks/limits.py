@@ -33,8 +33,8 @@ class Limit(NamedTuple):
 
 
 #: A contact in decimals may take 0.6 ms, and a step in it that is read 40 µs, where a usual run of
-#: law 1 takes 16.6 µs (the reference machine). Times differ between machines, so the limits are
-#: these times over that of the run in the same benchmark: 0.6 ms / 16.6 µs and 40 µs / 16.6 µs.
+#: law 1 takes 16.6 µs: so on the reference machine. Times differ between machines, so the limits
+#: are ratios within one run of the benchmark: 0.6 ms / 16.6 µs and 40 µs / 16.6 µs.
 UNUSUAL_IMPACT, UNUSUAL_READ = 36.0, 2.4
 
 LIMITS = (

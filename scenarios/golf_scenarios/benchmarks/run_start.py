@@ -82,11 +82,12 @@ def _heavy_impacts(fmu: LoadedFmu) -> Job:
 def _heavy_reads(fmu: LoadedFmu) -> Job:
     """Steps through the contact that are read; the first one, which solves it, is off the clock."""
     slave = fmu.instance(**_HEAVY)
-    start, read = slave.getFMUstate(), fmu.references(("force", *_SPEEDS))
+    start, moving = slave.getFMUstate(), fmu.references(("force", *_SPEEDS))
 
-    def job() -> float:
+    def read() -> float:
         slave.setFMUstate(start)
-        walk(slave, _POINTS[:1], _POINT, read)
-        return seconds(partial(walk, slave, _POINTS[1:], _POINT, read), len(_POINTS) - 1)
+        walk(slave, _POINTS[:1], _POINT, moving)
+        return seconds(partial(walk, slave, _POINTS[1:], _POINT, moving), len(_POINTS) - 1)
 
-    return job
+    # As long as the runs that it is compared with: a busy machine then hits both alike.
+    return lambda: sum(read() for _ in range(5)) / 5

@@ -108,7 +108,7 @@ def _explore(quick: bool, folder: Path) -> int:
     from golf_scenarios.benchmarks.exploring import LIMIT, memory_of_tabs, slider_steps
     from golf_scenarios.files import as_json, prepare, write_together
 
-    prepare(folder)
+    prepare(folder, "bench_explore.json")
     steps, tabs = slider_steps(quick), memory_of_tabs()
     title = f"A slider's step at the server, ms of processor time (at most {LIMIT:g})"
     table = rich_table(title, "", "step", "of it the FMU", "then S and COR over a variable", "")
@@ -178,18 +178,16 @@ def _show(results: dict[str, Any]) -> None:
     from golf_scenarios.benchmarks.limits import LIMITS
 
     about = results["machine"]
-    out.print(
-        f"{about['processor']}, {about['cores']} cores, {about['system']}, {about['python']}, "
-        f"fmpy {about['fmpy']}, pythonfmu {about['pythonfmu']}, numpy {about['numpy']}, "
-        f"scipy {about['scipy']}",
-        highlight=False,
-    )
+    versions = [f"{name} {about[name]}" for name in ("fmpy", "pythonfmu", "numpy", "scipy")]
+    words = [about["processor"], f"{about['cores']} cores", about["system"], about["python"]]
+    paragraphs([", ".join(words + versions)])
     table = rich_table("Targets (ratios within one run)", "", "figure", "target", "")
     for one in LIMITS:
-        words = f"{one.key}\n  {one.meaning}"
-        judged = one.key not in results["machine_busy"]
-        shown = verdict(results["targets"][one.key]["passed"]) if judged else Text("busy", "yellow")
-        table.add_row(words, f"{results[one.key]:.3g}", one.in_words, shown)
+        shown = verdict(results["targets"][one.key]["passed"])
+        if one.key in results["machine_busy"]:
+            shown = Text("busy", "yellow")
+        name = f"{one.key}\n  {one.meaning}"
+        table.add_row(name, f"{results[one.key]:.3g}", one.in_words, shown)
     out.print(table)
     table = rich_table("More ratios, without targets", "", "figure")
     for key, value in results["figures"].items():
@@ -206,12 +204,11 @@ def _show(results: dict[str, Any]) -> None:
             table.add_row(one["method"], order, *ends)
         out.print(table)
     where = results["worst_error_is_of"]
-    out.print(
+    worst = (
         f"Worst error {results['worst_error']:.2g}: {where.get('output')} of {where.get('case')}, "
-        f"{where.get('pattern')} ({where['numbers_compared']} numbers in {where['cases']} cases).",
-        highlight=False,
+        f"{where.get('pattern')} ({where['numbers_compared']} numbers in {where['cases']} cases)."
     )
-    paragraphs(results["conclusion"])
+    paragraphs([worst, *results["conclusion"]])
 
 
 def verdict(passed: bool, number: int | str = "") -> Any:

@@ -76,20 +76,18 @@ def _show(results: dict[str, Any]) -> None:
         )
     out.print(table)
     name, check = max(results["checks"].items(), key=lambda item: _beside_bar(item[1]))
-    paragraphs(
-        (
-            f"The worst case, beside what is allowed: {name}, {check['worst']:.2g}, at "
-            f"{_shown(check['case'])}. Those of the other checks are in stress.json.",
-        )
+    worst = (
+        f"The worst case, beside what is allowed: {name}, {check['worst']:.2g}, at "
+        f"{_shown(check['case'])}. Those of the other checks are in stress.json."
     )
-    paragraphs(
+    tiny = (
         f"{run['steps']} steps of 1 ns, {law}: error {run['errors'][0]:.1g} at the start, "
         f"{run['errors'][-1]:.1g} at the end; memory gained {_megabytes(run)}."
         for law, run in results["tiny_steps"].items()
     )
     many = results["many_impacts"]
     impacts = f"{many['impacts']} impacts in one instance: memory gained {_megabytes(many)}."
-    paragraphs((impacts, *results["conclusion"]))
+    paragraphs((worst, *tiny, impacts, *results["conclusion"]))
 
 
 def _beside_bar(check: dict[str, Any]) -> float:

@@ -305,5 +305,5 @@ def without_gap(impact: ImpactCase) -> ImpactCase:
     return replace(impact, values=values, start_time=0.0, segments=tuple(rest))
 
 
-def flat(steps: Steps) -> Sequence[float]:
+def flat(steps: Steps) -> list[float]:
     return [step for segment in steps for step in segment]

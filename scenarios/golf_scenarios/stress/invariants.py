@@ -59,7 +59,7 @@ def check(driver: Driver, ledger: Ledger, impact: ImpactCase, seed: int, exact: 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         final = driver.run(impact, cases.one_step(impact))[-1]
-        _check_finite(record, final, "one step")
+        _check_finite(partial(record, partition="one step"), final)
         if impact.closing > 0.0:
             _check_contact(driver, record, impact, seed, exact, final)
         else:
@@ -81,7 +81,10 @@ def _check_contact(
     }
     courses = {name: driver.run(impact, steps) for name, steps in partitions.items()}
     for name, steps in partitions.items():
-        _check_course(record, impact, scales, name, steps, courses[name])
+        at = partial(record, partition=name)
+        for now in courses[name]:
+            _check_finite(at, now)
+        _check_course(at, impact, scales, cases.flat(steps), courses[name])
         for output, value in final.items():
             if output != "mean_force":  # it belongs to the last step
                 error = scales.error(output, courses[name][-1][output], value)
@@ -119,29 +122,22 @@ def _scales(driver: Driver, impact: ImpactCase, final: Outputs) -> Scales:
     )
 
 
-def _check_finite(record: Record, outputs: Outputs, where: str) -> None:
+def _check_finite(record: Record, outputs: Outputs) -> None:
     bad = [name for name, value in outputs.items() if not math.isfinite(value)]
-    record("finite", float(len(bad)), outputs=bad, partition=where)
+    record("finite", float(len(bad)), outputs=bad)
 
 
 def _check_course(
-    record_at: Record,
-    impact: ImpactCase,
-    scales: Scales,
-    partition: str,
-    steps: Steps,
-    course: list[Outputs],
+    record: Record, impact: ImpactCase, scales: Scales, sizes: list[float], course: list[Outputs]
 ) -> None:
     """The outputs after each step of one run."""
-    sizes = cases.flat(steps)
-    record = partial(record_at, partition=partition, steps=sizes)
+    record = partial(record, steps=sizes)
     v = impact.values
     m_club, m_ball = v["m_club"], v["m_ball"]
     parts = (m_club * v["club_speed"], m_ball * v["ball_speed"])
     before: Outputs = {"touched": False, "separated": False, "contact_time": 0.0}
     impulse = 0.0
     for size, now in zip(sizes, course, strict=True):
-        _check_finite(record_at, now, partition)
         force, largest = now["force"], scales.of("force")
         over = max(0.0, -force, force - now["max_force"])
         record("force", over / largest if largest else over)
