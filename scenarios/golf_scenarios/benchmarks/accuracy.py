@@ -1,7 +1,5 @@
 """The worst error of the FMU: all reference cases, by all step patterns, in all results."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """All benchmarks, one after the other."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable
 from contextlib import ExitStack

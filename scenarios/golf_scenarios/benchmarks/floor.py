@@ -1,7 +1,5 @@
 """The FMI floor: the same calls on ClubBallImpact.fmu and on FMUs in which nothing is computed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import accumulate, repeat

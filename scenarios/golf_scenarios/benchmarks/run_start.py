@@ -1,7 +1,5 @@
 """How a run begins, and what a contact costs that the usual forms in doubles can't tell."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from statistics import median

@@ -4,8 +4,6 @@ Law 1, S, COR and E over k: what the other benchmarks of an impact read. Process
 started beforehand; every way writes its file in every round, in turns.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable
 from contextlib import ExitStack

@@ -4,8 +4,6 @@ Each point is the time that one impact takes, set-up off the clock, and the wors
 final velocities (over |u_C| + |u_B|), contact time and largest force (relative).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -109,7 +107,7 @@ def slope(settings: Sequence[float], errors: Sequence[float]) -> float | None:
 
 
 def _stepped_document(fmu: LoadedFmu, law: int, dt: float) -> Solve:
-    impact = document_impact(fmu, Outcome._fields, [1e6], dt, end=0.01, law=law)
+    impact = document_impact(fmu, law, Outcome._fields, dt, [1e6])
     return lambda: Outcome(*impact(1e6))
 
 

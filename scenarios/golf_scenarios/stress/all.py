@@ -1,7 +1,5 @@
 """The whole stress test: random impacts, two long runs, and the map of stability."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any

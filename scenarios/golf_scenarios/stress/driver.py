@@ -1,7 +1,5 @@
 """Takes the FMU through an impact, by any steps, and notes what it says."""
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any
 

@@ -1,12 +1,11 @@
 """What holds for every impact, whatever its inputs and whatever the steps."""
 
-from __future__ import annotations
-
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from functools import partial
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -202,7 +201,7 @@ def _energy_error(driver: Driver, impact: ImpactCase) -> float:
         before = energy(segment.k)
         if number:
             driver.set({"k": segment.k, "b": segment.b})
-        panels = _panels(math.sqrt(segment.k / mu), segment.b / mu, length)
+        panels = [*islice(_panels(math.sqrt(segment.k / mu), segment.b / mu, length), _MOST_PANELS)]
         cut = len(panels) == _MOST_PANELS
         if cut:
             length = sum(panels[-1])
@@ -226,18 +225,16 @@ def _energy_error(driver: Driver, impact: ImpactCase) -> float:
     return worst / largest
 
 
-def _panels(omega: float, damping: float, length: float) -> list[tuple[float, float]]:
+def _panels(omega: float, damping: float, length: float) -> Iterator[tuple[float, float]]:
     """(start, width) of panels, s: as short as the fastest rate (1/s) asks for, then growing."""
     fastest, widest = max(omega, damping), _PANEL / omega
-    panels: list[tuple[float, float]] = []
     start, width = 0.0, _PANEL / fastest
-    while start < length and len(panels) < _MOST_PANELS:
+    while start < length:
         width = min(width, widest, length - start)
-        panels.append((start, width))
+        yield start, width
         start += width
         if start * fastest > 8.0 * _PANEL:
             width *= 1.5
-    return panels
 
 
 def _check_reference(

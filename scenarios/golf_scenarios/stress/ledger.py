@@ -1,7 +1,5 @@
 """What was checked how often, and the worst case of each check."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """The two long runs: a million steps of 1 ns, and 100,000 impacts in one instance."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What an error of each output is measured by: the tolerance table of the design, in one place."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

@@ -5,8 +5,6 @@ the dampings at which the FMU changes from doubles to decimals, equal masses, bo
 faster than they close, and k and b that change just at an event.
 """
 
-from __future__ import annotations
-
 import math
 import random
 

@@ -5,8 +5,6 @@ damping ratio. The error is the worst of velocities (over |u_C| + |u_B|), contac
 force (relative). SciPy's adaptive methods choose h themselves: their map is over rtol instead.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable
