@@ -3,15 +3,12 @@
 import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from golf_scenarios.commands.bench import need, verdict
 from golf_scenarios.commands.console import RESULTS, out, paragraphs, progress, rich_table, say
-
-if TYPE_CHECKING:
-    from golf_scenarios.stress.stability import Map
 
 EPILOG = "Example: golf-impact stress --quick --seed 7"
 
@@ -35,23 +32,26 @@ def stress(
 
     with progress() as bar:
         results, maps = checks_and_maps(quick, seed, bar)
-    results["conclusion"] = _conclusion(results, maps)
+    results["conclusion"] = _conclusion(results)
     write_together(folder, {"stress.json": as_json(results), "stability.png": draw(maps)})
     _show(results)
     say(f"Results in {folder}")
     return 0 if results["passed"] else 1
 
 
-def _conclusion(results: dict[str, Any], maps: "list[Map]") -> list[str]:
+def _conclusion(results: dict[str, Any]) -> list[str]:
+    import numpy as np
+
     from golf_scenarios.stress.stability import STEPPING
 
     flat = results["checks"]["flat"]["worst"]
-    lost = {one.method: float((one.errors > 1.0).mean()) for one in maps if one.method in STEPPING}
+    maps = {one["method"]: np.array(one["errors"]) for one in results["stability"]}
+    lost = [(maps[method] > 1.0).mean() for method in STEPPING]
     failed = [name for name, check in results["checks"].items() if not check["passed"]]
     first = (
         f"Over six decades of step size and any damping the FMU's error stays below {flat:.1g}, "
-        f"while stepping methods are wrong by more than 100 % on {min(lost.values()):.0%} to "
-        f"{max(lost.values()):.0%} of the same map; {results['impacts']} random impacts far beyond "
+        f"while stepping methods are wrong by more than 100 % on {min(lost):.0%} to "
+        f"{max(lost):.0%} of the same map; {results['impacts']} random impacts far beyond "
         "golf kept "
         + ("every invariant." if not failed else f"all invariants but: {', '.join(failed)}.")
     )
@@ -100,17 +100,12 @@ def _shown(case: Any) -> str:
     """Inputs in one line; the steps themselves are in stress.json."""
     parts = []
     for name, value in case.items():
-        if name == "steps":
-            parts.append(f"{len(value)} steps")
-        elif isinstance(value, float):
-            parts.append(f"{name} {value:.6g}")
-        elif isinstance(value, dict):
+        if isinstance(value, dict):
             parts.append(_shown(value))
-        elif name == "segments":
-            if len(value) > 1:
-                parts.append(f"{len(value)} segments")
-        else:
-            parts.append(f"{name} {value}")
+        elif name == "steps" or (name == "segments" and len(value) > 1):
+            parts.append(f"{len(value)} {name}")
+        elif name != "segments":
+            parts.append(f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}")
     return ", ".join(parts)
 
 
