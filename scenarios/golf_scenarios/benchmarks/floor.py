@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import accumulate, repeat
 from statistics import median
 
 from fmpy.fmi2 import FMU2Slave
@@ -14,15 +13,9 @@ from golf_scenarios.timing import Job, interleaved, median_ratio, seconds
 READ = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity")
 EMPTY_READ = tuple(f"output{n}" for n in range(1, 6))
 
-
-def points_of(size: float, number: int) -> list[float]:
-    """So many communication points, s, as a host adds them up."""
-    return list(accumulate(repeat(size, number - 1), initial=0.0))
-
-
 #: Steps of 1 µs through the contact at the baseline (620 µs): all of them are in it.
 _STEP = 1e-6
-_POINTS = points_of(_STEP, 600)
+_POINTS = [n * _STEP for n in range(600)]
 
 
 def call_ratios(

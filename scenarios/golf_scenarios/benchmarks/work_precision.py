@@ -12,7 +12,7 @@ from itertools import count
 
 import numpy as np
 
-from golf_scenarios.benchmarks.floor import READ, points_of, walk
+from golf_scenarios.benchmarks.floor import READ, walk
 from golf_scenarios.benchmarks.speedup import STEP, document_impact, impact_of_stiffness
 from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.peers import solve_ivp
@@ -116,7 +116,7 @@ def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Solve:
     slave = fmu.instance(law=law)
     start = slave.getFMUstate()
     outcome, read = fmu.references(Outcome._fields), fmu.references(READ)
-    points = points_of(dt, round(1e-3 / dt))
+    points = [n * dt for n in range(round(1e-3 / dt))]
 
     def solve() -> Outcome:
         slave.setFMUstate(start)
