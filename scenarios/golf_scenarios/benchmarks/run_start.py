@@ -33,10 +33,9 @@ def start_ratios(ours: LoadedFmu, rounds: int, tick: Callable[[], None]) -> dict
     def ratio(job: str, other: str) -> float:
         return median_ratio(times[job], times[other])
 
+    sets = ratio("in 1", "after 1"), ratio("in 2", "after 2")
     figures = {
-        "run_set_in_initialization_over_after": max(
-            ratio("in 1", "after 1"), ratio("in 2", "after 2")
-        ),
+        "run_set_in_initialization_over_after": max(sets),
         "run_law1_over_law2": max(ratio("in 1", "in 2"), ratio("after 1", "after 2")),
         "unusual_impact_over_usual": ratio("heavy", "after 1"),
         "unusual_read_over_usual_run": ratio("heavy read", "after 1"),

@@ -43,16 +43,12 @@ class Scales:
     @cached_property
     def _table(self) -> dict[str, float]:
         v, speed, time = self.values, self.speed, self.largest["contact_time"]
-        masses, club_speed, ball_speed = (
-            (v["m_club"], v["m_ball"]),
-            v["club_speed"],
-            v["ball_speed"],
-        )
-        energy = 0.5 * (masses[0] * club_speed**2 + masses[1] * ball_speed**2)
+        m_club, m_ball, club_speed = v["m_club"], v["m_ball"], v["club_speed"]
+        energy = 0.5 * (m_club * club_speed**2 + m_ball * v["ball_speed"] ** 2)
         return {
             **dict.fromkeys(("club_velocity", "ball_velocity"), speed),
             "smash_factor": speed / abs(club_speed) if club_speed else 1.0,
-            "coefficient_of_restitution": speed / abs(club_speed - ball_speed),
+            "coefficient_of_restitution": speed / abs(club_speed - v["ball_speed"]),
             **dict.fromkeys(("force", "mean_force", "max_force"), self.largest["max_force"]),
             **dict.fromkeys(("compression", "max_compression"), self.largest["max_compression"]),
             "impulse": self.largest["impulse"],
@@ -60,7 +56,7 @@ class Scales:
             **dict.fromkeys(("contact_time", "time_of_max_force", "touch_time"), time),
             "kinetic_energy": max(self.energy_after, energy),
             "energy_efficiency": max(1.0, self.energy_after / energy),
-            "momentum": sum(masses) * speed,
+            "momentum": (m_club + m_ball) * speed,
         }
 
     def of(self, name: str) -> float:
