@@ -32,7 +32,9 @@ def costs_and_errors(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
         figures = floor.call_ratios(ours, empty, wide, 15 if quick else 41, tick)
         figures |= speedup.speedups(ours, document, 9 if quick else 25, tick)
         figures |= run_start.start_ratios(ours, 15 if quick else 41, tick)
-        series = {law: run_time_and_error(ours, document, law, quick, tick) for law in (1, 2)}
+        series = {
+            f"law {law}": run_time_and_error(ours, document, law, quick, tick) for law in (1, 2)
+        }
         guid = ours.description.guid
     figures |= sweep_rate.rates(path, quick, tick)
     with driver() as fmu:

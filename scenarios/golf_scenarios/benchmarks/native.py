@@ -8,7 +8,7 @@ import sys
 import tempfile
 from pathlib import Path
 from statistics import median
-from typing import NamedTuple
+from typing import Any
 
 import fmpy
 
@@ -22,26 +22,11 @@ from golf_scenarios.fmu.system import build_system
 _OUTPUTS = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
 
 
-class Figure(NamedTuple):
-    """One row: its meaning, both FMUs' values, and the largest ratio that is wanted."""
-
-    key: str
-    meaning: str
-    standalone: float
-    plain: float
-    limit: float
-
-    @property
-    def ratio(self) -> float:
-        return self.standalone / self.plain
-
-    @property
-    def passed(self) -> bool:
-        return self.ratio <= self.limit
-
-
-def standalone_and_plain(quick: bool) -> list[Figure]:
+def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
     """Build both, run both, several times in turns; the medians.
+
+    Returns:
+        By key: both FMUs' values, their ratio, and the largest one that is wanted.
 
     Raises:
         UserError: this machine can't build the standalone FMU, or has no libpython.
@@ -82,14 +67,20 @@ def standalone_and_plain(quick: bool) -> list[Figure]:
         ]
         size, plain_size = (fmu.stat().st_size / 1e6 for fmu in (alone, plain))
     a, p, t = ([median(column) for column in zip(*rows)] for rows in zip(*rounds))
-    return [
-        Figure("first_instantiate_ms", "the first instance, ms", 1e3 * a[0], 1e3 * p[0], 1.0),
-        Figure("step_us", "doStep, µs", 1e6 * a[1], 1e6 * p[1], 1.0),
-        Figure("read_us", "getReal of 4, µs", 1e6 * a[2], 1e6 * p[2], 1.0),
-        Figure("memory_mb", "memory of a host with one, MB", a[3] / 1e3, p[3] / 1e3, 1.0),
-        Figure("three_mb", "memory with three FMUs, beside one, MB", t[3] / 1e3, a[3] / 1e3, 1.3),
-        Figure("size_mb", "the file, MB (5 at most)", size, plain_size, 5.0 / plain_size),
-    ]
+    rows = (
+        ("first_instantiate_ms", "the first instance, ms", 1e3 * a[0], 1e3 * p[0], 1.0),
+        ("step_us", "doStep, µs", 1e6 * a[1], 1e6 * p[1], 1.0),
+        ("read_us", "getReal of 4, µs", 1e6 * a[2], 1e6 * p[2], 1.0),
+        ("memory_mb", "memory of a host with one, MB", a[3] / 1e3, p[3] / 1e3, 1.0),
+        ("three_mb", "memory with three FMUs, beside one, MB", t[3] / 1e3, a[3] / 1e3, 1.3),
+        ("size_mb", "the file, MB (5 at most)", size, plain_size, 5.0 / plain_size),
+    )
+    names = ("key", "meaning", "standalone", "plain", "limit")
+    figures: dict[str, dict[str, Any]] = {row[0]: dict(zip(names, row)) for row in rows}
+    for figure in figures.values():
+        figure["ratio"] = figure["standalone"] / figure["plain"]
+        figure["passed"] = figure["ratio"] <= figure["limit"]
+    return figures
 
 
 def _extracted(fmu: Path, folder: Path) -> list[str]:

@@ -6,9 +6,9 @@ final velocities (over |u_C| + |u_B|), contact time and largest force (relative)
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
+from typing import Any
 
 import numpy as np
 
@@ -30,25 +30,10 @@ DOCUMENT = "the document's scheme as FMU"
 Solve = Callable[[], Outcome]
 
 
-@dataclass
-class Series:
-    """One method: points from coarse to fine.
-
-    Attributes:
-        method: its name.
-        settings: dt (s) or rtol of each point.
-        setting: "dt" or "rtol".
-        seconds: s per impact.
-        errors: without unit; inf where the method found no end of contact.
-        order: of the error in dt (log–log slope), for stepping methods.
-    """
-
-    method: str
-    setting: str
-    settings: list[float]
-    seconds: list[float] = field(default_factory=list)
-    errors: list[float] = field(default_factory=list)
-    order: float | None = None
+#: One method's points from coarse to fine, for JSON: `method`, `setting` ("dt" or "rtol") and its
+#: `settings` (dt in s), `seconds` per impact, `errors` (inf where the method found no end of
+#: contact) and `order` of the error in dt (log–log slope) for stepping methods.
+Series = dict[str, Any]
 
 
 def run_time_and_error(
@@ -60,30 +45,32 @@ def run_time_and_error(
     budget, least, finest = (0.005, 1, 1e-6) if quick else (0.15, 3, 1e-8)
     steps, points = _ladder(1e-5, finest), _ladder(1e-3, max(finest, 1e-7))
     tolerances = [10.0**-exponent for exponent in range(3, 14, 5 if quick else 1)]
-    # Method, settings, and what makes ready to solve with one of them.
-    ways: list[tuple[Series, Callable[[float], Solve]]] = [
-        (Series(DOCUMENT, "dt", steps), partial(_stepped_document, document, law)),
+    # Method, setting and settings, and what makes ready to solve with one of them.
+    ways: list[tuple[str, str, list[float], Callable[[float], Solve]]] = [
+        (DOCUMENT, "dt", steps, partial(_stepped_document, document, law))
     ]
     for name, (peer, _) in STEPPING.items():
         words = "explicit Euler, Python" if name == "explicit Euler" else name
-        ways.append((Series(words, "dt", steps), _solving(peer.solve, case)))
+        ways.append((words, "dt", steps, _solving(peer.solve, case)))
     for method in solve_ivp.METHODS:
-        series = Series(f"SciPy {method}", "rtol", tolerances)
-        ways.append((series, _solving(solve_ivp.solve, case, method=method)))
-    ways += [
-        (Series(FMU_STEPPED, "dt", points), partial(_stepped_fmu, ours, law)),
-        (Series(FMU_ONCE, "dt", [STEP]), lambda _: _metrics_only(ours, law)),
-    ]
-    for series, ready in ways:
-        for setting in series.settings:
-            solve = ready(setting)
+        ready = _solving(solve_ivp.solve, case, method=method)
+        ways.append((f"SciPy {method}", "rtol", tolerances, ready))
+    ways.append((FMU_STEPPED, "dt", points, partial(_stepped_fmu, ours, law)))
+    ways.append((FMU_ONCE, "dt", [STEP], lambda _: _metrics_only(ours, law)))
+    made = []
+    for method, setting, settings, ready in ways:
+        seconds, found = [], []
+        for value in settings:
+            solve = ready(value)
             error = max(errors(case, solve(), exact))
-            series.errors.append(error if math.isfinite(error) else math.inf)
-            series.seconds.append(typical_seconds(solve, budget, least))
+            found.append(error if math.isfinite(error) else math.inf)
+            seconds.append(typical_seconds(solve, budget, least))
             tick()
-        if series.settings is steps:
-            series.order = slope(steps, series.errors)
-    return [series for series, _ in ways]
+        one: Series = {"method": method, "setting": setting, "settings": settings}
+        one |= {"seconds": seconds, "errors": found}
+        one["order"] = slope(steps, found) if settings is steps else None
+        made.append(one)
+    return made
 
 
 def _solving(solve: Callable[..., Outcome], case: Case, **how: str) -> Callable[[float], Solve]:
@@ -132,20 +119,20 @@ def _metrics_only(fmu: LoadedFmu, law: int) -> Solve:
     return lambda: Outcome(*impact(1e6 + next(calls) % 100))
 
 
-def run_time_vs_error(series_by_law: dict[int, list[Series]]) -> bytes:
+def run_time_vs_error(series_by_law: dict[str, list[Series]]) -> bytes:
     """The work–precision figure as PNG: both laws side by side, one legend below."""
     figure, both = figures.new_pair("Run time against error: the document's baseline impact")
     figure.set_size_inches(11.0, 6.6)
-    laws = {1: "law 1: drag on each body", 2: "law 2: damper between the bodies"}
+    words = {"law 1": "drag on each body", "law 2": "damper between the bodies"}
     for axes, (law, methods) in zip(both, series_by_law.items(), strict=True):
         for series in methods:
-            pairs = zip(series.errors, series.seconds, strict=True)
+            pairs = zip(series["errors"], series["seconds"], strict=True)
             points = [(error, 1e6 * time) for error, time in pairs if math.isfinite(error)]
-            size, above = (15, 5) if series.method == FMU_ONCE else (5, 3)
-            look = figures.LOOKS[series.method].points
-            axes.plot(*zip(*points), **look, lw=1.4, ms=size, zorder=above, label=series.method)
+            size, above = (15, 5) if series["method"] == FMU_ONCE else (5, 3)
+            look = figures.LOOKS[series["method"]].points
+            axes.plot(*zip(*points), **look, lw=1.4, ms=size, zorder=above, label=series["method"])
         figures.run_time_axes(axes, "worst error of velocities, contact time, max force (relative)")
-        axes.set_title(laws[law], fontsize=10.5)
+        axes.set_title(f"{law}: {words[law]}", fontsize=10.5)
     low, high = zip(*(axes.get_ylim() for axes in both))
     for axes in both:
         axes.set_ylim(min(low), 3.0 * max(high))

@@ -1,6 +1,5 @@
 """`golf-impact bench`."""
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -65,9 +64,7 @@ def bench(
         "quick": quick,
         "conclusion": _conclusion(failed, busy, figures),
         **about,
-        "run_time_vs_error": {
-            f"law {law}": [asdict(one) for one in methods] for law, methods in series.items()
-        },
+        "run_time_vs_error": series,
     }
     image = run_time_vs_error(series)
     write_together(folder, {"bench.json": as_json(results), "run_time_vs_error.png": image})
@@ -85,46 +82,46 @@ def bench(
 
 def _native(quick: bool, folder: Path) -> int:
     from golf_scenarios.benchmarks.native import standalone_and_plain
-    from golf_scenarios.files import as_json, prepare, write_together
+    from golf_scenarios.files import prepare
 
     prepare(folder, "bench_native.json")
     figures = standalone_and_plain(quick)
-    passed = all(one.passed for one in figures)
     title = "In a native host: standalone, and plain with LD_PRELOAD"
     table = rich_table(title, "", "standalone", "plain", "ratio", "at most", "")
-    for one in figures:
-        numbers = (f"{x:.3g}" for x in (one.standalone, one.plain, one.ratio, one.limit))
-        table.add_row(one.meaning, *numbers, verdict(one.passed))
-    rows = {one.key: {**one._asdict(), "ratio": one.ratio, "passed": one.passed} for one in figures}
-    results = {"quick": quick, "passed": passed, "figures": rows}
-    write_together(folder, {"bench_native.json": as_json(results)})
+    for one in figures.values():
+        numbers = (f"{one[name]:.3g}" for name in ("standalone", "plain", "ratio", "limit"))
+        table.add_row(one["meaning"], *numbers, verdict(one["passed"]))
     out.print(table)
-    say(f"Results in {folder}")
-    return 0 if passed else 1
+    return _written(folder, "bench_native.json", quick, {"figures": figures})
 
 
 def _explore(quick: bool, folder: Path) -> int:
     need("bench --explore", "bokeh")
     from golf_scenarios.benchmarks.exploring import LIMIT, memory_of_tabs, slider_steps
-    from golf_scenarios.files import as_json, prepare, write_together
+    from golf_scenarios.files import prepare
 
     prepare(folder, "bench_explore.json")
     steps, tabs = slider_steps(quick), memory_of_tabs()
     title = f"A slider's step at the server, ms of processor time (at most {LIMIT:g})"
     table = rich_table(title, "", "step", "of it the FMU", "then S and COR over a variable", "")
-    for one in steps:
-        numbers = (f"{x:.1f}" for x in (one.step, one.fmu, one.sweep))
-        table.add_row(one.case, *numbers, verdict(one.passed))
+    for case, one in steps.items():
+        numbers = (f"{one[name]:.1f}" for name in ("step", "fmu", "sweep"))
+        table.add_row(case, *numbers, verdict(one["passed"]))
     out.print(table)
     say(
         f"{tabs['tabs']} tabs at once: {tabs['all_mb']:.0f} MB, the first "
         f"{tabs['first_tab_mb']:.0f} MB and each further one {tabs['each_further_tab_mb']:.1f} MB "
         f"beside the server's {tabs['server_mb']:.0f} MB."
     )
-    passed = all(one.passed for one in steps)
-    rows = {one.case: {**one._asdict(), "passed": one.passed} for one in steps}
-    results = {"quick": quick, "passed": passed, "steps_ms": rows, "tabs": tabs}
-    write_together(folder, {"bench_explore.json": as_json(results)})
+    return _written(folder, "bench_explore.json", quick, {"steps_ms": steps, "tabs": tabs})
+
+
+def _written(folder: Path, name: str, quick: bool, results: dict[str, dict[str, Any]]) -> int:
+    """The exit code; the first of the results are figures that have passed or not."""
+    from golf_scenarios.files import as_json, write_together
+
+    passed = all(one["passed"] for one in next(iter(results.values())).values())
+    write_together(folder, {name: as_json({"quick": quick, "passed": passed, **results})})
     say(f"Results in {folder}")
     return 0 if passed else 1
 

@@ -31,9 +31,10 @@ def stress(
     from golf_scenarios.stress.stability import draw
 
     with progress() as bar:
-        results, maps = checks_and_maps(quick, seed, bar)
+        results = checks_and_maps(quick, seed, bar)
     results["conclusion"] = _conclusion(results)
-    write_together(folder, {"stress.json": as_json(results), "stability.png": draw(maps)})
+    image = draw(results["stability"])
+    write_together(folder, {"stress.json": as_json(results), "stability.png": image})
     _show(results)
     say(f"Results in {folder}")
     return 0 if results["passed"] else 1

@@ -8,7 +8,6 @@ force (relative). SciPy's adaptive methods choose h themselves: their map is ove
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -38,23 +37,9 @@ _BOUNDS = [*(10.0**power for power in range(-16, 1, 2)), 10.0, 1e3, 1e6]
 _NONSENSE = ("#F2A48B", figures.VERMILION, "#7A2000")
 
 
-@dataclass
-class Map:
-    """The errors of one method.
-
-    Attributes:
-        method: its name.
-        axis: "ω0 h" or "rtol".
-        steps: ω0 h or rtol.
-        damping: ζ.
-        errors: shape (damping, steps); inf where there is no answer.
-    """
-
-    method: str
-    axis: str
-    steps: np.ndarray
-    damping: np.ndarray
-    errors: np.ndarray
+#: The errors of one method, for JSON: `method`, `axis` ("ω0 h" or "rtol"), `steps` along it,
+#: `damping` (ζ) and `errors`, a row for each ζ; inf where there is no answer.
+Map = dict[str, Any]
 
 
 def _explicit(order: int, x: float, zeta: float) -> np.ndarray:
@@ -103,12 +88,11 @@ def stable(step: Callable[[float, float], np.ndarray], x: float, zeta: float) ->
 
 def maps(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
     """The maps of the FMU and its peers."""
-    steps = np.logspace(-2 if quick else -3, 3, 6 if quick else 37)
-    damping = np.array([0.0, *np.logspace(-2, 3, 4 if quick else 26)])
-    tolerances = np.logspace(-3, -13, 3 if quick else 11)
-    cases = {zeta: _case(zeta) for zeta in damping.tolist()}
+    steps = np.logspace(-2 if quick else -3, 3, 6 if quick else 37).tolist()
+    tolerances = np.logspace(-3, -13, 3 if quick else 11).tolist()
+    cases = {zeta: _case(zeta) for zeta in (0.0, *np.logspace(-2, 3, 4 if quick else 26).tolist())}
     exact = {zeta: exact_outcome(case) for zeta, case in cases.items()}
-    solvers: list[tuple[str, str, np.ndarray, Callable[[Case, float], Outcome]]] = [
+    solvers: list[tuple[str, str, list[float], Callable[[Case, float], Outcome]]] = [
         (OURS, "ω0 h", steps, partial(_fmu, driver)),
         *((name, "ω0 h", steps, partial(_stepped, peer)) for name, (peer, _) in STEPPING.items()),
         *(
@@ -118,11 +102,12 @@ def maps(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
     ]
     made = []
     for name, axis, columns, solve in solvers:
-        table = []
+        one: Map = {"method": name, "axis": axis, "steps": columns, "damping": [*cases]}
+        one["errors"] = []
         for zeta, case in cases.items():
-            table.append([_error(case, solve, x, exact[zeta]) for x in columns.tolist()])
+            one["errors"].append([_error(case, solve, x, exact[zeta]) for x in columns])
             tick()
-        made.append(Map(name, axis, columns, damping, np.array(table)))
+        made.append(one)
     return made
 
 
@@ -162,32 +147,33 @@ def draw(maps: list[Map]) -> bytes:
     figure, axes = figures.plt.subplots(2, 4, figsize=(13.5, 7.0), sharey=True)
     title = "Error over step size and damping (law 2): the FMU is flat, stepping methods blow up"
     figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
-    steps = len(_BOUNDS) - 1 - len(_NONSENSE)
-    usable = figures.plt.get_cmap("cividis", steps)(range(steps))
+    number = len(_BOUNDS) - 1 - len(_NONSENSE)
+    usable = figures.plt.get_cmap("cividis", number)(range(number))
     colours = ListedColormap([*usable, *_NONSENSE])
     norm = BoundaryNorm(_BOUNDS, colours.N)
     for one, place in zip(maps, axes.flat):
+        steps, damping, errors = (np.array(one[key]) for key in ("steps", "damping", "errors"))
         # ζ = 0 has no place on a logarithmic axis: a row of its own, apart from the rest.
-        edges = _edges(one.damping[1:])
+        edges = _edges(damping[1:])
         zero = edges[0] * (edges[0] / edges[-1]) ** np.array([0.12, 0.04])
-        for up, table in ((edges, one.errors[1:]), (zero, one.errors[:1])):
-            cells = _edges(one.steps), up
+        for up, table in ((edges, errors[1:]), (zero, errors[:1])):
+            cells = _edges(steps), up
             shown = np.ma.masked_invalid(table).clip(_BOUNDS[0], _BOUNDS[-1] * 0.999)
             place.pcolormesh(*cells, shown, cmap=colours, norm=norm)
             none = np.isinf(table)
             _hatch(place, *cells, (table > 1.0) & ~none, "///")
             _hatch(place, *cells, none, "xxx")
         place.set(xscale="log", yscale="log", ylim=(zero[0], edges[-1]))
-        place.set_title(one.method, fontsize=10.5)
-        place.set_xlabel("step size ω₀h" if one.axis == "ω0 h" else "tolerance rtol")
+        place.set_title(one["method"], fontsize=10.5)
+        place.set_xlabel("step size ω₀h" if one["axis"] == "ω0 h" else "tolerance rtol")
         decades = [zeta for zeta in (1e-2, 1.0, 1e2) if zeta >= edges[0]]
         place.set_yticks([math.sqrt(zero[0] * zero[1]), *decades], ["0", *map(_power, decades)])
         place.set_yticks([], minor=True)
         place.grid(False)
-        if one.axis == "rtol":
+        if one["axis"] == "rtol":
             place.invert_xaxis()
-        elif one.method in STEPPING:
-            _limit(place, one)
+        elif one["method"] in STEPPING:
+            _limit(place, one["method"], steps, damping)
     for place in axes[:, 0]:
         place.set_ylabel("damping ratio ζ")
     scale = figures.plt.cm.ScalarMappable(norm, colours)
@@ -227,13 +213,13 @@ def _edges(centres: np.ndarray) -> np.ndarray:
     return np.logspace(low - half, high + half, len(centres) + 1)
 
 
-def _limit(place: Any, one: Map) -> None:
+def _limit(place: Any, method: str, steps: np.ndarray, damping: np.ndarray) -> None:
     """The edge of stability: explicit Euler's in closed form, the others' from their matrices."""
-    _, step = STEPPING[one.method]
-    grid = np.geomspace(one.steps[0], one.steps[-1], 400).tolist()
+    _, step = STEPPING[method]
+    grid = np.geomspace(steps[0], steps[-1], 400).tolist()
     drawn = []
-    for zeta in np.geomspace(one.damping[1], one.damping[-1], 200).tolist():
-        if one.method == "explicit Euler":
+    for zeta in np.geomspace(damping[1], damping[-1], 200).tolist():
+        if method == "explicit Euler":
             x = euler_limit(zeta)
         else:
             x = next((x for x in grid if not stable(step, x, zeta)), math.inf)
