@@ -1,7 +1,5 @@
 """Times that can be compared: taken in turns, so that whatever else the machine does hits all."""
 
-from __future__ import annotations
-
 import gc
 import importlib.metadata
 import os
@@ -54,15 +52,11 @@ def interleaved(
 
 
 class Ratio(float):
-    """The median of the ratios of rounds.
+    """The median of the ratios of rounds."""
 
-    Attributes:
-        spread: their interquartile range over the median: how much else the machine did.
-    """
+    spread: float  #: their interquartile range over the median: how much else the machine did
 
-    spread: float
-
-    def __new__(cls, ratios: list[float]) -> Ratio:
+    def __new__(cls, ratios: list[float]) -> "Ratio":
         """Of one round it spreads by nothing."""
         low, middle, high = np.quantile(ratios, (0.25, 0.5, 0.75)).tolist()
         self = super().__new__(cls, middle)

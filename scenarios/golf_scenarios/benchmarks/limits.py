@@ -9,19 +9,12 @@ MOST_SPREAD = 0.2
 
 
 class Limit(NamedTuple):
-    """What is promised of a figure.
+    """What is promised of a figure."""
 
-    Attributes:
-        key: in bench.json.
-        meaning: in words.
-        value: at most this, or at least if `rising`.
-        rising: whether more is better.
-    """
-
-    key: str
-    meaning: str
-    value: float
-    rising: bool = False
+    key: str  #: in bench.json
+    meaning: str  #: in words
+    value: float  #: at most this, or at least if `rising`
+    rising: bool = False  #: whether more is better
 
     def met(self, figure: float) -> bool:
         return figure >= self.value if self.rising else figure <= self.value

@@ -4,8 +4,6 @@ Named cases that stretch one thing each, and random ones, far beyond golf; `spec
 those at the borders of closed forms.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
@@ -26,40 +24,27 @@ Steps = list[list[float]]
 
 @dataclass(frozen=True)
 class Segment:
-    """Time between two changes of the inputs.
+    """Time between two changes of the inputs: k and b are set before it."""
 
-    Attributes:
-        length: s; a multiple of `quantum(length)`.
-        k, b: set before it.
-    """
-
-    length: float
+    length: float  #: s; a multiple of `quantum(length)`
     k: float
     b: float
 
     @classmethod
-    def rounded(cls, length: float, k: float, b: float) -> Segment:
+    def rounded(cls, length: float, k: float, b: float) -> "Segment":
         """With the nearest length whose parts add up exactly."""
         return cls(rounded(length, quantum(length)), k, b)
 
 
 @dataclass(frozen=True)
 class ImpactCase:
-    """What a run begins with, and its segments.
+    """What a run begins with, and its segments."""
 
-    Attributes:
-        number: of the impact in its run: with the seed it says all.
-        values: inputs and parameters by name.
-        start_time: the host's time at the start, s.
-        segments: the first one's k and b are those of `values`.
-        kind: what its random numbers are drawn for.
-    """
-
-    number: int
-    values: dict[str, float]
-    start_time: float
-    segments: tuple[Segment, ...]
-    kind: str = "random"
+    number: int  #: of the impact in its run: with the seed it says all
+    values: dict[str, float]  #: inputs and parameters by name
+    start_time: float  #: the host's time at the start, s
+    segments: tuple[Segment, ...]  #: the first one's k and b are those of `values`
+    kind: str = "random"  #: what its random numbers are drawn for
 
     @property
     def changed(self) -> bool:

@@ -8,22 +8,14 @@ from typing import Any
 
 @dataclass
 class Invariant:
-    """What must hold, and how well it did.
+    """What must hold, and how well it did; errors are without unit."""
 
-    Attributes:
-        claim: in words.
-        bar: the largest error that passes.
-        worst: the largest error seen, without unit.
-        count: how often it was looked at.
-        failures: how often it failed.
-        case: where the worst error was seen: everything needed to see it again.
-    """
-
-    claim: str
-    bar: float
-    worst: float = 0.0
-    count: int = 0
+    claim: str  #: in words
+    bar: float  #: the largest error that passes
+    worst: float = 0.0  #: the largest error seen
+    count: int = 0  #: how often it was looked at
     failures: int = 0
+    #: Where the worst error was seen: everything needed to see it again.
     case: Mapping[str, Any] = field(default_factory=dict)
 
     @property

@@ -10,8 +10,6 @@ f' - s f, s being the real root: there exp(-s t) f is monotone, so f has one zer
 SI units throughout. None of this is shared with the FMU.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from copy import copy
 from itertools import islice, pairwise, takewhile
@@ -54,7 +52,7 @@ class _Sum:
     def integral(self, t: Real) -> Real:
         return self._total(lambda s: _mp.expm1(s * t) / s if s else t)
 
-    def slope(self) -> _Sum:
+    def slope(self) -> "_Sum":
         highest = self._total(lambda s: s ** len(self.rates))
         c = [c * s for c, s in zip(self.c, self.rates)]
         return _Sum(self.rates, [*self.initial[1:], highest], c)

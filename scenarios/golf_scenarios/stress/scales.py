@@ -13,24 +13,17 @@ BAR = 1e-13
 
 @dataclass(frozen=True)
 class Scales:
-    """The scales of one impact that is over (or as far as it got).
+    """The scales of one impact that is over (or as far as it got)."""
 
-    Attributes:
-        values: what the run began with, and start_time.
-        largest: the outputs then: max_force, max_compression, impulse and contact_time count.
-        approach: s from the start to first touch.
-        span: s from the start to where the outputs are looked at.
-        fastest: the fastest rate in the contact, 1/s: where a time is known to 4e-16 of the
-            approach, this fast the outputs in contact change with it.
-        speed_after, energy_after: |v_C| + |v_B| (m/s) and kinetic energy (J) after the contact, for
-            impacts that may gain some: a stiffness that rises adds energy.
-    """
-
-    values: Mapping[str, float]
-    largest: Mapping[str, float]
-    approach: float
-    span: float = 0.0
+    values: Mapping[str, float]  #: what the run began with, and start_time
+    largest: Mapping[str, float]  #: outputs then: max_force, max_compression, impulse, contact_time
+    approach: float  #: s from the start to first touch
+    span: float = 0.0  #: s from the start to where the outputs are looked at
+    #: The fastest rate in the contact, 1/s: where a time is known to 4e-16 of the approach, this
+    #: fast the outputs in contact change with it.
     fastest: float = 0.0
+    #: |v_C| + |v_B| (m/s) and kinetic energy (J) after the contact, for impacts that may gain some:
+    #: a stiffness that rises adds energy.
     speed_after: float = 0.0
     energy_after: float = 0.0
 
