@@ -25,6 +25,7 @@ from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.stress.cases import named_cases
 from golf_scenarios.stress.driver import driver
+from golf_scenarios.stress.reference import Reference
 from golf_scenarios.timing import Ratio, interleaved, median_ratio
 
 
@@ -131,13 +132,14 @@ def test_the_empty_fmu_has_as_many_variables(fmu_path):
 
 
 def test_the_accuracy_check_can_fail(monkeypatch):
-    right = accuracy.Reference.outputs
+    right = Reference.outputs
 
     def wrong(self):
         return {**right(self), "max_force": right(self)["max_force"] * (1 + 1e-12)}
 
-    monkeypatch.setattr(accuracy.Reference, "outputs", wrong)
-    monkeypatch.setattr(accuracy, "named_cases", lambda randoms: islice(named_cases(randoms), 5))
+    monkeypatch.setattr(Reference, "outputs", wrong)
+    few = [*islice(named_cases(), 5)]
+    monkeypatch.setattr(accuracy.cases, "named_cases", lambda randoms: few)
     with driver() as fmu:
         worst = accuracy.worst_error(fmu, 0, lambda: None)
     assert worst["worst_error"] == pytest.approx(1e-12, rel=0.01)

@@ -202,8 +202,7 @@ def test_the_reference_solves_the_equations_of_motion(number, draw):
 
 def ledger_of(**faults):
     """Checks of a few impacts, the FMU's outputs changed by these factors on the way."""
-    ledger = Ledger()
-    invariants.announce(ledger)
+    ledger = Ledger(*invariants.CLAIMS)
     with driver() as fmu:
         outputs = fmu.outputs
 

@@ -210,8 +210,7 @@ def test_the_invariants_of_stress(driver, values, number):
     others = ("exponent", "reference_compression", "restitution_at_rest", "restitution_slope")
     values = {name: value for name, value in values.items() if name not in others}
     impact = unchanged(number, values, 2.0)
-    ledger = Ledger()
-    invariants.announce(ledger)
+    ledger = Ledger(*invariants.CLAIMS)
     invariants.check(driver, ledger, impact, number, exact=False)
     failed = {name: check for name, check in ledger.checks.items() if check.failures}
     assert not failed, failed

@@ -1,22 +1,11 @@
 """The worst error of the FMU: all reference cases, by all step patterns, in all results."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
-from golf_scenarios.stress.cases import (
-    ImpactCase,
-    Steps,
-    equal_steps,
-    flat,
-    named_cases,
-    one_step,
-    random_steps,
-    straddling_steps,
-)
+from golf_scenarios.stress import cases
 from golf_scenarios.stress.driver import Driver
-from golf_scenarios.stress.reference import Reference
+from golf_scenarios.stress.reference import outputs_after
 from golf_scenarios.stress.scales import Scales
 
 
@@ -25,43 +14,28 @@ def worst_error(driver: Driver, randoms: int, tick: Callable[[], None]) -> dict[
 
     Each case is looked at in ten instants of two partitions, and at the end of four.
     """
-    worst, where, compared, cases = 0.0, {}, 0, 0
-    for name, impact in named_cases(randoms):
-        cases += 1
-        final = driver.run(impact, one_step(impact))
+    worst, where, compared, count = 0.0, {}, 0, 0
+    for name, impact in cases.named_cases(randoms):
+        count += 1
+        once = cases.one_step(impact)
+        final = driver.run(impact, once)[-1]
         scales = Scales(impact.values, final, impact.approach)
-        patterns = {
-            "one step": one_step(impact),
-            "64 equal steps": equal_steps(impact),
-            "random steps": random_steps(impact, 20),
-            "steps across touch and separation": straddling_steps(
-                impact, final["contact_time"], 20
-            ),
-        }
-        for pattern, steps in patterns.items():
-            for exact, given in _instants(driver, impact, steps):
+        straddling = cases.straddling_steps(impact, final["contact_time"], 20)
+        for pattern, steps in (
+            ("one step", once),
+            ("64 equal steps", cases.equal_steps(impact)),
+            ("random steps", cases.random_steps(impact, 20)),
+            ("steps across touch and separation", straddling),
+        ):
+            seen = driver.run(impact, steps)
+            every = max(1, len(seen) // 10)
+            chosen = {*range(every - 1, len(seen), every), len(seen) - 1}
+            for number, exact in outputs_after(impact, steps, chosen).items():
+                compared += len(exact)
                 for output, value in exact.items():
-                    error = scales.error(output, given[output], value)
-                    compared += 1
+                    error = scales.error(output, seen[number][output], value)
                     if error > worst:
                         worst = error
                         where = {"case": name, "output": output, "pattern": pattern}
         tick()
-    return {"worst_error": worst, **where, "cases": cases, "numbers_compared": compared}
-
-
-def _instants(
-    driver: Driver, impact: ImpactCase, steps: Steps
-) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """Exact and given outputs at about ten instants of a run, the last one among them."""
-    seen: list[dict[str, Any]] = []
-    driver.run(impact, steps, lambda size, now: seen.append(now))
-    sizes = flat(steps)
-    every = max(1, len(sizes) // 10)
-    exact, pending = Reference(impact.values), 0.0
-    for n, size in enumerate(sizes):
-        pending += size  # exact: multiples of one unit
-        if n % every == every - 1 or n == len(sizes) - 1:
-            exact.step(pending)
-            pending = 0.0
-            yield exact.outputs(), seen[n]
+    return {"worst_error": worst, **where, "cases": count, "numbers_compared": compared}

@@ -1,56 +1,42 @@
 """All benchmarks, one after the other."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from golf_scenarios.benchmarks import (
-    accuracy,
-    floor,
-    run_start,
-    speedup,
-    sweep_rate,
-    work_precision,
-)
+from golf_scenarios.benchmarks import accuracy, floor, run_start, speedup, sweep_rate
+from golf_scenarios.benchmarks.work_precision import run_time_and_error
 from golf_scenarios.fmu.file import build_plain_fmu, current_fmu
 from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.peers.document_scheme import SLAVE as DOCUMENT_FMU
 from golf_scenarios.stress.driver import driver
 from golf_scenarios.timing import machine
 
-_HERE = Path(__file__).resolve().parent
+_HERE = Path(__file__).parent
+
+#: About how often `costs_and_errors` calls its tick, with --quick and without.
+TICKS = {True: 165, False: 460}
+
+_PLAIN = (DOCUMENT_FMU, _HERE / "empty_fmu.py", _HERE / "empty_wide_fmu.py")
 
 
-def ticks(quick: bool) -> int:
-    """About how often `measured` calls its tick."""
-    return 165 if quick else 460
-
-
-def measured(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
+def costs_and_errors(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
     """The figures by name, series of run time against error by law, and what they are of."""
-    ours_path, _ = current_fmu()
+    path, _ = current_fmu()
     with ExitStack() as stack:
         scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-")))
-        paths = [
-            build_plain_fmu(script, scratch)
-            for script in (DOCUMENT_FMU, _HERE / "empty_fmu.py", _HERE / "empty_wide_fmu.py")
-        ]
-        ours, document, empty, wide = (
-            stack.enter_context(LoadedFmu(path)) for path in (ours_path, *paths)
-        )
+        paths = [path, *(build_plain_fmu(script, scratch) for script in _PLAIN)]
+        ours, document, empty, wide = (stack.enter_context(LoadedFmu(one)) for one in paths)
         figures = floor.call_ratios(ours, empty, wide, 15 if quick else 41, tick)
         figures |= speedup.speedups(ours, document, 9 if quick else 25, tick)
         figures |= run_start.start_ratios(ours, 15 if quick else 41, tick)
         series = {
-            law: work_precision.run_time_and_error(ours, document, law, quick, tick)
-            for law in (1, 2)
+            f"law {law}": run_time_and_error(ours, document, law, quick, tick) for law in (1, 2)
         }
         guid = ours.description.guid
-    figures |= sweep_rate.rates(ours_path, quick, tick)
+    figures |= sweep_rate.rates(path, quick, tick)
     with driver() as fmu:
         accurate = accuracy.worst_error(fmu, 2 if quick else 60, tick)
     figures["worst_error"] = accurate.pop("worst_error")

@@ -8,12 +8,10 @@ class Empty(Fmi2Slave):
 
     def __init__(self, **kwargs) -> None:
         super().__init__(**kwargs)
-        self.input1 = self.input2 = self.input3 = 0.0
-        self.output1 = self.output2 = self.output3 = self.output4 = self.output5 = 0.0
-        for name in ("input1", "input2", "input3"):
-            self.register_variable(Real(name, causality=Fmi2Causality.input))
-        for name in ("output1", "output2", "output3", "output4", "output5"):
-            self.register_variable(Real(name, causality=Fmi2Causality.output))
+        for causality, count in ((Fmi2Causality.input, 3), (Fmi2Causality.output, 5)):
+            for n in range(1, count + 1):
+                setattr(self, f"{causality.name}{n}", 0.0)
+                self.register_variable(Real(f"{causality.name}{n}", causality=causality))
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         return True

@@ -5,17 +5,16 @@ to the browser, in processor time, which other work of the machine doesn't chang
 ones to the server: sessions with a websocket each.
 """
 
-import os
 import subprocess
 import sys
-from pathlib import Path
 from statistics import median
 from time import process_time
-from typing import NamedTuple
+from typing import Any
 
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.timing import resident_bytes
 
 #: Values of the cases that are measured, by name; k changes at every step.
 CASES = {
@@ -30,25 +29,12 @@ LIMIT = 50.0
 TABS = 20
 
 
-class Step(NamedTuple):
-    """One row, ms: a step of a slider, the FMU's part of it, S and COR over a variable."""
+def slider_steps(quick: bool) -> dict[str, dict[str, Any]]:
+    """Medians of many steps of the slider of k, or of fewer if `quick`.
 
-    case: str
-    step: float
-    fmu: float
-    sweep: float
-
-    @property
-    def passed(self) -> bool:
-        """Whether a slider moves as smoothly as it should."""
-        return self.step <= LIMIT
-
-
-def measured_steps(quick: bool) -> list[Step]:
-    """Medians of many steps of the slider of k.
-
-    Args:
-        quick: fewer of them.
+    Returns:
+        By case, ms: the whole step, the FMU's part of it, S and COR over a variable (`sweep`); and
+        whether the slider moves as smoothly as it should (`passed`).
     """
     from bokeh.document import Document
     from bokeh.protocol import Protocol
@@ -56,8 +42,7 @@ def measured_steps(quick: bool) -> list[Step]:
     from golf_scenarios.explore.impact import explored
     from golf_scenarios.explore.page import Page
 
-    count = 20 if quick else 100
-    rows = []
+    rows: dict[str, dict[str, Any]] = {}
     with ImpactFmu(current_fmu()[0]) as fmu:
         document, protocol = Document(), Protocol()
         page = Page(document, fmu, {})
@@ -68,24 +53,23 @@ def measured_steps(quick: bool) -> list[Step]:
             page.update()
             protocol.create("PATCH-DOC", events)
 
+        works = {"fmu": lambda: explored(fmu, page.wish), "step": step, "sweep": page.sweep}
         for case, values in CASES.items():
-            times: dict[str, list[float]] = {"step": [], "fmu": [], "sweep": []}
-            for n in range(count):
+            times: dict[str, list[float]] = {name: [] for name in works}
+            for n in range(20 if quick else 100):
                 page.wish = {**page.defaults, **values, "k": 1e6 + 1e3 * n}
-                for name, work in (
-                    ("fmu", lambda: explored(fmu, page.wish)),
-                    ("step", step),
-                    ("sweep", page.sweep),
-                ):
+                for name, work in works.items():
                     events.clear()
                     begin = process_time()
                     work()
                     times[name].append(1e3 * (process_time() - begin))
-            rows.append(Step(case, *(median(times[name]) for name in ("step", "fmu", "sweep"))))
+            medians = {name: median(times[name]) for name in ("step", "fmu", "sweep")}
+            rows[case] = {"case": case, **medians}
+            rows[case]["passed"] = rows[case]["step"] <= LIMIT
     return rows
 
 
-def measured_tabs() -> dict[str, float]:
+def memory_of_tabs() -> dict[str, float]:
     """Open tabs one after the other, and look at the server's memory, MB.
 
     Raises:
@@ -119,7 +103,5 @@ def measured_tabs() -> dict[str, float]:
 
 
 def _megabytes(process: int) -> float:
-    statm = Path(f"/proc/{process}/statm")
-    if not statm.is_file():
-        return float("nan")
-    return int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+    size = resident_bytes(process)
+    return float("nan") if size is None else size / 1e6

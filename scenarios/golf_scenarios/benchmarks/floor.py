@@ -1,16 +1,13 @@
 """The FMI floor: the same calls on ClubBallImpact.fmu and on FMUs in which nothing is computed."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from itertools import accumulate, repeat
+from collections.abc import Callable, Sequence
+from functools import partial
 from statistics import median
-from time import perf_counter
 
 from fmpy.fmi2 import FMU2Slave
 
 from golf_scenarios.fmu.loaded import LoadedFmu
-from golf_scenarios.timing import Job, interleaved, median_ratio, undisturbed
+from golf_scenarios.timing import Job, interleaved, median_ratio, seconds
 
 #: What is read at every step, and as many outputs of the empty FMU.
 READ = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity")
@@ -18,70 +15,53 @@ EMPTY_READ = tuple(f"output{n}" for n in range(1, 6))
 
 #: Steps of 1 µs through the contact at the baseline (620 µs): all of them are in it.
 _STEP = 1e-6
-_POINTS = list(accumulate(repeat(_STEP, 599), initial=0.0))
+_POINTS = [n * _STEP for n in range(600)]
 
 
 def call_ratios(
     ours: LoadedFmu, empty: LoadedFmu, wide: LoadedFmu, rounds: int, tick: Callable[[], None]
 ) -> dict[str, float]:
     """Ratios of medians to the empty FMUs by name, and the floor's own times in µs (`…_us`)."""
-    read, empty_read = ours.references(READ), empty.references(EMPTY_READ)
-    jobs: dict[str, Job] = {
+    jobs = {
         "step empty": _stepping(empty.instance()),
-        "read empty": _reading(empty.instance(), empty_read),
+        "read empty": _stepping(empty.instance(), empty.references(EMPTY_READ)),
         "instantiate": _instantiating(ours),
         "instantiate empty": _instantiating(wide),
     }
     for law in (1, 2):
         jobs[f"step {law}"] = _stepping(ours.instance(law=law))
-        jobs[f"read {law}"] = _reading(ours.instance(law=law), read)
-    with undisturbed():
-        times = interleaved(jobs, rounds, tick)
-
-    def over_empty(kind: str) -> float:
-        """The worse law's."""
-        return max(median_ratio(times[f"{kind} {law}"], times[f"{kind} empty"]) for law in (1, 2))
-
+        jobs[f"read {law}"] = _stepping(ours.instance(law=law), ours.references(READ))
+    times = interleaved(jobs, rounds, tick)
+    step, read = (
+        [median_ratio(times[f"{kind} {law}"], times[f"{kind} empty"]) for law in (1, 2)]
+        for kind in ("step", "read")
+    )
     figures = {
-        "do_step_over_empty": over_empty("step"),
-        "step_and_read5_over_empty": over_empty("read"),
+        "do_step_over_empty": max(step),
+        "step_and_read5_over_empty": max(read),
         "instantiate_over_empty": median_ratio(times["instantiate"], times["instantiate empty"]),
+        "step_and_read5_over_empty_law1": read[0],
+        "step_and_read5_over_empty_law2": read[1],
     }
-    for law in (1, 2):
-        figures[f"step_and_read5_over_empty_law{law}"] = median_ratio(
-            times[f"read {law}"], times["read empty"]
-        )
-    micro = {f"{name.replace(' ', '_')}_us": 1e6 * median(times[name]) for name in times}
-    return figures | micro
+    return figures | {f"{name.replace(' ', '_')}_us": 1e6 * median(times[name]) for name in times}
 
 
-def _stepping(slave: FMU2Slave) -> Job:
-    """Time of doStep alone, s."""
+def walk(slave: FMU2Slave, points: Sequence[float], size: float, read: Sequence[int] = ()) -> None:
+    """Step from each of these points, and read outputs after each step, if any are wanted."""
+    do_step, get_real = slave.doStep, slave.getReal
+    for point in points:
+        do_step(point, size)
+        if read:
+            get_real(read)
+
+
+def _stepping(slave: FMU2Slave, read: Sequence[int] = ()) -> Job:
+    """Time of doStep, and of one getReal of these references if there are any, s."""
     start = slave.getFMUstate()
 
     def job() -> float:
         slave.setFMUstate(start)
-        do_step = slave.doStep
-        begin = perf_counter()
-        for point in _POINTS:
-            do_step(point, _STEP)
-        return (perf_counter() - begin) / len(_POINTS)
-
-    return job
-
-
-def _reading(slave: FMU2Slave, references: list[int]) -> Job:
-    """Time of doStep and one getReal of five outputs, s."""
-    start = slave.getFMUstate()
-
-    def job() -> float:
-        slave.setFMUstate(start)
-        do_step, get_real = slave.doStep, slave.getReal
-        begin = perf_counter()
-        for point in _POINTS:
-            do_step(point, _STEP)
-            get_real(references)
-        return (perf_counter() - begin) / len(_POINTS)
+        return seconds(partial(walk, slave, _POINTS, _STEP, read), len(_POINTS))
 
     return job
 
@@ -93,12 +73,9 @@ def _instantiating(fmu: LoadedFmu) -> Job:
 
     def job() -> float:
         slaves = [fmu.blank() for _ in range(5)]
-        begin = perf_counter()
-        for slave in slaves:
-            slave.instantiate()
-        seconds = (perf_counter() - begin) / len(slaves)
+        time = seconds(lambda: [slave.instantiate() for slave in slaves], len(slaves))
         for slave in slaves:
             fmu.free(slave)
-        return seconds
+        return time
 
     return job

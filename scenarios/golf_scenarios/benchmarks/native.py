@@ -8,7 +8,7 @@ import sys
 import tempfile
 from pathlib import Path
 from statistics import median
-from typing import NamedTuple
+from typing import Any
 
 import fmpy
 
@@ -22,26 +22,11 @@ from golf_scenarios.fmu.system import build_system
 _OUTPUTS = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
 
 
-class Figure(NamedTuple):
-    """One row: its meaning, both FMUs' values, and the largest ratio that is wanted."""
-
-    key: str
-    meaning: str
-    standalone: float
-    plain: float
-    limit: float
-
-    @property
-    def ratio(self) -> float:
-        return self.standalone / self.plain
-
-    @property
-    def passed(self) -> bool:
-        return self.ratio <= self.limit
-
-
-def measured(quick: bool) -> list[Figure]:
+def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
     """Build both, run both, several times in turns; the medians.
+
+    Returns:
+        By key: both FMUs' values, their ratio, and the largest one that is wanted.
 
     Raises:
         UserError: this machine can't build the standalone FMU, or has no libpython.
@@ -58,53 +43,56 @@ def measured(quick: bool) -> list[Figure]:
         libpython = next((f for f in libpython_files() if preloaded(f, plain) is None), None)
         if libpython is None:
             raise UserError("bench --native needs libpython for the plain FMU: see doctor")
-        fmus = [alone, *build_system(folder, alone, standalone=True)[:2]]
-        program = folder / "host"
+        host = str(folder / "host")
         headers = Path(fmpy.__file__).parent / "c-code"
-        source = Path(__file__).with_name("native_host.c")
-        done = subprocess.run(
-            [*command, "-O2", f"-I{headers}", str(source), "-o", str(program), "-ldl"],
-            capture_output=True,
-            text=True,
-        )
-        if done.returncode:
-            raise UserError(f"the host can't be compiled: {done.stderr.strip()}")
+        source = str(Path(__file__).with_name("native_host.c"))
+        compiled = [*command, "-O2", f"-I{headers}", source, "-o", host, "-ldl"]
+        _output(compiled, "the host can't be compiled", None)
+        references = map(str, LoadedFmu(plain).references(_OUTPUTS))
+        words = [*references, "--"]
+        one, other = _extracted(alone, folder), _extracted(plain, folder)
+        companions = build_system(folder, alone, standalone=True)[:2]
+        all_ = one + [word for fmu in companions for word in _extracted(fmu, folder)]
         with_python = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
+
+        def run(count: int, fmus: list[str], environment: dict[str, str]) -> list[float]:
+            call = [host, str(count), *words, *fmus]
+            return [float(x) for x in _output(call, "the native host failed", environment).split()]
+
+        run(1, other, with_python)  # so that its bytecode is there
         count, times = (20_000, 3) if quick else (200_000, 9)
-        rows: dict[str, list[tuple[float, ...]]] = {"alone": [], "plain": [], "three": []}
-        one, other, all_ = (
-            [_given(fmu, folder) for fmu in group] for group in ([alone], [plain], fmus)
-        )
-        references = list(map(str, LoadedFmu(plain).references(_OUTPUTS)))
-        _run(program, 1, references, other, with_python)  # so that its bytecode is there
-        for _ in range(times):
-            rows["alone"].append(_run(program, count, references, one, {}))
-            rows["plain"].append(_run(program, count, references, other, with_python))
-            rows["three"].append(_run(program, 1, references, all_, {}))
+        rounds = [
+            (run(count, one, {}), run(count, other, with_python), run(1, all_, {}))
+            for _ in range(times)
+        ]
         size, plain_size = (fmu.stat().st_size / 1e6 for fmu in (alone, plain))
-    a, p, t = ([median(column) for column in zip(*rows[key])] for key in rows)
-    return [
-        Figure("first_instantiate_ms", "the first instance, ms", 1e3 * a[0], 1e3 * p[0], 1.0),
-        Figure("step_us", "doStep, µs", 1e6 * a[1], 1e6 * p[1], 1.0),
-        Figure("read_us", "getReal of 4, µs", 1e6 * a[2], 1e6 * p[2], 1.0),
-        Figure("memory_mb", "memory of a host with one, MB", a[3] / 1e3, p[3] / 1e3, 1.0),
-        Figure("three_mb", "memory with three FMUs, beside one, MB", t[3] / 1e3, a[3] / 1e3, 1.3),
-        Figure("size_mb", "the file, MB (5 at most)", size, plain_size, 5.0 / plain_size),
-    ]
+    a, p, t = ([median(column) for column in zip(*rows)] for rows in zip(*rounds))
+    rows = (
+        ("first_instantiate_ms", "the first instance, ms", 1e3 * a[0], 1e3 * p[0], 1.0),
+        ("step_us", "doStep, µs", 1e6 * a[1], 1e6 * p[1], 1.0),
+        ("read_us", "getReal of 4, µs", 1e6 * a[2], 1e6 * p[2], 1.0),
+        ("memory_mb", "memory of a host with one, MB", a[3] / 1e3, p[3] / 1e3, 1.0),
+        ("three_mb", "memory with three FMUs, beside one, MB", t[3] / 1e3, a[3] / 1e3, 1.3),
+        ("size_mb", "the file, MB (5 at most)", size, plain_size, 5.0 / plain_size),
+    )
+    names = ("key", "meaning", "standalone", "plain", "limit")
+    figures: dict[str, dict[str, Any]] = {row[0]: dict(zip(names, row)) for row in rows}
+    for figure in figures.values():
+        figure["ratio"] = figure["standalone"] / figure["plain"]
+        figure["passed"] = figure["ratio"] <= figure["limit"]
+    return figures
 
 
-def _given(fmu: Path, folder: Path) -> list[str]:
+def _extracted(fmu: Path, folder: Path) -> list[str]:
+    """What the host is told of an extracted FMU."""
     place = folder / f"extracted {fmu.stem}"
     fmpy.extract(str(fmu), str(place))
     (library,) = place.glob("binaries/linux64/[A-Z]*.so")
     return [str(library), f"file://{place}/resources", LoadedFmu(fmu).description.guid]
 
 
-def _run(
-    program: Path, count: int, references: list[str], fmus: list[list[str]], env: dict[str, str]
-) -> tuple[float, ...]:
-    words = [str(program), str(count), *references, "--", *(word for fmu in fmus for word in fmu)]
-    done = subprocess.run(words, env=env, capture_output=True, text=True)
+def _output(command: list[str], otherwise: str, environment: dict[str, str] | None) -> str:
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
     if done.returncode:
-        raise UserError(f"the native host failed: {done.stderr.strip()}")
-    return tuple(map(float, done.stdout.split()))
+        raise UserError(f"{otherwise}: {done.stderr.strip()}")
+    return done.stdout

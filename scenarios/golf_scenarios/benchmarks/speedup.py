@@ -4,22 +4,20 @@ One impact is a run begun anew by restoring the saved start, a new k, one step a
 COR and E. k changes at every impact, so that nothing can come from a cache of the last one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import cycle
+from itertools import cycle, islice
 from statistics import median
-from time import perf_counter
 
 import fmpy
 
+from golf_scenarios.benchmarks.floor import walk
 from golf_scenarios.facts.document import TIME_STEP
 from golf_scenarios.fmu.loaded import LoadedFmu
 from golf_scenarios.peers import solve_ivp
 from golf_scenarios.peers.document_scheme import steps_of_contact
 from golf_scenarios.peers.problem import Case, Outcome
-from golf_scenarios.timing import Job, interleaved, median_ratio, undisturbed
+from golf_scenarios.timing import Job, interleaved, median_ratio, seconds
 
 #: S, COR and E: what a metrics-only scene reads.
 METRICS = ("smash_factor", "coefficient_of_restitution", "energy_efficiency")
@@ -30,9 +28,8 @@ STIFFNESSES = tuple(1e6 * (0.9 + 0.2 * (37 * n % 101) / 101) for n in range(101)
 #: Longer than any of these contacts, s.
 STEP = 1e-3
 
-#: Impacts per round: enough that the first ones, after another job has had the processor's caches,
-#: don't count; the other ways are far slower, and take fewer.
-_BATCH, _FEW = 200, 2
+#: From k (N/m) to outputs.
+Impact = Callable[[float], list[float]]
 
 
 def speedups(
@@ -43,19 +40,21 @@ def speedups(
     for law, suffix in ((2, ""), (1, "_law1")):
         # Of its own folder: it isn't to profit from a library that another one has loaded.
         with LoadedFmu(ours.path) as alone:
+            # So many of ours per round that the first ones, after another job has had the
+            # processor's caches, don't count; the other ways are far slower, and take fewer.
+            document_way = document_impact(document, law, METRICS, TIME_STEP, STIFFNESSES)
             jobs = {
-                "fmu": _job(impact_of_stiffness(ours, law, METRICS), _BATCH),
-                "document_fmu": _job(_document_impact(document, law), 1),
-                "simulate_fmu": _job(_simulation(alone, law), _FEW),
-                "scipy": _job(partial(_scipy_impact, law), _FEW),
+                "fmu": _job(impact_of_stiffness(ours, METRICS, law=law), 200),
+                "document_fmu": _job(document_way, 1),
+                "simulate_fmu": _job(_simulation(alone, law), 2),
+                "scipy": _job(partial(_scipy_impact, law), 2),
             }
-            with undisturbed():
-                times = interleaved(jobs, rounds, tick)
-        for name, seconds in times.items():
-            figures[f"impact_by_{name}{suffix}_us"] = 1e6 * median(seconds)
+            times = interleaved(jobs, rounds, tick)
+        for name, spent in times.items():
+            figures[f"impact_by_{name}{suffix}_us"] = 1e6 * median(spent)
             if name != "fmu":
                 key = f"impact_speedup_over_{name}{suffix}"
-                figures[key] = median_ratio(seconds, times["fmu"])
+                figures[key] = median_ratio(spent, times["fmu"])
     return figures
 
 
@@ -63,49 +62,51 @@ def _job(impact: Callable[[float], object], number: int) -> Job:
     """So many impacts, each with another stiffness."""
     values = cycle(STIFFNESSES)
 
-    def job() -> float:
-        begin = perf_counter()
-        for _ in range(number):
-            impact(next(values))
-        return (perf_counter() - begin) / number
+    def impacts() -> None:
+        for value in islice(values, number):
+            impact(value)
 
-    return job
+    return partial(seconds, impacts, number)
 
 
 def impact_of_stiffness(
-    fmu: LoadedFmu, law: int, outputs: Sequence[str]
-) -> Callable[[float], list[float]]:
-    """From k (N/m) to outputs, as a scene makes an impact."""
-    slave = fmu.instance(law=law)
-    start = slave.getFMUstate()
-    k, read = fmu.references(("k",)), fmu.references(outputs)
+    fmu: LoadedFmu, outputs: Sequence[str], step: float = STEP, **values: float
+) -> Impact:
+    """An impact as a scene makes it, of an instance with these values, in one step (s)."""
+    slave = fmu.instance(**values)
+    start, k, read = slave.getFMUstate(), fmu.references(("k",)), fmu.references(outputs)
 
     def impact(value: float) -> list[float]:
         slave.setFMUstate(start)
         slave.setReal(k, [value])
-        slave.doStep(0.0, STEP)
+        slave.doStep(0.0, step)
         return slave.getReal(read)
 
     return impact
 
 
-def _document_impact(fmu: LoadedFmu, law: int) -> Callable[[float], object]:
-    """To the end of contact, and no further; that number of steps is known beforehand."""
-    slave = fmu.instance(law=law)
-    start = slave.getFMUstate()
-    k, read = fmu.references(("k",)), fmu.references(METRICS)
-    number_of_steps = {}
-    for value in STIFFNESSES:
+def document_impact(
+    fmu: LoadedFmu, law: int, outputs: Sequence[str], dt: float, stiffnesses: Sequence[float]
+) -> Impact:
+    """The document's scheme by steps of dt (s) to the end of contact, and no further.
+
+    How many steps that takes is known beforehand, for these stiffnesses.
+    """
+    slave = fmu.instance(law=law, dt=dt)
+    start, k, read = slave.getFMUstate(), fmu.references(("k",)), fmu.references(outputs)
+
+    def begin(value: float) -> None:
         slave.setFMUstate(start)
         slave.setReal(k, [value])
-        number_of_steps[value] = steps_of_contact(fmu, slave, TIME_STEP)
+
+    points = {}
+    for value in stiffnesses:
+        begin(value)
+        points[value] = [n * dt for n in range(steps_of_contact(fmu, slave, dt, end=0.01))]
 
     def impact(value: float) -> list[float]:
-        slave.setFMUstate(start)
-        slave.setReal(k, [value])
-        do_step = slave.doStep
-        for n in range(number_of_steps[value]):
-            do_step(n * TIME_STEP, TIME_STEP)
+        begin(value)
+        walk(slave, points[value], dt)
         return slave.getReal(read)
 
     return impact

@@ -4,14 +4,12 @@ Law 1, S, COR and E over k: what the other benchmarks of an impact read. Process
 started beforehand; every way writes its file in every round, in turns.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
-from time import perf_counter
+from statistics import median
 
 from golf_scenarios.benchmarks.speedup import METRICS
 from golf_scenarios.sweeps.chunk import FmuFile
@@ -21,7 +19,7 @@ from golf_scenarios.sweeps.pool import WorkerProcesses
 from golf_scenarios.sweeps.run import Submit, Sweep
 from golf_scenarios.sweeps.study import Study
 from golf_scenarios.sweeps.table_file import table_file
-from golf_scenarios.timing import interleaved, median_ratio, undisturbed
+from golf_scenarios.timing import interleaved, median_ratio, seconds
 
 #: Small enough that both workers end at nearly the same time.
 _CHUNK = 1000
@@ -42,29 +40,20 @@ def rates(fmu: Path, quick: bool, tick: Callable[[], None]) -> dict[str, float]:
             "two_workers": sweep.through(pool, file.name_only),
             "dask_local": sweep.through(*stack.enter_context(executor_of("local", 2, file))),
         }
-        jobs = {
-            name: partial(_seconds, sweep, folder / f"{name}.csv", submit)
-            for name, submit in ways.items()
-        }
-        for job in jobs.values():
+
+        def write(name: str) -> None:
+            with table_file(folder / f"{name}.csv", study, sweep.plan) as table:
+                sweep.write(table, ways[name], _CHUNK)
+
+        for name in ways:
             # Until every worker has an instance.
-            job()
-        with undisturbed():
-            times = interleaved(jobs, rounds, tick)
-    figures = {
-        f"sweep_impacts_per_second_{name}": 1.0 / sorted(seconds)[len(seconds) // 2]
-        for name, seconds in times.items()
-    }
-    return figures | {
+            write(name)
+        jobs = {name: partial(seconds, partial(write, name), cases) for name in ways}
+        times = interleaved(jobs, rounds, tick)
+    return {
+        **{f"sweep_impacts_per_second_{name}": 1.0 / median(times[name]) for name in ways},
         "sweep_impacts_per_second_simulate_fmu": beside_loop.simulate_fmu,
         "sweep_speedup_over_simulate_fmu": beside_loop.ratio,
         "sweep_two_workers_over_one": median_ratio(times["one_process"], times["two_workers"]),
         "sweep_dask_local_over_one": median_ratio(times["one_process"], times["dask_local"]),
     }
-
-
-def _seconds(sweep: Sweep, path: Path, submit: Submit) -> float:
-    begin = perf_counter()
-    with table_file(path, sweep.study, sweep.plan) as table:
-        sweep.write(table, submit, _CHUNK)
-    return (perf_counter() - begin) / sweep.study.cases

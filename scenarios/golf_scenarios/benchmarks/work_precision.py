@@ -4,67 +4,36 @@ Each point is the time that one impact takes, set-up off the clock, and the wors
 final velocities (over |u_C| + |u_B|), contact time and largest force (relative).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from functools import partial
-from itertools import accumulate, count, repeat
+from itertools import count
 from typing import Any
 
 import numpy as np
 
-from golf_scenarios.benchmarks.floor import READ
-from golf_scenarios.benchmarks.speedup import STEP, impact_of_stiffness
+from golf_scenarios.benchmarks.floor import READ, walk
+from golf_scenarios.benchmarks.speedup import STEP, document_impact, impact_of_stiffness
 from golf_scenarios.fmu.loaded import LoadedFmu
-from golf_scenarios.peers import (
-    explicit_euler,
-    runge_kutta4,
-    semi_implicit_euler,
-    solve_ivp,
-    stormer_verlet,
-)
-from golf_scenarios.peers.document_scheme import steps_of_contact
+from golf_scenarios.peers import solve_ivp
 from golf_scenarios.peers.problem import Case, Outcome, errors
+from golf_scenarios.report import figures
 from golf_scenarios.stress.reference import exact_outcome
-from golf_scenarios.timing import typical_seconds, undisturbed
+from golf_scenarios.stress.stability import STEPPING
+from golf_scenarios.timing import typical_seconds
 
 FMU_STEPPED = "this FMU, read every step"
 FMU_ONCE = "this FMU, metrics only"
-
-#: Stepping methods in plain Python, by the name in the figure.
-_STEPPING: dict[str, Any] = {
-    "explicit Euler, Python": explicit_euler,
-    "semi-implicit Euler": semi_implicit_euler,
-    "Störmer–Verlet": stormer_verlet,
-    "Runge–Kutta 4": runge_kutta4,
-}
 DOCUMENT = "the document's scheme as FMU"
 
 #: Solves the impact once.
 Solve = Callable[[], Outcome]
 
 
-@dataclass
-class Series:
-    """One method: points from coarse to fine.
-
-    Attributes:
-        method: its name.
-        settings: dt (s) or rtol of each point.
-        setting: "dt" or "rtol".
-        seconds: s per impact.
-        errors: without unit; inf where the method found no end of contact.
-        order: of the error in dt (log–log slope), for stepping methods.
-    """
-
-    method: str
-    setting: str
-    settings: list[float] = field(default_factory=list)
-    seconds: list[float] = field(default_factory=list)
-    errors: list[float] = field(default_factory=list)
-    order: float | None = None
+#: One method's points from coarse to fine, for JSON: `method`, `setting` ("dt" or "rtol") and its
+#: `settings` (dt in s), `seconds` per impact, `errors` (inf where the method found no end of
+#: contact) and `order` of the error in dt (log–log slope) for stepping methods.
+Series = dict[str, Any]
 
 
 def run_time_and_error(
@@ -73,42 +42,39 @@ def run_time_and_error(
     """All methods on the baseline impact under one law."""
     case = Case(law=law)
     exact = exact_outcome(case)
-    budget = 0.005 if quick else 0.15
-    finest = 1e-6 if quick else 1e-8
-    steps = [dt for dt in _ladder(1e-5, 1e-8) if dt >= finest]
+    budget, least, finest = (0.005, 1, 1e-6) if quick else (0.15, 3, 1e-8)
+    steps, points = _ladder(1e-5, finest), _ladder(1e-3, max(finest, 1e-7))
     tolerances = [10.0**-exponent for exponent in range(3, 14, 5 if quick else 1)]
-    points = [dt for dt in _ladder(1e-3, 1e-7) if dt >= finest]
-    #: Method, settings, and what makes ready to solve with one of them.
-    ways: list[tuple[Series, list[float], Callable[[float], Solve]]] = [
-        (Series(DOCUMENT, "dt"), steps, partial(_stepped_document, document, law)),
-        *(
-            (Series(name, "dt"), steps, partial(partial, module.solve, case))
-            for name, module in _STEPPING.items()
-        ),
-        *(
-            (
-                Series(f"SciPy {method}", "rtol"),
-                tolerances,
-                partial(partial, solve_ivp.solve, case, method=method),
-            )
-            for method in solve_ivp.METHODS
-        ),
-        (Series(FMU_STEPPED, "dt"), points, partial(_stepped_fmu, ours, law)),
-        (Series(FMU_ONCE, "dt"), [STEP], lambda _: _metrics_only(ours, law)),
+    # Method, setting and settings, and what makes ready to solve with one of them.
+    ways: list[tuple[str, str, list[float], Callable[[float], Solve]]] = [
+        (DOCUMENT, "dt", steps, partial(_stepped_document, document, law))
     ]
-    for series, settings, ready in ways:
-        for setting in settings:
-            solve = ready(setting)
+    for name, (peer, _) in STEPPING.items():
+        words = "explicit Euler, Python" if name == "explicit Euler" else name
+        ways.append((words, "dt", steps, _solving(peer.solve, case)))
+    for method in solve_ivp.METHODS:
+        ready = _solving(solve_ivp.solve, case, method=method)
+        ways.append((f"SciPy {method}", "rtol", tolerances, ready))
+    ways.append((FMU_STEPPED, "dt", points, partial(_stepped_fmu, ours, law)))
+    ways.append((FMU_ONCE, "dt", [STEP], lambda _: _metrics_only(ours, law)))
+    made = []
+    for method, setting, settings, ready in ways:
+        seconds, found = [], []
+        for value in settings:
+            solve = ready(value)
             error = max(errors(case, solve(), exact))
-            with undisturbed():
-                seconds = typical_seconds(solve, budget, 1 if quick else 3)
-            series.settings.append(setting)
-            series.seconds.append(seconds)
-            series.errors.append(error if math.isfinite(error) else math.inf)
+            found.append(error if math.isfinite(error) else math.inf)
+            seconds.append(typical_seconds(solve, budget, least))
             tick()
-        if settings is steps:
-            series.order = slope(series.settings, series.errors)
-    return [series for series, _, _ in ways]
+        one: Series = {"method": method, "setting": setting, "settings": settings}
+        one |= {"seconds": seconds, "errors": found}
+        one["order"] = slope(steps, found) if settings is steps else None
+        made.append(one)
+    return made
+
+
+def _solving(solve: Callable[..., Outcome], case: Case, **how: str) -> Callable[[float], Solve]:
+    return lambda setting: partial(solve, case, setting, **how)
 
 
 def _ladder(high: float, low: float) -> list[float]:
@@ -120,32 +86,16 @@ def _ladder(high: float, low: float) -> list[float]:
 
 def slope(settings: Sequence[float], errors: Sequence[float]) -> float | None:
     """The least-squares slope of log error over log dt, while rounding plays no part."""
-    points = [
-        (math.log10(dt), math.log10(error))
-        for dt, error in zip(settings, errors, strict=True)
-        if 1e-11 < error < 1.0
-    ]
+    points = [(dt, error) for dt, error in zip(settings, errors) if 1e-11 < error < 1.0]
     if len(points) < 3:
         return None
-    x, y = np.transpose(points)
+    x, y = np.log10(points).T
     return float(np.polyfit(x, y, 1)[0])
 
 
 def _stepped_document(fmu: LoadedFmu, law: int, dt: float) -> Solve:
-    """To the end of contact, which takes a number of steps that is known beforehand."""
-    slave = fmu.instance(law=law, dt=dt)
-    start = slave.getFMUstate()
-    read = fmu.references(Outcome._fields)
-    number = steps_of_contact(fmu, slave, dt, end=0.01)
-
-    def solve() -> Outcome:
-        slave.setFMUstate(start)
-        do_step = slave.doStep
-        for n in range(number):
-            do_step(n * dt, dt)
-        return Outcome(*slave.getReal(read))
-
-    return solve
+    impact = document_impact(fmu, law, Outcome._fields, dt, [1e6])
+    return lambda: Outcome(*impact(1e6))
 
 
 def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Solve:
@@ -153,20 +103,38 @@ def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Solve:
     slave = fmu.instance(law=law)
     start = slave.getFMUstate()
     outcome, read = fmu.references(Outcome._fields), fmu.references(READ)
-    points = list(accumulate(repeat(dt, round(1e-3 / dt) - 1), initial=0.0))
+    points = [n * dt for n in range(round(1e-3 / dt))]
 
     def solve() -> Outcome:
         slave.setFMUstate(start)
-        do_step, get_real = slave.doStep, slave.getReal
-        for point in points:
-            do_step(point, dt)
-            get_real(read)
-        return Outcome(*get_real(outcome))
+        walk(slave, points, dt, read)
+        return Outcome(*slave.getReal(outcome))
 
     return solve
 
 
 def _metrics_only(fmu: LoadedFmu, law: int) -> Solve:
     """One step and one read, with a new k every time but the first (k = 1e6 for the error)."""
-    impact, calls = impact_of_stiffness(fmu, law, Outcome._fields), count()
+    impact, calls = impact_of_stiffness(fmu, Outcome._fields, law=law), count()
     return lambda: Outcome(*impact(1e6 + next(calls) % 100))
+
+
+def run_time_vs_error(series_by_law: dict[str, list[Series]]) -> bytes:
+    """The work–precision figure as PNG: both laws side by side, one legend below."""
+    figure, both = figures.new_pair("Run time against error: the document's baseline impact")
+    figure.set_size_inches(11.0, 6.6)
+    words = {"law 1": "drag on each body", "law 2": "damper between the bodies"}
+    for axes, (law, methods) in zip(both, series_by_law.items(), strict=True):
+        for series in methods:
+            pairs = zip(series["errors"], series["seconds"], strict=True)
+            points = [(error, 1e6 * time) for error, time in pairs if math.isfinite(error)]
+            size, above = (15, 5) if series["method"] == FMU_ONCE else (5, 3)
+            look = figures.LOOKS[series["method"]].points
+            axes.plot(*zip(*points), **look, lw=1.4, ms=size, zorder=above, label=series["method"])
+        figures.run_time_axes(axes, "worst error of velocities, contact time, max force (relative)")
+        axes.set_title(f"{law}: {words[law]}", fontsize=10.5)
+    low, high = zip(*(axes.get_ylim() for axes in both))
+    for axes in both:
+        axes.set_ylim(min(low), 3.0 * max(high))
+    figures.legend_below(figure, both[0], columns=4)
+    return figures.png(figure)

@@ -3,20 +3,14 @@
 import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from golf_scenarios.commands.bench import need, verdict
 from golf_scenarios.commands.console import RESULTS, out, paragraphs, progress, rich_table, say
 
-if TYPE_CHECKING:
-    from golf_scenarios.stress.stability import Map
-
 EPILOG = "Example: golf-impact stress --quick --seed 7"
-
-#: Without --seed: the same run every time.
-DEFAULT_SEED = 20
 
 
 def stress(
@@ -25,36 +19,40 @@ def stress(
         Path, typer.Option("--out", help="The folder for stress.json and figures.")
     ] = RESULTS,
     seed: Annotated[
-        int | None, typer.Option("--seed", help="Replay the run with this seed.")
-    ] = None,
+        int, typer.Option("--seed", show_default=False, help="Replay the run with this seed.")
+    ] = 20,  # the same run every time
 ) -> int:
     """Thousands of extreme impacts through the FMU against a reference and invariants."""
     need("stress", "mpmath", "scipy")
     from golf_scenarios.files import as_json, prepare, write_together
 
     prepare(folder, "stress.json", "stability.png")
-    from golf_scenarios.stress.all import measured
+    from golf_scenarios.stress.all import checks_and_maps
     from golf_scenarios.stress.stability import draw
 
     with progress() as bar:
-        results, maps = measured(quick, DEFAULT_SEED if seed is None else seed, bar)
-    results["conclusion"] = _conclusion(results, maps)
-    write_together(folder, {"stress.json": as_json(results), "stability.png": draw(maps)})
+        results = checks_and_maps(quick, seed, bar)
+    results["conclusion"] = _conclusion(results)
+    image = draw(results["stability"])
+    write_together(folder, {"stress.json": as_json(results), "stability.png": image})
     _show(results)
     say(f"Results in {folder}")
     return 0 if results["passed"] else 1
 
 
-def _conclusion(results: dict[str, Any], maps: "list[Map]") -> list[str]:
+def _conclusion(results: dict[str, Any]) -> list[str]:
+    import numpy as np
+
     from golf_scenarios.stress.stability import STEPPING
 
     flat = results["checks"]["flat"]["worst"]
-    lost = {one.method: float((one.errors > 1.0).mean()) for one in maps if one.method in STEPPING}
+    maps = {one["method"]: np.array(one["errors"]) for one in results["stability"]}
+    lost = [(maps[method] > 1.0).mean() for method in STEPPING]
     failed = [name for name, check in results["checks"].items() if not check["passed"]]
     first = (
         f"Over six decades of step size and any damping the FMU's error stays below {flat:.1g}, "
-        f"while stepping methods are wrong by more than 100 % on {min(lost.values()):.0%} to "
-        f"{max(lost.values()):.0%} of the same map; {results['impacts']} random impacts far beyond "
+        f"while stepping methods are wrong by more than 100 % on {min(lost):.0%} to "
+        f"{max(lost):.0%} of the same map; {results['impacts']} random impacts far beyond "
         "golf kept "
         + ("every invariant." if not failed else f"all invariants but: {', '.join(failed)}.")
     )
@@ -79,20 +77,18 @@ def _show(results: dict[str, Any]) -> None:
         )
     out.print(table)
     name, check = max(results["checks"].items(), key=lambda item: _beside_bar(item[1]))
-    paragraphs(
-        (
-            f"The worst case, beside what is allowed: {name}, {check['worst']:.2g}, at "
-            f"{_shown(check['case'])}. Those of the other checks are in stress.json.",
-        )
+    worst = (
+        f"The worst case, beside what is allowed: {name}, {check['worst']:.2g}, at "
+        f"{_shown(check['case'])}. Those of the other checks are in stress.json."
     )
-    paragraphs(
+    tiny = (
         f"{run['steps']} steps of 1 ns, {law}: error {run['errors'][0]:.1g} at the start, "
         f"{run['errors'][-1]:.1g} at the end; memory gained {_megabytes(run)}."
         for law, run in results["tiny_steps"].items()
     )
     many = results["many_impacts"]
     impacts = f"{many['impacts']} impacts in one instance: memory gained {_megabytes(many)}."
-    paragraphs((impacts, *results["conclusion"]))
+    paragraphs((worst, *tiny, impacts, *results["conclusion"]))
 
 
 def _beside_bar(check: dict[str, Any]) -> float:
@@ -105,17 +101,12 @@ def _shown(case: Any) -> str:
     """Inputs in one line; the steps themselves are in stress.json."""
     parts = []
     for name, value in case.items():
-        if name == "steps":
-            parts.append(f"{len(value)} steps")
-        elif isinstance(value, float):
-            parts.append(f"{name} {value:.6g}")
-        elif isinstance(value, dict):
+        if isinstance(value, dict):
             parts.append(_shown(value))
-        elif name == "segments":
-            if len(value) > 1:
-                parts.append(f"{len(value)} segments")
-        else:
-            parts.append(f"{name} {value}")
+        elif name == "steps" or (name == "segments" and len(value) > 1):
+            parts.append(f"{len(value)} {name}")
+        elif name != "segments":
+            parts.append(f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}")
     return ", ".join(parts)
 
 

@@ -4,14 +4,11 @@ Named cases that stretch one thing each, and random ones, far beyond golf; `spec
 those at the borders of closed forms.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 from golf_scenarios.facts.closed_forms import half_contact, reduced_mass
 
@@ -21,51 +18,37 @@ SMALLEST_STEP, LARGEST_STEP = 1e-9, 1.0
 #: Steps per segment of a random partition; what is left then is one step.
 _MOST_STEPS = 24
 
+#: The communication steps of each segment, s.
+Steps = list[list[float]]
+
 
 @dataclass(frozen=True)
 class Segment:
-    """Time between two changes of the inputs.
+    """Time between two changes of the inputs: k and b are set before it."""
 
-    Attributes:
-        length: s; a multiple of `quantum(length)`.
-        k, b: set before it.
-    """
-
-    length: float
+    length: float  #: s; a multiple of `quantum(length)`
     k: float
     b: float
 
     @classmethod
-    def rounded(cls, length: float, k: float, b: float) -> Segment:
+    def rounded(cls, length: float, k: float, b: float) -> "Segment":
         """With the nearest length whose parts add up exactly."""
         return cls(rounded(length, quantum(length)), k, b)
 
 
 @dataclass(frozen=True)
 class ImpactCase:
-    """What a run begins with, and its segments.
+    """What a run begins with, and its segments."""
 
-    Attributes:
-        number: of the impact in its run: with the seed it says all.
-        values: inputs and parameters by name.
-        start_time: the host's time at the start, s.
-        segments: the first one's k and b are those of `values`.
-        kind: what its random numbers are drawn for.
-    """
-
-    number: int
-    values: dict[str, float]
-    start_time: float
-    segments: tuple[Segment, ...]
-    kind: str = "random"
-
-    @property
-    def law(self) -> int:
-        """1 or 2."""
-        return int(self.values["law"])
+    number: int  #: of the impact in its run: with the seed it says all
+    values: dict[str, float]  #: inputs and parameters by name
+    start_time: float  #: the host's time at the start, s
+    segments: tuple[Segment, ...]  #: the first one's k and b are those of `values`
+    kind: str = "random"  #: what its random numbers are drawn for
 
     @property
     def changed(self) -> bool:
+        """Whether k or b change."""
         return len(self.segments) > 1
 
     @property
@@ -83,28 +66,20 @@ class ImpactCase:
         """From the start to the end, s."""
         return math.fsum(segment.length for segment in self.segments)
 
-    def described(self) -> dict[str, Any]:
-        """Everything needed to do it again by hand, for JSON."""
-        return asdict(self) | {"damping_ratio": damping_ratio(self.values)}
-
-
-#: The communication steps of each segment, s.
-Steps = list[list[float]]
-
-
-def natural_frequency(values: Mapping[str, float]) -> float:
-    """ω = √(k/μ), 1/s."""
-    return math.sqrt(values["k"] / reduced_mass(values["m_club"], values["m_ball"]))
-
 
 def damping_ratio(values: Mapping[str, float]) -> float:
     """ζ = b/(2√(kμ))."""
-    mu = reduced_mass(values["m_club"], values["m_ball"])
-    return values["b"] / (2.0 * math.sqrt(values["k"] * mu))
+    return values["b"] / critical_damping(values["k"], values["m_club"], values["m_ball"])
 
 
-def contact_time_of_law2(zeta: float, omega: float) -> float:
+def critical_damping(k: float, m_club: float, m_ball: float) -> float:
+    """The b of ζ = 1, N.s/m."""
+    return 2.0 * math.sqrt(k * reduced_mass(m_club, m_ball))
+
+
+def contact_time_of_law2(zeta: float, values: Mapping[str, float]) -> float:
     """How long law 2 is in contact, s: the time in which law 1 does what it does, too."""
+    omega = math.sqrt(values["k"] / reduced_mass(values["m_club"], values["m_ball"]))
     return 2.0 * half_contact(zeta) / omega
 
 
@@ -164,16 +139,15 @@ def named_cases(randoms: int = 0) -> Iterator[tuple[str, ImpactCase]]:
         values = BASELINE | {"law": law} | changes
         zeta = values.pop("zeta", None)
         if zeta is not None:
-            mu = reduced_mass(values["m_club"], values["m_ball"])
-            values["b"] = 2.0 * zeta * math.sqrt(values["k"] * mu)
+            values["b"] = zeta * critical_damping(values["k"], values["m_club"], values["m_ball"])
         yield name, unchanged(number, values, 1.5)
 
 
 def unchanged(number: int, values: dict[str, float], contact_times: float) -> ImpactCase:
     """An impact whose k and b stay, for so many of law 2's contact times after touch."""
     approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
-    contact = contact_time_of_law2(damping_ratio(values), natural_frequency(values))
-    segment = Segment.rounded(approach + contact_times * contact, values["k"], values["b"])
+    length = approach + contact_times * contact_time_of_law2(damping_ratio(values), values)
+    segment = Segment.rounded(length, values["k"], values["b"])
     return ImpactCase(number, values, 0.0, (segment,))
 
 
@@ -193,20 +167,12 @@ def random_impact(seed: int, number: int) -> ImpactCase:
     gap = 0.0
     if closing > 0.0 and rng.random() < 0.5:
         gap = min(_decades(rng, -6, -1), 100.0 * closing)
-    values = {
-        "law": rng.choice((1, 2)),
-        "m_club": m_club,
-        "m_ball": m_ball,
-        "k": k,
-        "b": 2.0 * zeta * math.sqrt(k * reduced_mass(m_club, m_ball)),
-        "club_speed": club_speed,
-        "ball_speed": ball_speed,
-        "gap": gap,
-    }
-    approach = gap / closing if closing > 0.0 else 0.0
+    values = {"law": rng.choice((1, 2)), "m_club": m_club, "m_ball": m_ball, "k": k}
+    values |= {"b": zeta * critical_damping(k, m_club, m_ball)}
+    values |= {"club_speed": club_speed, "ball_speed": ball_speed, "gap": gap}
     start_time = rng.choice((0.0, 1.0)) * _decades(rng, -3, 6)
-    contact = contact_time_of_law2(zeta, natural_frequency(values))
-    segments = _segments(rng, values, approach, contact)
+    approach = gap / closing if closing > 0.0 else 0.0
+    segments = _segments(rng, values, approach, contact_time_of_law2(zeta, values))
     return ImpactCase(number, values, start_time, segments)
 
 
@@ -228,20 +194,22 @@ def _segments(
     rng: random.Random, values: dict[str, float], approach: float, contact: float
 ) -> tuple[Segment, ...]:
     k, b = values["k"], values["b"]
-    lengths = [approach + 2.0 * contact]
-    inputs = [(k, b)]
+    lengths, inputs = [approach + 2.0 * contact], [(k, b)]
     if rng.random() < 0.3:
         cuts = sorted(rng.uniform(0.02, 1.1) for _ in range(rng.randint(1, 3)))
-        begins = [0.0, *(approach + cut * contact for cut in cuts)]
-        lengths = [after - before for before, after in pairwise(begins)]
+        lengths = differences([0.0, *(approach + cut * contact for cut in cuts)])
         lengths.append(3.0 * contact)
         for _ in cuts:
-            k = values["k"] * _decades(rng, -2, 2)
-            b = values["b"] * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)
-            inputs.append((k, b))
+            stiffness = k * _decades(rng, -2, 2)
+            inputs.append((stiffness, b * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)))
     if rng.random() < 0.2:  # a long way on
         lengths[-1] += _decades(rng, -3, 0)
     return segments_of(lengths, inputs)
+
+
+def differences(places: Sequence[float]) -> list[float]:
+    """From each to the next."""
+    return [after - before for before, after in pairwise(places)]
 
 
 def segments_of(
@@ -281,11 +249,9 @@ def random_steps(impact: ImpactCase, seed: int) -> Steps:
     rng = random.Random(f"{seed}/{impact.number}/steps/{impact.kind}")
     partition = []
     for segment in impact.segments:
-        unit = quantum(segment.length)
-        left = segment.length
+        unit, left = quantum(segment.length), segment.length
         steps: list[float] = []
-        longest = min(LARGEST_STEP, segment.length)
-        shortest = max(SMALLEST_STEP, 4.0 * unit)
+        longest, shortest = min(LARGEST_STEP, left), max(SMALLEST_STEP, 4.0 * unit)
         while len(steps) < _MOST_STEPS and shortest < longest:
             low = max(math.log10(shortest), math.log10(longest) - rng.choice((1.0, 3.0, 9.0)))
             step = rounded(_decades(rng, low, math.log10(longest)), unit)
@@ -300,18 +266,16 @@ def random_steps(impact: ImpactCase, seed: int) -> Steps:
 def straddling_steps(impact: ImpactCase, contact_time: float, seed: int) -> Steps:
     """Points just before and just after touch and separation, as near as the steps' unit allows."""
     rng = random.Random(f"{seed}/{impact.number}/straddle/{impact.kind}")
-    events = [impact.approach, impact.approach + contact_time]
     partition, begin = [], 0.0
     for segment in impact.segments:
         unit = quantum(segment.length)
-        cuts = {segment.length}
-        for event in events:
+        cuts = {0.0, segment.length}
+        for event in (impact.approach, impact.approach + contact_time):
             near = max(SMALLEST_STEP, 64.0 * unit) * _decades(rng, 0, 2)
             for cut in (event - begin - near, event - begin + near):
                 if 0.0 < cut < segment.length:
                     cuts.add(rounded(cut, unit))
-        places = sorted(cuts - {0.0})
-        partition.append([after - before for before, after in zip([0.0, *places], places)])
+        partition.append(differences(sorted(cuts)))
         begin += segment.length
     return partition
 
@@ -326,5 +290,5 @@ def without_gap(impact: ImpactCase) -> ImpactCase:
     return replace(impact, values=values, start_time=0.0, segments=tuple(rest))
 
 
-def flat(steps: Steps) -> Sequence[float]:
+def flat(steps: Steps) -> list[float]:
     return [step for segment in steps for step in segment]

@@ -1,13 +1,10 @@
 """Takes the FMU through an impact, by any steps, and notes what it says."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
 from golf_scenarios.fmu.file import current_fmu
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_scenarios.fmu.impact_fmu import FLAGS, ImpactFmu
 from golf_scenarios.stress.cases import ImpactCase, Steps
 
 #: At an instant: every output by name.
@@ -18,11 +15,11 @@ class Driver(ImpactFmu):
     """The FMU, for as many impacts as are wanted; refusals are messages, not errors."""
 
     @cached_property
-    def _columns(self) -> tuple[list[str], list[int], list[str], list[int]]:
-        """Names and references of the Real and of the Boolean outputs."""
+    def _columns(self) -> tuple[list[str], list[int], list[int]]:
+        """The names of the Real outputs, their references, and those of the flags."""
         outputs = [v for v in self.variables.values() if v.causality == "output"]
-        reals, flags = ([v.name for v in outputs if v.type == t] for t in ("Real", "Boolean"))
-        return reals, self.references(reals), flags, self.references(flags)
+        reals = [v.name for v in outputs if v.type == "Real"]
+        return reals, self.references(reals), self.references(FLAGS)
 
     def begin_run(self, values: dict[str, float], start_time: float = 0.0) -> None:
         """A new run, initialized with these inputs and parameters."""
@@ -31,35 +28,22 @@ class Driver(ImpactFmu):
 
     def outputs(self) -> Outputs:
         """Every output now."""
-        reals, real_references, flags, flag_references = self._columns
-        now: Outputs = dict(zip(reals, self.slave.getReal(real_references)))
-        return now | dict(zip(flags, map(bool, self.slave.getBoolean(flag_references))))
+        names, reals, flags = self._columns
+        now: Outputs = dict(zip(names, self.slave.getReal(reals)))
+        return now | dict(zip(FLAGS, map(bool, self.slave.getBoolean(flags))))
 
-    def velocities(self) -> list[float]:
-        """Of club and ball now, m/s."""
-        return self.slave.getReal(self.references(("club_velocity", "ball_velocity")))
-
-    def run(
-        self, impact: ImpactCase, steps: Steps, see: Callable[[float, Outputs], None] | None = None
-    ) -> Outputs:
-        """The outputs at the end.
-
-        Args:
-            impact: what happens.
-            steps: by segment.
-            see: called with the last step (s) and the outputs after each one.
-        """
+    def run(self, impact: ImpactCase, steps: Steps) -> list[Outputs]:
+        """The outputs after each of these steps through an impact."""
         self.begin_run(impact.values, impact.start_time)
-        point = impact.start_time
+        point, seen = impact.start_time, []
         for number, (segment, sizes) in enumerate(zip(impact.segments, steps, strict=True)):
             if number:
                 self.set({"k": segment.k, "b": segment.b})
             for size in sizes:
                 self.slave.doStep(point, size)
                 point += size
-                if see is not None:
-                    see(size, self.outputs())
-        return self.outputs()
+                seen.append(self.outputs())
+        return seen
 
 
 def driver() -> Driver:

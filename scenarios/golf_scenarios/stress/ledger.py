@@ -1,7 +1,5 @@
 """What was checked how often, and the worst case of each check."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,22 +8,14 @@ from typing import Any
 
 @dataclass
 class Invariant:
-    """What must hold, and how well it did.
+    """What must hold, and how well it did; errors are without unit."""
 
-    Attributes:
-        claim: in words.
-        bar: the largest error that passes.
-        worst: the largest error seen, without unit.
-        count: how often it was looked at.
-        failures: how often it failed.
-        case: where the worst error was seen: everything needed to see it again.
-    """
-
-    claim: str
-    bar: float
-    worst: float = 0.0
-    count: int = 0
+    claim: str  #: in words
+    bar: float  #: the largest error that passes
+    worst: float = 0.0  #: the largest error seen
+    count: int = 0  #: how often it was looked at
     failures: int = 0
+    #: Where the worst error was seen: everything needed to see it again.
     case: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -35,23 +25,15 @@ class Invariant:
 
 
 class Ledger:
-    def __init__(self) -> None:
-        self.checks: dict[str, Invariant] = {}
+    """Checks by name; each claim is its name, what it says and the largest error that passes."""
 
-    def claim(self, name: str, claim: str, bar: float) -> None:
-        """Announce a check; errors above `bar` fail."""
-        self.checks[name] = Invariant(claim, bar)
+    def __init__(self, *claims: tuple[str, str, float]) -> None:
+        self.checks = {name: Invariant(claim, bar) for name, claim, bar in claims}
 
     def record(self, name: str, error: float, case: Mapping[str, Any], **where: Any) -> None:
         """Note one error of a check; `where` adds to the case, if this is the worst so far."""
         check = self.checks[name]
         check.count += 1
-        bad = not error <= check.bar  # NaN is bad
-        check.failures += bad
+        check.failures += not error <= check.bar  # NaN is bad
         if not check.case or math.isnan(error) or error > check.worst:
-            check.worst = error
-            check.case = {**case, **where}
-
-    @property
-    def passed(self) -> bool:
-        return all(check.passed for check in self.checks.values())
+            check.worst, check.case = error, {**case, **where}

@@ -5,19 +5,16 @@ damping ratio. The error is the worst of velocities (over |u_C| + |u_B|), contac
 force (relative). SciPy's adaptive methods choose h themselves: their map is over rtol instead.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.lines import Line2D
-from matplotlib.patches import PathPatch, Rectangle
+from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 
 from golf_scenarios.peers import (
@@ -40,52 +37,37 @@ _BOUNDS = [*(10.0**power for power in range(-16, 1, 2)), 10.0, 1e3, 1e6]
 _NONSENSE = ("#F2A48B", figures.VERMILION, "#7A2000")
 
 
-@dataclass
-class Map:
-    """The errors of one method.
-
-    Attributes:
-        method: its name.
-        axis: "ω0 h" or "rtol".
-        steps: ω0 h or rtol.
-        damping: ζ.
-        errors: shape (damping, steps); inf where there is no answer.
-    """
-
-    method: str
-    axis: str
-    steps: np.ndarray
-    damping: np.ndarray
-    errors: np.ndarray
+#: The errors of one method, for JSON: `method`, `axis` ("ω0 h" or "rtol"), `steps` along it,
+#: `damping` (ζ) and `errors`, a row for each ζ; inf where there is no answer.
+Map = dict[str, Any]
 
 
-def _euler(x: float, zeta: float) -> np.ndarray:
-    return np.array([[1.0, x], [-x, 1.0 - 2.0 * zeta * x]])
+def _explicit(order: int, x: float, zeta: float) -> np.ndarray:
+    """The exponential series up to this order."""
+    a, step = x * np.array([[0.0, 1.0], [-1.0, -2.0 * zeta]]), np.eye(2)
+    for n in range(order, 0, -1):
+        step = np.eye(2) + a / n @ step
+    return step
 
 
-def _semi_implicit(x: float, zeta: float) -> np.ndarray:
-    kick = np.array([[1.0, 0.0], [-x, 1.0 - 2.0 * zeta * x]])
-    return np.array([[1.0, x], [0.0, 1.0]]) @ kick
+def _kick(x: float, zeta: float) -> np.ndarray:
+    return np.array([[1.0, 0.0], [-x, 1.0 - 2.0 * zeta * x]])
 
 
-def _verlet(x: float, zeta: float) -> np.ndarray:
-    explicit = np.array([[1.0, 0.0], [-0.5 * x, 1.0 - zeta * x]])
-    implicit = np.array([[1.0, 0.0], [-0.5 * x / (1.0 + zeta * x), 1.0 / (1.0 + zeta * x)]])
-    return implicit @ np.array([[1.0, x], [0.0, 1.0]]) @ explicit
-
-
-def _runge_kutta(x: float, zeta: float) -> np.ndarray:
-    a = x * np.array([[0.0, 1.0], [-1.0, -2.0 * zeta]])
-    one = np.eye(2)
-    return one + a @ (one + a / 2.0 @ (one + a / 3.0 @ (one + a / 4.0)))
+def _drift(x: float) -> np.ndarray:
+    return np.array([[1.0, x], [0.0, 1.0]])
 
 
 #: Peers that step: their module and the matrix that takes (ω0 d, d') over one step of ω0 h.
 STEPPING: dict[str, tuple[Any, Callable[[float, float], np.ndarray]]] = {
-    "explicit Euler": (explicit_euler, _euler),
-    "semi-implicit Euler": (semi_implicit_euler, _semi_implicit),
-    "Störmer–Verlet": (stormer_verlet, _verlet),
-    "Runge–Kutta 4": (runge_kutta4, _runge_kutta),
+    "explicit Euler": (explicit_euler, partial(_explicit, 1)),
+    "semi-implicit Euler": (semi_implicit_euler, lambda x, zeta: _drift(x) @ _kick(x, zeta)),
+    "Störmer–Verlet": (
+        stormer_verlet,
+        # Half a kick, explicit before the drift and implicit after it.
+        lambda x, zeta: np.linalg.solve(_kick(-x / 2.0, zeta), _drift(x) @ _kick(x / 2.0, zeta)),
+    ),
+    "Runge–Kutta 4": (runge_kutta4, partial(_explicit, 4)),
 }
 
 
@@ -106,33 +88,27 @@ def stable(step: Callable[[float, float], np.ndarray], x: float, zeta: float) ->
 
 def maps(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
     """The maps of the FMU and its peers."""
-    steps = np.logspace(-2 if quick else -3, 3, 6 if quick else 37)
-    damping = np.array([0.0, *np.logspace(-2, 3, 4 if quick else 26)])
-    tolerances = np.logspace(-3, -13, 3 if quick else 11)
-    exact = {zeta: exact_outcome(_case(zeta)) for zeta in damping.tolist()}
-    solvers: list[tuple[str, str, np.ndarray, Callable[[Case, float], Outcome]]] = [
-        (OURS, "ω0 h", steps, lambda case, x: _fmu(driver, case, x))
+    steps = np.logspace(-2 if quick else -3, 3, 6 if quick else 37).tolist()
+    tolerances = np.logspace(-3, -13, 3 if quick else 11).tolist()
+    cases = {zeta: _case(zeta) for zeta in (0.0, *np.logspace(-2, 3, 4 if quick else 26).tolist())}
+    exact = {zeta: exact_outcome(case) for zeta, case in cases.items()}
+    solvers: list[tuple[str, str, list[float], Callable[[Case, float], Outcome]]] = [
+        (OURS, "ω0 h", steps, partial(_fmu, driver)),
+        *((name, "ω0 h", steps, partial(_stepped, peer)) for name, (peer, _) in STEPPING.items()),
+        *(
+            (f"SciPy {method}", "rtol", tolerances, partial(solve_ivp.solve, method=method))
+            for method in ("DOP853", "LSODA", "Radau")
+        ),
     ]
-    for name, (module, _) in STEPPING.items():
-        solvers.append((name, "ω0 h", steps, partial(_stepped, module)))
-    for method in ("DOP853", "LSODA", "Radau"):
-        adaptive = partial(solve_ivp.solve, method=method)
-        solvers.append((f"SciPy {method}", "rtol", tolerances, adaptive))
-    measured = []
+    made = []
     for name, axis, columns, solve in solvers:
-        table = np.full((len(damping), len(columns)), np.inf)
-        for row, zeta in enumerate(damping.tolist()):
-            case = _case(zeta)
-            for column, x in enumerate(columns.tolist()):
-                table[row, column] = _error(case, solve, x, exact[zeta])
+        one: Map = {"method": name, "axis": axis, "steps": columns, "damping": [*cases]}
+        one["errors"] = []
+        for zeta, case in cases.items():
+            one["errors"].append([_error(case, solve, x, exact[zeta]) for x in columns])
             tick()
-        measured.append(Map(name, axis, columns, damping, table))
-    return measured
-
-
-def _stepped(module: Any, case: Case, x: float) -> Outcome:
-    """A stepping method's answer with the step ω0·h = x."""
-    return module.solve(case, x / case.natural_frequency)
+        made.append(one)
+    return made
 
 
 def _case(zeta: float) -> Case:
@@ -151,110 +127,103 @@ def _error(case: Case, solve: Callable[[Case, float], Outcome], x: float, exact:
     return error if math.isfinite(error) else math.inf
 
 
+def _stepped(peer: Any, case: Case, x: float) -> Outcome:
+    """A stepping method's answer with the step ω0·h = x."""
+    return peer.solve(case, x / case.natural_frequency)
+
+
 def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
     """By steps of x/ω0 through the contact, until it is over."""
-    size = x / case.natural_frequency
+    size, point = x / case.natural_frequency, 0.0
     driver.begin_run(vars(case))
-    point = 0.0
     while not driver.flag("separated"):
         driver.slave.doStep(point, size)
         point += size
-    outputs = driver.outputs()
-    return Outcome(*(outputs[name] for name in Outcome._fields))
+    return Outcome(**driver.read(Outcome._fields))
 
 
 def draw(maps: list[Map]) -> bytes:
     """The maps as PNG, one colour scale; the limits of theory on those that step."""
     figure, axes = figures.plt.subplots(2, 4, figsize=(13.5, 7.0), sharey=True)
-    figure.suptitle(
-        "Error over step size and damping (law 2): the FMU is flat, stepping methods blow up",
-        x=0.01,
-        ha="left",
-        fontweight="bold",
-    )
-    steps = len(_BOUNDS) - 1 - len(_NONSENSE)
-    usable = figures.plt.get_cmap("cividis", steps)(range(steps))
+    title = "Error over step size and damping (law 2): the FMU is flat, stepping methods blow up"
+    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
+    number = len(_BOUNDS) - 1 - len(_NONSENSE)
+    usable = figures.plt.get_cmap("cividis", number)(range(number))
     colours = ListedColormap([*usable, *_NONSENSE])
     norm = BoundaryNorm(_BOUNDS, colours.N)
     for one, place in zip(maps, axes.flat):
+        steps, damping, errors = (np.array(one[key]) for key in ("steps", "damping", "errors"))
         # ζ = 0 has no place on a logarithmic axis: a row of its own, apart from the rest.
-        edges = _edges(one.damping[1:])
+        edges = _edges(damping[1:])
         zero = edges[0] * (edges[0] / edges[-1]) ** np.array([0.12, 0.04])
-        across = _edges(one.steps)
-        for up, table in ((edges, one.errors[1:]), (zero, one.errors[:1])):
-            found = np.ma.masked_invalid(table)
-            shown = np.ma.clip(found, _BOUNDS[0], _BOUNDS[-1] * 0.999)
-            place.pcolormesh(across, up, shown, cmap=colours, norm=norm)
-            _hatch(place, across, up, (found > 1.0).filled(False), "///")
-            _hatch(place, across, up, ~np.isfinite(table), "xxx")
+        for up, table in ((edges, errors[1:]), (zero, errors[:1])):
+            cells = _edges(steps), up
+            shown = np.ma.masked_invalid(table).clip(_BOUNDS[0], _BOUNDS[-1] * 0.999)
+            place.pcolormesh(*cells, shown, cmap=colours, norm=norm)
+            none = np.isinf(table)
+            _hatch(place, *cells, (table > 1.0) & ~none, "///")
+            _hatch(place, *cells, none, "xxx")
         place.set(xscale="log", yscale="log", ylim=(zero[0], edges[-1]))
-        place.set_title(one.method, fontsize=10.5)
-        place.set_xlabel("step size ω₀h" if one.axis == "ω0 h" else "tolerance rtol")
+        place.set_title(one["method"], fontsize=10.5)
+        place.set_xlabel("step size ω₀h" if one["axis"] == "ω0 h" else "tolerance rtol")
         decades = [zeta for zeta in (1e-2, 1.0, 1e2) if zeta >= edges[0]]
-        place.set_yticks(
-            [math.sqrt(zero[0] * zero[1]), *decades],
-            ["0", *(f"$10^{{{math.log10(zeta):.0f}}}$" for zeta in decades)],
-        )
+        place.set_yticks([math.sqrt(zero[0] * zero[1]), *decades], ["0", *map(_power, decades)])
         place.set_yticks([], minor=True)
         place.grid(False)
-        if one.axis == "rtol":
+        if one["axis"] == "rtol":
             place.invert_xaxis()
-        elif one.method in STEPPING:
-            _limit(place, one)
+        elif one["method"] in STEPPING:
+            _limit(place, one["method"], steps, damping)
     for place in axes[:, 0]:
         place.set_ylabel("damping ratio ζ")
     scale = figures.plt.cm.ScalarMappable(norm, colours)
     bar = figure.colorbar(scale, ax=axes, shrink=0.9, extend="max", spacing="uniform")
-    bar.set_ticks(_BOUNDS, labels=[f"$10^{{{math.log10(one):.0f}}}$" for one in _BOUNDS])
+    bar.set_ticks(_BOUNDS, labels=[*map(_power, _BOUNDS)])
     bar.set_label("error (hatched above 1)")
-    handles = [
-        Line2D([], [], color=figures.BLACK, lw=2.0, ls="--"),
-        Rectangle((0, 0), 1, 1, fc="white", ec="black", hatch="///"),
-        Rectangle((0, 0), 1, 1, fc="white", ec="black", hatch="xxx"),
-    ]
-    words = (
-        "limit of stability from theory (stable to the left)",
-        "error above 1",
-        "no end of contact found",
-    )
-    figure.legend(handles, words, loc="outside lower left", ncols=3)
+    limit = Line2D([], [], color=figures.BLACK, ls="--")
+    keys = {
+        "limit of stability from theory (stable to the left)": limit,
+        "error above 1": Patch(fc="white", ec="black", hatch="///"),
+        "no end of contact found": Patch(fc="white", ec="black", hatch="xxx"),
+    }
+    figure.legend(keys.values(), keys, loc="outside lower left", ncols=3)
     return figures.png(figure)
 
 
 def _hatch(place: Any, across: np.ndarray, up: np.ndarray, chosen: np.ndarray, hatch: str) -> None:
-    """Hatch these cells; `chosen` of shape (up, across), without the last edges."""
-    cells = []
-    for row, column in zip(*np.nonzero(chosen)):
-        (left, right), (low, high) = across[column : column + 2], up[row : row + 2]
-        corners = [(left, low), (right, low), (right, high), (left, high), (left, low)]
-        cells.append(Path(corners, closed=True))
+    """Hatch these cells as one area; `chosen` of shape (up, across), without the last edges."""
+    turns = ((0, 0), (0, 1), (1, 1), (1, 0), (0, 0))
+    cells = [
+        Path([(across[column + n], up[row + m]) for m, n in turns], closed=True)
+        for row, column in np.argwhere(chosen)
+    ]
     if cells:
-        whole = Path.make_compound_path(*cells)
-        place.add_patch(PathPatch(whole, fc="none", ec="0.35", lw=0.0, hatch=hatch))
+        area = Path.make_compound_path(*cells)
+        place.add_patch(PathPatch(area, fc="none", ec="0.35", lw=0.0, hatch=hatch))
+
+
+def _power(value: float) -> str:
+    return f"$10^{{{math.log10(value):.0f}}}$"
 
 
 def _edges(centres: np.ndarray) -> np.ndarray:
-    """Between which the cells of a logarithmic axis lie."""
-    places = np.log10(centres)
-    middles = 0.5 * (places[1:] + places[:-1])
-    first, last = 2.0 * places[0] - middles[0], 2.0 * places[-1] - middles[-1]
-    return 10.0 ** np.array([first, *middles, last])
+    """Between which the cells of a logarithmic axis lie, all of one width."""
+    low, high = np.log10(centres[[0, -1]])
+    half = 0.5 * (high - low) / (len(centres) - 1)
+    return np.logspace(low - half, high + half, len(centres) + 1)
 
 
-def _limit(place: Any, one: Map) -> None:
+def _limit(place: Any, method: str, steps: np.ndarray, damping: np.ndarray) -> None:
     """The edge of stability: explicit Euler's in closed form, the others' from their matrices."""
-    low, high = one.steps[0], one.steps[-1]
-    zetas = np.logspace(math.log10(one.damping[1]), math.log10(one.damping[-1]), 200)
-    if one.method == "explicit Euler":
-        limits = [euler_limit(zeta) for zeta in zetas.tolist()]
-    else:
-        step = STEPPING[one.method][1]
-        grid = np.logspace(math.log10(low), math.log10(high), 400).tolist()
-        limits = [
-            next((x for x in grid if not stable(step, x, zeta)), math.inf)
-            for zeta in zetas.tolist()
-        ]
-    drawn = [(x, zeta) for x, zeta in zip(limits, zetas.tolist()) if low <= x <= high]
-    if drawn:
-        place.plot(*zip(*drawn), color="white", lw=4.0)
-        place.plot(*zip(*drawn), color=figures.BLACK, ls="--")
+    _, step = STEPPING[method]
+    grid = np.geomspace(steps[0], steps[-1], 400).tolist()
+    drawn = []
+    for zeta in np.geomspace(damping[1], damping[-1], 200).tolist():
+        if method == "explicit Euler":
+            x = euler_limit(zeta)
+        else:
+            x = next((x for x in grid if not stable(step, x, zeta)), math.inf)
+        if grid[0] < x <= grid[-1]:  # else it is beside the map
+            drawn.append((x, zeta))
+    place.plot(*zip(*drawn), color="white", lw=4.0)
+    place.plot(*zip(*drawn), color=figures.BLACK, ls="--")

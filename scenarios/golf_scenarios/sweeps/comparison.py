@@ -19,7 +19,7 @@ from golf_scenarios.errors import UserError
 from golf_scenarios.sweeps.impacts import impacts
 from golf_scenarios.sweeps.run import Sweep
 from golf_scenarios.sweeps.table_file import table_file
-from golf_scenarios.timing import interleaved, median_ratio, undisturbed
+from golf_scenarios.timing import interleaved, median_ratio
 
 #: Cases of the sweep per round, and of the loop, which takes about as long for them.
 _CASES, _LOOPED = 2000, 25
@@ -64,8 +64,7 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
             return (perf_counter() - begin) / len(index)
 
         loop = _Loop(sweep, index, Path(folder))
-        with undisturbed():
-            times = interleaved({"sweep": swept, "loop": loop}, rounds, tick)
+        times = interleaved({"sweep": swept, "loop": loop}, rounds, tick)
     return Comparison(
         sweep=1.0 / median(times["sweep"]),
         simulate_fmu=1.0 / median(times["loop"]),
