@@ -51,7 +51,7 @@ def run_time_and_error(
     ]
     for name, (peer, _) in STEPPING.items():
         words = "explicit Euler, Python" if name == "explicit Euler" else name
-        ways.append((words, "dt", steps, _solving(peer.solve, case)))
+        ways.append((words, "dt", steps, _solving(peer, case)))
     for method in solve_ivp.METHODS:
         ready = _solving(solve_ivp.solve, case, method=method)
         ways.append((f"SciPy {method}", "rtol", tolerances, ready))

@@ -19,71 +19,60 @@ This file is packed alone: it needs the standard library and pythonfmu only.
 
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 
+#: Inputs, parameters and outputs with their start values; those of the outputs are 0.
+_INPUTS = {
+    "k": 1e6,  # contact stiffness, N/m
+    "b": 9.0,  # damping, N.s/m
+}
+_PARAMETERS = {
+    "club_speed": 35.0,  # at first touch, m/s
+    "ball_speed": 0.0,  # at first touch, m/s
+    "m_club": 0.210,  # kg
+    "m_ball": 0.04593,  # kg
+    "dt": 0.5e-6,  # sub-step, s
+    "end_gap": 0.0,  # law 1 ends when the bodies are farther apart than this, m
+}
+#: Before they are read at the end: force on the ball (N), positions (m).
+_SAMPLES = ("force", "club_position", "ball_position")
+RESULTS = (
+    "club_velocity",  # m/s
+    "ball_velocity",  # m/s
+    "max_force",  # largest sample so far, N
+    "contact_time",  # so far, s
+    "impulse",  # of the force so far, N.s
+    # Set when contact ends:
+    "contact_displacement",  # how far the ball moved in contact, m
+    "smash_factor",  # ball velocity / club speed
+    "coefficient_of_restitution",  # separation speed / approach speed
+    "energy_efficiency",  # kinetic energy after / before
+)
+
 
 class DocumentImpact(Fmi2Slave):
     """A club hits a ball, stepped. SI units; the contact starts at time 0."""
+
+    club_position: float
+    ball_position: float
 
     def __init__(self, **kwargs) -> None:
         super().__init__(**kwargs)
         self.author = "golf-impact"
         self.description = "Golf club and ball by explicit Euler, as in the source document"
 
-        self.k = 1e6  # contact stiffness, N/m
-        self.b = 9.0  # damping, N.s/m
-        self.club_speed = 35.0  # at first touch, m/s
-        self.ball_speed = 0.0  # at first touch, m/s
-        self.m_club = 0.210  # kg
-        self.m_ball = 0.04593  # kg
-        self.law = 1  # 1 absolute, 2 relative
-        self.dt = 0.5e-6  # sub-step, s
-        self.end_gap = 0.0  # law 1 ends when the bodies are farther apart than this, m
-
-        self.force = 0.0  # on the ball, N
-        self.club_position = 0.0  # m
-        self.ball_position = 0.0  # m
-        self.club_velocity = 0.0  # m/s
-        self.ball_velocity = 0.0  # m/s
-        self.max_force = 0.0  # largest sample so far, N
-        self.contact_time = 0.0  # so far, s
-        self.impulse = 0.0  # of the force so far, N.s
-        # Set when contact ends:
-        self.contact_displacement = 0.0  # how far the ball moved in contact, m
-        self.smash_factor = 0.0  # ball velocity / club speed
-        self.coefficient_of_restitution = 0.0  # separation speed / approach speed
-        self.energy_efficiency = 0.0  # kinetic energy after / before
-        self.in_contact = True
-
-        for name in ("k", "b"):
-            self.register_variable(Real(name, causality=Fmi2Causality.input))
-        for name in ("club_speed", "ball_speed", "m_club", "m_ball", "dt", "end_gap"):
-            self.register_variable(
-                Real(name, causality=Fmi2Causality.parameter, variability=Fmi2Variability.fixed)
-            )
-        self.register_variable(
-            Integer("law", causality=Fmi2Causality.parameter, variability=Fmi2Variability.fixed)
-        )
-        for name in (
-            "force",
-            "club_position",
-            "ball_position",
-            "club_velocity",
-            "ball_velocity",
-            "max_force",
-            "contact_time",
-            "impulse",
-            "contact_displacement",
-            "smash_factor",
-            "coefficient_of_restitution",
-            "energy_efficiency",
+        starts = {**_INPUTS, **_PARAMETERS, **dict.fromkeys((*_SAMPLES, *RESULTS), 0.0)}
+        starts |= {"law": 1, "in_contact": True}  # 1 absolute, 2 relative
+        for name, start in starts.items():
+            setattr(self, name, start)
+        output = Fmi2Causality.output
+        fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
+        for variable in (
+            *(Real(name, causality=Fmi2Causality.input) for name in _INPUTS),
+            *(Real(name, **fixed) for name in _PARAMETERS),
+            Integer("law", **fixed),
+            *(Real(name, causality=output) for name in (*_SAMPLES, *RESULTS)),
+            Boolean("in_contact", causality=output, variability=Fmi2Variability.discrete),
         ):
-            self.register_variable(Real(name, causality=Fmi2Causality.output))
-        self.register_variable(
-            Boolean(
-                "in_contact",
-                causality=Fmi2Causality.output,
-                variability=Fmi2Variability.discrete,
-            )
-        )
+            self.register_variable(variable)
 
     def exit_initialization_mode(self) -> None:
         self.club_velocity = self.club_speed

@@ -3,7 +3,7 @@
 import math
 import tempfile
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 from fmpy.fmi2 import FMU2Slave
@@ -11,22 +11,11 @@ from fmpy.fmi2 import FMU2Slave
 from golf_scenarios.facts.document import END_GAP, TIME_STEP, USED
 from golf_scenarios.fmu.file import build_plain_fmu
 from golf_scenarios.fmu.loaded import LoadedFmu
+from golf_scenarios.peers.document_fmu import RESULTS
 from golf_scenarios.report.report import Metrics, derived
 
 #: The FMU's one source, which needs nothing but pythonfmu.
 SLAVE = Path(__file__).with_name("document_fmu.py")
-
-_OUTPUTS = (
-    "club_velocity",
-    "ball_velocity",
-    "max_force",
-    "contact_time",
-    "impulse",
-    "contact_displacement",
-    "smash_factor",
-    "coefficient_of_restitution",
-    "energy_efficiency",
-)
 
 
 class DocumentFmu(LoadedFmu):
@@ -44,7 +33,7 @@ class DocumentFmu(LoadedFmu):
         """
         self.start(dt=dt, **values)
         steps_of_contact(self, self.slave, dt)
-        return self.read(_OUTPUTS)
+        return self.read(RESULTS)
 
     def as_printed(self, **values: float) -> Metrics:
         """One impact as the document's program ends it: what it rounds to print (SI units).
@@ -72,6 +61,8 @@ def steps_of_contact(fmu: LoadedFmu, slave: FMU2Slave, dt: float, end: float = m
 @contextmanager
 def document_fmu() -> Iterator[DocumentFmu]:
     """The document's scheme as an FMU, built for the time of a `with` block."""
-    with ExitStack() as stack:
-        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-"))
-        yield stack.enter_context(DocumentFmu(build_plain_fmu(SLAVE, Path(folder))))
+    with (
+        tempfile.TemporaryDirectory(prefix="golf-impact-") as folder,
+        DocumentFmu(build_plain_fmu(SLAVE, Path(folder))) as fmu,
+    ):
+        yield fmu

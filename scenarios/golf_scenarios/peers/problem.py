@@ -33,6 +33,12 @@ class Case:
     ball_speed: float = 0.0
 
     @property
+    def coefficients(self) -> tuple[float, float, float, float, float]:
+        """m_club, m_ball, k, and b as what drags each body (law 1) and what damps d' (law 2)."""
+        drag, damper = (self.b, 0.0) if self.law == 1 else (0.0, self.b)
+        return self.m_club, self.m_ball, self.k, drag, damper
+
+    @property
     def reduced_mass(self) -> float:
         """m_club m_ball / (m_club + m_ball), kg."""
         return closed_forms.reduced_mass(self.m_club, self.m_ball)
@@ -78,9 +84,5 @@ def errors(case: Case, outcome: Outcome, reference: Outcome) -> Outcome:
     """
     speed = abs(case.club_speed) + abs(case.ball_speed)
     scales = (speed, speed, reference.contact_time, reference.max_force)
-    return Outcome(
-        *(
-            0.0 if value == exact else float(abs(value - exact) / scale)
-            for value, exact, scale in zip(outcome, reference, scales, strict=True)
-        )
-    )
+    parts = zip(outcome, reference, scales, strict=True)
+    return Outcome(*(0.0 if a == b else float(abs(a - b) / scale) for a, b, scale in parts))

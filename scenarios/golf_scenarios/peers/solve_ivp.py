@@ -20,8 +20,7 @@ METHODS = ("RK45", "DOP853", "LSODA", "Radau")
 
 def solve(case: Case, rtol: float, method: str = "DOP853") -> Outcome:
     """The outcome with the relative tolerance `rtol` and one of METHODS."""
-    m_club, m_ball, k = case.m_club, case.m_ball, case.k
-    drag, damper = (case.b, 0.0) if case.law == 1 else (0.0, case.b)
+    m_club, m_ball, k, drag, damper = case.coefficients
 
     def rates(_: float, y: Any) -> list[float]:
         x_club, x_ball, v_club, v_ball = y.tolist()  # floats are faster than NumPy's scalars
@@ -46,16 +45,9 @@ def solve(case: Case, rtol: float, method: str = "DOP853") -> Outcome:
         ball_row = (row - np.array([0, 0, 0, drag])) / m_ball
         options["jac"] = np.array([[0, 0, 1, 0], [0, 0, 0, 1], club_row, ball_row])
     start = np.array([0.0, 0.0, case.club_speed, case.ball_speed])
-    solution = solve_ivp(
-        rates,
-        (0.0, case.time_limit),
-        start,
-        method,
-        events=(force_of, rise_of),
-        rtol=rtol,
-        atol=atol,
-        **options,
-    )
+    events = (force_of, rise_of)
+    solution = solve_ivp(rates, (0.0, case.time_limit), start, method, events=events, rtol=rtol,
+                         atol=atol, **options)  # fmt: skip
     forces = [force_of(0.0, start), *(force_of(0.0, y) for y in solution.y_events[1])]
     ended = solution.status == 1
     v_club, v_ball = (solution.y_events[0][0] if ended else solution.y[:, -1])[2:]

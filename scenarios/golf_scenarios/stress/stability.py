@@ -17,13 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 
-from golf_scenarios.peers import (
-    explicit_euler,
-    runge_kutta4,
-    semi_implicit_euler,
-    solve_ivp,
-    stormer_verlet,
-)
+from golf_scenarios.peers import solve_ivp, stepping
 from golf_scenarios.peers.problem import Case, Outcome, errors
 from golf_scenarios.report import figures
 from golf_scenarios.stress.driver import Driver
@@ -60,14 +54,17 @@ def _drift(x: float) -> np.ndarray:
 
 #: Peers that step: their module and the matrix that takes (ω0 d, d') over one step of ω0 h.
 STEPPING: dict[str, tuple[Any, Callable[[float, float], np.ndarray]]] = {
-    "explicit Euler": (explicit_euler, partial(_explicit, 1)),
-    "semi-implicit Euler": (semi_implicit_euler, lambda x, zeta: _drift(x) @ _kick(x, zeta)),
+    "explicit Euler": (stepping.explicit_euler, partial(_explicit, 1)),
+    "semi-implicit Euler": (
+        stepping.semi_implicit_euler,
+        lambda x, zeta: _drift(x) @ _kick(x, zeta),
+    ),
     "Störmer–Verlet": (
-        stormer_verlet,
+        stepping.stormer_verlet,
         # Half a kick, explicit before the drift and implicit after it.
         lambda x, zeta: np.linalg.solve(_kick(-x / 2.0, zeta), _drift(x) @ _kick(x / 2.0, zeta)),
     ),
-    "Runge–Kutta 4": (runge_kutta4, partial(_explicit, 4)),
+    "Runge–Kutta 4": (stepping.runge_kutta4, partial(_explicit, 4)),
 }
 
 
@@ -129,7 +126,7 @@ def _error(case: Case, solve: Callable[[Case, float], Outcome], x: float, exact:
 
 def _stepped(peer: Any, case: Case, x: float) -> Outcome:
     """A stepping method's answer with the step ω0·h = x."""
-    return peer.solve(case, x / case.natural_frequency)
+    return peer(case, x / case.natural_frequency)
 
 
 def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
