@@ -37,7 +37,7 @@ def rates(fmu: Path, quick: bool, tick: Callable[[], None]) -> dict[str, float]:
         pool = stack.enter_context(WorkerProcesses(2, file))
         ways: dict[str, Submit] = {
             "one_process": sweep.here,
-            "two_workers": sweep.through(pool, file.name_only),
+            "two_workers": sweep.through(pool, FmuFile(file.digest)),
             "dask_local": sweep.through(*stack.enter_context(executor_of("local", 2, file))),
         }
 

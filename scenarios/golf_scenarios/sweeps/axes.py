@@ -10,11 +10,14 @@ from typing import Any
 import numpy as np
 
 from golf_scenarios.errors import UserError
+from golf_scenarios.facts.balls import ball
 from golf_scenarios.facts.quantities import LAWS_IN_WORDS
 
 #: More values of one variable than this are a slip of the keyboard.
 _MOST_VALUES = 10_000_000
 
+#: Forms that begin with a word.
+_FORMS = {"normal": "normal:MEAN:SIGMA", "uniform": "uniform:LO:HI", "log": "log:LO:HI:COUNT"}
 FORMS = "VALUE, A,B,C, LO:HI:COUNT, log:LO:HI:COUNT, normal:MEAN:SIGMA or uniform:LO:HI"
 
 
@@ -103,85 +106,68 @@ def axis(name: str, given: Any) -> Axis:
         given = ",".join(map(str, given))
     text = str(given).strip()
     try:
-        return _ball(text) if name == "ball" else _axis(name, text)
-    except _BadAxisError as error:
+        if name == "ball":
+            return _balls(text)
+        return _law(text) if name == "law" else _axis(name, text)
+    except ValueError as error:
         raise UserError(f"{name}={text} is refused: {error}") from None
 
 
-class _BadAxisError(Exception):
-    """What is wrong with an axis."""
-
-
-def _axis(name: str, text: str) -> Axis:
-    if name == "law" and text.strip().isalpha():
-        raise _BadAxisError(LAWS_IN_WORDS)
-    if "," in text or ":" not in text:
-        made: Axis = Grid(name, np.array([_number(item) for item in text.split(",")]))
-    else:
-        first, *rest = text.split(":")
-        word = first.strip().lower()
-        if word == "normal":
-            mean, sigma = _numbers(rest, 2, "normal:MEAN:SIGMA")
-            if sigma <= 0.0:
-                raise _BadAxisError(f"the standard deviation {sigma:g} must be > 0")
-            made = Normal(name, mean, sigma)
-        elif word == "uniform":
-            made = Uniform(name, *_range(*_numbers(rest, 2, "uniform:LO:HI")))
-        elif word == "log":
-            low, high, count = _numbers(rest, 3, "log:LO:HI:COUNT")
-            if low <= 0.0:
-                raise _BadAxisError(f"a logarithmic range must begin above 0, not at {low:g}")
-            made = Grid(name, np.geomspace(*_range(low, high), _count(count)))
-        elif word[:1].isalpha() and word not in ("inf", "nan"):
-            raise _BadAxisError(f"{first!r} is none of the forms {FORMS}")
-        else:
-            low, high, count = _numbers([first, *rest], 3, "LO:HI:COUNT")
-            made = Grid(name, np.linspace(*_range(low, high), _count(count)))
-    return _whole(made) if name == "law" else made
-
-
-def _whole(made: Axis) -> Grid:
-    if not isinstance(made, Grid) or not all(value == int(value) for value in made.values):
-        raise _BadAxisError("law takes whole numbers, 1 (absolute) and 2 (relative)")
-    if not all(abs(value) < 2**31 for value in made.values):
-        raise _BadAxisError(LAWS_IN_WORDS)
-    return Grid(made.name, made.values.astype(np.int64))
-
-
-def _ball(text: str) -> Grid:
-    from golf_scenarios.facts.balls import ball
-
+def _balls(text: str) -> Grid:
     names = [name.strip() for name in text.split(",")]
     for name in names:
         ball(name)
     return Grid("ball", np.array(names, dtype=object))
 
 
+def _law(text: str) -> Grid:
+    if text.isalpha():
+        raise ValueError(LAWS_IN_WORDS)
+    made = _axis("law", text)
+    if not isinstance(made, Grid) or (made.values % 1.0).any():
+        raise ValueError("law takes whole numbers, 1 (absolute) and 2 (relative)")
+    if np.abs(made.values).max() >= 2**31:
+        raise ValueError(LAWS_IN_WORDS)
+    return Grid("law", made.values.astype(np.int64))
+
+
+def _axis(name: str, text: str) -> Axis:
+    first, *rest = text.split(":")
+    if "," in text or not rest:
+        return Grid(name, np.array([_number(item) for item in text.split(",")]))
+    word = first.strip().lower()
+    if word not in _FORMS:
+        if word[:1].isalpha() and word not in ("inf", "nan"):
+            raise ValueError(f"{first!r} is none of the forms {FORMS}")
+        rest = [first, *rest]
+    form = _FORMS.get(word, "LO:HI:COUNT")
+    if len(rest) != (3 if form.endswith("COUNT") else 2):
+        raise ValueError(f"write {form}")
+    low, high, *count = map(_number, rest)
+    if word == "normal":
+        if high <= 0.0:
+            raise ValueError(f"the standard deviation {high:g} must be > 0")
+        return Normal(name, low, high)
+    if word == "log" and low <= 0.0:
+        raise ValueError(f"a logarithmic range must begin above 0, not at {low:g}")
+    if low > high:
+        raise ValueError(f"the range begins at {low:g}, above its end {high:g}")
+    if word == "uniform":
+        return Uniform(name, low, high)
+    (number,) = count
+    if number % 1.0 or number < 1:
+        raise ValueError(f"the count {number:g} must be a whole number of at least 1")
+    if number > _MOST_VALUES:
+        raise ValueError(f"{number:g} values of one variable are more than {_MOST_VALUES:,}")
+    spaced = np.geomspace if word == "log" else np.linspace
+    return Grid(name, spaced(low, high, int(number)))
+
+
 def _number(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise _BadAxisError(f"{text.strip()!r} is no number; write {FORMS}") from None
+        raise ValueError(f"{text.strip()!r} is no number; write {FORMS}") from None
     if not math.isfinite(value):
-        raise _BadAxisError(f"{text.strip()} is no finite number")
+        raise ValueError(f"{text.strip()} is no finite number")
     return value
-
-
-def _numbers(texts: list[str], number: int, form: str) -> list[float]:
-    if len(texts) != number:
-        raise _BadAxisError(f"write {form}")
-    return [_number(text) for text in texts]
-
-
-def _range(low: float, high: float) -> tuple[float, float]:
-    if low > high:
-        raise _BadAxisError(f"the range begins at {low:g}, above its end {high:g}")
-    return low, high
-
-
-def _count(value: float) -> int:
-    if value != int(value) or value < 1:
-        raise _BadAxisError(f"the count {value:g} must be a whole number of at least 1")
-    if value > _MOST_VALUES:
-        raise _BadAxisError(f"{value:g} values of one variable are more than {_MOST_VALUES:,}")
-    return int(value)

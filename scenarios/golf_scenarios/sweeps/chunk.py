@@ -7,7 +7,7 @@ import tempfile
 import threading
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from multiprocessing.util import Finalize
 from pathlib import Path
 
@@ -30,25 +30,12 @@ class FmuFile:
     """
 
     digest: str
-    data: bytes = field(repr=False)
+    data: bytes = field(default=b"", repr=False)
 
     @classmethod
     def read(cls, path: Path) -> FmuFile:
-        """The file at a path.
-
-        Raises:
-            UserError: it can't be read.
-        """
-        try:
-            data = path.read_bytes()
-        except OSError as error:
-            raise UserError(f"can't read {path}: {error.strerror}") from error
+        data = path.read_bytes()
         return cls(hashlib.sha256(data).hexdigest(), data)
-
-    @property
-    def name_only(self) -> FmuFile:
-        """The same without its content."""
-        return replace(self, data=b"")
 
 
 @dataclass(frozen=True)
@@ -72,8 +59,9 @@ class Chunk:
 
 
 _lock = threading.Lock()
-#: The instance of this process with the digest of its file, and what closes it.
-_loaded: tuple[str, ImpactFmu, ExitStack] | None = None
+#: The instance of this process with the digest of its file, and what frees it.
+_loaded: tuple[str, ImpactFmu] | None = None
+_open = ExitStack()
 
 
 def run_chunk(fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]) -> Chunk:
@@ -91,6 +79,7 @@ def run_chunk(fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.
         except FMICallException as error:
             # After an error the standard allows no call any more that the FMU must survive.
             _loaded = None
+            _open.pop_all()
             raise UserError(f"the FMU broke down ({error}): run `golf-impact build`") from None
 
 
@@ -104,32 +93,29 @@ def computed(
 
 def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) -> bytes:
     """Lines of CSV; every double with as many digits as bring it back to the last bit."""
-    parts: list[list[str]] = []
+    cells: list[list[str]] = []
     for column in columns.values():
         values = column.tolist()
-        parts.append(values if column.dtype == object else list(map(repr, values)))
+        cells.append(values if column.dtype == object else list(map(repr, values)))
     refused = np.flatnonzero(np.isnan(outputs[:, 0])).tolist()
     for name, column in zip(plan.outputs, outputs.T):
         values = np.nan_to_num(column).astype(int) if name in plan.booleans else column
-        cells = list(map(repr, values.tolist()))
+        cells.append(list(map(repr, values.tolist())))
         for n in refused:
-            cells[n] = ""
-        parts.append(cells)
-    return ("\n".join(map(",".join, zip(*parts))) + "\n").encode()
+            cells[-1][n] = ""
+    return ("\n".join(map(",".join, zip(*cells))) + "\n").encode()
 
 
 def _instance(fmu: FmuFile) -> ImpactFmu:
     global _loaded
     if _loaded is None or _loaded[0] != fmu.digest:
-        _close()
+        _free()
         if hashlib.sha256(fmu.data).hexdigest() != fmu.digest:
             raise UserError("the FMU was damaged on its way to this process")
-        with ExitStack() as stack:
-            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-"))
+        with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
             path = Path(folder, "ClubBallImpact.fmu")
             path.write_bytes(fmu.data)
-            instance = stack.enter_context(ImpactFmu(path))
-            _loaded = fmu.digest, instance, stack.pop_all()
+            _loaded = fmu.digest, _open.enter_context(ImpactFmu(path))
         # When the process ends: an FMU that is never freed may take it down then.
         Finalize(None, release, exitpriority=10)
     return _loaded[1]
@@ -144,11 +130,10 @@ def load(fmu: FmuFile) -> None:
 def release() -> None:
     """Free the instance of this process, if there is one."""
     with _lock:
-        _close()
+        _free()
 
 
-def _close() -> None:
+def _free() -> None:
     global _loaded
-    if _loaded is not None:
-        loaded, _loaded = _loaded, None
-        loaded[2].close()
+    _loaded = None
+    _open.close()

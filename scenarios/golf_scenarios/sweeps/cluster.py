@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Iterator
-from concurrent.futures import Executor
+from concurrent.futures import CancelledError, Executor
 from contextlib import ExitStack, contextmanager, suppress
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -43,14 +43,27 @@ def executor_of(
     Raises:
         UserError: Dask is missing, or the cluster can't be reached or gives up.
     """
-    with ExitStack() as stack:
-        client = stack.enter_context(connected(scheduler, workers))
+    with connected(scheduler, workers) as client, ExitStack() as stack:
+        from distributed import KilledWorker
+
         # A task of its own: Dask brings it to each worker once, and again to one that is new.
         sent = client.submit(FmuFile, fmu.digest, fmu.data, key=f"golf-impact-fmu-{fmu.digest}")
         executor = client.get_executor(retries=_RETRIES)
         stack.callback(executor.shutdown, wait=False)
-        with _lines_for_errors(scheduler):
+        try:
             yield executor, sent
+        except KilledWorker as error:
+            raise UserError(
+                f"the cluster at {scheduler} gave up: a chunk lost its worker again and again "
+                f"({in_a_line(error)})"
+            ) from error
+        except (CancelledError, OSError) as error:
+            raise UserError(f"the cluster at {scheduler} went away ({in_a_line(error)})") from error
+        except ImportError as error:
+            raise UserError(
+                f"a worker of {scheduler} lacks {error.name}: install this package with its extra "
+                "cluster there, in the same version"
+            ) from error
 
 
 @contextmanager
@@ -72,55 +85,28 @@ def connected(scheduler: str, workers: int | None = None) -> Iterator[Client]:
             if scheduler == "local":
                 scratch = stack.enter_context(TemporaryDirectory(prefix="golf-impact-workers-"))
                 with interrupts_held_back():
-                    cluster = stack.enter_context(
-                        distributed.LocalCluster(
-                            n_workers=workers or os.cpu_count(),
-                            threads_per_worker=1,
-                            # None would take port 8787, and warn if somebody has it.
-                            dashboard_address=":0",
-                            scheduler_kwargs={"dashboard": False},
-                            silence_logs=logging.CRITICAL,
-                            # Removed here, whatever happens to the workers.
-                            env={"TMPDIR": scratch},
-                        )
+                    cluster = distributed.LocalCluster(
+                        n_workers=workers or os.cpu_count(),
+                        threads_per_worker=1,
+                        # None would take port 8787, and warn if somebody has it.
+                        dashboard_address=":0",
+                        scheduler_kwargs={"dashboard": False},
+                        silence_logs=logging.CRITICAL,
+                        # Removed here, whatever happens to the workers.
+                        env={"TMPDIR": scratch},
                     )
-                    client = stack.enter_context(distributed.Client(cluster))
+                    client = distributed.Client(stack.enter_context(cluster))
             else:
-                client = stack.enter_context(distributed.Client(scheduler, timeout=_PATIENCE))
-            client.wait_for_workers(1, timeout=_PATIENCE)
+                client = distributed.Client(scheduler, timeout=_PATIENCE)
+            stack.enter_context(client).wait_for_workers(1, timeout=_PATIENCE)
         except (OSError, ValueError) as error:
             raise UserError(
                 f"no Dask cluster with workers at {scheduler} ({in_a_line(error)}): start "
                 "`dask scheduler` and `dask worker`, or use --scheduler local"
             ) from error
-        stack.callback(_released, client)
-        yield client
-
-
-def _released(client: Client) -> None:
-    # Whatever happened to workers and scheduler: there is nothing left to free there then.
-    with suppress(Exception):
-        client.run(release)
-
-
-@contextmanager
-def _lines_for_errors(scheduler: str) -> Iterator[None]:
-    """What Dask raises, as one line."""
-    from concurrent.futures import CancelledError
-
-    from distributed import KilledWorker
-
-    try:
-        yield
-    except KilledWorker as error:
-        raise UserError(
-            f"the cluster at {scheduler} gave up: a chunk lost its worker again and again "
-            f"({in_a_line(error)})"
-        ) from error
-    except (CancelledError, OSError) as error:
-        raise UserError(f"the cluster at {scheduler} went away ({in_a_line(error)})") from error
-    except ImportError as error:
-        raise UserError(
-            f"a worker of {scheduler} lacks {error.name}: install this package with its extra "
-            "cluster there, in the same version"
-        ) from error
+        try:
+            yield client
+        finally:
+            # Whatever happened to workers and scheduler: there is nothing left to free there then.
+            with suppress(Exception):
+                client.run(release)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from fmpy.model_description import ScalarVariable
 
 from golf_scenarios.errors import UserError
+from golf_scenarios.facts.balls import ball
 from golf_scenarios.sweeps.axes import Grid
 from golf_scenarios.sweeps.study import Study
 
@@ -20,7 +22,7 @@ class Plan:
     Attributes:
         fixed: values of inputs and parameters that are the same in all cases, by name.
         varied: the Real inputs and parameters that aren't, in the order in which they are set.
-        law_varies: whether the Integer `law` is another one.
+        laws: the Integer `law`, if it isn't either.
         only_inputs: whether all that varies may still change after initialization.
         balls: by variable that a ball preset sets: its value by the ball's name.
         outputs: what is read, in order.
@@ -29,18 +31,18 @@ class Plan:
 
     fixed: dict[str, float]
     varied: tuple[str, ...]
-    law_varies: bool
+    laws: tuple[str, ...]
     only_inputs: bool
     balls: dict[str, dict[str, float]]
     outputs: tuple[str, ...]
-    booleans: frozenset[str]
+    booleans: tuple[str, ...]
 
     def values(self, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """What to set in these cases, by variable: the columns, and what balls stand for."""
         values = {name: column for name, column in columns.items() if name != "ball"}
         for name, of_ball in self.balls.items():
             kind = np.int64 if name == "law" else float
-            values[name] = np.array([of_ball[ball] for ball in columns["ball"]], kind)
+            values[name] = np.array([of_ball[one] for one in columns["ball"]], kind)
         return values
 
 
@@ -60,36 +62,28 @@ def plan(study: Study, variables: Mapping[str, ScalarVariable]) -> Plan:
     for name in study.outputs:
         if name not in outputs:
             raise UserError(f"there is no output {name!r}: choose from {', '.join(outputs)}")
-    balls = _balls(study, variables)
-    candidates = {one.name: one.values if isinstance(one, Grid) else None for one in study.axes}
-    candidates |= {name: np.array(list(of_ball.values())) for name, of_ball in balls.items()}
-    candidates.pop("ball", None)
-    fixed: dict[str, float] = {}
-    varied: list[str] = []
-    for name, values in candidates.items():
-        if values is not None and (values == values[0]).all():
-            fixed[name] = values[0].item()
-        else:
-            varied.append(name)
+    # None for a distribution.
+    values = {one.name: one.values if isinstance(one, Grid) else None for one in study.axes}
+    names = values.pop("ball", None)
+    presets = {} if names is None else {name: ball(name).values for name in names}
+    # What balls set, unless it is swept itself; defaults where a ball says nothing.
+    balls = {
+        name: {of: preset.get(name, float(variables[name].start)) for of, preset in presets.items()}
+        for name in sorted(set(chain(*presets.values())) - set(values))
+    }
+    values |= {name: np.array(list(of_ball.values())) for name, of_ball in balls.items()}
+    fixed = {
+        name: given[0].item()
+        for name, given in values.items()
+        if given is not None and (given == given[0]).all()
+    }
+    varied = [name for name in values if name not in fixed]
     return Plan(
         fixed=fixed,
         varied=tuple(name for name in varied if name != "law"),
-        law_varies="law" in varied,
+        laws=tuple(name for name in varied if name == "law"),
         only_inputs=all(variables[name].causality == "input" for name in varied),
         balls=balls,
         outputs=study.outputs,
-        booleans=frozenset(name for name in study.outputs if outputs[name] == "Boolean"),
+        booleans=tuple(name for name in study.outputs if outputs[name] == "Boolean"),
     )
-
-
-def _balls(study: Study, variables: Mapping[str, ScalarVariable]) -> dict[str, dict[str, float]]:
-    """What balls set, unless it is swept itself; defaults where a ball says nothing."""
-    from golf_scenarios.facts.balls import ball
-
-    names = next((one.values for one in study.grid if one.name == "ball"), ())
-    presets = {name: ball(name).values for name in names}
-    concerned = {name for preset in presets.values() for name in preset} - set(study.names)
-    return {
-        name: {of: preset.get(name, float(variables[name].start)) for of, preset in presets.items()}
-        for name in sorted(concerned)
-    }

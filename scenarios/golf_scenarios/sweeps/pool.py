@@ -16,7 +16,6 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecu
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
@@ -35,16 +34,8 @@ class WorkerProcesses(Executor):
         self._scratch = tempfile.mkdtemp(prefix="golf-impact-workers-")
         path = Path(self._scratch, "ClubBallImpact.fmu")
         path.write_bytes(fmu.data)
-        self._workers: list[_Worker] = []
-        # A forked process would inherit threads' locks, and an FMU that has been loaded.
-        context = get_context("spawn")
         with interrupts_held_back():
-            for _ in range(number):
-                ours, theirs = context.Pipe()
-                process = context.Process(target=_serve, args=(theirs, path), daemon=True)
-                process.start()
-                theirs.close()
-                self._workers.append(_Worker(process, ours))
+            self._workers = [_Worker(path) for _ in range(number)]
         # Each process has one call under way and one that waits in its pipe.
         self._free: SimpleQueue[_Worker] = SimpleQueue()
         for worker in self._workers * 2:
@@ -55,10 +46,10 @@ class WorkerProcesses(Executor):
         """See `Executor.submit`; BrokenExecutor if the process that has it ends."""
         return self._threads.submit(self._call, function, arguments)
 
-    def _call(self, function: Callable, arguments: tuple) -> Any:
+    def _call(self, *call: Any) -> Any:
         worker = self._free.get()
         try:
-            succeeded, result = worker.answer((function, arguments))
+            succeeded, result = worker.answer(call)
         except (EOFError, OSError) as error:
             raise BrokenExecutor("a worker process ended") from error
         finally:
@@ -85,11 +76,14 @@ class WorkerProcesses(Executor):
 class _Worker:
     """A process and the way to it; answers come in the order of the calls."""
 
-    def __init__(self, process: BaseProcess, connection: Connection) -> None:
-        self.process = process
-        self.connection = connection
-        self._sending = threading.Lock()
-        self._receiving = threading.Lock()
+    def __init__(self, fmu: Path) -> None:
+        # A forked process would inherit threads' locks, and an FMU that has been loaded.
+        context = get_context("spawn")
+        self.connection, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(theirs, fmu), daemon=True)
+        self.process.start()
+        theirs.close()
+        self._sending, self._receiving = threading.Lock(), threading.Lock()
 
     def answer(self, call: Any) -> Any:
         """What the process makes of a call."""
@@ -124,14 +118,12 @@ def _serve(connection: Connection, fmu: Path) -> None:
         signal.signal(number, signal.SIG_IGN)
     # Removed by the process that started this one, whatever happens to this one.
     tempfile.tempdir = str(fmu.parent)
-    loaded = False
     with suppress(EOFError, OSError):
+        file = FmuFile.read(fmu)
         while True:
             function, arguments = connection.recv()
             try:
-                if not loaded:
-                    load(FmuFile.read(fmu))
-                    loaded = True
+                load(file)
                 answer = True, function(*arguments)
             except Exception as error:
                 answer = False, error

@@ -5,13 +5,13 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +25,8 @@ from golf_scenarios.sweeps.pool import WorkerProcesses
 from golf_scenarios.sweeps.study import Study
 from golf_scenarios.sweeps.table_file import Csv, Parquet, table_file
 from golf_scenarios.timing import free_bytes
+
+_Result = TypeVar("_Result")
 
 #: Cases of a chunk: some 40 ms of work.
 CHUNK = 2000
@@ -73,7 +75,7 @@ class Summary:
 Submit = Callable[[bool, dict[str, np.ndarray]], "Future[Chunk]"]
 
 
-class Sweep:
+class Sweep(ExitStack):
     """A study and the FMU that it runs through, for use in a `with` block.
 
     Args:
@@ -91,23 +93,18 @@ class Sweep:
         fmu: Path | str | None = None,
         stop: Callable[[], bool] = lambda: False,
     ) -> None:
+        super().__init__()
         self.study = study
         self.stop = stop
         self.fmu = ImpactFmu(current_fmu()[0] if fmu is None else Path(fmu))
+        self.file = FmuFile.read(self.fmu.path)
         self.plan = plan(study, self.fmu.variables)
-        self._stack = ExitStack()
-
-    def __enter__(self) -> Sweep:
-        return self
-
-    def __exit__(self, *error: Any) -> bool | None:
-        return self._stack.__exit__(*error)
 
     @property
     def instance(self) -> ImpactFmu:
         """The FMU loaded into this process, when first needed."""
         if not self.fmu.folder:
-            self._stack.enter_context(self.fmu)
+            self.enter_context(self.fmu)
         return self.fmu
 
     def go_on(self) -> None:
@@ -138,38 +135,6 @@ class Sweep:
         """Chunks computed by an executor; `fmu` is the file, or what stands for it there."""
         return partial(executor.submit, run_chunk, fmu, self.plan)  # type: ignore[call-arg]
 
-    @contextmanager
-    def _submitting(
-        self, executor: Executor | None, scheduler: str | None, workers: int | None, chunks: int
-    ) -> Iterator[Submit]:
-        file = FmuFile.read(self.fmu.path)
-        if scheduler is not None:
-            from golf_scenarios.sweeps.cluster import executor_of
-
-            with executor_of(scheduler, workers, file) as (executor, sent):
-                yield self.through(executor, sent)
-            return
-        # One that gets no chunk would only cost its start.
-        workers = min(workers or 1, chunks)
-        try:
-            if executor is not None:
-                try:
-                    yield self.through(executor, file)
-                finally:
-                    # An executor of threads has loaded it here.
-                    release()
-            elif workers > 1:
-                with WorkerProcesses(workers, file) as pool:
-                    yield self.through(pool, file.name_only)
-            else:
-                self.instance  # noqa: B018 (loaded before the clock starts)
-                yield self.here
-        except BrokenExecutor as error:
-            raise UserError(
-                "a worker process ended unexpectedly (killed, or out of memory?): nothing was "
-                "written"
-            ) from error
-
     def run(
         self,
         out: Path | str,
@@ -182,24 +147,39 @@ class Sweep:
     ) -> Summary:
         """Write one row a case; arguments, result and errors as of `run_sweep`."""
         check_size(self.study, workers, chunk)
-        chunks = -(-self.study.cases // chunk)
         out = Path(out)
-        with (
-            table_file(out, self.study, self.plan) as table,
-            self._submitting(executor, scheduler, workers, chunks) as submit,
-        ):
-            self._draw_samples()
-            begin = time.perf_counter()
-            drawn, refused, first = self.write(table, submit, chunk, progress)
-            seconds = time.perf_counter() - begin
+        # One that gets no chunk would only cost its start.
+        processes = min(workers or 1, -(-self.study.cases // chunk))
+        submit: Submit = self.here
+        try:
+            with table_file(out, self.study, self.plan) as table, ExitStack() as stack:
+                if scheduler is not None:
+                    from golf_scenarios.sweeps.cluster import executor_of
+
+                    cluster = stack.enter_context(executor_of(scheduler, workers, self.file))
+                    submit = self.through(*cluster)
+                elif executor is not None:
+                    # An executor of threads loads it here.
+                    stack.callback(release)
+                    submit = self.through(executor, self.file)
+                elif processes > 1:
+                    pool = stack.enter_context(WorkerProcesses(processes, self.file))
+                    submit = self.through(pool, FmuFile(self.file.digest))
+                else:
+                    self.instance  # noqa: B018 (loaded before the clock starts)
+                self._draw_samples()
+                begin = time.perf_counter()
+                drawn, refused, first = self.write(table, submit, chunk, progress)
+                seconds = time.perf_counter() - begin
+        except BrokenExecutor as error:
+            raise UserError(
+                "a worker process ended unexpectedly (killed, or out of memory?): nothing was "
+                "written"
+            ) from error
         return Summary(out, len(drawn), refused, first, seconds, drawn)
 
     def _draw_samples(self) -> None:
-        """Before the clock starts, and beside this thread, which listens whether to stop.
-
-        Raises:
-            Stopped: the user has asked for it.
-        """
+        """Before the clock starts, and beside this thread, which listens whether to stop."""
         drawn: Future[object] = Future()
 
         def draw() -> None:
@@ -210,11 +190,15 @@ class Sweep:
 
         # It isn't waited for when the process ends.
         threading.Thread(target=draw, daemon=True).start()
-        while not drawn.done() and not self.stop():
-            wait([drawn], timeout=0.1)
+        self._result(drawn, 0)
+
+    def _result(self, future: Future[_Result], done: int) -> _Result:
+        """What a future gives, or Stopped after so many cases."""
+        while not future.done() and not self.stop():
+            wait([future], timeout=0.1)
         if self.stop():
-            raise Stopped(0)
-        drawn.result()
+            raise Stopped(done)
+        return future.result()
 
     def write(
         self,
@@ -224,18 +208,31 @@ class Sweep:
         progress: Callable[[int], None] = lambda done: None,
     ) -> tuple[np.ndarray, int, tuple[int, str] | None]:
         """Run all chunks and write them in order; `drawn`, `refused` and `first_refused`."""
-        drawn = np.empty(self.study.cases)
+        cases = self.study.cases
+        drawn = np.empty(cases)
         refused, first, done = 0, None, 0
-        for columns, part in _in_order(
-            self.study, partial(submit, table.as_text), chunk, self.stop
-        ):
-            table.write(columns, part)
-            drawn[done : done + len(part.outputs)] = part.outputs[:, 0]
-            if part.reason and first is None:
-                first = done + int(part.refused.argmax()) + 1, part.reason
-            refused += int(part.refused.sum())
-            done += len(part.outputs)
-            progress(done)
+        starts = iter(range(0, cases, chunk))
+        begun: deque[tuple[dict[str, np.ndarray], Future[Chunk]]] = deque()
+        try:
+            while done < cases:
+                for start in starts:
+                    columns = self.study.columns(start, min(start + chunk, cases))
+                    begun.append((columns, submit(table.as_text, columns)))
+                    if begun[0][1].done() or len(begun) >= _IN_FLIGHT:
+                        break
+                columns, future = begun[0]
+                part = self._result(future, done)
+                begun.popleft()
+                table.write(columns, part)
+                drawn[done : done + len(part.outputs)] = part.outputs[:, 0]
+                if part.reason and first is None:
+                    first = done + int(part.refused.argmax()) + 1, part.reason
+                refused += int(part.refused.sum())
+                done += len(part.outputs)
+                progress(done)
+        finally:
+            for _, future in begun:
+                future.cancel()
         return drawn, refused, first
 
 
@@ -302,35 +299,3 @@ def run_sweep(
     """
     with Sweep(study, fmu, stop) as sweep:
         return sweep.run(out, **options)
-
-
-def _in_order(
-    study: Study,
-    submit: Callable[[dict[str, np.ndarray]], Future[Chunk]],
-    size: int,
-    stop: Callable[[], bool],
-) -> Iterator[tuple[dict[str, np.ndarray], Chunk]]:
-    """The chunks with their columns as they follow each other, a bounded number of them begun."""
-    waiting: deque[tuple[dict[str, np.ndarray], Future[Chunk]]] = deque()
-    starts = iter(range(0, study.cases, size))
-    done = 0
-    try:
-        while True:
-            for start in starts:
-                columns = study.columns(start, min(start + size, study.cases))
-                waiting.append((columns, submit(columns)))
-                if waiting[0][1].done() or len(waiting) >= _IN_FLIGHT:
-                    break
-            if not waiting:
-                return
-            while not waiting[0][1].done() and not stop():
-                wait([waiting[0][1]], timeout=0.1)
-            if stop():
-                raise Stopped(done)
-            columns, future = waiting.popleft()
-            part = future.result()
-            done += len(part.outputs)
-            yield columns, part
-    finally:
-        for _, future in waiting:
-            future.cancel()

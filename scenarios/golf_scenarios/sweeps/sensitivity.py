@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golf_scenarios.sweeps.designs import unit_samples
-from golf_scenarios.sweeps.study import Study
+from golf_scenarios.sweeps.study import Study, unit_samples
 
 #: Points of the design for Sobol indices: each costs an impact for every variable and two more.
 _POINTS = 1024

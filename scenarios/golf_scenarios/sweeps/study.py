@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from golf_scenarios.errors import UserError
-from golf_scenarios.sweeps.axes import Axis, Grid, axis
-from golf_scenarios.sweeps.designs import DESIGNS, samples
+from golf_scenarios.errors import UserError, lacking
+from golf_scenarios.sweeps.axes import Axis, Distribution, Grid, axis
 
 #: What is read unless a study says otherwise: what the end of a contact tells. Law 1 has to search
 #: for the extremes (max_force ...), and Booleans take a call of their own.
@@ -25,10 +25,11 @@ OUTPUTS = (
     "contact_time",
 )
 
-_MOST_CASES = 10**10
+#: How samples lie: independent, Latin hypercube, scrambled Sobol sequence.
+DESIGNS = ("random", "lhs", "sobol")
 
 #: SciPy's Sobol sequence has so many points.
-_MOST_SAMPLES = {"sobol": 2**30}
+_MOST_CASES, _MOST_OF_SOBOL = 10**10, 2**30
 
 #: Bytes that a case takes: its first output, and in pictures and tables what is sorted of it; and
 #: that a sample takes, of each distribution, while it is drawn.
@@ -86,27 +87,29 @@ class Study:
             raise UserError("outputs is an empty list: name one at least, or leave it out")
         if len(set(chosen)) < len(chosen):
             raise UserError(f"--outputs {','.join(chosen)} names one output twice")
-        random = [one.name for one in axes if not isinstance(one, Grid)]
         if design not in DESIGNS:
             raise UserError(f"--design {design} is unknown: choose from {', '.join(DESIGNS)}")
         if seed < 0:
             raise UserError(f"--seed {seed} is refused: it must be at least 0")
+        number = 1 if number_of_samples is None else number_of_samples
+        study = cls(axes, chosen, number, seed, design)
+        random = study.distributions
         if random and number_of_samples is None:
-            raise UserError(f"{random[0]} is a distribution: say with --samples how many to draw")
+            raise UserError(
+                f"{random[0].name} is a distribution: say with --samples how many to draw"
+            )
         if number_of_samples is not None and not random:
             raise UserError(
                 "--samples has nothing to draw from: give a distribution, e.g. "
                 "--set club_speed=normal:45:2"
             )
-        number = 1 if number_of_samples is None else number_of_samples
         if number < 1:
             raise UserError(f"--samples {number} is refused: it must be at least 1")
-        most = _MOST_SAMPLES.get(design, _MOST_CASES)
+        most = _MOST_OF_SOBOL if design == "sobol" else _MOST_CASES
         if number > most:
             raise UserError(
                 f"--samples {number:,} is refused: the design {design} gives at most {most:,}"
             )
-        study = cls(axes, chosen, number, seed, design)
         if study.cases > _MOST_CASES:
             raise UserError(
                 f"{study.cases:,} cases are more than {_MOST_CASES:,}: use fewer values"
@@ -124,7 +127,7 @@ class Study:
         return tuple(one for one in self.grid if one.varies)
 
     @property
-    def distributions(self) -> tuple:
+    def distributions(self) -> tuple[Distribution, ...]:
         return tuple(one for one in self.axes if not isinstance(one, Grid))
 
     @property
@@ -137,9 +140,8 @@ class Study:
 
     def memory(self, figures: bool) -> int:
         """About the bytes that it takes at most, with or without pictures; chunks come on top."""
-        each = _CASE_DRAWN if figures else _CASE
         drawn = self.number_of_samples * len(self.distributions)
-        return self.cases * each + drawn * _SAMPLE
+        return self.cases * (_CASE_DRAWN if figures else _CASE) + drawn * _SAMPLE
 
     def columns(self, start: int, stop: int) -> dict[str, np.ndarray]:
         """The values of the swept variables in the cases from `start` to `stop` (exclusive)."""
@@ -155,15 +157,45 @@ class Study:
         """
         columns: dict[str, np.ndarray] = {}
         stride = self.number_of_samples
-        sample = index % stride
         for one in reversed(self.axes):
             if isinstance(one, Grid):
                 columns[one.name] = one.values[index // stride % len(one.values)]
                 stride *= len(one.values)
             else:
-                columns[one.name] = self._drawn[one.name][sample]
+                columns[one.name] = self._drawn[one.name][index % self.number_of_samples]
         return {name: columns[name] for name in self.names}
 
     @cached_property
     def _drawn(self) -> dict[str, np.ndarray]:
-        return samples(self.distributions, self.number_of_samples, self.seed, self.design)
+        """The samples by variable, shape (number_of_samples,)."""
+        generator, number = np.random.default_rng(self.seed), self.number_of_samples
+        axes = self.distributions
+        if self.design == "random":
+            return {one.name: one.drawn(generator, number) for one in axes}
+        if self.design == "sobol":
+            units = iter(unit_samples(len(axes), number, generator, "sobol").T)
+        else:
+            # The dimensions of a Latin hypercube are independent: one by one they take less memory.
+            units = (unit_samples(1, number, generator, "lhs")[:, 0] for _ in axes)
+        return {one.name: one.from_unit(next(units)) for one in axes}
+
+
+def unit_samples(
+    dimensions: int, number: int, generator: np.random.Generator, design: str
+) -> np.ndarray:
+    """Points of a design ("lhs" or "sobol") in the unit cube, shape (number, dimensions).
+
+    Raises:
+        UserError: SciPy is missing.
+    """
+    try:
+        from scipy.stats import qmc
+    except ImportError as error:
+        otherwise = ", or use --design random"
+        raise lacking(f"the design {design}", "SciPy", "sweep", otherwise) from error
+    if design == "lhs":
+        return qmc.LatinHypercube(dimensions, seed=generator).random(number)
+    with warnings.catch_warnings():
+        # Balanced only for powers of 2: any other number is still a fair sample.
+        warnings.simplefilter("ignore", UserWarning)
+        return qmc.Sobol(dimensions, scramble=True, seed=generator).random(number)
