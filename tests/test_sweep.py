@@ -658,6 +658,7 @@ PICTURES = {
     "more than two": {"k": "0.5e6:2e6:12", "b": "0,9,12", "club_speed": "30,40"},
     "balls": {"ball": "document,roh-lee", "club_speed": "30,40"},
     "one ball beside another": {"ball": "document,roh-lee"},
+    "a law that is none": {"law": "1,3", "k": "1e6,2e6"},
     "samples": {"k": "normal:1e6:5e4", "b": "uniform:0:9"},
     "samples, some refused": {"k": "normal:0:1e6"},
     "samples over a grid": {"k": "normal:1e6:5e4", "club_speed": "30,40,50"},

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from golf_scenarios.errors import UserError
 from golf_scenarios.facts.balls import BALLS, Ball
 from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import METRICS, PATH, ImpactFmu
 from golf_scenarios.sweeps import Study, Summary, run_sweep
-
-if TYPE_CHECKING:
-    import numpy as np
 
 __all__ = [
     "Ball",

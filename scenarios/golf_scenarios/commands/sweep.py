@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -43,74 +44,48 @@ def sweep(
             "input or parameter of the FMU or `ball`; repeatable, the last one runs fastest.",
         ),
     ] = None,
-    out_: Annotated[
-        Path | None, typer.Option("--out", help="The table: FILE.csv or FILE.parquet.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="The table: FILE.csv or FILE.parquet.")] = None,
     outputs: Annotated[
-        str | None,
-        typer.Option("--outputs", metavar="A,B,C", help="The FMU's outputs to read, no others."),
+        str | None, typer.Option(metavar="A,B,C", help="The FMU's outputs to read, no others.")
     ] = None,
     samples: Annotated[
-        int | None, typer.Option("--samples", help="How many to draw of the distributions.")
+        int | None, typer.Option(help="How many to draw of the distributions.")
     ] = None,
-    seed: Annotated[
-        int | None, typer.Option("--seed", help="Of the samples.", show_default="0")
-    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Of the samples.", show_default="0")] = None,
     design: Annotated[
         str | None,
         typer.Option(
-            "--design",
             metavar="random|lhs|sobol",
             help="How samples lie: independent, Latin hypercube, Sobol sequence.",
             show_default="random",
         ),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option("--workers", help="Processes that compute.", show_default="1")
+        int | None, typer.Option(help="Processes that compute.", show_default="1")
     ] = None,
     chunk: Annotated[
         int | None,
         typer.Option(
-            "--chunk",
-            help="Cases that a worker gets at a time; changes no result.",
-            show_default="2000",
+            help="Cases that a worker gets at a time; changes no result.", show_default="2000"
         ),
     ] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(
-            "--scheduler", metavar="tcp://HOST:PORT|local", help="Compute on a Dask cluster."
-        ),
+        typer.Option(metavar="tcp://HOST:PORT|local", help="Compute on a Dask cluster."),
     ] = None,
     compare: Annotated[
         bool, typer.Option("--compare", help="Also measure a loop over fmpy.simulate_fmu.")
     ] = False,
-    figures: Annotated[
-        bool | None,
-        typer.Option("--figures/--no-figures", help="Write FILE.png and FILE.html."),
-    ] = None,
-    fmu: Annotated[
-        Path | None, typer.Option("--fmu", help="Use this .fmu file; don't build.")
-    ] = None,
+    figures: Annotated[bool | None, typer.Option(help="Write FILE.png and FILE.html.")] = None,
+    fmu: Annotated[Path | None, typer.Option(help="Use this .fmu file; don't build.")] = None,
 ) -> int:
     """Many impacts through the FMU into one table: a row a case, variables first, then outputs."""
     from golf_scenarios.sweeps.study_file import Options
 
-    options = Options(
-        sets=pairs_of(set_ or [], "VALUES", "k=0.5e6:2e6:100", "write one list, NAME=A,B"),
-        out=out_,
-        outputs=None if outputs is None else tuple(outputs.split(",")),
-        samples=samples,
-        seed=seed,
-        design=design,
-        workers=workers,
-        chunk=chunk,
-        scheduler=scheduler,
-        compare=compare or None,
-        figures=figures,
-        fmu=fmu,
-    )
-    return swept(options, study)
+    sets = pairs_of(set_ or [], "VALUES", "k=0.5e6:2e6:100", "write one list, NAME=A,B")
+    names = None if outputs is None else tuple(outputs.split(","))
+    how = Options(sets, out, names, samples, seed, design, workers, chunk, scheduler)
+    return swept(replace(how, compare=compare or None, figures=figures, fmu=fmu), study)
 
 
 def swept(options: Options, study: Path | None) -> int:
@@ -132,45 +107,38 @@ def swept(options: Options, study: Path | None) -> int:
         options = options.over(read_study(study))
     if options.out is None:
         raise UserError("say where the table goes: --out FILE.csv or FILE.parquet")
-    asked = Study.of(
-        options.sets,
-        options.outputs,
-        options.samples,
-        0 if options.seed is None else options.seed,
-        options.design or "random",
-    )
+    out, seed, design = options.out, options.seed or 0, options.design or "random"
+    asked = Study.of(options.sets, options.outputs, options.samples, seed, design)
     chunk = CHUNK if options.chunk is None else options.chunk
-    check_size(asked, options.workers, chunk, options.figures is not False)
-    check_path(options.out)
-    if options.figures is not False:
-        beside = (options.out.with_suffix(suffix).name for suffix in (".png", ".html"))
-        prepare(options.out.parent, *beside)
+    figures = options.figures is not False
+    check_size(asked, options.workers, chunk, figures)
+    check_path(out)
+    if figures:
+        prepare(out.parent, *(out.with_suffix(suffix).name for suffix in (".png", ".html")))
     with _stop_asked() as stop, Sweep(asked, fmu_file(options.fmu), stop.is_set) as running:
         try:
             with progress() as bar:
                 summary = running.run(
-                    options.out,
+                    out,
                     workers=options.workers,
                     scheduler=options.scheduler,
                     chunk=chunk,
                     progress=bar("sweep", asked.cases),
                 )
-            words = _words(summary, options)
+            words = _words(summary, options, chunk)
             for line in words:
                 say(line)
             if options.compare:
                 words.append(_compared(running))
-            if options.figures is not False:
-                outcome = _outcome(running, summary, words)
-                sensitivity = _sensitivity(running, summary, outcome)
+            if figures:
+                outcome, sensitivity = _outcome(running, summary, words)
         except Stopped as stopped:
             file = "is written" if stopped.written else "is as it was"
-            if not options.out.exists():
+            if not out.exists():
                 file = "was not written"
-            done = f"{stopped.done:,} of {asked.cases:,} cases were done"
-            warn(f"{done}; {options.out} {file}.")
+            warn(f"{stopped.done:,} of {asked.cases:,} cases were done; {out} {file}.")
             return 130
-    if options.figures is not False:
+    if figures:
         for path in _draw(running, summary, outcome, sensitivity):
             say(path)
     return 0
@@ -190,14 +158,11 @@ def _stop_asked() -> Iterator[threading.Event]:
             signal.signal(number, handler)
 
 
-def _words(summary: Summary, options: Options) -> list[str]:
-    from golf_scenarios.sweeps.run import CHUNK
-
+def _words(summary: Summary, options: Options, chunk: int) -> list[str]:
     if options.scheduler is not None:
         who = f"on {options.scheduler}" if options.scheduler != "local" else "on a local cluster"
     else:
-        chunks = -(-summary.cases // (options.chunk or CHUNK))
-        workers = min(options.workers or 1, chunks)
+        workers = min(options.workers or 1, -(-summary.cases // chunk))
         who = f"in {workers} processes" if workers > 1 else "in one process"
     rate = summary.cases / summary.seconds
     words = [
@@ -231,43 +196,38 @@ def _compared(sweep: Sweep) -> str:
     return words
 
 
-def _outcome(sweep: Sweep, summary: Summary, words: list[str]) -> Outcome:
+def _outcome(
+    sweep: Sweep, summary: Summary, words: list[str]
+) -> tuple[Outcome, Sensitivity | None]:
+    """The tables of the page, and how much each distribution matters, if there is one."""
     import numpy as np
 
     from golf_scenarios.report.outcome import Outcome, Table
 
-    outcome = Outcome(f"Sweep {summary.path.name}", words=list(words))
     rows = [[one.name, one.described] for one in sweep.study.axes]
-    outcome.tables.append(Table("Swept variables (SI units)", ["", "values"], rows))
-    usable = summary.drawn[np.isfinite(summary.drawn)]
+    tables = [Table("Swept variables (SI units)", ["", "values"], rows)]
+    outcome = Outcome(f"Sweep {summary.path.name}", tables=tables, words=words)
+    name, drawn = sweep.study.outputs[0], summary.drawn
+    usable = drawn[np.isfinite(drawn)]
     if len(usable):
-        name = sweep.study.outputs[0]
         columns = ["", "least", "5 %", "median", "95 %", "greatest", "mean", "standard deviation"]
         values = (*np.percentile(usable, (0, 5, 50, 95, 100)), usable.mean(), usable.std())
         row = [name, *(f"{value:.6g}" for value in values)]
-        outcome.tables.append(Table(f"{name} over all cases", columns, [row]))
-    return outcome
-
-
-def _sensitivity(sweep: Sweep, summary: Summary, outcome: Outcome) -> Sensitivity | None:
-    """How much each distribution matters, if there is one."""
-    from golf_scenarios.report.outcome import Table
-
+        tables.append(Table(f"{name} over all cases", columns, [row]))
     if not sweep.study.distributions:
-        return None
+        return outcome, None
     try:
         from golf_scenarios.sweeps.sensitivity import sensitivity
 
-        result = sensitivity(sweep.study, summary.drawn, sweep.first_output)
+        result = sensitivity(sweep.study, drawn, sweep.first_output)
     except ImportError:
-        outcome.words.append(f"{lacking('the table of sensitivities', 'SciPy', 'sweep')}.")
-        return None
+        words.append(f"{lacking('the table of sensitivities', 'SciPy', 'sweep')}.")
+        return outcome, None
     if result is not None:
-        outcome.words.append(result.note)
-        rows = [[name, f"{value:.4f}"] for name, value in result.values.items()]
-        title = f"What {sweep.study.outputs[0]} depends on"
-        outcome.tables.append(Table(title, ["", result.label], rows))
-    return result
+        words.append(result.note)
+        rows = [[one, f"{value:.4f}"] for one, value in result.values.items()]
+        tables.append(Table(f"What {name} depends on", ["", result.label], rows))
+    return outcome, result
 
 
 def _draw(
@@ -275,13 +235,13 @@ def _draw(
 ) -> list[Path]:
     """The picture beside the data, and the page with it."""
     from golf_scenarios.files import write_together
-    from golf_scenarios.report import figures
+    from golf_scenarios.report.figures import png
     from golf_scenarios.report.page import page
     from golf_scenarios.sweeps.pictures import draw
 
     figure = draw(sweep.study, summary.drawn, sweep.fmu.variables, sensitivity)
-    images = {} if figure is None else {outcome.title: figures.png(figure)}
-    files = {summary.path.with_suffix(".png").name: image for image in images.values()}
-    report = summary.path.with_suffix(".html").name
-    files[report] = page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
-    return write_together(summary.path.parent, files)
+    images = {} if figure is None else {outcome.title: png(figure)}
+    path = summary.path
+    files = {path.with_suffix(".png").name: image for image in images.values()}
+    report = page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
+    return write_together(path.parent, files | {path.with_suffix(".html").name: report})

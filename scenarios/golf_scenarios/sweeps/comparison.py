@@ -10,7 +10,6 @@ from itertools import cycle, islice
 from pathlib import Path
 from statistics import median
 from time import perf_counter
-from typing import Any
 
 import fmpy
 import numpy as np
@@ -45,71 +44,54 @@ class Comparison:
 def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: None) -> Comparison:
     """Measure both on cases of a study: the same cases, outputs and communication step.
 
-    The cases are taken evenly from all.
-
     Raises:
         UserError: the FMU refuses all cases tried.
     """
-    index = np.arange(_CASES)
-    cases = sweep.study.cases
+    study, plan = sweep.study, sweep.plan
     # Evenly from all; where there are fewer, again and again.
-    index = index * cases // _CASES if cases > _CASES else index % cases
+    index = np.arange(_CASES)
+    index = index * study.cases // _CASES if study.cases > _CASES else index % study.cases
+    values = plan.values(study.columns_at(index))
+    expected, reason = impacts(sweep.instance, plan, values)
+    usable = np.flatnonzero(~np.isnan(expected[:, 0]))
+    if not len(usable):
+        raise UserError(f"there is nothing to compare: the FMU refuses all: {reason}")
+    steps = np.broadcast_to(sweep.fmu.horizon({**plan.fixed, **values}), len(index))
+    # Start values, communication step and the sweep's outputs.
+    some = usable[:: max(1, len(usable) // (4 * _LOOPED))]
+    given = [plan.fixed | {name: row[n].item() for name, row in values.items()} for n in some]
+    cases = cycle(zip(given, steps[some].tolist(), expected[some].tolist()))
+    same = True
     with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+        fmpy.extract(str(sweep.fmu.path), f"{folder}/fmu")
 
         def swept() -> float:
             begin = perf_counter()
-            columns = sweep.study.columns_at(index)
-            with table_file(Path(folder, "sweep.csv"), sweep.study, sweep.plan) as table:
+            columns = study.columns_at(index)
+            with table_file(Path(folder, "sweep.csv"), study, plan) as table:
                 table.write(columns, sweep.here(True, columns).result())
             return (perf_counter() - begin) / len(index)
 
-        loop = _Loop(sweep, index, Path(folder))
-        times = interleaved({"sweep": swept, "loop": loop}, rounds, tick)
-    return Comparison(
-        sweep=1.0 / median(times["sweep"]),
-        simulate_fmu=1.0 / median(times["loop"]),
-        ratio=median_ratio(times["loop"], times["sweep"]),
-        same=loop.same,
-    )
+        def looped() -> float:
+            nonlocal same
+            begin = perf_counter()
+            with open(f"{folder}/loop.csv", "w", newline="") as stream:
+                writer = csv.writer(stream)
+                writer.writerow((*study.names, *plan.outputs))
+                for start, step, numbers in islice(cases, _LOOPED):
+                    result = fmpy.simulate_fmu(
+                        f"{folder}/fmu",
+                        stop_time=step,
+                        output_interval=step,
+                        start_values=start,
+                        output=plan.outputs,
+                        model_description=sweep.fmu.description,
+                    )
+                    row = [result[name][-1].item() for name in plan.outputs]
+                    writer.writerow((*start.values(), *row))
+                    same &= row == numbers
+            return (perf_counter() - begin) / _LOOPED
 
-
-class _Loop:
-    """The same through simulate_fmu, a few cases per call."""
-
-    def __init__(self, sweep: Sweep, index: np.ndarray, folder: Path) -> None:
-        self.same = True
-        self._sweep, self._folder = sweep, folder
-        fmpy.extract(str(sweep.fmu.path), str(folder / "fmu"))
-        values = sweep.plan.values(sweep.study.columns_at(index))
-        expected, reason = impacts(sweep.instance, sweep.plan, values)
-        usable = np.flatnonzero(~np.isnan(expected[:, 0]))
-        if not len(usable):
-            raise UserError(f"there is nothing to compare: the FMU refuses all: {reason}")
-        steps = np.broadcast_to(sweep.fmu.horizon({**sweep.plan.fixed, **values}), len(index))
-
-        def case(n: int) -> tuple[dict[str, Any], float, list[float]]:
-            """Start values, communication step and the sweep's outputs."""
-            given = {name: column[n].item() for name, column in values.items()}
-            return sweep.plan.fixed | given, steps[n].item(), expected[n].tolist()
-
-        self._cases = cycle([case(n) for n in usable[:: max(1, len(usable) // (4 * _LOOPED))]])
-
-    def __call__(self) -> float:
-        outputs = self._sweep.plan.outputs
-        begin = perf_counter()
-        with open(self._folder / "loop.csv", "w", newline="") as stream:
-            writer = csv.writer(stream)
-            writer.writerow((*self._sweep.study.names, *outputs))
-            for values, step, expected in islice(self._cases, _LOOPED):
-                result = fmpy.simulate_fmu(
-                    str(self._folder / "fmu"),
-                    stop_time=step,
-                    output_interval=step,
-                    start_values=values,
-                    output=outputs,
-                    model_description=self._sweep.fmu.description,
-                )
-                row = [result[name][-1].item() for name in outputs]
-                writer.writerow((*values.values(), *row))
-                self.same &= row == expected
-        return (perf_counter() - begin) / _LOOPED
+        times = interleaved({"sweep": swept, "loop": looped}, rounds, tick)
+    ratio = median_ratio(times["loop"], times["sweep"])
+    return Comparison(1.0 / median(times["sweep"]), 1.0 / median(times["loop"]), ratio, same)

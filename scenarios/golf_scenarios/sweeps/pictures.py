@@ -1,23 +1,22 @@
-"""What a sweep's first output looks like over what was swept."""
+"""What a sweep's first output looks like over what was swept. Imported only to draw."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from fmpy.model_description import ScalarVariable
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
 
 from golf_scenarios.facts.quantities import prefixed
+from golf_scenarios.report import figures
 from golf_scenarios.sweeps.axes import Grid
 from golf_scenarios.sweeps.sensitivity import Sensitivity
 from golf_scenarios.sweeps.study import Study
-
-if TYPE_CHECKING:
-    from fmpy.model_description import ScalarVariable
-    from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
-    from matplotlib.figure import Figure
 
 #: More points of a line, or along a side of a map, than these can't be seen.
 _MOST_POINTS, _MOST_SIDE = 2000, 300
@@ -60,7 +59,7 @@ def draw(
         return None
     units = {name: variable.unit for name, variable in variables.items()}
     if not study.varied_grid:
-        return _monte_carlo(usable, study, units, sensitivity)
+        return _monte_carlo(usable, study.outputs[0], units, sensitivity)
     grid = _Reduced(study, drawn, units)
     amounts = [one for one in study.varied_grid if one.name not in _NAMED]
     named = [one for one in study.varied_grid if one.name in _NAMED]
@@ -70,7 +69,7 @@ def draw(
     few = [one for one in amounts[1:2] if len(one.values) <= _FEW]
     if named or few or len(amounts) == 1:
         return _lines(grid, amounts[0], (named or few)[:1])
-    return _map(grid, amounts[0], amounts[1])
+    return _map(grid, amounts[:2])
 
 
 class _Reduced:
@@ -80,44 +79,42 @@ class _Reduced:
         self.study, self.units = study, units
         self.output = study.outputs[0]
         self.sampled = study.number_of_samples > 1
-        self._table = drawn.reshape(
-            *(len(one.values) for one in study.grid), study.number_of_samples
-        )
+        self._table = drawn.reshape(*(len(one.values) for one in study.grid), -1)
 
     def over(self, axes: list[Grid], most: int) -> tuple[list[np.ndarray], np.ndarray]:
         """Values of some axes, thinned out, and percentiles 5, 50 and 95 there, first dimension;
         the other axes stand at their first value.
         """
-        pick: list[Any] = []
-        values = {}
-        for one in self.study.grid:
-            if one in axes:
-                number = min(most, len(one.values))
-                places = np.linspace(0, len(one.values) - 1, number).astype(int)
-                # In rising order, whatever order they were given in.
-                if one.name not in _NAMED:
-                    places = places[np.argsort(one.values[places], kind="stable")]
-                values[one.name] = one.values[places]
-                pick.append(places)
-            else:
-                pick.append(np.array([0]))
-        table = self._table[np.ix_(*pick, np.arange(self._table.shape[-1]))]
-        kept = [one for one in self.study.grid if one in axes]
-        table = table.reshape(*(len(values[one.name]) for one in kept), -1)
-        table = np.moveaxis(table, [kept.index(one) for one in axes], range(len(axes)))
+        grid = self.study.grid
+        places = {one.name: np.array([0]) for one in grid}
+        for one in axes:
+            number = len(one.values)
+            chosen = np.linspace(0, number - 1, min(most, number)).astype(int)
+            # In rising order, whatever order they were given in.
+            if one.name not in _NAMED:
+                chosen = chosen[np.argsort(one.values[chosen], kind="stable")]
+            places[one.name] = chosen
+        values = [one.values[places[one.name]] for one in axes]
+        table = self._table[np.ix_(*places.values())]
+        table = np.moveaxis(table, [grid.index(one) for one in axes], range(len(axes)))
+        table = table.reshape(*map(len, values), -1)
         if not self.sampled:
-            percentiles = np.stack([table[..., 0]] * 3)
-        else:
-            with warnings.catch_warnings():
-                # A point where all is refused stays empty.
-                warnings.simplefilter("ignore", RuntimeWarning)
-                percentiles = np.nanpercentile(table, (5, 50, 95), axis=-1)
-        return [values[one.name] for one in axes], percentiles
+            return values, np.stack([table[..., 0]] * 3)
+        with warnings.catch_warnings():
+            # A point where all is refused stays empty.
+            warnings.simplefilter("ignore", RuntimeWarning)
+            return values, np.nanpercentile(table, (5, 50, 95), axis=-1)
+
+    def new(self, over: list[Grid]) -> tuple[Figure, Axes]:
+        """A figure of the output over these, and what stands still, in its title."""
+        along = " and ".join(_words(one.name) for one in over)
+        rest = [one for one in self.study.varied_grid if one not in over]
+        others = ", ".join(self.equal(one, one.values[0]) for one in rest)
+        title = f"{_capital(self.output)} over {along}"
+        return figures.new(f"{title} ({others})" if others else title)
 
     def name(self, axis: Axis, name: str) -> None:
         """Name an axis with a variable and its unit."""
-        from golf_scenarios.report import figures
-
         figures.name_axis(axis, _words(name), self.units[name])
 
     def equal(self, one: Grid, value: Any) -> str:
@@ -127,35 +124,34 @@ class _Reduced:
         factor, unit = prefixed(self.units[one.name], float(np.abs(one.values).max()))
         return f"{_words(one.name)} = {value * factor:g} {unit}".rstrip()
 
+    def look(self, one: Grid, value: Any) -> figures.Look:
+        """Of a ball or a law, as in all figures; of a law that the FMU refuses, any."""
+        return figures.LOOKS.get(self.equal(one, value), figures.LOOKS["baseline"])
+
 
 def _lines(grid: _Reduced, along: Grid, by: list[Grid]) -> Figure:
-    from golf_scenarios.report import figures
-
-    figure, axes = figures.new(_title([along, *by], grid))
+    figure, axes = grid.new([along, *by])
     (x, *names), levels = grid.over([along, *by], _MOST_POINTS)
     levels = levels if by else levels[..., np.newaxis]
     looks = figures.shades(levels.shape[-1])
-    marked = len(x) <= 12
-    # What coincides is one line with all its names.
+    # What coincides, as far as a picture can show, is one line with all its names.
     same: dict[int, list[int]] = {}
-    for n in range(levels.shape[-1]):
-        equal = (m for m in same if _coincide(levels[..., m], levels[..., n]))
+    for n in range(len(looks)):
+        this = levels[..., n]
+        equal = (m for m in same if np.allclose(levels[..., m], this, 1e-6, 0.0, equal_nan=True))
         same.setdefault(next(equal, n), []).append(n)
     for n, others in same.items():
-        text = "median" if grid.sampled else None
+        low, middle, high = levels[..., n]
+        text, look = "median" if grid.sampled else None, looks[n]
         if by:
             text = ", ".join(grid.equal(by[0], names[0][m]) for m in others)
             text += " (the same)" if len(others) > 1 else ""
-        look = looks[n]
-        if by and by[0].name in _NAMED:
-            value = names[0][n]
-            look = figures.LOOKS[value if isinstance(value, str) else f"law {value:g}"]
-        style = look.points if marked else look.line
-        axes.plot(x, levels[1][:, n], **style, label=text, ms=4)
+            if by[0].name in _NAMED:
+                look = grid.look(by[0], names[0][n])
+        axes.plot(x, middle, **(look.points if len(x) <= 12 else look.line), label=text, ms=4)
         if grid.sampled:
             band = "5 to 95 % of the samples" if n == 0 else None
-            axes.fill_between(x, levels[0][:, n], levels[2][:, n], color=look.colour, alpha=0.2,
-                              lw=0, label=band)  # fmt: skip
+            axes.fill_between(x, low, high, color=look.colour, alpha=0.2, lw=0, label=band)
     _scale(axes.set_xscale, x)
     grid.name(axes.xaxis, along.name)
     grid.name(axes.yaxis, grid.output)
@@ -165,12 +161,10 @@ def _lines(grid: _Reduced, along: Grid, by: list[Grid]) -> Figure:
 
 
 def _points(grid: _Reduced, named: Grid) -> Figure:
-    from golf_scenarios.report import figures
-
-    figure, axes = figures.new(_title([named], grid))
+    figure, axes = grid.new([named])
     (names,), (low, middle, high) = grid.over([named], _MOST_SIDE)
     for n, name in enumerate(names):
-        look = figures.LOOKS[name if isinstance(name, str) else f"law {name:g}"]
+        look = grid.look(named, name)
         if grid.sampled:
             axes.plot([low[n], high[n]], [n, n], color=look.colour, lw=1.4)
         axes.plot(middle[n], n, look.marker, color=look.colour, ms=8)
@@ -180,12 +174,10 @@ def _points(grid: _Reduced, named: Grid) -> Figure:
     return figure
 
 
-def _map(grid: _Reduced, across: Grid, up: Grid) -> Figure:
-    from golf_scenarios.report import figures
-
+def _map(grid: _Reduced, over: list[Grid]) -> Figure:
     # The last --set runs fastest: it goes up.
-    order = [one for one in grid.study.grid if one in (across, up)]
-    figure, axes = figures.new(_title(order, grid))
+    order = sorted(over, key=grid.study.grid.index)
+    figure, axes = grid.new(order)
     (x, y), levels = grid.over(order, _MOST_SIDE)
     values = np.ma.masked_invalid(levels[1].T)
     image = axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", rasterized=True)
@@ -212,17 +204,14 @@ def _map(grid: _Reduced, across: Grid, up: Grid) -> Figure:
 
 def _monte_carlo(
     usable: np.ndarray,
-    study: Study,
+    output: str,
     units: Mapping[str, str | None],
     sensitivity: Sensitivity | None,
 ) -> Figure:
-    from golf_scenarios.report import figures
-
-    output = study.outputs[0]
     # Rare ones far out would leave the others no room.
     rare = 0.05 if len(usable) > 2000 else 0.0
     left_out = f" ({2.0 * rare:g} % lie outside)" if rare else ""
-    title = f"{_capital(_words(output))} of {len(usable):,} samples{left_out}"
+    title = f"{_capital(output)} of {len(usable):,} samples{left_out}"
     if sensitivity is None:
         figure, axes = figures.new(title)
     else:
@@ -232,8 +221,9 @@ def _monte_carlo(
     usable = usable * factor
     bins = int(np.clip(np.sqrt(len(usable)), 8, 80))
     low, high = np.percentile(usable, (rare, 100.0 - rare)).tolist()
-    if high - low <= _CONSTANT * max(abs(low), abs(high)):
-        margin = 1e-3 * max(abs(low), abs(high)) or 1.0
+    largest = max(abs(low), abs(high))
+    if high - low <= _CONSTANT * largest:
+        margin = 1e-3 * largest or 1.0
         low, high = low - margin, high + margin
     density, edges = np.histogram(usable, bins, range=(low, high), density=True)
     axes.stairs(density, edges, fill=True, color=figures.SKY)
@@ -250,48 +240,32 @@ def _monte_carlo(
 
 
 def _sensitivities(axes: Axes, sensitivity: Sensitivity) -> None:
-    from golf_scenarios.report import figures
-
     names = sorted(sensitivity.values, key=lambda name: abs(sensitivity.values[name]))
     values = [sensitivity.values[name] for name in names]
     axes.barh([_words(name) for name in names], values, color=figures.BLUE, height=0.6)
     for n, value in enumerate(values):
-        axes.annotate(
-            f"{value:.2f}", (value, n), xytext=(4 if value >= 0 else -4, 0),
-            textcoords="offset points", va="center", ha="left" if value >= 0 else "right",
-        )  # fmt: skip
+        side, align = (4, "left") if value >= 0 else (-4, "right")
+        axes.annotate(f"{value:.2f}", (value, n), xytext=(side, 0), textcoords="offset points",
+                      va="center", ha=align)  # fmt: skip
     axes.axvline(0.0, color=figures.BLACK, lw=0.8)
     axes.set(xlabel=sensitivity.label)
     axes.margins(x=0.15)
     axes.grid(axis="y", visible=False)
 
 
-def _title(over: list[Grid], grid: _Reduced) -> str:
-    title = f"{_capital(_words(grid.output))} over {' and '.join(_words(one.name) for one in over)}"
-    # What stands still.
-    rest = [one for one in grid.study.varied_grid if one not in over]
-    others = ", ".join(grid.equal(one, one.values[0]) for one in rest)
-    return f"{title} ({others})" if others else title
-
-
 def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _coincide(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether two lines are one, as far as a picture can show."""
-    return bool(np.allclose(one, other, rtol=1e-6, atol=0.0, equal_nan=True))
-
-
-def _capital(words: str) -> str:
-    return words[:1].upper() + words[1:]
+def _capital(name: str) -> str:
+    return _words(name[:1].upper() + name[1:])
 
 
 def _digits(values: np.ndarray) -> int:
     """Enough decimals to tell quantiles apart."""
-    width = float(np.ptp(values))
-    if width <= _CONSTANT * float(np.abs(values).max()):
-        width = 1e-3 * float(np.abs(values).max())
+    width, largest = float(np.ptp(values)), float(np.abs(values).max())
+    if width <= _CONSTANT * largest:
+        width = 1e-3 * largest
     return int(np.clip(2 - np.floor(np.log10(width)), 0, 9)) if width > 0.0 else 4
 
 

@@ -9,6 +9,9 @@ import numpy as np
 
 from golf_scenarios.sweeps.study import Study, unit_samples
 
+#: From columns of all swept variables to an output, shape (cases,).
+_Model = Callable[[dict[str, np.ndarray]], np.ndarray]
+
 #: Points of the design for Sobol indices: each costs an impact for every variable and two more.
 _POINTS = 1024
 
@@ -31,11 +34,7 @@ class Sensitivity:
     note: str
 
 
-def sensitivity(
-    study: Study,
-    drawn: np.ndarray,
-    outputs_of: Callable[[dict[str, np.ndarray]], np.ndarray],
-) -> Sensitivity | None:
+def sensitivity(study: Study, drawn: np.ndarray, outputs_of: _Model) -> Sensitivity | None:
     """First-order Sobol indices where a design for them is possible, else rank correlations.
 
     The design needs impacts of its own, and independent distributions: no grid beside them, and no
@@ -49,23 +48,21 @@ def sensitivity(
     Returns:
         None if the output is the same in all cases.
     """
-    usable = np.isfinite(drawn)
-    if usable.sum() < 3:
+    usable = np.flatnonzero(np.isfinite(drawn))
+    if len(usable) < 3:
         return None
-    least, greatest = float(drawn[usable].min()), float(drawn[usable].max())
+    least, greatest = drawn[usable].min(), drawn[usable].max()
     # But for rounding: S under law 1 is the same at any speed.
     if greatest - least <= 1e-12 * max(abs(least), abs(greatest)):
         return None
-    if not study.varied_grid and usable.all():
+    if not study.varied_grid and len(usable) == len(drawn):
         indices = _sobol(study, outputs_of)
         if indices is not None:
             return indices
-    return _ranked(study, drawn)
+    return _ranked(study, drawn, usable[:: -(-len(usable) // _MOST_RANKED)])
 
 
-def _sobol(
-    study: Study, outputs_of: Callable[[dict[str, np.ndarray]], np.ndarray]
-) -> Sensitivity | None:
+def _sobol(study: Study, outputs_of: _Model) -> Sensitivity | None:
     """Saltelli's design by a Sobol sequence; scipy.stats.sobol_indices has the estimators."""
     from scipy.stats import sobol_indices
 
@@ -73,19 +70,19 @@ def _sobol(
     number = len(axes)
     unit = unit_samples(2 * number, _POINTS, np.random.default_rng(study.seed), "sobol")
     a, b = unit[:, :number], unit[:, number:]
-    mixed = [np.where(np.arange(number) == n, b, a) for n in range(number)]
-    points = np.concatenate([a, b, *mixed])
+    points = np.concatenate(
+        [a, b, *(np.where(np.arange(number) == n, b, a) for n in range(number))]
+    )
     columns = {one.name: one.from_unit(points[:, n]) for n, one in enumerate(axes)}
     columns |= {one.name: np.repeat(one.values, len(points)) for one in study.grid}
     outputs = outputs_of({name: columns[name] for name in study.names})
     if not np.isfinite(outputs).all():
         return None
-    parts = outputs.reshape(number + 2, 1, _POINTS)
-    if number == 1:
-        # SciPy's estimator fails for one variable, which explains all by itself.
-        indices = np.ones(1)
-    else:
-        given = {"f_A": parts[0], "f_B": parts[1], "f_AB": parts[2:]}
+    # SciPy's estimator fails for one variable, which explains all by itself.
+    indices = np.ones(1)
+    if number > 1:
+        f_a, f_b, *f_ab = outputs.reshape(number + 2, 1, _POINTS)
+        given = {"f_A": f_a, "f_B": f_b, "f_AB": np.array(f_ab)}
         indices = np.ravel(sobol_indices(func=given, n=_POINTS).first_order)
     return Sensitivity(
         dict(zip((one.name for one in axes), indices.tolist(), strict=True)),
@@ -95,15 +92,13 @@ def _sobol(
     )
 
 
-def _ranked(study: Study, drawn: np.ndarray) -> Sensitivity:
+def _ranked(study: Study, drawn: np.ndarray, usable: np.ndarray) -> Sensitivity:
     from scipy.stats import spearmanr
 
-    usable = np.flatnonzero(np.isfinite(drawn))
-    usable = usable[:: -(-len(usable) // _MOST_RANKED)]
-    columns = study.columns_at(usable)
+    columns, outputs = study.columns_at(usable), drawn[usable]
     names = (one.name for one in study.distributions)
     return Sensitivity(
-        {name: float(spearmanr(columns[name], drawn[usable]).statistic) for name in names},
+        {name: float(spearmanr(columns[name], outputs).statistic) for name in names},
         "Spearman's rank correlation",
         "Spearman's rank correlations of the cases themselves; Sobol indices need independent "
         "distributions alone and no refused case.",

@@ -57,9 +57,8 @@ def read_study(path: Path) -> Options:
     Raises:
         UserError: the file can't be read, or has something else than these keys.
     """
-    text = read_text(path)
     try:
-        table = tomllib.loads(text)
+        table = tomllib.loads(read_text(path))
         _check_numbers(table)
     except RecursionError as error:
         raise UserError(f"{path} is refused: it is nested too deeply") from error
@@ -70,7 +69,7 @@ def read_study(path: Path) -> Options:
         raise UserError(f"{path}: write a table [set] with a line for each swept variable")
     for name, value in sets.items():
         items = value if isinstance(value, list) else [value]
-        if not all(isinstance(one, (int, float, str)) and one is not True for one in items):
+        if not all(type(one) in (int, float, str) for one in items):
             raise UserError(f"{path}: {name} in [set] must be a number, a text or a list of them")
     for key, value in table.items():
         if key not in _KEYS:

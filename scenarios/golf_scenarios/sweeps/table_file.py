@@ -49,38 +49,38 @@ class Parquet:
             raise lacking("Parquet", "pyarrow", "sweep", ", or name a .csv file") from error
         self._arrow = pyarrow
         kinds = {"ball": pyarrow.string(), "law": pyarrow.int64()}
-        kinds |= {name: pyarrow.bool_() for name in plan.booleans}
+        kinds |= dict.fromkeys(plan.booleans, pyarrow.bool_())
+        names = (*study.names, *plan.outputs)
         self._schema = pyarrow.schema(
-            [(n, kinds.get(n, pyarrow.float64())) for n in (*study.names, *plan.outputs)]
+            [(name, kinds.get(name, pyarrow.float64())) for name in names]
         )
-        self._names = study.names
         self._writer = pyarrow.parquet.ParquetWriter(stream, self._schema)
         self._waiting: list[Any] = []
         self._rows = 0
 
     def write(self, columns: Mapping[str, np.ndarray], chunk: Chunk) -> None:
-        arrays = [self._arrow.array(columns[name]) for name in self._names]
+        arrays = [self._arrow.array(column) for column in columns.values()]
         arrays += [self._arrow.array(column, mask=chunk.refused) for column in chunk.outputs.T]
         table = self._arrow.table(arrays, names=self._schema.names)
         self._waiting.append(table.cast(self._schema))
         self._rows += len(chunk.outputs)
         while self._rows >= _ROW_GROUP:
-            whole = self._arrow.concat_tables(self._waiting)
-            self._write(whole.slice(0, _ROW_GROUP))
-            rest = whole.slice(_ROW_GROUP)
-            self._waiting, self._rows = [rest], rest.num_rows
+            self._write_group()
 
     def finish(self) -> None:
         """Write the last row group and the footer."""
         if self._rows:
-            self._write(self._arrow.concat_tables(self._waiting))
-            self._waiting, self._rows = [], 0
+            self._write_group()
         self._writer.close()
         # What comes after wants memory too.
         self._arrow.default_memory_pool().release_unused()
 
-    def _write(self, table: Any) -> None:
-        self._writer.write_table(table.combine_chunks(), row_group_size=_ROW_GROUP)
+    def _write_group(self) -> None:
+        """The first rows that wait, as many as a group has; the rest goes on waiting."""
+        table = self._arrow.concat_tables(self._waiting)
+        group, rest = table.slice(0, _ROW_GROUP), table.slice(_ROW_GROUP)
+        self._waiting, self._rows = [rest], rest.num_rows
+        self._writer.write_table(group.combine_chunks(), row_group_size=_ROW_GROUP)
 
 
 #: What writes a file, by its suffix.
