@@ -30,9 +30,8 @@ from golf_scenarios.sweeps import run as running
 from golf_scenarios.sweeps.axes import Grid, Normal, Uniform, axis
 from golf_scenarios.sweeps.chunk import FmuFile, run_chunk
 from golf_scenarios.sweeps.comparison import compare
-from golf_scenarios.sweeps.impacts import impacts
+from golf_scenarios.sweeps.impacts import impacts, plan
 from golf_scenarios.sweeps.pictures import draw
-from golf_scenarios.sweeps.plan import plan
 from golf_scenarios.sweeps.run import Sweep
 from golf_scenarios.sweeps.sensitivity import sensitivity
 from golf_scenarios.sweeps.study_file import Options, read_study

@@ -96,7 +96,7 @@ def test_stopping(fmu_path, tmp_path, workers):
 
 def test_the_fmu_is_checked_where_it_arrives(fmu, fmu_path, workers):
     from golf_scenarios.sweeps.chunk import run_chunk
-    from golf_scenarios.sweeps.plan import plan
+    from golf_scenarios.sweeps.impacts import plan
 
     made = plan(study(), fmu.variables)
     data = FmuFile.read(fmu_path).data

@@ -18,7 +18,6 @@ from golf_scenarios.sweeps.comparison import compare
 from golf_scenarios.sweeps.pool import WorkerProcesses
 from golf_scenarios.sweeps.run import Submit, Sweep
 from golf_scenarios.sweeps.study import Study
-from golf_scenarios.sweeps.table_file import table_file
 from golf_scenarios.timing import interleaved, median_ratio, seconds
 
 #: Small enough that both workers end at nearly the same time.
@@ -42,8 +41,7 @@ def rates(fmu: Path, quick: bool, tick: Callable[[], None]) -> dict[str, float]:
         }
 
         def write(name: str) -> None:
-            with table_file(folder / f"{name}.csv", study, sweep.plan) as table:
-                sweep.write(table, ways[name], _CHUNK)
+            sweep.write(folder / f"{name}.csv", ways[name], _CHUNK)
 
         for name in ways:
             # Until every worker has an instance.

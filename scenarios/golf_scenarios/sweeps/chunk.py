@@ -16,8 +16,7 @@ from fmpy.fmi1 import FMICallException
 
 from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.sweeps.impacts import impacts
-from golf_scenarios.sweeps.plan import Plan
+from golf_scenarios.sweeps.impacts import Plan, impacts
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class Chunk:
         return np.isnan(self.outputs[:, 0])
 
 
-_lock = threading.Lock()
+_lock = threading.RLock()
 #: The instance of this process with the digest of its file, and what frees it.
 _loaded: tuple[str, ImpactFmu] | None = None
 _open = ExitStack()
@@ -75,7 +74,7 @@ def run_chunk(fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.
     global _loaded
     with _lock:
         try:
-            return computed(_instance(fmu), plan, as_text, columns)
+            return computed(instance_of(fmu), plan, as_text, columns)
         except FMICallException as error:
             # After an error the standard allows no call any more that the FMU must survive.
             _loaded = None
@@ -106,34 +105,26 @@ def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) ->
     return ("\n".join(map(",".join, zip(*cells))) + "\n").encode()
 
 
-def _instance(fmu: FmuFile) -> ImpactFmu:
+def instance_of(fmu: FmuFile) -> ImpactFmu:
+    """This process's instance, loaded if need be; then chunks may name the file only."""
     global _loaded
-    if _loaded is None or _loaded[0] != fmu.digest:
-        _free()
-        if hashlib.sha256(fmu.data).hexdigest() != fmu.digest:
-            raise UserError("the FMU was damaged on its way to this process")
-        with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
-            path = Path(folder, "ClubBallImpact.fmu")
-            path.write_bytes(fmu.data)
-            _loaded = fmu.digest, _open.enter_context(ImpactFmu(path))
-        # When the process ends: an FMU that is never freed may take it down then.
-        Finalize(None, release, exitpriority=10)
-    return _loaded[1]
-
-
-def load(fmu: FmuFile) -> None:
-    """Load the FMU into this process now; chunks may then name it only."""
     with _lock:
-        _instance(fmu)
+        if _loaded is None or _loaded[0] != fmu.digest:
+            release()
+            if hashlib.sha256(fmu.data).hexdigest() != fmu.digest:
+                raise UserError("the FMU was damaged on its way to this process")
+            with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+                path = Path(folder, "ClubBallImpact.fmu")
+                path.write_bytes(fmu.data)
+                _loaded = fmu.digest, _open.enter_context(ImpactFmu(path))
+            # When the process ends: an FMU that is never freed may take it down then.
+            Finalize(None, release, exitpriority=10)
+        return _loaded[1]
 
 
 def release() -> None:
     """Free the instance of this process, if there is one."""
-    with _lock:
-        _free()
-
-
-def _free() -> None:
     global _loaded
-    _loaded = None
-    _open.close()
+    with _lock:
+        _loaded = None
+        _open.close()

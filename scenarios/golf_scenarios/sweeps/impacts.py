@@ -11,13 +11,19 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
+from fmpy.model_description import ScalarVariable
 
+from golf_scenarios.errors import UserError
+from golf_scenarios.facts.balls import ball
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
-from golf_scenarios.sweeps.plan import Plan
+from golf_scenarios.sweeps.axes import Grid
+from golf_scenarios.sweeps.study import Study
 
 _POINTER, _DOUBLE, _INT = ctypes.c_void_p, ctypes.c_double, ctypes.c_int
 _VALUES = (_POINTER, ctypes.c_size_t, _POINTER)
@@ -36,11 +42,80 @@ _FUNCTIONS = {
 _DISCARD = 2
 
 
+@dataclass(frozen=True)
+class Plan:
+    """What is set and read, in which order: what every worker needs to know of a study.
+
+    Attributes:
+        fixed: values of inputs and parameters that are the same in all cases, by name.
+        varied: the Real inputs and parameters that aren't, in the order in which they are set.
+        laws: the Integer `law`, if it isn't either.
+        only_inputs: whether all that varies may still change after initialization.
+        balls: by variable that a ball preset sets: its value by the ball's name.
+        outputs: what is read, in order.
+        booleans: those of them that are Booleans.
+    """
+
+    fixed: dict[str, float]
+    varied: tuple[str, ...]
+    laws: tuple[str, ...]
+    only_inputs: bool
+    balls: dict[str, dict[str, float]]
+    outputs: tuple[str, ...]
+    booleans: tuple[str, ...]
+
+    def values(self, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """What to set in these cases, by variable: the columns, and what balls stand for."""
+        values = {name: column for name, column in columns.items() if name != "ball"}
+        for name, of_ball in self.balls.items():
+            kind = np.int64 if name == "law" else float
+            values[name] = np.array([of_ball[one] for one in columns["ball"]], kind)
+        return values
+
+
+def plan(study: Study, variables: Mapping[str, ScalarVariable]) -> Plan:
+    """The plan of a study for the FMU with these variables.
+
+    Raises:
+        UserError: the FMU has no such input, parameter or output.
+    """
+    settable = [v.name for v in variables.values() if v.causality in ("input", "parameter")]
+    outputs = {v.name: v.type for v in variables.values() if v.causality == "output"}
+    for name in study.names:
+        if name not in (*settable, "ball"):
+            raise UserError(
+                f"there is no input or parameter {name}: choose from {', '.join(settable)} and ball"
+            )
+    for name in study.outputs:
+        if name not in outputs:
+            raise UserError(f"there is no output {name!r}: choose from {', '.join(outputs)}")
+    # None for a distribution.
+    values = {one.name: one.values if isinstance(one, Grid) else None for one in study.axes}
+    names = values.pop("ball", None)
+    presets = {} if names is None else {name: ball(name).values for name in names}
+    # What balls set, unless it is swept itself; defaults where a ball says nothing.
+    balls = {
+        name: {of: preset.get(name, float(variables[name].start)) for of, preset in presets.items()}
+        for name in sorted(set(chain(*presets.values())) - set(values))
+    }
+    values |= {name: np.array(list(of_ball.values())) for name, of_ball in balls.items()}
+    fixed = {
+        name: given[0].item()
+        for name, given in values.items()
+        if given is not None and (given == given[0]).all()
+    }
+    varied = tuple(name for name in values if name not in fixed and name != "law")
+    laws = ("law",) if "law" in values and "law" not in fixed else ()
+    only_inputs = all(variables[name].causality == "input" for name in varied + laws)
+    booleans = tuple(name for name in study.outputs if outputs[name] == "Boolean")
+    return Plan(fixed, varied, laws, only_inputs, balls, study.outputs, booleans)
+
+
 def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tuple[np.ndarray, str]:
-    """Run these cases.
+    """Run these cases, whatever the instance did before.
 
     Args:
-        fmu: the instance; whatever it did before doesn't matter.
+        fmu: the instance.
         plan: what is fixed, varied and read.
         values: what varies (and possibly more), by variable: arrays of shape (cases,).
 
@@ -52,10 +127,14 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tup
         FMICallException: the FMU broke down.
     """
     number = len(next(iter(values.values())))
-    inputs = _Rows(fmu, plan.varied, number, float, values)
-    laws = _Rows(fmu, plan.laws, number, np.intc, values)
-    reals = _Rows(fmu, [n for n in plan.outputs if n not in plan.booleans], number, float)
-    flags = _Rows(fmu, plan.booleans, number, np.intc)
+    inputs = _Rows(fmu, plan.varied, np.zeros((number, len(plan.varied))))
+    laws = _Rows(fmu, plan.laws, np.zeros((number, len(plan.laws)), np.intc))
+    for rows in (inputs, laws):
+        for column, name in enumerate(rows.names):
+            rows.values[:, column] = values[name]
+    real_names = [name for name in plan.outputs if name not in plan.booleans]
+    reals = _Rows(fmu, real_names, np.zeros((number, len(real_names))))
+    flags = _Rows(fmu, plan.booleans, np.zeros((number, len(plan.booleans)), np.intc))
     steps = np.broadcast_to(fmu.horizon({**plan.fixed, **values}), number).tolist()
     restore, leave_initialization, set_real, set_integer, do_step, get_real, get_boolean = (
         ctypes.CFUNCTYPE(_INT, _POINTER, *arguments)((name, fmu.slave.dll))
@@ -105,23 +184,12 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tup
 class _Rows:
     """Values of these variables, a row a case, and the FMU's references of them, as addresses."""
 
-    def __init__(
-        self,
-        fmu: ImpactFmu,
-        names: Sequence[str],
-        number: int,
-        kind: type,
-        given: Mapping[str, np.ndarray] | None = None,
-    ) -> None:
-        self.names, self.width = names, len(names)
+    def __init__(self, fmu: ImpactFmu, names: Sequence[str], values: np.ndarray) -> None:
+        self.names, self.width, self.values = names, len(names), values
         self._references = (ctypes.c_uint * self.width)(*fmu.references(names))
         self.references = ctypes.addressof(self._references)
-        self.values: np.ndarray = np.zeros((number, self.width), kind)
-        if given:
-            for column, name in enumerate(names):
-                self.values[:, column] = given[name]
-        self.address = self.values.ctypes.data
-        self.stride = self.width * self.values.itemsize
+        self.address = values.ctypes.data
+        self.stride = self.width * values.itemsize
 
 
 def _state_where_cases_differ(fmu: ImpactFmu, plan: Plan) -> Any:

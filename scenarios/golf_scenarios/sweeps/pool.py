@@ -21,7 +21,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from golf_scenarios.stopping import SIGNALS
-from golf_scenarios.sweeps.chunk import FmuFile, load, release
+from golf_scenarios.sweeps.chunk import FmuFile, instance_of, release
 
 
 class WorkerProcesses(Executor):
@@ -74,7 +74,7 @@ class WorkerProcesses(Executor):
 
 
 class _Worker:
-    """A process and the way to it; answers come in the order of the calls."""
+    """A process and the way to it."""
 
     def __init__(self, fmu: Path) -> None:
         # A forked process would inherit threads' locks, and an FMU that has been loaded.
@@ -86,7 +86,7 @@ class _Worker:
         self._sending, self._receiving = threading.Lock(), threading.Lock()
 
     def answer(self, call: Any) -> Any:
-        """What the process makes of a call."""
+        """What the process makes of a call; answers come in the order of the calls."""
         with self._sending:
             self.connection.send(call)
             # Before the next one may send, so that it receives after this one.
@@ -123,7 +123,7 @@ def _serve(connection: Connection, fmu: Path) -> None:
         while True:
             function, arguments = connection.recv()
             try:
-                load(file)
+                instance_of(file)
                 answer = True, function(*arguments)
             except Exception as error:
                 answer = False, error

@@ -19,11 +19,10 @@ from golf_scenarios.errors import UserError
 from golf_scenarios.fmu.file import current_fmu
 from golf_scenarios.fmu.impact_fmu import ImpactFmu
 from golf_scenarios.sweeps.chunk import Chunk, FmuFile, computed, release, run_chunk
-from golf_scenarios.sweeps.impacts import impacts
-from golf_scenarios.sweeps.plan import plan
+from golf_scenarios.sweeps.impacts import impacts, plan
 from golf_scenarios.sweeps.pool import WorkerProcesses
 from golf_scenarios.sweeps.study import Study
-from golf_scenarios.sweeps.table_file import Csv, Parquet, table_file
+from golf_scenarios.sweeps.table_file import check_path, table_file
 from golf_scenarios.timing import free_bytes
 
 _Result = TypeVar("_Result")
@@ -46,8 +45,7 @@ class Stopped(Exception):  # noqa: N818 (not an error: the user asked for it)
 
     def __init__(self, done: int, written: bool = False) -> None:
         super().__init__(f"stopped after {done:,} cases")
-        self.done = done
-        self.written = written
+        self.done, self.written = done, written
 
 
 @dataclass(frozen=True)
@@ -94,8 +92,7 @@ class Sweep(ExitStack):
         stop: Callable[[], bool] = lambda: False,
     ) -> None:
         super().__init__()
-        self.study = study
-        self.stop = stop
+        self.study, self.stop = study, stop
         self.fmu = ImpactFmu(current_fmu()[0] if fmu is None else Path(fmu))
         self.file = FmuFile.read(self.fmu.path)
         self.plan = plan(study, self.fmu.variables)
@@ -147,12 +144,12 @@ class Sweep(ExitStack):
     ) -> Summary:
         """Write one row a case; arguments, result and errors as of `run_sweep`."""
         check_size(self.study, workers, chunk)
-        out = Path(out)
+        check_path(Path(out))
         # One that gets no chunk would only cost its start.
         processes = min(workers or 1, -(-self.study.cases // chunk))
         submit: Submit = self.here
         try:
-            with table_file(out, self.study, self.plan) as table, ExitStack() as stack:
+            with ExitStack() as stack:
                 if scheduler is not None:
                     from golf_scenarios.sweeps.cluster import executor_of
 
@@ -168,15 +165,12 @@ class Sweep(ExitStack):
                 else:
                     self.instance  # noqa: B018 (loaded before the clock starts)
                 self._draw_samples()
-                begin = time.perf_counter()
-                drawn, refused, first = self.write(table, submit, chunk, progress)
-                seconds = time.perf_counter() - begin
+                return self.write(Path(out), submit, chunk, progress)
         except BrokenExecutor as error:
             raise UserError(
                 "a worker process ended unexpectedly (killed, or out of memory?): nothing was "
                 "written"
             ) from error
-        return Summary(out, len(drawn), refused, first, seconds, drawn)
 
     def _draw_samples(self) -> None:
         """Before the clock starts, and beside this thread, which listens whether to stop."""
@@ -202,38 +196,41 @@ class Sweep(ExitStack):
 
     def write(
         self,
-        table: Csv | Parquet,
+        out: Path,
         submit: Submit,
         chunk: int = CHUNK,
         progress: Callable[[int], None] = lambda done: None,
-    ) -> tuple[np.ndarray, int, tuple[int, str] | None]:
-        """Run all chunks and write them in order; `drawn`, `refused` and `first_refused`."""
+    ) -> Summary:
+        """Run all chunks and write them in order."""
         cases = self.study.cases
         drawn = np.empty(cases)
         refused, first, done = 0, None, 0
         starts = iter(range(0, cases, chunk))
         begun: deque[tuple[dict[str, np.ndarray], Future[Chunk]]] = deque()
-        try:
-            while done < cases:
-                for start in starts:
-                    columns = self.study.columns(start, min(start + chunk, cases))
-                    begun.append((columns, submit(table.as_text, columns)))
-                    if begun[0][1].done() or len(begun) >= _IN_FLIGHT:
-                        break
-                columns, future = begun[0]
-                part = self._result(future, done)
-                begun.popleft()
-                table.write(columns, part)
-                drawn[done : done + len(part.outputs)] = part.outputs[:, 0]
-                if part.reason and first is None:
-                    first = done + int(part.refused.argmax()) + 1, part.reason
-                refused += int(part.refused.sum())
-                done += len(part.outputs)
-                progress(done)
-        finally:
-            for _, future in begun:
-                future.cancel()
-        return drawn, refused, first
+        with table_file(out, self.study, self.plan) as table:
+            begin = time.perf_counter()
+            try:
+                while done < cases:
+                    for start in starts:
+                        columns = self.study.columns(start, min(start + chunk, cases))
+                        begun.append((columns, submit(table.as_text, columns)))
+                        if begun[0][1].done() or len(begun) >= _IN_FLIGHT:
+                            break
+                    columns, future = begun[0]
+                    part = self._result(future, done)
+                    begun.popleft()
+                    table.write(columns, part)
+                    drawn[done : done + len(part.outputs)] = part.outputs[:, 0]
+                    if part.reason and first is None:
+                        first = done + int(part.refused.argmax()) + 1, part.reason
+                    refused += int(part.refused.sum())
+                    done += len(part.outputs)
+                    progress(done)
+            finally:
+                for _, future in begun:
+                    future.cancel()
+            seconds = time.perf_counter() - begin
+        return Summary(out, cases, refused, first, seconds, drawn)
 
 
 def check_size(

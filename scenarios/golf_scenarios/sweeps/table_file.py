@@ -13,7 +13,7 @@ import numpy as np
 from golf_build.archive import plain, whole
 from golf_scenarios.errors import UserError, lacking
 from golf_scenarios.sweeps.chunk import Chunk
-from golf_scenarios.sweeps.plan import Plan
+from golf_scenarios.sweeps.impacts import Plan
 from golf_scenarios.sweeps.study import Study
 
 #: Rows of a Parquet row group: independent of chunks, so that the file is too.
