@@ -107,23 +107,21 @@ def swept(options: Options, study: Path | None) -> int:
         options = options.over(read_study(study))
     if options.out is None:
         raise UserError("say where the table goes: --out FILE.csv or FILE.parquet")
-    out, seed, design = options.out, options.seed or 0, options.design or "random"
+    out, workers, scheduler = options.out, options.workers, options.scheduler
+    seed, design = options.seed or 0, options.design or "random"
     asked = Study.of(options.sets, options.outputs, options.samples, seed, design)
     chunk = CHUNK if options.chunk is None else options.chunk
     figures = options.figures is not False
-    check_size(asked, options.workers, chunk, figures)
+    check_size(asked, workers, chunk, figures)
     check_path(out)
     if figures:
         prepare(out.parent, *(out.with_suffix(suffix).name for suffix in (".png", ".html")))
     with _stop_asked() as stop, Sweep(asked, fmu_file(options.fmu), stop.is_set) as running:
         try:
-            with progress() as bar:
+            with progress() as bars:
+                bar = bars("sweep", asked.cases)
                 summary = running.run(
-                    out,
-                    workers=options.workers,
-                    scheduler=options.scheduler,
-                    chunk=chunk,
-                    progress=bar("sweep", asked.cases),
+                    out, workers=workers, scheduler=scheduler, chunk=chunk, progress=bar
                 )
             words = _words(summary, options, chunk)
             for line in words:
@@ -133,10 +131,9 @@ def swept(options: Options, study: Path | None) -> int:
             if figures:
                 outcome, sensitivity = _outcome(running, summary, words)
         except Stopped as stopped:
-            file = "is written" if stopped.written else "is as it was"
-            if not out.exists():
-                file = "was not written"
-            warn(f"{stopped.done:,} of {asked.cases:,} cases were done; {out} {file}.")
+            kept = "is written" if stopped.written else "is as it was"
+            file = f"{out} {kept if out.exists() else 'was not written'}"
+            warn(f"{stopped.done:,} of {asked.cases:,} cases were done; {file}.")
             return 130
     if figures:
         for path in _draw(running, summary, outcome, sensitivity):
@@ -159,16 +156,12 @@ def _stop_asked() -> Iterator[threading.Event]:
 
 
 def _words(summary: Summary, options: Options, chunk: int) -> list[str]:
+    workers = min(options.workers or 1, -(-summary.cases // chunk))
+    who = f"in {workers} processes" if workers > 1 else "in one process"
     if options.scheduler is not None:
         who = f"on {options.scheduler}" if options.scheduler != "local" else "on a local cluster"
-    else:
-        workers = min(options.workers or 1, -(-summary.cases // chunk))
-        who = f"in {workers} processes" if workers > 1 else "in one process"
-    rate = summary.cases / summary.seconds
-    words = [
-        f"{summary.path}: {summary.cases:,} cases in {summary.seconds:.2f} s {who} "
-        f"({rate:,.0f} impacts/s)"
-    ]
+    done = f"{summary.path}: {summary.cases:,} cases in {summary.seconds:.2f} s"
+    words = [f"{done} {who} ({summary.cases / summary.seconds:,.0f} impacts/s)"]
     if summary.first_refused is not None:
         row, reason = summary.first_refused
         words.append(

@@ -22,27 +22,14 @@ class DocumentFmu(LoadedFmu):
     """The document's scheme, one instance set back for every impact."""
 
     def impact(self, dt: float = TIME_STEP, **values: float) -> dict[str, float]:
-        """One impact, stepped by dt until contact ends; read once, at the end.
-
-        Args:
-            dt: communication step and Euler step, s.
-            values: inputs and parameters by name.
-
-        Returns:
-            The outputs by name (SI units).
-        """
+        """One impact, stepped by dt (s) until contact ends: its outputs by name (SI units)."""
         self.start(dt=dt, **values)
         steps_of_contact(self, self.slave, dt)
         return self.read(RESULTS)
 
     def as_printed(self, **values: float) -> Metrics:
-        """One impact as the document's program ends it: what it rounds to print (SI units).
-
-        Args:
-            values: inputs and parameters by name.
-
-        Returns:
-            By the names of results.json.
+        """One impact as the document's program ends it: what it rounds to print (SI units), by the
+        names of results.json.
         """
         given = {"club_speed": 35.0, "ball_speed": 0.0, **USED, **values}
         return derived(self.impact(end_gap=END_GAP, **values), given)

@@ -15,22 +15,15 @@ class Case:
 
     Law 1 (absolute): F = k d, each body is also dragged by b times its own velocity, and contact
     ends at d = 0. Law 2 (relative): F = k d + b d', and contact ends at F = 0.
-
-    Args:
-        law: 1 or 2.
-        m_club, m_ball: masses, kg.
-        k: contact stiffness, N/m.
-        b: damping, N.s/m.
-        club_speed, ball_speed: velocities at first touch, m/s.
     """
 
     law: int = 1
-    m_club: float = 0.210
-    m_ball: float = 0.04593
-    k: float = 1e6
-    b: float = 9.0
-    club_speed: float = 35.0
-    ball_speed: float = 0.0
+    m_club: float = 0.210  # kg
+    m_ball: float = 0.04593  # kg
+    k: float = 1e6  # contact stiffness, N/m
+    b: float = 9.0  # damping, N.s/m
+    club_speed: float = 35.0  # at first touch, m/s
+    ball_speed: float = 0.0  # at first touch, m/s
 
     @property
     def coefficients(self) -> tuple[float, float, float, float, float]:
@@ -63,18 +56,12 @@ class Case:
 
 
 class Outcome(NamedTuple):
-    """What an impact leads to.
+    """What an impact leads to."""
 
-    Attributes:
-        club_velocity, ball_velocity: at the end of contact, m/s.
-        contact_time: s; inf if it did not end in time (velocities are then the last ones).
-        max_force: largest contact force, N.
-    """
-
-    club_velocity: float
-    ball_velocity: float
-    contact_time: float
-    max_force: float
+    club_velocity: float  # at the end of contact, m/s
+    ball_velocity: float  # at the end of contact, m/s
+    contact_time: float  # s; inf if it did not end in time (velocities are then the last ones)
+    max_force: float  # N
 
 
 def errors(case: Case, outcome: Outcome, reference: Outcome) -> Outcome:

@@ -1,5 +1,4 @@
-"""The impact by methods of a fixed step, in plain Python: each goes from a case and dt (s) to its
-outcome.
+"""The impact by methods of a fixed step dt (s), in plain Python.
 
 Methods of order 2 and 4 find the end of contact and the largest force by cubic Hermite
 interpolation over a step, whose error is O(dt^4). A step is described by a function's values f0, f1
@@ -12,9 +11,13 @@ I.1.2 (symplectic Euler), I.1.4 and II.3 (Störmer–Verlet).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import wraps
 
 from golf_scenarios.peers.problem import Case, Outcome
+
+#: Force, v_club and v_ball, each with its derivative.
+_State = tuple[float, float, float, float, float, float]
 
 
 def explicit_euler(case: Case, dt: float) -> Outcome:
@@ -66,26 +69,38 @@ def semi_implicit_euler(case: Case, dt: float) -> Outcome:
     return Outcome(v_club, v_ball, math.inf, max_force)
 
 
-def stormer_verlet(case: Case, dt: float) -> Outcome:
+def _interpolated(
+    states: Callable[[Case, float], Iterator[_State]],
+) -> Callable[[Case, float], Outcome]:
+    """From states that follow each other by dt to an outcome, its end and peak interpolated."""
+
+    @wraps(states)
+    def solve(case: Case, dt: float) -> Outcome:
+        following = states(case, dt)
+        before = next(following)
+        max_force = before[0]
+        for n, after in zip(range(math.ceil(case.time_limit / dt)), following):
+            if after[1] <= 0.0 < before[1]:
+                max_force = max(max_force, _peak(dt, *before[:2], *after[:2]))
+            if after[0] < 0.0:
+                part = _fall_through_zero(dt, *before[:2], *after[:2])
+                v_club = _value(part, dt, *before[2:4], *after[2:4])
+                v_ball = _value(part, dt, *before[4:], *after[4:])
+                return Outcome(v_club, v_ball, (n + part) * dt, max_force)
+            before = after
+        return Outcome(before[2], before[4], math.inf, max_force)
+
+    return solve
+
+
+@_interpolated
+def stormer_verlet(case: Case, dt: float) -> Iterator[_State]:
     """Störmer–Verlet in its velocity form, order 2, with the damping half implicit.
 
     Kick, drift, kick. The damping depends on the velocities, so the first half kick takes them at
     its start and the second one at its end: the step is then symmetric and stays of order 2. The
     implicit half is linear and solved by hand: a division by 1 + dt b/(2 m).
     """
-    return _interpolated(case, dt, _verlet_states(case, dt))
-
-
-def runge_kutta4(case: Case, dt: float) -> Outcome:
-    """The classical Runge–Kutta method, order 4."""
-    return _interpolated(case, dt, _runge_kutta_states(case, dt))
-
-
-#: Force, v_club and v_ball, each with its derivative.
-_State = tuple[float, float, float, float, float, float]
-
-
-def _verlet_states(case: Case, dt: float) -> Iterator[_State]:
     m_club, m_ball, k, drag, damper = case.coefficients
     half = 0.5 * dt
     club_divisor, ball_divisor = 1.0 + half * drag / m_club, 1.0 + half * drag / m_ball
@@ -105,7 +120,9 @@ def _verlet_states(case: Case, dt: float) -> Iterator[_State]:
         v_ball = (v_ball + half * force / m_ball) / ball_divisor
 
 
-def _runge_kutta_states(case: Case, dt: float) -> Iterator[_State]:
+@_interpolated
+def runge_kutta4(case: Case, dt: float) -> Iterator[_State]:
+    """The classical Runge–Kutta method, order 4."""
     m_club, m_ball, k, drag, damper = case.coefficients
 
     def rates(d: float, v_club: float, v_ball: float) -> tuple[float, float, float, float]:
@@ -125,22 +142,6 @@ def _runge_kutta_states(case: Case, dt: float) -> Iterator[_State]:
         d += sixth * (w1 + 2.0 * (w2 + w3) + w4)
         v_club += sixth * (p1 + 2.0 * (p2 + p3) + p4)
         v_ball += sixth * (q1 + 2.0 * (q2 + q3) + q4)
-
-
-def _interpolated(case: Case, dt: float, states: Iterator[_State]) -> Outcome:
-    """The outcome of states that follow each other by dt; its end and peak are interpolated."""
-    before = next(states)
-    max_force = before[0]
-    for n, after in zip(range(math.ceil(case.time_limit / dt)), states):
-        if after[1] <= 0.0 < before[1]:
-            max_force = max(max_force, _peak(dt, *before[:2], *after[:2]))
-        if after[0] < 0.0:
-            part = _fall_through_zero(dt, *before[:2], *after[:2])
-            v_club = _value(part, dt, *before[2:4], *after[2:4])
-            v_ball = _value(part, dt, *before[4:], *after[4:])
-            return Outcome(v_club, v_ball, (n + part) * dt, max_force)
-        before = after
-    return Outcome(before[2], before[4], math.inf, max_force)
 
 
 def _value(theta: float, h: float, f0: float, g0: float, f1: float, g1: float) -> float:

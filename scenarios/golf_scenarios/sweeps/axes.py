@@ -23,11 +23,9 @@ FORMS = "VALUE, A,B,C, LO:HI:COUNT, log:LO:HI:COUNT, normal:MEAN:SIGMA or unifor
 
 @dataclass(frozen=True)
 class Grid:
-    """A variable that takes each of these values.
+    """A variable of the FMU, or "ball", that takes each of these values, shape (n,).
 
-    Attributes:
-        name: of the FMU's variable, or "ball".
-        values: shape (n,): doubles, integers for `law`, or names for `ball`.
+    They are doubles, integers for `law`, or names for `ball`.
     """
 
     name: str
@@ -93,11 +91,7 @@ Axis = Grid | Distribution
 
 
 def axis(name: str, given: Any) -> Axis:
-    """The axis that a user wrote.
-
-    Args:
-        name: of the variable.
-        given: text as in `--set NAME=text`; from a study also a number or a list.
+    """The axis that a user wrote: text as in `--set NAME=text`, a number or a list.
 
     Raises:
         UserError: it is no axis: unknown form, `lo > hi`, a logarithm of nothing, no values, NaN.
@@ -105,25 +99,17 @@ def axis(name: str, given: Any) -> Axis:
     if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str):
         given = ",".join(map(str, given))
     text = str(given).strip()
+    if name == "ball":
+        names = [ball(one.strip()).name for one in text.split(",")]
+        return Grid(name, np.array(names, dtype=object))
     try:
-        if name == "ball":
-            return _balls(text)
-        return _law(text) if name == "law" else _axis(name, text)
+        made = _axis(name, text)
+        return made if name != "law" else _whole(made)
     except ValueError as error:
         raise UserError(f"{name}={text} is refused: {error}") from None
 
 
-def _balls(text: str) -> Grid:
-    names = [name.strip() for name in text.split(",")]
-    for name in names:
-        ball(name)
-    return Grid("ball", np.array(names, dtype=object))
-
-
-def _law(text: str) -> Grid:
-    if text.isalpha():
-        raise ValueError(LAWS_IN_WORDS)
-    made = _axis("law", text)
+def _whole(made: Axis) -> Grid:
     if not isinstance(made, Grid) or (made.values % 1.0).any():
         raise ValueError("law takes whole numbers, 1 (absolute) and 2 (relative)")
     if np.abs(made.values).max() >= 2**31:
@@ -132,6 +118,8 @@ def _law(text: str) -> Grid:
 
 
 def _axis(name: str, text: str) -> Axis:
+    if name == "law" and text.isalpha():
+        raise ValueError(LAWS_IN_WORDS)
     first, *rest = text.split(":")
     if "," in text or not rest:
         return Grid(name, np.array([_number(item) for item in text.split(",")]))

@@ -23,9 +23,7 @@ from golf_scenarios.sweeps.impacts import Plan, impacts
 class FmuFile:
     """An FMU as it travels to other processes and machines.
 
-    Attributes:
-        digest: SHA-256 of the file, in hexadecimal.
-        data: the file; empty for a process that has it already.
+    `digest` is its SHA-256 in hexadecimal; `data` is empty for a process that has it already.
     """
 
     digest: str
@@ -66,10 +64,8 @@ _open = ExitStack()
 def run_chunk(fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]) -> Chunk:
     """Run the cases of one chunk, in any process: the FMU is loaded there when first needed.
 
-    `columns` are the swept variables, arrays of shape (cases,).
-
-    Raises:
-        UserError: the FMU isn't what it should be, or can't be loaded here.
+    `columns` are the swept variables, arrays of shape (cases,). UserError if the FMU isn't what it
+    should be, or can't be loaded here.
     """
     global _loaded
     with _lock:

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 #: How long a cluster may take to answer, and to have a worker.
 _PATIENCE = "20s"
-
 #: A chunk that fails without its worker dying is tried so many times more.
 _RETRIES = 2
 
@@ -35,13 +34,9 @@ def executor_of(
 ) -> Iterator[tuple[Executor, Any]]:
     """An executor whose calls the workers of a Dask cluster run, and what the FMU is to them.
 
-    Args:
-        scheduler: the address of an existing one ("tcp://host:8786"), or "local".
-        workers: of a local cluster; as many as there are processors by default.
-        fmu: the FMU.
-
-    Raises:
-        UserError: Dask is missing, or the cluster can't be reached or gives up.
+    `scheduler` is the address of an existing one ("tcp://host:8786"), or "local": of so many
+    workers, or as many as there are processors. UserError if Dask is missing, or the cluster can't
+    be reached or gives up.
     """
     with connected(scheduler, workers) as client, ExitStack() as stack:
         from distributed import KilledWorker
@@ -70,8 +65,7 @@ def executor_of(
 def connected(scheduler: str, workers: int | None = None) -> Iterator[Client]:
     """A client of a cluster that has workers; they free their instances at the end of the block.
 
-    Raises:
-        UserError: Dask is missing, or no cluster answers.
+    UserError if Dask is missing, or no cluster answers.
     """
     try:
         import distributed

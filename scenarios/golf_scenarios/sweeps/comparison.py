@@ -26,13 +26,10 @@ _CASES, _LOOPED = 2000, 25
 
 @dataclass(frozen=True)
 class Comparison:
-    """Impacts per second of both, and their ratio: medians of rounds.
+    """Impacts per second of both, and the ratio of the two in the same round: medians of rounds.
 
-    Attributes:
-        sweep: in one process, with the file as CSV.
-        simulate_fmu: the loop, with the FMU extracted and its description read beforehand.
-        ratio: of the two in the same round.
-        same: whether the loop's numbers were the sweep's to the last bit.
+    The sweep is in one process, with the file as CSV; the loop has the FMU extracted and its
+    description read beforehand. `same`: whether their numbers were the same to the last bit.
     """
 
     sweep: float
@@ -44,8 +41,7 @@ class Comparison:
 def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: None) -> Comparison:
     """Measure both on cases of a study: the same cases, outputs and communication step.
 
-    Raises:
-        UserError: the FMU refuses all cases tried.
+    UserError if the FMU refuses all cases tried.
     """
     study, plan = sweep.study, sweep.plan
     # Evenly from all; where there are fewer, again and again.

@@ -74,11 +74,7 @@ class Plan:
 
 
 def plan(study: Study, variables: Mapping[str, ScalarVariable]) -> Plan:
-    """The plan of a study for the FMU with these variables.
-
-    Raises:
-        UserError: the FMU has no such input, parameter or output.
-    """
+    """The plan of a study for the FMU with these variables; UserError if it lacks one."""
     settable = [v.name for v in variables.values() if v.causality in ("input", "parameter")]
     outputs = {v.name: v.type for v in variables.values() if v.causality == "output"}
     for name in study.names:

@@ -20,19 +20,14 @@ from golf_scenarios.sweeps.study import Study
 
 #: More points of a line, or along a side of a map, than these can't be seen.
 _MOST_POINTS, _MOST_SIDE = 2000, 300
-
 #: So few values are a line each: between them a map would show what nobody computed.
 _FEW = 7
-
 #: Contours need so many values along each side: between fewer they would show what nobody computed.
 _FOR_CONTOURS = 20
-
 #: So many columns leave room for the numbers of a map's cells.
 _FOR_NUMBERS = 12
-
 #: What varies by less (relative) is constant but for rounding.
 _CONSTANT = 1e-12
-
 #: Variables whose values are names, not amounts.
 _NAMED = ("ball", "law")
 
@@ -45,14 +40,8 @@ def draw(
 ) -> Figure | None:
     """A line, lines, a heat map, or a histogram beside sensitivities, whichever fits the study.
 
-    Args:
-        study: what was swept.
-        drawn: its first output, shape (cases,); NaN where refused.
-        variables: of the FMU, by name.
-        sensitivity: how much each distribution matters.
-
-    Returns:
-        None where there is nothing to see: one case, or none that wasn't refused.
+    `drawn` is its first output, shape (cases,), NaN where refused. None where there is nothing to
+    see: one case, or none that wasn't refused.
     """
     usable = drawn[np.isfinite(drawn)]
     if len(usable) < 2:
@@ -208,10 +197,11 @@ def _monte_carlo(
     units: Mapping[str, str | None],
     sensitivity: Sensitivity | None,
 ) -> Figure:
+    title = f"{_capital(output)} of {len(usable):,} samples"
     # Rare ones far out would leave the others no room.
     rare = 0.05 if len(usable) > 2000 else 0.0
-    left_out = f" ({2.0 * rare:g} % lie outside)" if rare else ""
-    title = f"{_capital(output)} of {len(usable):,} samples{left_out}"
+    if rare:
+        title += f" ({2.0 * rare:g} % lie outside)"
     if sensitivity is None:
         figure, axes = figures.new(title)
     else:
@@ -229,7 +219,7 @@ def _monte_carlo(
     axes.stairs(density, edges, fill=True, color=figures.SKY)
     quantiles = np.percentile(usable, (5, 50, 95))
     digits = _digits(quantiles)
-    for percent, value, style in zip((5, 50, 95), quantiles, ("--", "-", ":"), strict=True):
+    for percent, value, style in zip((5, 50, 95), quantiles, ("--", "-", ":")):
         text = f"{percent} %: {value:.{digits}f} {unit}"
         axes.axvline(value, color=figures.BLACK, lw=1.4, ls=style, label=text)
     axes.set_xlabel(f"{_words(output)} ({unit})" if unit else _words(output))
@@ -242,11 +232,8 @@ def _monte_carlo(
 def _sensitivities(axes: Axes, sensitivity: Sensitivity) -> None:
     names = sorted(sensitivity.values, key=lambda name: abs(sensitivity.values[name]))
     values = [sensitivity.values[name] for name in names]
-    axes.barh([_words(name) for name in names], values, color=figures.BLUE, height=0.6)
-    for n, value in enumerate(values):
-        side, align = (4, "left") if value >= 0 else (-4, "right")
-        axes.annotate(f"{value:.2f}", (value, n), xytext=(side, 0), textcoords="offset points",
-                      va="center", ha=align)  # fmt: skip
+    bars = axes.barh([_words(name) for name in names], values, color=figures.BLUE, height=0.6)
+    axes.bar_label(bars, fmt="{:.2f}", padding=4)
     axes.axvline(0.0, color=figures.BLACK, lw=0.8)
     axes.set(xlabel=sensitivity.label)
     axes.margins(x=0.15)

@@ -29,13 +29,10 @@ _Result = TypeVar("_Result")
 
 #: Cases of a chunk: some 40 ms of work.
 CHUNK = 2000
-
 #: A larger one would take too long to stop.
 LARGEST_CHUNK = 10_000
-
 #: Each takes some 50 MB; beyond one machine there are clusters.
 MOST_WORKERS = 256
-
 #: Chunks that may be under way or waiting to be written: what bounds the memory.
 _IN_FLIGHT = 32
 
@@ -76,13 +73,7 @@ Submit = Callable[[bool, dict[str, np.ndarray]], "Future[Chunk]"]
 class Sweep(ExitStack):
     """A study and the FMU that it runs through, for use in a `with` block.
 
-    Args:
-        study: what to compute.
-        fmu: the .fmu file; by default that of the present sources, built if need be.
-        stop: asked between chunks whether to end.
-
-    Raises:
-        UserError: the study doesn't fit the FMU.
+    Its arguments are those of `run_sweep`; UserError if the study doesn't fit the FMU.
     """
 
     def __init__(
@@ -110,11 +101,7 @@ class Sweep(ExitStack):
             raise Stopped(self.study.cases, written=True)
 
     def first_output(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        """The first output of these cases, shape (cases,); NaN where refused.
-
-        Raises:
-            Stopped: the user has asked for it.
-        """
+        """The first output of these cases, shape (cases,), NaN where refused; or Stopped."""
         parts = []
         for start in range(0, len(next(iter(columns.values()))), CHUNK):
             self.go_on()
@@ -238,14 +225,9 @@ def check_size(
 ) -> None:
     """Refuse what can't be done, before anything starts.
 
-    Args:
-        study: what to compute.
-        workers: how many processes; None: not given.
-        chunk: cases of a chunk.
-        figures: whether there will be pictures and tables of it.
-
     Raises:
-        UserError: one of these isn't allowed, or the memory that is free isn't enough.
+        UserError: one of these isn't allowed, or the memory that is free isn't enough for the study
+            (with its pictures and tables, if there will be `figures`).
     """
     if not 1 <= chunk <= LARGEST_CHUNK:
         raise UserError(f"--chunk {chunk} is refused: it must be 1 to {LARGEST_CHUNK:,}")

@@ -14,19 +14,15 @@ _Model = Callable[[dict[str, np.ndarray]], np.ndarray]
 
 #: Points of the design for Sobol indices: each costs an impact for every variable and two more.
 _POINTS = 1024
-
 #: Rank correlations of more cases than this gain nothing.
 _MOST_RANKED = 100_000
 
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How much each variable matters.
+    """How much each variable matters: first-order Sobol indices, or rank correlations.
 
-    Attributes:
-        values: by variable: first-order Sobol indices, or rank correlations.
-        label: what they are, for an axis.
-        note: how they were found, in a sentence.
+    `label` says for an axis what they are, `note` in a sentence how they were found.
     """
 
     values: dict[str, float]
@@ -38,15 +34,12 @@ def sensitivity(study: Study, drawn: np.ndarray, outputs_of: _Model) -> Sensitiv
     """First-order Sobol indices where a design for them is possible, else rank correlations.
 
     The design needs impacts of its own, and independent distributions: no grid beside them, and no
-    case that the FMU refuses.
+    case that the FMU refuses. None if the output is the same in all cases.
 
     Args:
         study: its distributions are the variables.
         drawn: the output in all cases, shape (cases,); NaN where refused.
         outputs_of: the same output for columns of all swept variables.
-
-    Returns:
-        None if the output is the same in all cases.
     """
     usable = np.flatnonzero(np.isfinite(drawn))
     if len(usable) < 3:
@@ -59,7 +52,17 @@ def sensitivity(study: Study, drawn: np.ndarray, outputs_of: _Model) -> Sensitiv
         indices = _sobol(study, outputs_of)
         if indices is not None:
             return indices
-    return _ranked(study, drawn, usable[:: -(-len(usable) // _MOST_RANKED)])
+    from scipy.stats import spearmanr
+
+    usable = usable[:: -(-len(usable) // _MOST_RANKED)]
+    columns, outputs = study.columns_at(usable), drawn[usable]
+    names = (one.name for one in study.distributions)
+    return Sensitivity(
+        {name: float(spearmanr(columns[name], outputs).statistic) for name in names},
+        "Spearman's rank correlation",
+        "Spearman's rank correlations of the cases themselves; Sobol indices need independent "
+        "distributions alone and no refused case.",
+    )
 
 
 def _sobol(study: Study, outputs_of: _Model) -> Sensitivity | None:
@@ -89,17 +92,4 @@ def _sobol(study: Study, outputs_of: _Model) -> Sensitivity | None:
         "first-order Sobol index",
         f"First-order Sobol indices (Saltelli 2010) of {len(points):,} impacts of their own: the "
         "share of the output's variance that each variable explains by itself.",
-    )
-
-
-def _ranked(study: Study, drawn: np.ndarray, usable: np.ndarray) -> Sensitivity:
-    from scipy.stats import spearmanr
-
-    columns, outputs = study.columns_at(usable), drawn[usable]
-    names = (one.name for one in study.distributions)
-    return Sensitivity(
-        {name: float(spearmanr(columns[name], outputs).statistic) for name in names},
-        "Spearman's rank correlation",
-        "Spearman's rank correlations of the cases themselves; Sobol indices need independent "
-        "distributions alone and no refused case.",
     )

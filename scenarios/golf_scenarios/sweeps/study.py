@@ -30,10 +30,12 @@ DESIGNS = ("random", "lhs", "sobol")
 
 #: SciPy's Sobol sequence has so many points.
 _MOST_CASES, _MOST_OF_SOBOL = 10**10, 2**30
-
 #: Bytes that a case takes: its first output, and in pictures and tables what is sorted of it; and
 #: that a sample takes, of each distribution, while it is drawn.
 _CASE, _CASE_DRAWN, _SAMPLE = 8, 40, 32
+
+_SAY_HOW_MANY = "say with --samples how many to draw"
+_GIVE_ONE = "give a distribution, e.g. --set club_speed=normal:45:2"
 
 
 @dataclass(frozen=True)
@@ -41,14 +43,8 @@ class Study:
     """A parametric study.
 
     The cases are those of the grid, the last axis running fastest; where an axis is a distribution,
-    every point of the grid gets the same samples, which run faster than all.
-
-    Attributes:
-        axes: the swept variables in order.
-        outputs: of the FMU, in order.
-        number_of_samples: of the distributions together; 1 where there is none.
-        seed: of the samples.
-        design: "random", "lhs" (Latin hypercube) or "sobol".
+    every point of the grid gets the same samples (one where there is no distribution), which run
+    faster than all.
     """
 
     axes: tuple[Axis, ...]
@@ -74,46 +70,33 @@ class Study:
             outputs: of the FMU; `OUTPUTS` by default.
             number_of_samples: needed with a distribution.
             seed: of the samples, at least 0.
-            design: see the class.
+            design: "random", "lhs" (Latin hypercube) or "sobol".
 
         Raises:
             UserError: an axis, an output or a number isn't allowed.
         """
         axes = tuple(axis(name, given) for name, given in sets.items())
-        if not axes:
-            raise UserError("nothing is swept: give --set NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100")
         chosen = OUTPUTS if outputs is None else tuple(name.strip() for name in outputs)
-        if not chosen:
-            raise UserError("outputs is an empty list: name one at least, or leave it out")
-        if len(set(chosen)) < len(chosen):
-            raise UserError(f"--outputs {','.join(chosen)} names one output twice")
-        if design not in DESIGNS:
-            raise UserError(f"--design {design} is unknown: choose from {', '.join(DESIGNS)}")
-        if seed < 0:
-            raise UserError(f"--seed {seed} is refused: it must be at least 0")
         number = 1 if number_of_samples is None else number_of_samples
-        study = cls(axes, chosen, number, seed, design)
-        random = study.distributions
-        if random and number_of_samples is None:
-            raise UserError(
-                f"{random[0].name} is a distribution: say with --samples how many to draw"
-            )
-        if number_of_samples is not None and not random:
-            raise UserError(
-                "--samples has nothing to draw from: give a distribution, e.g. "
-                "--set club_speed=normal:45:2"
-            )
-        if number < 1:
-            raise UserError(f"--samples {number} is refused: it must be at least 1")
         most = _MOST_OF_SOBOL if design == "sobol" else _MOST_CASES
-        if number > most:
-            raise UserError(
-                f"--samples {number:,} is refused: the design {design} gives at most {most:,}"
-            )
-        if study.cases > _MOST_CASES:
-            raise UserError(
-                f"{study.cases:,} cases are more than {_MOST_CASES:,}: use fewer values"
-            )
+        study = cls(axes, chosen, number, seed, design)
+        random = next((one.name for one in study.distributions), None)
+        drawn, known = number_of_samples is not None, ", ".join(DESIGNS)
+        many, samples = f"{study.cases:,} cases", f"--samples {number:,} is refused"
+        for refused, why in (
+            (not axes, "nothing is swept: give --set NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100"),
+            (not chosen, "outputs is an empty list: name one at least, or leave it out"),
+            (len({*chosen}) < len(chosen), f"--outputs {','.join(chosen)} names one output twice"),
+            (design not in DESIGNS, f"--design {design} is unknown: choose from {known}"),
+            (seed < 0, f"--seed {seed} is refused: it must be at least 0"),
+            (random and not drawn, f"{random} is a distribution: {_SAY_HOW_MANY}"),
+            (drawn and not random, f"--samples has nothing to draw from: {_GIVE_ONE}"),
+            (number < 1, f"--samples {number} is refused: it must be at least 1"),
+            (number > most, f"{samples}: the design {design} gives at most {most:,}"),
+            (study.cases > _MOST_CASES, f"{many} are more than {_MOST_CASES:,}: use fewer values"),
+        ):
+            if refused:
+                raise UserError(why)
         return study
 
     @property

@@ -18,11 +18,9 @@ else:
 
 @dataclass(frozen=True)
 class Options:
-    """What a sweep is told, by the command line or a study; None: not given.
+    """What a sweep is told by the options of `golf-impact sweep`, or a study; None: not given.
 
-    Attributes:
-        sets: swept variables in order, as `Study.of` takes them.
-        others: as the options of `golf-impact sweep`.
+    `sets` are the swept variables in order, as `Study.of` takes them.
     """
 
     sets: dict[str, Any] = field(default_factory=dict)
@@ -52,11 +50,7 @@ _WORDS = {str: "a text", list: "a list", int: "a whole number", bool: "true or f
 
 
 def read_study(path: Path) -> Options:
-    """The options that a study gives.
-
-    Raises:
-        UserError: the file can't be read, or has something else than these keys.
-    """
+    """The options of a study; UserError if it can't be read, or has something else than these."""
     try:
         table = tomllib.loads(read_text(path))
         _check_numbers(table)

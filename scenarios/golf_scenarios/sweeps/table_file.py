@@ -91,10 +91,8 @@ _FORMATS: dict[str, type[Csv] | type[Parquet]] = {".csv": Csv, ".parquet": Parqu
 def table_file(path: Path, study: Study, plan: Plan) -> Iterator[Csv | Parquet]:
     """What writes the file, for a `with` block: whole under its name then, or not there.
 
-    Raises:
-        UserError: the suffix is unknown, or the file can't be written.
+    UserError if the file can't be written; `check_path` tells what is to be known before.
     """
-    check_path(path)
     try:
         with whole(path) as stream:
             table = _FORMATS[path.suffix.lower()](stream, study, plan)
@@ -107,11 +105,7 @@ def table_file(path: Path, study: Study, plan: Plan) -> Iterator[Csv | Parquet]:
 
 
 def check_path(path: Path) -> None:
-    """See before anything is computed that this file can be written.
-
-    Raises:
-        UserError: it can't.
-    """
+    """UserError, before anything is computed, if this file can't be written."""
     if path.suffix.lower() not in _FORMATS:
         raise UserError(
             f"--out {path} is refused: the name of the file must end in {' or '.join(_FORMATS)}"
