@@ -30,11 +30,8 @@ __all__ = [
 def load_fmu(path: Path | str | None = None) -> ImpactFmu:
     """The FMU, to be used in a `with` block: for many impacts in one instance.
 
-    Args:
-        path: an .fmu file; by default that of the present sources, built if need be.
-
-    Raises:
-        UserError: it can't be read, built or loaded.
+    It is an .fmu file, or by default that of the present sources, built if need be. UserError if it
+    can't be read, built or loaded.
     """
     return ImpactFmu(current_fmu()[0] if path is None else Path(path))
 
@@ -45,14 +42,11 @@ def balls() -> dict[str, Ball]:
 
 
 def run_impact(outputs: Sequence[str] = METRICS, **values: float) -> dict[str, float]:
-    """One impact through the FMU.
+    """One impact through the FMU: its outputs by name (SI units).
 
     Args:
         outputs: the Real outputs to read when it is over.
         values: inputs and parameters of the FMU by name (SI units); defaults for the others.
-
-    Returns:
-        The outputs by name (SI units).
 
     Raises:
         UserError: the FMU doesn't know or refuses a value.

@@ -91,11 +91,8 @@ def sweep(
 def swept(options: Options, study: Path | None) -> int:
     """Run the sweep that options and a study describe, and say what came out.
 
-    Returns:
-        The exit code: 0, or 130 if the user stopped it.
-
-    Raises:
-        UserError: something in it isn't allowed, or a file can't be written.
+    Returns the exit code: 0, or 130 if the user stopped it. UserError if something in it isn't
+    allowed, or a file can't be written.
     """
     from golf_scenarios.files import prepare
     from golf_scenarios.sweeps.run import CHUNK, Stopped, Sweep, check_size

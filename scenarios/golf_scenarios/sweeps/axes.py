@@ -103,23 +103,21 @@ def axis(name: str, given: Any) -> Axis:
         names = [ball(one.strip()).name for one in text.split(",")]
         return Grid(name, np.array(names, dtype=object))
     try:
+        if name != "law":
+            return _axis(name, text)
+        if text.isalpha():
+            raise ValueError(LAWS_IN_WORDS)
         made = _axis(name, text)
-        return made if name != "law" else _whole(made)
+        if not isinstance(made, Grid) or (made.values % 1.0).any():
+            raise ValueError("law takes whole numbers, 1 (absolute) and 2 (relative)")
+        if np.abs(made.values).max() >= 2**31:
+            raise ValueError(LAWS_IN_WORDS)
+        return Grid(name, made.values.astype(np.int64))
     except ValueError as error:
         raise UserError(f"{name}={text} is refused: {error}") from None
 
 
-def _whole(made: Axis) -> Grid:
-    if not isinstance(made, Grid) or (made.values % 1.0).any():
-        raise ValueError("law takes whole numbers, 1 (absolute) and 2 (relative)")
-    if np.abs(made.values).max() >= 2**31:
-        raise ValueError(LAWS_IN_WORDS)
-    return Grid("law", made.values.astype(np.int64))
-
-
 def _axis(name: str, text: str) -> Axis:
-    if name == "law" and text.isalpha():
-        raise ValueError(LAWS_IN_WORDS)
     first, *rest = text.split(":")
     if "," in text or not rest:
         return Grid(name, np.array([_number(item) for item in text.split(",")]))

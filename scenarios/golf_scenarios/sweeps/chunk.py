@@ -37,17 +37,11 @@ class FmuFile:
 
 @dataclass(frozen=True)
 class Chunk:
-    """What one chunk gave.
+    """What one chunk gave."""
 
-    Attributes:
-        text: its cases as lines of CSV (UTF-8); empty if they weren't asked for.
-        outputs: doubles of shape (cases, outputs); those of refused cases are NaN.
-        reason: why the FMU refused the first of those; empty if there is none.
-    """
-
-    text: bytes
-    outputs: np.ndarray
-    reason: str
+    text: bytes  # its cases as lines of CSV (UTF-8); empty if they weren't asked for
+    outputs: np.ndarray  # doubles of shape (cases, outputs); those of refused cases are NaN
+    reason: str  # why the FMU refused the first of those; empty if there is none
 
     @property
     def refused(self) -> np.ndarray:

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
 #: How long a cluster may take to answer, and to have a worker.
 _PATIENCE = "20s"
-#: A chunk that fails without its worker dying is tried so many times more.
-_RETRIES = 2
 
 
 @contextmanager
@@ -43,7 +41,8 @@ def executor_of(
 
         # A task of its own: Dask brings it to each worker once, and again to one that is new.
         sent = client.submit(FmuFile, fmu.digest, fmu.data, key=f"golf-impact-fmu-{fmu.digest}")
-        executor = client.get_executor(retries=_RETRIES)
+        # So often more a chunk is tried that fails without its worker dying.
+        executor = client.get_executor(retries=2)
         stack.callback(executor.shutdown, wait=False)
         try:
             yield executor, sent
@@ -80,15 +79,13 @@ def connected(scheduler: str, workers: int | None = None) -> Iterator[Client]:
                 scratch = stack.enter_context(TemporaryDirectory(prefix="golf-impact-workers-"))
                 with interrupts_held_back():
                     cluster = distributed.LocalCluster(
-                        n_workers=workers or os.cpu_count(),
-                        threads_per_worker=1,
-                        # None would take port 8787, and warn if somebody has it.
-                        dashboard_address=":0",
-                        scheduler_kwargs={"dashboard": False},
+                        n_workers=workers or os.cpu_count(), threads_per_worker=1,
                         silence_logs=logging.CRITICAL,
+                        # None would take port 8787, and warn if somebody has it.
+                        dashboard_address=":0", scheduler_kwargs={"dashboard": False},
                         # Removed here, whatever happens to the workers.
                         env={"TMPDIR": scratch},
-                    )
+                    )  # fmt: skip
                     client = distributed.Client(stack.enter_context(cluster))
             else:
                 client = distributed.Client(scheduler, timeout=_PATIENCE)

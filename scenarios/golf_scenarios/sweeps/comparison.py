@@ -5,11 +5,11 @@ from __future__ import annotations
 import csv
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import cycle, islice
 from pathlib import Path
 from statistics import median
 from time import perf_counter
+from typing import NamedTuple
 
 import fmpy
 import numpy as np
@@ -24,18 +24,13 @@ from golf_scenarios.timing import interleaved, median_ratio
 _CASES, _LOOPED = 2000, 25
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """Impacts per second of both, and the ratio of the two in the same round: medians of rounds.
+class Comparison(NamedTuple):
+    """Impacts per second of both, medians of rounds."""
 
-    The sweep is in one process, with the file as CSV; the loop has the FMU extracted and its
-    description read beforehand. `same`: whether their numbers were the same to the last bit.
-    """
-
-    sweep: float
-    simulate_fmu: float
-    ratio: float
-    same: bool
+    sweep: float  # in one process, with the file as CSV
+    simulate_fmu: float  # the loop, with the FMU extracted and its description read beforehand
+    ratio: float  # of the two in the same round
+    same: bool  # whether their numbers were the same to the last bit
 
 
 def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: None) -> Comparison:

@@ -44,25 +44,15 @@ _DISCARD = 2
 
 @dataclass(frozen=True)
 class Plan:
-    """What is set and read, in which order: what every worker needs to know of a study.
+    """What is set and read, in which order: what every worker needs to know of a study."""
 
-    Attributes:
-        fixed: values of inputs and parameters that are the same in all cases, by name.
-        varied: the Real inputs and parameters that aren't, in the order in which they are set.
-        laws: the Integer `law`, if it isn't either.
-        only_inputs: whether all that varies may still change after initialization.
-        balls: by variable that a ball preset sets: its value by the ball's name.
-        outputs: what is read, in order.
-        booleans: those of them that are Booleans.
-    """
-
-    fixed: dict[str, float]
-    varied: tuple[str, ...]
-    laws: tuple[str, ...]
-    only_inputs: bool
-    balls: dict[str, dict[str, float]]
-    outputs: tuple[str, ...]
-    booleans: tuple[str, ...]
+    fixed: dict[str, float]  # inputs and parameters that are the same in all cases
+    varied: tuple[str, ...]  # the Real ones that aren't, in the order in which they are set
+    laws: tuple[str, ...]  # the Integer `law`, if it isn't either
+    only_inputs: bool  # whether all that varies may still change after initialization
+    balls: dict[str, dict[str, float]]  # what ball presets set: values by variable and ball
+    outputs: tuple[str, ...]  # what is read, in order
+    booleans: tuple[str, ...]  # those of them that are Booleans
 
     def values(self, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """What to set in these cases, by variable: the columns, and what balls stand for."""
@@ -102,25 +92,19 @@ def plan(study: Study, variables: Mapping[str, ScalarVariable]) -> Plan:
     }
     varied = tuple(name for name in values if name not in fixed and name != "law")
     laws = ("law",) if "law" in values and "law" not in fixed else ()
-    only_inputs = all(variables[name].causality == "input" for name in varied + laws)
+    only_inputs = all(variables[name].causality == "input" for name in (*varied, *laws))
     booleans = tuple(name for name in study.outputs if outputs[name] == "Boolean")
     return Plan(fixed, varied, laws, only_inputs, balls, study.outputs, booleans)
 
 
 def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tuple[np.ndarray, str]:
-    """Run these cases, whatever the instance did before.
+    """Run these cases, whatever the instance did before; FMICallException if it breaks down.
 
-    Args:
-        fmu: the instance.
-        plan: what is fixed, varied and read.
-        values: what varies (and possibly more), by variable: arrays of shape (cases,).
+    `values` is what varies (and possibly more), by variable: arrays of shape (cases,).
 
     Returns:
         The outputs, doubles of shape (cases, outputs): Booleans are 0 and 1, those of cases that
         the FMU refused NaN. And why it refused the first of these; empty if there is none.
-
-    Raises:
-        FMICallException: the FMU broke down.
     """
     number = len(next(iter(values.values())))
     inputs = _Rows(fmu, plan.varied, np.zeros((number, len(plan.varied))))

@@ -205,8 +205,8 @@ def _monte_carlo(
     if sensitivity is None:
         figure, axes = figures.new(title)
     else:
-        figure, (axes, bars) = figures.new_pair(title)
-        _sensitivities(bars, sensitivity)
+        figure, (axes, beside) = figures.new_pair(title)
+        _sensitivities(beside, sensitivity)
     factor, unit = prefixed(units[output], float(np.abs(usable).max()))
     usable = usable * factor
     bins = int(np.clip(np.sqrt(len(usable)), 8, 80))

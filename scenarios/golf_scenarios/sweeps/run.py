@@ -11,7 +11,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -24,8 +24,6 @@ from golf_scenarios.sweeps.pool import WorkerProcesses
 from golf_scenarios.sweeps.study import Study
 from golf_scenarios.sweeps.table_file import check_path, table_file
 from golf_scenarios.timing import free_bytes
-
-_Result = TypeVar("_Result")
 
 #: Cases of a chunk: some 40 ms of work.
 CHUNK = 2000
@@ -161,7 +159,7 @@ class Sweep(ExitStack):
 
     def _draw_samples(self) -> None:
         """Before the clock starts, and beside this thread, which listens whether to stop."""
-        drawn: Future[object] = Future()
+        drawn: Future = Future()
 
         def draw() -> None:
             try:
@@ -173,7 +171,7 @@ class Sweep(ExitStack):
         threading.Thread(target=draw, daemon=True).start()
         self._result(drawn, 0)
 
-    def _result(self, future: Future[_Result], done: int) -> _Result:
+    def _result(self, future: Future, done: int) -> Any:
         """What a future gives, or Stopped after so many cases."""
         while not future.done() and not self.stop():
             wait([future], timeout=0.1)
@@ -267,9 +265,6 @@ def run_sweep(
                 Of a local cluster as many as there are processors.
             chunk: cases that a worker gets at a time, at most 10,000.
             progress: called with the number of cases done.
-
-    Returns:
-        What was done.
 
     Raises:
         UserError: the study doesn't fit the FMU, the file can't be written, a worker died; Dask is
