@@ -3,8 +3,8 @@
 From Python: `run_sweep(Study.of({"k": "0.5e6:2e6:100", "b": "0,9,12"}), "k.csv")`. With
 `executor=` any executor of the interface of concurrent.futures takes the chunks.
 
-- `axes`, `designs`, `study`, `study_file`: what is swept. · `plan`, `impacts`, `chunk`: through the
-  FMU. · `table_file`: the file. · `run`, `pool`, `cluster`: who computes.
+- `axes`, `study`, `study_file`: what is swept. · `impacts`, `chunk`: through the FMU. ·
+  `table_file`: the file. · `run`, `pool`, `cluster`: who computes.
 - `comparison`: beside a loop over fmpy.simulate_fmu. · `pictures`, `sensitivity`: what came out.
 """
 
