@@ -619,6 +619,7 @@ def test_the_tolerance_study(fmu_path, tmp_path):
         ("outputs = [1]", "list of names"),
         ("set = 1", r"table \[set\]"),
         ("[set]\nk = true", "k in .set. must be a number"),
+        ("[set]\nk = false", "k in .set. must be a number"),
         ("[set]\nk = {}", "k in .set. must be a number"),
         ("samples = ", "no TOML file"),
         (f"samples = {'9' * 5000}", "no TOML file"),
