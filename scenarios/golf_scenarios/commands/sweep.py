@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option
 
 from golf_scenarios.commands.console import err, progress, say, warn
 from golf_scenarios.commands.run import fmu_file, pairs_of
@@ -28,56 +28,39 @@ EPILOG = (
     "--set k=log:1e5:1e7:50 --set b=0,9,12 --workers 2 --out k_b.parquet · golf-impact sweep "
     "--set club_speed=normal:45:2 --samples 1000 --out speed.csv"
 )
+_SET = (
+    "LO:HI:COUNT, log:LO:HI:COUNT, A,B,C, normal:MEAN:SIGMA or uniform:LO:HI, for an input or "
+    "parameter of the FMU or `ball`; repeatable, the last one runs fastest."
+)
+_DESIGN = "How samples lie: independent, Latin hypercube, Sobol sequence."
+_CHUNK = "Cases that a worker gets at a time; changes no result."
 
 
 def sweep(
     study: Annotated[
         Path | None,
-        typer.Argument(metavar="[STUDY]", help="A study as a TOML file; options win over it."),
+        Argument(metavar="[STUDY]", help="A study as a TOML file; options win over it."),
     ] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUES",
-            help="LO:HI:COUNT, log:LO:HI:COUNT, A,B,C, normal:MEAN:SIGMA or uniform:LO:HI, for an "
-            "input or parameter of the FMU or `ball`; repeatable, the last one runs fastest.",
-        ),
-    ] = None,
-    out: Annotated[Path | None, typer.Option(help="The table: FILE.csv or FILE.parquet.")] = None,
+    set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUES", help=_SET)] = None,
+    out: Annotated[Path | None, Option(help="The table: FILE.csv or FILE.parquet.")] = None,
     outputs: Annotated[
-        str | None, typer.Option(metavar="A,B,C", help="The FMU's outputs to read, no others.")
+        str | None, Option(metavar="A,B,C", help="The FMU's outputs to read, no others.")
     ] = None,
-    samples: Annotated[
-        int | None, typer.Option(help="How many to draw of the distributions.")
-    ] = None,
-    seed: Annotated[int | None, typer.Option(help="Of the samples.", show_default="0")] = None,
+    samples: Annotated[int | None, Option(help="How many to draw of the distributions.")] = None,
+    seed: Annotated[int | None, Option(help="Of the samples.", show_default="0")] = None,
     design: Annotated[
-        str | None,
-        typer.Option(
-            metavar="random|lhs|sobol",
-            help="How samples lie: independent, Latin hypercube, Sobol sequence.",
-            show_default="random",
-        ),
+        str | None, Option(metavar="random|lhs|sobol", help=_DESIGN, show_default="random")
     ] = None,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes that compute.", show_default="1")
-    ] = None,
-    chunk: Annotated[
-        int | None,
-        typer.Option(
-            help="Cases that a worker gets at a time; changes no result.", show_default="2000"
-        ),
-    ] = None,
+    workers: Annotated[int | None, Option(help="Processes that compute.", show_default="1")] = None,
+    chunk: Annotated[int | None, Option(help=_CHUNK, show_default="2000")] = None,
     scheduler: Annotated[
-        str | None,
-        typer.Option(metavar="tcp://HOST:PORT|local", help="Compute on a Dask cluster."),
+        str | None, Option(metavar="tcp://HOST:PORT|local", help="Compute on a Dask cluster.")
     ] = None,
     compare: Annotated[
-        bool, typer.Option("--compare", help="Also measure a loop over fmpy.simulate_fmu.")
+        bool, Option("--compare", help="Also measure a loop over fmpy.simulate_fmu.")
     ] = False,
-    figures: Annotated[bool | None, typer.Option(help="Write FILE.png and FILE.html.")] = None,
-    fmu: Annotated[Path | None, typer.Option(help="Use this .fmu file; don't build.")] = None,
+    figures: Annotated[bool | None, Option(help="Write FILE.png and FILE.html.")] = None,
+    fmu: Annotated[Path | None, Option(help="Use this .fmu file; don't build.")] = None,
 ) -> int:
     """Many impacts through the FMU into one table: a row a case, variables first, then outputs."""
     from golf_scenarios.sweeps.study_file import Options

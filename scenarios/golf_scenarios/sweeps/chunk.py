@@ -21,13 +21,10 @@ from golf_scenarios.sweeps.impacts import Plan, impacts
 
 @dataclass(frozen=True)
 class FmuFile:
-    """An FMU as it travels to other processes and machines.
+    """An FMU as it travels to other processes and machines."""
 
-    `digest` is its SHA-256 in hexadecimal; `data` is empty for a process that has it already.
-    """
-
-    digest: str
-    data: bytes = field(default=b"", repr=False)
+    digest: str  # SHA-256, in hexadecimal
+    data: bytes = field(default=b"", repr=False)  # none for a process that has it already
 
     @classmethod
     def read(cls, path: Path) -> FmuFile:

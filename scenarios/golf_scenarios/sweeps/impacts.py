@@ -121,7 +121,14 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tup
         for name, arguments in _FUNCTIONS.items()
     )
     component = fmu.slave.component
-    state = _state_where_cases_differ(fmu, plan)
+    fmu.messages.clear()
+    fmu.begin(plan.fixed)
+    if plan.only_inputs:
+        refusals = list(fmu.messages)
+        fmu.slave.exitInitializationMode()
+        # What the defaults of varied inputs make of the fixed values says nothing about the cases.
+        fmu.messages[:] = refusals
+    state = fmu.slave.getFMUstate()
     start, initializing = state.value, not plan.only_inputs
     input_at, law_at, real_at, flag_at = (rows.address for rows in (inputs, laws, reals, flags))
     refused: list[int] = []
@@ -170,15 +177,3 @@ class _Rows:
         self.references = ctypes.addressof(self._references)
         self.address = values.ctypes.data
         self.stride = self.width * values.itemsize
-
-
-def _state_where_cases_differ(fmu: ImpactFmu, plan: Plan) -> Any:
-    """The state in which they begin to, to be freed by the caller."""
-    fmu.messages.clear()
-    fmu.begin(plan.fixed)
-    if plan.only_inputs:
-        refusals = list(fmu.messages)
-        fmu.slave.exitInitializationMode()
-        # What the defaults of varied inputs make of the fixed values says nothing about the cases.
-        fmu.messages[:] = refusals
-    return fmu.slave.getFMUstate()

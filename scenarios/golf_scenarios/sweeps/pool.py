@@ -49,7 +49,14 @@ class WorkerProcesses(Executor):
     def _call(self, *call: Any) -> Any:
         worker = self._free.get()
         try:
-            succeeded, result = worker.answer(call)
+            with worker.sending:
+                worker.connection.send(call)
+                # Before the next one may send: answers come in the order of the calls.
+                worker.receiving.acquire()
+            try:
+                succeeded, result = worker.connection.recv()
+            finally:
+                worker.receiving.release()
         except (EOFError, OSError) as error:
             raise BrokenExecutor("a worker process ended") from error
         finally:
@@ -83,18 +90,7 @@ class _Worker:
         self.process = context.Process(target=_serve, args=(theirs, fmu), daemon=True)
         self.process.start()
         theirs.close()
-        self._sending, self._receiving = threading.Lock(), threading.Lock()
-
-    def answer(self, call: Any) -> Any:
-        """What the process makes of a call; answers come in the order of the calls."""
-        with self._sending:
-            self.connection.send(call)
-            # Before the next one may send, so that it receives after this one.
-            self._receiving.acquire()
-        try:
-            return self.connection.recv()
-        finally:
-            self._receiving.release()
+        self.sending, self.receiving = threading.Lock(), threading.Lock()
 
 
 @contextmanager

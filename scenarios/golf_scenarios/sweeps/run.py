@@ -45,23 +45,14 @@ class Stopped(Exception):  # noqa: N818 (not an error: the user asked for it)
 
 @dataclass(frozen=True)
 class Summary:
-    """What a sweep did.
+    """What a sweep did."""
 
-    Attributes:
-        path: the file.
-        cases: rows in it.
-        refused: cases that the FMU refused: rows with empty outputs.
-        first_refused: the row (from 1, without the header) of the first of them, and why.
-        seconds: from the first case to the last.
-        drawn: the first output of all cases, shape (cases,); NaN where refused.
-    """
-
-    path: Path
-    cases: int
-    refused: int
-    first_refused: tuple[int, str] | None
-    seconds: float
-    drawn: np.ndarray
+    path: Path  # the file
+    cases: int  # rows in it
+    refused: int  # cases that the FMU refused: rows with empty outputs
+    first_refused: tuple[int, str] | None  # row (from 1, without the header) of the first, and why
+    seconds: float  # from the first case to the last
+    drawn: np.ndarray  # the first output of all cases, shape (cases,); NaN where refused
 
 
 #: Begins a chunk: (whether as text, columns) to a future of what it gives.

@@ -20,14 +20,11 @@ _MOST_RANKED = 100_000
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How much each variable matters: first-order Sobol indices, or rank correlations.
-
-    `label` says for an axis what they are, `note` in a sentence how they were found.
-    """
+    """How much each variable matters: first-order Sobol indices, or rank correlations."""
 
     values: dict[str, float]
-    label: str
-    note: str
+    label: str  # what they are, for an axis
+    note: str  # how they were found, in a sentence
 
 
 def sensitivity(study: Study, drawn: np.ndarray, outputs_of: _Model) -> Sensitivity | None:

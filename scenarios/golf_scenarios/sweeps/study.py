@@ -166,11 +166,7 @@ class Study:
 def unit_samples(
     dimensions: int, number: int, generator: np.random.Generator, design: str
 ) -> np.ndarray:
-    """Points of a design ("lhs" or "sobol") in the unit cube, shape (number, dimensions).
-
-    Raises:
-        UserError: SciPy is missing.
-    """
+    """Points of a design ("lhs" or "sobol") in the unit cube, shape (number, dimensions)."""
     try:
         from scipy.stats import qmc
     except ImportError as error:
