@@ -52,7 +52,7 @@ def _drift(x: float) -> np.ndarray:
     return np.array([[1.0, x], [0.0, 1.0]])
 
 
-#: Peers that step: their module and the matrix that takes (ω0 d, d') over one step of ω0 h.
+#: Peers that step, and the matrix that takes (ω0 d, d') over one step of ω0 h.
 STEPPING: dict[str, tuple[Any, Callable[[float, float], np.ndarray]]] = {
     "explicit Euler": (stepping.explicit_euler, partial(_explicit, 1)),
     "semi-implicit Euler": (
