@@ -220,6 +220,7 @@ def test_every_truncation(tmp_path, fmu_path):
     assert flaw(path) is None
 
 
+@pytest.mark.ci
 def test_a_damaged_byte_anywhere(tmp_path, fmu_path):
     """Wherever a byte is changed that matters: it is seen, and the default build isn't current."""
     data, path = bytearray(fmu_path.read_bytes()), tmp_path / "x.fmu"

@@ -403,9 +403,12 @@ def test_the_command_refuses(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_usual_units_are_not_doubted():
+    assert doubts(IMPACT, targets(cor=0.74, contact_time=600e-6)) == []
+
+
+@pytest.mark.ci
 def test_another_unit_is_doubted(tmp_path):
-    sized = targets(cor=0.74, contact_time=600e-6)
-    assert doubts(IMPACT, sized) == []
     done = golf_here(
         *("calibrate", "--contact-time", 600, "--cor", 0.743, "--m-club", 210),
         *("--sigma-max-force", 1, "--max-force", 6.6, "--no-figures", "--out", tmp_path),

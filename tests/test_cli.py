@@ -162,7 +162,7 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("alone", [False, True])
+@pytest.mark.parametrize("alone", [False, pytest.param(True, marks=pytest.mark.ci)])
 def test_a_scenario_of_ones_own(tmp_path, alone):
     script, out = tmp_path / "my scenario.py", tmp_path / "out"
     script.write_text(MINE)
@@ -226,6 +226,7 @@ def script_whose_check(passed, folder):
     return script
 
 
+@pytest.mark.ci
 def test_a_backend_that_matplotlib_does_not_have(tmp_path):
     env = {"MPLBACKEND": "nonsense"}
     done = golf("run", "baseline", "--out", tmp_path, env=env)
@@ -317,6 +318,7 @@ def test_a_temporary_folder_that_pythonfmu_cannot_take(tmp_path):
     refused(golf("run", "table1", "--out", tmp_path, env={"TMPDIR": str(odd)}), "TMPDIR")
 
 
+@pytest.mark.ci
 def test_a_terminal_that_knows_no_greek(tmp_path):
     done = golf("run", "laws", "--out", tmp_path, env={"PYTHONIOENCODING": "ascii"})
     assert done.returncode == 0, done.stderr

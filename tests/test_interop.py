@@ -369,7 +369,8 @@ def heavier(tmp_path_factory):
     return out
 
 
-@pytest.mark.parametrize("first", [pytest.param("this", marks=pytest.mark.ci), "other"])
+@pytest.mark.ci
+@pytest.mark.parametrize("first", ["this", "other"])
 def test_another_build_in_the_same_process_runs_its_own_code(fmu_path, heavier, first):
     program = """
 import fmpy, json, sys

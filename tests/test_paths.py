@@ -122,7 +122,9 @@ def test_no_right_to_write_here(nobody):
     assert names(folder) == {"checkout", "own"}
 
 
-@pytest.mark.parametrize("cache", ["blocked/golf-impact", "~/.cache/golf-impact"])
+@pytest.mark.parametrize(
+    "cache", ["blocked/golf-impact", pytest.param("~/.cache/golf-impact", marks=pytest.mark.ci)]
+)
 def test_no_home(tmp_path, cache):
     """An installed copy keeps the FMU in the user's cache; without one it builds it for the run.
 
@@ -339,6 +341,7 @@ def test_a_full_disk(small, tmp_path):
     assert names(tmp_path) == {"small"}
 
 
+@pytest.mark.ci
 @posix
 def test_files_that_may_not_grow(tmp_path):
     import resource
@@ -356,6 +359,7 @@ def test_files_that_may_not_grow(tmp_path):
         assert names(tmp_path) == set()
 
 
+@pytest.mark.ci
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
 def test_standard_output_that_is_full_or_closed(tmp_path):
     with open("/dev/full", "w") as full:

@@ -19,7 +19,12 @@ from golf_scenarios.report.page import page, write_outcomes
 from golf_scenarios.report.report import Report
 
 
-@pytest.mark.parametrize("name", names())
+LONG = ("system",)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.ci] * (n in LONG)) for n in names()]
+)
 def test_scenario(fmu, name):
     outcome = scenario(name).run(fmu)
     assert [check for check in outcome.checks if not check.passed] == []

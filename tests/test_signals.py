@@ -130,6 +130,7 @@ def test_run(tmp_path):
     assert codes.count(130) >= 1
 
 
+@pytest.mark.ci
 def test_build(tmp_path):
     attack_build(tmp_path, 3, 0.8)
 

@@ -25,7 +25,7 @@ mp.dps = 90
 @pytest.fixture(
     scope="module",
     params=[
-        (20, 12),
+        (8, 6),
         pytest.param((50, 30), marks=pytest.mark.ci),
         pytest.param((150, 100), marks=pytest.mark.nightly, id="--quick"),
     ],
