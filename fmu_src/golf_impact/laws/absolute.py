@@ -12,14 +12,13 @@ others are told by `ExtendedContact`.
 """
 
 from collections.abc import Callable
-from decimal import Decimal
 from math import atan2, cos, exp, expm1, pi, sin, sqrt
 from typing import TYPE_CHECKING
 
 from ..numerics.gauss import integral
 from ..numerics.roots import falling_zero, offset_of_real_root
 from .contact import EARLY, ContactPhase, End, Law, Start, State
-from .extended import Equations, ExtendedContact
+from .extended import ExtendedContact
 
 if TYPE_CHECKING:
     from ..parameters import Inputs, Parameters
@@ -33,23 +32,6 @@ MOST_DAMPING = 0.7
 #: If the real mode's share is more than this of what the bodies compress by themselves, it and the
 #: pair's nearly cancel: drag moves the bodies together, or apart, much faster than they close.
 MOST_REAL_MODE = 0.5
-
-
-def equations(k: Decimal, b: Decimal, m_club: Decimal, m_ball: Decimal) -> Equations:
-    """The law for `ExtendedContact`."""
-    total = m_club + m_ball
-    slow, fast = sorted((b / m_club, b / m_ball))
-    apart = b * (m_club - m_ball) / total
-    return Equations(
-        alpha=slow + fast - 2 * b / total,
-        beta=apart / m_club + apart / m_ball,
-        gamma=2 * b / total,
-        delta=apart / total,
-        slowest=slow,
-        fastest=fast,
-        damper=Decimal(0),
-        drag=b,
-    )
 
 
 class UsualContact(ContactPhase):
@@ -227,7 +209,9 @@ class UsualContact(ContactPhase):
             (h - r) / frequency, -r * a0, frequency * s0 - h * c0, -h * s0 - frequency * c0
         )
         if angle is None:
-            return ExtendedContact(*self._arguments, equations).peak_force(self.duration)
+            k, b, m_club, m_ball, start = self._arguments
+            exact = ExtendedContact(k, 0.0, b, m_club, m_ball, start)
+            return exact.peak_force(self.duration)
         when = angle / frequency
         return self._force(when), when
 
@@ -275,7 +259,7 @@ class AbsoluteLaw(Law):
         usual = UsualContact(k, b, m_club, m_ball, start)
         if usual.duration:
             return usual
-        return ExtendedContact(k, b, m_club, m_ball, start, equations)
+        return ExtendedContact(k, 0.0, b, m_club, m_ball, start)
 
     def force(
         self, parameters: "Parameters", k: float, b: float, compression: float, closing: float

@@ -11,13 +11,12 @@ a contact is a `PowerLawContact`.
 """
 
 from collections.abc import Callable
-from decimal import Decimal
 from math import atan2, cos, exp, inf, sin, sqrt
 from typing import TYPE_CHECKING
 
 from ..numerics.gauss import integral
 from .contact import ContactPhase, End, Law, Start, State
-from .extended import Equations, ExtendedContact
+from .extended import ExtendedContact
 from .power_law import PowerLawContact
 from .restitution import damping, out_of_reach, restitution
 
@@ -32,21 +31,6 @@ _LARGEST = 1e75
 
 #: With a higher damping ratio there is no swing, and no cosine and sine to tell it with.
 MOST_DAMPING = 0.999
-
-
-def equations(k: Decimal, b: Decimal, m_club: Decimal, m_ball: Decimal) -> Equations:
-    """The law for `ExtendedContact`."""
-    none = Decimal(0)
-    return Equations(
-        alpha=b / m_club + b / m_ball,
-        beta=none,
-        gamma=none,
-        delta=none,
-        slowest=none,
-        fastest=none,
-        damper=b,
-        drag=none,
-    )
 
 
 class UsualContact(ContactPhase):
@@ -235,7 +219,7 @@ class RelativeLaw(Law):
         usual = UsualContact(k, b, p.m_club, p.m_ball, start)
         if usual.duration:
             return usual
-        return ExtendedContact(k, b, p.m_club, p.m_ball, start, equations)
+        return ExtendedContact(k, b, 0.0, p.m_club, p.m_ball, start)
 
     def force(
         self, parameters: "Parameters", k: float, b: float, compression: float, closing: float
