@@ -13,15 +13,11 @@ others are told by `ExtendedContact`.
 
 from collections.abc import Callable
 from math import atan2, cos, exp, expm1, pi, sin, sqrt
-from typing import TYPE_CHECKING
 
 from ..numerics.gauss import integral
 from ..numerics.roots import falling_zero, offset_of_real_root
-from .contact import EARLY, ContactPhase, End, Law, Start, State
+from .contact import EARLY, ContactPhase, End, Inputs, Law, Parameters, Start, State
 from .extended import ExtendedContact
-
-if TYPE_CHECKING:
-    from ..parameters import Inputs, Parameters
 
 #: A damping ratio as small as this changes no bit of any result, and needs no case of its own.
 _LEAST_DAMPING = 1e-30
@@ -232,9 +228,8 @@ class AbsoluteLaw(Law):
     name = "absolute"
     description = "A spring between the bodies and a drag b*v on each: the source document's"
 
-    def refusal(self, parameters: "Parameters", inputs: "Inputs") -> str | None:
+    def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
         """Neither a power law nor a given coefficient of restitution."""
-        p = parameters
         if p.exponent != 1.0:
             return (
                 f"exponent = {p.exponent!r} is refused with law = 1 (absolute): set exponent = 1, "
@@ -247,23 +242,13 @@ class AbsoluteLaw(Law):
             )
         return None
 
-    def refusal_of_touch(self, parameters: "Parameters", closing: float) -> str | None:
-        """None is refused."""
-        return None
-
-    def damping(self, parameters: "Parameters", k: float, closing: float) -> float:
-        raise AssertionError("such parameters are refused")
-
-    def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
-        m_club, m_ball = parameters.m_club, parameters.m_ball
-        usual = UsualContact(k, b, m_club, m_ball, start)
+    def contact(self, p: Parameters, k: float, b: float, start: Start) -> ContactPhase:
+        usual = UsualContact(k, b, p.m_club, p.m_ball, start)
         if usual.duration:
             return usual
-        return ExtendedContact(k, 0.0, b, m_club, m_ball, start)
+        return ExtendedContact(k, 0.0, b, p.m_club, p.m_ball, start)
 
-    def force(
-        self, parameters: "Parameters", k: float, b: float, compression: float, closing: float
-    ) -> float:
+    def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         return k * compression
 
     def drag(self, b: float) -> float:

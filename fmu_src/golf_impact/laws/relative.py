@@ -12,16 +12,12 @@ a contact is a `PowerLawContact`.
 
 from collections.abc import Callable
 from math import atan2, cos, exp, inf, sin, sqrt
-from typing import TYPE_CHECKING
 
 from ..numerics.gauss import integral
-from .contact import ContactPhase, End, Law, Start, State
+from .contact import ContactPhase, End, Inputs, Law, Parameters, Start, State
 from .extended import ExtendedContact
 from .power_law import PowerLawContact
 from .restitution import damping, out_of_reach, restitution
-
-if TYPE_CHECKING:
-    from ..parameters import Inputs, Parameters
 
 #: A larger exponent makes powers of ordinary lengths overflow.
 _STEEPEST = 12.0
@@ -167,9 +163,8 @@ class RelativeLaw(Law):
     name = "relative"
     description = "A spring and a damper between the bodies: conserves momentum"
 
-    def refusal(self, parameters: "Parameters", inputs: "Inputs") -> str | None:
+    def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
         """Powers must stay in the range of a double."""
-        p = parameters
         n, length = p.exponent, p.reference_compression
         if n == 1.0:
             return None
@@ -195,9 +190,8 @@ class RelativeLaw(Law):
             f"which they do above {1.0 / _LARGEST:g} s"
         )
 
-    def refusal_of_touch(self, parameters: "Parameters", closing: float) -> str | None:
+    def refusal_of_touch(self, p: Parameters, closing: float) -> str | None:
         """A coefficient of restitution that falls with speed must stay in 0…1."""
-        p = parameters
         if not p.restitution_at_rest or not out_of_reach(p, closing):
             return None
         return (
@@ -207,11 +201,10 @@ class RelativeLaw(Law):
             "or another restitution line at the start"
         )
 
-    def damping(self, parameters: "Parameters", k: float, closing: float) -> float:
-        return damping(parameters, k, closing)
+    def damping(self, p: Parameters, k: float, closing: float) -> float:
+        return damping(p, k, closing)
 
-    def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
-        p = parameters
+    def contact(self, p: Parameters, k: float, b: float, start: Start) -> ContactPhase:
         if p.exponent != 1.0:
             return PowerLawContact(
                 k, b, p.m_club, p.m_ball, start, p.exponent, p.reference_compression
@@ -221,18 +214,12 @@ class RelativeLaw(Law):
             return usual
         return ExtendedContact(k, b, 0.0, p.m_club, p.m_ball, start)
 
-    def force(
-        self, parameters: "Parameters", k: float, b: float, compression: float, closing: float
-    ) -> float:
-        n = parameters.exponent
+    def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
+        n = p.exponent
         if n == 1.0:
             return k * compression + b * closing
         try:
-            power = (abs(compression) / parameters.reference_compression) ** (0.5 * (n - 1.0))
+            power = (abs(compression) / p.reference_compression) ** (0.5 * (n - 1.0))
         except OverflowError:
             power = inf
         return power * (k * power * compression + b * closing)
-
-    def drag(self, b: float) -> float:
-        """None, the damper is between the bodies."""
-        return 0.0
