@@ -12,10 +12,10 @@ others are told by `ExtendedContact`.
 """
 
 from collections.abc import Callable
-from math import atan2, cos, exp, expm1, pi, sin, sqrt
+from math import cos, exp, expm1, sin, sqrt
 
 from ..numerics.gauss import integral
-from ..numerics.roots import falling_zero, offset_of_real_root
+from ..numerics.zeros import first_fall, offset_of_real_root
 from .contact import EARLY, ContactPhase, End, Inputs, Law, Parameters, Start, State
 from .extended import ExtendedContact
 
@@ -86,7 +86,7 @@ class UsualContact(ContactPhase):
         lone = a * x
         if abs(lone) > MOST_REAL_MODE * (d + max(closing, 0.0)):
             return
-        angle = _first_fall((h - r) / second, lone, w0, g0)
+        angle = first_fall((h - r) / second, lone, w0, g0)
         if angle is None:
             return
         self.duration = angle / (second * omega)
@@ -96,21 +96,9 @@ class UsualContact(ContactPhase):
             a1, c1, s1, a2, c2, s2 = -a * u, -w2, -g2, -a * p, -w1, -g1
         size = (h * h + second * second) * omega
         self._motion = (
-            r * omega,
-            h * omega,
-            second * omega,
-            lone / omega,
-            w0 / omega,
-            g0 / omega,
-            a1,
-            c1,
-            s1,
-            a2,
-            c2,
-            s2,
-            (h * c1 + second * s1) / size,
-            (second * c1 - h * s1) / size,
-        )
+            r * omega, h * omega, second * omega, lone / omega, w0 / omega, g0 / omega,
+            a1, c1, s1, a2, c2, s2, (h * c1 + second * s1) / size, (second * c1 - h * s1) / size,
+        )  # fmt: skip
 
     def course(self) -> tuple[Callable[[float], State], float]:
         """Time is the angle Rt."""
@@ -201,7 +189,7 @@ class UsualContact(ContactPhase):
             return k * start.compression, 0.0
         r, h, frequency, a0, c0, s0, *_ = self._motion
         # Of d' as of d.
-        angle = _first_fall(
+        angle = first_fall(
             (h - r) / frequency, -r * a0, frequency * s0 - h * c0, -h * s0 - frequency * c0
         )
         if angle is None:
@@ -210,16 +198,6 @@ class UsualContact(ContactPhase):
             return exact.peak_force(self.duration)
         when = angle / frequency
         return self._force(when), when
-
-
-def _first_fall(rise: float, lone: float, cosine: float, sine: float) -> float | None:
-    """The angle at which lone · e^(rise·θ) + cosine · cos θ + sine · sin θ first falls through 0.
-
-    Divided by e^(rise·θ) this rises until it turns, if it does so at first, and falls from there on
-    until it turns again, half a turn later. None if that isn't enough for it.
-    """
-    turning = atan2(sine - rise * cosine, cosine + rise * sine)
-    return falling_zero(rise, lone, cosine, sine, max(turning, 0.0), turning + pi)
 
 
 class AbsoluteLaw(Law):

@@ -61,19 +61,9 @@ class UsualContact(ContactPhase):
         force = k * d + b * w
         force_s = mu * (w * (omega * omega - 2.0 * gamma * gamma) - gamma * pull) / frequency
         self._motion = (
-            gamma,
-            frequency,
-            force,
-            force_s,
-            d,
-            (w + gamma * d) / frequency,
-            w,
-            -(gamma * w + pull) / frequency,
-            p,
-            q,
-            x_club - p * d,
-            q * v_club + p * v_ball,
-        )
+            gamma, frequency, force, force_s, d, (w + gamma * d) / frequency,
+            w, -(gamma * w + pull) / frequency, p, q, x_club - p * d, q * v_club + p * v_ball,
+        )  # fmt: skip
         self.duration = atan2(force, -force_s) / frequency
         self._peak: tuple[float, float] | None = None
 
@@ -91,21 +81,11 @@ class UsualContact(ContactPhase):
             closing = w * c + w_s * s
             mean = x + v_angle * angle
             return [
-                force * c + force_s * s,
-                mean + p * compression,
-                mean - q * compression,
-                v + p * closing,
-                v - q * closing,
-                compression,
-            ]
+                force * c + force_s * s, mean + p * compression, mean - q * compression,
+                v + p * closing, v - q * closing, compression,
+            ]  # fmt: skip
 
         return state, frequency
-
-    def _basis(self, t: float) -> tuple[float, float]:
-        gamma, frequency, *_ = self._motion
-        size = exp(-gamma * t)
-        angle = frequency * t
-        return size * cos(angle), size * sin(angle)
 
     def end(self) -> End:
         """The force is 0, the ball not yet round."""
@@ -119,17 +99,22 @@ class UsualContact(ContactPhase):
         closing = w * c + w_s * s
         return x + v * t - q * compression, v + p * closing, v - q * closing, compression, closing
 
-    def compression(self, t: float) -> float:
-        c, s = self._basis(t)
-        return self._motion[4] * c + self._motion[5] * s
-
-    def closing(self, t: float) -> float:
-        c, s = self._basis(t)
-        return self._motion[6] * c + self._motion[7] * s
+    def _swing(self, t: float, place: int) -> float:
+        """What has its amplitudes at this place of the motion, and the next."""
+        gamma, frequency, *_ = self._motion
+        size = exp(-gamma * t)
+        angle = frequency * t
+        cosine, sine = self._motion[place : place + 2]
+        return cosine * (size * cos(angle)) + sine * (size * sin(angle))
 
     def _force(self, t: float) -> float:
-        c, s = self._basis(t)
-        return self._motion[2] * c + self._motion[3] * s
+        return self._swing(t, 2)
+
+    def compression(self, t: float) -> float:
+        return self._swing(t, 4)
+
+    def closing(self, t: float) -> float:
+        return self._swing(t, 6)
 
     def impulse(self, begin: float, width: float) -> float:
         """The reduced mass times the change of the closing speed."""
