@@ -24,30 +24,24 @@ class Panel:
 
     Args:
         motion: the oscillator.
-        origin: x and u at s = 0.
-        sigma: σ there since the start of the phase.
-        width: H, with the sign of s.
         m: (n + 1)/2.
         omega: 1/s.
+        origin: x and u at s = 0.
+        first, last: s where the panel begins and ends.
+        stop: σ since the start of the phase where it ends.
+        t: when it begins, s since the start of the phase.
     """
 
     def __init__(
-        self,
-        motion: Oscillator,
-        origin: tuple[float, float],
-        sigma: float,
-        width: float,
-        m: float,
-        omega: float,
-    ) -> None:
-        self.motion = motion
-        self.origin = origin
-        self.sigma = sigma
-        self.width = width
-        self.m = m
-        self.omega = omega
+        self, motion: Oscillator, m: float, omega: float, origin: tuple[float, float],
+        first: float, last: float, stop: float, t: float,
+    ) -> None:  # fmt: skip
+        self.motion, self.m, self.omega, self.origin, self.stop = motion, m, omega, origin, stop
         self.at_zero = origin[0] == 0.0
         self.r = m if self.at_zero else 1.0
+        #: H with the sign of s, and σ at s = 0.
+        self.width = width = last if last > 0.0 else first
+        self.sigma = stop - last
         self.direction = 1.0 if width > 0.0 else -1.0
         self.reach = abs(width) ** (1.0 / self.r)
         power = (1.0 - m) / m
@@ -61,13 +55,9 @@ class Panel:
             above += j * coefficient
             self.series.append(coefficient)
         self.series.append((g[0] - above) * self.r)
-
-    def place(self, t: float, v_begin: float, stop: float, v_end: float = 1.0) -> None:
-        """Say when the panel begins, at which v, and at which σ and v it ends."""
-        self.stop = stop
-        self.t_origin = t - self.direction * self._clock(v_begin)
-        #: When the panel ends, s since the start of the phase.
-        self.end = self.t_origin + self.direction * self._clock(v_end)
+        #: When s = 0, and when the panel ends, s since the start of the phase.
+        self.t_origin = t - self._time_to(first)
+        self.end = self.t_origin + self._time_to(last)
 
     def _ratio(self, s: float) -> float:
         """x/|s| or x: what is far from zero all over the panel."""
@@ -86,31 +76,26 @@ class Panel:
             a, b = coefficient + twice * a - b, a
         return self.reach / self.omega * v * (a - z * b)
 
+    def _time_to(self, s: float) -> float:
+        return self.direction * self._clock((s / self.width) ** (1.0 / self.r))
+
     def time(self, sigma: float) -> float:
         """Time since the start of the phase, s, when σ has passed."""
-        v = ((sigma - self.sigma) / self.width) ** (1.0 / self.r)
-        return self.t_origin + self.direction * self._clock(v)
+        return self.t_origin + self._time_to(sigma - self.sigma)
 
     def find(self, t: float) -> float:
-        """The v at a time since the start of the phase: Newton's method inside a bracket."""
+        """The v at a time since the start of the phase; time over v hardly bends for Newton."""
         clock = self.direction * (t - self.t_origin)
         power = (1.0 - self.m) / self.m
-        low, high = 0.0, 1.0
         v = min(1.0, clock / self._clock(1.0))
-        for _ in range(60):
-            f = self._clock(v) - clock
-            if f > 0.0:
-                high = v
-            else:
-                low = v
+        for _ in range(20):
             slope = self._ratio(self.width * v**self.r) ** power * self.r * self.reach / self.omega
-            step = f / slope
+            step = (self._clock(v) - clock) / slope
+            # A subnormal time has few digits: v mustn't fall below 0 for that.
+            v = max(v - step, 0.5 * v)
             # Convergence is quadratic: the next step would be below a double's resolution.
             if abs(step) <= 1e-9 * v:
-                return v - step
-            v -= step
-            if not low < v < high:
-                v = 0.5 * (low + high)
+                break
         return v
 
     def motion_at(self, v: float) -> tuple[float, float, float]:
