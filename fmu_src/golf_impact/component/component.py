@@ -428,10 +428,10 @@ class Component:
         try:
             t = impact.advance(high, low)
             contact = impact.contact
-            if contact is None or impact.phase is not contact:
+            if contact is None:
                 # Free motion is told from the exact instant, as quickly.
                 self._until = nan
-                now = self._now = impact.phase.state(t)
+                now = self._now = impact.free.state(t)
                 return now
             count, began, began_low = self._count, impact.began_high, impact.began_low
             offset = (self.clock - began) + (self.carry - began_low)

@@ -100,7 +100,7 @@ class HybridComponent(Component):
             self._now = None
             jumped = solved.update(self.clock)
             if solved.refusal_of_touch is not None:
-                problem = _refused_at_touch(solved)
+                problem = solved.refusal_of_touch
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
             return True, jumped, None
@@ -127,7 +127,8 @@ class HybridComponent(Component):
                 ahead.hold(high, low, inputs)
             while True:
                 ahead.advance(high, low)
-                left = nextafter(ahead.phase.duration - ahead.elapsed(high, low), inf)
+                phase = ahead.contact or ahead.free
+                left = nextafter(phase.duration - ahead.elapsed(high, low), inf)
                 if left == inf:
                     return
                 # The event belongs to a step that ends there, so the difference that the host takes
@@ -180,7 +181,7 @@ class HybridComponent(Component):
             self._now = None
             self._until = self.last_step = nan
             if solved.refusal_of_touch is not None:
-                self._report(_refused_at_touch(solved))
+                self._report(solved.refusal_of_touch)
         return solved
 
     def set_time(self, time: float) -> None:
@@ -227,8 +228,3 @@ class HybridComponent(Component):
         self._solved = SolvedImpact.restored(solved) if solved else None
         if solved:
             self._impact = self._solved  # type: ignore[assignment]
-
-
-def _refused_at_touch(solved: SolvedImpact) -> str:
-    assert solved.touch is not None
-    return f"club_speed = {solved.touch[3]!r} m/s is refused at touch: {solved.refusal_of_touch}"

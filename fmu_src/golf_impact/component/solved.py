@@ -116,7 +116,7 @@ class SolvedImpact:
                 self.touch = (time, 0.0, x_ball, club_speed)
                 self.in_contact = True
                 p = self.parameters
-                self.refusal_of_touch = p.contact_law.refusal_of_touch(p, club_speed - p.ball_speed)
+                self.refusal_of_touch = p.contact_law.refusal_of_touch(p, club_speed)
                 if self.refusal_of_touch is None:
                     self._act()
                 self._dragging = (self._drag_coefficient(), x_ball)

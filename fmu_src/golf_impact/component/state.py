@@ -8,7 +8,7 @@ from ..parameters import SETTABLE, conflict
 from ..variables import VARIABLES
 
 #: First item of a serialized state: another layout must have another one.
-_FORMAT = "golf-impact state 4"
+_FORMAT = "golf-impact state 5"
 
 #: First item of every snapshot: those of another version of this component, loaded in the same
 #: process, have another one.

@@ -97,8 +97,8 @@ class Law(Protocol):
         """Why the law can't have these values, or None."""
         return None
 
-    def refusal_of_touch(self, p: Parameters, closing: float) -> str | None:
-        """Why it can't have a touch at this approach speed (m/s), or None."""
+    def refusal_of_touch(self, p: Parameters, club_speed: float) -> str | None:
+        """Why it can't have a touch at this speed (m/s), or None."""
         return None
 
     def damping(self, p: Parameters, k: float, closing: float) -> float:

@@ -175,11 +175,13 @@ class RelativeLaw(Law):
             f"which they do above {1.0 / _LARGEST:g} s"
         )
 
-    def refusal_of_touch(self, p: Parameters, closing: float) -> str | None:
+    def refusal_of_touch(self, p: Parameters, club_speed: float) -> str | None:
         """A coefficient of restitution that falls with speed must stay in 0…1."""
-        if not p.restitution_at_rest or not out_of_reach(p, closing):
+        closing = club_speed - p.ball_speed
+        if not p.restitution_at_rest or closing <= 0.0 or not out_of_reach(p, closing):
             return None
         return (
+            f"club_speed = {club_speed!r} m/s is refused at touch: "
             "restitution_at_rest - restitution_slope * approach speed = "
             f"{p.restitution_at_rest!r} - {p.restitution_slope!r} * {closing!r} = "
             f"{restitution(p, closing)!r} must be above 0 and at most 1; set a lower club_speed, "
