@@ -56,33 +56,11 @@ class Component:
     """
 
     __slots__ = (
-        "_anchored",
-        "_count",
-        "_course_of",
-        "_impact",
-        "_mode",
-        "_motion",
-        "_moving",
-        "_now",
-        "_offset",
-        "_once",
-        "_outputs",
-        "_pace",
-        "_pick",
-        "_point",
-        "_refused",
-        "_report",
-        "_scale",
-        "_size",
-        "_until",
-        "_values",
-        "_watched",
-        "carry",
-        "clock",
-        "last_step",
-        "origin",
+        "_anchored", "_count", "_course_of", "_impact", "_mode", "_motion", "_moving", "_now",
+        "_offset", "_once", "_outputs", "_pace", "_pick", "_point", "_refused", "_report", "_scale",
+        "_size", "_until", "_values", "_watched", "carry", "clock", "last_step", "origin",
         "start_time",
-    )
+    )  # fmt: skip
 
     #: What can be read.
     outputs = Outputs(VARIABLES, OUTPUTS)
@@ -332,43 +310,42 @@ class Component:
             type_: the type that the host believes they have.
         """
         for reference, value in zip(references, values):
+            # First of all an input: what a host sets again and again.
             if (
                 -1 < reference < INPUTS
                 and self._mode <= STEPPING
                 and type_ == "Real"
                 and _LOW[reference] <= value <= _HIGH[reference]
                 and not self._refused
-            ):
-                # An input: what a host sets again and again.
-                if value != self._values[reference]:
-                    self._values[reference] = value
-                    self._size = nan
-                    if self._mode < STEPPING:
-                        self._impact = self._now = None
-                continue
-            variable = VARIABLES[reference] if 0 <= reference < SETTABLE else None
-            if variable is None or variable.type != type_:
-                known = 0 <= reference < len(VARIABLES)
-                what = VARIABLES[reference].name if known else f"value reference {reference}"
-                self._refuse_once(f"{what} is no {type_} input or parameter: it can't be set")
-            elif self._mode == TERMINATED:
-                self._refuse_once(f"{variable.name} can't be set after the end of the run")
-            elif not variable.low <= value <= variable.high:
-                self._refuse(variable.name, refusal(variable, value))
-            elif value == self._values[reference]:
-                self._corrected(variable.name)
-            elif reference >= INPUTS and self._mode == STEPPING:
-                self._refuse(
-                    variable.name,
-                    f"{variable.name} = {value!r} is refused: a parameter is fixed once "
-                    f"initialization has ended (at {self._values[reference]!r})",
-                )
-            else:
-                self._corrected(variable.name)
+            ) or self._accepts(reference, value, type_):
+                if value == self._values[reference]:
+                    continue
                 self._values[reference] = value
                 self._size = nan
                 if self._mode < STEPPING:
                     self._impact = self._now = None
+
+    def _accepts(self, reference: int, value: Any, type_: str) -> bool:
+        """Whether a value may be set; if not, it is refused."""
+        variable = VARIABLES[reference] if 0 <= reference < SETTABLE else None
+        if variable is None or variable.type != type_:
+            known = 0 <= reference < len(VARIABLES)
+            what = VARIABLES[reference].name if known else f"value reference {reference}"
+            self._refuse_once(f"{what} is no {type_} input or parameter: it can't be set")
+        elif self._mode == TERMINATED:
+            self._refuse_once(f"{variable.name} can't be set after the end of the run")
+        elif not variable.low <= value <= variable.high:
+            self._refuse(variable.name, refusal(variable, value))
+        elif reference >= INPUTS and self._mode == STEPPING and value != self._values[reference]:
+            self._refuse(
+                variable.name,
+                f"{variable.name} = {value!r} is refused: a parameter is fixed once "
+                f"initialization has ended (at {self._values[reference]!r})",
+            )
+        else:
+            self._corrected(variable.name)
+            return True
+        return False
 
     def reals(self, references: list[int]) -> list[float]:
         """Values of Real variables.
@@ -476,20 +453,9 @@ class Component:
             )
             return
         (
-            _,
-            values,
-            self._mode,
-            self._refused,
-            self._once,
-            self.clock,
-            self.carry,
-            self._count,
-            self.last_step,
-            self.start_time,
-            self.origin,
-            self._point,
-            impact,
-        ) = snapshot
+            _, values, self._mode, self._refused, self._once, self.clock, self.carry, self._count,
+            self.last_step, self.start_time, self.origin, self._point, impact,
+        ) = snapshot  # fmt: skip
         self._values = list(values)
         if impact is None:
             self._impact = None
