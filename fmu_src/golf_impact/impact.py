@@ -302,11 +302,6 @@ class Impact:
             self._peaks,
         ) = snapshot  # fmt: skip
 
-    @staticmethod
-    def has_made(snapshot: tuple) -> bool:
-        """Whether this is a snapshot of an impact."""
-        return type(snapshot) is tuple
-
     def packed(self) -> list:
         """The same as numbers and lists of numbers, for `unpacked` in another process."""
         self._sum_up()

@@ -44,10 +44,6 @@ _CLOSE = 1e-12
 _OUT_OF_RANGE = "this impact leaves the range of a double"
 
 
-def _no_motion(t: float) -> State:
-    raise AssertionError("no phase has been looked at yet")
-
-
 class Component:
     """An instance between instantiation and termination.
 
@@ -65,8 +61,8 @@ class Component:
     #: What can be read.
     outputs = Outputs(VARIABLES, OUTPUTS)
 
-    #: What an impact may be, by the name in a serialized state.
-    kinds: ClassVar[dict[str, Any]] = {"phases": Impact}
+    #: What an impact may be, by the type of its snapshot and of what is serialized of that.
+    kinds: ClassVar[dict[type, Any]] = {tuple: Impact, list: Impact}
 
     def __init__(self, report: Callable[[str], None]) -> None:
         self._report = report
@@ -100,7 +96,7 @@ class Component:
         #: second. What that time was before the counted steps, how much of it passes in one, and
         #: until when the function may be asked (NaN: not known yet).
         self._course_of: object = None
-        self._motion: Callable[[float], State] = _no_motion
+        self._motion: Any = None
         self._scale = 1.0
         self._offset = 0.0
         self._pace = 0.0
@@ -371,7 +367,8 @@ class Component:
         try:
             return [output(self._impact, now, self) for output in outputs]
         except (ArithmeticError, ValueError) as error:
-            return self._out_of_range(error, outputs)
+            self._report(f"{_OUT_OF_RANGE} ({error})")
+            return [nan] * len(outputs)
 
     def discretes(self, references: list[int], type_: str) -> list:
         """Values of variables of another type ("Enumeration", "Boolean")."""
@@ -387,10 +384,6 @@ class Component:
         """For a value reference that no variable of this type has."""
         self._refuse_once(f"a value reference that no {type_} variable has is refused")
         return nan if type_ == "Real" else 0
-
-    def _out_of_range(self, error: Exception, outputs: tuple[Output, ...]) -> list:
-        self._report(f"{_OUT_OF_RANGE} ({error})")
-        return [nan] * len(outputs)
 
     def _evaluate(self) -> State:
         """The state at this communication point, and what the fast read needs of its phase."""

@@ -37,7 +37,7 @@ class HybridComponent(Component):
     __slots__ = ("_solved",)
 
     outputs = Outputs(VARIABLES + MORE_VARIABLES, OUTPUTS | _MORE)
-    kinds: ClassVar[dict[str, Any]] = {"phases": Impact, "solved": SolvedImpact}
+    kinds: ClassVar[dict[type, Any]] = Component.kinds | {dict: SolvedImpact}
 
     def __init__(self, report: Callable[[str], None]) -> None:
         super().__init__(report)
@@ -104,14 +104,9 @@ class HybridComponent(Component):
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
             return True, jumped, None
-        return False, jumped, self._next_event() if solved is None else None
-
-    def _next_event(self) -> float | None:
-        """The host's time of the next touch or separation, s; None before the first step.
-
-        Until then the instance may still be used for Model Exchange, where indicators tell it.
-        """
-        return next(self._events_after(self._point), None) if self.last_step else None
+        # Before the first step it may still be used for Model Exchange, where indicators tell it.
+        ahead = solved is None and self.last_step
+        return False, jumped, next(self._events_after(self._point), None) if ahead else None
 
     def _events_after(self, point: float) -> Iterator[float]:
         """When touch and separation are still to come (s), if the host's time is this one now."""
@@ -120,8 +115,7 @@ class HybridComponent(Component):
             return
         high, low = self.instant()
         ahead = Impact.restored(impact.snapshot())
-        values = self._values
-        inputs = values[0], values[1], values[2]
+        inputs: Any = tuple(self._values[:INPUTS])
         try:
             if inputs != ahead.in_force:
                 ahead.hold(high, low, inputs)
@@ -176,8 +170,8 @@ class HybridComponent(Component):
         solved = SolvedImpact(*self._split())
         solved.update(self.clock)
         if self._mode == STEPPING:
-            self._solved = solved
-            self._impact = solved  # type: ignore[assignment]  # results look at either
+            # Results look at either.
+            self._impact = self._solved = solved  # type: ignore[assignment]
             self._now = None
             self._until = self.last_step = nan
             if solved.refusal_of_touch is not None:
@@ -190,7 +184,8 @@ class HybridComponent(Component):
         if not solved.started:
             solved.started = True
             self.start_time = time
-            solved.start_at(time)
+            if solved.touch is not None:
+                solved.touch = (time, *solved.touch[1:])
         self.clock = time
         self._now = None
 
@@ -210,11 +205,14 @@ class HybridComponent(Component):
         solved = self._solving()
         if self._refused or self._mode == BLOCKED or solved.refusal_of_touch is not None:
             return [nan] * 4
-        return solved.derivatives()
+        now = solved.now()
+        return [now[3], now[4], acceleration(solved, now, 0), acceleration(solved, now, 1)]
 
     def indicators(self) -> list[float]:
         """Of touch and separation: above 0 until it happens."""
-        return self._solving().indicators()
+        solved = self._solving()
+        now = solved.now()
+        return [touch_indicator(solved, now), separation_indicator(solved, now)]
 
     # State
 
@@ -222,9 +220,9 @@ class HybridComponent(Component):
         """Go back to a snapshot: the instance is then exactly as it was."""
         if snapshot is None or not is_own(snapshot):
             super().restore(snapshot)
-            return
-        solved = snapshot[-1] if SolvedImpact.has_made(snapshot[-1]) else None
-        super().restore((*snapshot[:-1], None) if solved else snapshot)
-        self._solved = SolvedImpact.restored(solved) if solved else None
-        if solved:
-            self._impact = self._solved  # type: ignore[assignment]
+        elif type(snapshot[-1]) is dict:
+            super().restore((*snapshot[:-1], None))
+            self._impact = self._solved = SolvedImpact.restored(snapshot[-1])  # type: ignore
+        else:
+            super().restore(snapshot)
+            self._solved = None

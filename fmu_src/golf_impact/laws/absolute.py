@@ -34,13 +34,6 @@ class UsualContact(ContactPhase):
     """A usual contact phase, in doubles; see `ContactPhase`.
 
     Each quantity is a sum of e^(-rt), e^(-ht) cos Rt and e^(-ht) sin Rt.
-
-    Args:
-        k: contact stiffness, N/m, > 0.
-        b: damping, N.s/m, >= 0.
-        m_club: mass of the club head, kg.
-        m_ball: mass of the ball, kg.
-        start: where the bodies are.
     """
 
     def __init__(self, k: float, b: float, m_club: float, m_ball: float, start: Start) -> None:

@@ -56,7 +56,8 @@ End = tuple[float, float, float, float, float]
 class ContactPhase(Protocol):
     """Contact under constant k and b, from its start until the contact force is gone.
 
-    Times are s since the start of the phase, at most `duration`.
+    It is made from k (contact stiffness, N/m, > 0), b (damping, N.s/m, >= 0), m_club and m_ball
+    (masses, kg) and where the bodies are. Times are s since the start, at most `duration`.
     """
 
     #: s until contact ends; inf if it never does.

@@ -62,12 +62,8 @@ class ExtendedContact(ContactPhase):
     """A contact phase of a linear law; see `ContactPhase`.
 
     Args:
-        k: contact stiffness, N/m, > 0.
         damper: damping between the bodies, N.s/m, >= 0.
         drag: on each body, N.s/m, >= 0.
-        m_club: mass of the club head, kg.
-        m_ball: mass of the ball, kg.
-        start: where the bodies are.
     """
 
     def __init__(

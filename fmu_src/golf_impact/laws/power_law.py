@@ -14,8 +14,7 @@ from itertools import pairwise
 from math import atan2, exp, hypot, inf, pi, sqrt
 
 from ..numerics.gauss import GAUSS_5
-from ..numerics.oscillator import LEAST, Oscillator
-from ..numerics.panels import Panel
+from ..numerics.panels import LEAST, Oscillator, Panel
 from .contact import ContactPhase, End, Start, State
 
 #: Where panels meet, as phases Ωσ since the last zero of x. The other zeros of x are pi apart along
@@ -39,15 +38,7 @@ class PowerLawContact(ContactPhase):
     events are at known ratios u/x, and σ is closed form at any ratio. The time, ∫ x^(-P) dσ / ω,
     is tabulated once, on one to three panels (up to seven at heavy damping).
 
-    Args:
-        k: contact stiffness at the reference compression, N/m, > 0.
-        b: damping there, N.s/m, >= 0.
-        m_club: mass of the club head, kg.
-        m_ball: mass of the ball, kg.
-        start: where the bodies are.
-        exponent: n, > 1.
-        reference_compression: d_r, m, > 0.
-
+    k and b hold at the reference compression d_r (m, > 0); the exponent is n > 1.
     From a start without a force, and not of a first touch, the phase has duration 0.
     """
 

@@ -33,13 +33,6 @@ class UsualContact(ContactPhase):
     """A usual contact phase, in doubles; see `ContactPhase`.
 
     Each quantity is a sum of e^(-γt) cos Ωt and e^(-γt) sin Ωt, with γ = ζω and Ω² = ω² - γ².
-
-    Args:
-        k: contact stiffness, N/m, > 0.
-        b: damping, N.s/m, >= 0.
-        m_club: mass of the club head, kg.
-        m_ball: mass of the ball, kg.
-        start: where the bodies are.
     """
 
     def __init__(self, k: float, b: float, m_club: float, m_ball: float, start: Start) -> None:
