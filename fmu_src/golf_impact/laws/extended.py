@@ -120,16 +120,11 @@ class ExtendedContact(ContactPhase):
         total = alpha + gamma
         minors = alpha * gamma - beta * delta + self._omega_squared
         product = self._omega_squared * gamma
-        r = slowest
-        if slowest < fastest:
-            r = zero_between(
-                lambda r: (
-                    product - r * (minors - r * (total - r)),
-                    r * (2 * total - 3 * r) - minors,
-                ),
-                slowest,
-                fastest,
-            )
+
+        def at(r: Decimal) -> tuple[Decimal, Decimal]:
+            return product - r * (minors - r * (total - r)), r * (2 * total - 3 * r) - minors
+
+        r = zero_between(at, slowest, fastest) if slowest < fastest else slowest
         h, c = (total - r) / 2, product / r if r else minors
         square = c - h * h
         if abs(square) < _APART * c:
@@ -316,10 +311,8 @@ class ExtendedContact(ContactPhase):
         # It swings about a level, ever more: when does it first swing through zero?
         f = self._function(self._force)
         points = self._turning_points(f)
-        lows = [
-            (self._exp(self._r * t) * self._value(f, t)[0], t) for t in (next(points), next(points))
-        ]
-        lowest, when = min(lows)
+        turns = next(points), next(points)
+        lowest, when = min((self._exp(self._r * t) * self._value(f, t)[0], t) for t in turns)
         level, half_period = self._level(f), PI / self._second
         swings = (level / (level - lowest)).ln() / (growth * 2 * half_period)
         when += swings.to_integral_value() * 2 * half_period

@@ -17,7 +17,7 @@ from ..numerics.gauss import integral
 from .contact import ContactPhase, End, Inputs, Law, Parameters, Start, State
 from .extended import ExtendedContact
 from .power_law import PowerLawContact
-from .restitution import damping, out_of_reach, restitution
+from .restitution import LEAST, damping_ratio, restitution
 
 #: A larger exponent makes powers of ordinary lengths overflow.
 _STEEPEST = 12.0
@@ -171,18 +171,24 @@ class RelativeLaw(Law):
     def refusal_of_touch(self, p: Parameters, club_speed: float) -> str | None:
         """A coefficient of restitution that falls with speed must stay in 0…1."""
         closing = club_speed - p.ball_speed
-        if not p.restitution_at_rest or closing <= 0.0 or not out_of_reach(p, closing):
+        if not p.restitution_at_rest or closing <= 0.0:
+            return None
+        coefficient = restitution(p, closing)
+        if LEAST <= coefficient <= 1.0:
             return None
         return (
             f"club_speed = {club_speed!r} m/s is refused at touch: "
             "restitution_at_rest - restitution_slope * approach speed = "
             f"{p.restitution_at_rest!r} - {p.restitution_slope!r} * {closing!r} = "
-            f"{restitution(p, closing)!r} must be above 0 and at most 1; set a lower club_speed, "
+            f"{coefficient!r} must be above 0 and at most 1; set a lower club_speed, "
             "or another restitution line at the start"
         )
 
     def damping(self, p: Parameters, k: float, closing: float) -> float:
-        return damping(p, k, closing)
+        # Before a step is refused for it, a COR out of reach may still be looked at.
+        zeta = damping_ratio(max(restitution(p, closing), LEAST))
+        mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
+        return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
     def contact(self, p: Parameters, k: float, b: float, start: Start) -> ContactPhase:
         if p.exponent != 1.0:

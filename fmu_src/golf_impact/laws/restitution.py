@@ -11,7 +11,7 @@ from math import asinh, atan2, log, pi, sqrt
 from .contact import Parameters
 
 #: A lower COR would need more damping than leaves anything of the spring beside it.
-_LEAST = 1e-29
+LEAST = 1e-29
 
 #: So close to critical damping (ζ - 1) the derivative of s is that of its series.
 _CRITICAL = 1e-4
@@ -29,25 +29,6 @@ def restitution(p: Parameters, closing: float) -> float:
         low, rest = slope - high, closing - other
         lost = ((high * other - fall) + high * rest + low * other) + low * rest
     return (p.restitution_at_rest - fall) - lost
-
-
-def out_of_reach(p: Parameters, closing: float) -> bool:
-    """Whether the line leaves 0…1 at this approach speed, m/s."""
-    return not _LEAST <= restitution(p, closing) <= 1.0
-
-
-def damping(p: Parameters, k: float, closing: float) -> float:
-    """The damping b, N.s/m, that gives this COR.
-
-    Args:
-        p: the fixed values.
-        k: contact stiffness, N/m.
-        closing: approach speed at first touch, m/s.
-    """
-    # Before a step is refused for it, a COR out of reach may still be looked at.
-    zeta = damping_ratio(max(restitution(p, closing), _LEAST))
-    mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
-    return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
 
 def damping_ratio(coefficient: float) -> float:
