@@ -75,8 +75,8 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
     """
     p = parameters
     k, b, club_speed = inputs
+    # A quick yes, since a host may set inputs at every step.
     if p.ordinary and 1e-6 < k < 1e30 and b < 1e6 and -1e30 < club_speed < 1e30:
-        # A quick yes, since a host may set inputs at every step.
         return p.contact_law.refusal(p, inputs)
     speed = abs(club_speed) + abs(p.ball_speed)
     total = p.m_club + p.m_ball

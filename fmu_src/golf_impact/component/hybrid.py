@@ -13,7 +13,7 @@ from ..laws.contact import State
 from ..parameters import INPUTS
 from ..variables import MORE_VARIABLES, VARIABLES
 from .component import BLOCKED, STEPPING, Component
-from .outputs import OUTPUTS, Output, Outputs
+from .outputs import OUTPUTS, Output, readings
 from .solved import SolvedImpact, acceleration, separation_indicator, touch_indicator
 from .state import is_own
 
@@ -36,7 +36,7 @@ class HybridComponent(Component):
 
     __slots__ = ("_solved",)
 
-    outputs = Outputs(VARIABLES + MORE_VARIABLES, OUTPUTS | _MORE)
+    reading = staticmethod(readings(VARIABLES + MORE_VARIABLES, OUTPUTS | _MORE))
     kinds: ClassVar[dict[type, Any]] = Component.kinds | {dict: SolvedImpact}
 
     def __init__(self, report: Callable[[str], None]) -> None:
@@ -73,7 +73,7 @@ class HybridComponent(Component):
         super().set_values(references, values, type_)
         solved = self._solved
         if solved is not None:
-            inputs: Any = tuple(self._values[:INPUTS])
+            inputs: Any = tuple(self.values[:INPUTS])
             if inputs != solved.in_force:
                 solved.hold(inputs)
             self._now = None
@@ -99,8 +99,7 @@ class HybridComponent(Component):
         if problem is None and solved is not None:
             self._now = None
             jumped = solved.update(self.clock)
-            if solved.refusal_of_touch is not None:
-                problem = solved.refusal_of_touch
+            problem = solved.refusal_of_touch
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
             return True, jumped, None
@@ -115,7 +114,7 @@ class HybridComponent(Component):
             return
         high, low = self.instant()
         ahead = Impact.restored(impact.snapshot())
-        inputs: Any = tuple(self._values[:INPUTS])
+        inputs: Any = tuple(self.values[:INPUTS])
         try:
             if inputs != ahead.in_force:
                 ahead.hold(high, low, inputs)

@@ -17,7 +17,7 @@ from ..parameters import SETTABLE
 from ..variables import Variable
 
 #: Its arguments: the impact, its state, and the instance for its clock (`instant`, `last_step`,
-#: `start_time`, `origin`).
+#: `start_time`, `origin`, `values`, `unknown`).
 Output = Callable[[Any, State, Any], Any]
 
 
@@ -114,23 +114,29 @@ MOVING = range(SETTABLE, SETTABLE + 6)
 Reading = tuple[list[int] | None, Callable[[State], list[float]] | None, tuple[Output, ...]]
 
 
-class Outputs:
-    """What an instance can be asked for, by value reference.
+def readings(
+    variables: tuple[Variable, ...], functions: dict[str, Output]
+) -> Callable[[tuple[int, ...], str], Reading]:
+    """How to read any variables of one type, by their value references.
 
     Args:
         variables: the table.
         functions: of each output, by name.
     """
 
-    def __init__(self, variables: tuple[Variable, ...], functions: dict[str, Output]) -> None:
-        self._variables = variables
-        self._functions = functions
-        #: How to read variables of one type; a host asks for a few lists again and again.
-        self.reading = lru_cache(256)(self._reading)
+    def output(reference: int, type_: str) -> Output:
+        known = 0 <= reference < len(variables)
+        if not known or variables[reference].type != type_:
+            return lambda impact, state, at: at.unknown(type_)
+        if reference < SETTABLE:
+            return lambda impact, state, at: at.values[reference]
+        return functions[variables[reference].name]
 
-    def _reading(self, references: tuple[int, ...], type_: str) -> Reading:
+    # A host asks for a few lists again and again.
+    @lru_cache(256)
+    def reading(references: tuple[int, ...], type_: str) -> Reading:
         if type_ != "Real" or len(references) < 2 or not all(n in MOVING for n in references):
-            return None, None, tuple(self._output(n, type_) for n in references)
+            return None, None, tuple(output(n, type_) for n in references)
         asked, places = list(references), [MOVING.index(n) for n in references]
         first, last = places[0], places[-1]
         if places != list(range(first, last + 1)):
@@ -139,10 +145,4 @@ class Outputs:
         whole = first == 0 and last > 3
         return asked, None if whole else itemgetter(slice(first, last + 1)), ()
 
-    def _output(self, reference: int, type_: str) -> Output:
-        known = 0 <= reference < len(self._variables)
-        if not known or self._variables[reference].type != type_:
-            return lambda impact, state, at: at.unknown(type_)
-        if reference < SETTABLE:
-            return lambda impact, state, at: at.value_of(reference)
-        return self._functions[self._variables[reference].name]
+    return reading

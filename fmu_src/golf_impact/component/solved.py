@@ -63,12 +63,8 @@ class SolvedImpact:
 
     def hold(self, inputs: Inputs) -> None:
         """Take these inputs from this instant on, which a solver may only be trying."""
-        self.in_force = inputs
-        self._act()
-
-    def _act(self) -> None:
-        p = self.parameters
-        k, b, _ = self.in_force
+        p, self.in_force = self.parameters, inputs
+        k, b, _ = inputs
         if p.restitution_at_rest and self.touch is not None:
             b = p.contact_law.damping(p, k, self.touch[3] - p.ball_speed)
         self._acting = k, b
@@ -90,7 +86,7 @@ class SolvedImpact:
                 p = self.parameters
                 self.refusal_of_touch = p.contact_law.refusal_of_touch(p, club_speed)
                 if self.refusal_of_touch is None:
-                    self._act()
+                    self.hold(self.in_force)
                 self._dragging = p.contact_law.drag(self._acting[1]), x_ball
             return v_club != club_speed
         if self.in_contact:

@@ -94,11 +94,10 @@ class UsualContact(ContactPhase):
 
     def _swing(self, t: float, place: int) -> float:
         """What has its amplitudes at this place of the motion, and the next."""
-        gamma, frequency, *_ = self._motion
-        size = exp(-gamma * t)
-        angle = frequency * t
-        cosine, sine = self._motion[place : place + 2]
-        return cosine * (size * cos(angle)) + sine * (size * sin(angle))
+        motion = self._motion
+        size = exp(-motion[0] * t)
+        angle = motion[1] * t
+        return motion[place] * (size * cos(angle)) + motion[place + 1] * (size * sin(angle))
 
     def _force(self, t: float) -> float:
         return self._swing(t, 2)
