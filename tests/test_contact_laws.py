@@ -4,8 +4,8 @@ import pytest
 from conftest import reference_cases
 from golf_impact.laws import absolute, relative
 from golf_impact.laws.contact import Start
-from golf_impact.laws.extended import ExtendedContact
 from test_two_ways import contact_of
+from test_two_ways import in_many_digits as exactly
 
 #: The bar of every quantity with exponent 1. The worst case here is 6e-16 (a force on a path).
 BAR = 1e-13
@@ -28,7 +28,7 @@ def by_the_law(case):
 
 
 def in_many_digits(case):
-    return ExtendedContact(*arguments(case), LAWS[case["law"]].equations)
+    return exactly(LAWS[case["law"]], *arguments(case))
 
 
 @pytest.mark.parametrize("contact", [by_the_law, in_many_digits])

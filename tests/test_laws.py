@@ -191,14 +191,7 @@ def test_documents_name_it(fmus, law):
 _THIRD = '''"""Law 3: spring and damper between the bodies, and a drag on each."""
 
 from .absolute import AbsoluteLaw
-from .absolute import equations as of_drag
 from .extended import ExtendedContact
-
-
-def equations(k, b, m_club, m_ball):
-    drag = of_drag(k, b, m_club, m_ball)
-    between = b / m_club + b / m_ball
-    return drag._replace(alpha=drag.alpha + between, damper=b, slowest=drag.slowest)
 
 
 class BothLaw(AbsoluteLaw):
@@ -206,7 +199,7 @@ class BothLaw(AbsoluteLaw):
     description = "A damper between the bodies and a drag on each"
 
     def contact(self, parameters, k, b, start):
-        return ExtendedContact(k, b, parameters.m_club, parameters.m_ball, start, equations)
+        return ExtendedContact(k, b, b, parameters.m_club, parameters.m_ball, start)
 
     def force(self, parameters, k, b, compression, closing):
         return {force}

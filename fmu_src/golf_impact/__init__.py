@@ -25,17 +25,9 @@ Where the whole package is installed, impacts can be run through the FMU from he
 __version__ = "0.1.0"
 
 __all__ = [
-    "Ball",
-    "ImpactFmu",
-    "Study",
-    "Summary",
-    "UserError",
-    "balls",
-    "load_fmu",
-    "run_impact",
-    "run_sweep",
-    "run_trajectory",
-]
+    "Ball", "ImpactFmu", "Study", "Summary", "UserError", "balls", "load_fmu", "run_impact",
+    "run_sweep", "run_trajectory",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> object:

@@ -8,7 +8,7 @@ long approach is still exact.
 
 from math import inf
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from .laws.contact import EARLY, ContactPhase, Start, State
 from .parameters import Inputs, Parameters
@@ -76,19 +76,10 @@ def approach(x_ball: float, gap: float, gap_low: float, u_club: float, u_ball: f
 Touch = tuple[float, float, float, float]
 
 
-class Peaks(NamedTuple):
-    """What finished contact phases leave behind: N, s since touch, m, N.s."""
-
-    force: float = 0.0
-    time: float = 0.0
-    compression: float = 0.0
-    impulse: float = 0.0
-
-
 #: What an impact is made of; see there.
 _FIELDS = (
-    *("parameters", "phase", "contact", "_finished", "in_force", "began_high", "began_low"),
-    *("touch", "contact_start", "_offset", "_peaks"),
+    *("parameters", "free", "contact", "_last", "_finished", "in_force", "began_high"),
+    *("began_low", "touch", "contact_start", "_offset", "_peaks"),
 )
 _everything = attrgetter(*_FIELDS)
 
@@ -108,22 +99,24 @@ class Impact:
         self.parameters = parameters
         #: The inputs that act now.
         self.in_force = inputs
-        #: The present phase, free or a contact phase: `touch` and `contact` tell which, so that no
-        #: class is asked. And when it began (s since the start, as a pair).
-        self.phase: Any = approach(0.0, parameters.gap, 0.0, inputs[2], parameters.ball_speed)
+        #: The present phase is `contact`, or without one `free`; and when it began (s since the
+        #: start, as a pair).
+        self.free = approach(0.0, parameters.gap, 0.0, inputs[2], parameters.ball_speed)
+        self.contact: ContactPhase | None = None
         self.began_high = 0.0
         self.began_low = 0.0
         #: First touch, or None before it.
         self.touch: Touch | None = None
-        #: The last contact phase, and what it was made from (k, b, where the bodies were); it
-        #: outlives its end because a communication step may reach back into it.
-        self.contact: ContactPhase | None = None
+        #: What the last contact phase was made from (k, b, where the bodies were); and that phase
+        #: when it is over, because a communication step may reach back into it.
         self.contact_start: tuple[float, float, Start] | None = None
+        self._last: ContactPhase | None = None
         #: s from first touch to the start of the present phase.
         self._offset = 0.0
-        #: Contact phases that ended (phase, when it ended, offset), not yet summed up in _peaks.
+        #: Contact phases that ended (phase, when it ended, offset), not yet summed up in _peaks:
+        #: largest force (N) and when (s since touch), largest compression (m), impulse (N.s).
         self._finished: tuple[tuple[ContactPhase, float, float], ...] = ()
-        self._peaks = Peaks()
+        self._peaks = 0.0, 0.0, 0.0, 0.0
 
     # The phases
 
@@ -139,8 +132,8 @@ class Impact:
         Each phase is made whole before it takes the place of the one before it.
         """
         while True:
-            phase = self.phase
-            duration = phase.duration
+            contact = self.contact
+            duration = self.free.duration if contact is None else contact.duration
             began = self.began_high
             t = (high - began) + (low - self.began_low)
             if t < duration:
@@ -151,22 +144,22 @@ class Impact:
             low_part = self.began_low + ((began - (end - back)) + (duration - back))
             nearest = end + low_part
             end, end_low = nearest, low_part - (nearest - end)
-            if self.touch is None:
-                x_ball, v_club, v_ball, _, closing, _, _ = phase
+            if contact is None:
+                x_ball, v_club, v_ball, _, closing, _, _ = self.free
                 x_ball += v_ball * duration
                 start = _made(Start, (x_ball, 0.0, v_club, v_ball, closing))
                 p = self.parameters
                 k, b, _ = self.in_force
                 if p.restitution_at_rest:
                     b = p.contact_law.damping(p, k, closing)
-                self.phase = self.contact = p.contact_law.contact(p, k, b, start)
+                self.contact = p.contact_law.contact(p, k, b, start)
                 self.contact_start = k, b, start
                 self.touch = (end, end_low, x_ball, v_club)
             else:
-                following = _made(Free, (*phase.end(), 0.0, inf))
-                self._finished += ((phase, duration, self._offset),)
+                self.free = _made(Free, (*contact.end(), 0.0, inf))
+                self._finished += ((contact, duration, self._offset),)
                 self._offset += duration
-                self.phase = following
+                self._last, self.contact = contact, None
             self.began_high, self.began_low = end, end_low
 
     def settled(self, state: State, high: float, low: float) -> State:
@@ -176,18 +169,20 @@ class Impact:
         bodies push, they don't pull. A phase begins exactly where it was told to, and just after
         touch what is small is told by itself.
         """
+        contact = self.contact
+        assert contact is not None
         assert self.contact_start is not None
         t = self.elapsed(high, low)
-        phase, (k, b, start) = self.phase, self.contact_start
+        k, b, start = self.contact_start
         if not t:
             x_club, compression, v_club, v_ball, closing = start
             p = self.parameters
             force = p.contact_law.force(p, k, b, compression, closing)
             state[:] = force, x_club, x_club - compression, v_club, v_ball, compression
-        elif t * phase.rate <= EARLY and not start.compression:
+        elif t * contact.rate <= EARLY and not start.compression:
             p = self.parameters
-            state[5] = phase.compression(t)
-            state[0] = p.contact_law.force(p, k, b, state[5], phase.closing(t))
+            state[5] = contact.compression(t)
+            state[0] = p.contact_law.force(p, k, b, state[5], contact.closing(t))
         if state[0] < 0.0:
             state[0] = 0.0
         if state[5] < 0.0:
@@ -202,18 +197,17 @@ class Impact:
         Nothing changes.
         """
         p = self.parameters
-        closing = inputs[2] - p.ball_speed
-        problem = p.contact_law.refusal_of_touch(p, closing) if closing > 0.0 else None
+        problem = p.contact_law.refusal_of_touch(p, inputs[2])
         if problem is None:
             return False, None
         t = self.advance(high, low)
         if self.touch is None:
-            _, x_club, x_ball, *_ = self.phase.state(t)
-            if x_ball - x_club > closing * step * (1.0 + 1e-12):
+            _, x_club, x_ball, *_ = self.free.state(t)
+            if x_ball - x_club > (inputs[2] - p.ball_speed) * step * (1.0 + 1e-12):
                 return True, None
         elif self._offset or not self._is_now(self.touch, high, low):
             return False, None
-        return True, f"club_speed = {inputs[2]!r} m/s is refused at touch: {problem}"
+        return True, problem
 
     def hold(self, high: float, low: float, inputs: Inputs) -> None:
         """Take these inputs from this instant on (the start of a communication step).
@@ -224,80 +218,68 @@ class Impact:
             ArithmeticError, ValueError: the contact that follows leaves the range of a double;
                 nothing has changed.
         """
-        p = self.parameters
-        if self.touch is None and inputs[2] == self.phase.v_club:
+        p, free, touch = self.parameters, self.free, self.touch
+        k, b, club_speed = inputs
+        if touch is None:
             t = (high - self.began_high) + (low - self.began_low)
-            if t <= self.phase.duration:
+            duration = free.duration
+            if t <= duration and club_speed == free.v_club:
                 # The usual case: nothing that acts has changed yet.
                 self.in_force = inputs
                 return
-        touch = self.touch or self._touch_by(high, low)
+            if t >= duration:
+                end = added(self.began_high, self.began_low, duration)
+                touch = *end, free.x_ball + free.v_ball * duration, free.v_club
         if touch is None:
-            if inputs[2] != self.phase.v_club:
-                self._approach_anew(inputs[2], high, low)
+            self._approach_anew(club_speed, t)
+            self.began_high, self.began_low = high, low
         elif not self._offset and self._is_now(touch, high, low):
-            self.phase = approach(touch[2], 0.0, 0.0, inputs[2], p.ball_speed)
+            self.free = approach(touch[2], 0.0, 0.0, club_speed, p.ball_speed)
             self.began_high, self.began_low = touch[:2]
             self.touch = self.contact = self.contact_start = None
         else:
             t = self.advance(high, low)
-            if self.contact_start is not None and self.in_contact:
-                k, b, _ = inputs
+            if self.contact is not None and self.contact_start is not None:
                 if p.restitution_at_rest:
                     b = p.contact_law.damping(p, k, touch[3] - p.ball_speed)
                 if (k, b) != self.contact_start[:2]:
-                    self._change_contact(k, b, t, high, low)
+                    self._change_contact(self.contact, k, b, t, high, low)
                     self.began_high, self.began_low = high, low
         self.in_force = inputs
-
-    def _touch_by(self, high: float, low: float) -> Touch | None:
-        """The touch that this approach leads to, if it is not after this instant."""
-        phase = self.phase
-        duration = phase.duration
-        t = (high - self.began_high) + (low - self.began_low)
-        if t < duration:
-            return None
-        end = added(self.began_high, self.began_low, duration)
-        return *end, phase.x_ball + phase.v_ball * duration, phase.v_club
 
     @staticmethod
     def _is_now(touch: Touch, high: float, low: float) -> bool:
         """Whether no step has moved past a touch yet, to the last bit of the clock."""
         return (high - touch[0]) + (low - touch[1]) <= _RESOLUTION * touch[0]
 
-    def _approach_anew(self, club_speed: float, high: float, low: float) -> None:
-        t = (high - self.began_high) + (low - self.began_low)
-        phase = self.phase
+    def _approach_anew(self, club_speed: float, t: float) -> None:
+        x_ball, _, v_ball, compression, closing, compression_low, _ = self.free
         # Two-sum again: a speed that changes at 10⁶ points still closes the right gap.
-        step = -phase.closing * t
-        gap = step - phase.compression
+        step = -closing * t
+        gap = step - compression
         back = gap - step
-        gap_low = (step - (gap - back)) - (phase.compression + back) - phase.compression_low
-        x_ball = phase.x_ball + phase.v_ball * t
-        self.phase = approach(x_ball, gap, gap_low, club_speed, phase.v_ball)
-        self.began_high, self.began_low = high, low
+        gap_low = (step - (gap - back)) - (compression + back) - compression_low
+        self.free = approach(x_ball + v_ball * t, gap, gap_low, club_speed, v_ball)
 
-    def _change_contact(self, k: float, b: float, t: float, high: float, low: float) -> None:
+    def _change_contact(
+        self, contact: ContactPhase, k: float, b: float, t: float, high: float, low: float
+    ) -> None:
         """`k` or `b` changed during contact: a new phase starts from the present state."""
-        p, phase = self.parameters, self.phase
-        law = p.contact_law
+        p, law = self.parameters, self.parameters.contact_law
         if len(self._finished) >= _REMEMBERED:
             self._sum_up()
-        course, scale = phase.course()
-        now = self.settled(course(scale * t), high, low)
-        _, x_club, _, v_club, v_ball, compression = now
-        start = Start(x_club, compression, v_club, v_ball, phase.closing(t))
-        following: Free | ContactPhase
-        pushed = law.force(p, k, b, compression, start.closing) > 0.0
-        if pushed or (not compression and start.closing > 0.0):
-            self.contact = following = law.contact(p, k, b, start)
+        course, scale = contact.course()
+        _, x_club, x_ball, v_club, v_ball, d = self.settled(course(scale * t), high, low)
+        closing = contact.closing(t)
+        if law.force(p, k, b, d, closing) > 0.0 or (not d and closing > 0.0):
+            start = Start(x_club, d, v_club, v_ball, closing)
+            self.contact = law.contact(p, k, b, start)
             self.contact_start = k, b, start
         else:
-            following = Free(now[2], v_club, v_ball, compression, start.closing)
+            self.free = Free(x_ball, v_club, v_ball, d, closing)
             self.contact = None
-        self._finished += ((phase, t, self._offset),)
+        self._finished += ((contact, t, self._offset),)
         self._offset += t
-        self.phase = following
 
     # State
 
@@ -315,53 +297,38 @@ class Impact:
     def restore(self, snapshot: tuple) -> None:
         """Become the impact that a snapshot was taken of."""
         (
-            self.parameters,
-            self.phase,
-            self.contact,
-            self._finished,
-            self.in_force,
-            self.began_high,
-            self.began_low,
-            self.touch,
-            self.contact_start,
-            self._offset,
+            self.parameters, self.free, self.contact, self._last, self._finished, self.in_force,
+            self.began_high, self.began_low, self.touch, self.contact_start, self._offset,
             self._peaks,
-        ) = snapshot
-
-    @staticmethod
-    def has_made(snapshot: tuple) -> bool:
-        """Whether this is a snapshot of an impact."""
-        return type(snapshot) is tuple
+        ) = snapshot  # fmt: skip
 
     def packed(self) -> list:
         """The same as numbers and lists of numbers, for `unpacked` in another process."""
         self._sum_up()
-        parameters, phase, contact, _, *plain = _everything(self)
-        free = None if phase is contact else phase
-        return [parameters.values(), free, contact is not None, *plain]
+        parameters, free, contact, last, _, *plain = _everything(self)
+        return [parameters.values(), free, contact is not None, last is not None, *plain]
 
     @classmethod
     def unpacked(cls, packed: list) -> "Impact":
         """The impact that `packed` was taken of; a contact is made again from the same numbers."""
-        values, free, has_contact, in_force, high, low, touch, start, offset, peaks = packed
+        values, free, goes_on, is_over, in_force, high, low, touch, start, offset, peaks = packed
         p = Parameters(*values)
         contact = None
         if start is not None:
             k, b, bodies = start
             start = k, b, Start(*bodies)
-            if has_contact:
-                contact = p.contact_law.contact(p, *start)
-        phase = contact if free is None else Free(*free)
+            contact = p.contact_law.contact(p, *start)
+        contacts = contact if goes_on else None, contact if is_over else None
         touch = None if touch is None else tuple(touch)
-        changing = tuple(in_force), high, low, touch, start, offset, Peaks(*peaks)
-        return cls.restored((p, phase, contact, (), *changing))
+        changing = tuple(in_force), high, low, touch, start, offset, tuple(peaks)
+        return cls.restored((p, Free(*free), *contacts, (), *changing))
 
     # Results so far, each at an instant whose phase has been gone on to.
 
     @property
     def in_contact(self) -> bool:
         """Whether the bodies are in contact now."""
-        return self.phase is self.contact
+        return self.contact is not None
 
     def contact_time(self, high: float, low: float) -> float:
         """Time in contact so far, s."""
@@ -371,43 +338,39 @@ class Impact:
         """How far the ball has moved while in contact, m."""
         if self.touch is None:
             return 0.0
-        x_ball = state[2] if self.in_contact else self.phase.x_ball
+        x_ball = self.free.x_ball if self.contact is None else state[2]
         return x_ball - self.touch[2]
 
     def impulse(self, high: float, low: float) -> float:
         """Impulse of the contact force so far, N.s."""
-        self._sum_up()
-        so_far = self._peaks.impulse
-        if self.in_contact:
-            so_far += self.phase.impulse(0.0, self.elapsed(high, low))
+        so_far = self._sum_up()[3]
+        if self.contact is not None:
+            so_far += self.contact.impulse(0.0, self.elapsed(high, low))
         return so_far
 
     def peak_force(self, high: float, low: float) -> tuple[float, float]:
         """Largest contact force so far (N) and when it was, s since first touch."""
-        self._sum_up()
-        best = self._peaks.force, self._peaks.time
-        if not self.in_contact:
+        best = self._sum_up()[:2]
+        if self.contact is None:
             return best
-        return _later_peak(best, self._offset, *self.phase.peak_force(self.elapsed(high, low)))
+        return _later_peak(best, self._offset, *self.contact.peak_force(self.elapsed(high, low)))
 
     def peak_compression(self, high: float, low: float) -> float:
         """Largest compression so far, m."""
-        self._sum_up()
-        best = self._peaks.compression
-        if self.in_contact:
-            return max(best, self.phase.peak_compression(self.elapsed(high, low)))
-        return best
+        best = self._sum_up()[2]
+        if self.contact is None:
+            return best
+        return max(best, self.contact.peak_compression(self.elapsed(high, low)))
 
-    def _sum_up(self) -> None:
-        if not self._finished:
-            return
+    def _sum_up(self) -> tuple[float, float, float, float]:
+        """What the contact phases that ended leave behind; see `_peaks`."""
         force, time, compression, impulse = self._peaks
-        for phase, end, offset in self._finished:
-            force, time = _later_peak((force, time), offset, *phase.peak_force(end))
-            compression = max(compression, phase.peak_compression(end))
-            impulse += phase.impulse(0.0, end)
-        self._peaks = Peaks(force, time, compression, impulse)
-        self._finished = ()
+        for contact, end, offset in self._finished:
+            force, time = _later_peak((force, time), offset, *contact.peak_force(end))
+            compression = max(compression, contact.peak_compression(end))
+            impulse += contact.impulse(0.0, end)
+        self._peaks, self._finished = (force, time, compression, impulse), ()
+        return self._peaks
 
     def impulse_of_step(self, high: float, low: float, step: float) -> float:
         """Impulse of the contact force over the last `step` seconds, N.s.
@@ -415,11 +378,11 @@ class Impact:
         Relative to the step, not to the whole impulse: the mean force over a nanosecond is as good
         as the one over a millisecond.
         """
-        contact = self.contact
+        contact = self.contact or self._last
         if contact is None:
             return 0.0
         # Since the start of the contact, of which the present phase began at its end if it is over.
-        passed = 0.0 if self.phase is contact else contact.duration
+        passed = contact.duration if self.contact is None else 0.0
         end = min(passed + self.elapsed(high, low), contact.duration)
         # Where the step began, from its own clock: with a step far longer than the contact, the
         # difference of two late times would tell nothing.

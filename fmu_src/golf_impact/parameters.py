@@ -5,6 +5,8 @@ from operator import attrgetter
 from typing import Any
 
 from .laws import LAWS
+from .laws import contact as laws
+from .laws.contact import Inputs
 from .variables import VARIABLES, Variable
 
 #: Rates (1/s), masses (kg), speeds and lengths outside these bounds would overflow on the way.
@@ -18,7 +20,7 @@ _NAMES = tuple(row.name for row in VARIABLES if row.causality == "parameter")
 _values = attrgetter(*_NAMES)
 
 
-class Parameters:
+class Parameters(laws.Parameters):
     """The values that stay fixed from the end of initialization on; never changed in place.
 
     Args:
@@ -28,31 +30,13 @@ class Parameters:
     # Not a named tuple: an attribute of one costs a look-up.
     __slots__ = (*_NAMES, "contact_law", "ordinary")
 
-    m_club: float
-    m_ball: float
-    ball_diameter: float
-    ball_speed: float
-    gap: float
-    law: int
-    exponent: float
-    reference_compression: float
-    restitution_at_rest: float
-    restitution_slope: float
-
     def __init__(self, *values: Any) -> None:
         # At once: a loop over the names would take four times as long.
         (
-            self.m_club,
-            self.m_ball,
-            self.ball_diameter,
-            self.ball_speed,
-            self.gap,
-            self.law,
-            self.exponent,
-            self.reference_compression,
-            self.restitution_at_rest,
+            self.m_club, self.m_ball, self.ball_diameter, self.ball_speed, self.gap, self.law,
+            self.exponent, self.reference_compression, self.restitution_at_rest,
             self.restitution_slope,
-        ) = values
+        ) = values  # fmt: skip
         #: What `law` stands for.
         self.contact_law = LAWS[self.law]
         #: Far inside all bounds: no ordinary inputs lead out of them.
@@ -66,9 +50,6 @@ class Parameters:
         return _values(self)
 
 
-#: k (N/m), b (N.s/m) and club_speed (m/s): what a host may change at every communication point.
-Inputs = tuple[float, float, float]
-
 INPUTS = 3
 SETTABLE = INPUTS + len(_NAMES)
 
@@ -76,15 +57,14 @@ SETTABLE = INPUTS + len(_NAMES)
 def refusal(variable: Variable, value: object) -> str:
     """Why this value of this variable isn't accepted."""
     unit = f" {variable.unit}" if variable.unit not in ("", "1") else ""
-    return f"{variable.name} = {value!r}{unit} is refused: it must be {_in_words(variable)}"
-
-
-def _in_words(variable: Variable) -> str:
-    if variable.type == "Enumeration" or variable.allowed == "finite":
-        return variable.allowed if variable.type == "Enumeration" else "a finite number"
-    if ".." in variable.allowed:
-        return f"between {variable.low:g} and {variable.high:g}"
-    return f"a finite number {variable.allowed}"
+    allowed = "a finite number"
+    if variable.type == "Enumeration":
+        allowed = variable.allowed
+    elif ".." in variable.allowed:
+        allowed = f"between {variable.low:g} and {variable.high:g}"
+    elif variable.allowed != "finite":
+        allowed += f" {variable.allowed}"
+    return f"{variable.name} = {value!r}{unit} is refused: it must be {allowed}"
 
 
 def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
@@ -95,22 +75,19 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
     """
     p = parameters
     k, b, club_speed = inputs
+    # A quick yes, since a host may set inputs at every step.
     if p.ordinary and 1e-6 < k < 1e30 and b < 1e6 and -1e30 < club_speed < 1e30:
-        # A quick yes, since a host may set inputs at every step.
         return p.contact_law.refusal(p, inputs)
     speed = abs(club_speed) + abs(p.ball_speed)
     total = p.m_club + p.m_ball
     mu = p.m_club * (p.m_ball / total)
-    omega = sqrt(k / mu) if mu and k / mu < inf else inf
-    zeta = b / (2.0 * mu * omega) if 0.0 < mu * omega < inf else inf
-    if p.restitution_at_rest:
-        # b isn't used, and a COR allows no more damping than can be computed.
-        zeta = 0.0
+    omega = sqrt(k / mu) if mu else inf
+    # If b isn't used: a COR allows no more damping than can be computed.
     if not (
         mu >= _SMALLEST
         and total <= _LARGEST
         and _SMALLEST <= omega <= _LARGEST
-        and zeta <= _RATIO
+        and (p.restitution_at_rest or b <= 2.0 * _RATIO * mu * omega)
         and p.m_club <= _RATIO * p.m_ball
         and p.m_ball <= _RATIO * p.m_club
         and speed <= _LARGEST

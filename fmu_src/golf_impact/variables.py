@@ -1,6 +1,7 @@
 """The one table of the component's variables; every interface and document is made from it."""
 
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 from .laws import LAWS as _LAWS
 
@@ -55,37 +56,26 @@ LAWS: dict[int, tuple[str, str]] = {n: (law.name, law.description) for n, law in
 
 
 def _real(
-    name: str,
-    causality: str,
-    unit: str,
-    start: float | None,
-    allowed: str,
-    nominal: float,
-    display: str | None,
-    description: str,
-) -> Variable:
+    causality: str, name: str, unit: str, start: float | None, allowed: str, nominal: float,
+    display: str | None, description: str,
+) -> Variable:  # fmt: skip
     low, high = -_LARGEST, _LARGEST
     if allowed.startswith("> 0"):
         low = _ABOVE_ZERO
     elif allowed.startswith(">= "):
         low = float(allowed[3:])
     elif ".." in allowed:
-        low, high = (float(bound) for bound in allowed.split(".."))
+        low, high = map(float, allowed.split(".."))
     return Variable(
         name, causality, "Real", unit, start, low, high, allowed, nominal, display, description
     )
 
 
-def _input(*row) -> Variable:
-    return _real(row[0], "input", *row[1:])
+_input, _parameter = partial(_real, "input"), partial(_real, "parameter")
 
 
-def _parameter(*row) -> Variable:
-    return _real(row[0], "parameter", *row[1:])
-
-
-def _output(name: str, unit: str, allowed: str, nominal: float, display, text: str) -> Variable:
-    return _real(name, "output", unit, None, allowed, nominal, display, text)
+def _output(name: str, unit: str, *others: Any) -> Variable:
+    return _real("output", name, unit, None, *others)
 
 
 def _flag(name: str, text: str) -> Variable:
@@ -137,11 +127,11 @@ REFERENCES: dict[str, int] = {variable.name: n for n, variable in enumerate(VARI
 #: FMI 3.0 needs these as well: time, and what only Model Exchange is about. Their value references
 #: go on from the table's.
 MORE_VARIABLES: tuple[Variable, ...] = (
-    _real("time", "independent", "s", None, "finite", 1e-3, "ms", "Time"),
-    _real("club_acceleration", "local", "m/s2", None, "finite", 3e4, None, "Acceleration of the club head"),
-    _real("ball_acceleration", "local", "m/s2", None, "finite", 1e5, None, "Acceleration of the ball"),
-    _real("touch_indicator", "local", "", None, "finite", 1.0, None, "Event indicator of first touch: above 0 before it, then -1"),
-    _real("separation_indicator", "local", "", None, "finite", 1.0, None, "Event indicator of separation: above 0 before it, then -1"),
+    _real("independent", "time", "s", None, "finite", 1e-3, "ms", "Time"),
+    _real("local", "club_acceleration", "m/s2", None, "finite", 3e4, None, "Acceleration of the club head"),
+    _real("local", "ball_acceleration", "m/s2", None, "finite", 1e5, None, "Acceleration of the ball"),
+    _real("local", "touch_indicator", "", None, "finite", 1.0, None, "Event indicator of first touch: above 0 before it, then -1"),
+    _real("local", "separation_indicator", "", None, "finite", 1.0, None, "Event indicator of separation: above 0 before it, then -1"),
 )  # fmt: skip
 
 MORE_UNITS: dict[str, Unit] = {"m/s2": Unit({"m": 1, "s": -2}, {})}

@@ -16,7 +16,7 @@ from ..laws.contact import EARLY, State
 from ..parameters import INPUTS, SETTABLE, Inputs, Parameters, conflict, refusal
 from ..variables import VARIABLES
 from . import state
-from .outputs import MOVING, OUTPUTS, Output, Outputs
+from .outputs import MOVING, OUTPUTS, Output, readings
 
 #: Modes of an instance, in the order in which a host passes through them. Blocked: initialization
 #: has ended on values that can't be used, so parameters may still be set.
@@ -44,10 +44,6 @@ _CLOSE = 1e-12
 _OUT_OF_RANGE = "this impact leaves the range of a double"
 
 
-def _no_motion(t: float) -> State:
-    raise AssertionError("no phase has been looked at yet")
-
-
 class Component:
     """An instance between instantiation and termination.
 
@@ -56,45 +52,23 @@ class Component:
     """
 
     __slots__ = (
-        "_anchored",
-        "_count",
-        "_course_of",
-        "_impact",
-        "_mode",
-        "_motion",
-        "_moving",
-        "_now",
-        "_offset",
-        "_once",
-        "_outputs",
-        "_pace",
-        "_pick",
-        "_point",
-        "_refused",
-        "_report",
-        "_scale",
-        "_size",
-        "_until",
-        "_values",
-        "_watched",
-        "carry",
-        "clock",
-        "last_step",
-        "origin",
-        "start_time",
-    )
+        "_anchored", "_count", "_course_of", "_impact", "_mode", "_motion", "_moving", "_now",
+        "_offset", "_once", "_outputs", "_pace", "_pick", "_point", "_refused", "_report", "_scale",
+        "_size", "_until", "_watched", "carry", "clock", "last_step", "origin", "start_time",
+        "values",
+    )  # fmt: skip
 
-    #: What can be read.
-    outputs = Outputs(VARIABLES, OUTPUTS)
+    #: How to read what can be read.
+    reading = staticmethod(readings(VARIABLES, OUTPUTS))
 
-    #: What an impact may be, by the name in a serialized state.
-    kinds: ClassVar[dict[str, Any]] = {"phases": Impact}
+    #: What an impact may be, by the type of its snapshot and of what is serialized of that.
+    kinds: ClassVar[dict[type, Any]] = {tuple: Impact, list: Impact}
 
     def __init__(self, report: Callable[[str], None]) -> None:
         self._report = report
         self._mode = INSTANTIATED
         #: Values as the host sees them: inputs and parameters in the table's order.
-        self._values: list[Any] = list(_START_VALUES)
+        self.values: list[Any] = list(_START_VALUES)
         #: Why steps are refused until it is corrected, by variable name; never changed in place.
         self._refused: dict[str, str] = {}
         #: Why the next step is refused: calls that nothing can correct.
@@ -102,9 +76,7 @@ class Component:
         #: Before stepping: a preview for the present values, made when it is read.
         self._impact: Impact | None = None
         #: The sum of the accepted steps, s, as a pair, but for the last `_count`, of one size.
-        self.clock = 0.0
-        self.carry = 0.0
-        self._count = 0.0
+        self.clock = self.carry = self._count = 0.0
         #: The last accepted step, s.
         self.last_step = 0.0
         #: The same, as long as another such step needs no look at anything but the clock; or NaN.
@@ -122,10 +94,8 @@ class Component:
         #: second. What that time was before the counted steps, how much of it passes in one, and
         #: until when the function may be asked (NaN: not known yet).
         self._course_of: object = None
-        self._motion: Callable[[float], State] = _no_motion
-        self._scale = 1.0
-        self._offset = 0.0
-        self._pace = 0.0
+        self._motion: Any = None
+        self._scale = self._offset = self._pace = 0.0
         self._until = nan
         #: The state at this communication point, once it has been read.
         self._now: State | None = None
@@ -167,12 +137,8 @@ class Component:
     def _begin(self) -> str | None:
         """Fix the parameters; or say why they can't be used."""
         parameters, inputs = self._split()
-        problem = None
-        if self._refused:
-            problem = "; ".join(
-                message for name, message in self._refused.items() if hasattr(parameters, name)
-            )
-        problem = problem or conflict(parameters, inputs)
+        refused = [text for name, text in self._refused.items() if hasattr(parameters, name)]
+        problem = "; ".join(refused) or conflict(parameters, inputs)
         if problem is None:
             self._impact = Impact(parameters, inputs)
             self._mode = STEPPING
@@ -186,7 +152,7 @@ class Component:
         self._size = nan
 
     def _split(self) -> tuple[Parameters, Inputs]:
-        values = self._values
+        values = self.values
         return Parameters(*values[INPUTS:]), (values[0], values[1], values[2])
 
     # Steps
@@ -274,7 +240,7 @@ class Component:
             impact.advance(high, low)
             if impact.touch is None or impact.touch[0] >= high:
                 origin = point - high
-        values = self._values
+        values = self.values
         inputs = values[0], values[1], values[2]
         if impact.parameters.restitution_at_rest:
             self._watched, problem = impact.refusal_of_touch(high, low, inputs, size)
@@ -332,43 +298,42 @@ class Component:
             type_: the type that the host believes they have.
         """
         for reference, value in zip(references, values):
+            # First of all an input: what a host sets again and again.
             if (
                 -1 < reference < INPUTS
                 and self._mode <= STEPPING
                 and type_ == "Real"
                 and _LOW[reference] <= value <= _HIGH[reference]
                 and not self._refused
-            ):
-                # An input: what a host sets again and again.
-                if value != self._values[reference]:
-                    self._values[reference] = value
-                    self._size = nan
-                    if self._mode < STEPPING:
-                        self._impact = self._now = None
-                continue
-            variable = VARIABLES[reference] if 0 <= reference < SETTABLE else None
-            if variable is None or variable.type != type_:
-                known = 0 <= reference < len(VARIABLES)
-                what = VARIABLES[reference].name if known else f"value reference {reference}"
-                self._refuse_once(f"{what} is no {type_} input or parameter: it can't be set")
-            elif self._mode == TERMINATED:
-                self._refuse_once(f"{variable.name} can't be set after the end of the run")
-            elif not variable.low <= value <= variable.high:
-                self._refuse(variable.name, refusal(variable, value))
-            elif value == self._values[reference]:
-                self._corrected(variable.name)
-            elif reference >= INPUTS and self._mode == STEPPING:
-                self._refuse(
-                    variable.name,
-                    f"{variable.name} = {value!r} is refused: a parameter is fixed once "
-                    f"initialization has ended (at {self._values[reference]!r})",
-                )
-            else:
-                self._corrected(variable.name)
-                self._values[reference] = value
+            ) or self._accepts(reference, value, type_):
+                if value == self.values[reference]:
+                    continue
+                self.values[reference] = value
                 self._size = nan
                 if self._mode < STEPPING:
                     self._impact = self._now = None
+
+    def _accepts(self, reference: int, value: Any, type_: str) -> bool:
+        """Whether a value may be set; if not, it is refused."""
+        variable = VARIABLES[reference] if 0 <= reference < SETTABLE else None
+        if variable is None or variable.type != type_:
+            known = 0 <= reference < len(VARIABLES)
+            what = VARIABLES[reference].name if known else f"value reference {reference}"
+            self._refuse_once(f"{what} is no {type_} input or parameter: it can't be set")
+        elif self._mode == TERMINATED:
+            self._refuse_once(f"{variable.name} can't be set after the end of the run")
+        elif not variable.low <= value <= variable.high:
+            self._refuse(variable.name, refusal(variable, value))
+        elif reference >= INPUTS and self._mode == STEPPING and value != self.values[reference]:
+            self._refuse(
+                variable.name,
+                f"{variable.name} = {value!r} is refused: a parameter is fixed once "
+                f"initialization has ended (at {self.values[reference]!r})",
+            )
+        else:
+            self._corrected(variable.name)
+            return True
+        return False
 
     def reals(self, references: list[int]) -> list[float]:
         """Values of Real variables.
@@ -386,7 +351,7 @@ class Component:
             return now if pick is None else pick(now)
         asked, outputs = self._outputs
         if references != asked:
-            self._moving, self._pick, outputs = self.outputs.reading(tuple(references), "Real")
+            self._moving, self._pick, outputs = self.reading(tuple(references), "Real")
             if self._moving:
                 return self.reals(references)
             self._outputs = list(references), outputs
@@ -394,26 +359,19 @@ class Component:
         try:
             return [output(self._impact, now, self) for output in outputs]
         except (ArithmeticError, ValueError) as error:
-            return self._out_of_range(error, outputs)
+            self._report(f"{_OUT_OF_RANGE} ({error})")
+            return [nan] * len(outputs)
 
     def discretes(self, references: list[int], type_: str) -> list:
         """Values of variables of another type ("Enumeration", "Boolean")."""
         now = self._now or self._evaluate()
-        outputs = self.outputs.reading(tuple(references), type_)[2]
+        outputs = self.reading(tuple(references), type_)[2]
         return [output(self._impact, now, self) for output in outputs]
-
-    def value_of(self, reference: int) -> Any:
-        """An input or a parameter as the host has set it."""
-        return self._values[reference]
 
     def unknown(self, type_: str) -> float:
         """For a value reference that no variable of this type has."""
         self._refuse_once(f"a value reference that no {type_} variable has is refused")
         return nan if type_ == "Real" else 0
-
-    def _out_of_range(self, error: Exception, outputs: tuple[Output, ...]) -> list:
-        self._report(f"{_OUT_OF_RANGE} ({error})")
-        return [nan] * len(outputs)
 
     def _evaluate(self) -> State:
         """The state at this communication point, and what the fast read needs of its phase."""
@@ -428,10 +386,10 @@ class Component:
         try:
             t = impact.advance(high, low)
             contact = impact.contact
-            if contact is None or impact.phase is not contact:
+            if contact is None:
                 # Free motion is told from the exact instant, as quickly.
                 self._until = nan
-                now = self._now = impact.phase.state(t)
+                now = self._now = impact.free.state(t)
                 return now
             count, began, began_low = self._count, impact.began_high, impact.began_low
             offset = (self.clock - began) + (self.carry - began_low)
@@ -465,7 +423,7 @@ class Component:
     def snapshot(self) -> tuple:
         """Everything, for `restore` in any instance of this process."""
         impact = self._impact.snapshot() if self._mode >= STEPPING and self._impact else None
-        return state.OWN, tuple(self._values), *_plain(self), impact
+        return state.OWN, tuple(self.values), *_plain(self), impact
 
     def restore(self, snapshot: tuple | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
@@ -476,21 +434,10 @@ class Component:
             )
             return
         (
-            _,
-            values,
-            self._mode,
-            self._refused,
-            self._once,
-            self.clock,
-            self.carry,
-            self._count,
-            self.last_step,
-            self.start_time,
-            self.origin,
-            self._point,
-            impact,
-        ) = snapshot
-        self._values = list(values)
+            _, values, self._mode, self._refused, self._once, self.clock, self.carry, self._count,
+            self.last_step, self.start_time, self.origin, self._point, impact,
+        ) = snapshot  # fmt: skip
+        self.values = list(values)
         if impact is None:
             self._impact = None
         elif type(self._impact) is Impact:

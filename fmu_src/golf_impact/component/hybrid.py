@@ -13,7 +13,7 @@ from ..laws.contact import State
 from ..parameters import INPUTS
 from ..variables import MORE_VARIABLES, VARIABLES
 from .component import BLOCKED, STEPPING, Component
-from .outputs import OUTPUTS, Output, Outputs
+from .outputs import OUTPUTS, Output, readings
 from .solved import SolvedImpact, acceleration, separation_indicator, touch_indicator
 from .state import is_own
 
@@ -36,8 +36,8 @@ class HybridComponent(Component):
 
     __slots__ = ("_solved",)
 
-    outputs = Outputs(VARIABLES + MORE_VARIABLES, OUTPUTS | _MORE)
-    kinds: ClassVar[dict[str, Any]] = {"phases": Impact, "solved": SolvedImpact}
+    reading = staticmethod(readings(VARIABLES + MORE_VARIABLES, OUTPUTS | _MORE))
+    kinds: ClassVar[dict[type, Any]] = Component.kinds | {dict: SolvedImpact}
 
     def __init__(self, report: Callable[[str], None]) -> None:
         super().__init__(report)
@@ -73,7 +73,7 @@ class HybridComponent(Component):
         super().set_values(references, values, type_)
         solved = self._solved
         if solved is not None:
-            inputs: Any = tuple(self._values[:INPUTS])
+            inputs: Any = tuple(self.values[:INPUTS])
             if inputs != solved.in_force:
                 solved.hold(inputs)
             self._now = None
@@ -99,19 +99,13 @@ class HybridComponent(Component):
         if problem is None and solved is not None:
             self._now = None
             jumped = solved.update(self.clock)
-            if solved.refusal_of_touch is not None:
-                problem = _refused_at_touch(solved)
+            problem = solved.refusal_of_touch
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
             return True, jumped, None
-        return False, jumped, self._next_event() if solved is None else None
-
-    def _next_event(self) -> float | None:
-        """The host's time of the next touch or separation, s; None before the first step.
-
-        Until then the instance may still be used for Model Exchange, where indicators tell it.
-        """
-        return next(self._events_after(self._point), None) if self.last_step else None
+        # Before the first step it may still be used for Model Exchange, where indicators tell it.
+        ahead = solved is None and self.last_step
+        return False, jumped, next(self._events_after(self._point), None) if ahead else None
 
     def _events_after(self, point: float) -> Iterator[float]:
         """When touch and separation are still to come (s), if the host's time is this one now."""
@@ -120,14 +114,14 @@ class HybridComponent(Component):
             return
         high, low = self.instant()
         ahead = Impact.restored(impact.snapshot())
-        values = self._values
-        inputs = values[0], values[1], values[2]
+        inputs: Any = tuple(self.values[:INPUTS])
         try:
             if inputs != ahead.in_force:
                 ahead.hold(high, low, inputs)
             while True:
                 ahead.advance(high, low)
-                left = nextafter(ahead.phase.duration - ahead.elapsed(high, low), inf)
+                phase = ahead.contact or ahead.free
+                left = nextafter(phase.duration - ahead.elapsed(high, low), inf)
                 if left == inf:
                     return
                 # The event belongs to a step that ends there, so the difference that the host takes
@@ -175,12 +169,12 @@ class HybridComponent(Component):
         solved = SolvedImpact(*self._split())
         solved.update(self.clock)
         if self._mode == STEPPING:
-            self._solved = solved
-            self._impact = solved  # type: ignore[assignment]  # results look at either
+            # Results look at either.
+            self._impact = self._solved = solved  # type: ignore[assignment]
             self._now = None
             self._until = self.last_step = nan
             if solved.refusal_of_touch is not None:
-                self._report(_refused_at_touch(solved))
+                self._report(solved.refusal_of_touch)
         return solved
 
     def set_time(self, time: float) -> None:
@@ -189,7 +183,8 @@ class HybridComponent(Component):
         if not solved.started:
             solved.started = True
             self.start_time = time
-            solved.start_at(time)
+            if solved.touch is not None:
+                solved.touch = (time, *solved.touch[1:])
         self.clock = time
         self._now = None
 
@@ -209,11 +204,14 @@ class HybridComponent(Component):
         solved = self._solving()
         if self._refused or self._mode == BLOCKED or solved.refusal_of_touch is not None:
             return [nan] * 4
-        return solved.derivatives()
+        now = solved.now()
+        return [now[3], now[4], acceleration(solved, now, 0), acceleration(solved, now, 1)]
 
     def indicators(self) -> list[float]:
         """Of touch and separation: above 0 until it happens."""
-        return self._solving().indicators()
+        solved = self._solving()
+        now = solved.now()
+        return [touch_indicator(solved, now), separation_indicator(solved, now)]
 
     # State
 
@@ -221,14 +219,9 @@ class HybridComponent(Component):
         """Go back to a snapshot: the instance is then exactly as it was."""
         if snapshot is None or not is_own(snapshot):
             super().restore(snapshot)
-            return
-        solved = snapshot[-1] if SolvedImpact.has_made(snapshot[-1]) else None
-        super().restore((*snapshot[:-1], None) if solved else snapshot)
-        self._solved = SolvedImpact.restored(solved) if solved else None
-        if solved:
-            self._impact = self._solved  # type: ignore[assignment]
-
-
-def _refused_at_touch(solved: SolvedImpact) -> str:
-    assert solved.touch is not None
-    return f"club_speed = {solved.touch[3]!r} m/s is refused at touch: {solved.refusal_of_touch}"
+        elif type(snapshot[-1]) is dict:
+            super().restore((*snapshot[:-1], None))
+            self._impact = self._solved = SolvedImpact.restored(snapshot[-1])  # type: ignore
+        else:
+            super().restore(snapshot)
+            self._solved = None

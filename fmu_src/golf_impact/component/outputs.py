@@ -6,36 +6,18 @@ S is 0, too, if the club stood at touch.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from math import inf
 from operator import itemgetter
-from typing import Any, Protocol
+from typing import Any
 
 from ..impact import Impact
 from ..laws.contact import State
 from ..parameters import SETTABLE
 from ..variables import Variable
 
-
-class Moment(Protocol):
-    """What an output may ask about the communication point, beside the impact's state."""
-
-    #: The last communication step, s (0 before the first).
-    last_step: float
-    #: The host's time at the start of the run, and when the clock stood at 0, s.
-    start_time: float
-    origin: float
-
-    def instant(self) -> tuple[float, float]:
-        """Time since the start, s, as a pair."""
-
-    def value_of(self, reference: int) -> Any:
-        """An input or a parameter."""
-
-    def unknown(self, type_: str) -> float:
-        """For a value reference that no variable of this type has."""
-
-
-#: Its arguments: the impact, its state, and the communication point.
+#: Its arguments: the impact, its state, and the instance for its clock (`instant`, `last_step`,
+#: `start_time`, `origin`, `values`, `unknown`).
 Output = Callable[[Any, State, Any], Any]
 
 
@@ -43,17 +25,18 @@ def _moving(index: int) -> Output:
     return lambda impact, state, at: state[index]
 
 
-def _mean_force(impact: Impact, state: State, at: Moment) -> float:
+def _mean_force(impact: Impact, state: State, at: Any) -> float:
+    high, low = at.instant()
     step = at.last_step
-    return impact.impulse_of_step(*at.instant(), step) / step if step else 0.0
+    return impact.impulse_of_step(high, low, step) / step if step else 0.0
 
 
-def _touch_time(impact: Impact, state: State, at: Moment) -> float:
+def _touch_time(impact: Impact, state: State, at: Any) -> float:
     touch = impact.touch
     return at.start_time if touch is None else at.origin + (touch[0] + touch[1])
 
 
-def _smash_factor(impact: Impact, state: State, at: Moment) -> float:
+def _smash_factor(impact: Impact, state: State, at: Any) -> float:
     touch = impact.touch
     if touch is None or not touch[3]:
         return 0.0
@@ -62,14 +45,14 @@ def _smash_factor(impact: Impact, state: State, at: Moment) -> float:
     return 0.0 if abs(factor) == inf else factor
 
 
-def _coefficient_of_restitution(impact: Impact, state: State, at: Moment) -> float:
+def _coefficient_of_restitution(impact: Impact, state: State, at: Any) -> float:
     touch = impact.touch
     if touch is None:
         return 0.0
     return (state[4] - state[3]) / (touch[3] - impact.parameters.ball_speed)
 
 
-def _energy_efficiency(impact: Impact, state: State, at: Moment) -> float:
+def _energy_efficiency(impact: Impact, state: State, at: Any) -> float:
     touch = impact.touch
     if touch is None:
         return 1.0
@@ -81,17 +64,17 @@ def _energy_efficiency(impact: Impact, state: State, at: Moment) -> float:
     return (m_club * v_club * v_club + m_ball * v_ball * v_ball) / at_touch if at_touch else 1.0
 
 
-def _momentum(impact: Impact, state: State, at: Moment) -> float:
+def _momentum(impact: Impact, state: State, at: Any) -> float:
     return impact.parameters.m_club * state[3] + impact.parameters.m_ball * state[4]
 
 
-def _kinetic_energy(impact: Impact, state: State, at: Moment) -> float:
+def _kinetic_energy(impact: Impact, state: State, at: Any) -> float:
     _, _, _, v_club, v_ball, _ = state
     p = impact.parameters
     return 0.5 * (p.m_club * v_club * v_club + p.m_ball * v_ball * v_ball)
 
 
-def _max_compression(impact: Impact, state: State, at: Moment) -> float:
+def _max_compression(impact: Impact, state: State, at: Any) -> float:
     # After law 2's separation the ball is not yet round, but no contact compresses it.
     return max(impact.peak_compression(*at.instant()), state[5])
 
@@ -130,47 +113,36 @@ MOVING = range(SETTABLE, SETTABLE + 6)
 #: if all are of the state (None: they are its first ones); else None twice, and the outputs.
 Reading = tuple[list[int] | None, Callable[[State], list[float]] | None, tuple[Output, ...]]
 
-_MAX_READINGS = 256
 
-
-class Outputs:
-    """What an instance can be asked for, by value reference.
+def readings(
+    variables: tuple[Variable, ...], functions: dict[str, Output]
+) -> Callable[[tuple[int, ...], str], Reading]:
+    """How to read any variables of one type, by their value references.
 
     Args:
         variables: the table.
         functions: of each output, by name.
     """
 
-    def __init__(self, variables: tuple[Variable, ...], functions: dict[str, Output]) -> None:
-        self._variables = variables
-        self._functions = functions
-        self._readings: dict[tuple[tuple[int, ...], str], Reading] = {}
-
-    def reading(self, references: tuple[int, ...], type_: str) -> Reading:
-        """How to read variables of one type; a host asks for a few lists again and again."""
-        key = references, type_
-        if key not in self._readings:
-            if len(self._readings) >= _MAX_READINGS:
-                self._readings.clear()
-            self._readings[key] = self._reading(references, type_)
-        return self._readings[key]
-
-    def _reading(self, references: tuple[int, ...], type_: str) -> Reading:
-        if type_ != "Real" or len(references) < 2 or not all(n in MOVING for n in references):
-            return None, None, tuple(self._output(n, type_) for n in references)
-        places = [MOVING.index(n) for n in references]
-        if len(places) > 4 and places == list(range(len(places))):
-            return list(references), None, ()
-        first, last = places[0], places[-1]
-        if places == list(range(first, last + 1)):
-            return list(references), itemgetter(slice(first, last + 1)), ()
-        pick = itemgetter(*places)
-        return list(references), lambda state: list(pick(state)), ()
-
-    def _output(self, reference: int, type_: str) -> Output:
-        known = 0 <= reference < len(self._variables)
-        if not known or self._variables[reference].type != type_:
+    def output(reference: int, type_: str) -> Output:
+        known = 0 <= reference < len(variables)
+        if not known or variables[reference].type != type_:
             return lambda impact, state, at: at.unknown(type_)
         if reference < SETTABLE:
-            return lambda impact, state, at: at.value_of(reference)
-        return self._functions[self._variables[reference].name]
+            return lambda impact, state, at: at.values[reference]
+        return functions[variables[reference].name]
+
+    # A host asks for a few lists again and again.
+    @lru_cache(256)
+    def reading(references: tuple[int, ...], type_: str) -> Reading:
+        if type_ != "Real" or len(references) < 2 or not all(n in MOVING for n in references):
+            return None, None, tuple(output(n, type_) for n in references)
+        asked, places = list(references), [MOVING.index(n) for n in references]
+        first, last = places[0], places[-1]
+        if places != list(range(first, last + 1)):
+            pick = itemgetter(*places)
+            return asked, lambda state: list(pick(state)), ()
+        whole = first == 0 and last > 3
+        return asked, None if whole else itemgetter(slice(first, last + 1)), ()
+
+    return reading

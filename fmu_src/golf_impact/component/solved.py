@@ -5,6 +5,7 @@ equations say how that changes. `results` reads both in the same way.
 """
 
 from math import nan
+from typing import Any
 
 from ..impact import Impact, Touch
 from ..laws.contact import State
@@ -22,20 +23,6 @@ class SolvedImpact:
         inputs: k, b and club_speed from the start on.
     """
 
-    __slots__ = (
-        "_acting",
-        "_dragged",
-        "_dragging",
-        "_ended",
-        "in_contact",
-        "in_force",
-        "parameters",
-        "refusal_of_touch",
-        "started",
-        "states",
-        "touch",
-    )
-
     def __init__(self, parameters: Parameters, inputs: Inputs) -> None:
         self.parameters = parameters
         #: The inputs that act now, and stiffness and damping that follow from them.
@@ -50,8 +37,8 @@ class SolvedImpact:
         self.refusal_of_touch: str | None = None
         #: Whether the host's time at the start is known, or may not be told any more.
         self.started = False
-        #: What law 1's drag has taken from the ball until the last event, N.s; and b from then on
-        #: (N.s/m), and where the ball was (m).
+        #: What law 1's drag has taken from the ball until the last event, N.s; and its coefficient
+        #: from then on (N.s/m), and where the ball was (m).
         self._dragged = 0.0
         self._dragging = (0.0, 0.0)
         #: Contact time, s, and position of the ball, m, when contact ended.
@@ -59,7 +46,7 @@ class SolvedImpact:
 
     # The equations
 
-    def _now(self) -> State:
+    def now(self) -> State:
         """As `state`, but force and compression go on below 0 as a solver needs them."""
         x_club, x_ball, v_club, v_ball = self.states
         if self.touch is None:
@@ -72,39 +59,20 @@ class SolvedImpact:
             force = p.contact_law.force(p, k, b, compression, v_club - v_ball)
         return [force, x_club, x_ball, v_club, v_ball, compression]
 
-    def derivatives(self) -> list[float]:
-        """Of the four states, in their order."""
-        now = self._now()
-        return [now[3], now[4], acceleration(self, now, 0), acceleration(self, now, 1)]
-
-    def indicators(self) -> list[float]:
-        """Of touch and separation."""
-        now = self._now()
-        return [touch_indicator(self, now), separation_indicator(self, now)]
-
     # Events
 
     def hold(self, inputs: Inputs) -> None:
         """Take these inputs from this instant on, which a solver may only be trying."""
-        self.in_force = inputs
-        self._act()
-
-    def _act(self) -> None:
-        p = self.parameters
-        k, b, _ = self.in_force
+        p, self.in_force = self.parameters, inputs
+        k, b, _ = inputs
         if p.restitution_at_rest and self.touch is not None:
             b = p.contact_law.damping(p, k, self.touch[3] - p.ball_speed)
         self._acting = k, b
 
     def _drag(self) -> float:
         """What law 1's drag has taken from the ball since the last event, N.s."""
-        b, x_ball = self._dragging
-        return b * (self.states[1] - x_ball)
-
-    def start_at(self, time: float) -> None:
-        """The host's time at the start, s, if it hadn't been told before."""
-        if self.touch is not None:
-            self.touch = (time, *self.touch[1:])
+        drag, x_ball = self._dragging
+        return drag * (self.states[1] - x_ball)
 
     def update(self, time: float) -> bool:
         """Whatever happens at this instant (host's time, s); whether a state has jumped."""
@@ -116,27 +84,24 @@ class SolvedImpact:
                 self.touch = (time, 0.0, x_ball, club_speed)
                 self.in_contact = True
                 p = self.parameters
-                self.refusal_of_touch = p.contact_law.refusal_of_touch(p, club_speed - p.ball_speed)
+                self.refusal_of_touch = p.contact_law.refusal_of_touch(p, club_speed)
                 if self.refusal_of_touch is None:
-                    self._act()
-                self._dragging = (self._drag_coefficient(), x_ball)
+                    self.hold(self.in_force)
+                self._dragging = p.contact_law.drag(self._acting[1]), x_ball
             return v_club != club_speed
         if self.in_contact:
             self._dragged += self._drag()
-            self._dragging = (self._drag_coefficient(), x_ball)
-            if separation_indicator(self, self._now()) <= 0.0:
+            self._dragging = self.parameters.contact_law.drag(self._acting[1]), x_ball
+            if separation_indicator(self, self.now()) <= 0.0:
                 self._ended = (time - self.touch[0], x_ball)
                 self.in_contact = False
         return False
-
-    def _drag_coefficient(self) -> float:
-        return self.parameters.contact_law.drag(self._acting[1])
 
     # What results ask for, as of Impact
 
     def state(self) -> State:
         """Force (N), positions (m) and velocities (m/s) of club and ball, compression (m)."""
-        now = self._now()
+        now = self.now()
         now[0] = max(0.0, now[0])
         now[5] = max(0.0, now[5])
         return now
@@ -164,51 +129,41 @@ class SolvedImpact:
         gained = p.m_ball * (self.states[3] - p.ball_speed)
         return gained + self._dragged + (self._drag() if self.in_contact else 0.0)
 
+    # NaN: nobody tells which of the states asked about have been passed, and there are no steps.
+
     def peak_force(self, high: float, low: float) -> tuple[float, float]:
-        """NaN: nobody tells which of the states asked about have really been passed."""
         return nan, nan
 
     def peak_compression(self, high: float, low: float) -> float:
-        """NaN, as the peak force."""
         return nan
 
     def impulse_of_step(self, high: float, low: float, step: float) -> float:
-        """NaN: there is no communication step."""
         return nan
 
     # State
 
-    def snapshot(self) -> list:
+    def snapshot(self) -> dict[str, Any]:
         """Everything, for `restored`; its parts are never changed in place."""
-        return [getattr(self, name) for name in self.__slots__]
-
-    @staticmethod
-    def has_made(snapshot: object) -> bool:
-        """Whether this is a snapshot of a solved impact."""
-        return type(snapshot) is list
+        return dict(vars(self))
 
     @classmethod
-    def restored(cls, snapshot: list) -> "SolvedImpact":
+    def restored(cls, snapshot: dict[str, Any]) -> "SolvedImpact":
         """The impact that a snapshot was taken of."""
         self = cls.__new__(cls)
-        for name, value in zip(cls.__slots__, snapshot, strict=True):
-            setattr(self, name, value)
+        vars(self).update(snapshot)
         return self
 
-    def packed(self) -> list:
+    def packed(self) -> dict[str, Any]:
         """The same as numbers and lists of numbers, for `unpacked` in another process."""
-        at = self.__slots__.index("parameters")
-        plain = self.snapshot()
-        plain[at] = self.parameters.values()
-        return plain
+        return self.snapshot() | {"parameters": self.parameters.values()}
 
     @classmethod
-    def unpacked(cls, packed: list) -> "SolvedImpact":
+    def unpacked(cls, packed: dict[str, Any]) -> "SolvedImpact":
         """The impact that `packed` was taken of."""
-        self = cls.restored([tuple(v) if isinstance(v, list) else v for v in packed])
-        self.parameters = Parameters(*self.parameters)  # type: ignore[misc]
-        self.states = [float(value) for value in self.states]
-        return self
+        snapshot = {n: tuple(v) if isinstance(v, list) else v for n, v in packed.items()}
+        snapshot["parameters"] = Parameters(*snapshot["parameters"])
+        snapshot["states"] = [float(value) for value in snapshot["states"]]
+        return cls.restored(snapshot)
 
 
 #: Either kind: what indicators and results look at.
@@ -233,9 +188,7 @@ def separation_indicator(impact: AnyImpact, state: State) -> float:
     if not impact.in_contact:
         return -1.0
     root = abs(state[0]) ** (1.0 / impact.parameters.exponent)
-    if _over(impact, state):
-        return -root - _ABOVE_ZERO
-    return root + _ABOVE_ZERO
+    return -root - _ABOVE_ZERO if _over(impact, state) else root + _ABOVE_ZERO
 
 
 def _over(impact: AnyImpact, state: State) -> bool:
@@ -259,6 +212,4 @@ def acceleration(impact: AnyImpact, state: State, body: int) -> float:
     p = impact.parameters
     force, _, _, v_club, v_ball, _ = state
     drag = p.contact_law.drag(impact.in_force[1])
-    if body:
-        return (force - drag * v_ball) / p.m_ball
-    return -(force + drag * v_club) / p.m_club
+    return (force - drag * v_ball) / p.m_ball if body else -(force + drag * v_club) / p.m_club

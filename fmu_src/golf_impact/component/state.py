@@ -8,7 +8,7 @@ from ..parameters import SETTABLE, conflict
 from ..variables import VARIABLES
 
 #: First item of a serialized state: another layout must have another one.
-_FORMAT = "golf-impact state 4"
+_FORMAT = "golf-impact state 5"
 
 #: First item of every snapshot: those of another version of this component, loaded in the same
 #: process, have another one.
@@ -25,38 +25,36 @@ def _with_checksum(body: bytes) -> bytes:
     return body + f", {crc32(body)}]".encode()
 
 
-def packed(snapshot: tuple, kinds: dict[str, Any]) -> bytes:
+def packed(snapshot: tuple, kinds: dict[type, Any]) -> bytes:
     """A snapshot as bytes: a JSON list whose last item is a checksum.
 
     Args:
         snapshot: of an instance.
-        kinds: the classes of impacts that its last item may be a snapshot of, by a name.
+        kinds: the classes of impacts that its last item may be a snapshot of, by its type.
     """
     if not is_own(snapshot):
         return b""
     _, *plain, impact = snapshot
-    kind = None
     if impact is not None:
-        kind = next(name for name, made in kinds.items() if made.has_made(impact))
-        impact = kinds[kind].restored(impact).packed()
-    return _with_checksum(json.dumps([_FORMAT, *plain, kind, impact])[:-1].encode())
+        impact = kinds[type(impact)].restored(impact).packed()
+    return _with_checksum(json.dumps([_FORMAT, *plain, impact])[:-1].encode())
 
 
-def unpacked(data: bytes, kinds: dict[str, Any]) -> tuple | None:
+def unpacked(data: bytes, kinds: dict[type, Any]) -> tuple | None:
     """The snapshot that became these bytes, or None if they are none of this component's."""
     try:
         # Looked at before anything else is: damaged bytes could stand for any numbers.
         body = data.rpartition(b", ")[0]
         if data != _with_checksum(body):
             return None
-        form, values, *plain, kind, impact = json.loads(body + b"]")
+        form, values, *plain, impact = json.loads(body + b"]")
         if form != _FORMAT:
             return None
         allowed = zip(VARIABLES[:SETTABLE], values, strict=True)
         if not all(variable.low <= value <= variable.high for variable, value in allowed):
             return None
-        if kind is not None:
-            made = kinds[kind].unpacked(impact)
+        if impact is not None:
+            made = kinds[type(impact)].unpacked(impact)
             if conflict(made.parameters, made.in_force) is not None:
                 return None
             impact = made.snapshot()

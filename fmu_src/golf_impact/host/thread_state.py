@@ -28,10 +28,8 @@ class Hold:
         try:
             import ctypes
 
-            ensure, release = (
-                ctypes.pythonapi.PyGILState_Ensure,
-                ctypes.pythonapi.PyGILState_Release,
-            )
+            ensure = ctypes.pythonapi.PyGILState_Ensure
+            release = ctypes.pythonapi.PyGILState_Release
         except (ImportError, AttributeError):
             # No ctypes in this Python, or its library is hidden: calls stay as slow as they are.
             return

@@ -12,17 +12,12 @@ others are told by `ExtendedContact`.
 """
 
 from collections.abc import Callable
-from decimal import Decimal
-from math import atan2, cos, exp, expm1, pi, sin, sqrt
-from typing import TYPE_CHECKING
+from math import cos, exp, expm1, sin, sqrt
 
 from ..numerics.gauss import integral
-from ..numerics.roots import falling_zero, offset_of_real_root
-from .contact import EARLY, ContactPhase, End, Law, Start, State
-from .extended import Equations, ExtendedContact
-
-if TYPE_CHECKING:
-    from ..parameters import Inputs, Parameters
+from ..numerics.zeros import first_fall, offset_of_real_root
+from .contact import EARLY, ContactPhase, End, Inputs, Law, Parameters, Start, State
+from .extended import ExtendedContact
 
 #: A damping ratio as small as this changes no bit of any result, and needs no case of its own.
 _LEAST_DAMPING = 1e-30
@@ -35,34 +30,10 @@ MOST_DAMPING = 0.7
 MOST_REAL_MODE = 0.5
 
 
-def equations(k: Decimal, b: Decimal, m_club: Decimal, m_ball: Decimal) -> Equations:
-    """The law for `ExtendedContact`."""
-    total = m_club + m_ball
-    slow, fast = sorted((b / m_club, b / m_ball))
-    apart = b * (m_club - m_ball) / total
-    return Equations(
-        alpha=slow + fast - 2 * b / total,
-        beta=apart / m_club + apart / m_ball,
-        gamma=2 * b / total,
-        delta=apart / total,
-        slowest=slow,
-        fastest=fast,
-        damper=Decimal(0),
-        drag=b,
-    )
-
-
 class UsualContact(ContactPhase):
     """A usual contact phase, in doubles; see `ContactPhase`.
 
     Each quantity is a sum of e^(-rt), e^(-ht) cos Rt and e^(-ht) sin Rt.
-
-    Args:
-        k: contact stiffness, N/m, > 0.
-        b: damping, N.s/m, >= 0.
-        m_club: mass of the club head, kg.
-        m_ball: mass of the ball, kg.
-        start: where the bodies are.
     """
 
     def __init__(self, k: float, b: float, m_club: float, m_ball: float, start: Start) -> None:
@@ -108,7 +79,7 @@ class UsualContact(ContactPhase):
         lone = a * x
         if abs(lone) > MOST_REAL_MODE * (d + max(closing, 0.0)):
             return
-        angle = _first_fall((h - r) / second, lone, w0, g0)
+        angle = first_fall((h - r) / second, lone, w0, g0)
         if angle is None:
             return
         self.duration = angle / (second * omega)
@@ -118,21 +89,9 @@ class UsualContact(ContactPhase):
             a1, c1, s1, a2, c2, s2 = -a * u, -w2, -g2, -a * p, -w1, -g1
         size = (h * h + second * second) * omega
         self._motion = (
-            r * omega,
-            h * omega,
-            second * omega,
-            lone / omega,
-            w0 / omega,
-            g0 / omega,
-            a1,
-            c1,
-            s1,
-            a2,
-            c2,
-            s2,
-            (h * c1 + second * s1) / size,
-            (second * c1 - h * s1) / size,
-        )
+            r * omega, h * omega, second * omega, lone / omega, w0 / omega, g0 / omega,
+            a1, c1, s1, a2, c2, s2, (h * c1 + second * s1) / size, (second * c1 - h * s1) / size,
+        )  # fmt: skip
 
     def course(self) -> tuple[Callable[[float], State], float]:
         """Time is the angle Rt."""
@@ -223,23 +182,15 @@ class UsualContact(ContactPhase):
             return k * start.compression, 0.0
         r, h, frequency, a0, c0, s0, *_ = self._motion
         # Of d' as of d.
-        angle = _first_fall(
+        angle = first_fall(
             (h - r) / frequency, -r * a0, frequency * s0 - h * c0, -h * s0 - frequency * c0
         )
         if angle is None:
-            return ExtendedContact(*self._arguments, equations).peak_force(self.duration)
+            k, b, m_club, m_ball, start = self._arguments
+            exact = ExtendedContact(k, 0.0, b, m_club, m_ball, start)
+            return exact.peak_force(self.duration)
         when = angle / frequency
         return self._force(when), when
-
-
-def _first_fall(rise: float, lone: float, cosine: float, sine: float) -> float | None:
-    """The angle at which lone · e^(rise·θ) + cosine · cos θ + sine · sin θ first falls through 0.
-
-    Divided by e^(rise·θ) this rises until it turns, if it does so at first, and falls from there on
-    until it turns again, half a turn later. None if that isn't enough for it.
-    """
-    turning = atan2(sine - rise * cosine, cosine + rise * sine)
-    return falling_zero(rise, lone, cosine, sine, max(turning, 0.0), turning + pi)
 
 
 class AbsoluteLaw(Law):
@@ -248,9 +199,8 @@ class AbsoluteLaw(Law):
     name = "absolute"
     description = "A spring between the bodies and a drag b*v on each: the source document's"
 
-    def refusal(self, parameters: "Parameters", inputs: "Inputs") -> str | None:
+    def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
         """Neither a power law nor a given coefficient of restitution."""
-        p = parameters
         if p.exponent != 1.0:
             return (
                 f"exponent = {p.exponent!r} is refused with law = 1 (absolute): set exponent = 1, "
@@ -263,23 +213,13 @@ class AbsoluteLaw(Law):
             )
         return None
 
-    def refusal_of_touch(self, parameters: "Parameters", closing: float) -> str | None:
-        """None is refused."""
-        return None
-
-    def damping(self, parameters: "Parameters", k: float, closing: float) -> float:
-        raise AssertionError("such parameters are refused")
-
-    def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
-        m_club, m_ball = parameters.m_club, parameters.m_ball
-        usual = UsualContact(k, b, m_club, m_ball, start)
+    def contact(self, p: Parameters, k: float, b: float, start: Start) -> ContactPhase:
+        usual = UsualContact(k, b, p.m_club, p.m_ball, start)
         if usual.duration:
             return usual
-        return ExtendedContact(k, b, m_club, m_ball, start, equations)
+        return ExtendedContact(k, 0.0, b, p.m_club, p.m_ball, start)
 
-    def force(
-        self, parameters: "Parameters", k: float, b: float, compression: float, closing: float
-    ) -> float:
+    def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         return k * compression
 
     def drag(self, b: float) -> float:

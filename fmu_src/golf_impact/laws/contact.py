@@ -1,13 +1,31 @@
-"""What a contact law is, and what a contact phase answers."""
+"""What a contact law is told, what it answers, and what a contact phase answers."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple, Protocol
-
-if TYPE_CHECKING:
-    from ..parameters import Inputs, Parameters
+from typing import NamedTuple, Protocol
 
 #: Until this time (in units of 1/rate) after touch, what is small is asked for by itself.
 EARLY = 1e-3
+
+#: k (N/m), b (N.s/m) and club_speed (m/s): what a host may change at every communication point.
+Inputs = tuple[float, float, float]
+
+
+class Parameters(Protocol):
+    """The values that stay fixed from the end of initialization on; see the table of variables."""
+
+    __slots__ = ()
+
+    m_club: float
+    m_ball: float
+    ball_diameter: float
+    ball_speed: float
+    gap: float
+    law: int
+    exponent: float
+    reference_compression: float
+    restitution_at_rest: float
+    restitution_slope: float
+
 
 #: Force (N), positions of club and ball (m), their velocities (m/s), compression (m).
 State = list[float]
@@ -38,7 +56,8 @@ End = tuple[float, float, float, float, float]
 class ContactPhase(Protocol):
     """Contact under constant k and b, from its start until the contact force is gone.
 
-    Times are s since the start of the phase, at most `duration`.
+    It is made from k (contact stiffness, N/m, > 0), b (damping, N.s/m, >= 0), m_club and m_ball
+    (masses, kg) and where the bodies are. Times are s since the start, at most `duration`.
     """
 
     #: s until contact ends; inf if it never does.
@@ -75,25 +94,27 @@ class Law(Protocol):
     name: str
     description: str
 
-    def refusal(self, parameters: "Parameters", inputs: "Inputs") -> str | None:
+    def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
         """Why the law can't have these values, or None."""
+        return None
 
-    def refusal_of_touch(self, parameters: "Parameters", closing: float) -> str | None:
-        """Why it can't have a touch at this approach speed (m/s), or None."""
+    def refusal_of_touch(self, p: Parameters, club_speed: float) -> str | None:
+        """Why it can't have a touch at this speed (m/s), or None."""
+        return None
 
-    def damping(self, parameters: "Parameters", k: float, closing: float) -> float:
+    def damping(self, p: Parameters, k: float, closing: float) -> float:
         """The damping (N.s/m) that gives the coefficient of restitution of the parameters.
 
         At this approach speed (m/s); asked for only if the law has accepted such parameters.
         """
+        raise AssertionError("such parameters are refused")
 
-    def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
+    def contact(self, p: Parameters, k: float, b: float, start: Start) -> ContactPhase:
         """The phase that begins at `start`: first touch while closing, or a force above 0."""
 
-    def force(
-        self, parameters: "Parameters", k: float, b: float, compression: float, closing: float
-    ) -> float:
+    def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         """Contact force, N; past the end of contact it goes on below 0."""
 
     def drag(self, b: float) -> float:
         """The coefficient c of the drag on each body, N.s/m."""
+        return 0.0

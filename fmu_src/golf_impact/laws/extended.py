@@ -6,7 +6,9 @@ border between two forms is a place to be wrong at. With 57 digits, losing 40 co
 one form serves them all. It is slower than the laws' usual forms in doubles, which hand over to it
 where their digits aren't safe.
 
-The state is x = (d, w, V): compression, closing speed, velocity of the centre of mass. It obeys
+The force is k d + damper · w, and each body is dragged by drag · its own velocity; one of the two
+is 0, or both are light. The state is x = (d, w, V): compression, closing speed, velocity of the
+centre of mass. It obeys
 
     d' = w,  w' = -ω² d - α w + β V,  V' = δ w - γ V.
 
@@ -49,26 +51,6 @@ _INFINITY = Decimal("Infinity")
 Row = tuple[Decimal, Decimal, Decimal]
 
 
-class Equations(NamedTuple):
-    """The coefficients above, and what belongs to the force.
-
-    Attributes:
-        alpha, beta, gamma, delta: 1/s.
-        slowest, fastest: bounds of the real rate r, 1/s.
-        damper: the force is k d + damper · w; N.s/m.
-        drag: each body is dragged by drag · its own velocity; N.s/m.
-    """
-
-    alpha: Decimal
-    beta: Decimal
-    gamma: Decimal
-    delta: Decimal
-    slowest: Decimal
-    fastest: Decimal
-    damper: Decimal
-    drag: Decimal
-
-
 class _Function(NamedTuple):
     """A linear function of the state, and its slope, by their shares of E, S and G."""
 
@@ -80,47 +62,41 @@ class ExtendedContact(ContactPhase):
     """A contact phase of a linear law; see `ContactPhase`.
 
     Args:
-        k: contact stiffness, N/m, > 0.
-        b: damping, N.s/m, >= 0.
-        m_club: mass of the club head, kg.
-        m_ball: mass of the ball, kg.
-        start: where the bodies are.
-        equations: of the law, from k, b and the masses.
+        damper: damping between the bodies, N.s/m, >= 0.
+        drag: on each body, N.s/m, >= 0.
     """
 
     def __init__(
-        self,
-        k: float,
-        b: float,
-        m_club: float,
-        m_ball: float,
-        start: Start,
-        equations: Callable[[Decimal, Decimal, Decimal, Decimal], Equations],
+        self, k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Start
     ) -> None:
         mu = m_club * (m_ball / (m_club + m_ball))
         omega = sqrt(k / mu)
         moved = abs(start.closing) + omega * start.compression
         many = (
-            b > 2.0 * _HEAVY * mu * omega
+            max(damper, drag) > 2.0 * _HEAVY * mu * omega
             or max(m_club, m_ball) > _UNEQUAL * min(m_club, m_ball)
             or max(abs(start.v_club), abs(start.v_ball)) > _FAST * moved
         )
-        numbers = arithmetic(_MANY_DIGITS if many else _DIGITS)
-        self._in_use, self._exp, self._cos_sin = numbers
+        self._in_use, self._exp, self._cos_sin = arithmetic(_MANY_DIGITS if many else _DIGITS)
         with self._in_use():
-            self._set_up(start, equations, *map(Decimal, (k, b, m_club, m_ball)))
+            self._set_up(start, *map(Decimal, (k, damper, drag, m_club, m_ball)))
 
     def _set_up(
-        self, start: Start, equations: Callable[..., Equations], k: Decimal, b: Decimal,
-        m_club: Decimal, m_ball: Decimal,
+        self, start: Start, k: Decimal, damper: Decimal, drag: Decimal, m_club: Decimal,
+        m_ball: Decimal,
     ) -> None:  # fmt: skip
-        self._m_ball = m_ball
-        self._p, self._q = p, q = m_ball / (m_club + m_ball), m_club / (m_club + m_ball)
-        self._omega_squared = k / (m_club * p)
-        b = max(b, 2 * _LEAST_DAMPING * (k * m_club * p).sqrt())
-        self._equations = equations(k, b, m_club, m_ball)
+        total = m_club + m_ball
+        self._p, self._q = p, q = m_ball / total, m_club / total
+        mu = m_club * p
+        if drag:
+            drag = max(drag, 2 * _LEAST_DAMPING * (k * mu).sqrt())
+        slow, fast = sorted((drag / m_club, drag / m_ball))
+        apart, gamma = drag * (m_club - m_ball) / total, 2 * drag / total
+        #: α, β, γ and δ, 1/s.
+        self._rates = damper / mu + slow + fast - gamma, apart / mu, gamma, apart / total
+        self._m_ball, self._drag, self._omega_squared = m_ball, drag, k / mu
         #: The fastest rate of change in the phase, 1/s.
-        self.rate = float(max(self._find_rates(), self._omega_squared.sqrt()))
+        self.rate = float(max(self._find_modes(slow, fast), self._omega_squared.sqrt()))
 
         d, w = Decimal(start.compression), Decimal(start.closing)
         x = d, w, q * Decimal(start.v_club) + p * Decimal(start.v_ball)
@@ -131,29 +107,24 @@ class ExtendedContact(ContactPhase):
         self._x_ball = Decimal(start.x_club) - d
         zero = Decimal(0)
         self._compression: Row = Decimal(1), zero, zero
-        self._force: Row = k, self._equations.damper, zero
+        self._force: Row = k, damper, zero
         self._peaks: dict[Row, list[tuple[Decimal, Decimal]]] = {}
         self._end = self._end_of_contact()
         #: s from the start of the phase until contact ends; inf if it never does.
         self.duration = float(self._end)
 
-    def _find_rates(self) -> Decimal:
-        """Set r, h, R and what depends on them; return the sum of the rates."""
-        alpha, beta, gamma, delta, slowest, fastest, _, _ = self._equations
+    def _find_modes(self, slowest: Decimal, fastest: Decimal) -> Decimal:
+        """Set r, between these two, h, R and what depends on them; return the sum of the rates."""
+        alpha, beta, gamma, delta = self._rates
         # The characteristic polynomial is s³ + total s² + minors s + product.
         total = alpha + gamma
         minors = alpha * gamma - beta * delta + self._omega_squared
         product = self._omega_squared * gamma
-        r = slowest
-        if slowest < fastest:
-            r = zero_between(
-                lambda r: (
-                    product - r * (minors - r * (total - r)),
-                    r * (2 * total - 3 * r) - minors,
-                ),
-                slowest,
-                fastest,
-            )
+
+        def at(r: Decimal) -> tuple[Decimal, Decimal]:
+            return product - r * (minors - r * (total - r)), r * (2 * total - 3 * r) - minors
+
+        r = zero_between(at, slowest, fastest) if slowest < fastest else slowest
         h, c = (total - r) / 2, product / r if r else minors
         square = c - h * h
         if abs(square) < _APART * c:
@@ -175,7 +146,7 @@ class ExtendedContact(ContactPhase):
     def _grown(self, x: Row, rate: Decimal) -> Row:
         """(A + rate) x."""
         d, w, v = x
-        alpha, beta, gamma, delta = self._equations[:4]
+        alpha, beta, gamma, delta = self._rates
         return (
             w + rate * d,
             beta * v - self._omega_squared * d + (rate - alpha) * w,
@@ -188,7 +159,7 @@ class ExtendedContact(ContactPhase):
 
     def _slope(self, row: Row) -> Row:
         """The coefficients of f' from those of f."""
-        alpha, beta, gamma, delta = self._equations[:4]
+        alpha, beta, gamma, delta = self._rates
         d, w, v = row
         return -self._omega_squared * w, d - alpha * w + delta * v, beta * w - gamma * v
 
@@ -213,11 +184,9 @@ class ExtendedContact(ContactPhase):
     def _moving(self, t: Decimal) -> tuple[Decimal, Decimal, Decimal, Decimal]:
         """Compression, closing speed, and the ball's position and velocity."""
         e, s, g = self._basis(t)
-        (d0, d1, d2), (w0, w1, w2), (v0, v1, v2) = self._shares
-        d = d0 * e + d1 * s + d2 * g
-        w = w0 * e + w1 * s + w2 * g
-        v = v0 * e + v1 * s + v2 * g
-        _, _, gamma, delta, *_ = self._equations
+        d, w, v = [a * e + b * s + c * g for a, b, c in self._shares]
+        d0, v0 = self._shares[0][0], self._shares[2][0]
+        _, _, gamma, delta = self._rates
         # Drag takes momentum as the bodies move; without it their centre moves uniformly.
         mean = (delta * (d - d0) - (v - v0)) / gamma if gamma else v0 * t
         return d, w, self._x_ball + mean - self._q * (d - d0), v - self._q * w
@@ -250,7 +219,7 @@ class ExtendedContact(ContactPhase):
         with self._in_use():
             _, _, x, v = self._moving(Decimal(begin))
             _, _, x_later, v_later = self._moving(Decimal(begin) + Decimal(width))
-            return float(self._m_ball * (v_later - v) + self._equations.drag * (x_later - x))
+            return float(self._m_ball * (v_later - v) + self._drag * (x_later - x))
 
     def peak_force(self, t: float) -> tuple[float, float]:
         return self._largest(self._force, t)
@@ -298,7 +267,7 @@ class ExtendedContact(ContactPhase):
 
     def _level(self, f: _Function) -> Decimal:
         """The share of the mode of r: none where d and w know nothing of V."""
-        return f.value[0] + f.value[2] / self._apart if self._equations.beta else Decimal(0)
+        return f.value[0] + f.value[2] / self._apart if self._rates[1] else Decimal(0)
 
     def _at_last(self, f: _Function) -> Decimal:
         """Something with the sign of f after a long time, for a pair of real rates."""
@@ -342,10 +311,8 @@ class ExtendedContact(ContactPhase):
         # It swings about a level, ever more: when does it first swing through zero?
         f = self._function(self._force)
         points = self._turning_points(f)
-        lows = [
-            (self._exp(self._r * t) * self._value(f, t)[0], t) for t in (next(points), next(points))
-        ]
-        lowest, when = min(lows)
+        turns = next(points), next(points)
+        lowest, when = min((self._exp(self._r * t) * self._value(f, t)[0], t) for t in turns)
         level, half_period = self._level(f), PI / self._second
         swings = (level / (level - lowest)).ln() / (growth * 2 * half_period)
         when += swings.to_integral_value() * 2 * half_period

@@ -14,21 +14,17 @@ from itertools import pairwise
 from math import atan2, exp, hypot, inf, pi, sqrt
 
 from ..numerics.gauss import GAUSS_5
-from ..numerics.oscillator import LEAST, Oscillator
-from ..numerics.panels import Panel
+from ..numerics.panels import LEAST, Oscillator, Panel
 from .contact import ContactPhase, End, Start, State
 
 #: Where panels meet, as phases Ωσ since the last zero of x. The other zeros of x are pi apart along
 #: the real axis, or along the imaginary one above critical damping; they keep a distance from a
 #: panel at which its coefficients fall as 7^-j or faster.
-_CUTS_BELOW_CRITICAL = (0.385 * pi, 0.615 * pi)
-_FIRST_CUT_ABOVE, _GROWTH_ABOVE = 1.6, 1.6
+_CUTS_BELOW_CRITICAL = 0.385 * pi, 0.615 * pi
+_CUTS_ABOVE_CRITICAL = tuple(1.6**n for n in range(1, 16))
 
 #: A panel nearer than this many widths to a zero of x is expanded about that zero.
 _NEAR = 1.5
-
-#: Gauss–Legendre's points and weights on (0, 1).
-_GAUSS = tuple((0.5 + 0.5 * point, 0.5 * weight) for point, weight in GAUSS_5)
 
 #: A lower speed is not made the unit: powers might underflow.
 _LEAST_SPEED = 1e-150
@@ -42,29 +38,15 @@ class PowerLawContact(ContactPhase):
     events are at known ratios u/x, and σ is closed form at any ratio. The time, ∫ x^(-P) dσ / ω,
     is tabulated once, on one to three panels (up to seven at heavy damping).
 
-    Args:
-        k: contact stiffness at the reference compression, N/m, > 0.
-        b: damping there, N.s/m, >= 0.
-        m_club: mass of the club head, kg.
-        m_ball: mass of the ball, kg.
-        start: where the bodies are.
-        exponent: n, > 1.
-        reference_compression: d_r, m, > 0.
-
+    k and b hold at the reference compression d_r (m, > 0); the exponent is n > 1.
     From a start without a force, and not of a first touch, the phase has duration 0.
     """
 
     def __init__(
-        self,
-        k: float,
-        b: float,
-        m_club: float,
-        m_ball: float,
-        start: Start,
-        exponent: float,
+        self, k: float, b: float, m_club: float, m_ball: float, start: Start, exponent: float,
         reference_compression: float,
-    ) -> None:
-        x_club, d, v_club, v_ball, w = start
+    ) -> None:  # fmt: skip
+        _, d, _, _, w = self._bodies = start
         total = m_club + m_ball
         p = m_ball / total
         mu = m_club * p
@@ -81,72 +63,60 @@ class PowerLawContact(ContactPhase):
             length = d
             omega *= (d / reference_compression) ** (m - 1.0)
             speed = length * omega / m
-        relative = d / length
         u = w / speed if w else 0.0
-        x = relative**m
+        x = (d / length) ** m
         if x < LEAST:
             x = 0.0
         drive = x + 2.0 * motion.zeta * u
-        self._masses = (p, m_club / total, mu)
-        self._powers = (m, power)
-        self._scales = (length, speed, omega, mu * omega * speed)
-        self._start = (x, u)
-        self._initial = (x_club, d, v_club, v_ball, w, self._force(relative, drive))
+        self._start = x, u
+        self._masses = p, m_club / total, mu
+        self._powers = m, power
+        self._scales = length, speed, omega, mu * omega * speed
         self._panels: list[Panel] = []
         self._peak: tuple[float, float] | None = None
         #: The fastest rate of change in the phase, 1/s: unbounded, the force has a kink at d = 0.
         self.rate = inf
+        #: Contact force (N), compression (m) and closing speed (m/s).
+        self._initial = self._force(d / length, drive), d, w
         if omega > LEAST and (drive > 0.0 or (x == 0.0 and u > 0.0)):
-            u = self._lay_out(relative)
+            u = self._lay_out()
             d, w = length * (-2.0 * motion.zeta * u) ** (1.0 / m), speed * u
-        self._final = (0.0, d, w)
+        self._final = 0.0, d, w
         #: s from the start of the phase until contact ends.
         self.duration = self._panels[-1].end if self._panels else 0.0
 
-    def _lay_out(self, relative: float) -> float:
+    def _lay_out(self) -> float:
         """Make the panels; return u at the end of contact."""
         x, u = self._start
         motion = self._motion
         zeta, slow, frequency = motion.zeta, motion.slow, motion.frequency
-        # σ from the last zero of x to the start, on to the end, and on to the next zero.
+        # σ from the last zero of x to the start, and on to the end; on to the next zero: left.
         past = motion.until(x, u + zeta * x, u + slow * x)
         end = motion.until(
             x + 2.0 * zeta * u, zeta * x + (2.0 * zeta * zeta - 1.0) * u, slow * (x + slow * u)
         )
-        left = inf
-        edges = [0.0]
+        left, cuts = inf, _CUTS_ABOVE_CRITICAL
         if motion.oscillates:
             left = atan2(2.0 * zeta * frequency, 1.0 - 2.0 * zeta * zeta) / frequency
-            cuts = [cut / frequency - past for cut in _CUTS_BELOW_CRITICAL]
-            edges += [cut for cut in cuts if 0.0 < cut < end]
-        else:
-            cut = _FIRST_CUT_ABOVE / frequency
-            while cut - past < end:
-                if cut > past:
-                    edges.append(cut - past)
-                cut *= _GROWTH_ABOVE
-        edges.append(end)
-        m, _ = self._powers
-        omega = self._scales[2]
+            cuts = _CUTS_BELOW_CRITICAL
+        edges = [cut / frequency - past for cut in cuts]
+        edges = [0.0, *(edge for edge in edges if 0.0 < edge < end), end]
         amplitude = motion.amplitude(x, u)
+        m, omega = self._powers[0], self._scales[2]
         t = 0.0
         for begin, stop in pairwise(edges):
-            near = _NEAR * (stop - begin)
+            width = stop - begin
             after = left + (end - stop)
-            if past + begin < near:
-                zero = (0.0, amplitude * exp(zeta * past))
-                panel = Panel(motion, zero, -past, past + stop, m, omega)
-                # (past/width)^(1/m), but safe if x has underflowed.
-                v = relative * (past / x if x else 1.0 / u) ** (1.0 / m) / panel.reach
-                panel.place(t, v, stop)
-            elif after < near:
-                zero = (0.0, -amplitude * exp(-zeta * (end + left)))
-                panel = Panel(motion, zero, end + left, begin - stop - after, m, omega)
-                panel.place(t, 1.0, stop, (after / (after + (stop - begin))) ** (1.0 / m))
+            if past + begin < _NEAR * width:
+                origin = 0.0, amplitude * exp(zeta * past)
+                first, last = past + begin, past + stop
+            elif after < _NEAR * width:
+                origin = 0.0, -amplitude * exp(-zeta * (end + left))
+                first, last = -(after + width), -after
             else:
-                here = motion.after(x, u, begin)[:2]
-                panel = Panel(motion, here, begin, stop - begin, m, omega)
-                panel.place(t, 0.0, stop)
+                origin = motion.after(x, u, begin)[:2]
+                first, last = 0.0, width
+            panel = Panel(motion, m, omega, origin, first, last, stop, t)
             self._panels.append(panel)
             t = panel.end
         if motion.oscillates:
@@ -162,7 +132,7 @@ class PowerLawContact(ContactPhase):
         return self._state, 1.0
 
     def _state(self, t: float) -> State:
-        x_club, d0, v_club, v_ball, w0, _ = self._initial
+        x_club, d0, v_club, v_ball, w0 = self._bodies
         p, q, _ = self._masses
         force, d, w = self._relative_motion(t)
         x = x_club + ((p * v_ball + q * v_club) * t - p * (d0 - d))
@@ -184,8 +154,7 @@ class PowerLawContact(ContactPhase):
         if t >= self.duration:
             return self._final
         if t <= 0.0:
-            _, d, _, _, w, force = self._initial
-            return force, d, w
+            return self._initial
         length, speed, _, _ = self._scales
         panel = next(panel for panel in self._panels if t < panel.end)
         relative, u, drive = panel.motion_at(panel.find(t))
@@ -205,7 +174,10 @@ class PowerLawContact(ContactPhase):
         # ∫ F dt is ∫ (x + 2ζu) dσ up to a factor. Over a short time the rounding of σ would show;
         # it cancels in the quotient of that and of t = ∫ x^(-P) dσ (which isn't smooth at x = 0,
         # but there σ is exact relative to itself).
-        points = [(weight, motion.after(x, u, first + at * span)) for at, weight in _GAUSS]
+        points = [
+            (0.5 * weight, motion.after(x, u, first + (0.5 + 0.5 * at) * span))
+            for at, weight in GAUSS_5
+        ]
         drive = sum(weight * point[2] for weight, point in points)
         compressions = [point[0] for _, point in points]
         if max(compressions) >= 1.15 * min(compressions):
@@ -220,7 +192,7 @@ class PowerLawContact(ContactPhase):
         for panel in self._panels:
             if t < panel.end:
                 return panel.sigma + panel.width * panel.find(t) ** panel.r
-        return self._panels[-1].stop if self._panels else 0.0
+        return self._panels[-1].stop
 
     def peak_force(self, t: float) -> tuple[float, float]:
         if self._peak is None:
@@ -239,7 +211,7 @@ class PowerLawContact(ContactPhase):
         root = hypot(half, 2.0 * zeta * sqrt(power))
         r = 2.0 * zeta / (half + root) if half > 0.0 else (root - half) / (2.0 * zeta * power)
         if u <= r * x or not self._panels:
-            return self._initial[5], 0.0
+            return self._initial[0], 0.0
         sigma = self._sigma_at_ratio(r)
         x, _, drive = self._motion.after(x, u, sigma)
         return self._force(x ** (1.0 / m), drive), self._time(sigma)

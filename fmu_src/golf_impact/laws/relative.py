@@ -11,18 +11,13 @@ a contact is a `PowerLawContact`.
 """
 
 from collections.abc import Callable
-from decimal import Decimal
 from math import atan2, cos, exp, inf, sin, sqrt
-from typing import TYPE_CHECKING
 
 from ..numerics.gauss import integral
-from .contact import ContactPhase, End, Law, Start, State
-from .extended import Equations, ExtendedContact
+from .contact import ContactPhase, End, Inputs, Law, Parameters, Start, State
+from .extended import ExtendedContact
 from .power_law import PowerLawContact
-from .restitution import damping, out_of_reach, restitution
-
-if TYPE_CHECKING:
-    from ..parameters import Inputs, Parameters
+from .restitution import LEAST, damping_ratio, restitution
 
 #: A larger exponent makes powers of ordinary lengths overflow.
 _STEEPEST = 12.0
@@ -34,32 +29,10 @@ _LARGEST = 1e75
 MOST_DAMPING = 0.999
 
 
-def equations(k: Decimal, b: Decimal, m_club: Decimal, m_ball: Decimal) -> Equations:
-    """The law for `ExtendedContact`."""
-    none = Decimal(0)
-    return Equations(
-        alpha=b / m_club + b / m_ball,
-        beta=none,
-        gamma=none,
-        delta=none,
-        slowest=none,
-        fastest=none,
-        damper=b,
-        drag=none,
-    )
-
-
 class UsualContact(ContactPhase):
     """A usual contact phase, in doubles; see `ContactPhase`.
 
     Each quantity is a sum of e^(-γt) cos Ωt and e^(-γt) sin Ωt, with γ = ζω and Ω² = ω² - γ².
-
-    Args:
-        k: contact stiffness, N/m, > 0.
-        b: damping, N.s/m, >= 0.
-        m_club: mass of the club head, kg.
-        m_ball: mass of the ball, kg.
-        start: where the bodies are.
     """
 
     def __init__(self, k: float, b: float, m_club: float, m_ball: float, start: Start) -> None:
@@ -81,19 +54,9 @@ class UsualContact(ContactPhase):
         force = k * d + b * w
         force_s = mu * (w * (omega * omega - 2.0 * gamma * gamma) - gamma * pull) / frequency
         self._motion = (
-            gamma,
-            frequency,
-            force,
-            force_s,
-            d,
-            (w + gamma * d) / frequency,
-            w,
-            -(gamma * w + pull) / frequency,
-            p,
-            q,
-            x_club - p * d,
-            q * v_club + p * v_ball,
-        )
+            gamma, frequency, force, force_s, d, (w + gamma * d) / frequency,
+            w, -(gamma * w + pull) / frequency, p, q, x_club - p * d, q * v_club + p * v_ball,
+        )  # fmt: skip
         self.duration = atan2(force, -force_s) / frequency
         self._peak: tuple[float, float] | None = None
 
@@ -111,21 +74,11 @@ class UsualContact(ContactPhase):
             closing = w * c + w_s * s
             mean = x + v_angle * angle
             return [
-                force * c + force_s * s,
-                mean + p * compression,
-                mean - q * compression,
-                v + p * closing,
-                v - q * closing,
-                compression,
-            ]
+                force * c + force_s * s, mean + p * compression, mean - q * compression,
+                v + p * closing, v - q * closing, compression,
+            ]  # fmt: skip
 
         return state, frequency
-
-    def _basis(self, t: float) -> tuple[float, float]:
-        gamma, frequency, *_ = self._motion
-        size = exp(-gamma * t)
-        angle = frequency * t
-        return size * cos(angle), size * sin(angle)
 
     def end(self) -> End:
         """The force is 0, the ball not yet round."""
@@ -139,17 +92,21 @@ class UsualContact(ContactPhase):
         closing = w * c + w_s * s
         return x + v * t - q * compression, v + p * closing, v - q * closing, compression, closing
 
-    def compression(self, t: float) -> float:
-        c, s = self._basis(t)
-        return self._motion[4] * c + self._motion[5] * s
-
-    def closing(self, t: float) -> float:
-        c, s = self._basis(t)
-        return self._motion[6] * c + self._motion[7] * s
+    def _swing(self, t: float, place: int) -> float:
+        """What has its amplitudes at this place of the motion, and the next."""
+        motion = self._motion
+        size = exp(-motion[0] * t)
+        angle = motion[1] * t
+        return motion[place] * (size * cos(angle)) + motion[place + 1] * (size * sin(angle))
 
     def _force(self, t: float) -> float:
-        c, s = self._basis(t)
-        return self._motion[2] * c + self._motion[3] * s
+        return self._swing(t, 2)
+
+    def compression(self, t: float) -> float:
+        return self._swing(t, 4)
+
+    def closing(self, t: float) -> float:
+        return self._swing(t, 6)
 
     def impulse(self, begin: float, width: float) -> float:
         """The reduced mass times the change of the closing speed."""
@@ -183,9 +140,8 @@ class RelativeLaw(Law):
     name = "relative"
     description = "A spring and a damper between the bodies: conserves momentum"
 
-    def refusal(self, parameters: "Parameters", inputs: "Inputs") -> str | None:
+    def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
         """Powers must stay in the range of a double."""
-        p = parameters
         n, length = p.exponent, p.reference_compression
         if n == 1.0:
             return None
@@ -211,23 +167,29 @@ class RelativeLaw(Law):
             f"which they do above {1.0 / _LARGEST:g} s"
         )
 
-    def refusal_of_touch(self, parameters: "Parameters", closing: float) -> str | None:
+    def refusal_of_touch(self, p: Parameters, club_speed: float) -> str | None:
         """A coefficient of restitution that falls with speed must stay in 0…1."""
-        p = parameters
-        if not p.restitution_at_rest or not out_of_reach(p, closing):
+        closing = club_speed - p.ball_speed
+        if not p.restitution_at_rest or closing <= 0.0:
+            return None
+        coefficient = restitution(p, closing)
+        if LEAST <= coefficient <= 1.0:
             return None
         return (
+            f"club_speed = {club_speed!r} m/s is refused at touch: "
             "restitution_at_rest - restitution_slope * approach speed = "
             f"{p.restitution_at_rest!r} - {p.restitution_slope!r} * {closing!r} = "
-            f"{restitution(p, closing)!r} must be above 0 and at most 1; set a lower club_speed, "
+            f"{coefficient!r} must be above 0 and at most 1; set a lower club_speed, "
             "or another restitution line at the start"
         )
 
-    def damping(self, parameters: "Parameters", k: float, closing: float) -> float:
-        return damping(parameters, k, closing)
+    def damping(self, p: Parameters, k: float, closing: float) -> float:
+        # Before a step is refused for it, a COR out of reach may still be looked at.
+        zeta = damping_ratio(max(restitution(p, closing), LEAST))
+        mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
+        return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
-    def contact(self, parameters: "Parameters", k: float, b: float, start: Start) -> ContactPhase:
-        p = parameters
+    def contact(self, p: Parameters, k: float, b: float, start: Start) -> ContactPhase:
         if p.exponent != 1.0:
             return PowerLawContact(
                 k, b, p.m_club, p.m_ball, start, p.exponent, p.reference_compression
@@ -235,20 +197,14 @@ class RelativeLaw(Law):
         usual = UsualContact(k, b, p.m_club, p.m_ball, start)
         if usual.duration:
             return usual
-        return ExtendedContact(k, b, p.m_club, p.m_ball, start, equations)
+        return ExtendedContact(k, b, 0.0, p.m_club, p.m_ball, start)
 
-    def force(
-        self, parameters: "Parameters", k: float, b: float, compression: float, closing: float
-    ) -> float:
-        n = parameters.exponent
+    def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
+        n = p.exponent
         if n == 1.0:
             return k * compression + b * closing
         try:
-            power = (abs(compression) / parameters.reference_compression) ** (0.5 * (n - 1.0))
+            power = (abs(compression) / p.reference_compression) ** (0.5 * (n - 1.0))
         except OverflowError:
             power = inf
         return power * (k * power * compression + b * closing)
-
-    def drag(self, b: float) -> float:
-        """None, the damper is between the bodies."""
-        return 0.0

@@ -7,21 +7,19 @@ Matter 9, 465–469, 2007). So ζ is chosen at touch.
 """
 
 from math import asinh, atan2, log, pi, sqrt
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from ..parameters import Parameters
+from .contact import Parameters
 
 #: A lower COR would need more damping than leaves anything of the spring beside it.
-_LEAST = 1e-29
+LEAST = 1e-29
 
 #: So close to critical damping (ζ - 1) the derivative of s is that of its series.
 _CRITICAL = 1e-4
 
 
-def restitution(parameters: "Parameters", closing: float) -> float:
+def restitution(p: Parameters, closing: float) -> float:
     """COR at an approach speed (m/s), by the line of the parameters; below 0 it can't be had."""
-    slope = parameters.restitution_slope
+    slope = p.restitution_slope
     fall = slope * closing
     lost = 0.0
     if max(slope, closing) < 1e150:
@@ -30,27 +28,7 @@ def restitution(parameters: "Parameters", closing: float) -> float:
         high, other = high - (high - slope), other - (other - closing)
         low, rest = slope - high, closing - other
         lost = ((high * other - fall) + high * rest + low * other) + low * rest
-    return (parameters.restitution_at_rest - fall) - lost
-
-
-def out_of_reach(parameters: "Parameters", closing: float) -> bool:
-    """Whether the line leaves 0…1 at this approach speed, m/s."""
-    return not _LEAST <= restitution(parameters, closing) <= 1.0
-
-
-def damping(parameters: "Parameters", k: float, closing: float) -> float:
-    """The damping b, N.s/m, that gives this COR.
-
-    Args:
-        parameters: the fixed values.
-        k: contact stiffness, N/m.
-        closing: approach speed at first touch, m/s.
-    """
-    p = parameters
-    # Before a step is refused for it, a COR out of reach may still be looked at.
-    zeta = damping_ratio(max(restitution(p, closing), _LEAST))
-    mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
-    return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
+    return (p.restitution_at_rest - fall) - lost
 
 
 def damping_ratio(coefficient: float) -> float:

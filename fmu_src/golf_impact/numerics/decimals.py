@@ -9,7 +9,6 @@ from contextlib import AbstractContextManager
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, localcontext
 from functools import cache
 from math import log10
-from typing import NamedTuple
 
 #: π to 130 digits.
 PI = Decimal(
@@ -25,18 +24,13 @@ _HALVINGS, _THIRDS = 12, 4
 _VANISHED = Decimal(-(10**18))
 
 
-class Arithmetic(NamedTuple):
-    """Decimals of one precision.
-
-    Attributes:
-        in_use: a context manager under which decimals have it, whatever the host has set.
-        exp: e^x.
-        cos_sin: cosine and sine of an angle, rad.
-    """
-
-    in_use: Callable[[], AbstractContextManager]
-    exp: Callable[[Decimal], Decimal]
-    cos_sin: Callable[[Decimal], tuple[Decimal, Decimal]]
+#: Of one precision: a context manager under which decimals have it, whatever the host has set;
+#: e^x; cosine and sine of an angle, rad.
+Arithmetic = tuple[
+    Callable[[], AbstractContextManager],
+    Callable[[Decimal], Decimal],
+    Callable[[Decimal], tuple[Decimal, Decimal]],
+]
 
 
 @cache
@@ -78,7 +72,7 @@ def arithmetic(digits: int) -> Arithmetic:
             cosine, sine = one - 2 * sine * sine, 2 * sine * cosine
         return cosine, sine
 
-    return Arithmetic(lambda: localcontext(context), exp, cos_sin)
+    return lambda: localcontext(context), exp, cos_sin
 
 
 def _series(largest: Decimal, stride: int, digits: int) -> list[Decimal]:

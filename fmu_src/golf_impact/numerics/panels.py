@@ -1,9 +1,10 @@
-"""The time of a power law's contact as a function of its own time σ, tabulated on panels."""
+"""The power law in its own time σ: a linear oscillator; and time as a function of σ, on panels."""
 
-from math import cos, pi
+from math import atan2, cos, exp, expm1, hypot, log, log1p, pi, sin, sqrt
 from operator import mul
 
-from .oscillator import LEAST, Oscillator
+#: A smaller x, σ or ω counts as 0: powers might underflow.
+LEAST = 1e-290
 
 #: Chebyshev coefficients of a panel, and how to get them from values at the nodes.
 _ORDER = 18
@@ -12,6 +13,65 @@ _NODES = [cos(angle) for angle in _ANGLES]
 _TRANSFORM = [
     [(2.0 if j else 1.0) / _ORDER * cos(j * angle) for angle in _ANGLES] for j in range(_ORDER)
 ]
+
+
+class Oscillator:
+    """The motion x' = u, u' = -x - 2ζu, whichever way it is damped.
+
+    Two decaying basis functions carry it, (C, S) = exp(-ζσ)·(cos Ωσ, sin Ωσ / Ω) up to critical
+    damping, and from there on, with the rates λ₁ < λ₂ and Δ = λ₂ - λ₁ = 2Ω,
+    exp(-λ₁σ)·(1, (1 - exp(-Δσ))/Δ): accurate where the two rates meet.
+    """
+
+    __slots__ = ("fast", "frequency", "oscillates", "slow", "zeta")
+
+    def __init__(self, zeta: float) -> None:
+        self.zeta = zeta
+        self.oscillates = zeta <= 1.0
+        if self.oscillates:
+            # Exactly critical: a frequency this small changes nothing within a double.
+            self.frequency = sqrt((1.0 - zeta) * (1.0 + zeta)) or 1e-10
+            self.slow = self.fast = zeta
+        else:
+            self.frequency = sqrt(zeta - 1.0) * sqrt(zeta + 1.0)
+            self.fast = zeta + self.frequency
+            self.slow = 1.0 / self.fast
+
+    def basis(self, sigma: float) -> tuple[float, float]:
+        """C and S."""
+        decay = exp(-self.slow * sigma)
+        if self.oscillates:
+            phase = self.frequency * sigma
+            return decay * cos(phase), decay * sin(phase) / self.frequency
+        split = 2.0 * self.frequency
+        return decay, decay * -expm1(-split * sigma) / split
+
+    def after(self, x: float, u: float, sigma: float) -> tuple[float, float, float]:
+        """x, u and x + 2ζu a time σ after these x and u."""
+        c, s = self.basis(sigma)
+        slow, fast = self.slow, self.fast
+        x_after = x * c + (u + slow * x) * s
+        if fast > 2.0 * slow:
+            # Their own terms, so that u and the force stay exact when the faster one has died out.
+            slow_term = slow * (u + fast * x) / (fast - slow) * c
+            fast_term = fast * (u + slow * x) / (fast - slow) * exp(-fast * sigma)
+            return x_after, fast_term - slow_term, fast * fast_term - slow * slow_term
+        drive = x + 2.0 * self.zeta * u
+        return x_after, u * c - (x + fast * u) * s, drive * c + (u - fast * drive) * s
+
+    def until(self, numerator: float, denominator: float, slow_part: float) -> float:
+        """σ from tan(Ωσ)/Ω or tanh(Ωσ)/Ω; slow_part is denominator - Ω numerator, for tanh."""
+        if self.oscillates:
+            return atan2(self.frequency * numerator, denominator) / self.frequency
+        split = 2.0 * self.frequency
+        ratio = numerator / slow_part
+        return (log1p(split * ratio) if ratio < 1e150 else log(split) + log(ratio)) / split
+
+    def amplitude(self, x: float, u: float) -> float:
+        """√(x² + 2ζxu + u²), which falls as exp(-ζσ)."""
+        if self.oscillates:
+            return hypot(u + self.zeta * x, self.frequency * x)
+        return sqrt(u + self.slow * x) * sqrt(u + self.fast * x)
 
 
 class Panel:
@@ -24,30 +84,24 @@ class Panel:
 
     Args:
         motion: the oscillator.
-        origin: x and u at s = 0.
-        sigma: σ there since the start of the phase.
-        width: H, with the sign of s.
         m: (n + 1)/2.
         omega: 1/s.
+        origin: x and u at s = 0.
+        first, last: s where the panel begins and ends.
+        stop: σ since the start of the phase where it ends.
+        t: when it begins, s since the start of the phase.
     """
 
     def __init__(
-        self,
-        motion: Oscillator,
-        origin: tuple[float, float],
-        sigma: float,
-        width: float,
-        m: float,
-        omega: float,
-    ) -> None:
-        self.motion = motion
-        self.origin = origin
-        self.sigma = sigma
-        self.width = width
-        self.m = m
-        self.omega = omega
+        self, motion: Oscillator, m: float, omega: float, origin: tuple[float, float],
+        first: float, last: float, stop: float, t: float,
+    ) -> None:  # fmt: skip
+        self.motion, self.m, self.omega, self.origin, self.stop = motion, m, omega, origin, stop
         self.at_zero = origin[0] == 0.0
         self.r = m if self.at_zero else 1.0
+        #: H with the sign of s, and σ at s = 0.
+        self.width = width = last if last > 0.0 else first
+        self.sigma = stop - last
         self.direction = 1.0 if width > 0.0 else -1.0
         self.reach = abs(width) ** (1.0 / self.r)
         power = (1.0 - m) / m
@@ -61,13 +115,9 @@ class Panel:
             above += j * coefficient
             self.series.append(coefficient)
         self.series.append((g[0] - above) * self.r)
-
-    def place(self, t: float, v_begin: float, stop: float, v_end: float = 1.0) -> None:
-        """Say when the panel begins, at which v, and at which σ and v it ends."""
-        self.stop = stop
-        self.t_origin = t - self.direction * self._clock(v_begin)
-        #: When the panel ends, s since the start of the phase.
-        self.end = self.t_origin + self.direction * self._clock(v_end)
+        #: When s = 0, and when the panel ends, s since the start of the phase.
+        self.t_origin = t - self._time_to(first)
+        self.end = self.t_origin + self._time_to(last)
 
     def _ratio(self, s: float) -> float:
         """x/|s| or x: what is far from zero all over the panel."""
@@ -86,31 +136,26 @@ class Panel:
             a, b = coefficient + twice * a - b, a
         return self.reach / self.omega * v * (a - z * b)
 
+    def _time_to(self, s: float) -> float:
+        return self.direction * self._clock((s / self.width) ** (1.0 / self.r))
+
     def time(self, sigma: float) -> float:
         """Time since the start of the phase, s, when σ has passed."""
-        v = ((sigma - self.sigma) / self.width) ** (1.0 / self.r)
-        return self.t_origin + self.direction * self._clock(v)
+        return self.t_origin + self._time_to(sigma - self.sigma)
 
     def find(self, t: float) -> float:
-        """The v at a time since the start of the phase: Newton's method inside a bracket."""
+        """The v at a time since the start of the phase; time over v hardly bends for Newton."""
         clock = self.direction * (t - self.t_origin)
         power = (1.0 - self.m) / self.m
-        low, high = 0.0, 1.0
         v = min(1.0, clock / self._clock(1.0))
-        for _ in range(60):
-            f = self._clock(v) - clock
-            if f > 0.0:
-                high = v
-            else:
-                low = v
+        for _ in range(20):
             slope = self._ratio(self.width * v**self.r) ** power * self.r * self.reach / self.omega
-            step = f / slope
+            step = (self._clock(v) - clock) / slope
+            # A subnormal time has few digits: v mustn't fall below 0 for that.
+            v = max(v - step, 0.5 * v)
             # Convergence is quadratic: the next step would be below a double's resolution.
             if abs(step) <= 1e-9 * v:
-                return v - step
-            v -= step
-            if not low < v < high:
-                v = 0.5 * (low + high)
+                break
         return v
 
     def motion_at(self, v: float) -> tuple[float, float, float]:
