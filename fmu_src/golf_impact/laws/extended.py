@@ -52,10 +52,11 @@ Row = tuple[Decimal, Decimal, Decimal]
 
 
 class _Function(NamedTuple):
-    """A linear function of the state, and its slope, by their shares of E, S and G."""
+    """A linear function of the state, its slope and its bend, by their shares of E, S and G."""
 
     value: Row
     slope: Row
+    bend: Row
 
 
 class ExtendedContact(ContactPhase):
@@ -121,10 +122,11 @@ class ExtendedContact(ContactPhase):
         minors = alpha * gamma - beta * delta + self._omega_squared
         product = self._omega_squared * gamma
 
-        def at(r: Decimal) -> tuple[Decimal, Decimal]:
-            return product - r * (minors - r * (total - r)), r * (2 * total - 3 * r) - minors
+        def at(r: Decimal) -> tuple[Decimal, Decimal, Decimal]:
+            slope = r * (2 * total - 3 * r) - minors
+            return product - r * (minors - r * (total - r)), slope, 2 * total - 6 * r
 
-        r = zero_between(at, slowest, fastest) if slowest < fastest else slowest
+        r = zero_between(at, slowest, fastest, True) if slowest < fastest else slowest
         h, c = (total - r) / 2, product / r if r else minors
         square = c - h * h
         if abs(square) < _APART * c:
@@ -155,7 +157,8 @@ class ExtendedContact(ContactPhase):
 
     def _function(self, row: Row) -> _Function:
         """The function of the state with these coefficients."""
-        return _Function(self._shares_in(row), self._shares_in(self._slope(row)))
+        slope = self._slope(row)
+        return _Function(*map(self._shares_in, (row, slope, self._slope(slope))))
 
     def _slope(self, row: Row) -> Row:
         """The coefficients of f' from those of f."""
@@ -244,11 +247,11 @@ class ExtendedContact(ContactPhase):
 
     # Zeros
 
-    def _value(self, f: _Function, t: Decimal) -> tuple[Decimal, Decimal]:
-        """A function and its slope."""
+    def _value(self, f: _Function, t: Decimal) -> Row:
+        """A function, its slope and its bend."""
         e, s, g = self._basis(t)
-        (a, b, c), (a_slope, b_slope, c_slope) = f
-        return a * e + b * s + c * g, a_slope * e + b_slope * s + c_slope * g
+        value, slope, bend = (a * e + b * s + c * g for a, b, c in f)
+        return value, slope, bend
 
     def _turning_points(self, f: _Function) -> Iterator[Decimal]:
         """Where e^(rt) f turns, s, in order."""
@@ -279,8 +282,7 @@ class ExtendedContact(ContactPhase):
     def _changes(self, row: Row, end: Decimal) -> Iterator[tuple[Decimal, bool]]:
         """When a function changes its sign up to `end`, s, and whether it falls then; in order."""
         f = self._function(row)
-        bend = self._shares_in(self._slope(self._slope(row)))
-        positive = (f.value[0] or f.slope[0] or bend[0]) > 0
+        positive = (f.value[0] or f.slope[0] or f.bend[0]) > 0
         points = self._turning_points(f)
         low = Decimal(0)
         while low < end:
@@ -292,12 +294,12 @@ class ExtendedContact(ContactPhase):
                     while (self._value(f, high)[0] > 0) == positive:
                         low, high = high, 2 * high
                     end = high
-                yield self._zero(f, low, high), positive
+                yield self._zero(f, low, high, positive), positive
                 positive = not positive
             low = high
 
-    def _zero(self, f: _Function, low: Decimal, high: Decimal) -> Decimal:
-        return zero_between(lambda t: self._value(f, t), low, high)
+    def _zero(self, f: _Function, low: Decimal, high: Decimal, falls: bool) -> Decimal:
+        return zero_between(lambda t: self._value(f, t), low, high, falls)
 
     def _end_of_contact(self) -> Decimal:
         """When the force has fallen to 0, s."""
@@ -318,4 +320,4 @@ class ExtendedContact(ContactPhase):
         when += swings.to_integral_value() * 2 * half_period
         while self._value(f, when)[0] > 0:
             when += 2 * half_period
-        return self._zero(f, when - half_period, when)
+        return self._zero(f, when - half_period, when, True)

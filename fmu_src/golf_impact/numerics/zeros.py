@@ -4,8 +4,8 @@ from collections.abc import Callable
 from decimal import Decimal
 from math import atan2, cos, exp, hypot, pi, sin
 
-#: Newton's method takes a shorter step (relative) only once it has 50 digits.
-_TOLERANCE = Decimal(10) ** -25
+#: Halley's method takes a shorter step (relative) only once the next one would be below 1e-50.
+_TOLERANCE = Decimal(10) ** -17
 
 #: After so many steps Newton's method, which needs 1 to 3 as a rule, is given up.
 _NEWTON_STEPS = range(40)
@@ -15,24 +15,29 @@ _LARGEST_EXPONENT = 700.0
 
 
 def zero_between(
-    value: Callable[[Decimal], tuple[Decimal, Decimal]], low: Decimal, high: Decimal
-) -> Decimal:
-    """The only zero between low and high, by Newton's method; where that fails, by halving.
+    value: Callable[[Decimal], tuple[Decimal, Decimal, Decimal]], low: Decimal, high: Decimal,
+    falls: bool,
+) -> Decimal:  # fmt: skip
+    """The only zero between low and high, by Halley's method; where that fails, by halving.
 
     Args:
-        value: gives f and its slope; the sign of f at high is another one than just after low.
+        value: gives f, f' and f''.
         low: >= 0.
         high: above low.
+        falls: whether f is above 0 just after low, and below 0 at high; or the other way round.
     """
-    falls = value(high)[0] < 0
+    half = Decimal("0.5")
     t, before = (low + high) / 2, high
     while True:
-        f, slope = value(t)
+        f, slope, bend = value(t)
         if (f > 0) == falls:
             low = t
         else:
             high = t
         step = f / slope if slope else high
+        if slope:
+            # Far from the zero the bend may mislead.
+            step /= max(half, 1 - half * step * bend / slope)
         if abs(step) <= _TOLERANCE * t:
             return min(max(t - step, low), high)
         if low < t - step < high and 2 * abs(step) <= before:
