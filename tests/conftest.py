@@ -39,12 +39,13 @@ KINDS = {
     "never parts": {"b": 2000.0},
 }
 
-# The same hundred examples every time; at night, new ones and far more of them:
+# The same examples every time, with --ci more of them; at night, new ones and far more:
 # HYPOTHESIS_PROFILE=nightly, or --hypothesis-profile=nightly.
 _slow_is_fine = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
-settings.register_profile("ci", max_examples=100, derandomize=True, database=None, **_slow_is_fine)
+_same = {"derandomize": True, "database": None}
+settings.register_profile("few", max_examples=40, **_same, **_slow_is_fine)
+settings.register_profile("ci", max_examples=100, **_same, **_slow_is_fine)
 settings.register_profile("nightly", max_examples=10_000, print_blob=True, **_slow_is_fine)
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
 
 def pytest_addoption(parser):
@@ -67,6 +68,12 @@ SLOW = [
     *("test_paths", "test_endurance", "test_call_order", "test_native_host", "test_fmi3"),
     *("test_exit", "test_two_ways", "test_archives"),
 ]
+
+
+def pytest_configure(config):
+    if not config.getoption("--hypothesis-profile"):
+        usual = "ci" if config.getoption("--ci") else "few"
+        settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", usual))
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -62,7 +62,7 @@ def test_impact(host, step):
 
 
 @pytest.mark.parametrize("task", HOST_TASKS, ids=lambda task: task[0])
-@pytest.mark.parametrize("strict", [False, True])
+@pytest.mark.parametrize("strict", [False, pytest.param(True, marks=pytest.mark.ci)])
 def test_life_of_an_instance(host, task, strict):
     same(host(*task, strict=strict))
 

@@ -7,6 +7,7 @@ force (relative). SciPy's adaptive methods choose h themselves: their map is ove
 
 import math
 import warnings
+from bisect import bisect_left
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -213,14 +214,16 @@ def _edges(centres: np.ndarray) -> np.ndarray:
 def _limit(place: Any, method: str, steps: np.ndarray, damping: np.ndarray) -> None:
     """The edge of stability: explicit Euler's in closed form, the others' from their matrices."""
     _, step = STEPPING[method]
-    grid = np.geomspace(steps[0], steps[-1], 400).tolist()
+    falling = np.geomspace(steps[-1], steps[0], 400).tolist()
     drawn = []
     for zeta in np.geomspace(damping[1], damping[-1], 200).tolist():
         if method == "explicit Euler":
             x = euler_limit(zeta)
         else:
-            x = next((x for x in grid if not stable(step, x, zeta)), math.inf)
-        if grid[0] < x <= grid[-1]:  # else it is beside the map
+            # Below the smallest unstable step all are stable.
+            unstable = bisect_left(falling, True, key=partial(stable, step, zeta=zeta))
+            x = falling[unstable - 1] if unstable else math.inf
+        if falling[-1] < x <= falling[0]:  # else it is beside the map
             drawn.append((x, zeta))
     place.plot(*zip(*drawn), color="white", lw=4.0)
     place.plot(*zip(*drawn), color=figures.BLACK, ls="--")
