@@ -217,6 +217,20 @@ def reference_cases(*files):
     return cases
 
 
+def some(few, values):
+    """Values for `parametrize`: the first ones every time, the others with --ci.
+
+    Args:
+        few: how many of them every time.
+        values: a list, or a dict whose keys are their names.
+    """
+    named = values if isinstance(values, dict) else {str(value): value for value in values}
+    return [
+        pytest.param(value, id=name, marks=[pytest.mark.ci] * (n >= few))
+        for n, (name, value) in enumerate(named.items())
+    ]
+
+
 def numbers(few, more, many):
     """Seeds of random cases for `parametrize`: the first ones every time, others later."""
 

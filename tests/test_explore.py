@@ -231,6 +231,7 @@ def test_refused_commands(capsys, monkeypatch):
     assert '".[explore]"' in refused(capsys)
 
 
+@pytest.mark.ci
 def test_a_port_that_is_taken():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
@@ -241,6 +242,7 @@ def test_a_port_that_is_taken():
     assert line.startswith(f"Error: port {port} can't be had")
 
 
+@pytest.mark.ci
 def test_no_browser_to_open():
     arguments = [COMMAND, "explore", "--port", "0"]
     env = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}

@@ -412,7 +412,9 @@ def one_runs_files(out, stiffnesses):
     return k, case["max_force"]
 
 
-@pytest.mark.parametrize("times", [2, pytest.param(50, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize(
+    "times", [pytest.param(2, marks=pytest.mark.ci), pytest.param(50, marks=pytest.mark.nightly)]
+)
 def test_two_runs_into_one_folder(tmp_path, times):
     stiffnesses = (1e6, 2e6)
     commands = [("run", "--set", f"k={k:g}", "--no-figures") for k in stiffnesses]

@@ -11,7 +11,7 @@ import sys
 
 import fmpy
 import pytest
-from conftest import KINDS
+from conftest import KINDS, some
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from golf_impact.component.component import Component
@@ -152,7 +152,7 @@ slave.freeInstance()
 """
 
 
-@pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
+@pytest.mark.parametrize("values", some(3, KINDS))
 def test_a_state_moves_to_another_process_in_mid_contact(make, extracted, values):
     slave = make(**values)
     for n in range(150):

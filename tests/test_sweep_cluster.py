@@ -59,6 +59,7 @@ def test_a_local_cluster_where_a_port_of_dask_is_taken(alone, fmu_path, tmp_path
     assert "8787" not in capfd.readouterr().err
 
 
+@pytest.mark.ci
 def test_a_cluster_whose_worker_dies(alone, fmu_path, tmp_path, workers):
     before = {worker.pid for worker in workers.workers.values()}
     victim = min(before)
@@ -107,6 +108,7 @@ def test_the_fmu_is_checked_where_it_arrives(fmu, fmu_path, workers):
             future.result()
 
 
+@pytest.mark.ci
 def test_no_cluster(fmu_path, tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "_PATIENCE", "0.5s")
     for address in ("tcp://127.0.0.1:1", "nonsense"):

@@ -9,6 +9,7 @@ import sys
 import fmpy
 import numpy as np
 import pytest
+from conftest import some
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from scipy.integrate import solve_ivp
@@ -219,7 +220,7 @@ def test_a_force_on_the_head_against_an_integration(companion):
 
 
 # A host that holds the speed over each step, however long; and one that passes it on a step late.
-@pytest.mark.parametrize("step", [1e-4, 1e-3, 7e-4, 3e-3, 9.99e-3, 0.02, 0.1, 0.3, 0.48])
+@pytest.mark.parametrize("step", some(5, [1e-3, 7e-4, 9.99e-3, 0.1, 0.48, 1e-4, 3e-3, 0.02, 0.3]))
 @pytest.mark.parametrize("late", [0, 1])
 def test_touch_has_the_speed_at_the_ball_whatever_the_step(companion, step, late):
     swing = companion("Swing")
@@ -632,10 +633,10 @@ def by_our_host(files, fmu_path):
     return run
 
 
-SLOW = [pytest.param(1e-4, marks=pytest.mark.ci), pytest.param(1e-5, marks=pytest.mark.nightly)]
+STEPS = [*some(1, [1e-3, 5e-4, 1e-4]), pytest.param(1e-5, marks=pytest.mark.nightly)]
 
 
-@pytest.mark.parametrize("step", [1e-3, 5e-4, *SLOW])
+@pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize("tool", TOOLS)
 def test_the_same_numbers_in_every_tool(tool, ssp, by_our_host, fmu, companion, step):
     answers = run_in(tool, ssp, step)
