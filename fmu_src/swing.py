@@ -101,8 +101,11 @@ class Swing(Companion):
         self._ball: Ball | None = None
         #: Where the speeds handed over have brought the head, m from the ball.
         self._handed = 0.0
-        #: Whether the outputs are those of this communication point: a host may read none.
+        #: Whether the motion's outputs are those of this communication point: a host may read none.
         self._shown = False
+        known = ("club_speed", "reaction_work", "reaction_impulse")
+        names = {name for name, *_ in OUTPUTS if name not in known}
+        self._moving = {n for n, variable in self.vars.items() if variable.name in names}
 
     def _begin(self) -> str | None:
         if self.prescribed_speed:
@@ -170,7 +173,7 @@ class Swing(Companion):
 
     def get_real(self, vrs):
         course, ball, time = self._course, self._ball, self._time
-        if course and ball and not self._shown:
+        if course and ball and not self._shown and not self._moving.isdisjoint(vrs):
             golfer, state = course.golfer, _motion(course, self._origin, ball, time)
             speed, down = state.head_speed(golfer), time - self._origin
             self.head_speed = -speed if down < 0.0 else speed
