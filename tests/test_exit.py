@@ -1,8 +1,8 @@
 """The end of a process that has loaded the FMU: nothing may touch memory that has been freed.
 
-pythonfmu's library drops its own state a second time then (see golf_impact.host.at_exit). As a rule that
-goes unnoticed; under the preloaded allocator it is a segmentation fault every time. Native hosts:
-see test_native_host.py.
+pythonfmu's library drops its own state a second time then (see golf_impact.host.at_exit). As a rule
+that goes unnoticed; under the preloaded allocator it is a segmentation fault every time. Native
+hosts: see test_native_host.py.
 """
 
 import os
