@@ -56,17 +56,11 @@ def pytest_addoption(parser):
 #: Files that take more than some seconds. The longest first: begun last, one of them would keep one
 #: processor busy alone.
 SLOW = [
-    *(
-        "test_explore",
-        "test_sweep_cluster",
-        "test_system",
-        "test_stress",
-        "test_bench",
-        "test_values",
-    ),
-    *("test_sweep", "test_calibrate", "test_standalone", "test_signals", "test_interop"),
-    *("test_paths", "test_endurance", "test_call_order", "test_native_host", "test_fmi3"),
-    *("test_exit", "test_two_ways", "test_archives"),
+    *("test_sweep", "test_system", "test_cli", "test_stress", "test_calibrate", "test_paths"),
+    *("test_explore", "test_bench", "test_standalone", "test_interop", "test_archives"),
+    *("test_native_host", "test_sweep_cluster", "test_call_order", "test_endurance"),
+    *("test_power_law", "test_scenarios", "test_state", "test_fmi3", "test_signals", "test_values"),
+    *("test_install", "test_exit", "test_two_ways", "test_laws"),
 ]
 
 
