@@ -108,7 +108,7 @@ def random_case(seed):
     return chosen, impact, Coordinates(length, zeta, n), names, draw
 
 
-@pytest.mark.parametrize("seed", numbers(4, 10, 40))
+@pytest.mark.parametrize("seed", numbers(2, 10, 40))
 def test_round_trip(fmu, seed):
     """Whatever the parameters, they are found again, or named as an equally good answer."""
     law, impact, place, names, _ = random_case(seed)
@@ -126,7 +126,7 @@ def test_round_trip(fmu, seed):
     )
 
 
-@pytest.mark.parametrize("seed", numbers(2, 4, 15))
+@pytest.mark.parametrize("seed", numbers(1, 4, 15))
 def test_noisy_targets(fmu, seed):
     """No answer is better than the one found: not even the truth."""
     law, impact, place, names, draw = random_case(1000 + seed)
@@ -179,6 +179,7 @@ def test_standard_error_of_an_exact_inverse(fmu):
     assert fitted.probability is None
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("name", "law"),
     [
@@ -202,6 +203,7 @@ def test_the_tour_preset(fmu):
         assert fitted.values[variable] == pytest.approx(value, rel=1e-12)
 
 
+@pytest.mark.ci
 def test_the_finite_element_ball(fmu):
     """Two parameters miss it, three meet it, and foretell what they weren't shown."""
     calibration = Calibration(fmu, IMPACT, targets(**ROH_LEE), FREE)

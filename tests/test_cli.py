@@ -203,7 +203,9 @@ def test_two_scenarios_of_one_name(tmp_path):
     refused(golf_here("run", "table1", tmp_path / "table1.py", "--out", tmp_path / "out"), "table1")
 
 
-@pytest.mark.parametrize(("passed", "colour"), [(True, "32m"), (False, "31m")])
+@pytest.mark.parametrize(
+    ("passed", "colour"), [pytest.param(True, "32m", marks=pytest.mark.ci), (False, "31m")]
+)
 def test_the_verdict_has_a_colour(tmp_path, passed, colour):
     done = golf("run", script_whose_check(passed, tmp_path), "--out", tmp_path, env=TERMINAL)
     assert done.returncode == (0 if passed else 1)

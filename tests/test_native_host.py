@@ -6,7 +6,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import HOST_TASKS, LAW_1
+from conftest import HOST_TASKS, LAW_1, some
 
 from golf_scenarios.commands import doctor
 
@@ -61,7 +61,7 @@ def test_impact(host, step):
     same(host("impact", step))
 
 
-@pytest.mark.parametrize("task", HOST_TASKS, ids=lambda task: task[0])
+@pytest.mark.parametrize("task", some(5, {task[0]: task for task in HOST_TASKS}))
 @pytest.mark.parametrize("strict", [False, pytest.param(True, marks=pytest.mark.ci)])
 def test_life_of_an_instance(host, task, strict):
     same(host(*task, strict=strict))

@@ -87,6 +87,7 @@ def nobody():
 # Rights
 
 
+@pytest.mark.ci
 def test_a_read_only_checkout(nobody):
     """The FMU is built for the run, and the user is told."""
     folder, options = nobody
@@ -99,6 +100,7 @@ def test_a_read_only_checkout(nobody):
     refused(golf("build", cwd=folder, **options), "build/ClubBallImpact.fmu", "Permission denied")
 
 
+@pytest.mark.ci
 def test_a_cache_where_one_may_not_look(nobody):
     """As of a user who has kept another one's HOME."""
     folder, options = nobody

@@ -18,7 +18,7 @@ from golf_scenarios.report import figures
 from golf_scenarios.report.page import page, write_outcomes
 from golf_scenarios.report.report import Report
 
-LONG = ("system",)
+LONG = ("system", "model_exchange")
 
 
 @pytest.mark.parametrize(

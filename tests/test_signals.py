@@ -215,6 +215,7 @@ def scratch_folders(temporary):
     return {path for path in temporary.iterdir() if path.name.startswith("golf-impact-run-")}
 
 
+@pytest.mark.ci
 def test_what_killed_processes_left_is_removed(tmp_path):
     """A process that is killed leaves its folder; the next command removes it, but none in use."""
     bench = ("bench", "--quick", "--out", tmp_path / "out")
