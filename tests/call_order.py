@@ -413,6 +413,8 @@ def _ordinary(v):
         and v["b"] <= 1e5
         and v["exponent"] <= 12.0
         and 1e-6 <= v["reference_compression"] <= 1e3
+        # Under a power law bodies that hardly close leave no double for their compression.
+        and (v["exponent"] == 1.0 or not 0.0 < v["club_speed"] - v["ball_speed"] < 1e-200)
         and _in_reach(v)
     )
 
