@@ -66,10 +66,10 @@ def zero(series: Series, high: float) -> float:
 
 def reach(several: Iterable[Series], scale: float) -> float:
     """How far series are good to a double of this scale (Jorba and Zou, section 3.2)."""
-    found = inf
+    least = inf
     for series in several:
         for order in (len(series) - 2, len(series) - 1):
             last = abs(series[order])
             if last > 0.0:
-                found = min(found, (scale / last) ** (1.0 / order))
-    return found * exp(-2.0)
+                least = min(least, (scale / last) ** (1.0 / order))
+    return least * exp(-2.0)

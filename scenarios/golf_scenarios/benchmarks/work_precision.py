@@ -59,16 +59,15 @@ def run_time_and_error(
     ways.append((FMU_ONCE, "dt", [STEP], lambda _: _metrics_only(ours, law)))
     made = []
     for method, setting, settings, ready in ways:
-        seconds, found = [], []
+        one: Series = {"method": method, "setting": setting, "settings": settings}
+        one |= {"seconds": [], "errors": []}
         for value in settings:
             solve = ready(value)
             error = max(errors(case, solve(), exact))
-            found.append(error if math.isfinite(error) else math.inf)
-            seconds.append(typical_seconds(solve, budget, least))
+            one["errors"].append(error if math.isfinite(error) else math.inf)
+            one["seconds"].append(typical_seconds(solve, budget, least))
             tick()
-        one: Series = {"method": method, "setting": setting, "settings": settings}
-        one |= {"seconds": seconds, "errors": found}
-        one["order"] = slope(steps, found) if settings is steps else None
+        one["order"] = slope(steps, one["errors"]) if settings is steps else None
         made.append(one)
     return made
 
