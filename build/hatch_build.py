@@ -19,6 +19,7 @@ class CustomBuildHook(BuildHookInterface):
         files = {root / "LICENSE": "golf_build/LICENSE"}
         for folder, pattern, place in (
             ("fmu_src", "*.py", "golf_build/faces"),
+            ("fmu_src", "host/*.py", "golf_build/faces"),
             ("fmu_src", "loader/*", "golf_build/faces"),
             ("scenarios", "*.py", "golf_scenarios/scripts"),
             ("scenarios", "studies/*.toml", "golf_scenarios/scripts"),

@@ -4,8 +4,8 @@ No physics in here, and no list of variables: both are golf_impact's.
 """
 
 from golf_impact.component.component import Component
-from golf_impact.host.at_exit import release_at_exit
-from golf_impact.host.face import Face, accessors
+from host.at_exit import release_at_exit
+from host.face import Face, accessors
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.logmsg import LogMsg

@@ -8,9 +8,9 @@ from collections import namedtuple
 from ctypes import c_uint64
 
 from golf_impact.component.hybrid import HybridComponent
-from golf_impact.host.at_exit import release_at_exit
-from golf_impact.host.face import Face, accessors
 from golf_impact.variables import ALL_REFERENCES, INDICATORS, STATES, VARIABLES
+from host.at_exit import release_at_exit
+from host.face import Face, accessors
 from pythonfmu3 import Fmi3Slave, ModelExchange
 from pythonfmu3.enums import Fmi3Status
 from pythonfmu3.logmsg import LogMsg

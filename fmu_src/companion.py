@@ -8,7 +8,7 @@ from collections.abc import Callable
 from math import isfinite
 from operator import attrgetter
 
-from golf_impact.host.at_exit import release_at_exit
+from host.at_exit import release_at_exit
 from pythonfmu import Boolean, Fmi2Slave, Real
 from pythonfmu.enums import Fmi2Status
 

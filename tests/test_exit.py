@@ -1,6 +1,6 @@
 """The end of a process that has loaded the FMU: nothing may touch memory that has been freed.
 
-pythonfmu's library drops its own state a second time then (see golf_impact.host.at_exit). As a rule
+pythonfmu's library drops its own state a second time then (see host.at_exit in fmu_src). As a rule
 that goes unnoticed; under the preloaded allocator it is a segmentation fault every time. Native
 hosts: see test_native_host.py.
 """

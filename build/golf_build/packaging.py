@@ -89,6 +89,7 @@ class Builder(NamedTuple):
         suffix = self.digest()[:16]
         package = f"golf_impact_{suffix}"
         face = fmu_source(f"{self.face}.py").read_text("utf-8")
+        face = re.sub(r"(?m)^from host\b", "from golf_impact.host", face)
         face = re.sub(r"(?m)^from golf_impact\b", f"from {package}", face)
         modules = {f"{package}/{name}": data for name, data in bundled().items()}
         modules[f"{package}/{self.face}.py"] = face.encode()
@@ -145,8 +146,9 @@ def fmu_source(name: str) -> Path:
 
 
 def bundled() -> dict[str, bytes]:
-    """What of golf_impact travels inside an FMU, by its path in the package: sub-packages, too."""
+    """What travels inside an FMU, by its path in the package: golf_impact, and host in it."""
     files = {f.relative_to(_PHYSICS).as_posix(): f.read_bytes() for f in _PHYSICS.rglob("*.py")}
+    files |= {f"host/{f.name}": f.read_bytes() for f in fmu_source("host").glob("*.py")}
     return files | {"__init__.py": _INSIDE.encode()}
 
 

@@ -136,7 +136,7 @@ def _sources(module: str) -> dict[str, bytes]:
         file = fmu_source(f"{name.replace('.', '/')}.py")
         if name not in found and file.exists():
             found[name] = file.read_bytes()
-            todo += re.findall(r"(?m)^from (golf_impact[\w.]+|\w+) import", found[name].decode())
+            todo += re.findall(r"(?m)^from ([\w.]+) import", found[name].decode())
     return found
 
 

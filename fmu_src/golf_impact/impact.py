@@ -19,7 +19,6 @@ _RESOLUTION = 2.0**-52
 #: So many changes of k or b in one contact are remembered before their peaks are looked up.
 _REMEMBERED = 64
 
-
 #: A named tuple by its values in a third of the time of its own way: every impact makes one.
 _made = tuple.__new__
 

@@ -15,7 +15,6 @@ _SMALLEST, _LARGEST = 1e-75, 1e75
 #: A larger damping ratio, or ratio of the masses, leaves nothing of one term beside the other.
 _RATIO = 1e15
 
-
 _NAMES = tuple(row.name for row in VARIABLES if row.causality == "parameter")
 _values = attrgetter(*_NAMES)
 

@@ -26,8 +26,6 @@ _START_VALUES = tuple(variable.start for variable in VARIABLES[:SETTABLE])
 _LOW = [variable.low for variable in VARIABLES[:INPUTS]]
 _HIGH = [variable.high for variable in VARIABLES[:INPUTS]]
 
-_OWN = state.OWN
-
 #: What a snapshot has beside values and impact, in its order.
 _plain = attrgetter(
     *("_mode", "_refused", "_once", "clock", "carry", "_count", "last_step", "start_time"),
@@ -256,12 +254,8 @@ class Component:
                 k, b, _ = inputs
                 return f"k = {k!r}, b = {b!r} are refused: {_OUT_OF_RANGE} ({error})"
             self._until = nan
-        if origin != self.origin:
-            self._set_origin(origin)
-        return None
-
-    def _set_origin(self, origin: float) -> None:
         self.origin = origin
+        return None
 
     def _not_stepping(self) -> str | None:
         if self._mode == BLOCKED:
@@ -428,7 +422,7 @@ class Component:
     def restore(self, snapshot: tuple | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
         # As `state.is_own`, written out: every run begins here.
-        if type(snapshot) is not tuple or not snapshot or snapshot[0] is not _OWN:
+        if type(snapshot) is not tuple or not snapshot or snapshot[0] is not state.OWN:
             self._refuse_once(
                 "a state that this component didn't make is refused; it has no effect"
             )

@@ -52,15 +52,13 @@ class HybridComponent(Component):
         high, low = self.instant()
         return self.origin + (high + low)
 
-    def _set_origin(self, origin: float) -> None:
-        if not self.last_step:
-            self.start_time = origin
-        super()._set_origin(origin)
-
     def _look(self, point: float, size: float, high: float, low: float) -> str | None:
         if self._solved is not None:
             return "a step is refused: this instance is used for Model Exchange"
-        return super()._look(point, size, high, low)
+        problem = super()._look(point, size, high, low)
+        if problem is None and not self.last_step:
+            self.start_time = self.origin
+        return problem
 
     def _evaluate(self) -> State:
         if self._solved is None:

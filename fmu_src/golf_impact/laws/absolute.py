@@ -4,11 +4,11 @@ m_C v_C' = -k d - b v_C,  m_B v_B' = k d - b v_B,  d' = v_C - v_B, in contact un
 The drag acts on absolute velocities, so momentum is lost to the surroundings, the answer depends
 on the frame of reference, and heavy damping can keep the bodies together for ever.
 
-In units of 1/ω, ω² = k/μ, and with the mass fractions p and q of the lighter and the heavier body,
-the rates are the roots of s³ - 2ζs² + (1 + 4ζ²pq)s - 4ζpq. One of them, r, lies between the two
-drags 2ζp and 2ζq. A usual contact has moderate damping, so that the other two are a pair that
-oscillates far from r, and it ends when the pair has swung once: every impact in golf is one. All
-others are told by `ExtendedContact`.
+In units of 1/ω, ω² = k/μ, and with the mass fractions p of the ball and q of the club, the rates
+are the roots of s³ - 2ζs² + (1 + 4ζ²pq)s - 4ζpq. One of them, r, lies between the two drags, 2ζp of
+the club and 2ζq of the ball. A usual contact has moderate damping, so that the other two are a pair
+that oscillates far from r, and it ends when the pair has swung once: every impact in golf is one.
+All others are told by `ExtendedContact`.
 """
 
 from collections.abc import Callable
@@ -43,14 +43,9 @@ class UsualContact(ContactPhase):
         self._peak: tuple[float, float] | None = None
         _, compression, v_club, v_ball, closing = start
         total = m_club + m_ball
-        # The equations keep their form when the bodies change places and the axis is turned round.
-        if m_club >= m_ball:
-            p, q = m_ball / total, m_club / total
-            v1, v2 = v_club, v_ball
-        else:
-            p, q = m_club / total, m_ball / total
-            v1, v2 = -v_ball, -v_club
-        mu = m_club * (m_ball / total)
+        p = m_ball / total
+        q = m_club / total
+        mu = m_club * p
         #: The fastest rate of change in the phase, 1/s.
         self.rate = omega = sqrt(k / mu)
         zeta = b / (2.0 * mu * omega)
@@ -58,23 +53,25 @@ class UsualContact(ContactPhase):
             return
         if zeta < _LEAST_DAMPING:
             zeta = _LEAST_DAMPING
-        drag1 = 2.0 * zeta * p
-        x = offset_of_real_root(p, q, drag1, 2.0 * zeta * (abs(m_club - m_ball) / total))
-        r = drag1 + x
-        u = p + r * x
-        # How far r lies below the faster drag: the same equation, and no cancellation.
+        drag_club = 2.0 * zeta * p
+        drag_ball = 2.0 * zeta * q
+        x = offset_of_real_root(p, q, drag_club, 2.0 * zeta * ((m_club - m_ball) / total))
+        u = p + (drag_club + x) * x
+        # How far r lies below the ball's drag: the same equation, and no cancellation.
         y = q * x / u
-        h = 0.5 * (drag1 + y)
+        # From the slower drag on, where the sum doesn't cancel.
+        r = drag_club + x if x > 0.0 else drag_ball - y
+        h = 0.5 * (drag_club + y)
         second = sqrt(4.0 * zeta * p * q / r - h * h)
         d = omega * compression
 
-        # The state (d, v1, v2) is a·(x, p, u), the real mode, and w, which is left for the pair.
-        # (-q x, q, u) is the mode's left partner, and (g0, g1, g2) is (A + h) w / R.
-        a = (q * (v1 - x * d) + u * v2) / (q * (p - x * x) + u * u)
-        w0, w1, w2 = d - a * x, v1 - a * p, v2 - a * u
+        # The state (d, v_club, v_ball) is a·(x, p, u), the real mode, and w, which is left for the
+        # pair. (-q x, q, u) is the mode's left partner, and (g0, g1, g2) is (A + h) w / R.
+        a = (q * (v_club - x * d) + u * v_ball) / (q * (p - x * x) + u * u)
+        w0, w1, w2 = d - a * x, v_club - a * p, v_ball - a * u
         g0 = (closing + r * a * x + h * w0) / second
-        g1 = ((h - drag1) * w1 - p * w0) / second
-        g2 = ((h - 2.0 * zeta * q) * w2 + q * w0) / second
+        g1 = ((h - drag_club) * w1 - p * w0) / second
+        g2 = ((h - drag_ball) * w2 + q * w0) / second
 
         lone = a * x
         if abs(lone) > MOST_REAL_MODE * (d + max(closing, 0.0)):
@@ -83,14 +80,11 @@ class UsualContact(ContactPhase):
         if angle is None:
             return
         self.duration = angle / (second * omega)
-        if m_club >= m_ball:
-            a1, c1, s1, a2, c2, s2 = a * p, w1, g1, a * u, w2, g2
-        else:
-            a1, c1, s1, a2, c2, s2 = -a * u, -w2, -g2, -a * p, -w1, -g1
         size = (h * h + second * second) * omega
         self._motion = (
             r * omega, h * omega, second * omega, lone / omega, w0 / omega, g0 / omega,
-            a1, c1, s1, a2, c2, s2, (h * c1 + second * s1) / size, (second * c1 - h * s1) / size,
+            a * p, w1, g1, a * u, w2, g2,
+            (h * w1 + second * g1) / size, (second * w1 - h * g1) / size,
         )  # fmt: skip
 
     def course(self) -> tuple[Callable[[float], State], float]:

@@ -23,7 +23,6 @@ _HALVINGS, _THIRDS = 12, 4
 #: Below this, e^x is less than a decimal's exponent can tell.
 _VANISHED = Decimal(-(10**18))
 
-
 #: Of one precision: a context manager under which decimals have it, whatever the host has set;
 #: e^x; cosine and sine of an angle, rad.
 Arithmetic = tuple[

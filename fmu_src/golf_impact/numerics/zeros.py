@@ -10,9 +10,6 @@ _TOLERANCE = Decimal(10) ** -17
 #: After so many steps Newton's method, which needs 1 to 3 as a rule, is given up.
 _NEWTON_STEPS = range(40)
 
-#: A larger exponent would overflow.
-_LARGEST_EXPONENT = 700.0
-
 
 def zero_between(
     value: Callable[[Decimal], tuple[Decimal, Decimal, Decimal]], low: Decimal, high: Decimal,
@@ -51,7 +48,7 @@ def zero_between(
 
 
 def offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
-    """X >= 0 such that r = drag + x is the root between the two drag rates.
+    """X such that r = drag + x is the root between this drag rate and the other, drag + span.
 
     Solves (span - x)(p + r x) = q x by Newton's method; up to a damping ratio of 0.7 it needs three
     steps at most, and no bracket.
@@ -64,7 +61,7 @@ def offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
         rest = span - x
         fall = rest * rate - slope - q
         step = (rest * slope - q * x) / fall
-        if abs(step) <= 3e-6 * x:
+        if abs(step) <= 3e-6 * abs(x):
             # Chebyshev's correction: what is left is the cube of the step.
             return x - step * (1.0 + step * (rest - rate) / fall)
         x -= step
@@ -84,8 +81,6 @@ def first_fall(rise: float, lone: float, cosine: float, sine: float) -> float | 
     """
     turning = atan2(sine - rise * cosine, cosine + rise * sine)
     low, high = max(turning, 0.0), turning + pi
-    if rise * high > _LARGEST_EXPONENT:
-        return None
     # The oscillation's own zero, where all derivatives are known without another cosine.
     angle = pi - atan2(cosine, sine)
     real = lone * exp(rise * angle)

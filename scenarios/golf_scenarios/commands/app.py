@@ -112,7 +112,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
 
     It ends the process here: nothing is open any more. Some commands load FMUs that are packaged
     as pythonfmu does it, whose library touches freed memory at the end of a process (see
-    golf_impact.at_exit): once in some hundred times it aborted.
+    host.at_exit in fmu_src): once in some hundred times it aborted.
     """
     code = one_line(sys.argv[1:] if arguments is None else arguments)
     for stream in (sys.stdout, sys.stderr):
