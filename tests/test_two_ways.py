@@ -10,6 +10,7 @@ from conftest import reference_cases
 from golf_impact.laws import absolute, relative
 from golf_impact.laws.contact import Start
 from golf_impact.laws.extended import ExtendedContact
+from golf_impact.numerics import zeros
 from golf_impact.parameters import Parameters
 
 from golf_scenarios.stress.cases import named_cases, random_impact
@@ -165,6 +166,14 @@ def test_the_border_of_damping_from_both_sides(law, border, m_ball):
     assert outcomes[0] == pytest.approx(outcomes[1], rel=2e-14)
 
 
+@pytest.mark.parametrize("b", [9.0, 60.0, 300.0])
+def test_the_border_of_equal_masses_from_both_sides(b):
+    # Law 1 counts its real rate from the slower drag: of the club, and here of the ball.
+    beside_it = (math.nextafter(0.21, 0.0), 0.21, math.nextafter(0.21, math.inf))
+    for m_ball in beside_it:
+        assert agree(1, 1e6, b, 0.21, m_ball, touch(35.0, -20.0))
+
+
 def test_the_border_of_the_real_mode_from_both_sides():
     # The faster the bodies move together, the more of the compression is the drag's.
     def contact(ball_speed):
@@ -229,3 +238,23 @@ def test_special_points_are_drawn_beside_each_other(number):
     rng = random.Random(number)
     value = 10.0 ** rng.uniform(-3, 6)
     assert abs(beside(rng, value) / value - 1.0) <= 1.001e-3
+
+
+@pytest.mark.parametrize("lighter", ["club", "ball", "neither"])
+def test_law_1s_real_rate_takes_few_steps(lighter, monkeypatch):
+    class Counted:
+        def __iter__(self):
+            for self.taken in range(1, 41):
+                yield self.taken
+
+    counted = Counted()
+    monkeypatch.setattr(zeros, "_NEWTON_STEPS", counted)
+    rng = random.Random(1)
+    for _ in range(2000):
+        ratio = 1.0 if lighter == "neither" else 10.0 ** rng.uniform(0.0, 15.0)
+        p, q = 1.0 / (1.0 + ratio), ratio / (1.0 + ratio)
+        if lighter == "club":
+            p, q = q, p
+        zeta = absolute.MOST_DAMPING * rng.choice([1.0, rng.random(), 10.0 ** rng.uniform(-30, 0)])
+        zeros.offset_of_real_root(p, q, 2.0 * zeta * p, 2.0 * zeta * (q - p))
+        assert counted.taken <= 3
