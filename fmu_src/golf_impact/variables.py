@@ -121,9 +121,6 @@ VARIABLES: tuple[Variable, ...] = (
     _output("kinetic_energy", "J", ">= 0", 100.0, None, "Kinetic energy of club and ball together"),
 )  # fmt: skip
 
-#: Value references by name.
-REFERENCES: dict[str, int] = {variable.name: n for n, variable in enumerate(VARIABLES)}
-
 #: FMI 3.0 needs these as well: time, and what only Model Exchange is about. Their value references
 #: go on from the table's.
 MORE_VARIABLES: tuple[Variable, ...] = (

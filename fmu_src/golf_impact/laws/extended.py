@@ -87,7 +87,8 @@ class ExtendedContact(ContactPhase):
         m_ball: Decimal,
     ) -> None:  # fmt: skip
         total = m_club + m_ball
-        self._p, self._q = p, q = m_ball / total, m_club / total
+        p = m_ball / total
+        self._q = q = m_club / total
         mu = m_club * p
         if drag:
             drag = max(drag, 2 * _LEAST_DAMPING * (k * mu).sqrt())

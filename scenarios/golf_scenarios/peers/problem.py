@@ -42,11 +42,6 @@ class Case:
         return math.sqrt(self.k / self.reduced_mass)
 
     @property
-    def damping_ratio(self) -> float:
-        """The damping b over its critical value in law 2."""
-        return self.b / (2.0 * math.sqrt(self.k * self.reduced_mass))
-
-    @property
     def time_limit(self) -> float:
         """Where a method that still sees contact gives up, s: ten undamped contact times.
 
