@@ -68,7 +68,7 @@ def approach(x_ball: float, gap: float, gap_low: float, u_club: float, u_ball: f
     """Free motion until the gap (m, as a pair) is closed."""
     closing = u_club - u_ball
     duration = max(0.0, gap + gap_low) / closing if closing > 0.0 else inf
-    return Free(x_ball, u_club, u_ball, -gap, closing, -gap_low, duration)
+    return _made(Free, (x_ball, u_club, u_ball, -gap, closing, -gap_low, duration))
 
 
 #: First touch: when (s since the start, as a pair), where (m), and how fast the club was (m/s).
