@@ -73,7 +73,8 @@ def first_fall(rise: float, lone: float, cosine: float, sine: float) -> float | 
 
     Divided by e^(rise·θ) this rises until it turns, if it does so at first, and falls from there on
     until it turns again, half a turn later. There Newton's method looks for the zero, with
-    Chebyshev's correction at the start and at the end.
+    Chebyshev's correction at the start and at the end. In a usual contact rise is below 1, so
+    that nothing overflows.
 
     Returns:
         None if the search leaves the interval, or finds no way: where the function hardly reaches
