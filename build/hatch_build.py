@@ -9,7 +9,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
 class CustomBuildHook(BuildHookInterface):
-    """Adds the FMUs' classes to golf_build and the scenario scripts to golf_scenarios."""
+    """Adds the FMUs' classes to golf_build and the scenario scripts to golf_impact."""
 
     def initialize(self, version, build_data):
         """Called before the wheel is made."""
@@ -21,8 +21,8 @@ class CustomBuildHook(BuildHookInterface):
             ("fmu_src", "*.py", "golf_build/faces"),
             ("fmu_src", "host/*.py", "golf_build/faces"),
             ("fmu_src", "loader/*", "golf_build/faces"),
-            ("scenarios", "*.py", "golf_scenarios/scripts"),
-            ("scenarios", "studies/*.toml", "golf_scenarios/scripts"),
+            ("scenarios", "*.py", "golf_impact/scripts"),
+            ("scenarios", "studies/*.toml", "golf_impact/scripts"),
         ):
             for file in (root / folder).glob(pattern):
                 files[file] = f"{place}/{file.relative_to(root / folder).as_posix()}"

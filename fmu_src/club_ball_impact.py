@@ -1,9 +1,9 @@
 """The FMI 2.0 face of the golf club–ball impact: a pythonfmu slave around one component.
 
-No physics in here, and no list of variables: both are golf_impact's.
+No physics in here, and no list of variables: both are golf_physics's.
 """
 
-from golf_impact.component.component import Component
+from golf_physics.component.component import Component
 from host.at_exit import release_at_exit
 from host.face import Face, accessors
 from pythonfmu import Fmi2Slave
@@ -12,7 +12,7 @@ from pythonfmu.logmsg import LogMsg
 
 
 class ClubBallImpact(Face, Fmi2Slave):
-    """A golf club hits a ball; see golf_impact.variables for what goes in and comes out."""
+    """A golf club hits a ball; see golf_physics.variables for what goes in and comes out."""
 
     # Calls that a host makes again and again run straight into the component. pythonfmu looks them
     # up by name every time: a slot is found without a look into the instance's dictionary.

@@ -1,14 +1,14 @@
 """The FMI 3.0 face of the golf club–ball impact: a pythonfmu3 slave around one component.
 
-No physics in here, and no list of variables: both are golf_impact's. Co-simulation and Model
+No physics in here, and no list of variables: both are golf_physics's. Co-simulation and Model
 Exchange are one class, since pythonfmu3 doesn't tell an instance what it is made for.
 """
 
 from collections import namedtuple
 from ctypes import c_uint64
 
-from golf_impact.component.hybrid import HybridComponent
-from golf_impact.variables import ALL_REFERENCES, INDICATORS, STATES, VARIABLES
+from golf_physics.component.hybrid import HybridComponent
+from golf_physics.variables import ALL_REFERENCES, INDICATORS, STATES, VARIABLES
 from host.at_exit import release_at_exit
 from host.face import Face, accessors
 from pythonfmu3 import Fmi3Slave, ModelExchange
@@ -26,7 +26,7 @@ Update = namedtuple(
 
 
 class ClubBallImpact(Face, Fmi3Slave, ModelExchange):
-    """A golf club hits a ball; see golf_impact.variables for what goes in and comes out."""
+    """A golf club hits a ball; see golf_physics.variables for what goes in and comes out."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)

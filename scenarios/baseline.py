@@ -1,6 +1,6 @@
 """The document's impact, k = 1e6 N/m, b = 9 N·s/m, 35 m/s: its Figs. 4 and 5, its first list."""
 
-from golf_scenarios.scenario import Report, document, document_fmu, main
+from golf_impact.scenario import Report, document, document_fmu, main
 
 TITLE = "Baseline: the document's impact, exactly"
 CHAPTER = 2

@@ -1,6 +1,6 @@
 """A faster club: 35 and 50 m/s (the document's table and its Fig. 6)."""
 
-from golf_scenarios.scenario import Report, document, document_fmu, main
+from golf_impact.scenario import Report, document, document_fmu, main
 
 TITLE = "Club speed: 35 and 50 m/s"
 CHAPTER = 4

@@ -1,6 +1,6 @@
 """Balls of different compression: k = 0.5e6, 1e6 and 2e6 N/m (the document's table)."""
 
-from golf_scenarios.scenario import Report, document, document_fmu, main
+from golf_impact.scenario import Report, document, document_fmu, main
 
 TITLE = "Compression: a stiffer ball"
 CHAPTER = 5

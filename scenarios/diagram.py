@@ -1,6 +1,6 @@
 """The model drawn (the document's Fig. 1): two masses, and the ball's spring between them."""
 
-from golf_scenarios.scenario import Report, main
+from golf_impact.scenario import Report, main
 
 TITLE = "The model"
 CHAPTER = 1

@@ -1,6 +1,6 @@
 """No damping (b = 0), a hard ball and a soft one: what S and the contact time depend on."""
 
-from golf_scenarios.scenario import Report, closed_forms, document, document_fmu, main
+from golf_impact.scenario import Report, closed_forms, document, document_fmu, main
 
 TITLE = "Elastic: b = 0"
 CHAPTER = 3

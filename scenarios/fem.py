@@ -1,6 +1,6 @@
 """Roh & Lee's finite-element ball beside the model, with the back of the document's envelope."""
 
-from golf_scenarios.scenario import QUANTITIES, Report, document, main, measured
+from golf_impact.scenario import QUANTITIES, Report, document, main, measured
 
 TITLE = "Finite elements: Roh & Lee's figures and the model"
 CHAPTER = 7

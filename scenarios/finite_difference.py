@@ -1,12 +1,12 @@
 """The document's own scheme as a second FMU: where its printed numbers come from.
 
 Explicit Euler with a step of 0.5 µs, in a deliberately ordinary pythonfmu slave
-(golf_scenarios/peers/document_fmu.py).
+(golf_impact/peers/document_fmu.py).
 """
 
 import math
 
-from golf_scenarios.scenario import Report, document, document_fmu, label, main
+from golf_impact.scenario import Report, document, document_fmu, label, main
 
 TITLE = "Finite difference: the document's scheme as an FMU"
 CHAPTER = 12

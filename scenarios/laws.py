@@ -1,6 +1,6 @@
 """The same impact under both laws: what momentum and energy do."""
 
-from golf_scenarios.scenario import Report, label, main, shown
+from golf_impact.scenario import Report, label, main, shown
 
 TITLE = "Laws: drag on each body, or a damper between them"
 CHAPTER = 11

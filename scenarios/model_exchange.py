@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from golf_scenarios.scenario import BALLS, LoadedFmu3, Report, current_fmu, main
+from golf_impact.scenario import BALLS, LoadedFmu3, Report, current_fmu, main
 
 TITLE = "Model Exchange: what a general solver pays"
 CHAPTER = 15

@@ -1,6 +1,6 @@
 """An old ball, softer and more damped, beside a new one (the document's last table)."""
 
-from golf_scenarios.scenario import Report, document, document_fmu, main
+from golf_impact.scenario import Report, document, document_fmu, main
 
 TITLE = "Old ball: softer and more damped"
 CHAPTER = 6

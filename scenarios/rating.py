@@ -1,6 +1,6 @@
 """Compression ratings: what an indicative stiffness of each predicts over club speed."""
 
-from golf_scenarios.scenario import BALLS, Report, document, main, rating_stiffness, shown
+from golf_impact.scenario import BALLS, Report, document, main, rating_stiffness, shown
 
 TITLE = "Compression ratings: low, mid and high over club speed (indicative)"
 CHAPTER = 10

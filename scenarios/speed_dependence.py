@@ -1,6 +1,6 @@
 """COR and smash factor over club speed: what laws say, and what was measured."""
 
-from golf_scenarios.scenario import (
+from golf_impact.scenario import (
     BALLS,
     Report,
     UserError,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from golf_scenarios.scenario import Report, build_system, main, run_ssp, run_system, start_values
+from golf_impact.scenario import Report, build_system, main, run_ssp, run_system, start_values
 
 TITLE = "A system: a swing that feels the ball, the impact, the flight"
 CHAPTER = 14

@@ -1,6 +1,6 @@
 """The document's Table 1 as printed, beside the parameters that its numbers really come from."""
 
-from golf_scenarios.scenario import Report, document, label, main, shown
+from golf_impact.scenario import Report, document, label, main, shown
 
 TITLE = "Table 1: the parameters printed, and those used"
 CHAPTER = 13

@@ -2,7 +2,7 @@
 
 import textwrap
 
-from golf_scenarios.scenario import BALLS, QUANTITIES, Report, document, main, measured
+from golf_impact.scenario import BALLS, QUANTITIES, Report, document, main, measured
 
 TITLE = "Validation: how good is the model?"
 CHAPTER = 8

@@ -9,8 +9,8 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from types import SimpleNamespace
 
-from golf_scenarios.commands import app
-from golf_scenarios.stopping import SIGNALS
+from golf_impact.commands import app
+from golf_impact.stopping import SIGNALS
 
 COMMAND = Path(sys.executable).with_name("golf-impact")
 

@@ -12,9 +12,9 @@ from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
 from golf_build import standalone
-from golf_scenarios.commands import doctor
-from golf_scenarios.fmu.file import build_fmu
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_impact.commands import doctor
+from golf_impact.fmu.file import build_fmu
+from golf_impact.fmu.impact_fmu import ImpactFmu
 
 HERE = Path(__file__).resolve().parent
 
@@ -28,7 +28,7 @@ EXPECTED = {
 LAW_1 = dict(zip(CRITERIA, EXPECTED[1]))
 
 #: One impact for each kind of contact, where it differs from the defaults. Linear ones that stretch
-#: one thing each are in golf_scenarios.stress.cases.
+#: one thing each are in golf_impact.stress.cases.
 KINDS = {
     "law 1": {},
     "law 2": {"law": 2},

@@ -12,7 +12,7 @@ import sys
 import fmpy
 from fmpy.fmi2 import FMU2Slave
 
-from golf_scenarios.timing import resident_bytes
+from golf_impact.timing import resident_bytes
 
 
 class Fmu:

@@ -4,10 +4,10 @@ import doctest
 import subprocess
 import sys
 
-import golf_impact
 import pytest
 
-from golf_scenarios import api
+import golf_impact
+from golf_impact import api
 
 
 def test_what_is_offered_is_what_is_meant():
@@ -27,12 +27,12 @@ def test_the_example_in_the_docstring(tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir()] == ["k_b.csv"]
 
 
-def test_the_import_brings_nothing_else():
-    code = "import sys, golf_impact.component; print(*sys.modules)"
+def test_the_physics_imports_nothing_else():
+    code = "import sys, golf_physics.component; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-I", "-c", code], capture_output=True, text=True)
     tops = {name.split(".")[0] for name in done.stdout.split()}
-    assert "golf_impact" in tops
-    assert not tops & {"golf_scenarios", "golf_build", "numpy", "fmpy", "pythonfmu"}
+    assert "golf_physics" in tops
+    assert not tops & {"golf_impact", "golf_build", "numpy", "fmpy", "pythonfmu"}
 
 
 def test_the_functions(fmu):
@@ -53,8 +53,8 @@ def test_nothing_of_it_travels_inside_the_fmu(fmu_path):
     import zipfile
 
     with zipfile.ZipFile(fmu_path) as archive:
-        ours = [name for name in archive.namelist() if name.startswith("resources/golf_impact_")]
+        ours = [name for name in archive.namelist() if name.startswith("resources/golf_physics_")]
         (package,) = {name.split("/")[1] for name in ours}
         text = archive.read(f"resources/{package}/__init__.py").decode()
     assert golf_impact.__version__ in text
-    assert "golf_scenarios" not in text
+    assert "golf_impact" not in text

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 
 from golf_build.packaging import bundled, guid_of
-from golf_scenarios.errors import UserError
-from golf_scenarios.fmu.archive import flaw
-from golf_scenarios.fmu.file import BUILDERS, build_plain_fmu, given_fmu
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_impact.errors import UserError
+from golf_impact.fmu.archive import flaw
+from golf_impact.fmu.file import BUILDERS, build_plain_fmu, given_fmu
+from golf_impact.fmu.impact_fmu import ImpactFmu
 
 ROOT = Path(__file__).resolve().parent.parent
 COMMAND = Path(sys.executable).with_name("golf-impact")
@@ -357,7 +357,7 @@ def test_contents_that_crash_a_process(tmp_path, files, damage):
 
 def test_one_that_was_only_packed_anew_is_taken(tmp_path, files, monkeypatch):
     """And modules in the working folder don't stand for ours."""
-    for name in ("golf_scenarios", "fmpy", "numpy"):
+    for name in ("golf_impact", "fmpy", "numpy"):
         (tmp_path / f"{name}.py").write_text("raise RuntimeError")
     monkeypatch.chdir(tmp_path)
     kept = {name: content for name, content in files.items() if name != SUMS}
@@ -369,7 +369,7 @@ def test_one_that_was_only_packed_anew_is_taken(tmp_path, files, monkeypatch):
 
 
 def test_a_damaged_build_is_made_anew(tmp_path, fmu_path, files, monkeypatch):
-    from golf_scenarios.fmu import file as fmu_file
+    from golf_impact.fmu import file as fmu_file
 
     built = tmp_path / "ClubBallImpact.fmu"
     monkeypatch.setattr(fmu_file, "default_path", lambda build: built)
@@ -390,7 +390,7 @@ def test_the_list_of_files(tmp_path, fmu_path, files):
 
     names = set(files)
     module = entry_point(files)
-    package = module.removesuffix(".py").replace("club_ball_impact", "golf_impact")
+    package = module.removesuffix(".py").replace("club_ball_impact", "golf_physics")
     ours = {
         "modelDescription.xml",
         "model.png",

@@ -6,7 +6,7 @@ import math
 import pytest
 from fmpy.fmi1 import FMICallException
 
-from golf_scenarios.fmu.impact_fmu import METRICS
+from golf_impact.fmu.impact_fmu import METRICS
 
 
 def set_real(fmu, name, value):

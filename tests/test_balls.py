@@ -5,9 +5,9 @@ import json
 import pytest
 from command import golf_here, refused
 
-from golf_scenarios.errors import UserError
-from golf_scenarios.facts.balls import BALLS, ball, rating_stiffness
-from golf_scenarios.facts.measured import MPH
+from golf_impact.errors import UserError
+from golf_impact.facts.balls import BALLS, ball, rating_stiffness
+from golf_impact.facts.measured import MPH
 
 
 @pytest.mark.parametrize("name", BALLS)

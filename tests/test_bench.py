@@ -10,23 +10,23 @@ from itertools import islice
 
 import pytest
 
-from golf_scenarios.benchmarks import accuracy
-from golf_scenarios.benchmarks.empty_wide_fmu import (
+from golf_impact.benchmarks import accuracy
+from golf_impact.benchmarks.empty_wide_fmu import (
     BOOLEAN_OUTPUTS,
     INPUTS,
     INTEGER_PARAMETERS,
     OUTPUTS,
     PARAMETERS,
 )
-from golf_scenarios.benchmarks.limits import LIMITS, MOST_SPREAD, missed
-from golf_scenarios.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slope
-from golf_scenarios.commands.bench import bench
-from golf_scenarios.errors import UserError
-from golf_scenarios.fmu.loaded import LoadedFmu
-from golf_scenarios.stress.cases import named_cases
-from golf_scenarios.stress.driver import driver
-from golf_scenarios.stress.reference import Reference
-from golf_scenarios.timing import Ratio, interleaved, median_ratio
+from golf_impact.benchmarks.limits import LIMITS, MOST_SPREAD, missed
+from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slope
+from golf_impact.commands.bench import bench
+from golf_impact.errors import UserError
+from golf_impact.fmu.loaded import LoadedFmu
+from golf_impact.stress.cases import named_cases
+from golf_impact.stress.driver import driver
+from golf_impact.stress.reference import Reference
+from golf_impact.timing import Ratio, interleaved, median_ratio
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +84,7 @@ def calls_inside(scene):
 
     def look(frame, event, argument):
         nonlocal number
-        number += event == "call" and frame.f_globals["__name__"].startswith("golf_impact_")
+        number += event == "call" and frame.f_globals["__name__"].startswith("golf_physics_")
 
     sys.setprofile(look)
     try:

@@ -12,10 +12,10 @@ from command import golf, golf_here, refused
 from conftest import numbers
 
 from golf_build.extras import install_command
-from golf_scenarios.calibration.calibrate import Calibration, check
-from golf_scenarios.calibration.contact_law import ContactLaw, Coordinates, Predictor, asked_for
-from golf_scenarios.calibration.fitting import fit
-from golf_scenarios.calibration.targets import (
+from golf_impact.calibration.calibrate import Calibration, check
+from golf_impact.calibration.contact_law import ContactLaw, Coordinates, Predictor, asked_for
+from golf_impact.calibration.fitting import fit
+from golf_impact.calibration.targets import (
     TARGETS,
     Conditions,
     Target,
@@ -24,9 +24,9 @@ from golf_scenarios.calibration.targets import (
     read_csv,
     target,
 )
-from golf_scenarios.errors import UserError
-from golf_scenarios.facts.balls import BALLS
-from golf_scenarios.facts.measured import MPH
+from golf_impact.errors import UserError
+from golf_impact.facts.balls import BALLS
+from golf_impact.facts.measured import MPH
 
 IMPACT = Conditions()
 LINEAR = ContactLaw(2, 1.0)
@@ -447,7 +447,7 @@ def test_without_scipy(tmp_path):
     """Calibrate says what to install; run needs it nowhere."""
     start = (
         "import sys; sys.modules['scipy'] = None\n"
-        "from golf_scenarios.commands.app import main; sys.argv = "
+        "from golf_impact.commands.app import main; sys.argv = "
     )
     calibrate = ["x", "calibrate", "--cor", "0.7", "--contact-time", "6e-4"]
     run = ["x", "run", "validation", "--ball", "tour", "--no-figures", "--out", str(tmp_path)]

@@ -144,8 +144,8 @@ def test_a_state_of_another_fmu_is_refused(extracted, tmp_path):
     """A pointer that isn't this FMU's state: refused, as long as it is a Python object at all."""
     from fmi2_calls import DISCARD, OK, Player
 
-    from golf_scenarios.benchmarks import empty_fmu
-    from golf_scenarios.fmu.file import build_plain_fmu
+    from golf_impact.benchmarks import empty_fmu
+    from golf_impact.fmu.file import build_plain_fmu
 
     other = fmpy.extract(
         str(build_plain_fmu(Path(empty_fmu.__file__), tmp_path)), str(tmp_path / "other")

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from command import COMMAND, golf, golf_here, refused
 
-from golf_scenarios.facts.balls import BALLS
-from golf_scenarios.report import figures
-from golf_scenarios.report.own_cases import own_cases
+from golf_impact.facts.balls import BALLS
+from golf_impact.report import figures
+from golf_impact.report.own_cases import own_cases
 
 
 def test_version_and_help():
@@ -49,7 +49,7 @@ def test_build_and_run(tmp_path):
 def test_no_figures_needs_no_matplotlib(tmp_path):
     code = (
         "import sys; sys.argv = ['golf-impact', 'run', 'baseline', '--no-figures', '--out', "
-        f"{str(tmp_path)!r}]\nfrom golf_scenarios.commands import app\n"
+        f"{str(tmp_path)!r}]\nfrom golf_impact.commands import app\n"
         "assert app.one_line(sys.argv[1:]) == 0\n"
         "assert 'matplotlib' not in sys.modules"
     )
@@ -138,7 +138,7 @@ def test_a_scenario_alone(tmp_path):
 
 
 MINE = """
-from golf_scenarios.scenario import Report, main
+from golf_impact.scenario import Report, main
 
 TITLE = "A scenario of my own"
 
@@ -221,7 +221,7 @@ TERMINAL = {"FORCE_COLOR": "1", "TERM": "xterm"}
 def script_whose_check(passed, folder):
     script = folder / "mine.py"
     script.write_text(
-        "from golf_scenarios.scenario import Report\nTITLE = 'Mine'\ndef run(fmu):\n"
+        "from golf_impact.scenario import Report\nTITLE = 'Mine'\ndef run(fmu):\n"
         f"    report = Report(TITLE, fmu)\n    report.check('so it is', {passed})\n"
         "    return report\n"
     )
@@ -238,10 +238,10 @@ def test_a_backend_that_matplotlib_does_not_have(tmp_path):
 
 def test_a_failed_check_exits_1(tmp_path):
     code = (
-        "import sys; from golf_scenarios.facts import document\n"
+        "import sys; from golf_impact.facts import document\n"
         "document.BASELINE['max_force'] = document.Printed('6600')\n"
         f"sys.argv = ['x', 'run', 'baseline', '--no-figures', '--out', {str(tmp_path)!r}]\n"
-        "from golf_scenarios.commands.app import main\nmain()"
+        "from golf_impact.commands.app import main\nmain()"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 1

@@ -2,8 +2,8 @@
 
 import pytest
 from conftest import reference_cases
-from golf_impact.laws import absolute, relative
-from golf_impact.laws.contact import Start
+from golf_physics.laws import absolute, relative
+from golf_physics.laws.contact import Start
 from test_two_ways import contact_of
 from test_two_ways import in_many_digits as exactly
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from golf_scenarios.benchmarks import empty_fmu, empty_wide_fmu
-from golf_scenarios.fmu.file import build_plain_fmu
+from golf_impact.benchmarks import empty_fmu, empty_wide_fmu
+from golf_impact.fmu.file import build_plain_fmu
 
 HERE = Path(__file__).resolve().parent
 

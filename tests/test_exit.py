@@ -15,9 +15,9 @@ import fmpy
 import pytest
 from conftest import some
 
-from golf_scenarios.benchmarks import empty_fmu
-from golf_scenarios.fmu import system
-from golf_scenarios.fmu.file import build_plain_fmu
+from golf_impact.benchmarks import empty_fmu
+from golf_impact.fmu import system
+from golf_impact.fmu.file import build_plain_fmu
 
 _PROGRAM = """
 import sys
@@ -41,7 +41,7 @@ for slave in slaves[: {"free all": 2, "free one": 1, "free none": 0}[end]]:
     slave.terminate()
     slave.freeInstance()
 # Each FMU has run its own copy.
-assert "golf_impact" not in sys.modules
+assert "golf_physics" not in sys.modules
 print("done")
 """
 

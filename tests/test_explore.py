@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from golf_scenarios.commands.app import one_line
-from golf_scenarios.errors import UserError
-from golf_scenarios.explore import impact, pictures
-from golf_scenarios.explore.cases import EXAMPLES, ball_of, command, from_query, query
-from golf_scenarios.explore.controls import QUANTITIES, SPEEDS
-from golf_scenarios.explore.impact import explored
-from golf_scenarios.facts.balls import BALLS
+from golf_impact.commands.app import one_line
+from golf_impact.errors import UserError
+from golf_impact.explore import impact, pictures
+from golf_impact.explore.cases import EXAMPLES, ball_of, command, from_query, query
+from golf_impact.explore.controls import QUANTITIES, SPEEDS
+from golf_impact.explore.impact import explored
+from golf_impact.facts.balls import BALLS
 
 COMMAND = Path(sys.executable).with_name("golf-impact")
 
@@ -186,7 +186,7 @@ def test_balls_are_known_by_their_values(fmu):
 
 
 def test_colours_are_those_of_all_figures():
-    from golf_scenarios.report import figures
+    from golf_impact.report import figures
 
     for name in ("BLUE", "ORANGE", "GREEN", "SKY", "VERMILION"):
         assert getattr(pictures, name) == getattr(figures, name)

@@ -15,7 +15,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.validation import validate_fmu
-from golf_impact.variables import (
+from golf_physics.variables import (
     CO_SIMULATION_ONLY,
     DERIVATIVES,
     INDICATORS,
@@ -28,9 +28,9 @@ from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 from golf_build.packaging import fmu_source
-from golf_scenarios.commands.app import app
-from golf_scenarios.errors import UserError
-from golf_scenarios.fmu.file import BUILDERS, build_fmu
+from golf_impact.commands.app import app
+from golf_impact.errors import UserError
+from golf_impact.fmu.file import BUILDERS, build_fmu
 
 OUTPUTS = [v.name for v in VARIABLES if v.causality == "output" and v.type == "Real"]
 FLAGS = [v.name for v in VARIABLES if v.type == "Boolean"]
@@ -645,10 +645,10 @@ def test_a_step_in_model_exchange_is_refused(extracted, make):
 def test_both_versions_in_one_process_run_their_own_code(fmu_path, fmi3_path):
     program = """
 import fmpy, json, sys
-import golf_impact.component  # the process has the sources, too
+import golf_physics.component  # the process has the sources, too
 fmus = json.loads(sys.argv[1])
 rows = [fmpy.simulate_fmu(fmu, stop_time=1e-3, output_interval=1e-3) for fmu in fmus + fmus]
-packages = {name.split(".")[0] for name in sys.modules if name.startswith("golf_impact_")}
+packages = {name.split(".")[0] for name in sys.modules if name.startswith("golf_physics_")}
 print(json.dumps([[float(row["smash_factor"][-1]) for row in rows], sorted(packages)]))
 """
     for fmus in ([fmu_path, fmi3_path], [fmi3_path, fmu_path]):
@@ -662,7 +662,7 @@ print(json.dumps([[float(row["smash_factor"][-1]) for row in rows], sorted(packa
         answers, packages = json.loads(done.stdout)
         assert answers[1:] == answers[:-1]
         assert answers[0] == pytest.approx(EXPECTED[1][0], rel=1e-15)
-        digests = sorted(f"golf_impact_{BUILDERS[fmi].digest()[:16]}" for fmi in (2, 3))
+        digests = sorted(f"golf_physics_{BUILDERS[fmi].digest()[:16]}" for fmi in (2, 3))
         assert packages == digests
 
 

@@ -10,15 +10,15 @@ import fmpy
 import pytest
 from conftest import HERE, numbers, reference_cases
 from fmpy.validation import validate_fmu
-from golf_impact.variables import VARIABLES
+from golf_physics.variables import VARIABLES
 
-from golf_scenarios.errors import UserError
-from golf_scenarios.facts.closed_forms import reduced_mass
-from golf_scenarios.fmu.file import BUILDERS, build_fmu
-from golf_scenarios.fmu.impact_fmu import METRICS, PATH
-from golf_scenarios.stress.cases import random_impact, random_steps
-from golf_scenarios.stress.reference import Reference
-from golf_scenarios.stress.scales import BAR, Scales
+from golf_impact.errors import UserError
+from golf_impact.facts.closed_forms import reduced_mass
+from golf_impact.fmu.file import BUILDERS, build_fmu
+from golf_impact.fmu.impact_fmu import METRICS, PATH
+from golf_impact.stress.cases import random_impact, random_steps
+from golf_impact.stress.reference import Reference
+from golf_impact.stress.scales import BAR, Scales
 
 OUTPUTS = [v.name for v in VARIABLES if v.causality == "output" and v.type == "Real"]
 FLAGS = [v.name for v in VARIABLES if v.type == "Boolean"]
@@ -77,7 +77,7 @@ def test_model_description(fmu_path):
 def test_only_our_files_and_pythonfmus(fmu_path):
     with zipfile.ZipFile(fmu_path) as archive:
         names = archive.namelist()
-    package = {n.split("/")[1] for n in names if n.startswith("resources/golf_impact_")}
+    package = {n.split("/")[1] for n in names if n.startswith("resources/golf_physics_")}
     assert len(package) == 1
     allowed = (
         "modelDescription.xml",
@@ -119,7 +119,7 @@ def test_the_fmu_needs_no_numpy(fmu_path, tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     modules = {name.split(".")[0] for name in done.stdout.split()}
-    ours = {name for name in modules if name.startswith(("golf_impact_", "club_ball_impact_"))}
+    ours = {name for name in modules if name.startswith(("golf_physics_", "club_ball_impact_"))}
     assert len(ours) == 2
     assert modules - ours <= {*sys.stdlib_module_names, "pythonfmu"}
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from golf_scenarios import scenario
-from golf_scenarios.commands.scripts import FOLDER, names
+from golf_impact import scenario
+from golf_impact.commands.scripts import FOLDER, names
 
-OURS = ("golf_build", "golf_impact", "golf_scenarios")
+OURS = ("golf_build", "golf_physics", "golf_impact")
 
 
 def imports(path):
@@ -34,7 +34,7 @@ def test_contracts():
 def test_a_scenario_has_one_import_of_ours(name):
     found = [one for one in imports(FOLDER / f"{name}.py") if one[0].split(".")[0] in OURS]
     ((module, taken),) = found
-    assert module == "golf_scenarios.scenario"
+    assert module == "golf_impact.scenario"
     assert set(taken) <= set(scenario.__all__)
 
 

@@ -49,7 +49,7 @@ def test_nothing_undeclared_is_imported():
     arrays = ("dependencies", *EXTRAS)
     names = {re.match("[a-z0-9-]+", row[0])[0] for array in arrays for row in declared(array)}
     owners = importlib.metadata.packages_distributions()
-    ours = {"golf_impact", "golf_build", "golf_scenarios"}
+    ours = {"golf_physics", "golf_build", "golf_impact"}
     for file in (path for folder in ("scenarios", "fmu_src", "build") for path in tree(folder)):
         text = file.read_text("utf-8")
         for module in re.findall(r"^ *(?:import|from) (\w+)", text, re.MULTILINE):

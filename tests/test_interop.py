@@ -360,7 +360,7 @@ def heavier(tmp_path_factory):
     shutil.copytree(
         ROOT / "fmu_src", checkout / "fmu_src", ignore=shutil.ignore_patterns("__pycache__")
     )
-    table = checkout / "fmu_src" / "golf_impact" / "variables.py"
+    table = checkout / "fmu_src" / "golf_physics" / "variables.py"
     text = table.read_text("utf-8")
     assert text.count("0.04593") == 1
     table.write_text(text.replace("0.04593", "0.09186"), "utf-8")
@@ -375,7 +375,7 @@ def test_another_build_in_the_same_process_runs_its_own_code(fmu_path, heavier, 
     program = """
 import fmpy, json, sys
 sys.path.insert(0, sys.argv[2])
-import golf_impact.component  # the process has this one's sources, too
+import golf_physics.component  # the process has this one's sources, too
 from test_interop import begin, discard, instance, one_run
 fmus = json.loads(sys.argv[1])
 folders = [fmpy.extract(fmu) for fmu in fmus]

@@ -18,8 +18,8 @@ import fmpy
 import mpmath
 import pytest
 from fmpy.fmi2 import FMU2Slave
-from golf_impact.laws import LAWS
-from golf_impact.parameters import Parameters
+from golf_physics.laws import LAWS
+from golf_physics.parameters import Parameters
 
 from golf_build import fmi2, fmi3
 
@@ -219,7 +219,7 @@ def test_a_law_is_one_file_and_one_row(tmp_path, force, fails):
     """The tests above with a third law; one whose phases and equations differ fails them."""
     tree = tmp_path / "fmu_src"
     shutil.copytree(HERE.parent / "fmu_src", tree, ignore=shutil.ignore_patterns("__pycache__"))
-    laws = tree / "golf_impact" / "laws"
+    laws = tree / "golf_physics" / "laws"
     (laws / "both.py").write_text(_THIRD.replace("{force}", force))
     table = (laws / "__init__.py").read_text()
     table = table.replace("from .absolute", "from .both import BothLaw\nfrom .absolute", 1)

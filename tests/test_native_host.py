@@ -8,7 +8,7 @@ import fmpy
 import pytest
 from conftest import HOST_TASKS, LAW_1, some
 
-from golf_scenarios.commands import doctor
+from golf_impact.commands import doctor
 
 HERE = Path(__file__).resolve().parent
 

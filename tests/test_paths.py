@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from command import COMMAND, golf, golf_here, refused
 
-from golf_scenarios.files import write_together
+from golf_impact.files import write_together
 
 ROOT = Path(__file__).resolve().parent.parent
 ODD = "ü # 100% (ß) & 'x'"
@@ -39,16 +39,16 @@ def checkout(folder):
 def installed(folder):
     """The same as a wheel lays it out."""
     checkout(folder / "checkout")
-    for package in ("scenarios/golf_scenarios", "build/golf_build", "fmu_src/golf_impact"):
+    for package in ("scenarios/golf_impact", "build/golf_build", "fmu_src/golf_physics"):
         (folder / "checkout" / package).rename(folder / Path(package).name)
     (folder / "checkout" / "LICENSE").rename(folder / "golf_build" / "LICENSE")
     (folder / "checkout" / "fmu_src").rename(folder / "golf_build" / "faces")
-    (folder / "checkout" / "scenarios").rename(folder / "golf_scenarios" / "scripts")
+    (folder / "checkout" / "scenarios").rename(folder / "golf_impact" / "scripts")
     shutil.rmtree(folder / "checkout")
     return {"PYTHONPATH": str(folder)}
 
 
-MODULE = (sys.executable, "-m", "golf_scenarios")
+MODULE = (sys.executable, "-m", "golf_impact")
 
 
 @pytest.fixture
@@ -67,7 +67,7 @@ def nobody():
     env["PYTHONPATH"] += f"{os.pathsep}{packages}"
     version = f"python{sys.version_info.major}.{sys.version_info.minor}"
     for python in (sys.executable, f"/usr/bin/{version}"):
-        options |= {"env": env, "program": (python, "-m", "golf_scenarios")}
+        options |= {"env": env, "program": (python, "-m", "golf_impact")}
         try:
             if golf("list", cwd=folder, **options).returncode == 0:
                 break
@@ -136,7 +136,7 @@ def test_no_home(tmp_path, cache):
     # With no right to make one, even for root: a file stands where the cache would be.
     (tmp_path / "blocked").write_text("")
     start = (
-        "import os, platformdirs, pathlib; from golf_scenarios.__main__ import main\n"
+        "import os, platformdirs, pathlib; from golf_impact.__main__ import main\n"
         "platformdirs.user_cache_path = lambda *_: pathlib.Path(os.environ['CACHE'])\n"
         "main()"
     )

@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import mpmath
 import pytest
-from golf_impact.laws import contact as contacts
-from golf_impact.laws import relative
-from golf_impact.laws.power_law import PowerLawContact
+from golf_physics.laws import contact as contacts
+from golf_physics.laws import relative
+from golf_physics.laws.power_law import PowerLawContact
 from numpy.polynomial.legendre import leggauss
 from scipy.integrate import solve_ivp
 from test_two_ways import contact_of

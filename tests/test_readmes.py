@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from golf_impact.variables import VARIABLES
+from golf_physics.variables import VARIABLES
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = ("fmu_src", "build", "scenarios", "tests")

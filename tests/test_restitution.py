@@ -5,10 +5,10 @@ import math
 import mpmath
 import pytest
 from fmpy.fmi1 import FMICallException
-from golf_impact.laws.restitution import damping_ratio
+from golf_physics.laws.restitution import damping_ratio
 
-from golf_scenarios.errors import UserError
-from golf_scenarios.fmu.impact_fmu import METRICS
+from golf_impact.errors import UserError
+from golf_impact.fmu.impact_fmu import METRICS
 
 AT_REST, SLOPE = 0.86, 0.0029
 LINE = {"law": 2, "restitution_at_rest": AT_REST, "restitution_slope": SLOPE}

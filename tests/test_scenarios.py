@@ -9,14 +9,14 @@ from itertools import pairwise
 import pytest
 from rich.console import Console
 
-from golf_scenarios.commands import console
-from golf_scenarios.commands.scripts import FOLDER, names, scenario, scenarios
-from golf_scenarios.facts import document
-from golf_scenarios.facts.balls import BALLS
-from golf_scenarios.peers.document_scheme import document_fmu
-from golf_scenarios.report import figures
-from golf_scenarios.report.page import page, write_outcomes
-from golf_scenarios.report.report import Report
+from golf_impact.commands import console
+from golf_impact.commands.scripts import FOLDER, names, scenario, scenarios
+from golf_impact.facts import document
+from golf_impact.facts.balls import BALLS
+from golf_impact.peers.document_scheme import document_fmu
+from golf_impact.report import figures
+from golf_impact.report.page import page, write_outcomes
+from golf_impact.report.report import Report
 
 LONG = ("system", "model_exchange")
 

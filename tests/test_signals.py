@@ -160,11 +160,11 @@ def test_inside_the_fmu(tmp_path):
     """In an exception's place: pythonfmu would make it fatal, and then the process crashes."""
     code = """
 import os, signal, sys
-from golf_scenarios import stopping
+from golf_impact import stopping
 stopping.listen()
 stopping.open_scratch()
-from golf_scenarios.fmu.file import current_fmu
-from golf_scenarios.fmu.impact_fmu import ImpactFmu
+from golf_impact.fmu.file import current_fmu
+from golf_impact.fmu.impact_fmu import ImpactFmu
 with ImpactFmu(current_fmu()[0]) as fmu:
     fmu.start()
     name = next(name for name in sys.modules if name.endswith(".component.component"))
@@ -193,8 +193,8 @@ print("not stopped")
 def test_held_back_while_a_file_is_written(tmp_path):
     code = """
 import os, signal, sys, pathlib
-from golf_scenarios import stopping
-from golf_scenarios import files
+from golf_impact import stopping
+from golf_impact import files
 stopping.listen()
 replace = os.replace
 def late(*names):

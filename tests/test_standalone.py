@@ -16,14 +16,14 @@ import fmpy
 import pytest
 from conftest import HOST_TASKS, LAW_1
 from fmpy.fmi3 import FMU3Slave
-from golf_impact.variables import VARIABLES
+from golf_physics.variables import VARIABLES
 
 from golf_build import elf, standalone
 from golf_build.extras import install_command
 from golf_build.packaging import fmu_source
 from golf_build.system import COMPANIONS
-from golf_scenarios.fmu.file import build_fmu
-from golf_scenarios.fmu.system import build_system
+from golf_impact.fmu.file import build_fmu
+from golf_impact.fmu.system import build_system
 
 HERE = Path(__file__).resolve().parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -519,7 +519,7 @@ def test_the_modules_are_these(standalone_path):
 
 @pytest.mark.ci
 def test_it_is_reproducible(standalone_path, tmp_path):
-    code = "from golf_scenarios.__main__ import main; main()"
+    code = "from golf_impact.__main__ import main; main()"
     again = tmp_path / "again.fmu"
     subprocess.run(
         [sys.executable, "-c", code, "build", "--standalone", "--out", str(again)],
@@ -545,7 +545,7 @@ def test_built_by_debians_python(host, tmp_path):
         if not path.startswith(sys.base_prefix) and Path(path).name != "resources"
     ]
     fmu = tmp_path / "debian.fmu"
-    code = "from golf_scenarios.__main__ import main; main()"
+    code = "from golf_impact.__main__ import main; main()"
     done = subprocess.run(
         [python, "-c", code, "build", "--standalone", "--out", str(fmu)],
         capture_output=True,
@@ -598,7 +598,7 @@ def test_bench_native(standalone_path, libpython, tmp_path):
 
 
 def said_of_native_hosts(fmu):
-    from golf_scenarios.commands import doctor
+    from golf_impact.commands import doctor
 
     return [text for _, text in doctor.examine(fmu) if text.startswith("native")]
 
@@ -623,7 +623,7 @@ def test_doctor_recommends_it_before_libpython(request, fmu, standalone_path, li
 
 
 def refusal(monkeypatch, tmp_path):
-    from golf_scenarios.errors import UserError
+    from golf_impact.errors import UserError
 
     standalone.private_python.cache_clear()
     out = tmp_path / "x.fmu"

@@ -14,7 +14,7 @@ import pytest
 from conftest import KINDS, some
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
-from golf_impact.component.component import Component
+from golf_physics.component.component import Component
 
 POINTS = 400
 STEP = 2e-6  # the contact lasts about 300 of these
@@ -130,7 +130,7 @@ import json, sys
 sys.path.insert(0, sys.argv[1])
 import fmpy
 from fmpy.fmi2 import FMU2Slave
-from golf_impact.component.component import Component
+from golf_physics.component.component import Component
 extracted, packed, begin, end, step, inputs = json.loads(sys.stdin.read())
 description = fmpy.read_model_description(extracted)
 references = {v.name: v.valueReference for v in description.modelVariables}

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from conftest import reference_cases, some
 
-from golf_scenarios.commands.stress import _beside_bar, _show, stress
-from golf_scenarios.errors import UserError
-from golf_scenarios.peers import problem
-from golf_scenarios.peers.problem import Case, Outcome
-from golf_scenarios.stress import all as all_
-from golf_scenarios.stress import cases, invariants, special_points, stability
-from golf_scenarios.stress.driver import driver
-from golf_scenarios.stress.ledger import Ledger
-from golf_scenarios.stress.reference import Reference, exact_outcome
+from golf_impact.commands.stress import _beside_bar, _show, stress
+from golf_impact.errors import UserError
+from golf_impact.peers import problem
+from golf_impact.peers.problem import Case, Outcome
+from golf_impact.stress import all as all_
+from golf_impact.stress import cases, invariants, special_points, stability
+from golf_impact.stress.driver import driver
+from golf_impact.stress.ledger import Ledger
+from golf_impact.stress.reference import Reference, exact_outcome
 
 mp = mpmath.mp.clone()
 mp.dps = 90

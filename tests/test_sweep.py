@@ -22,20 +22,20 @@ from command import COMMAND, golf_here, refused
 from conftest import some
 from matplotlib.contour import ContourSet
 
-from golf_scenarios.commands.sweep import swept
-from golf_scenarios.errors import UserError
-from golf_scenarios.fmu.impact_fmu import METRICS, ImpactFmu
-from golf_scenarios.report.looks import LOOKS
-from golf_scenarios.sweeps import Stopped, Study, comparison, run_sweep
-from golf_scenarios.sweeps import run as running
-from golf_scenarios.sweeps.axes import Grid, Normal, Uniform, axis
-from golf_scenarios.sweeps.chunk import FmuFile, run_chunk
-from golf_scenarios.sweeps.comparison import compare
-from golf_scenarios.sweeps.impacts import impacts, plan
-from golf_scenarios.sweeps.pictures import draw
-from golf_scenarios.sweeps.run import Sweep
-from golf_scenarios.sweeps.sensitivity import sensitivity
-from golf_scenarios.sweeps.study_file import Options, read_study
+from golf_impact.commands.sweep import swept
+from golf_impact.errors import UserError
+from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
+from golf_impact.report.looks import LOOKS
+from golf_impact.sweeps import Stopped, Study, comparison, run_sweep
+from golf_impact.sweeps import run as running
+from golf_impact.sweeps.axes import Grid, Normal, Uniform, axis
+from golf_impact.sweeps.chunk import FmuFile, run_chunk
+from golf_impact.sweeps.comparison import compare
+from golf_impact.sweeps.impacts import impacts, plan
+from golf_impact.sweeps.pictures import draw
+from golf_impact.sweeps.run import Sweep
+from golf_impact.sweeps.sensitivity import sensitivity
+from golf_impact.sweeps.study_file import Options, read_study
 
 STUDIES = Path(__file__).parents[1] / "scenarios" / "studies"
 
@@ -223,7 +223,7 @@ def test_unknown_names(fmu_path, tmp_path):
 
 
 def test_balls(fmu, fmu_path, tmp_path):
-    from golf_scenarios.facts.balls import BALLS
+    from golf_impact.facts.balls import BALLS
 
     study = Study.of({"ball": list(BALLS), "b": "1,2", "club_speed": "30,45"}, METRICS)
     run_sweep(study, tmp_path / "x.csv", fmu=fmu_path)
@@ -430,8 +430,8 @@ def test_a_worker_that_is_killed(fmu_path, tmp_path):
     path.write_text("earlier")
     (tmp_path / "murder.py").write_text(
         "import multiprocessing, os, sys\n"
-        "from golf_scenarios.sweeps import Study, run_sweep\n"
-        "from golf_scenarios.errors import UserError\n"
+        "from golf_impact.sweeps import Study, run_sweep\n"
+        "from golf_impact.errors import UserError\n"
         "def kill(done):\n"
         "    os.kill(multiprocessing.active_children()[0].pid, 9)\n"
         "if __name__ == '__main__':\n"
@@ -460,7 +460,7 @@ def test_a_full_disk(fmu_path, tmp_path, suffix):
     code = (
         "import resource, sys\nresource.setrlimit(resource.RLIMIT_FSIZE, (700_000, 700_000))\n"
         f"sys.argv = ['x', 'sweep', '--set', 'k=1e6:2e6:20000', '--out', {str(path)!r}, '--fmu', "
-        f"{str(fmu_path)!r}]\nfrom golf_scenarios.commands.app import main\nmain()"
+        f"{str(fmu_path)!r}]\nfrom golf_impact.commands.app import main\nmain()"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 2

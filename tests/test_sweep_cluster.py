@@ -13,12 +13,12 @@ import distributed
 import pytest
 from command import COMMAND
 
-from golf_scenarios.commands.sweep import swept
-from golf_scenarios.errors import UserError
-from golf_scenarios.sweeps import Stopped, Study, cluster, run_sweep
-from golf_scenarios.sweeps.chunk import FmuFile
-from golf_scenarios.sweeps.cluster import connected
-from golf_scenarios.sweeps.study_file import Options
+from golf_impact.commands.sweep import swept
+from golf_impact.errors import UserError
+from golf_impact.sweeps import Stopped, Study, cluster, run_sweep
+from golf_impact.sweeps.chunk import FmuFile
+from golf_impact.sweeps.cluster import connected
+from golf_impact.sweeps.study_file import Options
 
 SETS = {"k": "normal:1e6:5e5", "b": "0,9", "law": "1,2"}
 
@@ -96,8 +96,8 @@ def test_stopping(fmu_path, tmp_path, workers):
 
 
 def test_the_fmu_is_checked_where_it_arrives(fmu, fmu_path, workers):
-    from golf_scenarios.sweeps.chunk import run_chunk
-    from golf_scenarios.sweeps.impacts import plan
+    from golf_impact.sweeps.chunk import run_chunk
+    from golf_impact.sweeps.impacts import plan
 
     made = plan(study(), fmu.variables)
     data = FmuFile.read(fmu_path).data

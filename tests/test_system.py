@@ -15,7 +15,7 @@ from fmpy.fmi2 import FMU2Slave
 from scipy.integrate import solve_ivp
 
 from golf_build.system import build_companion
-from golf_scenarios.fmu import system
+from golf_impact.fmu import system
 
 STOP = 0.966  # s: the ball has been launched by then, and the swing has felt it
 

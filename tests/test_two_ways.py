@@ -7,14 +7,14 @@ from itertools import chain
 
 import pytest
 from conftest import reference_cases
-from golf_impact.laws import absolute, relative
-from golf_impact.laws.contact import Start
-from golf_impact.laws.extended import ExtendedContact
-from golf_impact.numerics import zeros
-from golf_impact.parameters import Parameters
+from golf_physics.laws import absolute, relative
+from golf_physics.laws.contact import Start
+from golf_physics.laws.extended import ExtendedContact
+from golf_physics.numerics import zeros
+from golf_physics.parameters import Parameters
 
-from golf_scenarios.stress.cases import named_cases, random_impact
-from golf_scenarios.stress.special_points import beside, special_impact
+from golf_impact.stress.cases import named_cases, random_impact
+from golf_impact.stress.special_points import beside, special_impact
 
 LAWS = {1: absolute, 2: relative, "absolute": absolute, "relative": relative}
 

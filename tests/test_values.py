@@ -11,12 +11,12 @@ from fmpy.fmi2 import fmi2Discard
 from hypothesis import assume, event, example, given
 from hypothesis import strategies as st
 
-from golf_scenarios.facts.closed_forms import half_contact, reduced_mass
-from golf_scenarios.stress import invariants
-from golf_scenarios.stress.cases import BASELINE, unchanged
-from golf_scenarios.stress.driver import Driver
-from golf_scenarios.stress.ledger import Ledger
-from golf_scenarios.stress.scales import BAR, Scales
+from golf_impact.facts.closed_forms import half_contact, reduced_mass
+from golf_impact.stress import invariants
+from golf_impact.stress.cases import BASELINE, unchanged
+from golf_impact.stress.driver import Driver
+from golf_impact.stress.ledger import Ledger
+from golf_impact.stress.scales import BAR, Scales
 
 #: Where times come from quadrature, all else is as exact, but at those times.
 BAR_OF_QUADRATURE = 1e-10

@@ -4,6 +4,6 @@
 companions and the SSP file. `description`: what their XML shares. `archive`: files, whole ones.
 """
 
-from golf_impact import __version__ as VERSION  # noqa: N812 (a constant to everybody else)
+from golf_physics import __version__ as VERSION  # noqa: N812 (a constant to everybody else)
 
 __all__ = ["VERSION"]

@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from golf_impact import __version__
-from golf_impact.variables import Variable
+from golf_physics import __version__
+from golf_physics.variables import Variable
 
 from golf_build.archive import EPOCH_TEXT
 

@@ -1,6 +1,6 @@
 """ClubBallImpact.fmu: FMI 2.0, co-simulation."""
 
-from golf_impact.variables import UNITS, VARIABLES
+from golf_physics.variables import UNITS, VARIABLES
 
 from golf_build.packaging import Builder
 

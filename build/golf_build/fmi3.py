@@ -3,7 +3,7 @@
 Co-simulation and Model Exchange in one file.
 """
 
-from golf_impact import variables as tables
+from golf_physics import variables as tables
 
 from golf_build.packaging import Builder
 

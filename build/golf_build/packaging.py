@@ -16,20 +16,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
-import golf_impact
-from golf_impact.variables import LAWS
+import golf_physics
+from golf_physics.variables import LAWS
 
 from golf_build.archive import SUMS, scratch, sums, unpacked, write_archive
 from golf_build.description import HERE, RUNTIMES, described, rendered
 
-_PHYSICS = Path(golf_impact.__file__).resolve().parent
-
-#: What the package is inside an FMU, in place of its __init__.py, which offers what needs more
-#: than the standard library.
-_INSIDE = f'''"""The impact of a golf club on a ball."""
-
-__version__ = {golf_impact.__version__!r}
-'''
+_PHYSICS = Path(golf_physics.__file__).resolve().parent
 
 
 class Builder(NamedTuple):
@@ -55,7 +48,7 @@ class Builder(NamedTuple):
         # By names that don't depend on where the files lie.
         face = fmu_source(f"{self.face}.py")
         files = {face.name: face.read_bytes(), "LICENSE": _license()}
-        files |= {f"golf_impact/{name}": data for name, data in bundled().items()}
+        files |= {f"golf_physics/{name}": data for name, data in bundled().items()}
         ours = (*HERE.glob("*.py"), *HERE.glob("model*"), *(HERE / "documentation").iterdir())
         files |= {f"{f.parent.name}/{f.name}": f.read_bytes() for f in ours}
         for name, data in sorted(files.items()):
@@ -87,10 +80,10 @@ class Builder(NamedTuple):
     def files(self) -> dict[str, bytes]:
         """The FMU's files by name."""
         suffix = self.digest()[:16]
-        package = f"golf_impact_{suffix}"
+        package = f"golf_physics_{suffix}"
         face = fmu_source(f"{self.face}.py").read_text("utf-8")
-        face = re.sub(r"(?m)^from host\b", "from golf_impact.host", face)
-        face = re.sub(r"(?m)^from golf_impact\b", f"from {package}", face)
+        face = re.sub(r"(?m)^from host\b", "from golf_physics.host", face)
+        face = re.sub(r"(?m)^from golf_physics\b", f"from {package}", face)
         modules = {f"{package}/{name}": data for name, data in bundled().items()}
         modules[f"{package}/{self.face}.py"] = face.encode()
         entry = self.entry.format(package=package).encode()
@@ -115,7 +108,7 @@ class Builder(NamedTuple):
             folder / "index.html.jinja",
             fmi=self.fmi,
             runtime=runtime,
-            version=golf_impact.__version__,
+            version=golf_physics.__version__,
             laws=LAWS,
             **self.tables,
         )
@@ -146,10 +139,10 @@ def fmu_source(name: str) -> Path:
 
 
 def bundled() -> dict[str, bytes]:
-    """What travels inside an FMU, by its path in the package: golf_impact, and host in it."""
+    """What travels inside an FMU, by its path in the package: golf_physics, and host in it."""
     files = {f.relative_to(_PHYSICS).as_posix(): f.read_bytes() for f in _PHYSICS.rglob("*.py")}
     files |= {f"host/{f.name}": f.read_bytes() for f in fmu_source("host").glob("*.py")}
-    return files | {"__init__.py": _INSIDE.encode()}
+    return files
 
 
 def _license() -> bytes:

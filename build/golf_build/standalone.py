@@ -226,9 +226,9 @@ def private_python() -> PrivatePython:
     compiler()
     python, include = libpython(), _headers()
     # What the physics imports decides which modules these are; its own code is every FMU's.
-    physics = {f"golf_impact/{name}": data for name, data in bundled().items()}
+    physics = {f"golf_physics/{name}": data for name, data in bundled().items()}
     rows = _frozen(_runtime_modules() | physics)
-    rows = [row for row in rows if row[0].partition(".")[0] != "golf_impact"]
+    rows = [row for row in rows if row[0].partition(".")[0] != "golf_physics"]
     extensions = {name: Path(path) for name, package, path in rows if package is None}
     # By the name under which others ask for it.
     libraries = {python.name: python} | _libraries([python, *extensions.values()])

@@ -9,9 +9,9 @@ import zipfile
 from pathlib import Path
 from types import ModuleType
 
-import golf_impact
-from golf_impact import variables
-from golf_impact.variables import Unit, Variable
+import golf_physics
+from golf_physics import variables
+from golf_physics.variables import Unit, Variable
 
 from golf_build import standalone as alone
 from golf_build.archive import unpacked, write_archive
@@ -109,7 +109,7 @@ def build_companion(name: str, out: Path, standalone: bool = False) -> Path:
         StandaloneError: this machine can't build a standalone one.
     """
     sources = _sources(COMPANIONS[name])
-    versions = f"{importlib.metadata.version('pythonfmu')} {golf_impact.__version__}".encode()
+    versions = f"{importlib.metadata.version('pythonfmu')} {golf_physics.__version__}".encode()
     digest = hashlib.sha256(versions + b"\0".join(sources.values())).hexdigest()
     # Modules are found by name: one with a digest can't be taken for another build's.
     names = {module: f"{module.rpartition('.')[2]}_{digest[:16]}" for module in sources}

@@ -1,0 +1,49 @@
+"""Run, check and plot impacts of a golf club on a ball, through the FMU (SI units).
+
+    >>> import golf_impact
+    >>> round(golf_impact.run_impact(law=2)["smash_factor"], 4)
+    1.5842
+    >>> ball = golf_impact.balls()["roh-lee"]
+    >>> path = golf_impact.run_trajectory(points=5, outputs=["force"], **ball.values)
+    >>> [round(force) for force in path["force"].tolist()]
+    [0, 4928, 6298, 2309, 0]
+    >>> with golf_impact.load_fmu() as fmu:
+    ...     times = [fmu.impact(["contact_time"], k=k)["contact_time"] for k in (5e5, 1e6)]
+    >>> [f"{time * 1e6:.1f} µs" for time in times]
+    ['881.9 µs', '619.5 µs']
+    >>> study = golf_impact.Study.of({"k": "0.5e6:2e6:100", "b": "0,9,12"})
+    >>> golf_impact.run_sweep(study, "k_b.csv").cases
+    300
+
+A scenario script imports `golf_impact.scenario`; the console script is `golf_impact.__main__`.
+"""
+
+import os
+import sys
+
+# A script that is run puts its folder before Python's own modules, and one of them is named
+# `compression`, as a package of Python 3.14 is.
+if sys.path and os.path.abspath(sys.path[0]) == os.path.dirname(os.path.dirname(__file__)):
+    sys.path.append(sys.path.pop(0))
+
+__all__ = [
+    "Ball", "ImpactFmu", "Study", "Summary", "UserError", "balls", "load_fmu", "run_impact",
+    "run_sweep", "run_trajectory",
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> object:
+    # Imported on first use (PEP 562): the command line starts without NumPy and FMPy.
+    if name == "__version__":
+        from golf_build import VERSION
+
+        return VERSION
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from golf_impact import api
+
+    return getattr(api, name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "__version__"})

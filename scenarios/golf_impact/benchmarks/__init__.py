@@ -1,0 +1,7 @@
+"""What ClubBallImpact.fmu costs, and how exact it is, beside other methods (golf_impact.peers).
+
+- `floor`: calls, beside FMUs in which nothing is computed (`empty_fmu`, and `empty_wide_fmu` with
+  as many variables; each packed by pythonfmu from one file alone).
+- `speedup`, `sweep_rate`: an impact, and many. · `work_precision`: run time against error.
+- `accuracy`: the worst error of all reference cases. · `limits`: what is promised.
+"""

@@ -1,0 +1,81 @@
+"""The FMI floor: the same calls on ClubBallImpact.fmu and on FMUs in which nothing is computed."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from statistics import median
+
+from fmpy.fmi2 import FMU2Slave
+
+from golf_impact.fmu.loaded import LoadedFmu
+from golf_impact.timing import Job, interleaved, median_ratio, seconds
+
+#: What is read at every step, and as many outputs of the empty FMU.
+READ = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity")
+EMPTY_READ = tuple(f"output{n}" for n in range(1, 6))
+
+#: Steps of 1 µs through the contact at the baseline (620 µs): all of them are in it.
+_STEP = 1e-6
+_POINTS = [n * _STEP for n in range(600)]
+
+
+def call_ratios(
+    ours: LoadedFmu, empty: LoadedFmu, wide: LoadedFmu, rounds: int, tick: Callable[[], None]
+) -> dict[str, float]:
+    """Ratios of medians to the empty FMUs by name, and the floor's own times in µs (`…_us`)."""
+    jobs = {
+        "step empty": _stepping(empty.instance()),
+        "read empty": _stepping(empty.instance(), empty.references(EMPTY_READ)),
+        "instantiate": _instantiating(ours),
+        "instantiate empty": _instantiating(wide),
+    }
+    for law in (1, 2):
+        jobs[f"step {law}"] = _stepping(ours.instance(law=law))
+        jobs[f"read {law}"] = _stepping(ours.instance(law=law), ours.references(READ))
+    times = interleaved(jobs, rounds, tick)
+    step, read = (
+        [median_ratio(times[f"{kind} {law}"], times[f"{kind} empty"]) for law in (1, 2)]
+        for kind in ("step", "read")
+    )
+    figures = {
+        "do_step_over_empty": max(step),
+        "step_and_read5_over_empty": max(read),
+        "instantiate_over_empty": median_ratio(times["instantiate"], times["instantiate empty"]),
+        "step_and_read5_over_empty_law1": read[0],
+        "step_and_read5_over_empty_law2": read[1],
+    }
+    return figures | {f"{name.replace(' ', '_')}_us": 1e6 * median(times[name]) for name in times}
+
+
+def walk(slave: FMU2Slave, points: Sequence[float], size: float, read: Sequence[int] = ()) -> None:
+    """Step from each of these points, and read outputs after each step, if any are wanted."""
+    do_step, get_real = slave.doStep, slave.getReal
+    for point in points:
+        do_step(point, size)
+        if read:
+            get_real(read)
+
+
+def _stepping(slave: FMU2Slave, read: Sequence[int] = ()) -> Job:
+    """Time of doStep, and of one getReal of these references if there are any, s."""
+    start = slave.getFMUstate()
+
+    def job() -> float:
+        slave.setFMUstate(start)
+        return seconds(partial(walk, slave, _POINTS, _STEP, read), len(_POINTS))
+
+    return job
+
+
+def _instantiating(fmu: LoadedFmu) -> Job:
+    """instantiate() of fmpy, s; its object is made and the instance freed off the clock."""
+    # The library and its modules stay loaded, whatever is freed.
+    fmu.instance()
+
+    def job() -> float:
+        slaves = [fmu.blank() for _ in range(5)]
+        time = seconds(lambda: [slave.instantiate() for slave in slaves], len(slaves))
+        for slave in slaves:
+            fmu.free(slave)
+        return time
+
+    return job

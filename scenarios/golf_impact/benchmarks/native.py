@@ -1,0 +1,98 @@
+"""What the FMUs cost in a host that isn't Python: the standalone one beside the plain one.
+
+The plain FMU gets libpython by LD_PRELOAD. Both are measured in turns, in processes of their own.
+"""
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import fmpy
+
+from golf_build import standalone
+from golf_impact.errors import UserError
+from golf_impact.fmu.file import build_fmu
+from golf_impact.fmu.libpython import libpython_files, preloaded
+from golf_impact.fmu.loaded import LoadedFmu
+from golf_impact.fmu.system import build_system
+
+_OUTPUTS = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
+
+
+def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
+    """Build both, run both, several times in turns; the medians.
+
+    Returns:
+        By key: both FMUs' values, their ratio, and the largest one that is wanted.
+
+    Raises:
+        UserError: this machine can't build the standalone FMU, or has no libpython.
+    """
+    try:
+        standalone.private_python()
+        command = standalone.compiler()
+    except standalone.StandaloneError as error:
+        raise UserError(str(error)) from error
+    with tempfile.TemporaryDirectory(prefix="golf-impact-native-") as scratch:
+        folder = Path(scratch)
+        plain = build_fmu(folder / "ClubBallImpact.fmu")
+        alone = build_fmu(folder / "ClubBallImpact.standalone.fmu", standalone=True)
+        libpython = next((f for f in libpython_files() if preloaded(f, plain) is None), None)
+        if libpython is None:
+            raise UserError("bench --native needs libpython for the plain FMU: see doctor")
+        host = str(folder / "host")
+        headers = Path(fmpy.__file__).parent / "c-code"
+        source = str(Path(__file__).with_name("native_host.c"))
+        compiled = [*command, "-O2", f"-I{headers}", source, "-o", host, "-ldl"]
+        _output(compiled, "the host can't be compiled", None)
+        references = map(str, LoadedFmu(plain).references(_OUTPUTS))
+        words = [*references, "--"]
+        one, other = _extracted(alone, folder), _extracted(plain, folder)
+        companions = build_system(folder, alone, standalone=True)[:2]
+        all_ = one + [word for fmu in companions for word in _extracted(fmu, folder)]
+        with_python = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
+
+        def run(count: int, fmus: list[str], environment: dict[str, str]) -> list[float]:
+            call = [host, str(count), *words, *fmus]
+            return [float(x) for x in _output(call, "the native host failed", environment).split()]
+
+        run(1, other, with_python)  # so that its bytecode is there
+        count, times = (20_000, 3) if quick else (200_000, 9)
+        rounds = [
+            (run(count, one, {}), run(count, other, with_python), run(1, all_, {}))
+            for _ in range(times)
+        ]
+        size, plain_size = (fmu.stat().st_size / 1e6 for fmu in (alone, plain))
+    a, p, t = ([median(column) for column in zip(*rows)] for rows in zip(*rounds))
+    rows = (
+        ("first_instantiate_ms", "the first instance, ms", 1e3 * a[0], 1e3 * p[0], 1.0),
+        ("step_us", "doStep, µs", 1e6 * a[1], 1e6 * p[1], 1.0),
+        ("read_us", "getReal of 4, µs", 1e6 * a[2], 1e6 * p[2], 1.0),
+        ("memory_mb", "memory of a host with one, MB", a[3] / 1e3, p[3] / 1e3, 1.0),
+        ("three_mb", "memory with three FMUs, beside one, MB", t[3] / 1e3, a[3] / 1e3, 1.3),
+        ("size_mb", "the file, MB (5 at most)", size, plain_size, 5.0 / plain_size),
+    )
+    names = ("key", "meaning", "standalone", "plain", "limit")
+    figures: dict[str, dict[str, Any]] = {row[0]: dict(zip(names, row)) for row in rows}
+    for figure in figures.values():
+        figure["ratio"] = figure["standalone"] / figure["plain"]
+        figure["passed"] = figure["ratio"] <= figure["limit"]
+    return figures
+
+
+def _extracted(fmu: Path, folder: Path) -> list[str]:
+    """What the host is told of an extracted FMU."""
+    place = folder / f"extracted {fmu.stem}"
+    fmpy.extract(str(fmu), str(place))
+    (library,) = place.glob("binaries/linux64/[A-Z]*.so")
+    return [str(library), f"file://{place}/resources", LoadedFmu(fmu).description.guid]
+
+
+def _output(command: list[str], otherwise: str, environment: dict[str, str] | None) -> str:
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    if done.returncode:
+        raise UserError(f"{otherwise}: {done.stderr.strip()}")
+    return done.stdout

@@ -1,0 +1,57 @@
+"""Impacts per second of a sweep into CSV: one process, two, a Dask cluster here, and simulate_fmu.
+
+Law 1, S, COR and E over k: what the other benchmarks of an impact read. Processes and cluster are
+started beforehand; every way writes its file in every round, in turns.
+"""
+
+import tempfile
+from collections.abc import Callable
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from statistics import median
+
+from golf_impact.benchmarks.speedup import METRICS
+from golf_impact.sweeps.chunk import FmuFile
+from golf_impact.sweeps.cluster import executor_of
+from golf_impact.sweeps.comparison import compare
+from golf_impact.sweeps.pool import WorkerProcesses
+from golf_impact.sweeps.run import Submit, Sweep
+from golf_impact.sweeps.study import Study
+from golf_impact.timing import interleaved, median_ratio, seconds
+
+#: Small enough that both workers end at nearly the same time.
+_CHUNK = 1000
+
+
+def rates(fmu: Path, quick: bool, tick: Callable[[], None]) -> dict[str, float]:
+    """Rates (1/s) and ratios by key, medians of rounds."""
+    cases, rounds = (10_000, 3) if quick else (40_000, 9)
+    study = Study.of({"law": 1, "k": f"0.9e6:1.1e6:{cases}"}, METRICS)
+    file = FmuFile.read(fmu)
+    with ExitStack() as stack:
+        sweep = stack.enter_context(Sweep(study, fmu))
+        beside_loop = compare(sweep, rounds, tick)
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-")))
+        pool = stack.enter_context(WorkerProcesses(2, file))
+        ways: dict[str, Submit] = {
+            "one_process": sweep.here,
+            "two_workers": sweep.through(pool, FmuFile(file.digest)),
+            "dask_local": sweep.through(*stack.enter_context(executor_of("local", 2, file))),
+        }
+
+        def write(name: str) -> None:
+            sweep.write(folder / f"{name}.csv", ways[name], _CHUNK)
+
+        for name in ways:
+            # Until every worker has an instance.
+            write(name)
+        jobs = {name: partial(seconds, partial(write, name), cases) for name in ways}
+        times = interleaved(jobs, rounds, tick)
+    return {
+        **{f"sweep_impacts_per_second_{name}": 1.0 / median(times[name]) for name in ways},
+        "sweep_impacts_per_second_simulate_fmu": beside_loop.simulate_fmu,
+        "sweep_speedup_over_simulate_fmu": beside_loop.ratio,
+        "sweep_two_workers_over_one": median_ratio(times["one_process"], times["two_workers"]),
+        "sweep_dask_local_over_one": median_ratio(times["one_process"], times["dask_local"]),
+    }

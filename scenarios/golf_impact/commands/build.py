@@ -1,0 +1,43 @@
+"""`golf-impact build`."""
+
+from pathlib import Path
+from typing import Annotated
+
+from typer import Option
+
+from golf_impact.errors import UserError
+
+EPILOG = (
+    "Examples: golf-impact build --out ClubBallImpact.fmu · golf-impact build --system · "
+    "golf-impact build --fmi 3 · golf-impact build --standalone"
+)
+
+_DEFAULT_OUT = "build/ of a checkout, else the user's cache folder"
+_SYSTEM = "Also Swing.fmu, BallFlight.fmu and GolfSwing.ssp, a system of all three."
+_FMI = "Version of FMI; 3 is ClubBallImpact.fmi3.fmu, with Model Exchange."
+_STANDALONE = "ClubBallImpact.standalone.fmu, with a Python of its own: for hosts without one."
+
+
+def build(
+    out: Annotated[
+        Path | None, Option("--out", help="The .fmu file to write.", show_default=_DEFAULT_OUT)
+    ] = None,
+    system: Annotated[bool, Option("--system", help=_SYSTEM)] = False,
+    fmi: Annotated[int, Option("--fmi", min=2, max=3, help=_FMI)] = 2,
+    standalone: Annotated[bool, Option("--standalone", help=_STANDALONE)] = False,
+) -> None:
+    """Build ClubBallImpact.fmu from its sources."""
+    from golf_impact.fmu.archive import check_temporary_folder
+    from golf_impact.fmu.file import build_fmu
+    from golf_impact.fmu.system import build_system
+    from golf_impact.stopping import held
+
+    check_temporary_folder()
+    if fmi == 3 and system:
+        raise UserError("--system is refused with --fmi 3: the system's FMUs are of FMI 2.0")
+    # All of the files, or none.
+    with held():
+        files = [build_fmu(out, fmi, standalone)]
+        if system:
+            files += build_system(files[0].parent, files[0], standalone)
+    print(*files, sep="\n")

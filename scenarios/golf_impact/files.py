@@ -1,0 +1,105 @@
+"""Results on disk: files that belong together are written together, each of them whole.
+
+Of two runs into one folder at once the last one's files stand, all of them; on Windows, where
+folders can't be locked, the two may mix their files (each one whole).
+"""
+
+import json
+import os
+import tempfile
+from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+
+from golf_build.archive import plain, whole
+from golf_impact.errors import UserError
+from golf_impact.stopping import held, locked
+
+#: Bytes: a study or a list of measurements has some hundred.
+_LARGEST_TEXT = 2**20
+
+
+def prepare(folder: Path, *names: str) -> Path:
+    """Make sure now that these files and others can be written into a folder; it isn't made yet.
+
+    Raises:
+        UserError: it can't be made, or not be written into.
+    """
+    above = (folder, *folder.absolute().parents)
+    try:
+        for existing in above:
+            try:
+                with tempfile.TemporaryFile(dir=existing):
+                    break
+            except FileNotFoundError:
+                # Not there, so look further up; but a link that leads nowhere is, and so is /proc.
+                if os.path.lexists(existing):
+                    raise
+    except NotADirectoryError:
+        file = next(path for path in above if path.exists())
+        raise UserError(
+            f"can't write into {folder}: {file} is a file; choose another folder with --out"
+        ) from None
+    except OSError as error:
+        raise UserError(
+            f"can't write into {folder} ({error.strerror}): choose another folder with --out"
+        ) from error
+    for path in (folder / name for name in names):
+        try:
+            plain(path)
+        except OSError as error:
+            raise UserError(f"can't write {path}: {error.strerror}") from error
+    return folder
+
+
+def write_together(
+    folder: Path, files: Mapping[str, bytes], stale: Iterable[str] = ()
+) -> list[Path]:
+    """Write files, content by name, into a folder: all or none, and nobody else's between them.
+
+    The folder is made if need be. Stale files are no longer true, and are removed. It returns the
+    files written.
+
+    Raises:
+        UserError: one of them can't be written; then all are as they were.
+    """
+    path = folder
+    with held():
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            # They take their names when the block ends.
+            with locked(folder, wait=True), ExitStack() as stack:
+                for path in (folder / name for name in files):
+                    stream = stack.enter_context(whole(path))
+                    stream.write(files[path.name])
+                    # A disk that is full must say so before any file is in its place.
+                    stream.flush()
+            for path in (folder / name for name in stale):
+                path.unlink(missing_ok=True)
+        except OSError as error:
+            raise UserError(f"can't write {path}: {error.strerror or error}") from error
+    return [folder / name for name in files]
+
+
+def read_text(path: Path) -> str:
+    """A text file that a user names; a mark of UTF-8 at its beginning is left out.
+
+    Raises:
+        UserError: it can't be read, is no text in UTF-8, or larger than any that is meant.
+    """
+    try:
+        with open(path, "rb") as stream:
+            data = stream.read(_LARGEST_TEXT + 1)
+        if len(data) > _LARGEST_TEXT:
+            raise UserError(f"{path} is refused: it is larger than {_LARGEST_TEXT:,} bytes")
+        return data.decode("utf-8-sig")
+    except OSError as error:
+        raise UserError(f"can't read {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise UserError(f"{path} is no text in UTF-8: save it as UTF-8") from error
+
+
+def as_json(data: object) -> bytes:
+    """JSON, indented, every double to its last digit; null for those that JSON doesn't have."""
+    finite = json.loads(json.dumps(data), parse_constant=lambda name: None)
+    return (json.dumps(finite, indent=1) + "\n").encode()

@@ -1,0 +1,191 @@
+"""Drives ClubBallImpact.fmu: one extraction, one instance, as many impacts as a scene wants."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fmpy.fmi1 import FMICallException
+
+from golf_impact.errors import UserError
+from golf_impact.fmu.archive import check_temporary_folder, flaw
+from golf_impact.fmu.loaded import Entered, LoadedFmu, in_a_line
+
+#: One communication step that is longer than any contact here; the answer doesn't depend on it.
+HORIZON = 1.0
+
+#: What a metrics-only scene reads once, at the end of its one step.
+METRICS = (
+    *("club_velocity", "ball_velocity", "touch_time"),
+    *("smash_factor", "coefficient_of_restitution", "energy_efficiency"),
+    *("contact_time", "max_force", "time_of_max_force", "max_compression", "contact_displacement"),
+    *("impulse", "momentum", "kinetic_energy"),
+)
+
+#: What a scene may set.
+INPUTS = (
+    *("k", "b", "club_speed", "m_club", "m_ball", "ball_diameter", "ball_speed", "gap"),
+    *("law", "exponent", "reference_compression"),
+)
+
+FLAGS = ("touched", "in_contact", "separated")
+
+#: What a trajectory samples unless it is told otherwise.
+PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
+
+
+class ImpactFmu(LoadedFmu):
+    """The FMU, extracted and instantiated once, for use in a `with` block.
+
+    Raises:
+        UserError: the file is missing, corrupt or another FMU.
+    """
+
+    def __init__(self, path: Path) -> None:
+        why, remedy = flaw(path), "run `golf-impact build`"
+        if why is not None:
+            raise UserError(why)
+        try:
+            super().__init__(path)
+        except Exception as error:  # whatever zip, XML and fmpy make of a broken file
+            why = f"is no readable FMU ({in_a_line(error)})"
+            raise UserError(f"{path} {why}: {remedy}") from error
+        if "smash_factor" not in self.variables:
+            raise UserError(f"{path} is another FMU ({self.description.modelName}), not this one")
+        if self.description.fmiVersion != "2.0" or self.description.coSimulation is None:
+            why = "is no FMU for co-simulation of FMI 2.0, which is needed here"
+        missing = [n for n in (*INPUTS, *METRICS, *PATH, *FLAGS) if n not in self.variables]
+        if missing and why is None:
+            why = f"lacks {', '.join(missing)}, so it is of another version"
+        if why is not None:
+            raise UserError(f"{path} {why}: {remedy}")
+
+    def __enter__(self: Entered) -> Entered:
+        check_temporary_folder()
+        try:
+            super().__enter__()
+        except OSError as error:
+            shutil.rmtree(self.folder, ignore_errors=True)
+            raise UserError(
+                f"{self.path} can't be extracted into {self.folder}: {error.strerror or error}"
+            ) from error
+        try:
+            # Without these pythonfmu would take the process down.
+            module = Path(self.folder, "resources", "slavemodule.txt")
+            if not module.is_file():
+                raise OSError("resources/slavemodule.txt is missing")
+            if not module.with_name(f"{module.read_text().strip()}.py").is_file():
+                raise OSError("its Python module is missing")
+            self.slave  # noqa: B018 (instantiated here, where an error has a line of its own)
+        except Exception as error:
+            shutil.rmtree(self.folder, ignore_errors=True)
+            raise UserError(
+                f"{self.path} can't be loaded ({in_a_line(error)}): run `golf-impact build`"
+            ) from error
+        return self
+
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
+        super().__exit__(kind, error, trace)
+        if isinstance(error, FMICallException):
+            said = f": {in_a_line(self.messages[-1])}" if self.messages else ""
+            raise UserError(f"{self.path} failed ({in_a_line(error)}{said})") from error
+
+    def impact(self, outputs: Sequence[str] = METRICS, **values: Any) -> dict[str, float]:
+        """One impact in one communication step: metrics only.
+
+        Args:
+            outputs: the Real outputs to read.
+            values: inputs and parameters by name; defaults for the others.
+
+        Returns:
+            The outputs by name.
+
+        Raises:
+            UserError: the FMU refuses a value.
+        """
+        self.start(**values)
+        self.step(0.0, self.horizon(values).item())
+        return self.read(outputs)
+
+    @np.errstate(all="ignore")
+    def horizon(self, values: Mapping[str, Any]) -> np.ndarray:
+        """A step long enough for the bodies to meet and, if they do, to part, s.
+
+        Args:
+            values: inputs and parameters by name, numbers or arrays of one shape (defaults for the
+                others). Those that the FMU will refuse may be anything.
+
+        Returns:
+            Of the shape of the values.
+        """
+        gap, club, ball = self._given(values, "gap", "club_speed", "ball_speed")
+        approach = np.where(club > ball, gap / (club - ball), 0.0)
+        steps = np.fmax(HORIZON, 20.0 * self.half_period(values)) + approach
+        return np.where(np.isfinite(steps) & (steps > 0.0), steps, HORIZON)
+
+    def _given(self, values: Mapping[str, Any], *names: str) -> Iterator[np.ndarray]:
+        return (np.asarray(values.get(name, self.default(name)), float) for name in names)
+
+    @np.errstate(all="ignore")
+    def half_period(self, values: Mapping[str, Any]) -> np.ndarray:
+        """The contact time without damping, s: π √(μ/k), or nearly so with an exponent."""
+        m_club, m_ball, k, n = self._given(values, "m_club", "m_ball", "k", "exponent")
+        mu = 1.0 / (1.0 / m_club + 1.0 / m_ball)
+        period = math.pi * np.sqrt(mu / k)
+        club, ball, length = self._given(
+            values, "club_speed", "ball_speed", "reference_compression"
+        )
+        closing = np.abs(club - ball)
+        # Kinetic energy μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d.
+        ratio = closing * period / (math.pi * length)
+        # Not **, which computes a single number otherwise than an array's.
+        compression = length * np.power(0.5 * (n + 1.0) * ratio * ratio, 1.0 / (n + 1.0))
+        return np.where((n > 1.0) & (closing > 0.0), math.pi * compression / closing, period)
+
+    def trajectory(
+        self, points: int = 301, names: Sequence[str] = PATH, **values: Any
+    ) -> dict[str, np.ndarray]:
+        """One impact, sampled over the contact with a margin on either side.
+
+        Args:
+            points: number of samples.
+            names: the Real outputs to record.
+            values: inputs and parameters by name; defaults for the others.
+
+        Returns:
+            `time` (s) and the outputs, arrays of shape (points,).
+
+        Raises:
+            UserError: the FMU refuses a value.
+        """
+        end = self.impact(("touch_time", "contact_time"), **values)
+        touch, contact = end["touch_time"], end["contact_time"]
+        if not self.flag("separated"):
+            # Not parted within the horizon: show the time in which the contact takes shape.
+            contact = 10.0 * self.half_period(values).item()
+        if touch + contact / points == touch:
+            raise UserError(
+                f"a contact of {contact:g} s after {touch:g} s of approach is too short to sample: "
+                "a host's time is a double; choose a smaller gap or a faster approach"
+            )
+        margin = 0.1 * contact
+        begin = max(0.0, touch - margin)
+        self.start(**values)
+        if begin:
+            self.step(0.0, begin)
+        times = np.linspace(begin, touch + contact + margin, points)
+        return {"time": times, **self.sampled(times, names)}
+
+    def sampled(self, times: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
+        """Real outputs at these times (s), the first of which is now, by name; of their shape."""
+        references = self.references(names)
+        table = np.empty((len(times), len(names)))
+        table[0] = self.slave.getReal(references)
+        for n in range(1, len(times)):
+            self.step(times[n - 1], times[n] - times[n - 1])
+            table[n] = self.slave.getReal(references)
+        return dict(zip(names, table.T.copy(), strict=True))

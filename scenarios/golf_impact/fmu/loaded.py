@@ -1,0 +1,252 @@
+"""Drives an FMU through fmpy: extracted once, its instances made, set back and freed."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import fmpy
+
+# Before an FMU brings its own copy, which has no binaries to build another FMU with.
+import pythonfmu.builder  # noqa: F401
+import pythonfmu3.builder  # noqa: F401
+from fmpy import fmi2
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
+
+from golf_impact.errors import UserError
+
+Entered = TypeVar("Entered", bound="LoadedFmu")
+
+
+class LoadedFmu:
+    """An FMU 2.0 for co-simulation, for use in a `with` block."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.description = fmpy.read_model_description(str(path))
+        self.variables = {v.name: v for v in self.description.modelVariables}
+        #: What the FMU has said through its logger since the last `start`.
+        self.messages: list[str] = []
+        #: Where it is extracted.
+        self.folder = ""
+        self._slave: Any = None
+        self._fresh: Any = None
+        self._alive: list[Any] = []
+
+    def __enter__(self: Entered) -> Entered:
+        self.folder = tempfile.mkdtemp(prefix="golf-impact-")
+        fmpy.extract(str(self.path), self.folder)
+        return self
+
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
+        # After an error that isn't a refusal further calls may crash the process.
+        if not isinstance(error, FMICallException):
+            if self._slave is not None:
+                self._slave.freeFMUstate(self._fresh)
+            for instance in list(self._alive):
+                self.free(instance)
+        self._slave = None
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def blank(self, kind: Any = FMU2Slave) -> Any:
+        """An object of fmpy with the library loaded, not instantiated yet."""
+        return kind(
+            guid=self.description.guid,
+            unzipDirectory=self.folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName="impact",
+        )
+
+    def keep(self, instance: Any) -> Any:
+        """Have it freed when the block ends, if it hasn't been by then."""
+        self._alive.append(instance)
+        return instance
+
+    def free(self, instance: Any) -> None:
+        """End the run and free the instance."""
+        if instance in self._alive:
+            self._alive.remove(instance)
+        instance.terminate()
+        instance.freeInstance()
+
+    def instance(self, **values: float) -> FMU2Slave:
+        """A further instance, initialized with these inputs and parameters."""
+        slave = self.blank()
+        slave.instantiate()
+        self.keep(slave)
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        self.set(values, slave)
+        slave.exitInitializationMode()
+        return slave
+
+    @property
+    def slave(self) -> FMU2Slave:
+        """The instance that is set back for every run, made when first needed."""
+        if self._slave is None:
+            assert self.folder, "use it in a with block"
+            slave = self.blank()
+            slave.instantiate(callbacks=self._callbacks(), loggingOn=True)
+            self._slave = self.keep(slave)
+            # Restoring this state is far cheaper than a reset, which makes a new instance.
+            self._fresh = slave.getFMUstate()
+        return self._slave
+
+    def _callbacks(self) -> fmi2.fmi2CallbackFunctions:
+        def log(environment, instance, status, category, message) -> None:
+            self.messages.append(message.decode("utf-8", "replace"))
+
+        return fmi2.fmi2CallbackFunctions(
+            logger=fmi2.fmi2CallbackLoggerTYPE(log),
+            allocateMemory=fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc),
+            freeMemory=fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free),
+        )
+
+    def references(self, names: Sequence[str]) -> list[int]:
+        return [self.variables[name].valueReference for name in names]
+
+    def default(self, name: str) -> float:
+        """The start value of an input or parameter."""
+        return float(self.variables[name].start)
+
+    def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
+        """A new run as far as initialization mode, where more can be set; refusals are messages.
+
+        Raises:
+            UserError: the FMU doesn't know a variable.
+        """
+        slave = self.slave
+        slave.setFMUstate(self._fresh)
+        slave.setupExperiment(startTime=start_time)
+        slave.enterInitializationMode()
+        self.set(values)
+
+    def start(self, **values: float) -> None:
+        """A new run with these inputs and parameters (defaults for the others).
+
+        Raises:
+            UserError: the FMU refuses a value, or doesn't know the variable.
+        """
+        self.messages.clear()
+        self.begin(values)
+        self.slave.exitInitializationMode()
+        if self.messages:
+            raise UserError(self.messages[0])
+
+    def set(self, values: dict[str, float], slave: FMU2Slave | None = None) -> None:
+        """Set inputs and parameters, of the instance that is set back if none is given.
+
+        Raises:
+            UserError: the FMU doesn't know a variable, or it takes whole numbers only.
+        """
+        slave = self.slave if slave is None else slave
+        for name, value in values.items():
+            variable = self.variables.get(name)
+            if variable is None or variable.causality not in ("input", "parameter"):
+                known = ", ".join(n for n, v in self.variables.items() if v.causality != "output")
+                raise UserError(f"there is no input or parameter {name}: choose from {known}")
+            if variable.type == "Integer":
+                if not abs(value) < 2**31 or value != int(value):
+                    why = "it must be a whole number, 1 or 2"
+                    raise UserError(f"{name} = {value!r} is refused: {why}")
+                slave.setInteger([variable.valueReference], [int(value)])
+            else:
+                slave.setReal([variable.valueReference], [value])
+
+    def step(self, point: float, size: float) -> None:
+        """One communication step.
+
+        Raises:
+            UserError: the FMU refuses it.
+        """
+        try:
+            self.slave.doStep(point, size)
+        except FMICallException as error:
+            if error.status != fmi2.fmi2Discard:
+                raise
+            raise UserError(self.messages[-1] if self.messages else in_a_line(error)) from error
+
+    def read(self, names: Sequence[str]) -> dict[str, float]:
+        """Values of Real variables at this communication point, by name."""
+        return dict(zip(names, self.slave.getReal(self.references(names)), strict=True))
+
+    def flag(self, name: str) -> bool:
+        return bool(self.slave.getBoolean(self.references([name]))[0])
+
+
+class LoadedFmu3(LoadedFmu):
+    """An FMU 3.0: one instance for co-simulation and one for Model Exchange, set back likewise."""
+
+    def __enter__(self) -> LoadedFmu3:
+        super().__enter__()
+        self.model, self._slave = (self.keep(self.blank(k)) for k in (FMU3Model, FMU3Slave))
+        self.model.instantiate()
+        self._slave.instantiate(eventModeUsed=True)
+        self._states = {one: one.getFMUState() for one in (self.model, self._slave)}
+        return self
+
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
+        for instance, state in self._states.items():
+            instance.freeFMUState(state)
+        self._slave = None
+        super().__exit__(kind, error, trace)
+
+    def set_back(self, instance: FMU3Model | FMU3Slave) -> None:
+        instance.setFMUState(self._states[instance])
+
+    def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
+        """Begin a run of the co-simulation, initialized with these inputs and parameters."""
+        slave: Any = self._slave
+        self.set_back(slave)
+        slave.enterInitializationMode(startTime=start_time)
+        for name, value in values.items():
+            if self.variables[name].type == "Float64":
+                slave.setFloat64(self.references([name]), [value])
+            else:
+                slave.setInt64(self.references([name]), [int(value)])
+        slave.exitInitializationMode()
+
+    def simulate(
+        self, instance: FMU3Model | FMU3Slave, outputs: Sequence[str], **options: Any
+    ) -> dict[str, float]:
+        """A run by fmpy.simulate_fmu in one of the two instances; the outputs at its end."""
+        self.set_back(instance)
+        rows = fmpy.simulate_fmu(
+            self.folder,
+            model_description=self.description,
+            fmu_instance=instance,
+            output=outputs,
+            record_events=False,
+            **options,
+        )
+        return {name: float(rows[name][-1]) for name in outputs}
+
+    def counted(self, run: Callable[[], Any]) -> tuple[Any, int]:
+        """What a run gives, and how often it asks the model for its derivatives."""
+        asked = self.model.getContinuousStateDerivatives
+        count = 0
+
+        def counting(*arguments: Any) -> Any:
+            nonlocal count
+            count += 1
+            return asked(*arguments)
+
+        self.model.getContinuousStateDerivatives = counting
+        try:
+            return run(), count
+        finally:
+            del self.model.getContinuousStateDerivatives
+
+    def read(self, names: Sequence[str]) -> dict[str, float]:
+        """Values of Float64 variables of the co-simulation, by name."""
+        return dict(zip(names, self._slave.getFloat64(self.references(names)), strict=True))
+
+
+def in_a_line(error: BaseException | str) -> str:
+    """The first line of what an error says."""
+    return (str(error).strip() or type(error).__name__).splitlines()[0]

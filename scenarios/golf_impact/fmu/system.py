@@ -1,0 +1,108 @@
+"""The system of three FMUs: built, and run by fmpy.ssp."""
+
+from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+
+import fmpy
+import numpy as np
+
+from golf_build import system
+from golf_impact.fmu.file import building
+from golf_impact.fmu.loaded import LoadedFmu
+
+
+def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[Path]:
+    """Build the companion FMUs and the .ssp around an existing ClubBallImpact.fmu.
+
+    Raises:
+        UserError: a file can't be written.
+    """
+    with building(f"into {folder}"):
+        return system.build(folder, impact, standalone)
+
+
+def start_values(fmu: Path) -> dict[str, float]:
+    """The start values of an FMU's Real parameters by name."""
+    variables = fmpy.read_model_description(str(fmu)).modelVariables
+    return {v.name: float(v.start) for v in variables if v.causality == "parameter"}
+
+
+def run_ssp(ssp: Path, step: float, stop: float) -> dict[str, np.ndarray]:
+    """Run a system's .ssp file in fmpy.ssp, by its communication step size to its stop time, s.
+
+    Returns:
+        `time` (s, end of each step) and every connector by "Component.variable".
+    """
+    from fmpy.ssp.simulation import simulate_ssp
+
+    # fmpy adds up its steps; half a step less ends it where it should.
+    rows = simulate_ssp(str(ssp), stop_time=stop - 0.5 * step, step_size=step)
+    columns = {name: np.asarray(rows[name], dtype=float) for name in rows.dtype.names[1:]}
+    return {"time": step * np.arange(1, len(rows) + 1), **columns}
+
+
+def run_system(
+    fmus: Mapping[str, Path],
+    steps: Iterable[float],
+    values: Mapping[str, Mapping[str, float]] | None = None,
+    rollback: bool = False,
+) -> dict[str, np.ndarray]:
+    """Run components of the system with communication steps of any sizes.
+
+    As a host does that steps all of them at the same time: what one puts out reaches the others in
+    the next step. With rollback it repeats the Swing's part of a step, from the state before it,
+    whenever the force was another than the Swing had been given.
+
+    Args:
+        fmus: files by the names of the components: Swing, ClubBallImpact, perhaps BallFlight.
+        steps: communication step sizes, s.
+        values: parameters by component, where they aren't the start values.
+        rollback: whether steps are repeated.
+
+    Returns:
+        `time` (s, end of each step) and every Real output by "Component.variable".
+
+    Raises:
+        UserError: a component refuses a value or a step.
+    """
+    with ExitStack() as stack:
+        loaded = {name: stack.enter_context(LoadedFmu(path)) for name, path in fmus.items()}
+        for name, fmu in loaded.items():
+            fmu.start(**(values or {}).get(name, {}))
+        ends = [(*start.split("."), *end.split(".")) for start, end in system.CONNECTIONS]
+        wires = [
+            (loaded[start], output, loaded[end], given)
+            for start, output, end, given in ends
+            if start in loaded and end in loaded
+        ]
+        kind = ("output", "Real")
+        outputs = {
+            name: [v.name for v in fmu.variables.values() if (v.causality, v.type) == kind]
+            for name, fmu in loaded.items()
+        }
+        swing, impact = loaded["Swing"], loaded["ClubBallImpact"]
+        impact.set({"club_speed": 0.0})
+        time, rows = 0.0, []
+        for size in steps:
+            felt = swing.read(["reaction_force"])
+            before = swing.slave.getFMUstate() if rollback else None
+            for fmu in loaded.values():
+                fmu.step(time, size)
+            if rollback:
+                known = {"reaction_force": impact.read(["mean_force"])["mean_force"]}
+                if known != felt:
+                    swing.slave.setFMUstate(before)
+                    swing.set(known)
+                    swing.step(time, size)
+                swing.slave.freeFMUstate(before)
+            for start, output, end, given in wires:
+                if start.variables[output].type == "Boolean":
+                    end.slave.setBoolean(end.references([given]), [start.flag(output)])
+                else:
+                    end.set({given: start.read([output])[output]})
+            time += size
+            read = [fmu.read(outputs[name]).values() for name, fmu in loaded.items()]
+            rows.append([time, *(one for row in read for one in row)])
+        columns = ["time", *(f"{name}.{one}" for name in loaded for one in outputs[name])]
+        return dict(zip(columns, np.array(rows).T, strict=True))

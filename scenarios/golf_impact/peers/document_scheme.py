@@ -1,0 +1,55 @@
+"""The document's own scheme, packed as an FMU by pythonfmu and driven like any other."""
+
+import math
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from fmpy.fmi2 import FMU2Slave
+
+from golf_impact.facts.document import END_GAP, TIME_STEP, USED
+from golf_impact.fmu.file import build_plain_fmu
+from golf_impact.fmu.loaded import LoadedFmu
+from golf_impact.peers.document_fmu import RESULTS
+from golf_impact.report.report import Metrics, derived
+
+#: The FMU's one source, which needs nothing but pythonfmu.
+SLAVE = Path(__file__).with_name("document_fmu.py")
+
+
+class DocumentFmu(LoadedFmu):
+    """The document's scheme, one instance set back for every impact."""
+
+    def impact(self, dt: float = TIME_STEP, **values: float) -> dict[str, float]:
+        """One impact, stepped by dt (s) until contact ends: its outputs by name (SI units)."""
+        self.start(dt=dt, **values)
+        steps_of_contact(self, self.slave, dt)
+        return self.read(RESULTS)
+
+    def as_printed(self, **values: float) -> Metrics:
+        """One impact as the document's program ends it: what it rounds to print (SI units), by the
+        names of results.json.
+        """
+        given = {"club_speed": 35.0, "ball_speed": 0.0, **USED, **values}
+        return derived(self.impact(end_gap=END_GAP, **values), given)
+
+
+def steps_of_contact(fmu: LoadedFmu, slave: FMU2Slave, dt: float, end: float = math.inf) -> int:
+    """Step an instance of it by dt until contact ends, or until `end` s; how many steps it took."""
+    in_contact = fmu.references(["in_contact"])
+    n = 0
+    while slave.getBoolean(in_contact)[0] and n * dt < end:
+        slave.doStep(n * dt, dt)
+        n += 1
+    return n
+
+
+@contextmanager
+def document_fmu() -> Iterator[DocumentFmu]:
+    """The document's scheme as an FMU, built for the time of a `with` block."""
+    with (
+        tempfile.TemporaryDirectory(prefix="golf-impact-") as folder,
+        DocumentFmu(build_plain_fmu(SLAVE, Path(folder))) as fmu,
+    ):
+        yield fmu

@@ -1,0 +1,141 @@
+"""How figures look. Imported only to draw: matplotlib comes with it."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+# Figures are written to files: no screen is looked for, whatever the user's own backend is.
+os.environ["MPLBACKEND"] = "Agg"
+
+import numpy as np
+
+from golf_impact.facts.quantities import prefixed
+from golf_impact.report.looks import BLACK, BLUE, GREEN, LOOKS, ORANGE, SKY, VERMILION, Look  # noqa: F401
+from golf_impact.stopping import held
+
+if TYPE_CHECKING:
+    from matplotlib.axis import Axis
+
+# The first import of all writes a list of fonts; half of it would hold up every later one.
+with held():
+    import matplotlib.pyplot as plt
+    from matplotlib.axes import Axes
+    from matplotlib.colors import LinearSegmentedColormap, to_hex
+    from matplotlib.figure import Figure
+
+plt.style.use(Path(__file__).with_suffix(".mplstyle"))
+
+
+def new(title: str, size: tuple[float, float] = (7.2, 4.4)) -> tuple[Figure, Axes]:
+    """A figure with one pair of axes."""
+    figure, axes = plt.subplots(figsize=size)
+    axes.set_title(title)
+    return figure, axes
+
+
+def new_pair(title: str) -> tuple[Figure, tuple[Axes, Axes]]:
+    """A figure with two pairs of axes side by side."""
+    figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.4))
+    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
+    return figure, (axes[0], axes[1])
+
+
+def shades(number: int) -> list[Look]:
+    """Looks for an amount that rises: the more, the darker."""
+    if number == 1:
+        return [LOOKS["baseline"]]
+    colours = [LOOKS[name].colour for name in ("less", "baseline", "more")]
+    ramp = LinearSegmentedColormap.from_list("", colours)
+    dashes, markers = ("--", "-", "-.", ":"), "vo^sD"
+    return [
+        Look(to_hex(ramp(n / (number - 1))), dashes[n % 4], markers[n % 5]) for n in range(number)
+    ]
+
+
+def force_curves(
+    title: str, curves: Iterable[tuple[str, str, Mapping[str, float], Mapping[str, np.ndarray]]]
+) -> Figure:
+    """Contact forces over each other, peaks marked.
+
+    Of each curve the name of its look, what it is, its metrics and its trajectory (SI units).
+    """
+    figure, axes = new(title)
+    for look, words, metrics, path in curves:
+        peak = int(np.argmax(path["force"]))
+        force, time = metrics["max_force"] / 1e3, metrics["contact_time"] * 1e6
+        style = {**LOOKS[look].points, "markevery": [peak], "ms": 7}
+        label = f"{words}: {force:.2f} kN, {time:.0f} µs"
+        axes.plot(path["time"] * 1e6, path["force"] / 1e3, **style, label=label)
+    axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
+    legend_above(axes)
+    return figure
+
+
+def run_time_axes(axes: Axes, error: str) -> None:
+    """Axes of a work–precision diagram: error across, run time up, both logarithmic.
+
+    An error of exactly 0 has its place left of the smallest that a double can tell.
+    """
+    axes.set_xscale("symlog", linthresh=1e-17, linscale=1.0)
+    axes.set_xticks([0.0, *(10.0**power for power in range(-16, 1, 2))])
+    axes.set(yscale="log", xlabel=error, ylabel="run time of an impact (µs)")
+    axes.set_xlim(-3e-18, max(1.0, axes.get_xlim()[1]))
+    axes.axvline(2.2e-16, color=BLACK, lw=0.8, ls=":")
+    at, place = (2.2e-16, 1.0), (("data", "axes fraction"), "offset points")
+    axes.annotate("resolution of a double", at, (4, -4), *place, va="top", fontsize=9)
+
+
+def name_axis(axis: Axis, words: str, unit: str | None) -> None:
+    """Name an axis with its data (SI) drawn; it shows a unit with a prefix: MN/m, not 1e6 N/m.
+
+    The unit is the SI unit by its FMI name; None or "1" if there is none.
+    """
+    linear = axis.get_scale() == "linear"
+    factor, unit = prefixed(unit, max(map(abs, axis.get_view_interval())) if linear else 1.0)
+    axis.set_label_text(f"{words} ({unit})" if unit else words)
+    if factor != 1.0:
+        axis.set_major_formatter(lambda value, _: f"{value * factor:.10g}")
+
+
+def legend_above(axes: Axes, columns: int = 4) -> None:
+    """A legend between title and axes, where it can't cover the data; of so many columns at most.
+
+    The title moves up as far as its lines need.
+    """
+    labels = axes.get_legend_handles_labels()[1]
+    letters = 0.11 * axes.bbox.width
+    columns = max(1, min(columns, int(letters / (max(map(len, labels), default=0) + 5))))
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2)
+    axes.set_title(axes.get_title("left"), pad=8 + 16 * -(-len(labels) // columns))
+
+
+def legend_below(figure: Figure, axes: Axes, columns: int) -> None:
+    """One legend below all axes, of what these show."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+
+
+def rows(axes: Axes, names: Sequence[str], band: float) -> None:
+    """Names down the side, a line at 0 and a grey band beside it, for values that are off."""
+    axes.axvspan(-band, band, color=BLACK, alpha=0.1, lw=0)
+    axes.axvline(0.0, color=BLACK, lw=1.0)
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(len(names) - 0.5, -0.5)
+
+
+def mark(axes: Axes, x: float, y: float, text: str) -> None:
+    """A point with a label above it."""
+    axes.plot([x], [y], "o", color=BLACK, ms=5, zorder=5)
+    axes.annotate(text, (x, y), xytext=(0, 7), textcoords="offset points", ha="center")
+
+
+def png(figure: Figure) -> bytes:
+    """A figure as PNG; it is forgotten then."""
+    image = io.BytesIO()
+    figure.savefig(image)
+    plt.close(figure)
+    return image.getvalue()

@@ -1,0 +1,294 @@
+"""The impacts that tests, benchmark and stress share, and the ways to step through them. SI units.
+
+Named cases that stretch one thing each, and random ones, far beyond golf; `special_points` has
+those at the borders of closed forms.
+"""
+
+import math
+import random
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from golf_impact.facts.closed_forms import half_contact, reduced_mass
+
+#: The smallest and the largest communication step, s.
+SMALLEST_STEP, LARGEST_STEP = 1e-9, 1.0
+
+#: Steps per segment of a random partition; what is left then is one step.
+_MOST_STEPS = 24
+
+#: The communication steps of each segment, s.
+Steps = list[list[float]]
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Time between two changes of the inputs: k and b are set before it."""
+
+    length: float  #: s; a multiple of `quantum(length)`
+    k: float
+    b: float
+
+    @classmethod
+    def rounded(cls, length: float, k: float, b: float) -> "Segment":
+        """With the nearest length whose parts add up exactly."""
+        return cls(rounded(length, quantum(length)), k, b)
+
+
+@dataclass(frozen=True)
+class ImpactCase:
+    """What a run begins with, and its segments."""
+
+    number: int  #: of the impact in its run: with the seed it says all
+    values: dict[str, float]  #: inputs and parameters by name
+    start_time: float  #: the host's time at the start, s
+    segments: tuple[Segment, ...]  #: the first one's k and b are those of `values`
+    kind: str = "random"  #: what its random numbers are drawn for
+
+    @property
+    def changed(self) -> bool:
+        """Whether k or b change."""
+        return len(self.segments) > 1
+
+    @property
+    def closing(self) -> float:
+        """Approach speed, m/s."""
+        return self.values["club_speed"] - self.values["ball_speed"]
+
+    @property
+    def approach(self) -> float:
+        """From the start to first touch, s."""
+        return self.values["gap"] / self.closing if self.closing > 0.0 else math.inf
+
+    @property
+    def span(self) -> float:
+        """From the start to the end, s."""
+        return math.fsum(segment.length for segment in self.segments)
+
+
+def damping_ratio(values: Mapping[str, float]) -> float:
+    """ζ = b/(2√(kμ))."""
+    return values["b"] / critical_damping(values["k"], values["m_club"], values["m_ball"])
+
+
+def critical_damping(k: float, m_club: float, m_ball: float) -> float:
+    """The b of ζ = 1, N.s/m."""
+    return 2.0 * math.sqrt(k * reduced_mass(m_club, m_ball))
+
+
+def contact_time_of_law2(zeta: float, values: Mapping[str, float]) -> float:
+    """How long law 2 is in contact, s: the time in which law 1 does what it does, too."""
+    omega = math.sqrt(values["k"] / reduced_mass(values["m_club"], values["m_ball"]))
+    return 2.0 * half_contact(zeta) / omega
+
+
+# The table
+
+#: What every case is but for what its name says: the document's impact.
+BASELINE = {
+    "m_club": 0.210,
+    "m_ball": 0.04593,
+    "k": 1e6,
+    "b": 9.0,
+    "club_speed": 35.0,
+    "ball_speed": 0.0,
+    "gap": 0.0,
+}
+
+#: Cases that stretch one thing each; ζ replaces b where it is given.
+NAMED: dict[str, dict[str, float]] = {
+    "baseline": {},
+    "elastic": {"b": 0.0},
+    "soft": {"k": 1e2},
+    "stiff": {"k": 1e12},
+    "slow": {"club_speed": 1e-6},
+    "fast": {"club_speed": 1e3},
+    "ball moving away": {"ball_speed": 20.0},
+    "ball coming": {"ball_speed": -20.0},
+    "after a gap": {"gap": 0.01},
+    "nearly undamped": {"zeta": 1e-6},
+    "half of critical": {"zeta": 0.5},
+    "just below critical": {"zeta": 1.0 - 5e-15},
+    "critical": {"zeta": 1.0},
+    "just above critical": {"zeta": 1.0 + 5e-15},
+    "overdamped": {"zeta": 2.9},
+    "heavily overdamped": {"zeta": 1e4},
+    "light ball": {"m_ball": 2.1e-7, "zeta": 0.1},
+    "heavy ball": {"m_ball": 2.1e5, "zeta": 0.1},
+    "equal masses": {"m_ball": 0.21, "zeta": 0.1},
+}
+
+
+def named_cases(randoms: int = 0) -> Iterator[tuple[str, ImpactCase]]:
+    """The named cases under both laws and as many random ones near golf, by name."""
+    rows = [(f"{name}, law {law}", law, NAMED[name]) for law in (1, 2) for name in NAMED]
+    rng = random.Random(20)
+    for n in range(randoms):
+        changes = {
+            "m_club": 10.0 ** rng.uniform(-3, 1),
+            "m_ball": 10.0 ** rng.uniform(-3, 1),
+            "k": 10.0 ** rng.uniform(3, 10),
+            "zeta": 10.0 ** rng.uniform(-3, 0.2),
+            "club_speed": rng.uniform(10.0, 80.0),
+            "ball_speed": rng.choice((0.0, rng.uniform(-30.0, 5.0))),
+            "gap": rng.choice((0.0, 0.0, 1e-4)),
+        }
+        rows.append((f"random {n}, law {1 + n % 2}", 1 + n % 2, changes))
+    for number, (name, law, changes) in enumerate(rows):
+        values = BASELINE | {"law": law} | changes
+        zeta = values.pop("zeta", None)
+        if zeta is not None:
+            values["b"] = zeta * critical_damping(values["k"], values["m_club"], values["m_ball"])
+        yield name, unchanged(number, values, 1.5)
+
+
+def unchanged(number: int, values: dict[str, float], contact_times: float) -> ImpactCase:
+    """An impact whose k and b stay, for so many of law 2's contact times after touch."""
+    approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
+    length = approach + contact_times * contact_time_of_law2(damping_ratio(values), values)
+    segment = Segment.rounded(length, values["k"], values["b"])
+    return ImpactCase(number, values, 0.0, (segment,))
+
+
+def random_impact(seed: int, number: int) -> ImpactCase:
+    """The same for the same seed and number, on any machine."""
+    rng = random.Random(f"{seed}/{number}")
+    k = _decades(rng, 2, 12)
+    mass, ratio = _decades(rng, -3, 1), _decades(rng, -6, 6)
+    m_club, m_ball = mass * math.sqrt(ratio), mass / math.sqrt(ratio)
+    zeta = _damping(rng)
+    closing = _decades(rng, -6, 3)
+    ball_speed = rng.choice((0.0, 0.0, 1.0, -1.0)) * _decades(rng, -6, 3)
+    club_speed = max(-1e3, min(1e3, ball_speed + closing))
+    if rng.random() < 0.02:  # no impact at all
+        club_speed = ball_speed - closing
+    closing = club_speed - ball_speed
+    gap = 0.0
+    if closing > 0.0 and rng.random() < 0.5:
+        gap = min(_decades(rng, -6, -1), 100.0 * closing)
+    values = {"law": rng.choice((1, 2)), "m_club": m_club, "m_ball": m_ball, "k": k}
+    values |= {"b": zeta * critical_damping(k, m_club, m_ball)}
+    values |= {"club_speed": club_speed, "ball_speed": ball_speed, "gap": gap}
+    start_time = rng.choice((0.0, 1.0)) * _decades(rng, -3, 6)
+    approach = gap / closing if closing > 0.0 else 0.0
+    segments = _segments(rng, values, approach, contact_time_of_law2(zeta, values))
+    return ImpactCase(number, values, start_time, segments)
+
+
+def _decades(rng: random.Random, low: float, high: float) -> float:
+    return 10.0 ** rng.uniform(low, high)
+
+
+def _damping(rng: random.Random) -> float:
+    """ζ: none, near critical from either side, or anything."""
+    kind = rng.randrange(6)
+    if kind == 0:
+        return 0.0
+    if kind == 1:
+        return 1.0 + rng.choice((-0.5, 0.5)) * _decades(rng, -14, -2)
+    return _decades(rng, -4, 4) if kind < 4 else _decades(rng, -2, 1)
+
+
+def _segments(
+    rng: random.Random, values: dict[str, float], approach: float, contact: float
+) -> tuple[Segment, ...]:
+    k, b = values["k"], values["b"]
+    lengths, inputs = [approach + 2.0 * contact], [(k, b)]
+    if rng.random() < 0.3:
+        cuts = sorted(rng.uniform(0.02, 1.1) for _ in range(rng.randint(1, 3)))
+        lengths = differences([0.0, *(approach + cut * contact for cut in cuts)])
+        lengths.append(3.0 * contact)
+        for _ in cuts:
+            stiffness = k * _decades(rng, -2, 2)
+            inputs.append((stiffness, b * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)))
+    if rng.random() < 0.2:  # a long way on
+        lengths[-1] += _decades(rng, -3, 0)
+    return segments_of(lengths, inputs)
+
+
+def differences(places: Sequence[float]) -> list[float]:
+    """From each to the next."""
+    return [after - before for before, after in pairwise(places)]
+
+
+def segments_of(
+    lengths: Sequence[float], inputs: Sequence[tuple[float, float]]
+) -> tuple[Segment, ...]:
+    """One for each positive length (s) with its k and b; the first one has the first inputs."""
+    made: list[Segment] = []
+    for length, pair in zip(lengths, inputs):
+        if length > 0.0:
+            made.append(Segment.rounded(length, *(pair if made else inputs[0])))
+    return tuple(made)
+
+
+# Steps
+
+
+def quantum(length: float) -> float:
+    """A power of two, 2^-45 of the length or smaller: sums of multiples of it are exact, s."""
+    return 2.0 ** (math.floor(math.log2(length)) - 46)
+
+
+def rounded(time: float, unit: float) -> float:
+    """The nearest multiple of the unit, s."""
+    return round(time / unit) * unit
+
+
+def one_step(impact: ImpactCase) -> Steps:
+    return [[segment.length] for segment in impact.segments]
+
+
+def equal_steps(impact: ImpactCase) -> Steps:
+    return [[segment.length / 64.0] * 64 for segment in impact.segments]
+
+
+def random_steps(impact: ImpactCase, seed: int) -> Steps:
+    """Steps of 1 ns to 1 s in any order; the last one of a segment takes what is left."""
+    rng = random.Random(f"{seed}/{impact.number}/steps/{impact.kind}")
+    partition = []
+    for segment in impact.segments:
+        unit, left = quantum(segment.length), segment.length
+        steps: list[float] = []
+        longest, shortest = min(LARGEST_STEP, left), max(SMALLEST_STEP, 4.0 * unit)
+        while len(steps) < _MOST_STEPS and shortest < longest:
+            low = max(math.log10(shortest), math.log10(longest) - rng.choice((1.0, 3.0, 9.0)))
+            step = rounded(_decades(rng, low, math.log10(longest)), unit)
+            if not 0.0 < step < left:
+                break
+            steps.append(step)
+            left -= step
+        partition.append([*steps, left])
+    return partition
+
+
+def straddling_steps(impact: ImpactCase, contact_time: float, seed: int) -> Steps:
+    """Points just before and just after touch and separation, as near as the steps' unit allows."""
+    rng = random.Random(f"{seed}/{impact.number}/straddle/{impact.kind}")
+    partition, begin = [], 0.0
+    for segment in impact.segments:
+        unit = quantum(segment.length)
+        cuts = {0.0, segment.length}
+        for event in (impact.approach, impact.approach + contact_time):
+            near = max(SMALLEST_STEP, 64.0 * unit) * _decades(rng, 0, 2)
+            for cut in (event - begin - near, event - begin + near):
+                if 0.0 < cut < segment.length:
+                    cuts.add(rounded(cut, unit))
+        partition.append(differences(sorted(cuts)))
+        begin += segment.length
+    return partition
+
+
+def without_gap(impact: ImpactCase) -> ImpactCase:
+    """The same impact, touching at the start."""
+    first, *rest = impact.segments
+    length = first.length - impact.approach
+    if length > 0.0:
+        rest.insert(0, Segment.rounded(length, first.k, first.b))
+    values = impact.values | {"gap": 0.0, "k": rest[0].k, "b": rest[0].b}
+    return replace(impact, values=values, start_time=0.0, segments=tuple(rest))
+
+
+def flat(steps: Steps) -> list[float]:
+    return [step for segment in steps for step in segment]

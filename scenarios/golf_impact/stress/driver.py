@@ -1,0 +1,51 @@
+"""Takes the FMU through an impact, by any steps, and notes what it says."""
+
+from functools import cached_property
+from typing import Any
+
+from golf_impact.fmu.file import current_fmu
+from golf_impact.fmu.impact_fmu import FLAGS, ImpactFmu
+from golf_impact.stress.cases import ImpactCase, Steps
+
+#: At an instant: every output by name.
+Outputs = dict[str, Any]
+
+
+class Driver(ImpactFmu):
+    """The FMU, for as many impacts as are wanted; refusals are messages, not errors."""
+
+    @cached_property
+    def _columns(self) -> tuple[list[str], list[int], list[int]]:
+        """The names of the Real outputs, their references, and those of the flags."""
+        outputs = [v for v in self.variables.values() if v.causality == "output"]
+        reals = [v.name for v in outputs if v.type == "Real"]
+        return reals, self.references(reals), self.references(FLAGS)
+
+    def begin_run(self, values: dict[str, float], start_time: float = 0.0) -> None:
+        """A new run, initialized with these inputs and parameters."""
+        self.begin(values, start_time)
+        self.slave.exitInitializationMode()
+
+    def outputs(self) -> Outputs:
+        """Every output now."""
+        names, reals, flags = self._columns
+        now: Outputs = dict(zip(names, self.slave.getReal(reals)))
+        return now | dict(zip(FLAGS, map(bool, self.slave.getBoolean(flags))))
+
+    def run(self, impact: ImpactCase, steps: Steps) -> list[Outputs]:
+        """The outputs after each of these steps through an impact."""
+        self.begin_run(impact.values, impact.start_time)
+        point, seen = impact.start_time, []
+        for number, (segment, sizes) in enumerate(zip(impact.segments, steps, strict=True)):
+            if number:
+                self.set({"k": segment.k, "b": segment.b})
+            for size in sizes:
+                self.slave.doStep(point, size)
+                point += size
+                seen.append(self.outputs())
+        return seen
+
+
+def driver() -> Driver:
+    """Of the FMU of the present sources, for use in a `with` block."""
+    return Driver(current_fmu()[0])

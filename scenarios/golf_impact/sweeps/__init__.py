@@ -1,0 +1,14 @@
+"""`golf-impact sweep`: many impacts through the FMU, on one machine and beyond it.
+
+From Python: `run_sweep(Study.of({"k": "0.5e6:2e6:100", "b": "0,9,12"}), "k.csv")`. With
+`executor=` any executor of the interface of concurrent.futures takes the chunks.
+
+- `axes`, `study`, `study_file`: what is swept. · `impacts`, `chunk`: through the FMU. ·
+  `table_file`: the file. · `run`, `pool`, `cluster`: who computes.
+- `comparison`: beside a loop over fmpy.simulate_fmu. · `pictures`, `sensitivity`: what came out.
+"""
+
+from golf_impact.sweeps.run import Stopped, Summary, Sweep, run_sweep
+from golf_impact.sweeps.study import Study
+
+__all__ = ["Stopped", "Study", "Summary", "Sweep", "run_sweep"]

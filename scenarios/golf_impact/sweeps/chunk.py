@@ -1,0 +1,117 @@
+"""One chunk of a sweep, in whichever process computes it; each process keeps one instance."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+import threading
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from multiprocessing.util import Finalize
+from pathlib import Path
+
+import numpy as np
+from fmpy.fmi1 import FMICallException
+
+from golf_impact.errors import UserError
+from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.sweeps.impacts import Plan, impacts
+
+
+@dataclass(frozen=True)
+class FmuFile:
+    """An FMU as it travels to other processes and machines."""
+
+    digest: str  # SHA-256, in hexadecimal
+    data: bytes = field(default=b"", repr=False)  # none for a process that has it already
+
+    @classmethod
+    def read(cls, path: Path) -> FmuFile:
+        data = path.read_bytes()
+        return cls(hashlib.sha256(data).hexdigest(), data)
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """What one chunk gave."""
+
+    text: bytes  # its cases as lines of CSV (UTF-8); empty if they weren't asked for
+    outputs: np.ndarray  # doubles of shape (cases, outputs); those of refused cases are NaN
+    reason: str  # why the FMU refused the first of those; empty if there is none
+
+    @property
+    def refused(self) -> np.ndarray:
+        """Whether the FMU refused a case, shape (cases,)."""
+        return np.isnan(self.outputs[:, 0])
+
+
+_lock = threading.RLock()
+#: The instance of this process with the digest of its file, and what frees it.
+_loaded: tuple[str, ImpactFmu] | None = None
+_open = ExitStack()
+
+
+def run_chunk(fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]) -> Chunk:
+    """Run the cases of one chunk, in any process: the FMU is loaded there when first needed.
+
+    `columns` are the swept variables, arrays of shape (cases,). UserError if the FMU isn't what it
+    should be, or can't be loaded here.
+    """
+    global _loaded
+    with _lock:
+        try:
+            return computed(instance_of(fmu), plan, as_text, columns)
+        except FMICallException as error:
+            # After an error the standard allows no call any more that the FMU must survive.
+            _loaded = None
+            _open.pop_all()
+            raise UserError(f"the FMU broke down ({error}): run `golf-impact build`") from None
+
+
+def computed(
+    instance: ImpactFmu, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]
+) -> Chunk:
+    """The same in an instance at hand."""
+    outputs, reason = impacts(instance, plan, plan.values(columns))
+    return Chunk(_text(plan, columns, outputs) if as_text else b"", outputs, reason)
+
+
+def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) -> bytes:
+    """Lines of CSV; every double with as many digits as bring it back to the last bit."""
+    cells: list[list[str]] = []
+    for column in columns.values():
+        values = column.tolist()
+        cells.append(values if column.dtype == object else list(map(repr, values)))
+    refused = np.flatnonzero(np.isnan(outputs[:, 0])).tolist()
+    for name, column in zip(plan.outputs, outputs.T):
+        values = np.nan_to_num(column).astype(int) if name in plan.booleans else column
+        cells.append(list(map(repr, values.tolist())))
+        for n in refused:
+            cells[-1][n] = ""
+    return ("\n".join(map(",".join, zip(*cells))) + "\n").encode()
+
+
+def instance_of(fmu: FmuFile) -> ImpactFmu:
+    """This process's instance, loaded if need be; then chunks may name the file only."""
+    global _loaded
+    with _lock:
+        if _loaded is None or _loaded[0] != fmu.digest:
+            release()
+            if hashlib.sha256(fmu.data).hexdigest() != fmu.digest:
+                raise UserError("the FMU was damaged on its way to this process")
+            with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+                path = Path(folder, "ClubBallImpact.fmu")
+                path.write_bytes(fmu.data)
+                _loaded = fmu.digest, _open.enter_context(ImpactFmu(path))
+            # When the process ends: an FMU that is never freed may take it down then.
+            Finalize(None, release, exitpriority=10)
+        return _loaded[1]
+
+
+def release() -> None:
+    """Free the instance of this process, if there is one."""
+    global _loaded
+    with _lock:
+        _loaded = None
+        _open.close()

@@ -1,0 +1,88 @@
+"""A sweep's rate beside that of a loop over fmpy.simulate_fmu, measured in turns in one run."""
+
+from __future__ import annotations
+
+import csv
+import tempfile
+from collections.abc import Callable
+from itertools import cycle, islice
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+from typing import NamedTuple
+
+import fmpy
+import numpy as np
+
+from golf_impact.errors import UserError
+from golf_impact.sweeps.impacts import impacts
+from golf_impact.sweeps.run import Sweep
+from golf_impact.sweeps.table_file import table_file
+from golf_impact.timing import interleaved, median_ratio
+
+#: Cases of the sweep per round, and of the loop, which takes about as long for them.
+_CASES, _LOOPED = 2000, 25
+
+
+class Comparison(NamedTuple):
+    """Impacts per second of both, medians of rounds."""
+
+    sweep: float  # in one process, with the file as CSV
+    simulate_fmu: float  # the loop, with the FMU extracted and its description read beforehand
+    ratio: float  # of the two in the same round
+    same: bool  # whether their numbers were the same to the last bit
+
+
+def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: None) -> Comparison:
+    """Measure both on cases of a study: the same cases, outputs and communication step.
+
+    UserError if the FMU refuses all cases tried.
+    """
+    study, plan = sweep.study, sweep.plan
+    # Evenly from all; where there are fewer, again and again.
+    index = np.arange(_CASES)
+    index = index * study.cases // _CASES if study.cases > _CASES else index % study.cases
+    values = plan.values(study.columns_at(index))
+    expected, reason = impacts(sweep.instance, plan, values)
+    usable = np.flatnonzero(~np.isnan(expected[:, 0]))
+    if not len(usable):
+        raise UserError(f"there is nothing to compare: the FMU refuses all: {reason}")
+    steps = np.broadcast_to(sweep.fmu.horizon({**plan.fixed, **values}), len(index))
+    # Start values, communication step and the sweep's outputs.
+    some = usable[:: max(1, len(usable) // (4 * _LOOPED))]
+    given = [plan.fixed | {name: row[n].item() for name, row in values.items()} for n in some]
+    cases = cycle(zip(given, steps[some].tolist(), expected[some].tolist()))
+    same = True
+    with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+        fmpy.extract(str(sweep.fmu.path), f"{folder}/fmu")
+
+        def swept() -> float:
+            begin = perf_counter()
+            columns = study.columns_at(index)
+            with table_file(Path(folder, "sweep.csv"), study, plan) as table:
+                table.write(columns, sweep.here(True, columns).result())
+            return (perf_counter() - begin) / len(index)
+
+        def looped() -> float:
+            nonlocal same
+            begin = perf_counter()
+            with open(f"{folder}/loop.csv", "w", newline="") as stream:
+                writer = csv.writer(stream)
+                writer.writerow((*study.names, *plan.outputs))
+                for start, step, numbers in islice(cases, _LOOPED):
+                    result = fmpy.simulate_fmu(
+                        f"{folder}/fmu",
+                        stop_time=step,
+                        output_interval=step,
+                        start_values=start,
+                        output=plan.outputs,
+                        model_description=sweep.fmu.description,
+                    )
+                    row = [result[name][-1].item() for name in plan.outputs]
+                    writer.writerow((*start.values(), *row))
+                    same &= row == numbers
+            return (perf_counter() - begin) / _LOOPED
+
+        times = interleaved({"sweep": swept, "loop": looped}, rounds, tick)
+    ratio = median_ratio(times["loop"], times["sweep"])
+    return Comparison(1.0 / median(times["sweep"]), 1.0 / median(times["loop"]), ratio, same)

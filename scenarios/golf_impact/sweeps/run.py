@@ -1,0 +1,266 @@
+"""Running a sweep: its chunks through one process or any executor, in order into a file."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from concurrent.futures import BrokenExecutor, Executor, Future, wait
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from golf_impact.errors import UserError
+from golf_impact.fmu.file import current_fmu
+from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.sweeps.chunk import Chunk, FmuFile, computed, release, run_chunk
+from golf_impact.sweeps.impacts import impacts, plan
+from golf_impact.sweeps.pool import WorkerProcesses
+from golf_impact.sweeps.study import Study
+from golf_impact.sweeps.table_file import check_path, table_file
+from golf_impact.timing import free_bytes
+
+#: Cases of a chunk: some 40 ms of work.
+CHUNK = 2000
+#: A larger one would take too long to stop.
+LARGEST_CHUNK = 10_000
+#: Each takes some 50 MB; beyond one machine there are clusters.
+MOST_WORKERS = 256
+#: Chunks that may be under way or waiting to be written: what bounds the memory.
+_IN_FLIGHT = 32
+
+
+class Stopped(Exception):  # noqa: N818 (not an error: the user asked for it)
+    """The user stopped a sweep: so many cases had been done, and whether the file was written."""
+
+    def __init__(self, done: int, written: bool = False) -> None:
+        super().__init__(f"stopped after {done:,} cases")
+        self.done, self.written = done, written
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a sweep did."""
+
+    path: Path  # the file
+    cases: int  # rows in it
+    refused: int  # cases that the FMU refused: rows with empty outputs
+    first_refused: tuple[int, str] | None  # row (from 1, without the header) of the first, and why
+    seconds: float  # from the first case to the last
+    drawn: np.ndarray  # the first output of all cases, shape (cases,); NaN where refused
+
+
+#: Begins a chunk: (whether as text, columns) to a future of what it gives.
+Submit = Callable[[bool, dict[str, np.ndarray]], "Future[Chunk]"]
+
+
+class Sweep(ExitStack):
+    """A study and the FMU that it runs through, for use in a `with` block.
+
+    Its arguments are those of `run_sweep`; UserError if the study doesn't fit the FMU.
+    """
+
+    def __init__(
+        self,
+        study: Study,
+        fmu: Path | str | None = None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> None:
+        super().__init__()
+        self.study, self.stop = study, stop
+        self.fmu = ImpactFmu(current_fmu()[0] if fmu is None else Path(fmu))
+        self.file = FmuFile.read(self.fmu.path)
+        self.plan = plan(study, self.fmu.variables)
+
+    @property
+    def instance(self) -> ImpactFmu:
+        """The FMU loaded into this process, when first needed."""
+        if not self.fmu.folder:
+            self.enter_context(self.fmu)
+        return self.fmu
+
+    def go_on(self) -> None:
+        """Raise Stopped if the user has asked for it since the table was written."""
+        if self.stop():
+            raise Stopped(self.study.cases, written=True)
+
+    def first_output(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """The first output of these cases, shape (cases,), NaN where refused; or Stopped."""
+        parts = []
+        for start in range(0, len(next(iter(columns.values()))), CHUNK):
+            self.go_on()
+            part = {name: column[start : start + CHUNK] for name, column in columns.items()}
+            parts.append(impacts(self.instance, self.plan, self.plan.values(part))[0][:, 0])
+        return np.concatenate(parts)
+
+    def here(self, as_text: bool, columns: Mapping[str, np.ndarray]) -> Future[Chunk]:
+        """A chunk computed here and now, as an executor would return it."""
+        future: Future[Chunk] = Future()
+        future.set_result(computed(self.instance, self.plan, as_text, columns))
+        return future
+
+    def through(self, executor: Executor, fmu: Any) -> Submit:
+        """Chunks computed by an executor; `fmu` is the file, or what stands for it there."""
+        return partial(executor.submit, run_chunk, fmu, self.plan)  # type: ignore[call-arg]
+
+    def run(
+        self,
+        out: Path | str,
+        *,
+        executor: Executor | None = None,
+        workers: int | None = None,
+        scheduler: str | None = None,
+        chunk: int = CHUNK,
+        progress: Callable[[int], None] = lambda done: None,
+    ) -> Summary:
+        """Write one row a case; arguments, result and errors as of `run_sweep`."""
+        check_size(self.study, workers, chunk)
+        check_path(Path(out))
+        # One that gets no chunk would only cost its start.
+        processes = min(workers or 1, -(-self.study.cases // chunk))
+        submit: Submit = self.here
+        try:
+            with ExitStack() as stack:
+                if scheduler is not None:
+                    from golf_impact.sweeps.cluster import executor_of
+
+                    cluster = stack.enter_context(executor_of(scheduler, workers, self.file))
+                    submit = self.through(*cluster)
+                elif executor is not None:
+                    # An executor of threads loads it here.
+                    stack.callback(release)
+                    submit = self.through(executor, self.file)
+                elif processes > 1:
+                    pool = stack.enter_context(WorkerProcesses(processes, self.file))
+                    submit = self.through(pool, FmuFile(self.file.digest))
+                else:
+                    self.instance  # noqa: B018 (loaded before the clock starts)
+                self._draw_samples()
+                return self.write(Path(out), submit, chunk, progress)
+        except BrokenExecutor as error:
+            raise UserError(
+                "a worker process ended unexpectedly (killed, or out of memory?): nothing was "
+                "written"
+            ) from error
+
+    def _draw_samples(self) -> None:
+        """Before the clock starts, and beside this thread, which listens whether to stop."""
+        drawn: Future = Future()
+
+        def draw() -> None:
+            try:
+                drawn.set_result(self.study.columns(0, 1))
+            except BaseException as error:
+                drawn.set_exception(error)
+
+        # It isn't waited for when the process ends.
+        threading.Thread(target=draw, daemon=True).start()
+        self._result(drawn, 0)
+
+    def _result(self, future: Future, done: int) -> Any:
+        """What a future gives, or Stopped after so many cases."""
+        while not future.done() and not self.stop():
+            wait([future], timeout=0.1)
+        if self.stop():
+            raise Stopped(done)
+        return future.result()
+
+    def write(
+        self,
+        out: Path,
+        submit: Submit,
+        chunk: int = CHUNK,
+        progress: Callable[[int], None] = lambda done: None,
+    ) -> Summary:
+        """Run all chunks and write them in order."""
+        cases = self.study.cases
+        drawn = np.empty(cases)
+        refused, first, done = 0, None, 0
+        starts = iter(range(0, cases, chunk))
+        begun: deque[tuple[dict[str, np.ndarray], Future[Chunk]]] = deque()
+        with table_file(out, self.study, self.plan) as table:
+            begin = time.perf_counter()
+            try:
+                while done < cases:
+                    for start in starts:
+                        columns = self.study.columns(start, min(start + chunk, cases))
+                        begun.append((columns, submit(table.as_text, columns)))
+                        if begun[0][1].done() or len(begun) >= _IN_FLIGHT:
+                            break
+                    columns, future = begun[0]
+                    part = self._result(future, done)
+                    begun.popleft()
+                    table.write(columns, part)
+                    drawn[done : done + len(part.outputs)] = part.outputs[:, 0]
+                    if part.reason and first is None:
+                        first = done + int(part.refused.argmax()) + 1, part.reason
+                    refused += int(part.refused.sum())
+                    done += len(part.outputs)
+                    progress(done)
+            finally:
+                for _, future in begun:
+                    future.cancel()
+            seconds = time.perf_counter() - begin
+        return Summary(out, cases, refused, first, seconds, drawn)
+
+
+def check_size(
+    study: Study, workers: int | None = None, chunk: int = CHUNK, figures: bool = False
+) -> None:
+    """Refuse what can't be done, before anything starts.
+
+    Raises:
+        UserError: one of these isn't allowed, or the memory that is free isn't enough for the study
+            (with its pictures and tables, if there will be `figures`).
+    """
+    if not 1 <= chunk <= LARGEST_CHUNK:
+        raise UserError(f"--chunk {chunk} is refused: it must be 1 to {LARGEST_CHUNK:,}")
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise UserError(f"--workers {workers} is refused: it must be 1 to {MOST_WORKERS}")
+    need, free = study.memory(figures), free_bytes()
+    if free is not None and need > free:
+        less = " or --no-figures" if figures else ""
+        raise UserError(
+            f"{study.cases:,} cases need {need / 1e9:,.1f} GB of memory, and {free / 1e9:,.1f} GB "
+            f"are free: use fewer values{less}, or a study for each part"
+        )
+
+
+def run_sweep(
+    study: Study,
+    out: Path | str,
+    *,
+    fmu: Path | str | None = None,
+    stop: Callable[[], bool] = lambda: False,
+    **options: Any,
+) -> Summary:
+    """Run a study through the FMU and write one row a case.
+
+    The file is the same to the last bit whatever runs the chunks, and however large they are.
+
+    Args:
+        study: what to compute; see `Study.of`.
+        out: a .csv or .parquet file. It gets its name when it is whole.
+        fmu: the .fmu file; by default that of the present sources, built if need be.
+        stop: asked between chunks whether to end.
+        options:
+            executor: anything that has the interface of concurrent.futures: its processes need
+                this package, and get the FMU with each chunk.
+            scheduler: a Dask cluster: its address ("tcp://host:8786"), or "local".
+            workers: how many processes of our own; 1 by default, which computes in this process.
+                Of a local cluster as many as there are processors.
+            chunk: cases that a worker gets at a time, at most 10,000.
+            progress: called with the number of cases done.
+
+    Raises:
+        UserError: the study doesn't fit the FMU, the file can't be written, a worker died; Dask is
+            missing, or the cluster can't be reached or gives up.
+        Stopped: `stop` said so. No file was written, one that was there is whole.
+    """
+    with Sweep(study, fmu, stop) as sweep:
+        return sweep.run(out, **options)

@@ -1,0 +1,180 @@
+"""What a sweep computes: the swept variables, their cases in order, and the outputs."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from golf_impact.errors import UserError, lacking
+from golf_impact.sweeps.axes import Axis, Distribution, Grid, axis
+
+#: What is read unless a study says otherwise: what the end of a contact tells. Law 1 has to search
+#: for the extremes (max_force ...), and Booleans take a call of their own.
+OUTPUTS = (
+    "smash_factor",
+    "coefficient_of_restitution",
+    "energy_efficiency",
+    "club_velocity",
+    "ball_velocity",
+    "contact_time",
+)
+
+#: How samples lie: independent, Latin hypercube, scrambled Sobol sequence.
+DESIGNS = ("random", "lhs", "sobol")
+
+#: SciPy's Sobol sequence has so many points.
+_MOST_CASES, _MOST_OF_SOBOL = 10**10, 2**30
+#: Bytes that a case takes: its first output, and in pictures and tables what is sorted of it; and
+#: that a sample takes, of each distribution, while it is drawn.
+_CASE, _CASE_DRAWN, _SAMPLE = 8, 40, 32
+
+_SAY_HOW_MANY = "say with --samples how many to draw"
+_GIVE_ONE = "give a distribution, e.g. --set club_speed=normal:45:2"
+
+
+@dataclass(frozen=True)
+class Study:
+    """A parametric study.
+
+    The cases are those of the grid, the last axis running fastest; where an axis is a distribution,
+    every point of the grid gets the same samples (one where there is no distribution), which run
+    faster than all.
+    """
+
+    axes: tuple[Axis, ...]
+    outputs: tuple[str, ...] = OUTPUTS
+    number_of_samples: int = 1
+    seed: int = 0
+    design: str = "random"
+
+    @classmethod
+    def of(
+        cls,
+        sets: Mapping[str, Any],
+        outputs: Sequence[str] | None = None,
+        number_of_samples: int | None = None,
+        seed: int = 0,
+        design: str = "random",
+    ) -> Study:
+        """The study that a user describes.
+
+        Args:
+            sets: by variable: a number, a list, or text as in `--set`: "0.5e6:2e6:100",
+                "log:1e5:1e7:50", "0,9,12", "normal:45:2", "uniform:30:50".
+            outputs: of the FMU; `OUTPUTS` by default.
+            number_of_samples: needed with a distribution.
+            seed: of the samples, at least 0.
+            design: "random", "lhs" (Latin hypercube) or "sobol".
+
+        Raises:
+            UserError: an axis, an output or a number isn't allowed.
+        """
+        axes = tuple(axis(name, given) for name, given in sets.items())
+        chosen = OUTPUTS if outputs is None else tuple(name.strip() for name in outputs)
+        number = 1 if number_of_samples is None else number_of_samples
+        most = _MOST_OF_SOBOL if design == "sobol" else _MOST_CASES
+        study = cls(axes, chosen, number, seed, design)
+        random = next((one.name for one in study.distributions), None)
+        drawn, known = number_of_samples is not None, ", ".join(DESIGNS)
+        many, samples = f"{study.cases:,} cases", f"--samples {number:,} is refused"
+        for refused, why in (
+            (not axes, "nothing is swept: give --set NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100"),
+            (not chosen, "outputs is an empty list: name one at least, or leave it out"),
+            (len({*chosen}) < len(chosen), f"--outputs {','.join(chosen)} names one output twice"),
+            (design not in DESIGNS, f"--design {design} is unknown: choose from {known}"),
+            (seed < 0, f"--seed {seed} is refused: it must be at least 0"),
+            (random and not drawn, f"{random} is a distribution: {_SAY_HOW_MANY}"),
+            (drawn and not random, f"--samples has nothing to draw from: {_GIVE_ONE}"),
+            (number < 1, f"--samples {number} is refused: it must be at least 1"),
+            (number > most, f"{samples}: the design {design} gives at most {most:,}"),
+            (study.cases > _MOST_CASES, f"{many} are more than {_MOST_CASES:,}: use fewer values"),
+        ):
+            if refused:
+                raise UserError(why)
+        return study
+
+    @property
+    def grid(self) -> tuple[Grid, ...]:
+        """The axes that are rows of values."""
+        return tuple(one for one in self.axes if isinstance(one, Grid))
+
+    @property
+    def varied_grid(self) -> tuple[Grid, ...]:
+        """Those of them with more than one value."""
+        return tuple(one for one in self.grid if one.varies)
+
+    @property
+    def distributions(self) -> tuple[Distribution, ...]:
+        return tuple(one for one in self.axes if not isinstance(one, Grid))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(one.name for one in self.axes)
+
+    @cached_property
+    def cases(self) -> int:
+        return prod(len(one.values) for one in self.grid) * self.number_of_samples
+
+    def memory(self, figures: bool) -> int:
+        """About the bytes that it takes at most, with or without pictures; chunks come on top."""
+        drawn = self.number_of_samples * len(self.distributions)
+        return self.cases * (_CASE_DRAWN if figures else _CASE) + drawn * _SAMPLE
+
+    def columns(self, start: int, stop: int) -> dict[str, np.ndarray]:
+        """The values of the swept variables in the cases from `start` to `stop` (exclusive)."""
+        return self.columns_at(np.arange(start, stop))
+
+    def columns_at(self, index: np.ndarray) -> dict[str, np.ndarray]:
+        """The values of the swept variables in the cases of these numbers (from 0).
+
+        Each is a function of the case's number alone: chunks of any size give the same.
+
+        Returns:
+            By variable, arrays of the index's shape.
+        """
+        columns: dict[str, np.ndarray] = {}
+        stride = self.number_of_samples
+        for one in reversed(self.axes):
+            if isinstance(one, Grid):
+                columns[one.name] = one.values[index // stride % len(one.values)]
+                stride *= len(one.values)
+            else:
+                columns[one.name] = self._drawn[one.name][index % self.number_of_samples]
+        return {name: columns[name] for name in self.names}
+
+    @cached_property
+    def _drawn(self) -> dict[str, np.ndarray]:
+        """The samples by variable, shape (number_of_samples,)."""
+        generator, number = np.random.default_rng(self.seed), self.number_of_samples
+        axes = self.distributions
+        if self.design == "random":
+            return {one.name: one.drawn(generator, number) for one in axes}
+        if self.design == "sobol":
+            units = iter(unit_samples(len(axes), number, generator, "sobol").T)
+        else:
+            # The dimensions of a Latin hypercube are independent: one by one they take less memory.
+            units = (unit_samples(1, number, generator, "lhs")[:, 0] for _ in axes)
+        return {one.name: one.from_unit(next(units)) for one in axes}
+
+
+def unit_samples(
+    dimensions: int, number: int, generator: np.random.Generator, design: str
+) -> np.ndarray:
+    """Points of a design ("lhs" or "sobol") in the unit cube, shape (number, dimensions)."""
+    try:
+        from scipy.stats import qmc
+    except ImportError as error:
+        otherwise = ", or use --design random"
+        raise lacking(f"the design {design}", "SciPy", "sweep", otherwise) from error
+    if design == "lhs":
+        return qmc.LatinHypercube(dimensions, seed=generator).random(number)
+    with warnings.catch_warnings():
+        # Balanced only for powers of 2: any other number is still a fair sample.
+        warnings.simplefilter("ignore", UserWarning)
+        return qmc.Sobol(dimensions, scramble=True, seed=generator).random(number)
