@@ -24,7 +24,7 @@ class FmuFile:
     """An FMU as it travels to other processes and machines."""
 
     digest: str  # SHA-256, in hexadecimal
-    data: bytes = field(default=b"", repr=False)  # none for a process that has it already
+    data: bytes = field(repr=False)
 
     @classmethod
     def read(cls, path: Path) -> FmuFile:
@@ -61,19 +61,12 @@ def run_chunk(fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.
     global _loaded
     with _lock:
         try:
-            return computed(instance_of(fmu), plan, as_text, columns)
+            outputs, reason = impacts(instance_of(fmu), plan, plan.values(columns))
         except FMICallException as error:
             # After an error the standard allows no call any more that the FMU must survive.
             _loaded = None
             _open.pop_all()
             raise UserError(f"the FMU broke down ({error}): run `golf-impact build`") from None
-
-
-def computed(
-    instance: ImpactFmu, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]
-) -> Chunk:
-    """The same in an instance at hand."""
-    outputs, reason = impacts(instance, plan, plan.values(columns))
     return Chunk(_text(plan, columns, outputs) if as_text else b"", outputs, reason)
 
 
@@ -93,7 +86,7 @@ def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) ->
 
 
 def instance_of(fmu: FmuFile) -> ImpactFmu:
-    """This process's instance, loaded if need be; then chunks may name the file only."""
+    """This process's instance, loaded if need be."""
     global _loaded
     with _lock:
         if _loaded is None or _loaded[0] != fmu.digest:

@@ -15,6 +15,7 @@ import fmpy
 import numpy as np
 
 from golf_impact.errors import UserError
+from golf_impact.sweeps.chunk import run_chunk
 from golf_impact.sweeps.impacts import impacts
 from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.table_file import table_file
@@ -60,7 +61,7 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
             begin = perf_counter()
             columns = study.columns_at(index)
             with table_file(Path(folder, "sweep.csv"), study, plan) as table:
-                table.write(columns, sweep.here(True, columns).result())
+                table.write(columns, run_chunk(sweep.file, plan, True, columns))
             return (perf_counter() - begin) / len(index)
 
         def looped() -> float:
