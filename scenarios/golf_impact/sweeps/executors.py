@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import pickle
 import shutil
 import signal
 import tempfile
@@ -13,6 +14,7 @@ from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExec
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.util import Finalize
+from pathlib import Path
 from typing import Any
 
 from golf_impact.errors import UserError, lacking
@@ -54,8 +56,7 @@ def process_pool(workers: int) -> Iterator[Executor]:
     with tempfile.TemporaryDirectory(
         prefix="golf-impact-workers-", ignore_cleanup_errors=True
     ) as scratch:
-        # A forked process would inherit threads' locks, and an FMU that has been loaded.
-        pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin_worker, (scratch,))
+        pool = _Pool(workers, scratch)
         try:
             # A pool ends its workers by SIGTERM when one of them has died.
             with _blocked({*SIGNALS} - {signal.SIGTERM}):
@@ -64,6 +65,47 @@ def process_pool(workers: int) -> Iterator[Executor]:
             yield pool
         finally:
             pool.shutdown(cancel_futures=True)
+
+
+class _Pool(ProcessPoolExecutor):
+    """Its pipes carry short messages only.
+
+    A process that is killed in the middle of one that doesn't fit into a pipe would block the
+    others for ever, and this one too. What is longer lies in files of a folder.
+    """
+
+    def __init__(self, workers: int, folder: str) -> None:
+        # A forked process would inherit threads' locks, and an FMU that has been loaded.
+        super().__init__(workers, get_context("spawn"), _begin_worker, (folder,))
+        self.folder = folder
+
+    def submit(self, function: Callable, /, *arguments: Any) -> Future:  # type: ignore[override]
+        """See `concurrent.futures.Executor`."""
+        return super().submit(_call, self.folder, _InFile((function, arguments), self.folder))
+
+
+class _InFile:
+    """Pickled as the name of a file that holds the value, and unpickled as the value."""
+
+    def __init__(self, value: Any, folder: str) -> None:
+        self.value, self.folder = value, folder
+
+    def __reduce__(self) -> tuple[Callable, tuple[str]]:
+        handle, name = tempfile.mkstemp(prefix="golf-impact-message-", dir=self.folder)
+        with open(handle, "wb") as stream:
+            pickle.dump(self.value, stream)
+        return _taken, (name,)
+
+
+def _taken(name: str) -> Any:
+    data = Path(name).read_bytes()
+    os.unlink(name)
+    return pickle.loads(data)
+
+
+def _call(folder: str, call: Any) -> _InFile:
+    function, arguments = call
+    return _InFile(function(*arguments), folder)
 
 
 def _begin_worker(scratch: str) -> None:
