@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from statistics import median
 
-from golf_impact.benchmarks.speedup import METRICS
+from golf_impact.benchmarks.impact import METRICS
 from golf_impact.sweeps.comparison import compare
 from golf_impact.sweeps.executors import Here, dask_executor, process_pool
 from golf_impact.sweeps.run import Sweep

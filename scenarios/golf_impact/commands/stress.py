@@ -43,11 +43,11 @@ def stress(
 def _conclusion(results: dict[str, Any]) -> list[str]:
     import numpy as np
 
-    from golf_impact.stress.stability import STEPPING
+    from golf_impact.peers.stepping import METHODS
 
     flat = results["checks"]["flat"]["worst"]
     maps = {one["method"]: np.array(one["errors"]) for one in results["stability"]}
-    lost = [(maps[method] > 1.0).mean() for method in STEPPING]
+    lost = [(maps[method] > 1.0).mean() for method in METHODS]
     failed = [name for name, check in results["checks"].items() if not check["passed"]]
     first = (
         f"Over six decades of step size and any damping the FMU's error stays below {flat:.1g}, "
