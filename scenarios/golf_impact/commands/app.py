@@ -68,8 +68,8 @@ def one_line(arguments: list[str]) -> int:
             stream.reconfigure(errors="replace")
     try:
         _refuse_empty(arguments)
-        stopping.open_scratch()
-        code = _code_of(arguments)
+        with stopping.scratch_folder():
+            code = _code_of(arguments)
         if sys.stdout is not None:
             # A full disk shows here, if not before.
             sys.stdout.flush()
@@ -82,8 +82,6 @@ def one_line(arguments: list[str]) -> int:
             words = f"{error.strerror}: {error.filename}" if error.filename else error.strerror
         warn(f"Error: {' '.join(words.split())}", style="red")
         return 2
-    finally:
-        stopping.close_scratch()
 
 
 def _code_of(arguments: list[str]) -> int:
