@@ -636,6 +636,7 @@ def by_our_host(files, fmu_path):
 STEPS = [*some(1, [1e-3, 5e-4, 1e-4]), pytest.param(1e-5, marks=pytest.mark.nightly)]
 
 
+@pytest.mark.importers
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize("tool", TOOLS)
 def test_the_same_numbers_in_every_tool(tool, ssp, by_our_host, fmu, companion, step):
