@@ -116,8 +116,10 @@ def _outcome(case: Case, dt: float, step: Callable[[_State, float], _State]) -> 
         elif not risen:
             # The largest force lies in this step or the one before.
             risen, start = True, state if rise_of(0.0, state) > 0.0 else before
-            peak = brentq(rise_of, 0.0, dt, (start,))
-            max_force = max(max_force, force_of(peak, start))
+            # No maximum is found where the step is far too long for the method.
+            if rise_of(dt, start) < 0.0 < rise_of(0.0, start):
+                peak = brentq(rise_of, 0.0, dt, (start,))
+                max_force = max(max_force, force_of(peak, start))
         if force < 0.0:
             # Not from 0 on, where the force of a contact that has just begun is 0.
             h = brentq(force_of, 1e-9 * dt, dt, (state,), xtol=1e-15 * dt)
