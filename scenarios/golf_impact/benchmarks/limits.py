@@ -38,26 +38,17 @@ _IMPACT = (
     ("impact_speedup_over_scipy", "… than DOP853 with events, 1e-12", 85, 65),
 )
 
+_SET = "a run whose inputs are set in initialization mode / after it"
+_EXTENDED = "an impact in extended precision / a usual run of law 1 (0.6 ms / 16.6 µs)"
+_READ = "a step in it that is read / that usual run (40 µs / 16.6 µs)"
 CALLS = (
     Limit("do_step_over_empty", "doStep / the empty FMU's", 1.15),
     Limit("step_and_read5_over_empty", "doStep + getReal of 5 in contact / the empty FMU's", 1.0),
     Limit("instantiate_over_empty", "instantiate / an empty FMU with as many variables", 1.3),
-    Limit(
-        "run_set_in_initialization_over_after",
-        "a run whose inputs are set in initialization mode / after it",
-        1.25,
-    ),
+    Limit("run_set_in_initialization_over_after", _SET, 1.25),
     Limit("run_law1_over_law2", "such runs, law 1 / law 2", 1.3),
-    Limit(
-        "unusual_impact_over_usual",
-        "an impact in extended precision / a usual run of law 1 (0.6 ms / 16.6 µs)",
-        UNUSUAL_IMPACT,
-    ),
-    Limit(
-        "unusual_read_over_usual_run",
-        "a step in it that is read / that usual run (40 µs / 16.6 µs)",
-        UNUSUAL_READ,
-    ),
+    Limit("unusual_impact_over_usual", _EXTENDED, UNUSUAL_IMPACT),
+    Limit("unusual_read_over_usual_run", _READ, UNUSUAL_READ),
 )
 
 SWEEPS = (

@@ -2,12 +2,14 @@
 
    ORDER 1: explicit Euler as in the source document, nothing interpolated. ORDER 4: the classical
    Runge-Kutta method; the last step and the one to the largest force are as long as they must be.
-   Equations as in problem.py, variables as in compiled.py. */
+   Equations as in problem.py, variables as in compiled.xml. */
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "fmi2Functions.h"
+
+#define GUID "{golf-impact-compiled-peer}"
 
 enum { K, B, M_CLUB, M_BALL, CLUB_SPEED, BALL_SPEED, DT, X_CLUB, X_BALL, V_CLUB, V_BALL, TIME, MAX_FORCE, S, COR, E, REALS };
 

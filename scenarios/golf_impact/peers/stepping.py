@@ -121,8 +121,9 @@ def _outcome(case: Case, dt: float, step: Callable[[_State, float], _State]) -> 
                 peak = brentq(rise_of, 0.0, dt, (start,))
                 max_force = max(max_force, force_of(peak, start))
         if force < 0.0:
-            # Not from 0 on, where the force of a contact that has just begun is 0.
-            h = brentq(force_of, 1e-9 * dt, dt, (state,), xtol=1e-15 * dt)
+            # The force of a contact that has just begun may be 0, which isn't the end.
+            low = 0.0 if force_of(0.0, state) > 0.0 else 1e-9 * dt
+            h = brentq(force_of, low, dt, (state,), xtol=1e-15 * dt)
             _, v_club, v_ball = step(state, h)
             return Outcome(v_club, v_ball, n * dt + h, max_force)
         before, state = state, after

@@ -182,16 +182,10 @@ def dask_executor(scheduler: str, workers: int | None = None) -> Iterator[Execut
             ) from error
         executor = client.get_executor(retries=2)
         stack.callback(executor.shutdown, wait=False)
-        at = f"the cluster at {scheduler}"
         try:
             yield executor
-        except distributed.KilledWorker as error:
-            why = f"gave up: a chunk lost its worker several times ({in_a_line(error)})"
-            raise UserError(f"{at} {why}") from error
-        except (CancelledError, OSError) as error:
-            raise UserError(f"{at} is lost ({in_a_line(error)})") from error
-        except ImportError as error:
+        except (distributed.KilledWorker, CancelledError, OSError, ImportError) as error:
             raise UserError(
-                f"a worker of {scheduler} lacks {error.name}: install this package with its extra "
-                "cluster there, in the same version"
+                f"the cluster at {scheduler} gave up or is lost ({in_a_line(error)}); its workers "
+                "need this package with its extra cluster, in the same version"
             ) from error
