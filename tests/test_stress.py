@@ -8,7 +8,7 @@ import mpmath
 import pytest
 from conftest import reference_cases, some
 
-from golf_impact.commands.stress import _beside_bar, _show, stress
+from golf_impact.commands.stress import _beside_tolerance, _show, stress
 from golf_impact.errors import UserError
 from golf_impact.peers import problem
 from golf_impact.peers.problem import Case, Outcome
@@ -64,12 +64,17 @@ def test_the_worst_case_is_shown_and_the_others_are_in_the_file(results, capsys)
     _show(results)
     said = " ".join(capsys.readouterr().out.split())
     assert said.count("The worst case") == 1
-    ratios = {n: c["worst"] / c["bar"] for n, c in results["checks"].items() if c["bar"]}
+    ratios = {
+        n: c["worst"] / c["tolerance"] for n, c in results["checks"].items() if c["tolerance"]
+    }
     worst = max(ratios, key=ratios.get)
     assert f"what is allowed: {worst}, {results['checks'][worst]['worst']:.2g}, at " in said
     assert "in stress.json" in said
-    checks = {"momentum": {"worst": math.nan, "bar": 1.0}, "other": {"worst": 9.0, "bar": 1.0}}
-    assert max(checks, key=lambda name: _beside_bar(checks[name])) == "momentum"
+    checks = {
+        "momentum": {"worst": math.nan, "tolerance": 1.0},
+        "other": {"worst": 9.0, "tolerance": 1.0},
+    }
+    assert max(checks, key=lambda name: _beside_tolerance(checks[name])) == "momentum"
 
 
 def test_worst_cases_have_their_inputs(results):

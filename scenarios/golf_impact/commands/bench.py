@@ -38,8 +38,8 @@ def bench(
     from golf_impact.benchmarks.limits import LIMITS, missed
     from golf_impact.benchmarks.work_precision import run_time_vs_error
 
-    with progress() as bar:
-        about = costs_and_errors(quick, bar("benchmark", TICKS[quick]))
+    with progress() as begin:
+        about = costs_and_errors(quick, begin("benchmark", TICKS[quick]))
     figures, series = about["figures"], about.pop("series")
     targets = {
         one.key: {

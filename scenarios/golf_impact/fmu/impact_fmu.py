@@ -20,17 +20,16 @@ HORIZON = 1.0
 
 #: What a metrics-only scene reads once, at the end of its one step.
 METRICS = (
-    *("club_velocity", "ball_velocity", "touch_time"),
-    *("smash_factor", "coefficient_of_restitution", "energy_efficiency"),
-    *("contact_time", "max_force", "time_of_max_force", "max_compression", "contact_displacement"),
-    *("impulse", "momentum", "kinetic_energy"),
-)
+    "club_velocity", "ball_velocity", "touch_time", "smash_factor", "coefficient_of_restitution",
+    "energy_efficiency", "contact_time", "max_force", "time_of_max_force", "max_compression",
+    "contact_displacement", "impulse", "momentum", "kinetic_energy",
+)  # fmt: skip
 
 #: What a scene may set.
 INPUTS = (
-    *("k", "b", "club_speed", "m_club", "m_ball", "ball_diameter", "ball_speed", "gap"),
-    *("law", "exponent", "reference_compression"),
-)
+    "k", "b", "club_speed", "m_club", "m_ball", "ball_diameter", "ball_speed", "gap", "law",
+    "exponent", "reference_compression",
+)  # fmt: skip
 
 FLAGS = ("touched", "in_contact", "separated")
 

@@ -12,14 +12,18 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from functools import partial
 from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.util import Finalize
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 from golf_impact.errors import UserError, lacking
 from golf_impact.fmu.loaded import in_a_line
 from golf_impact.stopping import SIGNALS
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 #: How long a cluster may take to respond, and to have a worker.
 _PATIENCE = "20s"
@@ -28,10 +32,10 @@ _PATIENCE = "20s"
 class Here(Executor):
     """Runs each call at once, in this thread."""
 
-    def submit(self, function: Callable, /, *arguments: Any) -> Future:  # type: ignore[override]
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """See `concurrent.futures.Executor`; errors are raised here."""
-        future: Future = Future()
-        future.set_result(function(*arguments))
+        future: Future[T] = Future()
+        future.set_result(fn(*args, **kwargs))
         return future
 
 
@@ -79,9 +83,10 @@ class _Pool(ProcessPoolExecutor):
         super().__init__(workers, get_context("spawn"), _begin_worker, (folder,))
         self.folder = folder
 
-    def submit(self, function: Callable, /, *arguments: Any) -> Future:  # type: ignore[override]
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """See `concurrent.futures.Executor`."""
-        return super().submit(_call, self.folder, _InFile((function, arguments), self.folder))
+        call: Any = _InFile(partial(fn, *args, **kwargs), self.folder)
+        return super().submit(_call, self.folder, call)
 
 
 class _InFile:
@@ -103,9 +108,8 @@ def _taken(name: str) -> Any:
     return pickle.loads(data)
 
 
-def _call(folder: str, call: Any) -> _InFile:
-    function, arguments = call
-    return _InFile(function(*arguments), folder)
+def _call(folder: str, call: Callable[[], Any]) -> Any:
+    return _InFile(call(), folder)
 
 
 def _begin_worker(scratch: str) -> None:
