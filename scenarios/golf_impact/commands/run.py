@@ -169,5 +169,6 @@ def _show(name: str, outcome: "Outcome") -> None:
 
 def _verdict(checks: "list[Check]") -> tuple[str, str]:
     """In words, and their colour."""
-    passed = sum(check.passed for check in checks)
-    return f"{passed} of {len(checks)} checks passed", "green" if passed == len(checks) else "red"
+    from golf_impact.report.outcome import summarize_checks
+
+    return summarize_checks(checks), "green" if all(check.passed for check in checks) else "red"

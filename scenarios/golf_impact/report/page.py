@@ -10,7 +10,7 @@ from pathlib import Path
 from golf_build import VERSION
 from golf_build.packaging import rendered
 from golf_impact.files import as_json, write_together
-from golf_impact.report.outcome import Outcome
+from golf_impact.report.outcome import KINDS, Outcome, summarize_checks
 
 
 def write_outcomes(
@@ -51,7 +51,7 @@ def page(
     outcomes: Mapping[str, Outcome], images: Mapping[str, Mapping[str, bytes]], guid: str
 ) -> bytes:
     """The page report.html, one file that asks for nothing else; images are PNG by file name."""
-    checks = [check.passed for outcome in outcomes.values() for check in outcome.checks]
+    checks = [check for outcome in outcomes.values() for check in outcome.checks]
     shown = {
         name: [_figure(outcomes[name], *one) for one in of_one.items()]
         for name, of_one in images.items()
@@ -59,7 +59,7 @@ def page(
     return rendered(
         Path(__file__).with_name("report.html.jinja"),
         **{"outcomes": outcomes, "figures": shown, "guid": guid, "version": VERSION},
-        **{"passed": sum(checks), "total": len(checks)},
+        **{"summarize": summarize_checks, "checks": checks, "kinds": KINDS},
     )
 
 
