@@ -80,6 +80,8 @@ class Outcome:
     captions: dict[str, str] = field(default_factory=dict)
     #: The conclusion in a sentence, for the summary of all scenarios; empty if there is none.
     verdict: str = ""
+    #: Of the names of its results.json and report.html, if it has files of its own.
+    prefix: str = ""
     words: list[str] = field(default_factory=list)
 
     def check(self, claim: str, passed: bool, detail: str = "", kind: Kind = "statements") -> None:
