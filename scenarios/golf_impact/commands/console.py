@@ -45,11 +45,11 @@ def print_entries(title: str, entries: Mapping[str, Iterable[str]]) -> None:
     """Print entries with a name and some lines each, wrapped at words beside the name."""
     from rich.table import Table as RichTable
 
-    grid = RichTable.grid(padding=(0, 2, 1, 0))
+    grid = RichTable.grid(padding=(0, 2, 0, 0))
     grid.add_column(no_wrap=True, style="bold")
     grid.add_column()
     for name, lines in entries.items():
-        grid.add_row(name, "\n".join(lines))
+        grid.add_row(name, "\n".join((*lines, "")))
     out.print(title, style="bold")
     out.print()
     out.print(grid, highlight=False)

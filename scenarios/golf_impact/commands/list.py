@@ -19,8 +19,8 @@ def list_(
     if balls:
         entries = {}
         for ball in BALLS.values():
-            values = ", ".join(f"{name} = {value:.6g}" for name, value in ball.values.items())
-            entries[ball.name] = [ball.title, f"{values} (SI units)", f"source: {ball.source}"]
+            values = " ".join(f"{name}={value:.6g}" for name, value in ball.values.items())
+            entries[ball.name] = [ball.title, f"{values} (SI units)", f"Source: {ball.source}"]
         print_entries("Balls", entries)
     else:
         rows = [[name, title_beside(name, script.TITLE)] for name, script in scenarios().items()]

@@ -42,24 +42,20 @@ _TITLE = 47
 def run(
     names: Annotated[
         list[str] | None,
-        Argument(
-            metavar="[NAME]...", help="Scenarios or scripts of your own; default: all scenarios."
-        ),
+        Argument(metavar="NAME", help="Scenarios or scripts of your own; default: all scenarios."),
     ] = None,
     set_: Annotated[
         list[str] | None,
         Option("--set", metavar="NAME=VALUE", help="Run a case of your own; repeatable."),
     ] = None,
     balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
-    folder: Annotated[
-        Path, Option("--out", help="Folder for results, figures and report.")
-    ] = RESULTS,
+    folder: Annotated[Path, Option("--out", help="Output folder.")] = RESULTS,
     figures: Annotated[bool, Option(help="Plot figures.")] = True,
     fmu: Annotated[Path | None, Option("--fmu", help="Use this .fmu file; don't build.")] = None,
 ) -> int:
-    """Run scenarios through the FMU, check them and write the results.
+    """Run and check scenarios; write results and a report.
 
-    All scenarios: a line each. With NAME, --set or --ball: the tables of these.
+    All scenarios are summarized in a line each. With NAME, --set or --ball the tables are printed.
     """
     from golf_impact.commands.scripts import scenario, scenarios
     from golf_impact.facts.balls import ball as named_ball
@@ -81,38 +77,41 @@ def run(
         script, name = scenario(given), Path(given).stem
         if scripts.setdefault(name, script) is not script:
             raise UserError(f"two scenarios are named {name}: run one at a time")
-    prepare(folder, "results.json", "report.html")
+    prepare(folder, *(("results.json", "report.html") if scripts else ()))
     outcomes: dict[str, Outcome] = {}
-    own_outcome: Outcome | None = None
-    reports = []
     with ImpactFmu(fmu_file(fmu)) as instance, progress() as begin:
+        guid = instance.description.guid
         advance = begin("running", len(scripts) + own)
         for name, script in scripts.items():
             advance(len(outcomes), f"running {name}")
             outcomes[name] = _outcome(script, instance)
-            advance()
+        # The files of a set of outcomes have a prefix of their own.
+        sets = {"": outcomes} if outcomes else {}
         if own:
-            own_outcome = own_cases(instance, values, own_balls)
-            advance()
-        sets = [(outcomes, "")] if outcomes else []
-        if own_outcome is not None:
-            sets.append(({"custom": own_outcome}, own_outcome.prefix))
-        number = sum(len(one.figures) for of_set, _ in sets for one in of_set.values())
-        advance = begin("plotting" if figures else "writing", number if figures else 0)
-        for of_set, prefix in sets:
-            guid = instance.description.guid
-            reports.append(write_outcomes(folder, of_set, guid, figures, prefix, advance))
-    everything = {name: one for of_set, _ in sets for name, one in of_set.items()}
+            case = own_cases(instance, values, own_balls)
+            sets[case.prefix] = {"custom": case}
+    outcomes = {name: outcome for of_set in sets.values() for name, outcome in of_set.items()}
     if names or own:
-        for name, outcome in everything.items():
+        for name, outcome in outcomes.items():
             _show(name, outcome)
     else:
-        _summarize(everything)
-    return _conclude(everything, reports)
+        _summarize(outcomes)
+    replaced = any((folder / f"{prefix}report.html").exists() for prefix in sets)
+    with progress() as begin:
+        number = sum(len(outcome.figures) for outcome in outcomes.values())
+        advance = begin("plotting" if figures else "writing", number if figures else 1)
+        reports = [
+            write_outcomes(folder, of_set, guid, figures, prefix, advance)
+            for prefix, of_set in sets.items()
+        ]
+    code = _conclude(outcomes)
+    words = f"Results in {folder}{os.sep}; report: {', '.join(report.name for report in reports)}"
+    say(f"{words} (replaces an earlier one)" if replaced else words)
+    return code
 
 
 def fmu_file(given: Path | None) -> Path:
-    """The FMU that a user names, or that of the present sources, built if need be.
+    """The FMU that a user names, or that of the current sources, built if necessary.
 
     Raises:
         UserError: the given one can't be used.
@@ -128,25 +127,28 @@ def fmu_file(given: Path | None) -> Path:
 
 
 def _outcome(script: "ModuleType", fmu: "ImpactFmu") -> "Outcome":
-    from golf_impact.commands.scripts import wrong
+    from golf_impact.commands.scripts import position, wrong
     from golf_impact.report.outcome import Outcome
 
+    path = Path(str(script.__file__))
     try:
         outcome = script.run(fmu)
-    except (UserError, OSError):
+    except OSError:
         raise
+    except UserError as error:
+        raise UserError(f"{position(path, error)}: {error}") from error
     except Exception as error:
-        raise UserError(wrong(Path(str(script.__file__)), error)) from error
+        raise UserError(wrong(path, error)) from error
     if not isinstance(outcome, Outcome):
-        raise UserError(f"{script.__file__}: run(fmu) gives {outcome!r}; it must give its Report")
+        raise UserError(f"{path}: run(fmu) returns {outcome!r}; it must return its Report")
     return outcome
 
 
 def values_of(pairs: list[str]) -> dict[str, float]:
-    """Numbers by name of options --set NAME=VALUE.
+    """Parse options --set NAME=VALUE: numbers by name.
 
     Raises:
-        UserError: one is no number, has another form, or a name is given twice.
+        UserError: a value isn't a number, an option has another form, or a name is given twice.
     """
     values = {}
     for name, text in pairs_of(pairs, "VALUE", "k=8e5", "write it once").items():
@@ -160,10 +162,16 @@ def values_of(pairs: list[str]) -> dict[str, float]:
 
 
 def pairs_of(pairs: list[str], what: str, example: str, once: str) -> dict[str, str]:
-    """Texts by name of options --set NAME=TEXT.
+    """Parse options --set NAME=TEXT: texts by name.
+
+    Args:
+        pairs: the options' arguments.
+        what: the form of a text, for error messages.
+        example: a valid argument, for error messages.
+        once: what to do instead of giving a name twice, for error messages.
 
     Raises:
-        UserError: one has another form, or a name is given twice.
+        UserError: an option has another form, or a name is given twice.
     """
     texts: dict[str, str] = {}
     for pair in pairs:
@@ -210,8 +218,8 @@ def _summarize(outcomes: "dict[str, Outcome]") -> None:
     out.print()
 
 
-def _conclude(outcomes: "dict[str, Outcome]", reports: list[Path]) -> int:
-    """Print failed checks, totals and where the reports are.
+def _conclude(outcomes: "dict[str, Outcome]") -> int:
+    """Print failed checks and totals.
 
     Returns:
         The exit code: 1 if a check failed.
@@ -227,8 +235,6 @@ def _conclude(outcomes: "dict[str, Outcome]", reports: list[Path]) -> int:
     deviations = sum(len(outcome.deviations) for outcome in outcomes.values())
     if deviations:
         say(f"Printed numbers of the document not reproduced: {deviations} (see the report).")
-    folder = reports[0].parent
-    say(f"Results in {folder}{os.sep}; report: {', '.join(report.name for report in reports)}")
     return 1 if failed else 0
 
 

@@ -195,8 +195,18 @@ class LoadedFmu:
             raise UserError(self.messages[-1] if self.messages else in_a_line(error)) from error
 
     def read(self, names: Sequence[str]) -> Named[float]:
-        """Values of Real variables at this communication point, by name (SI units)."""
-        return Named(zip(names, self.slave.getReal(self.references(names)), strict=True))
+        """Values of Real variables at this communication point, by name (SI units).
+
+        Raises:
+            UserError: the FMU has no variable of a name, or it isn't Real.
+        """
+        references = self.references(names)
+        for name in names:
+            if self.variables[name].type != "Real":
+                raise UserError(
+                    f"{name} is {self.variables[name].type}: only Real outputs are read"
+                )
+        return Named(zip(names, self.slave.getReal(references), strict=True))
 
     def flag(self, name: str) -> bool:
         """Value of a Boolean variable at this communication point."""
