@@ -202,8 +202,8 @@ READINGS = (
         "b dx_C/dt and b dx_B/dt",
         "b times each body's own velocity is a drag against the ground, which takes 4.3 % of the "
         "momentum. The text says otherwise: “a spring and damper connecting the two masses”.",
-        "Law 1 takes the equations literally; the printed numbers (P2 = 7.03 of 7.35 N·s) follow "
-        "from them.",
+        "Law 1 has this drag as printed; the printed numbers (P2 = 7.03 of 7.35 N·s) follow from "
+        "it.",
         "golf_physics/laws/absolute.py",
         "def drag",
     ),

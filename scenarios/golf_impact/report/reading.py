@@ -15,7 +15,7 @@ def tables() -> list[Table]:
     return [
         Table(
             "What the document says and how it is read",
-            ["the document says", "what is wrong with it", "how it is read here", "implemented in"],
+            ["the document says", "why not literally", "how it is read here", "implemented in"],
             [[*one[:3], locate(one.file, one.line)] for one in document.READINGS],
         ),
         Table(
@@ -24,8 +24,8 @@ def tables() -> list[Table]:
             [
                 [
                     f"{name} ({'m' if name == 'ball_diameter' else 'kg'})",
-                    f"{printed:g}",
-                    f"{used:g}",
+                    f"{printed:.3f}",
+                    f"{used:.5f}".removesuffix("00"),
                 ]
                 for (name, printed), used in zip(
                     document.TABLE_1.items(), document.USED.values(), strict=True
