@@ -3,7 +3,7 @@
 An impact is a value. Each phase evaluates the state at any time since its start in closed form and
 has a known duration. `at` returns the impact from the phase that holds an instant on, `with_inputs`
 the impact that other inputs lead to; neither changes anything. Instants are pairs (high, low) whose
-sum is the time since the start: an instant a nanosecond into a contact that began after a long
+sum is the time since the start, s: an instant a nanosecond into a contact that began after a long
 approach is exact.
 """
 
@@ -15,7 +15,7 @@ from .laws.contact import EARLY, EndState, InitialState, State
 from .parameters import Inputs, Parameters
 
 #: Of a host's clock, relative.
-_RESOLUTION = 2.0**-52
+RESOLUTION = 2.0**-52
 
 #: Makes a named tuple in a third of the time of its constructor.
 _new = tuple.__new__
@@ -32,13 +32,7 @@ def added(high: float, low: float, elapsed: float) -> tuple[float, float]:
 
 
 class Touch(NamedTuple):
-    """First touch.
-
-    Attributes:
-        high, low: the instant, s.
-        x_ball: position of the ball's near side, m.
-        club_speed: m/s.
-    """
+    """First touch: the instant (s), position of the ball's near side (m), club speed (m/s)."""
 
     high: float
     low: float
@@ -46,54 +40,39 @@ class Touch(NamedTuple):
     club_speed: float
 
 
-class Totals(NamedTuple):
-    """Results of the contact phases that are over.
-
-    Attributes:
-        contact_time: s.
-        force, time_of_max_force: largest contact force, N, and its time since touch, s.
-        compression: the largest, m.
-        impulse: of the contact force, N.s.
+class Results(NamedTuple):
+    """Results of the contact so far: contact time (s), largest force (N) and its time since touch
+    (s), largest compression (m), impulse of the force (N.s).
     """
 
     contact_time: float = 0.0
-    force: float = 0.0
+    max_force: float = 0.0
     time_of_max_force: float = 0.0
-    compression: float = 0.0
+    max_compression: float = 0.0
     impulse: float = 0.0
 
 
-_NO_CONTACT = Totals()
+_NONE_YET = Results()
 
 
 class Impact:
-    """An impact from the start of one of its phases on.
-
-    Attributes:
-        parameters: the fixed values.
-        inputs: k, b and club_speed that act.
-        high, low: the instant at which the phase begins, s.
-        duration: of the phase, s; inf if it doesn't end.
-        touch: first touch, or None before it.
-    """
+    """An impact from the start of one of its phases on."""
 
     __slots__ = ("_following", "duration", "high", "inputs", "low", "parameters", "touch")
 
     touched = in_contact = False
-    _following: "Impact | None"
     parameters: Parameters
-    inputs: Inputs
-    high: float
+    inputs: Inputs  #: k, b and club_speed that act
+    high: float  #: the instant at which the phase begins
     low: float
-    duration: float
+    duration: float  #: of the phase, s; inf if it doesn't end
     touch: Touch | None
+    _following: "Impact | None"
 
     @staticmethod
     def start(parameters: Parameters, inputs: Inputs) -> "Impact":
         """The impact at time 0: the ball lies at 0, the club face at -gap."""
         return Approach(parameters, inputs, 0.0, 0.0, 0.0, parameters.gap, 0.0)
-
-    # Phases
 
     def at(self, high: float, low: float) -> "Impact":
         """The impact whose phase holds this instant; no earlier than this one's."""
@@ -106,7 +85,7 @@ class Impact:
         """Time since the start of the phase, s."""
         t = (high - self.high) + (low - self.low)
         # To a host, an instant is the event's if they differ by no more than the clock's last bit.
-        return t if t > _RESOLUTION * self.high else 0.0
+        return t if t > RESOLUTION * self.high else 0.0
 
     def _end(self) -> tuple[float, float]:
         """The instant at which the phase ends."""
@@ -136,8 +115,6 @@ class Impact:
         """Whether these inputs lead to a touch that the law rejects; if in this step, why."""
         return False, None
 
-    # The state
-
     def state(self, high: float, low: float) -> State:
         """Contact force, positions, velocities and compression at an instant of the phase."""
         raise NotImplementedError
@@ -145,32 +122,12 @@ class Impact:
     # Results so far, at an instant of the phase
 
     def contact_until(self, high: float, low: float) -> "tuple[Contact, float] | None":
-        """The last contact phase, and until when it has lasted, s since its start."""
+        """The last contact phase, and how long it has lasted, s."""
         return None
-
-    def contact_time(self, high: float, low: float) -> float:
-        """Time in contact, s."""
-        last = self.contact_until(high, low)
-        return last[0].before.contact_time + last[1] if last else 0.0
 
     def contact_displacement(self, state: State) -> float:
         """The distance that the ball has moved in contact, m."""
         return 0.0
-
-    def peak_force(self, high: float, low: float) -> tuple[float, float]:
-        """Largest contact force, N, and its time since first touch, s."""
-        last = self.contact_until(high, low)
-        return last[0].peak_force_until(last[1]) if last else (0.0, 0.0)
-
-    def peak_compression(self, high: float, low: float) -> float:
-        """Largest compression, m."""
-        last = self.contact_until(high, low)
-        return last[0].peak_compression_until(last[1]) if last else 0.0
-
-    def impulse(self, high: float, low: float, state: State) -> float:
-        """Impulse of the contact force, N.s."""
-        last = self.contact_until(high, low)
-        return last[0].impulse_until(last[1]) if last else 0.0
 
     def impulse_of_step(self, high: float, low: float, step: float) -> float:
         """Impulse of the contact force over the last `step` seconds, N.s.
@@ -188,15 +145,11 @@ class Impact:
         back = high - before
         lost = (high - (before + back)) + (back - step)
         begin = (before - self.high) + ((low - self.low) + lost)
-        over = contact is not self
-        begin = max(0.0, begin + end if over else begin)
-        if begin >= end:
-            return 0.0
-        # The step itself is known better than the difference of two times.
-        width = step if begin > 0.0 and not over else end - begin
-        return contact.phase.impulse(begin, width)
-
-    # Serialization
+        if contact is self and begin > 0.0:
+            # The step itself is known better than the difference of two times.
+            return contact.phase.impulse(begin, step) if begin < end else 0.0
+        begin = max(0.0, begin if contact is self else begin + end)
+        return contact.phase.impulse(begin, end - begin) if begin < end else 0.0
 
     def packed(self) -> list:
         """The impact as numbers and lists of numbers, for `unpacked` in another process."""
@@ -204,23 +157,19 @@ class Impact:
 
 
 class _Free(Impact):
-    """Both bodies move freely.
-
-    Attributes:
-        motion: at the start of the phase, the position of the ball (m), the velocities of club and
-            ball (m/s), how far the club face is past the ball's near side (m; below 0 before
-            touch), and the rate of change of that (m/s).
-        low_part: of the fourth, below the resolution of a double, m.
-    """
+    """Both bodies move freely."""
 
     __slots__ = ("motion",)
 
+    #: At the start of the phase: position of the ball (m), velocities of club and ball (m/s), how
+    #: far the club face is past the ball's near side (m; below 0 before touch), its rate of change.
     motion: EndState
+    #: Of the fourth, below the resolution of a double, m.
     low_part = 0.0
 
     def state(self, high: float, low: float) -> State:
         t = (high - self.high) + (low - self.low)
-        if t <= _RESOLUTION * self.high:
+        if t <= RESOLUTION * self.high:
             t = 0.0
         x_ball, v_club, v_ball, compression, closing = self.motion
         x_ball += v_ball * t
@@ -259,7 +208,7 @@ class Approach(_Free):
         high, low = self._end()
         touch = _new(Touch, (high, low, x_ball, v_club))
         start = _new(InitialState, (x_ball, 0.0, v_club, v_ball, closing))
-        following = Contact(p, self.inputs, high, low, touch, k, b, start, _NO_CONTACT)
+        following = Contact(p, self.inputs, high, low, touch, k, b, start, _NONE_YET)
         self._following = following
         return following
 
@@ -268,7 +217,7 @@ class Approach(_Free):
         if (high - self.high) + (low - self.low) <= self.duration:
             return False
         end_high, end_low = self._end()
-        return (high - end_high) + (low - end_low) > _RESOLUTION * end_high
+        return (high - end_high) + (low - end_low) > RESOLUTION * end_high
 
     def with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
         t = (high - self.high) + (low - self.low)
@@ -279,8 +228,7 @@ class Approach(_Free):
         if inputs[2] == v_club:
             return Approach(p, inputs, self.high, self.low, x_ball, -compression, -self.low_part)
         if t >= self.duration:
-            high, low = self._end()
-            return Approach(p, inputs, high, low, x_ball + v_ball * self.duration, 0.0, 0.0)
+            return Approach(p, inputs, *self._end(), x_ball + v_ball * self.duration, 0.0, 0.0)
         # Two-sum: a speed that changes at 10⁶ points still closes the right gap.
         step = -closing * t
         gap = step - compression
@@ -308,10 +256,10 @@ class Approach(_Free):
 class Contact(Impact):
     """The bodies in contact, from touch or from a change of k or b on.
 
-    Attributes:
+    Args:
+        parameters, inputs, high, low, touch: see `Impact`.
         k, b: contact stiffness (N/m) and damping (N.s/m) that act.
         initial: the state at the start of the phase.
-        phase: the motion from there.
         before: the results of the contact phases before.
     """
 
@@ -322,7 +270,7 @@ class Contact(Impact):
 
     def __init__(
         self, parameters: Parameters, inputs: Inputs, high: float, low: float, touch: Touch,
-        k: float, b: float, initial: InitialState, before: Totals,
+        k: float, b: float, initial: InitialState, before: Results,
     ) -> None:  # fmt: skip
         self.parameters, self.inputs, self.high, self.low = parameters, inputs, high, low
         self.touch, self.k, self.b, self.initial, self.before = touch, k, b, initial, before
@@ -342,17 +290,17 @@ class Contact(Impact):
         if p.restitution_at_rest:
             b = law.damping(p, k, touch.club_speed - p.ball_speed)
         if (k, b) == (self.k, self.b):
-            return self._copy(inputs)
+            return self._relabelled(inputs)
         _, x_club, x_ball, v_club, v_ball, d = self.state(high, low)
         t = self.elapsed(high, low)
         closing = self.phase.closing(t) if t else self.initial.closing
         if law.force(p, k, b, d, closing) > 0.0 or (not d and closing > 0.0):
             start = InitialState(x_club, d, v_club, v_ball, closing)
-            return Contact(p, inputs, high, low, touch, k, b, start, self._totals(t))
+            return Contact(p, inputs, high, low, touch, k, b, start, self.results(t))
         return Flight(self, inputs, high, low, t, (x_ball, v_club, v_ball, d, closing))
 
-    def _copy(self, inputs: Inputs) -> Impact:
-        """The same contact with inputs that don't matter to it."""
+    def _relabelled(self, inputs: Inputs) -> Impact:
+        """The same contact under inputs that make no difference to it."""
         other = Contact.__new__(Contact)
         for name in ("parameters", "high", "low", "touch", "duration", *Contact.__slots__):
             setattr(other, name, getattr(self, name))
@@ -394,41 +342,39 @@ class Contact(Impact):
     def contact_displacement(self, state: State) -> float:
         return state[2] - self.touch.x_ball
 
-    # Results of the contact until t, s since the start of the phase
+    # Results until t, s since the start of the phase
 
-    def peak_force_until(self, t: float) -> tuple[float, float]:
-        """Largest contact force, N, and its time since first touch, s."""
-        before = self.before
-        force, when = self.phase.peak_force(t)
+    def contact_time(self, t: float) -> float:
+        return self.before.contact_time + t
+
+    def peak_force(self, t: float) -> tuple[float, float]:
+        """The largest contact force, N, and its time since first touch, s."""
+        time, most, when, _, _ = self.before
+        force, later = self.phase.peak_force(t)
         # Where k or b changes just before the peak, both phases have it to the last digits: if the
         # force goes on rising, the later one counts.
-        rising = when > 0.0 and before.time_of_max_force == before.contact_time
-        if force > before.force or (rising and force >= before.force * (1.0 - 1e-15)):
-            return max(force, before.force), before.contact_time + when
-        return before.force, before.time_of_max_force
+        rising = later > 0.0 and when == time
+        if force > most or (rising and force >= most * (1.0 - 1e-15)):
+            return max(force, most), time + later
+        return most, when
 
-    def peak_compression_until(self, t: float) -> float:
-        """Largest compression, m."""
-        return max(self.before.compression, self.phase.peak_compression(t))
+    def peak_compression(self, t: float) -> float:
+        return max(self.before.max_compression, self.phase.peak_compression(t))
 
-    def impulse_until(self, t: float) -> float:
-        """Impulse of the contact force, N.s."""
+    def impulse(self, t: float, state: State | None = None) -> float:
         return self.before.impulse + self.phase.impulse(0.0, t)
 
-    def _totals(self, t: float) -> Totals:
-        peaks = *self.peak_force_until(t), self.peak_compression_until(t)
-        return Totals(self.before.contact_time + t, *peaks, self.impulse_until(t))
+    def results(self, t: float) -> Results:
+        """All of them."""
+        peaks = *self.peak_force(t), self.peak_compression(t)
+        return Results(self.contact_time(t), *peaks, self.impulse(t))
 
     def packed(self) -> list:
         return [*super().packed(), self.touch, self.k, self.b, self.initial, self.before]
 
 
 class Flight(_Free):
-    """The bodies after the contact.
-
-    Attributes:
-        contact: the last contact phase, and lasted: how long it was, s.
-    """
+    """The bodies after a contact that lasted so long, s; `motion` as in `_Free`."""
 
     __slots__ = ("contact", "lasted")
 
@@ -458,19 +404,15 @@ class Flight(_Free):
 
 
 def unpacked(packed: Sequence) -> Impact:
-    """The impact that `Impact.packed` was called on.
-
-    Raises:
-        AttributeError, LookupError, TypeError, ValueError: there is none.
-    """
+    """The impact that `Impact.packed` was called on; raises ValueError and the like if none was."""
     kind, values, inputs, high, low, *rest = packed
-    inputs = tuple(inputs)
+    begin = tuple(inputs), high, low
     if kind == "Flight":
         contact, lasted, motion = rest
-        return Flight(unpacked(contact), inputs, high, low, lasted, tuple(motion))  # type: ignore[arg-type]
+        return Flight(unpacked(contact), *begin, lasted, tuple(motion))  # type: ignore[arg-type]
     parameters = Parameters(*values)
     if kind == "Approach":
-        return Approach(parameters, inputs, high, low, *rest)
+        return Approach(parameters, *begin, *rest)
     touch, k, b, initial, before = rest
-    phase = Touch(*touch), k, b, InitialState(*initial), Totals(*before)
-    return Contact(parameters, inputs, high, low, *phase)
+    start = InitialState(*initial)
+    return Contact(parameters, *begin, Touch(*touch), k, b, start, Results(*before))

@@ -1,13 +1,14 @@
 """Results on disk: files that belong together are written together, each of them whole.
 
-Two runs into one folder at once may mix their files.
+Of two runs into one folder at once the last one's files stand; on Windows, where folders can't be
+locked, the two may mix their files (each one whole).
 """
 
 import json
 import os
 import tempfile
 from collections.abc import Iterable, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from golf_build.archive import plain, whole
@@ -61,8 +62,9 @@ def write_together(
     with held():
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            # They take their names when the block ends.
+            # They take their names when the block ends; until then other runs wait.
             with ExitStack() as stack:
+                _lock(folder, stack)
                 for path in (folder / name for name in files):
                     stream = stack.enter_context(whole(path))
                     stream.write(files[path.name])
@@ -73,6 +75,16 @@ def write_together(
         except OSError as error:
             raise UserError(f"can't write {path}: {error.strerror or error}") from error
     return [folder / name for name in files]
+
+
+def _lock(folder: Path, stack: ExitStack) -> None:
+    if os.name == "posix":
+        import fcntl
+
+        handle = os.open(folder, os.O_RDONLY)
+        stack.callback(os.close, handle)
+        with suppress(OSError):  # some file systems have no locks
+            fcntl.flock(handle, fcntl.LOCK_EX)
 
 
 def read_text(path: Path) -> str:

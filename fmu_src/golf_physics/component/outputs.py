@@ -73,9 +73,14 @@ def _kinetic_energy(impact: Impact, state: State, at: Any) -> float:
     return 0.5 * (p.m_club * v_club * v_club + p.m_ball * v_ball * v_ball)
 
 
-def _max_compression(impact: Impact, state: State, at: Any) -> float:
-    # After law 2's separation the ball is still compressed, without force.
-    return max(impact.peak_compression(*at.instant()), state[5])
+def _of_contact(result: Callable[..., float]) -> Output:
+    """A result of the last contact phase, from how long that has lasted (s) and the state."""
+
+    def output(impact: Any, state: State, at: Any) -> float:
+        last = impact.contact_until(*at.instant())
+        return result(*last, state) if last else 0.0
+
+    return output
 
 
 #: By name; Model Exchange adds its own.
@@ -94,12 +99,13 @@ OUTPUTS: dict[str, Output] = {
     "smash_factor": _smash_factor,
     "coefficient_of_restitution": _coefficient_of_restitution,
     "energy_efficiency": _energy_efficiency,
-    "contact_time": lambda impact, state, at: impact.contact_time(*at.instant()),
-    "max_force": lambda impact, state, at: max(impact.peak_force(*at.instant())[0], state[0]),
-    "time_of_max_force": lambda impact, state, at: impact.peak_force(*at.instant())[1],
-    "max_compression": _max_compression,
+    "contact_time": _of_contact(lambda contact, t, state: contact.contact_time(t)),
+    "max_force": _of_contact(lambda contact, t, state: max(contact.peak_force(t)[0], state[0])),
+    "time_of_max_force": _of_contact(lambda contact, t, state: contact.peak_force(t)[1]),
+    # After law 2's separation the ball is still compressed, without force.
+    "max_compression": _of_contact(lambda c, t, state: max(c.peak_compression(t), state[5])),
     "contact_displacement": lambda impact, state, at: impact.contact_displacement(state),
-    "impulse": lambda impact, state, at: impact.impulse(*at.instant(), state),
+    "impulse": _of_contact(lambda contact, t, state: contact.impulse(t, state)),
     "momentum": _momentum,
     "kinetic_energy": _kinetic_energy,
 }

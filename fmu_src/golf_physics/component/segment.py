@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from math import ceil, inf
 
-from ..impact import Contact, Impact, added
+from ..impact import RESOLUTION, Contact, Impact, added
 from ..laws.contact import EARLY, State
 
 #: Next to touch and separation (relative) force and compression may be all rounding error.
@@ -76,7 +76,7 @@ class Segment:
             high, low = self.instant(first)
             offset = (high - impact.high) + (low - impact.low)
         # Next to an event the exact instant decides, and the state is clamped.
-        since = scale * max(EARLY / impact.phase.rate, 2.0**-52 * impact.high)
+        since = scale * max(EARLY / impact.phase.rate, RESOLUTION * impact.high)
         until = scale * impact.duration * (1.0 - _CLOSE)
         self.reader = motion, first, scale * offset, scale * self.size, since, until
         return self.reader

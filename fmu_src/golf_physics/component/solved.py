@@ -125,27 +125,22 @@ class SolvedImpact(NamedTuple):
         drag = self.parameters.contact_law.drag(self.b)
         return self._replace(dragged=dragged, drag=drag, x_ball=states[1])
 
-    # Results so far, by the names of those of `Impact`
+    # Results so far, by the names of those of `Impact` and `Contact`
 
-    def contact_time(self, high: float, low: float) -> float:
-        """Time in contact, s."""
-        if self.in_contact and self.touch is not None:
-            return high + low - self.touch.high
-        return self.ended[0]
+    def contact_until(self, high: float, low: float) -> "tuple[SolvedImpact, float]":
+        in_contact = self.in_contact and self.touch is not None
+        return self, (high + low - self.touch.high if in_contact else self.ended[0])  # type: ignore[union-attr]
 
     def contact_displacement(self, state: State) -> float:
-        """The distance that the ball has moved in contact, m."""
         if self.touch is None:
             return 0.0
         return (state[2] if self.in_contact else self.ended[1]) - self.touch.x_ball
 
-    def impulse(self, high: float, low: float, state: State) -> float:
-        """Impulse of the contact force, N.s: the ball's momentum and what drag has taken.
+    def contact_time(self, t: float) -> float:
+        return t
 
-        Law 1 takes b to be constant between events.
-        """
-        if self.touch is None:
-            return 0.0
+    def impulse(self, t: float, state: State) -> float:
+        """N.s: the ball's momentum and what drag has taken, with b constant between events."""
         p = self.parameters
         gained = p.m_ball * (state[4] - p.ball_speed)
         dragging = self.drag * (state[2] - self.x_ball) if self.in_contact else 0.0
@@ -153,10 +148,10 @@ class SolvedImpact(NamedTuple):
 
     # NaN: which of the states have been passed is unknown, and there are no steps.
 
-    def peak_force(self, high: float, low: float) -> tuple[float, float]:
+    def peak_force(self, t: float) -> tuple[float, float]:
         return nan, nan
 
-    def peak_compression(self, high: float, low: float) -> float:
+    def peak_compression(self, t: float) -> float:
         return nan
 
     def impulse_of_step(self, high: float, low: float, step: float) -> float:

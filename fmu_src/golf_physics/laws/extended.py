@@ -21,7 +21,7 @@ closed form; between two of them f has at most one zero (Rolle's theorem). So ev
 bracketed before it is located, and none is missed.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from decimal import Decimal
 from math import atan2, pi, sqrt
 from typing import Any
@@ -119,7 +119,7 @@ class ExtendedContact(LinearContact):
             (a, e - a, (s - (h - r) * f * g) / second) for a, e, s, f in zip(real, x, y, z)
         ]
         self._force = _sum(k, self._d, damper, self._w)
-        self._v_club, self._v_ball = _sum(1, mean, p, self._w), _sum(1, mean, -q, self._w)
+        self._v_ball = _sum(1, mean, -q, self._w)
         self._x_ball = Decimal(start.x_club) - d
         self._end = self._end_of_contact()
         #: s from the start of the phase until contact ends; inf if it never does.
@@ -131,10 +131,7 @@ class ExtendedContact(LinearContact):
         if abs(square) < _APART * c:
             square = -_APART * c
         second = abs(square).sqrt()
-        self._rates = r, h, second
-        self._sign = 1 if square > 0 else -1
-        #: The product of the pair, 1/s².
-        self._product = h * h + square
+        self._rates, self._sign, self._product = (r, h, second), 1 if square > 0 else -1, c
         self._fast = h if square > 0 else h + second
         self._slow = h if square > 0 else c / self._fast
 
@@ -155,7 +152,7 @@ class ExtendedContact(LinearContact):
         e, c, s = self._basis(t)
         return [row[0] * e + row[1] * c + row[2] * s for row in rows]
 
-    def _values(self, rows: Iterable[Row], t: float) -> list[float]:
+    def _values(self, rows: Iterable[Row], t: float | Decimal) -> list[float]:
         with self._in_use():
             return [float(value) for value in self._at(Decimal(t), *rows)]
 
@@ -169,34 +166,26 @@ class ExtendedContact(LinearContact):
 
     def _integral(self, row: Row, begin: float, width: float) -> float:
         with self._in_use():
-            first = Decimal(begin)
-            return float(self._change(row, first, first + Decimal(width)))
+            rate, row = self._antiderivative(row)
+            first, time = Decimal(begin), Decimal(width)
+            return float(rate * time + self._at(first + time, row)[0] - self._at(first, row)[0])
 
-    def _change(self, row: Row, first: Decimal, last: Decimal) -> Decimal:
-        """The integral of a row."""
-        rate, row = self._antiderivative(row)
-        return rate * (last - first) + self._at(last, row)[0] - self._at(first, row)[0]
-
-    def _state(self, t: float) -> State:
+    def _state(self, t: float | Decimal) -> State:
         with self._in_use():
-            return [float(value) for value in self._exact_state(Decimal(t))]
+            t = Decimal(t)
+            rate, position = self._antiderivative(self._v_ball)
+            rows = self._force, self._d, self._w, self._v_ball, position
+            force, d, w, v_ball, moved = self._at(t, *rows)
+            x_ball = self._x_ball + rate * t + (moved - position[0] - position[1])
+            return [float(x) for x in (force, x_ball + d, x_ball, v_ball + w, v_ball, d)]
 
-    def _exact_state(self, t: Decimal) -> list[Decimal]:
-        rate, position = self._antiderivative(self._v_ball)
-        origin = position[0] + position[1]
-        rows = self._force, self._d, self._v_club, self._v_ball, position
-        force, d, v_club, v_ball, moved = self._at(t, *rows)
-        x_ball = self._x_ball + rate * t + (moved - origin)
-        return [force, x_ball + d, x_ball, v_club, v_ball, d]
+    def dense_output(self) -> tuple[Callable[[float], State], float]:
+        return self._state, 1.0
 
     def end(self) -> EndState:
-        with self._in_use():
-            _, _, x_ball, v_club, v_ball, d = self._exact_state(self._end)
-            # Law 1's compression is 0 but for the last of many digits.
-            return (
-                float(x_ball), float(v_club), float(v_ball), max(0.0, float(d)),
-                float(v_club - v_ball),
-            )  # fmt: skip
+        _, _, x_ball, v_club, v_ball, d = self._state(self._end)
+        # Law 1's compression is 0 but for the last of many digits.
+        return x_ball, v_club, v_ball, max(0.0, d), self._values((self._w,), self._end)[0]
 
     def _find_maxima(self, row: Row) -> list[tuple[float, float]]:
         with self._in_use():

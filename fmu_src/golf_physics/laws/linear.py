@@ -11,40 +11,33 @@ have one real rate -r (0 without drag) and a pair of rates -h ± iR. Every quant
 
 Sums, derivatives and integrals of rows are rows, and every event is a zero of a row: contact ends
 when the force falls to zero, the force peaks when its derivative does, the compression when the
-closing speed does. `closed_form.ClosedFormContact` evaluates rows in double
-precision, `extended.ExtendedContact` in extended precision.
+closing speed does. `closed_form.ClosedFormContact` evaluates rows in double precision,
+`extended.ExtendedContact` in extended precision.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
-from .contact import ContactPhase, EndState, InitialState, State, largest_until
+from .contact import ContactPhase, largest_until
 
 #: The coefficients of a quantity, float or Decimal.
 Row = tuple[Any, Any, Any]
 
 
 class LinearContact(ContactPhase):
-    """What rows give, whatever their precision; see `ContactPhase`.
+    """What rows give, whatever their precision; see `ContactPhase`."""
 
-    A subclass sets `duration`, `rate`, the rates and the rows, and evaluates, integrates and finds
-    the maxima of rows.
-    """
-
-    _start: InitialState
     #: r, h and R, 1/s.
     _rates: Row
     #: -1 if the pair of rates is real (cosh and sinh instead of cos and sin), else 1.
     _sign = 1
-    #: Contact force (N), compression (m), closing speed, velocities of club and ball (m/s).
+    #: Contact force (N), compression (m), closing speed (m/s).
     _force: Row
     _d: Row
     _w: Row
-    _v_club: Row
-    _v_ball: Row
 
-    def _values(self, rows: Iterable[Row], t: Any) -> list[float]:
-        """The rows at t."""
+    def _values(self, rows: Iterable[Row], t: float) -> list[float]:
+        """The values of rows at t."""
         raise NotImplementedError
 
     def _integral(self, row: Row, begin: float, width: float) -> float:
@@ -61,19 +54,6 @@ class LinearContact(ContactPhase):
         r, h, second = self._rates
         return -r * a, second * s - h * c, -h * s - self._sign * second * c
 
-    def dense_output(self) -> tuple[Callable[[float], State], float]:
-        return self._state, 1.0
-
-    def _state(self, t: float) -> State:
-        rows = self._force, self._d, self._v_club, self._v_ball
-        force, d, v_club, v_ball = self._values(rows, t)
-        x_ball = self._start.x_club - self._start.compression + self._integral(self._v_ball, 0.0, t)
-        return [force, x_ball + d, x_ball, v_club, v_ball, d]
-
-    def end(self) -> EndState:
-        _, _, x_ball, v_club, v_ball, d = self._state(self.duration)
-        return x_ball, v_club, v_ball, max(0.0, d), self.closing(self.duration)
-
     def compression(self, t: float) -> float:
         return self._values((self._d,), t)[0]
 
@@ -84,14 +64,14 @@ class LinearContact(ContactPhase):
         return self._integral(self._force, begin, width)
 
     def peak_force(self, t: float) -> tuple[float, float]:
-        return self._largest("_force_maxima", self._force, t)
+        return self._largest("_force", t)
 
     def peak_compression(self, t: float) -> float:
-        return self._largest("_compression_maxima", self._d, t)[0]
+        return self._largest("_d", t)[0]
 
-    def _largest(self, name: str, row: Row, t: float) -> tuple[float, float]:
+    def _largest(self, name: str, t: float) -> tuple[float, float]:
         """The largest value of a row on [0, t], and its time, s."""
-        maxima = self.__dict__.get(name)
-        if maxima is None:
-            maxima = self.__dict__[name] = self._find_maxima(row)
-        return largest_until(t, lambda t: self._values((row,), t)[0], maxima)
+        row, found = getattr(self, name), self.__dict__.setdefault("_maxima", {})
+        if name not in found:
+            found[name] = self._find_maxima(row)
+        return largest_until(t, lambda t: self._values((row,), t)[0], found[name])

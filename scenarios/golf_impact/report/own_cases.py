@@ -28,6 +28,7 @@ def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]
     words = [f"{name} = {value:g}{_unit(fmu, name)}" for name, value in values.items()]
     title = ", ".join([*filter(None, cases), *words])
     report = Report(f"Your case{'s' * (len(cases) > 1)}: {title}", fmu)
+    report.prefix = f"{_file(cases, values)}_"
     paths, columns = {}, []
     for ball, given in cases.items():
         columns.append(report.impact(ball if len(cases) > 1 else "custom", **given))
@@ -42,7 +43,8 @@ def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]
 
     @report.figure(f"{_file(cases, values)}_force")
     def force(figures):
-        figure, axes = figures.new(f"Contact force: {title}")
+        case = report.describe(**next(iter(cases.values()))) if len(cases) == 1 else ""
+        figure, axes = figures.new(f"Contact force: {title}", case=case)
         for ball, (micro, kilonewton) in paths.items():
             axes.plot(micro, kilonewton, label=ball, **figures.LOOKS[ball or "ball"].line)
         axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
