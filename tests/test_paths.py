@@ -7,10 +7,14 @@ import stat
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 from pathlib import Path
 
 import pytest
 from command import COMMAND, golf, golf_here, refused
+
+from golf_impact.files import write_together
 
 ROOT = Path(__file__).resolve().parent.parent
 ODD = "ü # 100% (ß) & 'x'"

@@ -54,7 +54,7 @@ class Summary:
     refused: int  # cases that the FMU refused: rows with empty outputs
     first_refused: tuple[int, str] | None  # row (from 1, without the header) of the first, and why
     seconds: float  # from the first case to the last
-    drawn: np.ndarray  # the first output of all cases, shape (cases,); NaN where refused
+    drawn: np.ndarray  # the first output of all cases, shape (cases,); NaN without a value
 
 
 #: The values of swept variables by name, arrays of shape (cases,).
@@ -92,12 +92,12 @@ class Sweep(ExitStack):
             raise Stopped(self.study.cases, written=True)
 
     def first_output(self, columns: Columns) -> np.ndarray:
-        """The first output of these cases, shape (cases,), NaN where refused; or Stopped."""
+        """The first output of these cases, shape (cases,), NaN without a value; or Stopped."""
         parts = []
         for start in range(0, len(next(iter(columns.values()))), CHUNK):
             self.go_on()
             part = {name: column[start : start + CHUNK] for name, column in columns.items()}
-            parts.append(impacts(self.instance, self.plan, self.plan.values(part))[0][:, 0])
+            parts.append(impacts(self.instance, self.plan, self.plan.values(part)).outputs[:, 0])
         return np.concatenate(parts)
 
     def run(
@@ -128,11 +128,12 @@ class Sweep(ExitStack):
         ):
             for columns, part in chunks:
                 table.write(columns, part)
-                drawn[done : done + len(part.outputs)] = part.outputs[:, 0]
-                if part.reason and first is None:
-                    first = done + int(part.refused.argmax()) + 1, part.reason
-                refused += int(part.refused.sum())
-                done += len(part.outputs)
+                outputs, unusable, reason = part.results
+                drawn[done : done + len(outputs)] = outputs[:, 0]
+                if reason and first is None:
+                    first = done + int(unusable.argmax()) + 1, reason
+                refused += int(unusable.sum())
+                done += len(outputs)
                 progress(done)
             seconds = time.perf_counter() - self._begin
         return Summary(out, cases, refused, first, seconds, drawn)
@@ -149,7 +150,7 @@ class Sweep(ExitStack):
                         self._begin = time.perf_counter()
                     for columns, future in self._submitted(executor, done, size, as_text):
                         part = self._result(future, done)
-                        done += len(part.outputs)
+                        done += len(part.results.outputs)
                         yield columns, part
                 return
             except BrokenExecutor as error:
