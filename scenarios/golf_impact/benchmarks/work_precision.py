@@ -55,7 +55,7 @@ def run_time_and_error(
         (DOCUMENT, "dt", steps, partial(_stepped_document, document, law))
     ]
     for name, fmu in compiled.items():
-        ways.append((COMPILED[name], "dt", steps, partial(_compiled, fmu, law)))
+        ways.append((COMPILED[name], "dt", steps, _sub_stepped(fmu, law)))
     for name, peer in stepping.METHODS.items():
         words = "explicit Euler, Python" if name == "explicit Euler" else name
         ways.append((words, "dt", steps, _solving(peer, case)))
@@ -63,7 +63,7 @@ def run_time_and_error(
         ready = _solving(solve_ivp.solve, case, method=method)
         ways.append((f"SciPy {method}", "rtol", tolerances, ready))
     ways.append((FMU_STEPPED, "dt", points, partial(_stepped_fmu, ours, law)))
-    ways.append((FMU_ONCE, "dt", [STEP], lambda _: _metrics_only(ours, law)))
+    ways.append((FMU_ONCE, "dt", [STEP], lambda _: _in_one_step(ours, law)))
     made = []
     for method, setting, settings, ready in ways:
         one: Series = {"method": method, "setting": setting, "settings": settings}
@@ -104,11 +104,6 @@ def _stepped_document(fmu: LoadedFmu, law: int, dt: float) -> Solve:
     return lambda: Outcome(*impact(1e6))
 
 
-def _compiled(fmu: LoadedFmu, law: int, dt: float) -> Solve:
-    impact = impact_of_stiffness(fmu, Outcome._fields, law=law, dt=dt)
-    return lambda: Outcome(*impact(1e6))
-
-
 def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Solve:
     """1 ms in steps of dt, five outputs read at each, the metrics at the end."""
     slave = fmu.instance(law=law)
@@ -124,9 +119,13 @@ def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Solve:
     return solve
 
 
-def _metrics_only(fmu: LoadedFmu, law: int) -> Solve:
+def _sub_stepped(fmu: LoadedFmu, law: int) -> Callable[[float], Solve]:
+    return lambda dt: _in_one_step(fmu, law, dt=dt)
+
+
+def _in_one_step(fmu: LoadedFmu, law: int, **values: float) -> Solve:
     """One step and one read, with a new k every time but the first (k = 1e6 for the error)."""
-    impact, calls = impact_of_stiffness(fmu, Outcome._fields, law=law), count()
+    impact, calls = impact_of_stiffness(fmu, Outcome._fields, law=law, **values), count()
     return lambda: Outcome(*impact(1e6 + next(calls) % 100))
 
 

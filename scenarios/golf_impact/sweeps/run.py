@@ -156,8 +156,8 @@ class Sweep(ExitStack):
             except BrokenExecutor as error:
                 broken = error
         raise UserError(
-            f"worker processes ended unexpectedly {_POOLS} times (killed, or out of memory?): "
-            "nothing was written"
+            f"worker processes ended unexpectedly {_POOLS} times (killed, out of memory, or a "
+            'script without `if __name__ == "__main__":`?): nothing was written'
         ) from broken
 
     def _submitted(
