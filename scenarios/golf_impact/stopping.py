@@ -38,19 +38,19 @@ def scratch_folder() -> Iterator[None]:
     # Not at the top: signals are handled before anything slow is imported.
     import tempfile
 
-    variable = os.environ.get("TMPDIR")
+    before, variable = tempfile.tempdir, os.environ.get("TMPDIR")
     with held():
         _scratch = tempfile.mkdtemp(prefix="golf-impact-run-")
-    before, tempfile.tempdir = tempfile.tempdir, _scratch
-    os.environ["TMPDIR"] = _scratch
+    tempfile.tempdir = os.environ["TMPDIR"] = _scratch
     try:
         yield
     finally:
-        tempfile.tempdir = before
-        os.environ.pop("TMPDIR")
-        if variable is not None:
-            os.environ["TMPDIR"] = variable
         _remove_scratch()
+        tempfile.tempdir = before
+        if variable is None:
+            del os.environ["TMPDIR"]
+        else:
+            os.environ["TMPDIR"] = variable
 
 
 def temporary_folder() -> str:

@@ -29,7 +29,7 @@ print(json.dumps([float(rows[-1][1]), float(rows[-1][2])]))
 
 _COLOURS = {"ok": "green", "warning": "yellow", "problem": "red"}
 
-#: Of one thing: "ok", "note", "warning" or "problem", and what was found.
+#: A level of these, and what was found.
 Finding = tuple[str, str]
 
 
@@ -43,7 +43,7 @@ def doctor(
 
     status = 0
     for level, text in examine(fmu):
-        line = Text(f"{level:<8} ", _COLOURS.get(level, "")).append(text, "default")
+        line = Text(f"{level:<8} ", _COLOURS[level]).append(text, "default")
         out.print(line, soft_wrap=True, highlight=False)
         status |= level == "problem"
     return int(status)
@@ -58,8 +58,8 @@ def examine(fmu: Path | None = None) -> Iterator[Finding]:
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
     machine = f"{platform.system()} {platform.machine()}"
     known = machine in ("Linux x86_64", "Windows AMD64")
-    yield "ok", f"Python {platform.python_version()} ({sys.executable}), {versions}"
-    yield "ok" if known else "problem", f"{machine}{'' if known else ': pythonfmu has no binary'}"
+    about = f"Python {platform.python_version()} ({sys.executable}), {versions}, {machine}"
+    yield ("ok", about) if known else ("problem", f"{about}: pythonfmu has no binary for it")
     folder = temporary_folder()
     if odd := odd_characters(folder):
         yield (
