@@ -5,5 +5,6 @@ companions and the SSP file. `description`: modelDescription.xml. `archive`: wri
 """
 
 from golf_physics import __version__ as VERSION  # noqa: N812 (a constant here)
+from golf_physics.variables import LAWS
 
-__all__ = ["VERSION"]
+__all__ = ["LAWS", "VERSION"]

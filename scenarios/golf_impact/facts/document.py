@@ -187,7 +187,7 @@ READINGS = (
         "The spring force depends on the position of the club alone, as if the spring were fixed "
         "to the ground; the ball doesn't occur.",
         "m_C x_C'' = −k d − b x_C' with the compression d = x_C − x_B.",
-        "golf_physics/laws/absolute.py",
+        "golf_physics/laws/linear_law.py",
         "def force",
     ),
     Reading(
@@ -195,7 +195,7 @@ READINGS = (
         "k x_C again, with the same sign as on the club: the ball would be pulled back, and the "
         "two forces would not be opposite and equal.",
         "m_B x_B'' = +k d − b x_B': the reaction to the force on the club.",
-        "golf_physics/laws/absolute.py",
+        "golf_physics/laws/linear_law.py",
         "def force",
     ),
     Reading(
@@ -212,7 +212,7 @@ READINGS = (
         "No printed number follows from it.",
         "Law 2: the damper acts on the relative velocity, F = k d + b d'; momentum is conserved.",
         "golf_physics/laws/relative.py",
-        "def force",
+        "def damper",
     ),
     Reading(
         "“momentum is conserved in the collision”",

@@ -4,8 +4,10 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from golf_build import LAWS
+
 #: The allowed values of `law`.
-LAWS_IN_WORDS = "law is 1 (absolute) or 2 (relative)"
+LAWS_IN_WORDS = f"law is {' or '.join(f'{number} ({name})' for number, (name, _) in LAWS.items())}"
 
 #: No club head and no ball has this mass (kg): grams were meant.
 _HEAVY = 10.0
