@@ -255,21 +255,6 @@ def test_refused_cases_are_empty_rows(fmu, fmu_path, tmp_path):
     assert columns["separated"] == [None, True, None, None, None, True]
 
 
-def test_results_without_a_contact_or_a_separation(fmu_path, tmp_path):
-    """A standing club, an impact, and heavy damping: ζ = 5.2, and law 1 separates below 2.9."""
-    names = ("contact_time", "smash_factor", "touch_time", "max_force", "touched", "separated")
-    study = Study.of({"club_speed": "0,35", "b": "9,2000"}, names)
-    assert run_sweep(study, tmp_path / "x.csv", fmu=fmu_path).refused == 0
-    _, (missed, also, impact, stuck) = table(tmp_path / "x.csv")
-    assert missed[2:] == also[2:] == ["", "", "", "0.0", "0", "0"]
-    assert all(impact)
-    assert [bool(cell) for cell in stuck[2:]] == [False, False, True, True, True, True]
-    run_sweep(study, tmp_path / "x.parquet", fmu=fmu_path)
-    columns = pyarrow.parquet.read_table(tmp_path / "x.parquet").to_pydict()
-    assert [value is None for value in columns["contact_time"]] == [True, True, False, True]
-    assert columns["separated"] == [False, False, True, False]
-
-
 def test_all_cases_refused(fmu_path, tmp_path):
     study = Study.of({"law": "1,3", "exponent": "2,3"})
     summary = run_sweep(study, tmp_path / "x.csv", fmu=fmu_path)

@@ -18,7 +18,7 @@ from golf_impact.stress.driver import Driver
 from golf_impact.stress.ledger import Ledger
 from golf_impact.stress.scales import BAR, Scales
 
-#: Tolerance where times come from a quadrature.
+#: Where times come from quadrature, all else is as exact, but at those times.
 BAR_OF_QUADRATURE = 1e-10
 
 #: Doubles below this are subnormal and have fewer digits, with a margin.

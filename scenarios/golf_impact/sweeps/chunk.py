@@ -83,10 +83,11 @@ def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) ->
     for column in columns.values():
         values = column.tolist()
         cells.append(values if column.dtype == object else list(map(repr, values)))
+    refused = np.flatnonzero(np.isnan(outputs[:, 0])).tolist()
     for name, column in zip(plan.outputs, outputs.T):
         values = np.nan_to_num(column).astype(int) if name in plan.booleans else column
         cells.append(list(map(repr, values.tolist())))
-        for n in np.flatnonzero(~np.isfinite(column)).tolist():
+        for n in refused:
             cells[-1][n] = ""
     return ("\n".join(map(",".join, zip(*cells))) + "\n").encode()
 

@@ -44,7 +44,7 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
     index = index * study.cases // _CASES if study.cases > _CASES else index % study.cases
     values = plan.values(study.columns_at(index))
     expected, reason = impacts(sweep.instance, plan, values)
-    usable = np.flatnonzero(np.isfinite(expected).all(axis=1))
+    usable = np.flatnonzero(~np.isnan(expected[:, 0]))
     if not len(usable):
         raise UserError(f"there is nothing to compare: the FMU refuses all: {reason}")
     steps = np.broadcast_to(sweep.fmu.horizon({**plan.fixed, **values}), len(index))

@@ -20,7 +20,6 @@ from fmpy.model_description import ScalarVariable
 
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import ball
-from golf_impact.facts.quantities import RESULTS, TIMES_OF_CONTACT
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.sweeps.axes import Grid
 from golf_impact.sweeps.study import Study
@@ -104,8 +103,7 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tup
 
     Returns:
         The outputs, doubles of shape (cases, outputs): Booleans are 0 and 1, those of cases that
-        the FMU refused NaN, results that need a contact or a separation infinite where there is
-        none. And why it refused the first of these; empty if there is none.
+        the FMU refused NaN. And why it refused the first of these; empty if there is none.
     """
     number = len(next(iter(values.values())))
     inputs = _Rows(fmu, plan.varied, np.zeros((number, len(plan.varied))))
@@ -115,8 +113,7 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tup
             rows.values[:, column] = values[name]
     real_names = [name for name in plan.outputs if name not in plan.booleans]
     reals = _Rows(fmu, real_names, np.zeros((number, len(real_names))))
-    booleans = (*plan.booleans, "touched", "separated")
-    flags = _Rows(fmu, booleans, np.zeros((number, len(booleans)), np.intc))
+    flags = _Rows(fmu, plan.booleans, np.zeros((number, len(plan.booleans)), np.intc))
     steps = np.broadcast_to(fmu.horizon({**plan.fixed, **values}), number).tolist()
     restore, leave_initialization, set_real, set_integer, do_step, get_real, get_boolean = (
         ctypes.CFUNCTYPE(_INT, _POINTER, *arguments)((name, fmu.slave.dll))
@@ -160,16 +157,8 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tup
     finally:
         fmu.slave.freeFMUstate(state)
     outputs: np.ndarray = np.empty((number, len(plan.outputs)))
-    touched, separated = flags.values[:, -2] != 0, flags.values[:, -1] != 0
     for rows in (reals, flags):
-        for name, column in zip(rows.names, rows.values.T):
-            if name in plan.outputs:
-                outputs[:, plan.outputs.index(name)] = column
-    for n, name in enumerate(plan.outputs):
-        if name in RESULTS:
-            outputs[~separated, n] = math.inf
-        elif name in TIMES_OF_CONTACT:
-            outputs[~touched, n] = math.inf
+        outputs[:, [plan.outputs.index(name) for name in rows.names]] = rows.values
     # A number that leaves the range of a double is known only when it is read.
     unusable = np.isnan(outputs).any(axis=1)
     unusable[refused] = True

@@ -21,7 +21,7 @@ _ROW_GROUP = 2**16
 
 
 class Csv:
-    """Lines of text; the cell of an output without a value is empty."""
+    """Lines of text; the cells of a refused case's outputs are empty."""
 
     as_text = True
 
@@ -37,7 +37,7 @@ class Csv:
 
 
 class Parquet:
-    """Columns in row groups of one size; an output without a value is null."""
+    """Columns in row groups of one size; the outputs of a refused case are null."""
 
     as_text = False
 
@@ -60,7 +60,7 @@ class Parquet:
 
     def write(self, columns: Mapping[str, np.ndarray], chunk: Chunk) -> None:
         arrays = [self._arrow.array(column) for column in columns.values()]
-        arrays += [self._arrow.array(of, mask=~np.isfinite(of)) for of in chunk.outputs.T]
+        arrays += [self._arrow.array(column, mask=chunk.refused) for column in chunk.outputs.T]
         table = self._arrow.table(arrays, names=self._schema.names)
         self._waiting.append(table.cast(self._schema))
         self._rows += len(chunk.outputs)
