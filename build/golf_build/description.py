@@ -49,8 +49,9 @@ def described(
         rows: the variables; the value reference of each is its place.
         derivatives: the variables that some are the derivatives of.
         more: `name` of the model, `token` (the GUID), `description`, and `units` by name; `laws` of
-            ClubBallImpact, `unsolved` (outputs that Model Exchange hasn't got) and `structure`
-            (names of variables by the elements of ModelStructure) in FMI 3.0.
+            ClubBallImpact, `constant` (outputs whose initial values depend on nothing), `unsolved`
+            (outputs that Model Exchange hasn't got) and `structure` (names of variables by the
+            elements of ModelStructure) in FMI 3.0.
     """
     runtime, references = RUNTIMES[fmi], {row.name: n for n, row in enumerate(rows)}
     variables = []

@@ -1,20 +1,23 @@
 """A clean end of the process for pythonfmu's library; the companion FMUs have this file, too.
 
-The library keeps its own state in a static pointer and drops it when it is unloaded. On Linux
-nothing unloads it before the very end of the process: after the pointer's destructor, in memory
-that has been freed. Now and then the process died of "corrupted double-linked list" then, after all
-results. What is dropped before, when Python ends, can't be dropped again.
+The library keeps its own state in a static pointer. On Linux its `finalizePythonInterpreter` drops
+that state a second time at the very end of the process, after the pointer's destructor, in memory
+that has been freed: the process may die of "corrupted double-linked list", after all results. State
+that is dropped earlier can't be dropped again.
 """
 
-import atexit
 import os
 
-#: Libraries that have been seen to.
+#: Libraries that are registered.
 _known: set[str] = set()
 
 
 def release_at_exit(resources: str, library: str) -> None:
-    """Let the library of this FMU drop its own state when Python ends.
+    """Drop the state of this FMU's library when the process ends, before static destructors run.
+
+    It is registered with C's __cxa_atexit: Python's atexit runs too late in a process with several
+    FMUs that isn't Python. There the FMU that started Python finalizes it from its destructor, when
+    the pointers of the others may be gone.
 
     Args:
         resources: the folder of that name in the extracted FMU.
@@ -27,10 +30,11 @@ def release_at_exit(resources: str, library: str) -> None:
     try:
         import ctypes
 
+        # This handle is never closed: the library must be there when the process ends.
         loaded = ctypes.CDLL(path, mode=os.RTLD_NOLOAD | os.RTLD_LAZY)
         release = loaded.finalizePythonInterpreter
+        register = ctypes.CDLL(None).__cxa_atexit
     except (AttributeError, ImportError, OSError):
         # Another system, another version of pythonfmu, or no ctypes: it ends as it always did.
         return
-    release.argtypes, release.restype = (), None
-    atexit.register(release)
+    register(release, None, None)

@@ -5,16 +5,16 @@
 #define QUOTED(name) QUOTED_(name)
 #define QUOTED_(name) #name
 
-/* The body of a function: the statement is true if Python raises nothing. */
+/* The body of a function: the statement is true if all is well. */
 #define IN_PYTHON(...)                                                                             \
     do {                                                                                           \
         Instance *i = c;                                                                           \
         if (!i) return FMI(Error);                                                                 \
-        int outer = enter();                                                                       \
+        Entry entry = enter();                                                                     \
         int fine = (__VA_ARGS__);                                                                  \
-        fine = flush(i, FMI(Fatal)) && fine;                                                       \
-        PyGILState_Release(outer);                                                                 \
-        return fine ? FMI(OK) : FMI(Fatal);                                                        \
+        int raised = flush(i);                                                                     \
+        leave(entry);                                                                              \
+        return raised ? (Status)raised : fine ? FMI(OK) : FMI(Error);                              \
     } while (0)
 
 void FMI(FreeInstance)(void *c) { free_instance(c); }
@@ -26,9 +26,12 @@ Status FMI(SetDebugLogging)(void *c, FMI(Boolean) on, size_t count, const char *
     return FMI(OK);
 }
 
+/* The slave says whether the start values can be used. */
 Status FMI(ExitInitializationMode)(void *c)
 {
-    IN_PYTHON(simple(i, "exit_initialization_mode", NULL, NULL));
+    int accepted = 0;
+    IN_PYTHON(TAKE(call(i, "exit_initialization_mode", NULL, NULL),
+                   accepted = PyObject_IsTrue(found)) && accepted);
 }
 
 Status FMI(Terminate)(void *c) { IN_PYTHON(simple(i, "terminate", NULL, NULL)); }

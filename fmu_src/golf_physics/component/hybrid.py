@@ -82,9 +82,9 @@ class HybridComponent(Component):
         """Whatever happens at this instant.
 
         Returns:
-            Whether the host must stop, since values were refused; whether a continuous state has
-            jumped; and, while stepping, the host's time (s) of the next touch or separation, if
-            one is due under the present inputs.
+            Whether the host must stop, since values were refused; whether a solver must start anew,
+            since states or derivatives may have jumped; and, while stepping, the host's time (s) of
+            the next touch or separation, if one is due under the present inputs.
         """
         problem = self._begin() if self._mode == BLOCKED else None
         if problem is None and self._mode != STEPPING:
@@ -96,7 +96,10 @@ class HybridComponent(Component):
         jumped = False
         if problem is None and solved is not None:
             self._now = None
-            jumped = solved.update(self.clock)
+            solved.update(self.clock)
+            # Derivatives jump at touch, at separation and with inputs, even where states don't: this
+            # alone makes fmusim's CVODE start anew.
+            jumped = True
             problem = solved.refusal_of_touch
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
