@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 #: Offset of `debugLogging_` in pythonfmu 0.7's PyLogger (src/pythonfmu/Logger.hpp): it comes after
@@ -21,7 +22,7 @@ class Messages:
         message: makes an item of the queue from a text.
         options: the slave's keyword arguments. pythonfmu gives the address of its logger there;
             without one all messages reach the host.
-        now: anything that changes when a step is accepted, that is, when no refusal stands any more.
+        now: anything that changes when a step is accepted: then no refusal stands any more.
     """
 
     def __init__(
@@ -38,7 +39,7 @@ class Messages:
 
     def __call__(self, text: str) -> None:
         self._queue.append(self._message(text))
-        if self._logger is None or self._is_logging():
+        if self._logger is None or _is_logging(self._logger):
             return
         now = self._now()
         if now != self._written_at:
@@ -46,14 +47,16 @@ class Messages:
         # What is said again says more: which steps are refused, which other values are.
         if not any(written in text for written in self._written):
             self._written.append(text)
-            try:
-                print(f"{self._name}: {text}", file=sys.stderr, flush=True)
-            except (AttributeError, OSError, ValueError):
-                pass  # a host without a stderr
+            # A host may have none, or a closed one.
+            with suppress(AttributeError, OSError, ValueError):
+                sys.stderr.write(f"{self._name}: {text}\n")
+                sys.stderr.flush()
 
-    def _is_logging(self) -> bool:
-        try:
-            from ctypes import c_bool
-        except ImportError:
-            return False
-        return c_bool.from_address(self._logger + _DEBUG_LOGGING).value
+
+def _is_logging(logger: int) -> bool:
+    """Whether pythonfmu's logger with this address hands messages on."""
+    try:
+        from ctypes import c_bool
+    except ImportError:
+        return False
+    return c_bool.from_address(logger + _DEBUG_LOGGING).value

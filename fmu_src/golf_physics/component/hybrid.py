@@ -97,8 +97,8 @@ class HybridComponent(Component):
         if problem is None and solved is not None:
             self._now = None
             solved.update(self.clock)
-            # Derivatives jump at touch, at separation and with inputs, even where states don't: this
-            # alone makes fmusim's CVODE start anew.
+            # Derivatives jump at touch, at separation and with inputs, even where states don't, and
+            # this alone makes fmusim's CVODE start anew.
             jumped = True
             problem = solved.refusal_of_touch
         if problem is not None:
