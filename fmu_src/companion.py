@@ -10,6 +10,7 @@ from math import isfinite
 from operator import attrgetter
 
 from host.at_exit import release_at_exit
+from host.interrupts import defer_interrupts
 from host.messages import Messages
 from pythonfmu import Boolean, Fmi2Slave, Real
 from pythonfmu.enums import Fmi2Status
@@ -44,7 +45,8 @@ class Companion(Fmi2Slave):
 
     def __init__(self, parameters: _Rows, inputs: _Rows, outputs: _Rows, **kwargs) -> None:
         super().__init__(**kwargs)
-        release_at_exit(self.resources, f"linux64/{self.modelName}.so")
+        if release_at_exit(self.resources, f"linux64/{self.modelName}.so"):
+            defer_interrupts()
 
         def message(text: str) -> LogMsg:
             return LogMsg(Fmi2Status.error, "logStatusError", text)

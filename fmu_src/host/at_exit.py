@@ -8,11 +8,11 @@ that is dropped earlier can't be dropped again.
 
 import os
 
-#: Libraries that are registered.
-_known: set[str] = set()
+#: Whether a library is pythonfmu's and registered, by its path.
+_known: dict[str, bool] = {}
 
 
-def release_at_exit(resources: str, library: str) -> None:
+def release_at_exit(resources: str, library: str) -> bool:
     """Drop the state of this FMU's library when the process ends, before static destructors run.
 
     It is registered with C's __cxa_atexit: Python's atexit runs too late in a process with several
@@ -22,11 +22,17 @@ def release_at_exit(resources: str, library: str) -> None:
     Args:
         resources: the folder of that name in the extracted FMU.
         library: the path of the library in the folder binaries.
+
+    Returns:
+        Whether the library is pythonfmu's.
     """
     path = os.path.join(resources, "..", "binaries", library)
-    if path in _known:
-        return
-    _known.add(path)
+    if path not in _known:
+        _known[path] = _register(path)
+    return _known[path]
+
+
+def _register(path: str) -> bool:
     try:
         import ctypes
 
@@ -36,5 +42,6 @@ def release_at_exit(resources: str, library: str) -> None:
         register = ctypes.CDLL(None).__cxa_atexit
     except (AttributeError, ImportError, OSError):
         # Another system, another version of pythonfmu, or no ctypes: it ends as it always did.
-        return
+        return False
     register(release, None, None)
+    return True

@@ -132,7 +132,8 @@ static int find_resources(void)
     return 1;
 }
 
-/* Puts the text of the exception into `failure` and clears it; the status that a call has then. */
+/* Puts the text of the exception into `failure` and clears it. The status that a call has then:
+   ERROR if Ctrl-C has interrupted it. */
 static int fetch(void)
 {
     Object *type = NULL, *value = NULL, *trace = NULL;
@@ -148,8 +149,6 @@ static int fetch(void)
                  words ? words : "");
     Object *all[] = {type, value, trace, text, kind};
     for (int n = 0; n < 5; n++) Py_DecRef(all[n]);
-    /* Ctrl-C is the host's, which is a Python: it is raised there as soon as this call returns. */
-    if (interrupted) PyErr_SetInterrupt();
     return interrupted ? ERROR : FATAL;
 }
 
@@ -224,7 +223,7 @@ static void leave(Entry entry)
 static int flush(Instance *i)
 {
     int status = PyErr_Occurred() ? fetch() : 0;
-    if (status) say(i, status, status == FATAL ? "logStatusFatal" : "logStatusError", failure);
+    if (status == FATAL) say(i, status, "logStatusFatal", failure);
     intptr_t count = i->messages ? PyList_Size(i->messages) : 0;
     for (intptr_t n = 0; n < count; n++) {
         Object *message = PyList_GetItem(i->messages, n);
@@ -240,6 +239,8 @@ static int flush(Instance *i)
         if (PyErr_Occurred()) fetch();
     }
     if (count) PyList_SetSlice(i->messages, 0, count, NULL);
+    /* Ctrl-C is the host's, which is a Python: it is raised there as soon as the call returns. */
+    if (status == ERROR) PyErr_SetInterrupt();
     return status;
 }
 
