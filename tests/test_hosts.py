@@ -166,6 +166,16 @@ def test_fmusim_shows_a_refused_start_value(request, simulate, path):
     assert done.stderr + done.stdout == ""
 
 
+@pytest.mark.parametrize("path", FILES[2:])
+def test_fmusim_goes_on_from_a_state_file(request, simulate, tmp_path, path):
+    """Not the plain ones: fmusim passes a state to FreeFMUState instead of its address."""
+    fmu, state = request.getfixturevalue(path), tmp_path / "state"
+    simulate(fmu, "--stop-time", "3e-4", "--final-fmu-state-file", state, law=2)
+    options = ("--start-time", "3e-4", "--stop-time", "1e-3", "--initial-fmu-state-file", state)
+    rows, _ = simulate(fmu, *options, outputs=RESULTS)
+    assert [rows[-1][name] for name in RESULTS] == pytest.approx(EXPECTED[2], rel=1e-12)
+
+
 @pytest.mark.parametrize("standalone", [False, True])
 def test_fmusim_runs_the_companions(systems, simulate, standalone):
     for fmu in systems[standalone]:

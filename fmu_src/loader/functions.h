@@ -79,7 +79,9 @@ Status FMI(SetString)(void *c, const uint32_t references[], size_t count,
 
 Status FMI(GetFMUState)(void *c, void **state)
 {
-    IN_PYTHON(TAKE(call(i, "_get_fmu_state", NULL, NULL), Py_IncRef(*state = found)));
+    int kept = 0;
+    IN_PYTHON(TAKE(call(i, "_get_fmu_state", NULL, NULL), kept = keep_state(i, found, state)) &&
+              kept);
 }
 
 Status FMI(SetFMUState)(void *c, void *state)
@@ -89,7 +91,7 @@ Status FMI(SetFMUState)(void *c, void *state)
 
 Status FMI(FreeFMUState)(void *c, void **state)
 {
-    IN_PYTHON(state ? Py_DecRef(*state), *state = NULL, 1 : 1);
+    IN_PYTHON((free_state(state), 1));
 }
 
 Status FMI(SerializedFMUStateSize)(void *c, void *state, size_t *size)
@@ -108,8 +110,10 @@ Status FMI(SerializeFMUState)(void *c, void *state, FMI(Byte) data[], size_t siz
 Status FMI(DeserializeFMUState)(void *c, const FMI(Byte) data[], size_t size, void **state)
 {
     Object *bytes;
+    int kept = 0;
     IN_PYTHON(bytes = PyBytes_FromStringAndSize((const char *)data, (intptr_t)size),
-              TAKE(call(i, "_fmu_state_from_bytes", bytes, NULL), Py_IncRef(*state = found)));
+              TAKE(call(i, "_fmu_state_from_bytes", bytes, NULL),
+                   kept = keep_state(i, found, state)) && kept);
 }
 
 /* For what the slave hasn't got. Which arguments there are doesn't matter. */

@@ -78,7 +78,7 @@ static char failure[1024];
 static const char *volatile token = TOKEN; /* volatile: the compiler must keep the text whole */
 
 /* Of the statuses of FMI 2.0 and 3.0, which have the same numbers. */
-enum { ERROR = 3, FATAL = 4 };
+enum { FMI_ERROR = 3, FMI_FATAL = 4 };
 
 static void say(Instance *i, int status, const char *category, const char *text);
 
@@ -133,7 +133,7 @@ static int find_resources(void)
 }
 
 /* Puts the text of the exception into `failure` and clears it. The status that a call has then:
-   ERROR if Ctrl-C has interrupted it. */
+   FMI_ERROR if Ctrl-C has interrupted it. */
 static int fetch(void)
 {
     Object *type = NULL, *value = NULL, *trace = NULL;
@@ -149,7 +149,7 @@ static int fetch(void)
                  words ? words : "");
     Object *all[] = {type, value, trace, text, kind};
     for (int n = 0; n < 5; n++) Py_DecRef(all[n]);
-    return interrupted ? ERROR : FATAL;
+    return interrupted ? FMI_ERROR : FMI_FATAL;
 }
 
 /* In a host's Python the modules are the files in the FMU. */
@@ -223,7 +223,7 @@ static void leave(Entry entry)
 static int flush(Instance *i)
 {
     int status = PyErr_Occurred() ? fetch() : 0;
-    if (status == FATAL) say(i, status, "logStatusFatal", failure);
+    if (status == FMI_FATAL) say(i, status, "logStatusFatal", failure);
     intptr_t count = i->messages ? PyList_Size(i->messages) : 0;
     for (intptr_t n = 0; n < count; n++) {
         Object *message = PyList_GetItem(i->messages, n);
@@ -240,7 +240,7 @@ static int flush(Instance *i)
     }
     if (count) PyList_SetSlice(i->messages, 0, count, NULL);
     /* Ctrl-C is the host's, which is a Python: it is raised there as soon as the call returns. */
-    if (status == ERROR) PyErr_SetInterrupt();
+    if (status == FMI_ERROR) PyErr_SetInterrupt();
     return status;
 }
 
@@ -277,8 +277,8 @@ static int wanted(const Instance *i, int status, const char *category, const cha
 {
     int named = !i->category_count;
     for (size_t n = 0; n < i->category_count; n++) named |= !strcmp(i->categories[n], category);
-    if (status < FATAL && !(named && (i->logging || status == ERROR))) return 0;
-    if (!i->logger && status >= ERROR) fprintf(stderr, "%s: %s\n", i->name, text);
+    if (status < FMI_FATAL && !(named && (i->logging || status == FMI_ERROR))) return 0;
+    if (!i->logger && status >= FMI_ERROR) fprintf(stderr, "%s: %s\n", i->name, text);
     return i->logger != NULL;
 }
 
@@ -315,8 +315,8 @@ static Instance *new_instance(const char *name, const char *given, const char *r
                  given ? given : "NULL", token);
         refused = text;
     }
-    if (refused) say(&made, ERROR, "logStatusError", refused);
-    else if (!ready()) say(&made, FATAL, "logStatusFatal", failure);
+    if (refused) say(&made, FMI_ERROR, "logStatusError", refused);
+    else if (!ready()) say(&made, FMI_FATAL, "logStatusFatal", failure);
     else {
         Entry entry = enter();
         int fine = new_slave(&made);
@@ -328,7 +328,7 @@ static Instance *new_instance(const char *name, const char *given, const char *r
             free(i);
             i = NULL;
             made.name = (char *)(name ? name : "");
-            if (fine) say(&made, FATAL, "logStatusFatal", "out of memory");
+            if (fine) say(&made, FMI_FATAL, "logStatusFatal", "out of memory");
             drop_slave(&made);
         }
         leave(entry);
@@ -385,10 +385,41 @@ static Object *reference_list(const uint32_t references[], size_t count)
     return LIST(count, PyLong_FromLongLong((int32_t)references[n]));
 }
 
-/* State of the FMU: the slave's own object; the host has its address. */
-static Object *of_state(Instance *i, const char *method, Object *state)
+/* What the host has of a state: the slave's own object. `itself` makes a mistake of fmusim's harmless,
+   which hands the state to FreeFMUState instead of its address. */
+typedef struct state {
+    struct state *itself;
+    Object *object;
+} State;
+
+static int keep_state(Instance *i, Object *object, void **handle)
 {
-    if (state) Py_IncRef(state);
-    else say(i, ERROR, "logStatusError", "a state of NULL is refused");
-    return state ? call(i, method, state, NULL) : NULL;
+    State *state = malloc(sizeof *state);
+    if (!state) {
+        say(i, FMI_ERROR, "logStatusError", "out of memory");
+        return 0;
+    }
+    *state = (State){state, object};
+    Py_IncRef(object);
+    *handle = state;
+    return 1;
+}
+
+static void free_state(void **handle)
+{
+    State *state = handle ? *handle : NULL;
+    if (!state) return;
+    *handle = NULL;
+    Py_DecRef(state->object);
+    free(state);
+}
+
+static Object *of_state(Instance *i, const char *method, const State *state)
+{
+    if (!state) {
+        say(i, FMI_ERROR, "logStatusError", "a state of NULL is refused");
+        return NULL;
+    }
+    Py_IncRef(state->object);
+    return call(i, method, state->object, NULL);
 }
