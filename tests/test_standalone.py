@@ -129,7 +129,7 @@ def test_fmi_library_there(bare_root, standalone_path, standalone_fmi3_path):
     fmus = [
         f"/{Path(shutil.copy(fmu, root)).name}" for fmu in (standalone_path, standalone_fmi3_path)
     ]
-    for task in (["run"], ["k"], ["state"], ["mix"], ["threads", "3"], ["reload", "20"]):
+    for task in (["run"], ["k"], ["state"], ["mix"], ["threads", "3"]):
         command = [*enter, "/fmi library", *task, *fmus]
         done = subprocess.run(command, capture_output=True, text=True, timeout=100, env={})
         assert done.stdout.endswith("done\n"), (task, done.stderr)
