@@ -22,7 +22,6 @@ converges: the landing is a root of a polynomial. The host's steps don't matter.
 tell at launch what the flight will come to.
 """
 
-import json
 from math import cos, inf, pi, sin, sqrt
 from typing import NamedTuple
 
@@ -209,8 +208,7 @@ class BallFlight(Companion):
         return Flight(launch, self.ball_velocity, self.launch_angle, radius * self.spin, air)
 
     @staticmethod
-    def _fmu_state_from_bytes(data: bytes) -> dict:
-        state = json.loads(data)
+    def _revived(state: dict) -> dict:
         if state["_flight"]:
             launch, speed, angle, surface_speed, air = state["_flight"]
             state["_flight"] = Flight(launch, speed, angle, surface_speed, Air(*air))

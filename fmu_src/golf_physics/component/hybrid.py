@@ -115,7 +115,10 @@ class HybridComponent(Component):
         jumped = False
         if problem is None and solved is not None:
             self._now = None
-            self._solved, self._states, jumped = solved.after_event(self._time, self._states)
+            self._solved, self._states, _ = solved.after_event(self._time, self._states)
+            # At every event: derivatives jump with inputs as well, and fmusim's CVODE fails unless
+            # it starts anew.
+            jumped = True
             problem = self._solved.refusal_of_touch
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
