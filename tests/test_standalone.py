@@ -33,7 +33,7 @@ HEADERS = Path(fmpy.__file__).parent / "c-code"
 def system(standalone_path):
     """Paths of the three FMUs and of the .ssp."""
     folder = standalone_path.parent
-    return [standalone_path, *build_system(folder, standalone_path, standalone=True)]
+    return [standalone_path, *build_system(folder, standalone=True)]
 
 
 def extracted(fmu, folder):
@@ -345,7 +345,7 @@ def test_libcosims_library_runs_the_system(compiled, system, tmp_path):
     package = pytest.importorskip("libcosimpy", reason="pip install 'golf-impact[interop]'")
     library = Path(package.__file__).parent / "libcosimc" / "libcosimc.so"
     folder = tmp_path / "ssp"
-    shutil.unpack_archive(str(system[3]), folder, "zip")
+    shutil.unpack_archive(str(system[4]), folder, "zip")
     answers = outputs(compiled("cosim"), library, folder, 9700, env={"TMPDIR": str(tmp_path)})
     # Law 1 is linear: its smash factor is the same at every speed; 1e-12 as in test_system.py.
     assert answers["smash_factor"] == pytest.approx(LAW_1["smash_factor"], rel=1e-12)

@@ -13,7 +13,7 @@ EPILOG = (
 )
 
 _DEFAULT_OUT = "build/ of a checkout, else the user's cache folder"
-_SYSTEM = "Also Swing.fmu, BallFlight.fmu and GolfSwing.ssp, a system of all three."
+_SYSTEM = "Also Swing.fmu, Launch.fmu, BallFlight.fmu and GolfSwing.ssp, a drive as a system of all four."
 _FMI = "Version of FMI; 3 is ClubBallImpact.fmi3.fmu, with Model Exchange."
 _STANDALONE = "ClubBallImpact.standalone.fmu, with a Python of its own: for hosts without one."
 
@@ -39,5 +39,5 @@ def build(
     with held():
         files = [build_fmu(out, fmi, standalone)]
         if system:
-            files += build_system(files[0].parent, files[0], standalone)
+            files += build_system(files[0].parent, standalone)
     print(*files, sep="\n")

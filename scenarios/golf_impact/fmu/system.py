@@ -12,14 +12,14 @@ from golf_impact.fmu.file import building
 from golf_impact.fmu.loaded import LoadedFmu
 
 
-def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[Path]:
-    """Build the companion FMUs and the .ssp around an existing ClubBallImpact.fmu.
+def build_system(folder: Path, standalone: bool = False) -> list[Path]:
+    """Build the companion FMUs and the .ssp.
 
     Raises:
         UserError: a file can't be written.
     """
     with building(f"into {folder}"):
-        return system.build(folder, impact, standalone)
+        return system.build(folder, standalone)
 
 
 def start_values(fmu: Path) -> dict[str, float]:
