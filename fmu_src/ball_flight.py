@@ -93,8 +93,8 @@ class Air(NamedTuple):
 
     def held(self, limit: float) -> "Air":
         """The same with S held at a limit."""
-        forces = ([a + limit * (b + limit * c), 0.0, 0.0, d] for a, b, c, d in self[:2])
-        return self._replace(**dict(zip(("drag", "lift"), forces)))
+        drag, lift = ([a + limit * (b + limit * c), 0.0, 0.0, d] for a, b, c, d in self[:2])
+        return self._replace(drag=drag, lift=lift)
 
 
 def _series(air: Air, state: list[float]) -> list[Series]:
@@ -234,14 +234,13 @@ class BallFlight(Companion):
         of_air[7] /= reynolds**2
         air = Air(of_air[:4], of_air[4:], self.spin_decay / radius, self.gravity)
         launch = self.touch_time + self.contact_time
-        surface_speed = radius * self.backspin
-        start = launch, self.ball_velocity, self.launch_angle, surface_speed
-        return Flight(*start, self.spin_ratio_limit, air)
+        start = self.ball_velocity, self.launch_angle, radius * self.backspin
+        return Flight(launch, *start, self.spin_ratio_limit, air)
 
     @staticmethod
     def _fmu_state_from_bytes(data: bytes) -> dict:
         state = json.loads(data)
         if state["_flight"]:
-            *start, air = state["_flight"]
-            state["_flight"] = Flight(*start, Air(*air))
+            launch, speed, angle, surface_speed, limit, air = state["_flight"]
+            state["_flight"] = Flight(launch, speed, angle, surface_speed, limit, Air(*air))
         return state

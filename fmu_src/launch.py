@@ -141,7 +141,7 @@ class Contact(NamedTuple):
         while left > end:
             if len(phases) == _PHASES:
                 raise ArithmeticError("stick and slip alternate without end")
-            x, u, _, p = state
+            _, u, _, p = state
             if side:
                 # A contact that begins with slip has no tangential deformation yet.
                 decaying = self.friction * u / self.ratio - side * p if phases else 0.0
@@ -186,9 +186,7 @@ class Contact(NamedTuple):
                 return state, left, side
         return state, 0.0, 0
 
-    def _slip(
-        self, state: State, left: float, side: int, decaying: float
-    ) -> tuple[State, float]:
+    def _slip(self, state: State, left: float, side: int, decaying: float) -> tuple[State, float]:
         """Slip until the face and the ball's surface have the same speed.
 
         Args:
@@ -201,7 +199,8 @@ class Contact(NamedTuple):
             State and scaled time left at the end of the phase.
         """
         size, double, passed = self._piece(), 2.0 * self.zeta, 0.0
-        (x, u, _, p), u0, p0 = state, state[1], state[3]
+        x, u, _, p0 = state
+        u0 = u
         limit, drive = self.friction / self.ratio, self.rho * self.friction - side * self.gamma
 
         def decay(t: float) -> float:
@@ -249,6 +248,8 @@ class Contact(NamedTuple):
 
 class Launch(Companion):
     """The launch of the ball at separation; see the module's text."""
+
+    launched: bool
 
     beyond = "this launch can't be computed: {}"
 

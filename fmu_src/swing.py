@@ -98,6 +98,8 @@ _ROUNDING = 1e-12
 class Swing(Companion):
     """A golf swing over time; see the module's text."""
 
+    reaction_impulse: float
+
     inside = ("_time", "_lost", "_rise", "_course", "_origin", "_ball", "_position", "_current")
     beyond = "this step leaves the range of a double ({})"
 

@@ -156,11 +156,12 @@ def _check_drive(report, values):
     report.check("so is the backspin, 2200 to 3200 rpm", 2200 < spin < 3200, f"{spin:.0f} rpm")
     launch = values["Launch"]
     report.say(
-        f"The head comes to the ball with {speed:.2f} m/s ({speed / 0.44704:.0f} mph), {time:.4f} s "
-        f"after the top, as in its source; along the face normal these are {normal:.2f} m/s. Law 2 "
-        "with the ball of the preset `tour` and a COR that falls with the approach speed, here "
-        f"{case['coefficient_of_restitution']:.3f}, gives S {case['smash_factor']:.3f}. A dynamic "
-        f"loft of {degrees(launch['dynamic_loft']):.0f}° and a strike "
+        f"The head comes to the ball with {speed:.2f} m/s ({speed / 0.44704:.0f} mph), "
+        f"{time:.4f} s after the top, as in its source; along the face normal these are "
+        f"{normal:.2f} m/s. Law 2 with the ball of the preset `tour` and a COR that falls with the "
+        f"approach speed, here {case['coefficient_of_restitution']:.3f}, gives S "
+        f"{case['smash_factor']:.3f}. A dynamic loft of "
+        f"{degrees(launch['dynamic_loft']):.0f}° and a strike "
         f"{launch['strike_height'] * 1e3:.0f} mm above the head's centre of mass, both chosen, "
         f"launch the ball with {case['ball_speed']:.1f} m/s at {angle:.1f}° with {spin:.0f} rpm. "
         f"It carries {case['carry']:.1f} m ({case['carry'] / 0.9144:.0f} yd).",
@@ -323,11 +324,11 @@ def _draw_swing(report, runs, swing):
 
     @report.figure(
         "system_speeds",
-        "The swing loses the momentum that the ball gains: at a step of 10 µs during contact, at 1 ms "
-        "one step late.",
+        "The swing loses the momentum that the ball gains: at a step of 10 µs during contact, at "
+        "1 ms one step late.",
     )
     def speeds(figures):
-        figure, axes = figures.new("Speeds through the impact")
+        figure, axes = figures.new("Speeds through the impact (law 2)")
         ball, club = "ClubBallImpact.ball_velocity", "ClubBallImpact.club_velocity"
         swinging = "Swing.head_speed"
         points = {"color": figures.VERMILION, "ls": ":", "marker": "o", "lw": 1.4, "ms": 5}
@@ -380,7 +381,7 @@ def _draw_error(report, errors):
         late, again = "one step late", "steps repeated with their impulse"
         axes.loglog(micro, errors["delayed"], "o-", color=figures.VERMILION, label=late)
         axes.loglog(micro, errors["repeated"], "s-", color=figures.BLUE, label=again)
-        for order, at in ((1, 1.2e-4), (2, 2e-7)):
+        for order, at in ((1, 1.2e-4), (2, 5e-6)):
             scale = np.array([10.0, 100.0])
             axes.loglog(scale, at * (scale / 100.0) ** order * 0.6, color="0.5", lw=1, ls=":")
             axes.annotate(f"order {order}", (14, at * 0.14**order * 0.6), va="top", color="0.4")

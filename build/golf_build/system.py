@@ -75,7 +75,7 @@ _LOFT, _ATTACK = 14.0 * pi / 180.0, 0.0067710723040632775
 _STRIKE_HEIGHT, _INERTIA = 0.010, 2.7e-4
 _HEAD = 0.21483410609721446
 
-#: Start values of the FMUs in the .ssp where they differ from those of the files beside it: a drive.
+#: A drive: start values in the .ssp where they differ from those of the FMUs beside it.
 #:
 #: The ball with a driver's flexible face has stiffness and exponent of the preset `tour` (113 mph,
 #: S 1.478, 475 us). Its COR, 0.801 at 113 mph, falls with the approach speed as Penner's does.
@@ -159,7 +159,8 @@ def with_start_values(files: Mapping[str, bytes], values: Mapping[str, float]) -
     text = files["modelDescription.xml"].decode()
     given: dict[str, dict[int, float]] = {"Real": {}, "Integer": {}}
     for name, number in values.items():
-        variable = rf'(<ScalarVariable name="{name}" valueReference="(\d+)"[^>]*>\s*<(\w+)[^>]*start=")[^"]*'
+        variable = rf'(<ScalarVariable name="{name}" valueReference="(\d+)"[^>]*>\s*'
+        variable += r'<(\w+)[^>]*start=")[^"]*'
         (found,) = re.finditer(variable, text)
         given[found[3]][int(found[2])] = number
         text = text[: found.start()] + found[1] + repr(number) + text[found.end() :]

@@ -13,7 +13,7 @@ EPILOG = (
 )
 
 _DEFAULT_OUT = "build/ of a checkout, else the user's cache folder"
-_SYSTEM = "Also Swing.fmu, Launch.fmu, BallFlight.fmu and GolfSwing.ssp, a drive as a system of all four."
+_SYSTEM = "Also Swing.fmu, Launch.fmu, BallFlight.fmu and GolfSwing.ssp: a drive, of all four."
 _FMI = "Version of FMI; 3 is ClubBallImpact.fmi3.fmu, with Model Exchange."
 _STANDALONE = "ClubBallImpact.standalone.fmu, with a Python of its own: for hosts without one."
 
