@@ -170,7 +170,8 @@ class Swing(Companion):
             origin = begin
             if begin < ball.time:
                 met = course.ball(self.spin_loft)
-                ball = met._replace(time=met.time + origin) if met else ball
+                if met:
+                    ball = met._replace(time=met.time + origin, normal=ball.normal)
         work = course.work_against(begin - origin, end - origin) if course.force else 0.0
         position = self._position + self.club_speed * size
         flat, rounding = cos(self.spin_loft), ball.speed * end * _ROUNDING
