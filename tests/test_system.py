@@ -3,6 +3,8 @@
 import importlib.util
 import json
 import math
+import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -12,7 +14,7 @@ import fmpy
 import numpy as np
 import pytest
 from companions import get, put
-from conftest import some
+from conftest import EXPECTED, HERE, some
 from fmpy.fmi1 import FMICallException
 from scipy.integrate import solve_ivp
 
@@ -813,3 +815,28 @@ def test_momentum_and_energy_of_the_loop(drive, step, rollback):
 def test_the_system_is_reproducible(files, tmp_path):
     again = system.build_system(tmp_path)
     assert [a.read_bytes() for a in again] == [b.read_bytes() for b in files]
+
+
+def test_the_host_in_the_readme(fmu_path, tmp_path):
+    """A host for a club of one's own, as it stands there."""
+    text = (HERE.parent / "build" / "README.md").read_text("utf-8")
+    (program,) = re.findall(
+        r"```python\n(.*?)```", text.partition("A host for a club")[2], re.DOTALL
+    )
+    assert len([line for line in program.splitlines() if line.strip()]) <= 24
+    shutil.copy(fmu_path, tmp_path / "ClubBallImpact.fmu")
+    for seed in range(3):
+        (tmp_path / "host.py").write_text(f"import random\nrandom.seed({seed})\n{program}")
+        done = subprocess.run(
+            [sys.executable, "host.py"], cwd=tmp_path, capture_output=True, text=True, timeout=100
+        )
+        assert done.returncode == 0, done.stderr[-2000:]
+        club, ball, impulse = map(float, re.findall(r"-?\d+\.\d+", done.stdout))
+        assert impulse == pytest.approx(0.04593 * ball, rel=1e-12)
+        # 40 m/s and 400 N over half a metre before the ball.
+        speed = math.sqrt(40.0**2 + 2.0 * 400.0 / 0.2 * 0.5)
+        # S of law 2 for this head, at a speed that is off by the push over a step at most.
+        smash = (1.0 + EXPECTED[2][1]) / (1.0 + 0.04593 / 0.2)
+        assert ball == pytest.approx(smash * speed, rel=0.02)
+        after = math.sqrt((speed - impulse / 0.2) ** 2 + 2.0 * 400.0 / 0.2 * 0.5)
+        assert club == pytest.approx(after, rel=0.05)
