@@ -1,7 +1,7 @@
 """Loft: tangential force, backspin and launch angle by Launch.fmu, beside measured launches."""
 
 import tempfile
-from math import acos, cos, degrees, exp, pi, radians, sin, sqrt, tan
+from math import acos, atan, cos, degrees, exp, pi, radians, sin, sqrt, tan
 from pathlib import Path
 
 import numpy as np
@@ -284,10 +284,9 @@ def _show_tour(report, shots):
         off["part"][club] = part * 100.0
         sliding = tan(loft - path)
         restitution = shot["coefficient_of_restitution"]
-        both = [march(restitution, sliding, mass, damped) for damped in (True, False)]
-        damped, undamped = (float(np.sum(one[3])) for one in both)
-        others[club] = (spin * undamped / damped / rpm - 1.0) * 100.0
-        arms[club] = _lever_arm(shots, shot, mass, both[0])
+        undamped = _undamped(shots, restitution, speed, path, radians(angle), mass)
+        others[club] = (undamped * 30.0 / pi / rpm - 1.0) * 100.0
+        arms[club] = _lever_arm(shots, shot, mass, march(restitution, sliding, mass))
         report.cases[club] = shot | {"dynamic_loft": loft, "carry": carry * _YARD}
         words = [f"{off[name][club]:+.0f} %" for name in numbers]
         cells = [f"{spin:.0f}", words[0], f"{ball:.0f}", words[1], f"{carry:.0f}", words[2]]
@@ -322,10 +321,10 @@ def _show_tour(report, shots):
         "backspin. Nobody measured the strike height of these averages: it can explain the "
         "difference, it doesn't predict it.",
         "How much of the agreement is luck: the tangential damper was adopted after the spring "
-        f"alone had missed the irons by {min(without):+.0f} to {max(without):+.0f} % at the same "
-        "loft. And the force acts with the lever arm of the round ball: with that of the "
-        f"compressed one backspin would be {min(arms.values()):.0f} to {max(arms.values()):.0f} % "
-        "less: no less than the deviation that is left.",
+        f"alone had missed the irons by {min(without):+.0f} to {max(without):+.0f} %, "
+        "fitted in the same way. And the force acts with the lever arm of the round ball: with "
+        f"that of the compressed one backspin would be {min(arms.values()):.0f} to "
+        f"{max(arms.values()):.0f} % less: no less than the deviation that is left.",
     )
 
     @report.figure(
@@ -363,6 +362,19 @@ def _strike_height(shots):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if too_little(middle) > 0.0 else (middle, high)
     return high
+
+
+def _undamped(shots, restitution, speed, attack, angle, m_club):
+    """Backspin, rad/s, by a tangential spring without a damper, at the same launch angle (rad)."""
+
+    def slope(loft):
+        _, _, normal, tangential, _ = march(restitution, tan(loft - attack), m_club, False, 2_000)
+        return float(np.sum(tangential) / np.sum(normal))
+
+    loft = _bisect(lambda loft: loft - atan(slope(loft)) - angle, max(attack, 0.0), 0.9)
+    m_ball, diameter = (shots.fmu.default(name) for name in ("m_ball", "ball_diameter"))
+    normal = (1.0 + restitution) * speed * cos(loft - attack) / (1.0 + m_ball / m_club)
+    return normal * slope(loft) / (0.2 * diameter)
 
 
 def _lever_arm(shots, shot, m_club, columns):
