@@ -15,8 +15,7 @@ difference between it and `reaction_impulse`, what earlier steps have applied, a
 against the normal. So no momentum is lost, whatever the step sizes. Before the top and after the
 end the golfer holds the club, and the impulse has no effect on it.
 
-`club_speed` is for an importer that holds it over each step, of a length that the swing doesn't
-have yet. It is positive before the ball only with the speed at the ball, V: a head that starts at
+`club_speed` is for an importer that holds it over each step, of unknown length. It is positive before the ball only with the speed at the ball, V: a head that starts at
 the ball or behind it touches the ball with V, for every sequence of step sizes. While the club is
 taken back, `club_speed` is negative and follows the head. It is 0 then, until the time left to the
 ball is what the distance left takes with V. If steps are equal, or equal from the top on, touch is

@@ -140,7 +140,7 @@ def test_the_wrist_is_held_until_it_is_released(companion):
     arm, club, torque = get(swing, "arm_angle", "club_angle", "wrist_torque")
     assert arm < -release
     assert [arm, arm - club] == pytest.approx([solved.y[0, -1] - theta0, beta0], abs=1e-12)
-    # What holds it: what the source's equation for beta asks for.
+    # The torque that holds it satisfies the source's equation for beta.
     free = companion("Swing", max_wrist_torque=torque, torque_rise_time=1e-4)
     y = [*solved.y[:4, -1], 0.0, 0.0]
     assert source_equations(free)(1.0, y)[3] == pytest.approx(0.0, abs=0.1)
@@ -157,19 +157,19 @@ def test_a_force_on_the_head_against_an_integration(companion):
     for n in range(20):
         put(swing, impulse=force * (n + 1) * 1e-3)
         swing.doStep(begin + n * 1e-3, 1e-3)
-    felt = get(swing, "arm_angle", "head_speed", "reaction_work", "reaction_impulse")
+    found = get(swing, "arm_angle", "head_speed", "reaction_work", "reaction_impulse")
     theta0, beta0 = get(swing, "arm_start", "wrist_start")
     start = [0.0, 0.0, beta0, 0.0, 0.0, 0.0]
     before = solve_ivp(source_equations(swing), (0.0, 0.15), start, **EXACTLY).y[:, -1]
     slope = source_equations(swing, force, direction)
     after = solve_ivp(slope, (0.15, 0.17), before, **EXACTLY).y[:, -1]
-    assert felt[0] == pytest.approx(after[0] - theta0, abs=1e-9)
-    assert felt[1] == pytest.approx(slope(0.17, after)[4], abs=1e-7)
-    assert felt[3] == pytest.approx(force * 0.02, rel=1e-12)
+    assert found[0] == pytest.approx(after[0] - theta0, abs=1e-9)
+    assert found[1] == pytest.approx(slope(0.17, after)[4], abs=1e-7)
+    assert found[3] == pytest.approx(force * 0.02, rel=1e-12)
     energy, work = get(swing, "energy", "work")
     top = companion("Swing")
     swung(top, BACKSWING)
-    assert energy == pytest.approx(get(top, "energy")[0] + work - felt[2], abs=1e-11)
+    assert energy == pytest.approx(get(top, "energy")[0] + work - found[2], abs=1e-11)
 
 
 # A host that holds the speed over each step, however long; and one that passes it on a step late.
@@ -633,7 +633,7 @@ TOOLS = {
     "fmpy": """
 from fmpy.ssp.simulation import simulate_ssp
 rows = simulate_ssp(ssp, stop_time=(steps - 0.5) * step, step_size=step)
-answers = [float(rows[name][-1]) for name in names]
+values = [float(rows[name][-1]) for name in names]
 """,
     "libcosimpy": """
 from libcosimpy.CosimExecution import CosimExecution
@@ -641,20 +641,20 @@ from libcosimpy.CosimObserver import CosimObserver
 execution = CosimExecution.from_ssp_file(ssp, step_size=round(step * 1e9))
 observer = CosimObserver.create_last_value()
 assert execution.add_observer(observer) and execution.step(steps)
-answers = []
+values = []
 for name in names:
     component, variable = name.split(".")
     slave = execution.slave_index_from_instance_name(component)
     reference = next(v.reference for v in execution.slave_variables(slave)
                      if v.name.decode() == variable)
-    answers += observer.last_real_values(slave, [reference])
+    values += observer.last_real_values(slave, [reference])
 """,
     "ecospy": """
 from ecospy.EcosSimulation import EcosSimulation
 with EcosSimulation(ssp_path=ssp, step_size=step) as simulation:
     assert simulation.init()
     simulation.step(steps)
-    answers = [simulation.get_real(name.replace(".", "::")) for name in names]
+    values = [simulation.get_real(name.replace(".", "::")) for name in names]
 """,
 }
 _PRELUDE = """
@@ -678,13 +678,13 @@ def run_in(tool, ssp, step):
     if why:
         pytest.skip(why)
     argument = json.dumps([str(ssp), step, math.ceil(STOP / step), READ])
-    program = _PRELUDE + TOOLS[tool] + 'print("answers", json.dumps(answers))'
+    program = _PRELUDE + TOOLS[tool] + 'print("values", json.dumps(values))'
     command = [sys.executable, "-c", program, argument]
     done = subprocess.run(command, capture_output=True, text=True, timeout=900)
     assert done.returncode == 0, done.stderr[-2000:]
     # libcosim writes its log to stdout as well.
-    (line,) = (text for text in done.stdout.splitlines() if text.startswith("answers "))
-    return dict(zip(READ, json.loads(line.removeprefix("answers ")), strict=True))
+    (line,) = (text for text in done.stdout.splitlines() if text.startswith("values "))
+    return dict(zip(READ, json.loads(line.removeprefix("values ")), strict=True))
 
 
 @pytest.fixture(scope="module")
@@ -706,21 +706,21 @@ STEPS = [*some(1, [1e-3, 5e-4, 1e-4]), pytest.param(1e-5, marks=pytest.mark.nigh
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize("tool", TOOLS)
 def test_the_same_numbers_in_every_tool(tool, ssp, by_our_host, step):
-    answers = run_in(tool, ssp, step)
-    assert answers == pytest.approx(by_our_host(step), rel=1e-12, abs=0.0)
-    check_the_drive(answers)
-    assert 5.0 < AT_THE_BALL - answers["Swing.head_speed"] < 20.0
+    values = run_in(tool, ssp, step)
+    assert values == pytest.approx(by_our_host(step), rel=1e-12, abs=0.0)
+    check_the_drive(values)
+    assert 5.0 < AT_THE_BALL - values["Swing.head_speed"] < 20.0
 
 
-def check_the_drive(answers):
+def check_the_drive(values):
     """The shipped start values act, in every tool."""
-    impulse = answers["ClubBallImpact.impulse"]
-    assert answers["Swing.reaction_impulse"] == impulse
-    assert impulse == pytest.approx(0.04593 * answers["ClubBallImpact.ball_velocity"], rel=1e-13)
-    assert answers["ClubBallImpact.smash_factor"] <= 1.50
-    assert 9.0 < math.degrees(answers["Launch.launch_angle"]) < 14.0
-    assert 2200.0 < answers["Launch.backspin"] * 30.0 / math.pi < 3200.0
-    assert 220.0 < answers["BallFlight.carry"] < 270.0
+    impulse = values["ClubBallImpact.impulse"]
+    assert values["Swing.reaction_impulse"] == impulse
+    assert impulse == pytest.approx(0.04593 * values["ClubBallImpact.ball_velocity"], rel=1e-13)
+    assert values["ClubBallImpact.smash_factor"] <= 1.50
+    assert 9.0 < math.degrees(values["Launch.launch_angle"]) < 14.0
+    assert 2200.0 < values["Launch.backspin"] * 30.0 / math.pi < 3200.0
+    assert 220.0 < values["BallFlight.carry"] < 270.0
 
 
 @pytest.mark.parametrize("seed", range(4))
