@@ -15,12 +15,13 @@ difference between it and `reaction_impulse`, what earlier steps have applied, a
 against the normal. So no momentum is lost, whatever the step sizes. Before the top and after the
 end the golfer holds the club, and the impulse has no effect on it.
 
-`club_speed` is for an importer that holds it over each step, of unknown length. It is positive before the ball only with the speed at the ball, V: a head that starts at
-the ball or behind it touches the ball with V, for every sequence of step sizes. While the club is
-taken back, `club_speed` is negative and follows the head. It is 0 then, until the time left to the
-ball is what the distance left takes with V. If steps are equal, or equal from the top on, touch is
-at the swing's time of impact exactly; else up to a step later or half a step earlier. After touch
-it is the head's own speed.
+`club_speed` is for an importer that holds it over each step, of unknown length. It is positive
+before the ball only with the speed at the ball, V: a head that starts at the ball or behind it
+touches the ball with V, for every sequence of step sizes. While the club is taken back,
+`club_speed` is negative and follows the head. It is 0 then, until the time left to the ball is what
+the distance left takes with V. If steps are equal from the top on, touch is at the swing's time of
+impact exactly; else up to two of the longest steps later or half of one earlier. After touch it is
+the head's own speed.
 
 An importer that needs a speed and no mechanics sets its peak, `prescribed_speed`: the club is taken
 back at `takeaway_speed`, far enough for a smooth rise in `rise_time` to a peak that is held; touch
