@@ -18,7 +18,7 @@ from golf_impact.fmu.file import BUILDERS, build_fmu
 from golf_impact.fmu.impact_fmu import METRICS, PATH
 from golf_impact.stress.cases import random_impact, random_steps
 from golf_impact.stress.reference import Reference
-from golf_impact.stress.scales import BAR, Scales
+from golf_impact.stress.scales import TOLERANCE, Scales
 
 OUTPUTS = [v.name for v in VARIABLES if v.causality == "output" and v.type == "Real"]
 FLAGS = [v.name for v in VARIABLES if v.type == "Boolean"]
@@ -160,9 +160,9 @@ def test_reference_cases_by_any_steps(fmu, case, pattern):
     }
     for name, scale in scales.items():
         if name in expected:
-            assert outputs[name] == pytest.approx(expected[name], abs=BAR * scale), name
+            assert outputs[name] == pytest.approx(expected[name], abs=TOLERANCE * scale), name
     moved = outputs["contact_displacement"]
-    assert moved == pytest.approx(expected["ball_position"], abs=BAR * speed * time)
+    assert moved == pytest.approx(expected["ball_position"], abs=TOLERANCE * speed * time)
 
 
 @pytest.mark.parametrize("seed", numbers(10, 40, 120))
@@ -202,7 +202,11 @@ def test_inputs_that_change_in_contact(fmu, seed):
             # Of a value far larger than its scale (the energy of a faster approach) the last bits
             # count.
             last_bits = abs(ours[name] - value) <= 1e-15 * abs(value)
-            assert last_bits or scales.error(name, ours[name], value) <= BAR, (name, ours, theirs)
+            assert last_bits or scales.error(name, ours[name], value) <= TOLERANCE, (
+                name,
+                ours,
+                theirs,
+            )
 
 
 def test_equal_sets_change_nothing(fmu):
@@ -289,7 +293,7 @@ def test_a_million_tiny_steps(fmu):
     fmu.step(0.0, 1e-3)
     one = fmu.read(OUTPUTS)
     del many["mean_force"], one["mean_force"]
-    assert many == pytest.approx(one, rel=BAR, abs=1e-30)
+    assert many == pytest.approx(one, rel=TOLERANCE, abs=1e-30)
 
 
 def test_simulate_fmu(fmu_path):

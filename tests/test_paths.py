@@ -242,9 +242,7 @@ def test_files_in_place_of_folders_and_vice_versa(tmp_path):
     file = tmp_path / "file"
     file.write_text("mine")
     for out in (file, file / "below"):
-        refused(
-            golf_here("run", "table1", "--out", out, cwd=tmp_path), f"{file} is a file", "--out"
-        )
+        refused(golf_here("run", "table1", "--out", out, cwd=tmp_path), "Not a directory", "--out")
     assert file.read_text() == "mine"
     (tmp_path / "out" / "report.html").mkdir(parents=True)
     refused(golf_here("run", "table1", "--out", "out", cwd=tmp_path), "report.html", "folder")

@@ -704,7 +704,9 @@ STEPS = [*some(1, [1e-3, 5e-4, 1e-4]), pytest.param(1e-5, marks=pytest.mark.nigh
 
 
 @pytest.mark.parametrize("step", STEPS)
-@pytest.mark.parametrize("tool", TOOLS)
+@pytest.mark.parametrize(
+    "tool", [pytest.param(tool, marks=[pytest.mark.importers] * (tool != "fmpy")) for tool in TOOLS]
+)
 def test_the_same_numbers_in_every_tool(tool, ssp, by_our_host, step):
     values = run_in(tool, ssp, step)
     assert values == pytest.approx(by_our_host(step), rel=1e-12, abs=0.0)

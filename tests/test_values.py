@@ -16,10 +16,10 @@ from golf_impact.stress import invariants
 from golf_impact.stress.cases import BASELINE, unchanged
 from golf_impact.stress.driver import Driver
 from golf_impact.stress.ledger import Ledger
-from golf_impact.stress.scales import BAR, Scales
+from golf_impact.stress.scales import TOLERANCE, Scales
 
 #: Where times come from quadrature, all else is as exact, but at those times.
-BAR_OF_QUADRATURE = 1e-10
+TOLERANCE_OF_QUADRATURE = 1e-10
 
 #: Doubles below this are subnormal and have fewer digits, with a margin.
 LEAST = 1e-300
@@ -133,16 +133,16 @@ def check_at_an_instant(values, now):
     assert not bad, {name: now[name] for name in bad}
     assert now["touched"] == (now["in_contact"] or now["separated"])
     assert not (now["in_contact"] and now["separated"])
-    assert 0.0 <= now["force"] <= now["max_force"] * (1.0 + BAR)
-    assert 0.0 <= now["compression"] <= now["max_compression"] * (1.0 + BAR)
+    assert 0.0 <= now["force"] <= now["max_force"] * (1.0 + TOLERANCE)
+    assert 0.0 <= now["compression"] <= now["max_compression"] * (1.0 + TOLERANCE)
     if values["law"] == 2:
         m_club, m_ball = values["m_club"], values["m_ball"]
         size = m_club * abs(values["club_speed"]) + m_ball * abs(values["ball_speed"])
         momentum = m_club * values["club_speed"] + m_ball * values["ball_speed"]
-        assert abs(now["momentum"] - momentum) <= BAR * size
+        assert abs(now["momentum"] - momentum) <= TOLERANCE * size
         gain = m_ball * (now["ball_velocity"] - values["ball_speed"])
         speed = abs(values["club_speed"]) + abs(values["ball_speed"])
-        assert abs(now["impulse"] - gain) <= BAR * (m_ball * speed + now["impulse"])
+        assert abs(now["impulse"] - gain) <= TOLERANCE * (m_ball * speed + now["impulse"])
 
 
 @given(values=impacts(), cuts=st.lists(st.floats(0.0, 1.0), max_size=12))
@@ -158,16 +158,16 @@ def test_an_impact(driver, values, cuts):
     v = values
     speed = abs(v["club_speed"]) + abs(v["ball_speed"])
     closing = closing_speed(v)
-    bar = BAR if v.get("exponent", 1.0) == 1.0 else BAR_OF_QUADRATURE
+    tolerance = TOLERANCE if v.get("exponent", 1.0) == 1.0 else TOLERANCE_OF_QUADRATURE
     # Neither law adds energy.
     before = 0.5 * (v["m_club"] * v["club_speed"] ** 2 + v["m_ball"] * v["ball_speed"] ** 2)
-    assert final["kinetic_energy"] <= before * (1.0 + BAR)
+    assert final["kinetic_energy"] <= before * (1.0 + TOLERANCE)
     if v["law"] == 2:
         assert final["separated"]
         coefficient = final["coefficient_of_restitution"]
         off = abs(coefficient - restitution(v)) * closing / speed
-        assert off <= BAR
-        assert -BAR * speed / closing <= coefficient <= 1.0 + BAR * speed / closing
+        assert off <= TOLERANCE
+        assert -TOLERANCE * speed / closing <= coefficient <= 1.0 + TOLERANCE * speed / closing
     mu = reduced_mass(v["m_club"], v["m_ball"])
     fastest = max(math.sqrt(v["k"] / mu), v["b"] / mu, 20.0 / final["contact_time"])
     scales = Scales(v, final, approach=v["gap"] / closing, span=step, fastest=fastest)
@@ -185,15 +185,15 @@ def test_an_impact(driver, values, cuts):
         check_at_an_instant(values, now)
         for name in invariants.RISING:
             fall = seen.get(name, 0.0) - now[name]
-            assert fall <= bar * scales.of(name) + 4e-16 * abs(now[name]), name
+            assert fall <= tolerance * scales.of(name) + 4e-16 * abs(now[name]), name
         impulse += now["mean_force"] * size
         seen = now
     for name, value in seen.items():
         if name != "mean_force":
             off = scales.error(name, value, final[name])
-            assert off <= bar, (name, value, final[name], off)
+            assert off <= tolerance, (name, value, final[name], off)
     late = scales.rounding_of_time("mean_force")
-    assert abs(impulse - final["impulse"]) <= (bar + late) * final["impulse"]
+    assert abs(impulse - final["impulse"]) <= (tolerance + late) * final["impulse"]
 
 
 # Drag parts the bodies, long after its fast part has faded: modes cancel, and panels must be many.
@@ -357,11 +357,11 @@ def _check_balances(values, now):
     v = USUAL | values
     pairs = [(v["m_club"], v["club_speed"]), (v["m_ball"], v["ball_speed"])]
     before = math.fsum(0.5 * m * u * u for m, u in pairs)
-    assert now["kinetic_energy"] <= before * (1.0 + BAR) + LEAST
+    assert now["kinetic_energy"] <= before * (1.0 + TOLERANCE) + LEAST
     if v["law"] == 2:
         momentum = math.fsum(m * u for m, u in pairs)
         size = sum(m * abs(u) for m, u in pairs)
-        assert abs(now["momentum"] - momentum) <= BAR * size + LEAST
+        assert abs(now["momentum"] - momentum) <= TOLERANCE * size + LEAST
         speed = abs(v["club_speed"]) + abs(v["ball_speed"])
-        allowed = (BAR * speed + LEAST) / (v["club_speed"] - v["ball_speed"])
+        allowed = (TOLERANCE * speed + LEAST) / (v["club_speed"] - v["ball_speed"])
         assert -1.0 - allowed <= now["coefficient_of_restitution"] <= 1.0 + allowed
