@@ -16,6 +16,8 @@ from golf_impact.commands import doctor
 from golf_impact.fmu.file import build_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
 
+pytest_plugins = ["companions"]
+
 HERE = Path(__file__).resolve().parent
 
 #: S, COR and velocities (m/s) of the defaults by law, from the closed forms at 25 digits
@@ -60,7 +62,7 @@ SLOW = [
     *("test_explore", "test_bench", "test_standalone", "test_interop", "test_archives"),
     *("test_hosts", "test_native_host", "test_sweep_cluster", "test_call_order", "test_endurance"),
     *("test_power_law", "test_scenarios", "test_state", "test_fmi3", "test_signals", "test_values"),
-    *("test_install", "test_exit", "test_two_ways", "test_laws"),
+    *("test_install", "test_exit", "test_two_ways", "test_laws", "test_launch"),
 ]
 
 

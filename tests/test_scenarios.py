@@ -21,7 +21,7 @@ from golf_impact.report.outcome import KINDS, Table, summarize_checks
 from golf_impact.report.page import page, write_outcomes
 from golf_impact.report.report import Report
 
-LONG = ("system", "model_exchange")
+LONG = ("system", "loft", "model_exchange")
 
 
 @pytest.mark.parametrize(
