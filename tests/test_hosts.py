@@ -54,8 +54,8 @@ def run(libpython):
 def systems(fmu_path, standalone_path, tmp_path_factory):
     """Swing and BallFlight, plain and standalone."""
     folder = tmp_path_factory.mktemp("companions")
-    plain = build_system(folder / "plain", fmu_path)[:-1]
-    return plain, build_system(folder / "alone", standalone_path, standalone=True)[:-1]
+    plain = build_system(folder / "plain")[:-1]
+    return plain, build_system(folder / "alone", standalone=True)[:-1]
 
 
 def is_standalone(path):

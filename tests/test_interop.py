@@ -273,7 +273,7 @@ def test_what_omsimulator_reads(fmu_path, tmp_path):
         "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
         "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
     }
-    *_, ssp = build_system(tmp_path, fmu_path)
+    *_, ssp = build_system(tmp_path)
     with zipfile.ZipFile(ssp) as archive:
         root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
     system = root.find("ssd:System", spaces)

@@ -21,14 +21,16 @@ def fmus(fmu_path, fmi3_path, request, tmp_path_factory):
     """Every plain FMU, or with --standalone every standalone one."""
     alone = request.config.getoption("--standalone")
     folder = tmp_path_factory.mktemp("system")
-    swing, flight, _ = build_system(folder, fmu_path, standalone=alone)
-    return {"fmi2": fmu_path, "fmi3": fmi3_path, "Swing": swing, "BallFlight": flight}
+    *companions, _ = build_system(folder, standalone=alone)
+    named = {file.name.split(".")[0]: file for file in companions}
+    return {"fmi2": fmu_path, "fmi3": fmi3_path, **named}
 
 
 BAD = {
     "fmi2": ("k", -1.0, "> 0"),
     "fmi3": ("k", -1.0, "> 0"),
     "Swing": ("club_mass", -1.0, "1e-06 to 1000"),
+    "Launch": ("friction", -1.0, "0 to 1e+09"),
     "BallFlight": ("m_ball", 0.0, "1e-06 to 1000"),
 }
 
@@ -129,7 +131,9 @@ def instance(fmu, **values):
 
 # States of companions
 
-RUNS = {"Swing": {}, "BallFlight": {"separated": True, "ball_velocity": 60.0}}
+_SEPARATED = {"separated": True, "ball_velocity": 50.0}
+_SPEEDS = {"club_velocity": 24.0, "smash_factor": 50.0 / 35.0, "coefficient_of_restitution": 0.74}
+RUNS = {"Swing": {}, "Launch": _SEPARATED | _SPEEDS, "BallFlight": _SEPARATED}
 
 
 @pytest.mark.parametrize("name", RUNS)
