@@ -121,7 +121,7 @@ def test_doctor_knows_the_folders_that_pythonfmu_crashes_in(
 ):
     place = tmp_path / folder
     place.mkdir()
-    assert set(doctor.odd_characters(Path("/") / folder)) == set(odd)
+    assert set(doctor.find_odd_characters(Path("/") / folder)) == set(odd)
     monkeypatch.setenv("TMPDIR", str(place))
     monkeypatch.setattr("tempfile.tempdir", None)
     doctor.doctor(fmu_path)
