@@ -22,7 +22,7 @@ from golf_impact.scenario import (
     start_values,
 )
 
-TITLE = "A system: swing, impact, launch and flight of a drive"
+TITLE = "System: swing, impact, launch and flight of a drive"
 CHAPTER = 14
 
 #: Communication steps, s.
