@@ -1,15 +1,17 @@
-"""What a step of a slider costs the server of `golf-impact explore`, and what a tab does.
+"""What a slider's step costs the server of `golf-impact explore`, and what tabs leave behind.
 
-A step is timed as a session has it: from the new value to Bokeh's models and the message that goes
-to the browser, in processor time, which other work of the machine doesn't change. Tabs are real
-ones to the server: sessions with a websocket each.
+A step is timed from the request to the JSON that goes to the browser, in processor time, which
+other work of the machine doesn't change.
 """
 
+import json
 import subprocess
 import sys
+from http.client import HTTPConnection
 from statistics import median
 from time import process_time
 from typing import Any
+from urllib.parse import urlsplit
 
 from golf_impact.errors import UserError
 from golf_impact.fmu.file import current_fmu
@@ -26,57 +28,41 @@ CASES = {
 #: ms that a step may take.
 LIMIT = 50.0
 
-TABS = 20
+TABS = 200
 
 
 def slider_steps(quick: bool) -> dict[str, dict[str, Any]]:
     """Medians of many steps of the slider of k, or of fewer if `quick`.
 
     Returns:
-        By case, ms: the whole step, the FMU's part of it, S and COR over a variable (`sweep`); and
-        whether the slider moves as smoothly as it should (`passed`).
+        By case, ms: the whole step; S and COR over a variable (`sweep`); and whether the slider
+        moves as smoothly as it should (`passed`).
     """
-    from bokeh.document import Document
-    from bokeh.protocol import Protocol
-
-    from golf_impact.explore.impact import explored
-    from golf_impact.explore.page import Page
+    from golf_impact.explore.answers import Answers
+    from golf_impact.explore.cases import facts_of
 
     rows: dict[str, dict[str, Any]] = {}
     with ImpactFmu(current_fmu()[0]) as fmu:
-        document, protocol = Document(), Protocol()
-        page = Page(document, fmu, {})
-        events: list = []
-        document.on_change(events.append)
-
-        def step() -> None:
-            page.update()
-            protocol.create("PATCH-DOC", events)
-
-        works = {"fmu": lambda: explored(fmu, page.wish), "step": step, "sweep": page.sweep}
+        answers = Answers(fmu, UserError, facts_of(fmu))
         for case, values in CASES.items():
-            times: dict[str, list[float]] = {name: [] for name in works}
+            times: dict[str, list[float]] = {"step": [], "sweep": []}
             for n in range(20 if quick else 100):
-                page.wish = {**page.defaults, **values, "k": 1e6 + 1e3 * n}
-                for name, work in works.items():
-                    events.clear()
+                request = {"values": {**values, "k": 1e6 + 1e3 * n}}
+                for name, more in (("step", {}), ("sweep", {"over": "club_speed"})):
                     begin = process_time()
-                    work()
+                    json.dumps(answers({**request, **more}))
                     times[name].append(1e3 * (process_time() - begin))
-            medians = {name: median(times[name]) for name in ("step", "fmu", "sweep")}
-            rows[case] = {"case": case, **medians}
-            rows[case]["passed"] = rows[case]["step"] <= LIMIT
+            medians = {name: median(ms) for name, ms in times.items()}
+            rows[case] = {"case": case, **medians, "passed": medians["step"] <= LIMIT}
     return rows
 
 
 def memory_of_tabs() -> dict[str, float]:
-    """Open tabs one after the other, and look at the server's memory, MB.
+    """The server's memory, MB, after one tab and after many more: each loads the page and a case.
 
     Raises:
         UserError: the server didn't start.
     """
-    from bokeh.client import pull_session
-
     command = "from golf_impact.__main__ import main; main()"
     arguments = [sys.executable, "-c", command, "explore", "--no-browser", "--port", "0"]
     with subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True) as server:
@@ -85,21 +71,23 @@ def memory_of_tabs() -> dict[str, float]:
             address = server.stdout.readline().strip()
             if not address:
                 raise UserError("the server of golf-impact explore didn't start")
-            sessions, memory = [], [_megabytes(server.pid)]
+            _tab(address)
+            before = _megabytes(server.pid)
             for _ in range(TABS):
-                sessions.append(pull_session(url=address))
-                memory.append(_megabytes(server.pid))
-            for session in sessions:
-                session.close()
+                _tab(address)
+            after = _megabytes(server.pid)
         finally:
             server.terminate()
-    return {
-        "tabs": TABS,
-        "server_mb": memory[0],
-        "first_tab_mb": memory[1] - memory[0],
-        "each_further_tab_mb": (memory[-1] - memory[1]) / (TABS - 1),
-        "all_mb": memory[-1],
-    }
+    return {"tabs": TABS, "server_mb": before, "after_mb": after}
+
+
+def _tab(address: str) -> None:
+    body = json.dumps({"values": {"law": 2}})
+    for method, path in (("GET", "/"), ("GET", "/bokeh.min.js"), ("POST", "/impact")):
+        connection = HTTPConnection(urlsplit(address).netloc)
+        connection.request(method, path, body if method == "POST" else None)
+        connection.getresponse().read()
+        connection.close()
 
 
 def _megabytes(process: int) -> float:

@@ -103,15 +103,14 @@ def _explore(quick: bool, folder: Path) -> int:
     prepare(folder, "bench_explore.json")
     steps, tabs = slider_steps(quick), memory_of_tabs()
     title = f"A slider's step at the server, ms of processor time (at most {LIMIT:g})"
-    table = rich_table(title, "", "step", "of it the FMU", "then S and COR over a variable", "")
+    table = rich_table(title, "", "step", "then S and COR over a variable", "")
     for case, one in steps.items():
-        numbers = (f"{one[name]:.1f}" for name in ("step", "fmu", "sweep"))
+        numbers = (f"{one[name]:.1f}" for name in ("step", "sweep"))
         table.add_row(case, *numbers, verdict(one["passed"]))
     out.print(table)
     say(
-        f"{tabs['tabs']} tabs at once: {tabs['all_mb']:.0f} MB, the first "
-        f"{tabs['first_tab_mb']:.0f} MB and each further one {tabs['each_further_tab_mb']:.1f} MB "
-        f"beside the server's {tabs['server_mb']:.0f} MB."
+        f"The server takes {tabs['server_mb']:.1f} MB after the first tab, and "
+        f"{tabs['after_mb']:.1f} MB after {tabs['tabs']} more."
     )
     return _written(folder, "bench_explore.json", quick, {"steps_ms": steps, "tabs": tabs})
 

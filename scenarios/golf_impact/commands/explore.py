@@ -10,7 +10,10 @@ from typer import Option
 from golf_impact.commands.console import say, warn
 from golf_impact.errors import UserError, lacking
 
-EPILOG = "Examples: golf-impact explore --ball roh-lee --set club_speed=50 · golf-impact explore --export page"
+EPILOG = (
+    "Examples: golf-impact explore --ball roh-lee --set club_speed=50 · "
+    "golf-impact explore --export page"
+)
 
 
 def explore(

@@ -6,6 +6,7 @@ It needs the standard library only and an instance of the FMU, or of what is ins
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any, Protocol
 from urllib.parse import urlencode
 
@@ -146,10 +147,10 @@ class Answers:
         for body in ("club", "ball"):
             path[f"{body}_shown"] = [speed / size for speed in path[f"{body}_velocity"]]
         changed = self.changed(values)
-        examples = self.facts["examples"]
-        example = next(
-            (one for one in examples if values == {**self.defaults, **one["values"]}), {}
-        )
+        example: Mapping[str, Any] = {}
+        for one in self.facts["examples"]:
+            if values == {**self.defaults, **one["values"]}:
+                example = one
         # Without a parameter the page opens, and `golf-impact run` runs, something else.
         given = {name: repr(value).removesuffix(".0") for name, value in changed.items()}
         given = given or {"law": "1"}
@@ -209,7 +210,7 @@ class Answers:
             gap = (values["club_speed"] - values["ball_speed"]) * lead
             values = {**values, "gap": gap}
         host = [0.0, *(time + lead for time in times[1:])]
-        steps = [after - before for before, after in zip(host, host[1:])]
+        steps = [after - before for before, after in pairwise(host)]
         if host[-1] + lead == host[-1] or min(steps) <= 0.0:
             raise ValueError(f"A contact of {contact:g} s is too short or too long to be drawn.")
         instance = self.instance

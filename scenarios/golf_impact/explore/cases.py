@@ -89,7 +89,8 @@ EXAMPLES = (
     ),
     _document(
         *("50 m/s", {"club_speed": 50.0}, document.CLUB_SPEED[50.0]),
-        "Forces and speeds grow in proportion to club speed; S, COR and contact time do not change.",
+        "Forces and speeds grow in proportion to club speed; S, COR and contact time stay as they "
+        "are.",
     ),
     _document(
         *("Soft", {"k": 0.5e6}, document.COMPRESSION[0.5e6]),

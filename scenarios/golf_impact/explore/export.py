@@ -1,4 +1,4 @@
-"""The page as a folder for any web server: the same files, and Python with the physics of the FMU."""
+"""The page as a folder for any web server: the same files, and Python with the FMU's physics."""
 
 import hashlib
 import io

@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Any
 
 
-class Refused(Exception):
+class RefusedError(Exception):
     """The message of the component."""
 
 
@@ -29,7 +29,7 @@ class Instance:
         """A new run with these inputs and parameters (start values for the others).
 
         Raises:
-            Refused: the component refuses a value.
+            RefusedError: the component refuses a value.
         """
         component = self._component
         self.messages.clear()
@@ -40,21 +40,21 @@ class Instance:
             type_ = self._variables[self._references[name]].type
             if type_ != "Real":
                 if value not in (1, 2):
-                    raise Refused(f"{name} = {value!r} is refused: it must be 1 or 2")
+                    raise RefusedError(f"{name} = {value!r} is refused: it must be 1 or 2")
                 value = int(value)
             component.set_values([self._references[name]], [value], type_)
         component.exit_initialization()
         if self.messages:
-            raise Refused(self.messages[0])
+            raise RefusedError(self.messages[0])
 
     def step(self, point: float, size: float) -> None:
         """One communication step.
 
         Raises:
-            Refused: the component refuses it.
+            RefusedError: the component refuses it.
         """
         if not self._component.step(point, size):
-            raise Refused(self.messages[-1])
+            raise RefusedError(self.messages[-1])
 
     def read(self, names: Sequence[str]) -> dict[str, float]:
         """Values of Real variables, by name."""
@@ -78,5 +78,5 @@ def answering(package: str, facts: str) -> tuple[Callable[[str], str], str]:
     """
     from .answers import Answers
 
-    answers = Answers(Instance(package), Refused, json.loads(facts))
+    answers = Answers(Instance(package), RefusedError, json.loads(facts))
     return lambda request: json.dumps(answers(json.loads(request))), json.dumps(answers.check())

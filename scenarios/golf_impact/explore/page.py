@@ -28,9 +28,7 @@ def page_files(fmu: ImpactFmu, worker: Mapping[str, Any] | None = None) -> dict[
     facts = facts_of(fmu)
     opening = Answers(fmu, UserError, facts)({"values": facts["opening"]})
     carried = {**facts, "answer": opening, "worker": worker}
-    script, figures = components(
-        Pictures(opening["path"]).figures, wrap_script=False, theme=THEME
-    )
+    script, figures = components(Pictures(opening["path"]).figures, wrap_script=False, theme=THEME)
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     template = environment.from_string((_HERE / "page.html").read_text("utf-8"))
     # Nothing in a script element may end it.

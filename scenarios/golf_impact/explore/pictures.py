@@ -43,7 +43,7 @@ class Pictures:
     """The figures of the page, by name in `figures`.
 
     Sources: `path` (the present case), `pinned` (a row a pin), `cursor` (one row of the path),
-    `swept`, `here`. Ranges have the names of `answers`' ranges. `page.js` finds all of them by name.
+    `swept`, `here`. Ranges have the names of `answers`' ranges. `page.js` finds them by name.
 
     Args:
         columns: names of the path's columns.
@@ -57,7 +57,10 @@ class Pictures:
             name: models.ColumnDataSource({column: [] for column in columns}, name=name)
             for name, columns in named.items()
         }
-        names = ("time", "force", "compression", "energy", "velocity", "position", "width", "height")
+        names = (
+            *("time", "force", "compression", "energy", "velocity", "position"),
+            *("width", "height"),
+        )
         self.ranges = {name: models.Range1d(0, 1, name=f"{name}_range") for name in names}
         self.figures = {
             "animation": self._animation(),

@@ -74,21 +74,22 @@ class _Handler(BaseHTTPRequestHandler):
     do_HEAD = do_GET
 
     def do_POST(self) -> None:
-        if not self._is_local():
-            return
-        if urlsplit(self.path).path != "/impact":
-            return self.send_error(404)
         length = self.headers.get("Content-Length", "")
-        if not length.isdecimal():
-            return self.send_error(411)
-        if int(length) > _LARGEST:
-            return self.send_error(413)
-        try:
-            request = json.loads(self.rfile.read(int(length)))
-            answer = self.answer(request)
-        except (ValueError, TypeError, AttributeError, KeyError, RecursionError):
-            return self.send_error(400, "The body must be JSON: {values: {name: number}}")
-        self._send(json.dumps(answer).encode(), "application/json")
+        if not self._is_local():
+            pass
+        elif urlsplit(self.path).path != "/impact":
+            self.send_error(404)
+        elif not length.isdecimal():
+            self.send_error(411)
+        elif int(length) > _LARGEST:
+            self.send_error(413)
+        else:
+            try:
+                answer = self.answer(json.loads(self.rfile.read(int(length))))
+            except (ValueError, TypeError, AttributeError, KeyError, RecursionError):
+                self.send_error(400, "The body must be JSON: {values: {name: number}}")
+            else:
+                self._send(json.dumps(answer).encode(), "application/json")
 
     def _is_local(self) -> bool:
         """Whether a request is for this machine and of its own page; if not, it is refused."""
@@ -108,7 +109,7 @@ class _Handler(BaseHTTPRequestHandler):
         if self.command != "HEAD":
             self.wfile.write(body)
 
-    def log_message(self, format: str, *args: Any) -> None:
+    def log_message(self, *args: Any) -> None:
         """Nothing is logged."""
 
 

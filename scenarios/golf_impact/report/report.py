@@ -67,7 +67,8 @@ class Report(Outcome):
         given = {name: self.fmu.default(name) for name in _GIVEN} | values
         metrics = derived(self.fmu.impact(METRICS, **values), given)
         self.cases[name] = metrics
-        self.commands[name] = f"golf-impact explore {set_options(values)}".rstrip()
+        # Without a value the page would open with its own case.
+        self.commands[name] = f"golf-impact explore {set_options(values or {'law': 1})}"
 
         def hold(metric: str, expected: float, what: str, tolerance: float, why: str = "") -> None:
             claim = f"{name}: {label(metric)} is {what}"
