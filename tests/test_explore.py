@@ -189,7 +189,9 @@ def test_a_case_as_link_and_as_command(answers, example):
     answer = answers({"values": example.values})
     pairs = (pair.split("=") for pair in answer["query"].split("&"))
     given = {name: float(text) for name, text in pairs}
-    assert given == {name: float(value) for name, value in (example.values or {"law": 1}).items()}
+    start = answers.defaults
+    changed = {n: float(v) for n, v in example.values.items() if v != start[n]}
+    assert given == (changed or {"law": 1})
     assert answer["command"].split()[:2] == ["golf-impact", "run"]
     words = dict(word.split("=") for word in answer["command"].split()[3::2])
     assert {name: float(text) for name, text in words.items()} == given
@@ -234,7 +236,7 @@ def local():
 def asked(address, method="POST", path="/impact", body=b"{}", **headers):
     """Status and body of one request."""
     connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=60)
-    connection.request(method, path, body, headers)
+    connection.request(method, path, body if method == "POST" else None, headers)
     response = connection.getresponse()
     return response.status, response.read()
 
@@ -480,9 +482,10 @@ def test_the_physics_in_webassembly(exported, fmu):
 class Tab:
     """The page in a tab."""
 
-    def __init__(self, browser, address):
+    def __init__(self, browser, address, new=True):
         self.browser = browser
-        browser.switch_to.new_window("tab")
+        if new:
+            browser.switch_to.new_window("tab")
         self.handle = browser.current_window_handle
         browser.get(address)
         self.until(lambda: self.js("return document.body.dataset.ready") == "yes")
@@ -545,7 +548,7 @@ class Tab:
 
     def readout(self, metric):
         css = f'tr[data-metric="{metric}"] td'
-        return self.browser.find_element("css selector", css).get_property("innerText")
+        return self.js("return document.querySelector(arguments[0]).innerText", css)
 
 
 @pytest.fixture(scope="module", params=["local", "exported"])
@@ -603,7 +606,7 @@ def tab(browser, address):
 @pytest.fixture(autouse=True)
 def _no_error_and_no_request_outside(request):
     yield
-    if "browser" not in request.fixturenames or "broken" in request.fixturenames:
+    if not {"browser", "address"} <= set(request.fixturenames):
         return
     browser, address = (request.getfixturevalue(name) for name in ("browser", "address"))
     said = [one for one in browser.get_log("browser") if one["level"] in ("SEVERE", "WARNING")]
@@ -622,6 +625,8 @@ def check_page(tab, answers, **values):
     held = tab.data("path")
     for name, column in expected["path"].items():
         scale = np.abs(column).max() or 1.0
+        if name == "lost_energy":  # without damping it is rounding error
+            scale = expected["metrics"]["kinetic_energy_initial"]
         assert np.abs(np.array(held[name]) - column).max() <= 1e-12 * scale, name
     for row in expected["readouts"]:
         assert tab.readout(row["metric"]).split("\n")[0] == row["value"]
@@ -736,6 +741,8 @@ def test_examples_and_balls_are_one_click(tab, answers):
 
 
 def test_pins(tab, answers):
+    from selenium.webdriver.common.keys import Keys
+
     stiffness = [1e6, *(1e3 * (500 + n) for n in range(7))]
     for n, k in enumerate(stiffness):
         tab.type("k", f"{k / 1e3:g}")
@@ -751,11 +758,12 @@ def test_pins(tab, answers):
         assert one["path"]["force"] == pytest.approx(expected["path"]["force"], rel=1e-12)
     # Eight at most.
     assert not tab.get("pin").is_enabled()
-    field = tab.browser.find_element("css selector", "#pins tr:nth-child(2) input")
-    field.clear()
-    field.send_keys("second\t")
+    field = tab.browser.find_element("css selector", "[aria-label='Name of pin 2']")
+    field.send_keys(Keys.CONTROL, "a")
+    field.send_keys("second", Keys.TAB)
     tab.until(lambda: tab.pins()[1]["name"] == "second")
-    css = "[aria-label='{} second']"
+    assert field.get_property("value") == "second"
+    css = "[aria-label='{} pin 2']"
     tab.browser.find_element("css selector", css.format("Reopen")).click()
     tab.shows(k=5e5)
     tab.browser.find_element("css selector", css.format("Remove")).click()
@@ -857,11 +865,11 @@ def test_layout(browser, address, width):
     """Nothing is wider than the screen, and no two pictures or controls overlap."""
     phone = width < 700
     screen = {"width": width, "height": 850, "deviceScaleFactor": 1, "mobile": phone}
+    browser.switch_to.new_window("tab")
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
-    browser.execute_cdp_cmd(
-        "Emulation.setTouchEmulationEnabled", {"enabled": phone, "maxTouchPoints": 1}
-    )
-    tab = Tab(browser, f"{address}?club_speed=-3")
+    touch = {"enabled": phone, "maxTouchPoints": 1}
+    browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", touch)
+    tab = Tab(browser, f"{address}?club_speed=-3", new=False)
     try:
         assert tab.text("state").startswith("No contact")
         assert tab.js("return document.documentElement.scrollWidth") <= width
@@ -900,8 +908,6 @@ def test_layout(browser, address, width):
             browser.execute_cdp_cmd("Input.synthesizeTapGesture", {"x": x + 60, "y": y})
             tab.until(lambda: tab.data("cursor")["time"] != before)
     finally:
-        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-        browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
         tab.close()
 
 
@@ -910,9 +916,8 @@ def test_the_keyboard_reaches_every_control_and_leaves(tab):
     from selenium.webdriver.common.keys import Keys
 
     tab.press("Pin")
-    tab.js(
-        "document.activeElement.blur(); scrollTo(0, 0); getSelection().collapse(document.body, 0)"
-    )
+    # From the top of the page.
+    tab.js('const top = document.querySelector("h1"); top.tabIndex = -1; top.focus()')
     controls = """
         return [...document.querySelectorAll("button, select, input")]
           .filter((one) => !one.disabled && (one.type != "radio" || one.checked)).length"""
@@ -962,6 +967,7 @@ def test_a_missing_runtime_is_said(browser, exported, tmp_path, missing):
     (tmp_path / "page" / missing).unlink()
     handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=tmp_path)
     handler.func.log_message = lambda *args: None
+    browser.switch_to.new_window("tab")
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         browser.get(f"http://127.0.0.1:{server.server_port}/page/")

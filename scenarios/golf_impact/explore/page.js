@@ -222,13 +222,13 @@ function pin(name = "") {
 
 function drawPins() {
   get("pin").disabled = pins.length == COLOURS.length
-  const button = (label, one, click) => tag("button", {type: "button", textContent: label, ariaLabel: `${label} ${one.name}`, onclick: click})
-  const rows = pins.map((one) => tag("tr", {},
+  const button = (label, n, click) => tag("button", {type: "button", textContent: label, ariaLabel: `${label} pin ${n}`, onclick: click})
+  const rows = pins.map((one, n) => tag("tr", {},
     tag("th", {scope: "row"}, tag("span", {style: `color: ${one.color}`, ariaHidden: "true"}, "━━ "),
-      tag("input", {type: "text", value: one.name, ariaLabel: `Name of pin ${one.name}`, onchange: (event) => { one.name = event.target.value; drawPins() }})),
+      tag("input", {type: "text", value: one.name, ariaLabel: `Name of pin ${n + 1}`, onchange: (event) => { one.name = event.target.value }})),
     ...one.readouts.map(({value}) => tag("td", {}, value)),
-    tag("td", {}, button("Reopen", one, () => want(one.values, "law")), " ",
-      button("Remove", one, () => { pins = pins.filter((other) => other != one); drawPins(); get("pin").focus() }))))
+    tag("td", {}, button("Reopen", n + 1, () => want(one.values, "law")), " ",
+      button("Remove", n + 1, () => { pins = pins.filter((other) => other != one); drawPins(); get("pin").focus() }))))
   const head = ["case", ...shown.readouts.map(({label}) => label), ""].map((label) => tag("th", {scope: "col"}, label))
   get("pins").replaceChildren(...(pins.length ? [tag("thead", {}, tag("tr", {}, ...head)), tag("tbody", {}, ...rows)] : []))
   draw()
@@ -337,7 +337,7 @@ async function start() {
   }
   listen()
   if (Object.keys(given).length) wanted = given
-  await want({}, "law")
+  await want({}, "")
   wanted = {...shown.values}
   document.body.dataset.ready = "yes"
 }

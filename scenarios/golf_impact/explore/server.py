@@ -75,17 +75,17 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_POST(self) -> None:
         length = self.headers.get("Content-Length", "")
+        if not length.isdecimal() or int(length) > _LARGEST:
+            return self.send_error(413)
+        # Read in any case: a connection that is closed before is reset, and the reply with it.
+        body = self.rfile.read(int(length))
         if not self._is_local():
-            pass
-        elif urlsplit(self.path).path != "/impact":
+            return None
+        if urlsplit(self.path).path != "/impact":
             self.send_error(404)
-        elif not length.isdecimal():
-            self.send_error(411)
-        elif int(length) > _LARGEST:
-            self.send_error(413)
         else:
             try:
-                answer = self.answer(json.loads(self.rfile.read(int(length))))
+                answer = self.answer(json.loads(body))
             except (ValueError, TypeError, AttributeError, KeyError, RecursionError):
                 self.send_error(400, "The body must be JSON: {values: {name: number}}")
             else:
