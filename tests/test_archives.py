@@ -1,4 +1,4 @@
-"""Damaged, foreign and hostile .fmu files: one clear line, exit 2, nothing left, no crash."""
+"""Damaged, foreign and malicious .fmu files: an error in one line, exit code 2, no file left."""
 
 import hashlib
 import json
@@ -42,7 +42,7 @@ def packed(path, files):
 
 
 def with_more(tmp_path, files, *more):
-    """An FMU that has these further members: name or ZipInfo, and content."""
+    """An FMU with additional members, given by name or ZipInfo and content."""
     path = packed(tmp_path / "more.fmu", files)
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
         for name, content in more:
@@ -51,7 +51,7 @@ def with_more(tmp_path, files, *more):
 
 
 def refused(fmu, *words, tmp_path, command=("run", "table1", "--fmu")):
-    """One line on stderr with these words, exit 2, no file anywhere."""
+    """One line on stderr with these words, exit code 2, and no file written."""
     temporary, cwd = tmp_path / "temporary", tmp_path / "cwd"
     temporary.mkdir()
     cwd.mkdir()
@@ -108,7 +108,7 @@ def foreign(tmp_path, files, fmu):
 
 
 def without_a_module(tmp_path, files, fmu):
-    """pythonfmu's library would take the process down."""
+    """pythonfmu's library would crash the process."""
     kept = {n: c for n, c in files.items() if not n.endswith("/impact.py") and n != SUMS}
     return packed(tmp_path / "x.fmu", kept)
 
@@ -116,10 +116,12 @@ def without_a_module(tmp_path, files, fmu):
 @pytest.mark.parametrize(
     ("made", "words"),
     [
-        (truncated, ("half.fmu", "no readable FMU", "golf-impact build")),
+        (truncated, ("half.fmu", "not a readable FMU", "golf-impact build")),
         (zip_slip, ("'../outside.txt'", "golf-impact build")),
         pytest.param(
-            another_guid, ("modelDescription.xml isn't as it was built",), marks=pytest.mark.ci
+            another_guid,
+            ("modelDescription.xml has been changed since it was built",),
+            marks=pytest.mark.ci,
         ),
         pytest.param(foreign, ("Stranger.fmu is another FMU (Stranger)",), marks=pytest.mark.ci),
         (without_a_module, ("x.fmu can't be run here", "golf-impact build")),
@@ -130,7 +132,7 @@ def test_the_command(tmp_path, files, fmu_path, made, words):
     refused(made(tmp_path, files, fmu_path), *words, tmp_path=tmp_path)
 
 
-def test_a_sweep_refuses_as_well(tmp_path, files, fmu_path):
+def test_a_sweep_rejects_them_as_well(tmp_path, files, fmu_path):
     fmu = zip_slip(tmp_path, files, fmu_path)
     command = ("sweep", "--set", "k=1e6,2e6", "--no-figures", "--fmu")
     done = subprocess.run(
@@ -141,7 +143,7 @@ def test_a_sweep_refuses_as_well(tmp_path, files, fmu_path):
     assert not (tmp_path / "x.csv").exists()
 
 
-def test_doctor_looks_before_it_runs(tmp_path, files, fmu_path):
+def test_doctor_checks_the_file_before_it_runs(tmp_path, files, fmu_path):
     done = subprocess.run(
         [COMMAND, "doctor", zip_slip(tmp_path, files, fmu_path)], capture_output=True, text=True
     )
@@ -169,12 +171,12 @@ def test_doctor_looks_before_it_runs(tmp_path, files, fmu_path):
         "line\nbreak",
     ],
 )
-def test_names_that_lead_elsewhere(tmp_path, files, name):
+def test_names_that_lead_out_of_the_folder(tmp_path, files, name):
     path = with_more(tmp_path, files, (zipfile.ZipInfo(name), b"here"))
     why = flaw(path)
-    assert "leads elsewhere" in why
+    assert "leads out of the folder" in why
     assert len(why.splitlines()) == 1
-    with pytest.raises(UserError, match="leads elsewhere"):
+    with pytest.raises(UserError, match="leads out of the folder"):
         ImpactFmu(path)
 
 
@@ -204,27 +206,27 @@ def test_too_large(tmp_path, files):
     assert "66 MB" in flaw(path)
 
 
-def test_a_size_that_lies(tmp_path, files):
-    """The directory says 10 bytes: no more are unpacked, and their CRC is wrong."""
+def test_a_wrong_size(tmp_path, files):
+    """The directory has 10 bytes: no more are unpacked, and their CRC is wrong."""
     path = tmp_path / "liar.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", bytes(2**22))
         archive.infolist()[0].file_size = 10
-    assert "no readable FMU" in flaw(path)
+    assert "not a readable FMU" in flaw(path)
 
 
 def test_every_truncation(tmp_path, fmu_path):
     data, path = fmu_path.read_bytes(), tmp_path / "x.fmu"
     for n in range(0, len(data), len(data) // 40):
         path.write_bytes(data[:n])
-        assert "no readable FMU" in flaw(path)
+        assert "not a readable FMU" in flaw(path)
     path.write_bytes(data)
     assert flaw(path) is None
 
 
 @pytest.mark.ci
 def test_a_damaged_byte_anywhere(tmp_path, fmu_path):
-    """Wherever a byte is changed that matters: it is seen, and the default build isn't current."""
+    """A change of any byte that matters is noticed, and the build isn't current."""
     data, path = bytearray(fmu_path.read_bytes()), tmp_path / "x.fmu"
     seen = 0
     for n in range(7, len(data), len(data) // 60):
@@ -257,17 +259,17 @@ def test_no_archive_at_all(tmp_path):
     nothing = packed(tmp_path / "nothing.fmu", {})
     pipe = tmp_path / "pipe.fmu"
     os.mkfifo(pipe)
-    assert "no readable FMU" in flaw(empty)
-    assert "no readable FMU" in flaw(text)
+    assert "not a readable FMU" in flaw(empty)
+    assert "not a readable FMU" in flaw(text)
     assert "modelDescription.xml is missing" in flaw(nothing)
     assert "is a folder" in flaw(tmp_path)
-    assert "is no file" in flaw(pipe)
+    assert "is not a regular file" in flaw(pipe)
     assert "there is no FMU" in flaw(tmp_path / "none.fmu")
     assert "can't read" in flaw(empty / "below.fmu")
     assert "can't read" in flaw(Path("x" * 300))
 
 
-def test_encrypted_or_packed_in_another_way(tmp_path, files):
+def test_encrypted_members_and_unsupported_compression(tmp_path, files):
     path = packed(tmp_path / "x.fmu", files)
     data = bytearray(path.read_bytes())
     entry = data.index(b"PK\x01\x02")
@@ -277,14 +279,14 @@ def test_encrypted_or_packed_in_another_way(tmp_path, files):
     data[entry + 8] &= ~1
     data[entry + 10] = 99
     path.write_bytes(data)
-    assert "no readable FMU" in flaw(path)
+    assert "not a readable FMU" in flaw(path)
 
 
 # What is inside
 
 
 def described(tmp_path, files, *replacements):
-    """The FMU with another modelDescription.xml, and no list of its files."""
+    """The FMU with another modelDescription.xml, without the list of its files."""
     text = files["modelDescription.xml"].decode()
     for old, new in replacements:
         assert old in text
@@ -296,8 +298,8 @@ def described(tmp_path, files, *replacements):
 @pytest.mark.parametrize(
     ("replacements", "words"),
     [
-        ([("</fmiModelDescription>", "")], "no readable FMU"),
-        ([('fmiVersion="2.0"', 'fmiVersion="7.0"')], "no readable FMU"),
+        ([("</fmiModelDescription>", "")], "not a readable FMU"),
+        ([('fmiVersion="2.0"', 'fmiVersion="7.0"')], "not a readable FMU"),
         ([('"smash_factor"', '"smash"')], "another FMU"),
         ([('"exponent"', '"exp"')], "lacks exponent"),
     ],
@@ -310,7 +312,7 @@ def test_another_description(tmp_path, files, replacements, words):
 def test_an_fmu_for_fmi_3(tmp_path):
     fmu = BUILDERS[3].build(tmp_path / "x.fmu")
     assert flaw(fmu) is None
-    with pytest.raises(UserError, match=r"FMI 2\.0, which is needed"):
+    with pytest.raises(UserError, match=r"not an FMI 2\.0 co-simulation FMU"):
         ImpactFmu(fmu)
 
 
@@ -322,7 +324,7 @@ def test_an_fmu_without_co_simulation(tmp_path, files):
         end = text.index("</CoSimulation>") + len("</CoSimulation>")
     exchange = '<ModelExchange modelIdentifier="ClubBallImpact"/>'
     path = described(tmp_path, files, (text[begin:end], exchange))
-    with pytest.raises(UserError, match="no FMU for co-simulation"):
+    with pytest.raises(UserError, match=r"not an FMI 2\.0 co-simulation FMU"):
         ImpactFmu(path)
 
 
@@ -346,7 +348,7 @@ def entry_point(files):
     ids=["syntax", "exception", "abort", "library", "half library", "other module"],
 )
 def test_contents_that_crash_a_process(tmp_path, files, damage):
-    """Tried in a process of its own, since they pass for whole (they have no list of files)."""
+    """Run in a separate process, since without a list of files nothing else shows the damage."""
     kept = {name: content for name, content in files.items() if name != SUMS}
     path = packed(tmp_path / "x.fmu", kept | damage(files))
     assert flaw(path) is None
@@ -355,8 +357,8 @@ def test_contents_that_crash_a_process(tmp_path, files, damage):
     assert len(str(error.value).splitlines()) == 1
 
 
-def test_one_that_was_only_packed_anew_is_taken(tmp_path, files, monkeypatch):
-    """And modules in the working folder don't stand for ours."""
+def test_a_repacked_fmu_is_accepted(tmp_path, files, monkeypatch):
+    """Modules in the working folder are not imported in place of the package's."""
     for name in ("golf_impact", "fmpy", "numpy"):
         (tmp_path / f"{name}.py").write_text("raise RuntimeError")
     monkeypatch.chdir(tmp_path)
@@ -368,7 +370,7 @@ def test_one_that_was_only_packed_anew_is_taken(tmp_path, files, monkeypatch):
 # The built FMU
 
 
-def test_a_damaged_build_is_made_anew(tmp_path, fmu_path, files, monkeypatch):
+def test_a_damaged_build_is_rebuilt(tmp_path, fmu_path, files, monkeypatch):
     from golf_impact.fmu import file as fmu_file
 
     built = tmp_path / "ClubBallImpact.fmu"
@@ -385,7 +387,7 @@ def test_a_damaged_build_is_made_anew(tmp_path, fmu_path, files, monkeypatch):
 
 
 def test_the_list_of_files(tmp_path, fmu_path, files):
-    """Ours and pythonfmu's, nothing else; and each is what it says."""
+    """It has all files, with their digests."""
     import importlib.metadata
 
     names = set(files)

@@ -1,4 +1,4 @@
-"""Bad input: the old value stays, a message says what and why, and the run can be mended."""
+"""Invalid input: the old value remains, a message gives the reason, and the run can continue."""
 
 import json
 import math
@@ -14,7 +14,7 @@ def set_real(fmu, name, value):
 
 
 def begin(fmu, **values):
-    """As ImpactFmu.start, but with what the FMU says left to the test."""
+    """As ImpactFmu.start, without an error: the test checks the messages of the FMU."""
     slave = fmu.slave
     slave.setFMUstate(fmu._fresh)
     slave.setupExperiment(startTime=0.0)
@@ -122,7 +122,7 @@ def test_a_communication_point_that_jumps(fmu, point):
     fmu.slave.doStep(1e-4 * (1.0 + 1e-9), 1e-4)
 
 
-def test_a_restored_state_may_go_on_anywhere(fmu):
+def test_any_communication_point_after_a_restored_state(fmu):
     begin(fmu, gap=0.35)
     fmu.slave.exitInitializationMode()
     state = fmu.slave.getFMUstate()
@@ -186,8 +186,8 @@ def test_outputs_cannot_be_set(fmu):
     "values",
     [{"k": 1e300}, {"m_ball": 1e-300}, {"club_speed": 1e200}, {"b": 1e300}, {"k": 5e-324}],
 )
-def test_the_ends_of_the_doubles(fmu, values):
-    """Allowed one by one, but what they lead to is no double: refused, with the numbers."""
+def test_values_that_overflow_together(fmu, values):
+    """Allowed separately, but results leave the range of a double: rejected with the numbers."""
     begin(fmu, **values)
     fmu.slave.exitInitializationMode()
     assert "range of a double" in fmu.messages[0]
@@ -235,7 +235,7 @@ def test_state_in_mid_contact(fmu, law, through_bytes):
 @pytest.mark.parametrize(
     "data", [b"", b"nonsense", b"[]", b'["another component", 1]', b"\xff\xfe", b"null"]
 )
-def test_a_state_that_is_none(fmu, data):
+def test_bytes_that_are_not_a_state(fmu, data):
     begin(fmu)
     fmu.slave.exitInitializationMode()
     state = fmu.slave.deSerializeFMUstate(data)
@@ -264,8 +264,8 @@ def test_reset_is_a_new_instance(fmu):
 
 
 @pytest.mark.parametrize("reference", [2**32 - 1, 2**32 - 2, 1000])
-def test_a_reference_that_no_variable_has(fmu, reference):
-    """pythonfmu hands a large unsigned reference on as a negative one."""
+def test_an_unknown_value_reference(fmu, reference):
+    """pythonfmu passes a large unsigned reference as a negative one."""
     begin(fmu)
     fmu.slave.exitInitializationMode()
     fmu.slave.doStep(0.0, 1e-4)

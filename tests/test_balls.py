@@ -1,4 +1,4 @@
-"""The presets: what they are, and `run --ball`."""
+"""The preset balls, and `run --ball`."""
 
 import json
 
@@ -11,7 +11,7 @@ from golf_impact.facts.measured import MPH
 
 
 @pytest.mark.parametrize("name", BALLS)
-def test_a_ball_flies(fmu, name):
+def test_each_ball(fmu, name):
     assert BALLS[name].name == name
     assert BALLS[name].source
     outputs = fmu.impact(("coefficient_of_restitution",), **ball(name).values)
@@ -28,7 +28,7 @@ def test_an_unknown_ball():
     [(30, 5.4e5), (60, 7.0e5), (80, 8.8e5), (90, 1.0e6), (100, 1.17e6), (110, 1.40e6)],
 )
 def test_rating_stiffness(rating, k):
-    """To the digits given for it."""
+    """To the published digits."""
     assert rating_stiffness(rating) == pytest.approx(k, rel=0.006)
 
 
@@ -41,7 +41,7 @@ def test_the_tour_ball(fmu):
 
 
 @pytest.mark.parametrize("speed", [20.0, 35.0, 60.0])
-def test_a_restitution_that_falls(fmu, speed):
+def test_a_restitution_that_decreases_with_speed(fmu, speed):
     outputs = fmu.impact(
         ("coefficient_of_restitution",), club_speed=speed, **BALLS["penner"].values
     )
@@ -49,16 +49,18 @@ def test_a_restitution_that_falls(fmu, speed):
 
 
 def test_run_with_a_ball(tmp_path):
-    """What is set besides wins over the preset."""
+    """--set overrides the values of the preset."""
     done = golf_here(
         *("run", "--ball", "document-old", "--set", "club_speed=50", "--set", "b=9"),
         *("--no-figures", "--out", tmp_path),
     )
     assert done.returncode == 0, done.stderr
-    old = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
+    (file,) = tmp_path.glob("*_results.json")
+    old = json.loads(file.read_text())["custom"]["custom"]
     same = ("--set", "k=0.5e6", "--set", "law=1", "--set", "club_speed=50")
-    assert golf_here("run", *same, "--no-figures", "--out", tmp_path).returncode == 0
-    assert json.loads((tmp_path / "results.json").read_text())["custom"]["custom"] == old
+    assert golf_here("run", *same, "--no-figures", "--out", tmp_path / "same").returncode == 0
+    (file,) = (tmp_path / "same").glob("*_results.json")
+    assert json.loads(file.read_text())["custom"]["custom"] == old
 
 
 def test_list_balls():
@@ -66,8 +68,11 @@ def test_list_balls():
     assert done.returncode == 0
     for name in BALLS:
         assert name in done.stdout
+    # Lines are wrapped between words.
+    words = {word for ball in BALLS.values() for word in f"{ball.title} {ball.source}".split()}
+    assert words <= set(done.stdout.split())
 
 
-def test_a_ball_there_is_none_of(tmp_path):
+def test_an_unknown_ball_on_the_command_line(tmp_path):
     refused(golf_here("run", "--ball", "cannon", "--out", tmp_path), "cannon", "roh-lee, ")
     assert list(tmp_path.iterdir()) == []

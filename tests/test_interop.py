@@ -214,6 +214,7 @@ def _missing(tool):
     return None
 
 
+@pytest.mark.importers
 @pytest.mark.parametrize("law", [1, 2])
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize(("tool", "code"), [("libcosimpy", _COSIM), ("ecospy", _ECOS)])
@@ -248,6 +249,7 @@ def _toolbox(command, *arguments):
     return done.stdout + done.stderr
 
 
+@pytest.mark.importers
 def test_fmutool_finds_it_compliant(fmu_path):
     said = _toolbox("fmutool", "-check", "-input", fmu_path)
     assert "seems to be compliant with FMI-2.0" in said
@@ -260,6 +262,7 @@ def test_fmpy_finds_nothing_to_complain_about(fmu_path):
     assert validate_fmu(str(fmu_path)) == []
 
 
+@pytest.mark.importers
 @pytest.mark.parametrize("step", STEPS[:2])
 def test_a_container_with_another_fmu(fmu_path, tmp_path, step):
     from golf_build.system import build_companion

@@ -97,7 +97,7 @@ def test_the_line_that_doctor_prints_works(host, fmu_path, libpython, capsys):
     same(host("impact", "1e-3", preload=False, **settings))
 
 
-def test_doctor_never_fails(tmp_path, monkeypatch, capsys):
+def test_doctor_never_fails(fmu_path, tmp_path, monkeypatch, capsys):
     damaged = tmp_path / "damaged.fmu"
     damaged.write_bytes(b"PK no zip")
     for file in (damaged, tmp_path / "missing.fmu", tmp_path):
@@ -106,7 +106,7 @@ def test_doctor_never_fails(tmp_path, monkeypatch, capsys):
         (line,) = (text for text in shown if text.startswith("problem"))
         assert str(file) in line
     monkeypatch.setattr(doctor.subprocess, "run", lambda *a, **k: 1 / 0)
-    assert any("couldn't be examined" in text for _, text in doctor.examine(damaged))
+    assert any("couldn't be examined" in text for _, text in doctor.examine(fmu_path))
 
 
 @pytest.mark.parametrize(

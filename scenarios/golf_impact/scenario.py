@@ -1,9 +1,9 @@
-"""What a scenario script is written with: the one import of ours that it needs.
+"""The interface for scenario scripts.
 
-A scenario is a file with TITLE and `run(fmu)`, which gives a `Report`: impacts are run, what they
-must show is checked, tables and figures are made. `golf-impact run FILE` runs it, and
-`python FILE` does where it ends with `main(__file__)`. CHAPTER is its place in the whole report;
-one without comes last.
+A scenario is a file with TITLE and a function `run(fmu)` that returns a `Report`: it runs impacts,
+checks them, and makes tables and figures. `golf-impact run FILE` runs it, or `python FILE` if it
+ends with `main(__file__)`. CHAPTER is its position in the report of all scenarios; a scenario
+without one comes last.
 """
 
 from pathlib import Path
@@ -14,19 +14,26 @@ from golf_impact.facts.balls import BALLS, rating_stiffness
 from golf_impact.facts.quantities import QUANTITIES, label, shown
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.fmu.loaded import LoadedFmu3
-from golf_impact.fmu.system import build_system, run_ssp, run_system, start_values
+from golf_impact.fmu.loaded import LoadedFmu, LoadedFmu3
+from golf_impact.fmu.system import (
+    build_system,
+    extract_fmus,
+    run_ssp,
+    run_system,
+    start_values,
+)
 from golf_impact.peers.document_scheme import document_fmu
 from golf_impact.report.report import Metrics, Report
 
 __all__ = ["BALLS", "QUANTITIES", "ImpactFmu", "LoadedFmu3", "Metrics", "Report", "UserError"]
-__all__ += ["build_system", "closed_forms", "current_fmu", "document", "document_fmu", "label"]
+__all__ += ["LoadedFmu", "build_system", "closed_forms", "current_fmu", "document"]
+__all__ += ["document_fmu", "extract_fmus", "label"]
 __all__ += ["main", "measured", "rating_stiffness", "run_ssp", "run_system", "shown"]
 __all__ += ["start_values"]
 
 
 def main(script: str) -> None:
-    """Run this script's scenario, as `golf-impact run` does, with its options."""
+    """Run the scenario in this script with the options of `golf-impact run`, and exit."""
     import sys
 
     from golf_impact import stopping

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from golf_impact.facts.balls import Ball
 from golf_impact.facts.quantities import QUANTITIES, written
 from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.report.any_law import check_any_law, has_closed_form
 from golf_impact.report.report import Report
 
 #: A file's name may have 255 characters, with what is added to this.
@@ -28,9 +29,16 @@ def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]
     words = [f"{name} = {value:g}{_unit(fmu, name)}" for name, value in values.items()]
     title = ", ".join([*filter(None, cases), *words])
     report = Report(f"Your case{'s' * (len(cases) > 1)}: {title}", fmu)
+    report.prefix = f"{_file(cases, values)}_"
     paths, columns = {}, []
     for ball, given in cases.items():
-        columns.append(report.impact(ball if len(cases) > 1 else "custom", **given))
+        name = ball if len(cases) > 1 else "custom"
+        columns.append(report.impact(name, **given))
+        complete = {
+            v.name: fmu.default(v.name) for v in fmu.variables.values() if v.causality != "output"
+        } | given
+        if not has_closed_form(complete):
+            check_any_law(report, name, complete, columns[-1])
         path = fmu.trajectory(**given)
         report.trajectories[_file([ball], values)] = path
         paths[ball] = (path["time"] - columns[-1]["touch_time"]) * 1e6, path["force"] / 1e3
@@ -42,7 +50,8 @@ def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]
 
     @report.figure(f"{_file(cases, values)}_force")
     def force(figures):
-        figure, axes = figures.new(f"Contact force: {title}")
+        case = report.describe(**next(iter(cases.values()))) if len(cases) == 1 else ""
+        figure, axes = figures.new(f"Contact force: {title}", case=case)
         for ball, (micro, kilonewton) in paths.items():
             axes.plot(micro, kilonewton, label=ball, **figures.LOOKS[ball or "ball"].line)
         axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
