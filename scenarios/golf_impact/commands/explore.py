@@ -64,11 +64,13 @@ def explore(
         return
     from urllib.parse import urlencode
 
+    from golf_impact.explore.answers import LOFT
     from golf_impact.explore.server import serve
     from golf_impact.facts.quantities import shortest
 
+    # What isn't ClubBallImpact's is refused by it, unless it is Launch's.
     with ImpactFmu(path) as fmu:
-        fmu.impact(**values)
+        fmu.impact(**{name: value for name, value in values.items() if name not in LOFT})
     question = urlencode({name: shortest(value) for name, value in values.items()})
 
     def ready(address: str) -> None:

@@ -25,6 +25,17 @@ POINTS = (12, 160, 28)
 SWEPT_METRICS = ("smash_factor", "coefficient_of_restitution")
 SWEPT = 25
 
+#: Parameters of Launch.fmu that are set here, and what it gets from the impact.
+LOFT = ("dynamic_loft", "attack_angle", "friction")
+FROM_IMPACT = ("ball_velocity", "club_velocity", "smash_factor", "coefficient_of_restitution")
+
+#: Of the shot: outputs of Launch.fmu and BallFlight.fmu; points of the flight that is drawn.
+LAUNCH = ("ball_speed", "launch_angle", "backspin")
+FLIGHT = ("carry", "apex", "flight_time")
+FLIGHT_POINTS = 60
+
+_DEGREE = math.pi / 180.0
+
 #: Metric, label, format of the value, meaning. Numbers are in the displayed units.
 READOUTS = (
     ("smash_factor", "S", "{:.4f}", "smash factor: ball speed / club speed"),
@@ -47,17 +58,24 @@ READOUTS = (
         "kept: {momentum_final:.3f} of {momentum_initial:.3f} N·s",
     ),
 )
+SHOT_READOUTS = (
+    ("launch_angle", "Launch angle", "{:.1f}°", "ball speed with spin {ball_speed:.2f} {speed}"),
+    ("backspin", "Backspin", "{:.0f} rpm", "head speed {head_speed:.2f} {speed}"),
+    ("carry", "Carry", "{:.1f} m", "{yards:.0f} yd; apex {apex:.1f} m"),
+)
 
 #: Units of the published numbers that need one; speeds have that which the user chose.
 _PRINTED_UNITS = {
-    **{"contact_time": "µs", "max_force": "N", "energy_efficiency": "%", "momentum_final": "N·s"}
+    **{"contact_time": "µs", "max_force": "N", "energy_efficiency": "%", "momentum_final": "N·s"},
+    **{"launch_angle": "°", "backspin": "rpm", "carry": "m"},
 }
 
 
 class Instance(Protocol):
-    """An instance of the FMU."""
+    """An instance of an FMU; `set` and `flag` are of the companions and of ClubBallImpact alone."""
 
     def start(self, **values: float) -> None: ...
+    def set(self, values: Mapping[str, float]) -> None: ...
     def step(self, point: float, size: float) -> None: ...
     def read(self, names: Sequence[str]) -> dict[str, float]: ...
     def flag(self, name: str) -> bool: ...
@@ -67,15 +85,19 @@ class Answers:
     """Answers to the page's requests.
 
     Args:
-        instance: of the FMU.
-        refusal: the exception that it raises where it refuses a value.
+        instances: of ClubBallImpact, Launch and BallFlight.
+        refusal: the exception that they raise where they refuse a value.
         facts: start values (`defaults`), `speeds` by unit in m/s, `quantities` and `examples`.
     """
 
     def __init__(
-        self, instance: Instance, refusal: type[Exception], facts: Mapping[str, Any]
+        self, instances: Sequence[Any], refusal: type[Exception], facts: Mapping[str, Any]
     ) -> None:
-        self.instance, self.refusal, self.facts = instance, refusal, facts
+        self.instance: Instance
+        self.launch: Instance
+        self.flight: Instance
+        self.instance, self.launch, self.flight = instances
+        self.refusal, self.facts = refusal, facts
         self.defaults: dict[str, float] = facts["defaults"]
 
     def __call__(self, request: Mapping[str, Any]) -> dict[str, Any]:
@@ -135,8 +157,12 @@ class Answers:
         return m
 
     def changed(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Those values that aren't the FMU's start values."""
-        return {name: value for name, value in values.items() if value != self.defaults[name]}
+        """Those values of ClubBallImpact that aren't its start values."""
+        return {
+            name: value
+            for name, value in values.items()
+            if value != self.defaults[name] and name not in LOFT
+        }
 
     def impact(self, values: dict[str, float], unit: str) -> dict[str, Any]:
         """All that is shown of a case; speeds as text and as `…_shown` are in the unit."""
@@ -146,26 +172,57 @@ class Answers:
         size = self.facts["speeds"][unit]
         for body in ("club", "ball"):
             path[f"{body}_shown"] = [speed / size for speed in path[f"{body}_velocity"]]
-        changed = self.changed(values)
+        shot, flight, problem = self.shot(values, metrics) if separated else ({}, {}, "")
         example: Mapping[str, Any] = {}
-        for one in self.facts["examples"]:
+        for one in (*self.facts["examples"], *self.facts["clubs"]):
             if values == {**self.defaults, **one["values"]}:
                 example = one
         # Without a parameter the page opens, and `golf-impact run` runs, something else.
-        given = {name: repr(value).removesuffix(".0") for name, value in changed.items()}
-        given = given or {"law": "1"}
+        given = self.changed(values) or {"law": 1}
+        loft = {name: values[name] for name in LOFT if values[name] != self.defaults[name]}
+        texts = {n: repr(value).removesuffix(".0") for n, value in (given | loft).items()}
         return {
-            **{"values": values, "query": urlencode(given), "metrics": metrics, "path": path},
+            **{"values": values, "query": urlencode(texts), "path": path},
+            **{"metrics": metrics | shot, "flight": flight, "example": example.get("name", "")},
+            # Loft is no matter of `run`.
             "command": " ".join(
-                ["golf-impact run", *(f"--set {name}={text}" for name, text in given.items())]
+                ["golf-impact run", *(f"--set {name}={texts[name]}" for name in given)]
             ),
-            "ranges": _ranges(path, metrics, values),
-            "readouts": _readouts(metrics, example, unit, size),
+            "ranges": _ranges(path, metrics, values, shot),
+            "readouts": _readouts(metrics, example, unit, size, READOUTS)
+            + _readouts(shot, example, unit, size, SHOT_READOUTS),
             "hint": example.get("hint", ""),
             "peak": f"{metrics['max_force']:.0f} N" if touched else "",
             "area": _area(metrics, values, touched),
-            "state": _state(touched, separated),
+            "state": _state(touched, separated) or problem,
         }
+
+    def shot(
+        self, values: Mapping[str, float], metrics: Mapping[str, float]
+    ) -> tuple[dict[str, float], dict[str, list[float]], str]:
+        """Launch and flight: metrics, curve (m), and why there is none."""
+        v, masses = values, {"m_ball": values["m_ball"], "ball_diameter": values["ball_diameter"]}
+        try:
+            self.launch.start(**masses, m_club=v["m_club"], **{name: v[name] for name in LOFT})
+            self.launch.set({**{name: metrics[name] for name in FROM_IMPACT}, "separated": True})
+            self.launch.step(0.0, 1e-3)
+            launch = self.launch.read(LAUNCH)
+            speed = {"ball_velocity": launch["ball_speed"], "separated": True}
+            self.flight.start(**masses)
+            self.flight.set({**speed, **{name: launch[name] for name in LAUNCH[1:]}})
+            self.flight.step(0.0, time := 1e-6)
+            shot = {**launch, **self.flight.read(FLIGHT)}
+            rows = [{"distance": 0.0, "height": 0.0}]
+            for n in range(1, FLIGHT_POINTS + 1 if shot["flight_time"] > 1e-3 else 1):
+                end = shot["flight_time"] * n / FLIGHT_POINTS
+                self.flight.step(time, end - time)
+                time = end
+                rows.append(self.flight.read(("distance", "height")))
+        except (self.refusal, ValueError, OverflowError) as error:
+            return {}, {}, f"No flight: {error}"
+        shot["head_speed"] = v["club_speed"] / math.cos(v["dynamic_loft"] - v["attack_angle"])
+        flight = {name: [row[name] for row in rows] for name in ("distance", "height")}
+        return shot, flight, ""
 
     def sweep(self, values: Mapping[str, float], over: str) -> dict[str, Any]:
         """S and COR over one variable; None where it is refused or the bodies never meet."""
@@ -189,7 +246,7 @@ class Answers:
         """How far the metrics of the examples are from those that the facts carry (`check`)."""
         worst, count = 0.0, 0
         for one in self.facts["examples"]:
-            metrics = self.metrics({**self.defaults, **one["values"]})
+            metrics = self({"values": one["values"]})["metrics"]
             for name, expected in one["check"].items():
                 error = abs(metrics[name] - expected)
                 worst = max(worst, error / abs(expected) if expected else error)
@@ -305,7 +362,10 @@ def _shapes(values: Mapping[str, float], path: Mapping[str, list[float]]) -> dic
 
 
 def _ranges(
-    path: Mapping[str, list[float]], metrics: Mapping[str, float], values: Mapping[str, float]
+    path: Mapping[str, list[float]],
+    metrics: Mapping[str, float],
+    values: Mapping[str, float],
+    shot: Mapping[str, float],
 ) -> dict[str, list[float]]:
     """Ends of the axes, by what they show."""
 
@@ -321,19 +381,32 @@ def _ranges(
         "compression": [0.0, nice(1.05 * metrics["max_compression"])],
         "energy": [0.0, nice(1.02 * metrics["kinetic_energy_initial"])],
         **{"velocity": both("shown"), "position": both("position")},
+        "distance": [0.0, nice(1.02 * shot.get("carry", 0.0))],
+        "altitude": [0.0, nice(1.2 * shot.get("apex", 0.0))],
         **{"width": [-1.96 * height, 5.04 * height], "height": [-0.5 * height, 0.5 * height]},
     }
 
 
 def _readouts(
-    metrics: Mapping[str, float], example: Mapping[str, Any], unit: str, size: float
+    metrics: Mapping[str, float],
+    example: Mapping[str, Any],
+    unit: str,
+    size: float,
+    table: Sequence[tuple[str, str, str, str]],
 ) -> list[dict[str, str]]:
     """Each metric as text, with what is published of the example that the case may be."""
-    scales = {"ball_velocity": 1.0 / size, "club_velocity": 1.0 / size, "max_compression": 1e3}
+    speeds = ("ball_velocity", "club_velocity", "ball_speed", "head_speed")
+    scales = {**dict.fromkeys(speeds, 1.0 / size), "max_compression": 1e3}
     scales |= {"contact_time": 1e6, "time_of_max_force": 1e6}
+    scales |= {"launch_angle": 1.0 / _DEGREE, "backspin": 30.0 / math.pi}
     m = {name: value * scales.get(name, 1.0) for name, value in metrics.items()}
+    words: dict[str, Any] = {**m, "yards": metrics.get("carry", 0.0) / 0.9144, "speed": unit}
     rows = []
-    for metric, label, form, meaning in READOUTS:
+    for metric, label, form, meaning in table:
+        if metric not in m:
+            row = {"metric": metric, "label": label, "meaning": "no flight", "value": "–"}
+            rows.append({**row, "printed": ""})
+            continue
         printed = ""
         if text := example.get("printed", {}).get(metric, ""):
             shown_in = _PRINTED_UNITS.get(metric, "")
@@ -343,8 +416,8 @@ def _readouts(
                     decimals = len(text.partition(".")[2])
                     text = f"{float(text) / size:.{decimals}f}"
             printed = f"{example['source']}: {text} {shown_in}".strip()
-        row = {"metric": metric, "label": label, "meaning": meaning.format_map(m)}
-        rows.append({**row, "value": form.format(m[metric], speed=unit, **m), "printed": printed})
+        row = {"metric": metric, "label": label, "meaning": meaning.format_map(words)}
+        rows.append({**row, "value": form.format(m[metric], **words), "printed": printed})
     return rows
 
 

@@ -1,16 +1,22 @@
 """What the page offers: quantities with their sliders, balls, and the cases one click away."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from math import cos, pi, radians
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from golf_impact.errors import UserError
-from golf_impact.explore.answers import Answers
+from golf_impact.explore.answers import LOFT, Answers
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
-from golf_impact.facts.measured import MPH, ROH_LEE_FIGURES
+from golf_impact.facts.measured import MPH, ROH_LEE_FIGURES, TOUR
 from golf_impact.facts.quantities import shown
 from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.fmu.loaded import LoadedFmu
+from golf_impact.fmu.system import build_system
 
 #: The case that an address without parameters opens with: a ball that has been measured.
 OPENING = "penner"
@@ -50,6 +56,9 @@ QUANTITIES = (
     Quantity("m_club", "Club mass", "g", 1e-3, 100, 400, 1),
     Quantity("m_ball", "Ball mass", "g", 1e-3, 20, 80, 0.1),
     Quantity("ball_speed", "Ball speed before", "m/s", 1.0, -20, 20, 0.5),
+    Quantity("dynamic_loft", "Dynamic loft", "°", pi / 180.0, 0, 60, 0.5),
+    Quantity("attack_angle", "Attack angle", "°", pi / 180.0, -10, 10, 0.1),
+    Quantity("friction", "Friction", "", 1.0, 0, 1, 0.01),
     Quantity("restitution_at_rest", "COR at zero speed"),
     Quantity("restitution_slope", "COR slope", "s/m"),
     Quantity("reference_compression", "d_r", "mm", 1e-3),
@@ -120,22 +129,55 @@ EXAMPLES = (
 )
 
 
-def facts_of(fmu: ImpactFmu) -> dict[str, Any]:
-    """What the page and `Answers` need beside an instance, as JSON takes it."""
-    defaults = {
-        name: float(one.start)
-        for name, one in fmu.variables.items()
-        if one.causality in ("input", "parameter")
-    }
+#: Dynamic loft, degrees, with which the model has the launch angle of the club of `TOUR`: fitted by
+#: the scenario loft.
+_LOFTS = (
+    *(15.079, 13.254, 13.644, 14.731, 14.823, 15.739),
+    *(17.366, 20.358, 23.641, 26.428, 30.333, 37.730),
+)
+
+
+def _club(row: tuple[Any, ...], loft: float) -> Example:
+    club, mph, attack, _, angle, rpm, yards, mass = row
+    # ClubBallImpact has speeds along the face normal.
+    speed = mph * MPH * cos(radians(loft - attack))
+    head = {"club_speed": speed, "m_club": mass}
+    angles = {"dynamic_loft": radians(loft), "attack_angle": radians(attack)}
+    printed = {"launch_angle": f"{angle}", "backspin": f"{rpm}", "carry": f"{yards * 0.9144:.0f}"}
+    hint = f"{club}, average of the PGA Tour: {mph} mph; the loft is fitted to the launch angle."
+    return Example(club, {**BALLS[OPENING].values, **head, **angles}, printed, hint, "TrackMan")
+
+
+CLUBS = tuple(map(_club, TOUR, _LOFTS))
+
+
+@contextmanager
+def companions(fmu: ImpactFmu) -> Iterator[tuple[tuple[LoadedFmu, ...], list[Path]]]:
+    """ClubBallImpact, Launch and BallFlight in use, and the files of the latter two."""
+    with TemporaryDirectory(prefix="golf-impact-") as folder:
+        _, *files, _ = build_system(Path(folder))
+        with LoadedFmu(files[0]) as launch, LoadedFmu(files[1]) as flight:
+            yield (fmu, launch, flight), files
+
+
+def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
+    """What the page and `Answers` need beside the instances, as JSON takes it."""
+    impact, launch, _ = fmus
+    inputs = (v for v in impact.variables.values() if v.causality in ("input", "parameter"))
+    defaults = {one.name: float(one.start) for one in inputs}
+    defaults |= {name: launch.default(name) for name in LOFT}
     facts: dict[str, Any] = {
         **{"defaults": defaults, "speeds": SPEEDS, "contact": CONTACT},
         "opening": dict(BALLS[OPENING].values),
         "quantities": [asdict(one) for one in QUANTITIES],
         # Their values are read-only mappings, which asdict and JSON don't take.
         "balls": [{**vars(one), "values": dict(one.values)} for one in BALLS.values()],
-        "examples": [{**vars(one), "values": dict(one.values)} for one in EXAMPLES],
+        **{
+            name: [{**vars(one), "values": dict(one.values)} for one in examples]
+            for name, examples in (("examples", EXAMPLES), ("clubs", CLUBS))
+        },
     }
-    answers = Answers(fmu, UserError, facts)
+    answers = Answers(fmus, UserError, facts)
     for one in facts["examples"]:
-        one["check"] = answers.metrics({**defaults, **one["values"]})
+        one["check"] = answers({"values": one["values"]})["metrics"]
     return facts

@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from golf_impact.errors import UserError
+from golf_impact.explore.answers import Answers
+from golf_impact.explore.cases import companions, facts_of
 from golf_impact.explore.page import page_files
 from golf_impact.files import prepare, write_together
 from golf_impact.fmu.impact_fmu import ImpactFmu
@@ -50,13 +52,16 @@ def export(fmu_file: Path, folder: Path, pyodide: Path | None = None) -> dict[st
     prepare(folder)
     prepare(folder / "pyodide")
     runtime = from_folder(pyodide) if pyodide else from_npm()
-    package, archive = _archive(fmu_file)
-    with ImpactFmu(fmu_file) as fmu:
+    with ImpactFmu(fmu_file) as fmu, companions(fmu) as (fmus, others):
+        modules, archive = _archive([fmu_file, *others])
         worker = {
             **{"files": [f"pyodide/{name}" for name in runtime], "archive": "physics.zip"},
-            **{"package_": package, "version": _python_of(runtime)},
+            **{"modules": modules, "version": _python_of(runtime)},
         }
-        page = {**page_files(fmu, worker), "physics.zip": archive}
+        page = {
+            **page_files(Answers(fmus, UserError, facts_of(fmus)), worker),
+            "physics.zip": archive,
+        }
     # The page comes last: as long as it isn't there, nothing uses the rest.
     write_together(folder / "pyodide", runtime)
     write_together(folder, page)
@@ -105,18 +110,26 @@ def from_npm() -> dict[str, bytes]:
         return {name: stream.read() for name, stream in streams.items() if stream}
 
 
-def _archive(fmu_file: Path) -> tuple[str, bytes]:
-    """The physics of an FMU and what answers with it, as a zip file that Python imports from."""
+def _archive(fmu_files: list[Path]) -> tuple[list[str], bytes]:
+    """The modules of FMUs and what answers with them, as a zip file that Python imports from."""
     data = io.BytesIO()
-    with zipfile.ZipFile(fmu_file) as fmu, zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as zip_:
-        prefix = "resources/"
-        names = [name for name in fmu.namelist() if name.startswith(f"{prefix}golf_physics_")]
-        for name in names:
-            _add(zip_, name.removeprefix(prefix), fmu.read(name))
+    files: dict[str, bytes] = {}
+    for file in fmu_files:
+        with zipfile.ZipFile(file) as fmu:
+            names = [name for name in fmu.namelist() if name.startswith("resources/")]
+            files |= {name.removeprefix("resources/"): fmu.read(name) for name in names}
+    roots = {name.partition("/")[0].removesuffix(".py") for name in files}
+    modules = [
+        next(one for one in roots if one.startswith(start))
+        for start in ("golf_physics_", "launch_", "ball_flight_")
+    ]
+    with zipfile.ZipFile(data, "w") as zip_:
+        for name, content in files.items():
+            _add(zip_, name, content)
         for name in ("answers.py", "in_browser.py"):
             _add(zip_, f"{_PACKAGE}/{name}", Path(__file__).with_name(name).read_bytes())
         _add(zip_, f"{_PACKAGE}/__init__.py", b"")
-    return names[0].split("/")[1], data.getvalue()
+    return modules, data.getvalue()
 
 
 def _add(archive: zipfile.ZipFile, name: str, data: bytes) -> None:

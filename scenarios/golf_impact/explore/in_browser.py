@@ -1,7 +1,7 @@
 """The physics that lies in the FMU, without an FMI importer: what an exported page runs."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
@@ -66,11 +66,61 @@ class Instance:
         return bool(self._component.discretes([self._references[name]], "Boolean")[0])
 
 
-def answering(package: str, facts: str) -> tuple[Callable[[str], str], str]:
+class Companion:
+    """One instance of a companion FMU, with pythonfmu's own runtime, likewise.
+
+    Args:
+        module: the name of its module in the FMU, launch_<digest>.
+        name: of its class.
+    """
+
+    def __init__(self, module: str, name: str) -> None:
+        self._class: Any = getattr(import_module(module), name)
+        self._slave: Any = None
+
+    def start(self, **values: float) -> None:
+        """A new run with these inputs and parameters (start values for the others)."""
+        self._slave = self._class(instance_name="page", resources="/")
+        self.set(values)
+
+    def set(self, values: Mapping[str, float]) -> None:
+        """Set inputs and parameters.
+
+        Raises:
+            RefusedError: a value is refused.
+        """
+        setters = {one.name: one.setter for one in self._slave.vars.values()}
+        for name, value in values.items():
+            setters[name](value)
+        if messages := self._messages():
+            raise RefusedError(messages[0])
+
+    def step(self, point: float, size: float) -> None:
+        """One communication step.
+
+        Raises:
+            RefusedError: it is refused.
+        """
+        if not self._slave.do_step(point, size):
+            raise RefusedError("; ".join(self._messages()))
+
+    def read(self, names: Sequence[str]) -> dict[str, float]:
+        """Values of variables, by name."""
+        return {name: getattr(self._slave, name) for name in names}
+
+    def _messages(self) -> list[str]:
+        return [self._slave.log_queue.pop(0).msg for _ in range(len(self._slave.log_queue))]
+
+
+def answering(
+    package: str, launch: str, flight: str, facts: str
+) -> tuple[Callable[[str], str], str]:
     """What the worker of an exported page needs.
 
     Args:
         package: the name of the physics package in the FMU.
+        launch: of the module in Launch.fmu.
+        flight: of the module in BallFlight.fmu.
         facts: `Answers`' as JSON.
 
     Returns:
@@ -78,5 +128,6 @@ def answering(package: str, facts: str) -> tuple[Callable[[str], str], str]:
     """
     from .answers import Answers
 
-    answers = Answers(Instance(package), RefusedError, json.loads(facts))
+    companions = Companion(launch, "Launch"), Companion(flight, "BallFlight")
+    answers = Answers((Instance(package), *companions), RefusedError, json.loads(facts))
     return lambda request: json.dumps(answers(json.loads(request))), json.dumps(answers.check())

@@ -3,7 +3,7 @@ const get = (id) => document.getElementById(id)
 const facts = JSON.parse(get("facts").textContent)
 const model = (name) => Bokeh.documents[0].get_model_by_name(name)
 const quantities = new Map(facts.quantities.map((one) => [one.name, one]))
-const figures = ["animation", "force", "loop", "energies", "velocities", "positions", "sweep"]
+const figures = ["animation", "force", "loop", "energies", "velocities", "positions", "sweep", "flight"]
 const COLOURS = ["#CC79A7", "#009E73", "#D55E00", "#999933", "#882255", "#888888", "#44AA99", "#DDCC77"]
 const HINT = "Move a slider, or type any number that the FMU allows. Point at a curve, or press Play, to see one instant in all pictures."
 
@@ -111,6 +111,7 @@ function draw() {
   for (const one of document.getElementsByName("law")) one.checked = Number(one.value) == values.law
   const ball = facts.balls.find((one) => facts.contact.every((name) => values[name] == (one.values[name] ?? facts.defaults[name])))
   get("ball").value = ball?.name ?? ""
+  get("club").value = String(facts.clubs.findIndex((one) => one.name == shown.example)).replace("-1", "")
   get("source").textContent = ball?.source ?? ""
   get("hint").textContent = shown.hint || HINT
   get("state").textContent = shown.state
@@ -128,9 +129,11 @@ function draw() {
     model(`${name}_range`).setv({start: Math.min(...used.map((one) => one[0])), end: Math.max(...used.map((one) => one[1]))})
   }
   model("path").data = path
+  const none = {distance: [], height: []}
+  model("flight_path").data = {...none, ...shown.flight}
   model("pinned").data = {
     color: pins.map((one) => one.color),
-    ...Object.fromEntries(Object.keys(path).map((name) => [name, pins.map((one) => one.path[name])])),
+    ...Object.fromEntries(Object.keys({...path, ...none}).map((name) => [name, pins.map((one) => one.path[name] ?? one.flight[name] ?? [])])),
   }
   model("peak").setv({x: shown.metrics.time_of_max_force, y: shown.metrics.max_force, text: shown.peak})
   model("area").setv({x: 0, y: model("force_range").end, text: shown.area})
@@ -258,7 +261,7 @@ const UNITS = {
   time: "s", force: "N", compression: "m", club_position: "m", ball_position: "m", club_velocity: "m/s", ball_velocity: "m/s",
   club_energy: "J", ball_energy: "J", spring_energy: "J", lost_energy: "J",
   smash_factor: "1", coefficient_of_restitution: "1", energy_efficiency: "1", contact_time: "s", max_force: "N", time_of_max_force: "s",
-  max_compression: "m", contact_displacement: "m", impulse: "N.s", momentum_initial: "kg.m/s", momentum_final: "kg.m/s",
+  ball_speed: "m/s", launch_angle: "rad", backspin: "rad/s", carry: "m", apex: "m", flight_time: "s", max_compression: "m", contact_displacement: "m", impulse: "N.s", momentum_initial: "kg.m/s", momentum_final: "kg.m/s",
 }
 
 function csv(rows, names) {
@@ -305,6 +308,7 @@ function listen() {
     if (ball) want({...Object.fromEntries(facts.contact.map((name) => [name, facts.defaults[name]])), ...ball.values}, "k")
   }
   for (const one of document.querySelectorAll("[data-example]")) one.onclick = () => openExample(facts.examples[one.dataset.example])
+  get("club").onchange = ({target}) => { if (target.value) openExample(facts.clubs[target.value]) }
   get("pin").onclick = () => pin()
   get("unit").onchange = changeUnit
   get("over").onchange = () => request("sweep", {values: shown.values, over: get("over").value}, drawSweep)

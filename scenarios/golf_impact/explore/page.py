@@ -9,24 +9,21 @@ import jinja2
 from bokeh.embed import components
 from bokeh.util.paths import bokehjs_path
 
-from golf_impact.errors import UserError
 from golf_impact.explore.answers import Answers
-from golf_impact.explore.cases import facts_of
 from golf_impact.explore.pictures import THEME, Pictures
-from golf_impact.fmu.impact_fmu import ImpactFmu
 
 _HERE = Path(__file__).parent
 
 
-def page_files(fmu: ImpactFmu, worker: Mapping[str, Any] | None = None) -> dict[str, bytes]:
+def page_files(answers: Answers, worker: Mapping[str, Any] | None = None) -> dict[str, bytes]:
     """Files of the page by name.
 
     Args:
-        fmu: an instance in use, whose numbers are in the pictures when the page opens.
+        answers: give the numbers that are in the pictures when the page opens.
         worker: what an exported page gives its worker; None where numbers come by POST /impact.
     """
-    facts = facts_of(fmu)
-    opening = Answers(fmu, UserError, facts)({"values": facts["opening"]})
+    facts = answers.facts
+    opening = answers({"values": facts["opening"]})
     carried = {**facts, "answer": opening, "worker": worker}
     script, figures = components(Pictures(opening["path"]).figures, wrap_script=False, theme=THEME)
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)

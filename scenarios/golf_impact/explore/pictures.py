@@ -52,14 +52,19 @@ class Pictures:
     def __init__(self, columns: Iterable[str]) -> None:
         columns = tuple(columns)
         named = {"path": columns, "cursor": columns, "pinned": ("color", *columns)}
+        named["flight"] = ("distance", "height")
+        named["pinned"] += named["flight"]
         named |= {"swept": ("x", *SWEPT_METRICS), "here": ("x", "y")}
         self.sources = {
-            name: models.ColumnDataSource({column: [] for column in columns}, name=name)
+            name: models.ColumnDataSource(
+                {column: [] for column in columns},
+                name=f"{name}_path" if name == "flight" else name,
+            )
             for name, columns in named.items()
         }
         names = (
             *("time", "force", "compression", "energy", "velocity", "position"),
-            *("width", "height"),
+            *("width", "height", "distance", "altitude"),
         )
         self.ranges = {name: models.Range1d(0, 1, name=f"{name}_range") for name in names}
         self.figures = {
@@ -70,6 +75,7 @@ class Pictures:
             "velocities": self._bodies("Velocities", "velocity", "velocity (m/s)", "shown"),
             "positions": self._bodies("Positions", "position", "position (mm)", "position"),
             "sweep": self._sweep(),
+            "flight": self._flight(),
         }
         for name, picture in self.figures.items():
             picture.name = name
@@ -128,6 +134,14 @@ class Pictures:
         picture.legend.location = "bottom_left"
         # The page has the title, with the choice of the variable in it.
         picture.title.visible = False
+        return picture
+
+    def _flight(self) -> Any:
+        columns = "distance", "height"
+        labels = "distance (m)", "height (m)"
+        picture = self._picture("Flight", ("distance", "altitude"), labels)
+        self._pinned(picture, *columns)
+        _line(picture, self.sources["flight"], *columns, BLUE)
         return picture
 
     def _animation(self) -> Any:

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 from golf_impact.errors import UserError
 from golf_impact.explore.answers import Answers
-from golf_impact.explore.cases import facts_of
+from golf_impact.explore.cases import companions, facts_of
 from golf_impact.explore.page import page_files
 from golf_impact.fmu.impact_fmu import ImpactFmu
 
@@ -36,14 +36,14 @@ def serve(path: Path, port: int, ready: Callable[[str], None]) -> None:
     Raises:
         UserError: the port can't be had.
     """
-    with ImpactFmu(path) as fmu:
-        answers, lock = Answers(fmu, UserError, facts_of(fmu)), threading.Lock()
+    with ImpactFmu(path) as fmu, companions(fmu) as (fmus, _):
+        answers, lock = Answers(fmus, UserError, facts_of(fmus)), threading.Lock()
 
         def answer(request: Mapping[str, Any]) -> dict[str, Any]:
             with lock:
                 return answers(request)
 
-        files = page_files(fmu)
+        files = page_files(answers)
         handler = type("Handler", (_Handler,), {"files": files, "answer": staticmethod(answer)})
         try:
             server = ThreadingHTTPServer((HOST, port), handler)
@@ -76,11 +76,12 @@ class _Handler(BaseHTTPRequestHandler):
     def do_POST(self) -> None:
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or int(length) > _LARGEST:
-            return self.send_error(413)
+            self.send_error(413)
+            return
         # Read in any case: a connection that is closed before is reset, and the reply with it.
         body = self.rfile.read(int(length))
         if not self._is_local():
-            return None
+            return
         if urlsplit(self.path).path != "/impact":
             self.send_error(404)
         else:

@@ -1,7 +1,7 @@
 // Python in the browser: what the page posts is answered by answers.py on the physics of the FMU.
 import {loadPyodide} from "./pyodide/pyodide.mjs"
 
-const load = async ({files, archive, package_, facts}) => {
+const load = async ({files, archive, modules, facts}) => {
   // loadPyodide waits for ever for a file that is missing.
   for (const file of [...files, archive]) {
     const {ok, status} = await fetch(file, {method: "HEAD"})
@@ -11,7 +11,7 @@ const load = async ({files, archive, package_, facts}) => {
   const data = await (await fetch(archive)).arrayBuffer()
   python.FS.writeFile("/physics.zip", new Uint8Array(data))
   python.runPython("import sys; sys.path.insert(0, '/physics.zip')")
-  return python.pyimport("golf_explore.in_browser").answering(package_, facts)
+  return python.pyimport("golf_explore.in_browser").answering(...modules, facts)
 }
 
 let answer = null
