@@ -25,8 +25,16 @@ import pytest
 from golf_impact.commands.app import one_line
 from golf_impact.errors import UserError
 from golf_impact.explore import export as exporting
-from golf_impact.explore.answers import POINTS, SWEPT, Answers
-from golf_impact.explore.cases import EXAMPLES, OPENING, QUANTITIES, SPEEDS, facts_of
+from golf_impact.explore.answers import LOFT, POINTS, SWEPT, Answers
+from golf_impact.explore.cases import (
+    CLUBS,
+    EXAMPLES,
+    OPENING,
+    QUANTITIES,
+    SPEEDS,
+    companions,
+    facts_of,
+)
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.quantities import shortest
 
@@ -45,9 +53,15 @@ CASES = {
 }
 
 
+@pytest.fixture(scope="module")
+def fmus(_loaded):
+    with companions(_loaded) as (fmus, _):
+        yield fmus
+
+
 @pytest.fixture
-def answers(fmu):
-    return Answers(fmu, UserError, facts_of(fmu))
+def answers(fmu, fmus):
+    return Answers(fmus, UserError, facts_of(fmus))
 
 
 def query(values):
@@ -175,13 +189,54 @@ def test_speeds_are_in_the_unit_that_is_chosen(answers):
     assert rows["contact_time"]["printed"] == "document: 621 µs"
 
 
-def test_ranges_of_sliders_are_allowed(fmu, answers):
+def test_ranges_of_sliders_are_allowed(answers):
     assert {one.name for one in QUANTITIES} | {"law"} == set(answers.defaults)
     for one in QUANTITIES:
         if one.step:
             for limit in (one.low, one.high):
-                fmu.impact(**{"law": 2, "club_speed": 81.0, one.name: limit * one.scale})
+                values = {"law": 2, "club_speed": 81.0, one.name: limit * one.scale}
+                assert answers({"values": values})["state"] == "", one
     assert SPEEDS["mph"] == 0.44704
+
+
+@pytest.mark.parametrize("club", CLUBS, ids=lambda one: one.name)
+def test_shots_of_clubs(answers, fmus, club):
+    """Against the companions driven here: launch as measured, and the flight in one step."""
+    answer = answers({"values": club.values})
+    metrics, flight = answer["metrics"], answer["flight"]
+    assert np.degrees(metrics["launch_angle"]) == pytest.approx(
+        float(club.printed["launch_angle"]), abs=0.002
+    )
+    assert answer["example"] == club.name
+    impact, launch, ball = fmus
+    own = {name: value for name, value in club.values.items() if name not in LOFT}
+    given = impact.impact(**own)
+    launch.start(
+        m_club=own["m_club"], **{name: club.values[name] for name in LOFT if name in club.values}
+    )
+    names = ("ball_velocity", "club_velocity", "smash_factor", "coefficient_of_restitution")
+    launch.set({**{name: given[name] for name in names}, "separated": True})
+    launch.step(0.0, 1e-3)
+    for name, value in launch.read(("ball_speed", "launch_angle", "backspin")).items():
+        assert metrics[name] == pytest.approx(value, rel=1e-12)
+    ball.start(ball_velocity=metrics["ball_speed"])
+    ball.set({"launch_angle": metrics["launch_angle"], "backspin": metrics["backspin"]})
+    ball.set({"separated": True})
+    ball.step(0.0, 0.5 * metrics["flight_time"])
+    n = len(flight["height"]) // 2
+    for name, value in ball.read(("distance", "height")).items():
+        assert flight[name][n] == pytest.approx(value, rel=1e-9)
+    assert (flight["height"][0], flight["height"][-1]) == (0.0, 0.0)
+    assert flight["distance"][-1] == metrics["carry"] > 100.0
+    assert max(flight["height"]) <= metrics["apex"]
+
+
+def test_a_shot_that_is_refused_leaves_the_impact(answers):
+    answer = answers({"values": {"dynamic_loft": 1.4, "attack_angle": -0.5}})
+    assert answer["state"].startswith("No flight: attack_angle = -0.5 is refused")
+    assert answer["flight"] == {}
+    assert answer["metrics"].items() <= answers({})["metrics"].items()
+    assert [one["value"] for one in answer["readouts"][-3:]] == ["–"] * 3
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda one: one.name)
@@ -644,7 +699,7 @@ def test_the_page_opens_with_a_measured_ball(browser, address, answers):
     assert browser.title == "Golf impact"
     # An exported page says what it is.
     said = tab.text("runtime")
-    assert said == "" or "184 numbers agree with the FMU's within" in said
+    assert said == "" or "240 numbers agree with the FMU's within" in said
     tab.close()
 
 

@@ -59,8 +59,8 @@ READOUTS = (
     ),
 )
 SHOT_READOUTS = (
-    ("launch_angle", "Launch angle", "{:.1f}°", "ball speed with spin {ball_speed:.2f} {speed}"),
-    ("backspin", "Backspin", "{:.0f} rpm", "head speed {head_speed:.2f} {speed}"),
+    ("launch_angle", "Launch angle", "{:.1f}°", "ball speed at launch: {ball_speed:.2f} {speed}"),
+    ("backspin", "Backspin", "{:.0f} rpm", "head speed: {head_speed:.2f} {speed}"),
     ("carry", "Carry", "{:.1f} m", "{yards:.0f} yd; apex {apex:.1f} m"),
 )
 

@@ -73,6 +73,7 @@ function request(kind, message, use) {
 let shown = facts.answer
 let wanted = {...shown.values}
 let pins = []
+let drawnPins = pins
 let swept = null
 const unit = () => get("unit").value
 const size = (one) => one.unit in facts.speeds ? facts.speeds[unit()] : one.scale
@@ -131,10 +132,11 @@ function draw() {
   model("path").data = path
   const none = {distance: [], height: []}
   model("flight_path").data = {...none, ...shown.flight}
-  model("pinned").data = {
+  if (drawnPins != pins) model("pinned").data = {
     color: pins.map((one) => one.color),
     ...Object.fromEntries(Object.keys({...path, ...none}).map((name) => [name, pins.map((one) => one.path[name] ?? one.flight[name] ?? [])])),
   }
+  drawnPins = pins
   model("peak").setv({x: shown.metrics.time_of_max_force, y: shown.metrics.max_force, text: shown.peak})
   model("area").setv({x: 0, y: model("force_range").end, text: shown.area})
   model("velocities").left[0].axis_label = `velocity (${unit()})`
@@ -219,7 +221,8 @@ function pin(name = "") {
   const color = COLOURS.find((one) => pins.every((other) => other.color != one))
   // Without a name: its ball, and what else differs from the start values.
   const ball = get("ball").value, given = [...new URLSearchParams(shown.query)].filter(([one]) => !ball || !facts.contact.includes(one))
-  pins.push({...shown, color, name: name || [...(ball ? [ball] : []), ...given.map((one) => one.join(" = "))].join(", ")})
+  const club = facts.clubs.some((one) => one.name == shown.example) && shown.example
+  pins = [...pins, {...shown, color, name: name || club || [...(ball ? [ball] : []), ...given.map((one) => one.join(" = "))].join(", ")}]
   drawPins()
 }
 
@@ -244,6 +247,7 @@ async function changeUnit() {
   }
   const repin = (one) => request(one.color, {values: one.values, unit: unit()}, (answer) => Object.assign(one, answer))
   await Promise.all([want({}, "law"), ...pins.map(repin)])
+  pins = [...pins]
   drawPins()
 }
 
