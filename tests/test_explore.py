@@ -76,6 +76,7 @@ def test_curves_are_the_fmus(fmu, answers, name):
     """Against another run of the FMU: without an approach, and in one step to each instant."""
     values = {**answers.defaults, **CASES[name]}
     answer = answers({"values": values})
+    values = {name: value for name, value in values.items() if name not in LOFT}
     metrics = fmu.impact(**{**values, "gap": 0.0})
     for metric, value in metrics.items():
         if metric != "touch_time":
@@ -226,8 +227,8 @@ def test_shots_of_clubs(answers, fmus, club):
     n = len(flight["height"]) // 2
     for name, value in ball.read(("distance", "height")).items():
         assert flight[name][n] == pytest.approx(value, rel=1e-9)
-    assert (flight["height"][0], flight["height"][-1]) == (0.0, 0.0)
-    assert flight["distance"][-1] == metrics["carry"] > 100.0
+    assert (flight["height"][0], flight["height"][-1]) == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert flight["distance"][-1] == pytest.approx(metrics["carry"], rel=1e-12)
     assert max(flight["height"]) <= metrics["apex"]
 
 
@@ -383,7 +384,7 @@ def test_refused_commands(capsys, monkeypatch, tmp_path):
     assert "--export FOLDER" in refused(capsys, "--pyodide", empty)
     file = tmp_path / "file"
     file.touch()
-    assert f"{file} is a file" in refused(capsys, "--export", file / "page")
+    assert f"can't write into {file}" in refused(capsys, "--export", file)
     monkeypatch.setenv("PATH", str(empty))
     assert "npm isn't there: install npm, or" in refused(capsys, "--export", page)
     assert not page.exists()
@@ -466,7 +467,8 @@ def test_an_exported_page_asks_for_nothing_elsewhere(exported):
     for name in ("index.html", "page.js", "page.css", "worker.js"):
         text = (exported / name).read_text("utf-8")
         assert 'src="/' not in text
-        assert 'fetch("http' not in text and 'import("http' not in text
+        assert 'fetch("http' not in text
+        assert 'import("http' not in text
     assert not list(exported.rglob("*.tmp*"))
 
 
@@ -727,7 +729,10 @@ def test_requests_are_never_queued(tab, answers):
         window.seen = 0
         model("path").properties.data.change.connect(() => { window.seen += 1 })
         const slider = get("k_slider")
-        for (let n = 0; n < 100; n++) { slider.value = 1200 + 10 * n; slider.dispatchEvent(new Event("input")) }
+        for (let n = 0; n < 100; n++) {
+          slider.value = 1200 + 10 * n
+          slider.dispatchEvent(new Event("input"))
+        }
     """)
     tab.shows(k=2_190_000.0)
     check_page(tab, answers, k=2_190_000.0)
@@ -930,21 +935,24 @@ def test_layout(browser, address, width):
         assert tab.text("state").startswith("No contact")
         assert tab.js("return document.documentElement.scrollWidth") <= width
         bad = """
-            const all = [...document.querySelectorAll("button, select, input, .picture, #cursor, #readouts tr, label")]
-            const boxes = all.filter((one) => one.offsetParent && !one.closest(".scroll") && one.type != "radio")
-              .map((one) => [one, one.getBoundingClientRect()])
+            const names = "button, select, input, .picture, #cursor, #readouts tr, label"
+            const all = [...document.querySelectorAll(names)]
+              .filter((one) => one.offsetParent && !one.closest(".scroll") && one.type != "radio")
+            const boxes = all.map((one) => [one, one.getBoundingClientRect(), one.id])
             const out = []
-            for (const [one, a] of boxes) {
-              if (a.left < 0 || a.right > innerWidth + 0.5) out.push(["cut", one.outerHTML.slice(0, 80)])
-              for (const [other, b] of boxes)
+            for (const [one, a, id] of boxes) {
+              if (a.left < 0 || a.right > innerWidth + 0.5) out.push(["cut", id])
+              for (const [other, b, otherId] of boxes)
                 if (!one.contains(other) && !other.contains(one)
                     && Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1
                     && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1)
-                  out.push(["overlap", one.outerHTML.slice(0, 80), other.outerHTML.slice(0, 80)])
+                  out.push(["overlap", id, otherId])
             }
             for (const name of figures) {
-              const {width, height} = Bokeh.index.find_one(model(name)).el.getBoundingClientRect()
-              if (width < 150 || height < (name == "animation" ? 45 : 150)) out.push([name, width, height])
+              const {el} = Bokeh.index.find_one(model(name))
+              const {width, height} = el.getBoundingClientRect()
+              const least = name == "animation" ? 45 : 150
+              if (width < 150 || height < least) out.push([name, width, height])
             }
             return out"""
         assert tab.js(bad) == []
