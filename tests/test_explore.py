@@ -148,6 +148,15 @@ def test_no_contact_and_no_separation(answers):
     assert max(never["path"]["force"]) == 0.0
     stuck = answers({"values": {"b": 5000.0}})
     assert stuck["state"].startswith("No separation")
+    # No value at an end that there isn't; maxima are values.
+    values = [
+        {one["metric"]: one["value"] for one in answer["readouts"]} for answer in (never, stuck)
+    ]
+    assert set(values[0].values()) == {"–"}
+    assert {name for name, value in values[1].items() if value != "–"} == {
+        "max_force",
+        "compression_over_diameter",
+    }
     assert max(stuck["path"]["force"]) > 0.0
     assert answers({})["state"] == ""
 

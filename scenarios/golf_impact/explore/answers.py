@@ -18,6 +18,9 @@ METRICS = (
 )
 PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
 
+#: What an impact without separation has.
+MAXIMA = ("max_force", "time_of_max_force", "max_compression", "compression_over_diameter")
+
 #: Communication points before touch, in contact, after it.
 POINTS = (12, 160, 28)
 
@@ -170,6 +173,8 @@ class Answers:
         touched, separated = map(self.instance.flag, ("touched", "separated"))
         path = self._path(values, metrics, touched, separated)
         size = self.facts["speeds"][unit]
+        # Without separation there are maxima only, without contact nothing.
+        valid = metrics if separated else {name: metrics[name] for name in MAXIMA if touched}
         for body in ("club", "ball"):
             path[f"{body}_shown"] = [speed / size for speed in path[f"{body}_velocity"]]
         shot, flight, problem = self.shot(values, metrics) if separated else ({}, {}, "")
@@ -189,7 +194,7 @@ class Answers:
                 ["golf-impact run", *(f"--set {name}={texts[name]}" for name in given)]
             ),
             "ranges": _ranges(path, metrics, values, shot),
-            "readouts": _readouts(metrics, example, unit, size, READOUTS)
+            "readouts": _readouts(valid, example, unit, size, READOUTS)
             + _readouts(shot, example, unit, size, SHOT_READOUTS),
             "hint": example.get("hint", ""),
             "peak": f"{metrics['max_force']:.0f} N" if touched else "",
@@ -225,7 +230,7 @@ class Answers:
         return shot, flight, ""
 
     def sweep(self, values: Mapping[str, float], over: str) -> dict[str, Any]:
-        """S and COR over one variable; None where it is refused or the bodies never meet."""
+        """S and COR over one variable; None where it is refused or there is no separation."""
         one = next((one for one in self.facts["quantities"] if one["name"] == over), None)
         if one is None or not one["step"]:
             raise ValueError(f"S and COR can't be shown over {over}.")
@@ -237,7 +242,7 @@ class Answers:
                 metrics = self.metrics({**values, over: x})
             except (self.refusal, ValueError, OverflowError):
                 continue
-            if self.instance.flag("touched"):
+            if self.instance.flag("separated"):
                 for name in SWEPT_METRICS:
                     swept[name][n] = metrics[name]
         return {"swept": swept, "over": over}
@@ -404,7 +409,7 @@ def _readouts(
     rows = []
     for metric, label, form, meaning in table:
         if metric not in m:
-            row = {"metric": metric, "label": label, "meaning": "no flight", "value": "–"}
+            row = {"metric": metric, "label": label, "meaning": "", "value": "–"}
             rows.append({**row, "printed": ""})
             continue
         printed = ""
