@@ -787,6 +787,7 @@ def test_units_of_everything(tab, answers):
     tab.type("m_ball", "45.94")
     tab.shows(club_speed=44.704, m_ball=0.04594)
     tab.select("unit", "m/s")
+    tab.until(lambda: tab.readout("ball_velocity").split("\n")[0].endswith(" m/s"))
     check_page(tab, answers, club_speed=44.704, m_ball=0.04594)
 
 
