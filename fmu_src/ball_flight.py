@@ -23,7 +23,6 @@ at once by its Taylor series, piece by piece: the landing is a root of a polynom
 steps have no influence. `carry` and `apex` are those of the whole flight from the launch on.
 """
 
-import json
 from functools import partial
 from math import cos, inf, isfinite, pi, sin, sqrt
 from typing import NamedTuple
@@ -238,8 +237,7 @@ class BallFlight(Companion):
         return Flight(launch, *start, self.spin_ratio_limit, air)
 
     @staticmethod
-    def _fmu_state_from_bytes(data: bytes) -> dict:
-        state = json.loads(data)
+    def _revived(state: dict) -> dict:
         if state["_flight"]:
             launch, speed, angle, surface_speed, limit, air = state["_flight"]
             state["_flight"] = Flight(launch, speed, angle, surface_speed, limit, Air(*air))

@@ -32,7 +32,6 @@ The start values are those of C.-C. Chiang, The Simple Golf Simulator (GTS Sport
 github.com/markccchiang/Simple-Golf-Simulator): 52.76 m/s at the ball, 0.2125 s after the top.
 """
 
-import json
 from math import cos, pi, sin
 
 from companion import Companion
@@ -218,8 +217,7 @@ class Swing(Companion):
         self.reaction_impulse = self.impulse
 
     @staticmethod
-    def _fmu_state_from_bytes(data: bytes) -> dict:
-        state = json.loads(data)
+    def _revived(state: dict) -> dict:
         if state["_course"]:
             golfer, top, *rest = state["_course"]
             state["_course"] = Course(Golfer(*golfer), State(*top), *rest)

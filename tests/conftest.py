@@ -60,7 +60,7 @@ def pytest_addoption(parser):
 SLOW = [
     *("test_sweep", "test_system", "test_cli", "test_stress", "test_calibrate", "test_paths"),
     *("test_explore", "test_bench", "test_standalone", "test_interop", "test_archives"),
-    *("test_native_host", "test_sweep_cluster", "test_call_order", "test_endurance"),
+    *("test_hosts", "test_native_host", "test_sweep_cluster", "test_call_order", "test_endurance"),
     *("test_power_law", "test_scenarios", "test_state", "test_fmi3", "test_signals", "test_values"),
     *("test_install", "test_exit", "test_two_ways", "test_laws", "test_launch"),
 ]
@@ -96,16 +96,9 @@ def pytest_collection_modifyitems(config, items):
 
 #: Tasks of the C host with an instance, and their arguments; each ends with the impact of LAW_1.
 HOST_TASKS = [
-    ("twice", "1e-6"),
-    ("threads", "1e-5"),
     ("migrate",),
     ("gone", "50"),
-    ("rollback", "1e-6"),
-    ("serialized", "1e-6"),
-    ("many", "1000"),
-    ("rude",),
     ("fork",),
-    ("law", "1"),
 ]
 
 

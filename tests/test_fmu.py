@@ -43,7 +43,7 @@ def test_model_description(fmu_path):
     assert description.fmiVersion == "2.0"
     assert description.modelName == "ClubBallImpact"
     simulation = description.coSimulation
-    assert simulation.needsExecutionTool
+    assert not simulation.needsExecutionTool
     assert simulation.canGetAndSetFMUstate
     assert simulation.canSerializeFMUstate
     assert simulation.canHandleVariableCommunicationStepSize

@@ -11,8 +11,10 @@ import multiprocessing
 import shutil
 import subprocess
 import sys
+import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from xml.etree import ElementTree
 
 import fmpy
 import pytest
@@ -260,6 +262,41 @@ def test_fmpy_finds_nothing_to_complain_about(fmu_path):
     from fmpy.validation import validate_fmu
 
     assert validate_fmu(str(fmu_path)) == []
+
+
+def test_what_omsimulator_reads(fmu_path, tmp_path):
+    """It aborts without its annotation in the system, and finds a loop without the dependencies."""
+    from golf_impact.fmu.system import build_system
+
+    spaces = {
+        "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
+        "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
+        "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
+    }
+    *_, ssp = build_system(tmp_path)
+    with zipfile.ZipFile(ssp) as archive:
+        root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
+    system = root.find("ssd:System", spaces)
+    assert system is not None
+    # The schema has them last.
+    assert system[-1] is system.find("ssd:Annotations", spaces)
+    (annotation,) = system[-1]
+    assert annotation.get("type") == "org.openmodelica"
+    (master,) = annotation.findall(
+        "oms:Annotations/oms:SimulationInformation/oms:FixedStepMaster", spaces
+    )
+    assert (master.get("description"), float(master.get("stepSize"))) == ("oms-ma", 1e-4)
+    connections = system.findall("ssd:Connections/ssd:Connection", spaces)
+    coupled = {
+        one.get("startConnector")
+        for one in connections
+        if (one.get("startElement"), one.get("endElement")) == ("ClubBallImpact", "Swing")
+    }
+    for unknown in fmpy.read_model_description(str(fmu_path)).initialUnknowns:
+        if unknown.variable.name in coupled:
+            assert unknown.dependencies == []
+            coupled.remove(unknown.variable.name)
+    assert not coupled
 
 
 @pytest.mark.importers

@@ -1,4 +1,4 @@
-"""A plain C host loads the FMU: as simulation tools that aren't Python do."""
+"""A small C host loads the FMU; test_hosts.py has real ones."""
 
 import os
 import subprocess
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import HOST_TASKS, LAW_1, some
+from conftest import HOST_TASKS, LAW_1
 
 from golf_impact.commands import doctor
 
@@ -61,18 +61,14 @@ def test_impact(host, step):
     same(host("impact", step))
 
 
-@pytest.mark.parametrize("task", some(5, {task[0]: task for task in HOST_TASKS}))
+@pytest.mark.parametrize("task", HOST_TASKS, ids=lambda task: task[0])
 @pytest.mark.parametrize("strict", [False, pytest.param(True, marks=pytest.mark.ci)])
 def test_life_of_an_instance(host, task, strict):
     same(host(*task, strict=strict))
 
 
-def test_the_enumeration_is_an_integer(host):
-    assert host("law", "2")["smash_factor"] == pytest.approx(1.5842497138122187, rel=1e-12)
-
-
 def test_a_host_may_load_libpython_itself(host, libpython):
-    same(host("twice", "1e-4", preload=False, LIBPYTHON=str(libpython)))
+    same(host("impact", "1e-4", preload=False, LIBPYTHON=str(libpython)))
 
 
 def test_without_libpython_the_linker_says_so(host):

@@ -81,32 +81,28 @@ class SolvedImpact(NamedTuple):
             b = p.contact_law.damping(p, k, self.touch.club_speed - p.ball_speed)
         return self._replace(inputs=inputs, k=k, b=b)
 
-    def after_event(
-        self, time: float, states: list[float]
-    ) -> tuple["SolvedImpact", list[float], bool]:
-        """The impact and the states after what happens at this instant of the host's time (s), and
-        whether its solver must start anew, since a state or a derivative has jumped.
-        """
-        x_club, x_ball, v_club, v_ball = states
+    def after_event(self, time: float, states: list[float]) -> tuple["SolvedImpact", list[float]]:
+        """The impact and the states after what happens at this instant of the host's time (s)."""
+        x_club, x_ball, _, v_ball = states
         p = self.parameters
         if self.touch is None:
             club_speed = self.inputs[2]
             states = [x_club, x_ball, club_speed, v_ball]
             if x_club < x_ball or club_speed <= v_ball:
-                return self, states, v_club != club_speed
+                return self, states
             refusal = p.contact_law.refusal_of_touch(p, club_speed)
             touch = Touch(time, 0.0, x_ball, club_speed)
             impact = self._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
             if refusal is None:
                 impact = impact.with_inputs(self.inputs)
-            return impact._with_drag(states), states, True
+            return impact._with_drag(states), states
         if self.in_contact:
             impact = self._with_drag(states)
             if separation_indicator(self, self.solver_state(states)) <= 0.0:
                 ended = time - self.touch.high, x_ball
-                return impact._replace(ended=ended, in_contact=False), states, True
-            return impact, states, False
-        return self, states, False
+                return impact._replace(ended=ended, in_contact=False), states
+            return impact, states
+        return self, states
 
     def _with_drag(self, states: list[float]) -> "SolvedImpact":
         """Sums up the drag on the ball until here, where its coefficient may change."""

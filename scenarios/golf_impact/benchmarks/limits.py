@@ -42,8 +42,8 @@ _SET = "a run whose inputs are set in initialization mode / after it"
 _EXTENDED = "an impact in extended precision / a usual run of law 1 (0.6 ms / 16.6 µs)"
 _READ = "a step in it that is read / that usual run (40 µs / 16.6 µs)"
 CALLS = (
-    Limit("do_step_over_empty", "doStep / the empty FMU's", 1.15),
-    Limit("step_and_read5_over_empty", "doStep + getReal of 5 in contact / the empty FMU's", 1.0),
+    Limit("do_step_over_empty", "doStep / the empty FMU's", 1.1),
+    Limit("step_and_read5_over_empty", "doStep + getReal of 5 in contact / the empty FMU's", 1.03),
     Limit("instantiate_over_empty", "instantiate / an empty FMU with as many variables", 1.3),
     Limit("run_set_in_initialization_over_after", _SET, 1.25),
     Limit("run_law1_over_law2", "such runs, law 1 / law 2", 1.3),

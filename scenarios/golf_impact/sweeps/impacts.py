@@ -135,7 +135,7 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Res
     fmu.begin(plan.fixed)
     if plan.only_inputs:
         refusals = list(fmu.messages)
-        fmu.slave.exitInitializationMode()
+        fmu.end_initialization()
         # What the defaults of varied inputs make of the fixed values says nothing about the cases.
         fmu.messages[:] = refusals
     state = fmu.slave.getFMUstate()
