@@ -36,7 +36,7 @@ from golf_impact.explore.cases import (
     facts_of,
 )
 from golf_impact.facts.balls import BALLS
-from golf_impact.facts.quantities import shortest
+from golf_impact.facts.quantities import format_shortest
 
 COMMAND = Path(sys.executable).with_name("golf-impact")
 HERE = Path(__file__).parent
@@ -65,7 +65,7 @@ def answers(fmu, fmus):
 
 
 def query(values):
-    return urlencode({name: shortest(value) for name, value in values.items()})
+    return urlencode({name: format_shortest(value) for name, value in values.items()})
 
 
 # What is shown, without a browser

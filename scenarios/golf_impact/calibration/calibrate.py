@@ -8,7 +8,7 @@ from golf_impact.calibration import targets as measured
 from golf_impact.calibration.contact_law import ContactLaw
 from golf_impact.calibration.fitting import Fit, fit, missing
 from golf_impact.calibration.targets import TARGETS, Conditions, Target, option
-from golf_impact.errors import UserError, lacking
+from golf_impact.errors import UserError, missing_package
 from golf_impact.facts.quantities import QUANTITIES
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
@@ -191,7 +191,7 @@ class Calibration:
         from golf_impact.calibration.drawing import draw
         from golf_impact.report import figures
 
-        return figures.png(draw(self.fit, self.compared, self.targets))
+        return figures.to_png(draw(self.fit, self.compared, self.targets))
 
 
 def check(conditions: Conditions, targets: Mapping[str, Target], law: ContactLaw) -> None:
@@ -222,7 +222,7 @@ def calibrated(
     try:
         import scipy  # noqa: F401
     except ImportError:
-        raise lacking("calibrate", "SciPy", "calibrate") from None
+        raise missing_package("calibrate", "SciPy", "calibrate") from None
     with ImpactFmu(current_fmu()[0]) as fmu:
         return Calibration(fmu, conditions, targets, law)
 

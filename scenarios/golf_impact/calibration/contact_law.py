@@ -117,7 +117,7 @@ class Predictor:
         except (UserError, OverflowError):
             # Far from any ball, values may leave what the FMU takes; a fit only has to turn back.
             return None
-        if not self._fmu.flag("separated"):
+        if not self._fmu.read_flag("separated"):
             return None
         return {name: outputs[output] for name, output in self._outputs.items()}
 

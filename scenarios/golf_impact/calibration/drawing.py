@@ -12,9 +12,9 @@ from golf_impact.calibration.targets import TARGETS, Target
 from golf_impact.report import figures
 
 
-def _look(law: ContactLaw) -> figures.Look:
+def _look(law: ContactLaw) -> figures.Style:
     power = "Tsuji" if law.exponent == 1.5 else "power law"
-    return figures.LOOKS[f"law {law.law}" if law.exponent == 1.0 else power]
+    return figures.STYLES[f"law {law.law}" if law.exponent == 1.0 else power]
 
 
 def draw(
@@ -37,8 +37,8 @@ def draw(
         off.plot(residuals, range(len(targets)), look.marker, color=look.colour, **style)
     _targets(force, targets)
     force.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
-    figures.legend_below(figure, force, columns=4)
-    figures.rows(off, [TARGETS[name][1] for name in targets], band=1.0)
+    figures.add_legend_below(figure, force, columns=4)
+    figures.label_rows(off, [TARGETS[name][1] for name in targets], band=1.0)
     widest = max(1.5, *(abs(r) for fit in (best, *others) for r in fit.residuals.values()))
     off.set(xlabel="(model − target) / σ; band: ± 1 σ", xlim=(-1.15 * widest, 1.15 * widest))
     return figure

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from golf_impact.errors import UserError
 from golf_impact.facts import closed_forms
-from golf_impact.facts.quantities import doubts_of_mass
+from golf_impact.facts.quantities import check_masses
 from golf_impact.files import read_text
 
 #: Targets by name: the FMU's output, how it is called, and its unit in options and files.
@@ -209,7 +209,7 @@ def doubts(conditions: Conditions, targets: Mapping[str, Target]) -> list[str]:
     if force and force.value < _SOFT:
         words.append(f"--max-force {force.value:g} is taken in N: write e.g. 6600 for 6.6 kN.")
     masses = {f"{option(name)} ": getattr(conditions, name) for name in ("m_club", "m_ball")}
-    return [*words, *doubts_of_mass(masses)]
+    return [*words, *check_masses(masses)]
 
 
 def check_together(targets: Mapping[str, Target], conditions: Conditions, law: int) -> None:

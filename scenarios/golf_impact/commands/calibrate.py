@@ -5,7 +5,7 @@ from typing import Annotated
 
 from typer import BadParameter, Option
 
-from golf_impact.commands.console import RESULTS, err, out, paragraphs, print_table, say, warn
+from golf_impact.commands.console import RESULTS, err, out, print_paragraphs, print_table, say, warn
 from golf_impact.facts.quantities import LAWS_IN_WORDS
 
 EPILOG = (
@@ -91,7 +91,7 @@ def calibrate(
         written = write_together(folder, files)
     for table in calibration.tables():
         print_table(table)
-    paragraphs(calibration.words)
+    print_paragraphs(calibration.words)
     say(f"\n{', '.join(str(file) for file in written)}")
     out.print("Run it:", style="bold")
     # Plain, so that it can be copied: no wrapping, no mark-up.

@@ -8,7 +8,7 @@ from typing import Annotated
 from typer import Option
 
 from golf_impact.commands.console import say, warn
-from golf_impact.errors import UserError, lacking
+from golf_impact.errors import UserError, missing_package
 
 EPILOG = (
     "Examples: golf-impact explore --ball roh-lee --set club_speed=50 · "
@@ -42,7 +42,7 @@ def explore(
     try:
         import bokeh  # noqa: F401
     except ImportError as error:
-        raise lacking("explore", "Bokeh", "explore") from error
+        raise missing_package("explore", "Bokeh", "explore") from error
     from golf_impact.commands.run import fmu_file, values_of
     from golf_impact.facts.balls import ball as named_ball
     from golf_impact.fmu.impact_fmu import ImpactFmu
@@ -66,12 +66,12 @@ def explore(
 
     from golf_impact.explore.answers import LOFT
     from golf_impact.explore.server import serve
-    from golf_impact.facts.quantities import shortest
+    from golf_impact.facts.quantities import format_shortest
 
     # What isn't ClubBallImpact's is refused by it, unless it is Launch's.
     with ImpactFmu(path) as fmu:
         fmu.impact(**{name: value for name, value in values.items() if name not in LOFT})
-    question = urlencode({name: shortest(value) for name, value in values.items()})
+    question = urlencode({name: format_shortest(value) for name, value in values.items()})
 
     def ready(address: str) -> None:
         import webbrowser

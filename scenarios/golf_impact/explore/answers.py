@@ -170,7 +170,7 @@ class Answers:
     def impact(self, values: dict[str, float], unit: str) -> dict[str, Any]:
         """All that is shown of a case; speeds as text and as `…_shown` are in the unit."""
         metrics = self.metrics(values)
-        touched, separated = map(self.instance.flag, ("touched", "separated"))
+        touched, separated = map(self.instance.read_flag, ("touched", "separated"))
         path = self._path(values, metrics, touched, separated)
         size = self.facts["speeds"][unit]
         # Without separation there are maxima only, without contact nothing.
@@ -242,7 +242,7 @@ class Answers:
                 metrics = self.metrics({**values, over: x})
             except (self.refusal, ValueError, OverflowError):
                 continue
-            if self.instance.flag("separated"):
+            if self.instance.read_flag("separated"):
                 for name in SWEPT_METRICS:
                     swept[name][n] = metrics[name]
         return {"swept": swept, "over": over}

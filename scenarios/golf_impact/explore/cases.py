@@ -13,7 +13,7 @@ from golf_impact.explore.answers import LOFT, Answers
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.measured import MPH, ROH_LEE_FIGURES, TOUR
-from golf_impact.facts.quantities import shown
+from golf_impact.facts.quantities import format_value
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.fmu.system import build_system
@@ -115,7 +115,7 @@ EXAMPLES = (
     ),
     Example(
         *("Roh & Lee", BALLS["roh-lee"].values),
-        {metric: shown(metric, value) for metric, value in ROH_LEE_FIGURES.items()},
+        {metric: format_value(metric, value) for metric, value in ROH_LEE_FIGURES.items()},
         "A finite-element ball (law 2): its stiffness grows with compression (n = 1.62); COR is "
         "0.74, and the loop is wide.",
         "Roh & Lee",

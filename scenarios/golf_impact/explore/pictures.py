@@ -8,7 +8,7 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 
 from golf_impact.explore.answers import SWEPT_METRICS
-from golf_impact.report.looks import BLUE, GREEN, ORANGE, SKY, VERMILION
+from golf_impact.report.styles import BLUE, GREEN, ORANGE, SKY, VERMILION
 
 #: How they look; the colours of text, axes and grid are CSS variables in page.css.
 THEME = Theme(

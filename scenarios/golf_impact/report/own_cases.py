@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from golf_impact.facts.balls import Ball
-from golf_impact.facts.quantities import QUANTITIES, written
+from golf_impact.facts.quantities import QUANTITIES, format_unit
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.report.any_law import check_any_law, has_closed_form
 from golf_impact.report.report import Report
@@ -43,7 +43,7 @@ def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]
         report.trajectories[_file([ball], values)] = path
         paths[ball] = (path["time"] - columns[-1]["touch_time"]) * 1e6, path["force"] / 1e3
     rows = [
-        [one.label, *(one.shown(column[metric]) for column in columns)]
+        [one.label, *(one.format_value(column[metric]) for column in columns)]
         for metric, one in QUANTITIES.items()
     ]
     report.table(report.title, ["", *(ball or "this FMU" for ball in cases)], rows)
@@ -53,17 +53,17 @@ def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]
         case = report.describe(**next(iter(cases.values()))) if len(cases) == 1 else ""
         figure, axes = figures.new(f"Contact force: {title}", case=case)
         for ball, (micro, kilonewton) in paths.items():
-            axes.plot(micro, kilonewton, label=ball, **figures.LOOKS[ball or "ball"].line)
+            axes.plot(micro, kilonewton, label=ball, **figures.STYLES[ball or "ball"].line)
         axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
         if len(cases) > 1:
-            figures.legend_above(axes)
+            figures.add_legend_above(axes)
         return figure
 
     return report
 
 
 def _unit(fmu: ImpactFmu, name: str) -> str:
-    unit = written(fmu.variables[name].unit) if name in fmu.variables else ""
+    unit = format_unit(fmu.variables[name].unit) if name in fmu.variables else ""
     return f" {unit}" if unit else ""
 
 
