@@ -11,23 +11,7 @@ from golf_impact.scenario import BALLS, LoadedFmu, Report, build_system, main, m
 TITLE = "Loft: tangential force, backspin and launch angle"
 CHAPTER = 15
 
-#: Average launches of the PGA Tour (TrackMan): club, club speed (mph), attack angle (deg), ball
-#: speed (mph), launch angle (deg), backspin (rpm), carry (yd); and a typical head mass (kg).
-TOUR = (
-    ("driver", 113, -1.3, 167, 10.9, 2686, 275, 0.200),
-    ("3-wood", 107, -2.9, 158, 9.2, 3655, 243, 0.212),
-    ("5-wood", 103, -3.3, 152, 9.4, 4350, 230, 0.218),
-    ("hybrid", 100, -3.5, 146, 10.2, 4437, 225, 0.235),
-    ("3-iron", 98, -3.1, 142, 10.4, 4630, 212, 0.240),
-    ("4-iron", 96, -3.4, 137, 11.0, 4836, 203, 0.246),
-    ("5-iron", 94, -3.7, 132, 12.1, 5361, 194, 0.252),
-    ("6-iron", 92, -4.1, 127, 14.1, 6231, 183, 0.258),
-    ("7-iron", 90, -4.3, 120, 16.3, 7097, 172, 0.265),
-    ("8-iron", 87, -4.5, 115, 18.1, 7998, 160, 0.272),
-    ("9-iron", 85, -4.7, 109, 20.4, 8647, 148, 0.280),
-    ("PW", 83, -5.0, 102, 24.2, 9304, 136, 0.288),
-)
-_IRONS = [row[0] for row in TOUR[4:]]
+_IRONS = [row[0] for row in measured.TOUR[4:]]
 
 #: A driver's depth of the centre of mass (m) and inertia (kg.m2): D. Tutelman, All about Gear
 #: Effect (2009), average of 17 heads, and 0.59 of their average inertia about the vertical axis.
@@ -273,7 +257,7 @@ def _show_tour(report, shots):
     """Twelve clubs: nothing is fitted but the dynamic loft, from the launch angle."""
     rows, others, arms = [], {}, {}
     off: dict[str, dict[str, float]] = {"spin": {}, "ball": {}, "carry": {}, "part": {}}
-    for club, mph, attack, ball_mph, angle, rpm, yards, mass in TOUR:
+    for club, mph, attack, ball_mph, angle, rpm, yards, mass in measured.TOUR:
         speed, path = mph * measured.MPH, radians(attack)
         loft, shot = shots.lofted(speed, radians(angle), path, m_club=mass)
         spin, ball = shot["backspin"] * 30.0 / pi, shot["ball_speed"] / measured.MPH
@@ -334,7 +318,7 @@ def _show_tour(report, shots):
     )
     def tour(figures):
         figure, axes = figures.new("Deviation from PGA Tour averages", size=(7.2, 4.8))
-        clubs = [row[0] for row in TOUR]
+        clubs = [row[0] for row in measured.TOUR]
         figures.label_rows(axes, clubs, 15.0)
         for name, words, marker, colour in (
             ("spin", "backspin", "o", figures.VERMILION),
@@ -350,7 +334,7 @@ def _show_tour(report, shots):
 
 def _strike_height(shots):
     """Of the driver, m, with which it has TrackMan's backspin, and its launch angle."""
-    _, mph, attack, _, angle, rpm, _, mass = TOUR[0]
+    _, mph, attack, _, angle, rpm, _, mass = measured.TOUR[0]
     speed, target = mph * measured.MPH, radians(angle)
 
     def too_little(height):

@@ -2,14 +2,18 @@
 
 import os
 import sys
+from pathlib import Path
 from typing import Annotated
 
 from typer import Option
 
 from golf_impact.commands.console import say, warn
-from golf_impact.errors import missing_package
+from golf_impact.errors import UserError, missing_package
 
-EPILOG = "Examples: golf-impact explore · golf-impact explore --ball roh-lee --set club_speed=50"
+EPILOG = (
+    "Examples: golf-impact explore --ball roh-lee --set club_speed=50 · "
+    "golf-impact explore --export page"
+)
 
 
 def explore(
@@ -25,27 +29,54 @@ def explore(
         int, Option(min=0, max=65535, help="Of the page; 0 for any that is free.")
     ] = 5006,
     browser: Annotated[bool, Option(help="Open the page in a browser.")] = True,
+    export: Annotated[
+        Path | None,
+        Option(metavar="FOLDER", help="Write the page as static files, for any web server."),
+    ] = None,
+    pyodide: Annotated[
+        Path | None,
+        Option(metavar="FOLDER", help="With --export: Pyodide's files; by npm without it."),
+    ] = None,
 ) -> None:
-    """One impact under your hands: a page in the browser, served on this machine alone."""
+    """One impact, interactive, in a browser: served on this machine alone, or exported."""
     try:
         import bokeh  # noqa: F401
     except ImportError as error:
         raise missing_package("explore", "Bokeh", "explore") from error
     from golf_impact.commands.run import fmu_file, values_of
-    from golf_impact.explore.cases import query
-    from golf_impact.explore.server import serve
     from golf_impact.facts.balls import ball as named_ball
     from golf_impact.fmu.impact_fmu import ImpactFmu
 
     values = {**(named_ball(ball).values if ball else {}), **values_of(set_ or [])}
+    if export is not None and values:
+        raise UserError("--export takes no --ball or --set: the address holds the case")
+    if export is None and pyodide is not None:
+        raise UserError("--pyodide is for --export FOLDER alone")
     path = fmu_file(None)
+    if export is not None:
+        from golf_impact.explore.export import export as write_page
+
+        sizes = write_page(path, export, pyodide)
+        say(
+            f"{len(sizes)} files, {sum(sizes.values()) / 1e6:.1f} MB, in {export}\n"
+            f"To try it: {Path(sys.executable).name} -m http.server -d {export}"
+        )
+        return
+    from urllib.parse import urlencode
+
+    from golf_impact.explore.answers import LOFT
+    from golf_impact.explore.server import serve
+    from golf_impact.facts.quantities import format_shortest
+
+    # What isn't ClubBallImpact's is refused by it, unless it is Launch's.
     with ImpactFmu(path) as fmu:
-        fmu.impact(**values)
+        fmu.impact(**{name: value for name, value in values.items() if name not in LOFT})
+    question = urlencode({name: format_shortest(value) for name, value in values.items()})
 
     def ready(address: str) -> None:
         import webbrowser
 
-        page = f"{address}?{query(values)}" if values else address
+        page = f"{address}?{question}" if values else address
         say(f"{page}\nCtrl-C ends it.")
         graphical = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
         screen = graphical or sys.platform != "linux"

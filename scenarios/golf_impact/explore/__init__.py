@@ -1,5 +1,4 @@
-"""`golf-impact explore`: one impact under your hands, as a page in a browser.
+"""The page of `golf-impact explore`: one impact, interactive, in a browser.
 
-A session (one tab) has an FMU instance of its own. `page.py` puts the page of a session together;
-everything else here is a part of it, and none of them knows the page.
+`answers.py` computes what is shown, on this machine or in an exported page; `page.js` shows it.
 """

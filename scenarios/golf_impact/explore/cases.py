@@ -1,16 +1,28 @@
-"""The case that is shown: as a link, as a command, and the cases that are one click away."""
+"""What the page offers: quantities with their sliders, balls, and the cases one click away."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from urllib.parse import urlencode
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from math import cos, pi, radians
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 from golf_impact.errors import UserError
+from golf_impact.explore.answers import LOFT, Answers
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
-from golf_impact.facts.measured import ROH_LEE_FIGURES
-from golf_impact.facts.quantities import format_options, format_shortest, format_value
+from golf_impact.facts.measured import MPH, ROH_LEE_FIGURES, TOUR
+from golf_impact.facts.quantities import format_value
+from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.fmu.loaded import LoadedFmu
+from golf_impact.fmu.system import build_system
+
+#: The case that an address without parameters opens with: a ball that has been measured.
+OPENING = "penner"
+
+#: Units of speed, each with its m/s.
+SPEEDS = {"m/s": 1.0, "mph": MPH, "km/h": 1.0 / 3.6}
 
 #: What a ball is made of; the masses and speeds are not part of it.
 CONTACT = (
@@ -19,31 +31,40 @@ CONTACT = (
 )
 
 
-def query(values: Mapping[str, float]) -> str:
-    """What the address has behind the question mark."""
-    return urlencode({name: format_shortest(value) for name, value in values.items()})
+@dataclass(frozen=True)
+class Quantity:
+    """An input or parameter as it is set here.
 
-
-def command(values: Mapping[str, float]) -> str:
-    """The line that runs this case."""
-    # A run without --set would be one of all scenarios.
-    return f"golf-impact run {format_options(values or {'law': 1})}"
-
-
-def from_query(arguments: Mapping[str, Sequence[bytes]]) -> dict[str, float]:
-    """Inputs and parameters of an address, by name.
-
-    Raises:
-        UserError: a value is no number.
+    A slider covers what golf needs; a field takes every value that the FMU does. Without a step
+    there is a field alone.
     """
-    values = {}
-    for name, texts in arguments.items():
-        text = texts[-1].decode("utf-8", "replace")
-        try:
-            values[name] = float(text)
-        except ValueError:
-            raise UserError(f"{name} = {text!r} in the address is no number") from None
-    return values
+
+    name: str  #: the FMU's
+    label: str  #: in words
+    unit: str = ""  #: in which it is shown; of a speed that which the user chose
+    scale: float = 1.0  #: that unit in SI
+    low: float = 0.0  #: of its slider, in that unit, as the next two
+    high: float = 0.0
+    step: float = 0.0
+
+
+QUANTITIES = (
+    Quantity("k", "Stiffness k", "N/mm", 1e3, 100, 3000, 10),
+    Quantity("b", "Damping b", "N·s/m", 1.0, 0, 100, 0.5),
+    Quantity("club_speed", "Club speed", "m/s", 1.0, 5, 80, 0.5),
+    Quantity("exponent", "Exponent n", "", 1.0, 1, 3, 0.01),
+    Quantity("m_club", "Club mass", "g", 1e-3, 100, 400, 1),
+    Quantity("m_ball", "Ball mass", "g", 1e-3, 20, 80, 0.1),
+    Quantity("ball_speed", "Ball speed before", "m/s", 1.0, -20, 20, 0.5),
+    Quantity("dynamic_loft", "Dynamic loft", "°", pi / 180.0, 0, 60, 0.5),
+    Quantity("attack_angle", "Attack angle", "°", pi / 180.0, -10, 10, 0.1),
+    Quantity("friction", "Friction", "", 1.0, 0, 1, 0.01),
+    Quantity("restitution_at_rest", "COR at zero speed"),
+    Quantity("restitution_slope", "COR slope", "s/m"),
+    Quantity("reference_compression", "d_r", "mm", 1e-3),
+    Quantity("ball_diameter", "Ball diameter", "mm", 1e-3),
+    Quantity("gap", "Gap", "mm", 1e-3),
+)
 
 
 @dataclass(frozen=True)
@@ -53,58 +74,110 @@ class Example:
     name: str  #: on its button
     values: Mapping[str, float]  #: inputs and parameters that aren't the FMU's start values
     printed: Mapping[str, str]  #: what is published of it, by metric, as it is shown
+    hint: str  #: what to look for, in one sentence
     source: str = "document"  #: where
     beside: Mapping[str, float] | None = None  #: a case that is pinned to be compared with
 
-    @property
-    def look(self) -> str:
-        """What to look for, in one sentence."""
-        return _LOOK[self.name]
-
 
 def _document(
-    name: str, values: Mapping[str, float], printed: Mapping[str, document.Printed]
+    name: str, values: Mapping[str, float], printed: Mapping[str, document.Printed], hint: str
 ) -> Example:
-    return Example(name, values, {metric: number.text for metric, number in printed.items()})
+    return Example(name, values, {metric: one.text for metric, one in printed.items()}, hint)
 
-
-_ROH_LEE = {metric: format_value(metric, value) for metric, value in ROH_LEE_FIGURES.items()}
 
 EXAMPLES = (
-    _document("Baseline", {}, document.BASELINE),
-    _document("Elastic", {"b": 0.0}, document.ELASTIC),
-    _document("50 m/s", {"club_speed": 50.0}, document.CLUB_SPEED[50.0]),
-    _document("Soft", {"k": 0.5e6}, document.COMPRESSION[0.5e6]),
-    _document("Stiff", {"k": 2e6}, document.COMPRESSION[2e6]),
-    _document("Old ball", {"k": 0.5e6, "b": 12.0}, document.OLD_BALL[0.5e6, 12.0]),
-    Example("Roh & Lee", BALLS["roh-lee"].values, _ROH_LEE, "Roh & Lee"),
-    Example("Law 1 | law 2", {"law": 2}, {}, beside={"law": 1}),
+    _document(
+        *("Document", {}, document.BASELINE),
+        "The document's impact (law 1): contact lasts 0.6 ms, and the ball leaves faster than the "
+        "club came.",
+    ),
+    _document(
+        *("Elastic", {"b": 0.0}, document.ELASTIC),
+        "Without damping no energy is lost: COR and E are 1, and force over compression is one "
+        "line.",
+    ),
+    _document(
+        *("50 m/s", {"club_speed": 50.0}, document.CLUB_SPEED[50.0]),
+        "Forces and speeds grow in proportion to club speed; S, COR and contact time stay as they "
+        "are.",
+    ),
+    _document(
+        *("Soft", {"k": 0.5e6}, document.COMPRESSION[0.5e6]),
+        "Half the stiffness: longer contact, less force. The drag acts longer, so S falls.",
+    ),
+    _document(
+        *("Stiff", {"k": 2e6}, document.COMPRESSION[2e6]),
+        "Twice the stiffness: shorter contact, more force, and less energy is lost.",
+    ),
+    _document(
+        *("Old ball", {"k": 0.5e6, "b": 12.0}, document.OLD_BALL[0.5e6, 12.0]),
+        "Softer and more damped: S, COR and E all fall.",
+    ),
+    Example(
+        *("Roh & Lee", BALLS["roh-lee"].values),
+        {metric: format_value(metric, value) for metric, value in ROH_LEE_FIGURES.items()},
+        "A finite-element ball (law 2): its stiffness grows with compression (n = 1.62); COR is "
+        "0.74, and the loop is wide.",
+        "Roh & Lee",
+    ),
+    Example(
+        *("Law 1 | law 2", {"law": 2}, {}),
+        "The same k and b: law 1 (pinned) drags both bodies and loses momentum; law 2 conserves "
+        "momentum and its force follows a loop.",
+        beside={"law": 1},
+    ),
 )
 
-_LOOK = {
-    "Baseline": "The document's impact: the ball leaves faster than the club came, after 0.6 ms.",
-    "Elastic": "Without damping nothing is lost: COR and E are 1, and force and compression rise "
-    "and fall on one line.",
-    "50 m/s": "Faster: forces and speeds grow in proportion; S, COR and contact time stay.",
-    "Soft": "Half the stiffness: a longer contact and less force; the drag acts longer, so S "
-    "falls.",
-    "Stiff": "Twice the stiffness: a shorter contact and more force; less is lost.",
-    "Old ball": "Softer and more damped at once: S, COR and E all fall.",
-    "Roh & Lee": "A finite-element ball: stiffer as it is squeezed (n = 1.62), with a COR of 0.74; "
-    "a wide loop.",
-    "Law 1 | law 2": "The same k and b: law 1 (pinned) drags both bodies and loses momentum; law 2 "
-    "keeps it and draws a loop.",
-}
+
+#: Dynamic loft, degrees, with which the model has the launch angle of the club of `TOUR`: fitted by
+#: the scenario loft.
+_LOFTS = (
+    *(15.079, 13.254, 13.644, 14.731, 14.823, 15.739),
+    *(17.366, 20.358, 23.641, 26.428, 30.333, 37.730),
+)
 
 
-def example_of(values: Mapping[str, float], defaults: Mapping[str, float]) -> Example | None:
-    """The example that these values are."""
-    return next((one for one in EXAMPLES if values == {**defaults, **one.values}), None)
+def _club(row: tuple[Any, ...], loft: float) -> Example:
+    club, mph, attack, _, angle, rpm, yards, mass = row
+    # ClubBallImpact has speeds along the face normal.
+    speed = mph * MPH * cos(radians(loft - attack))
+    head = {"club_speed": speed, "m_club": mass}
+    angles = {"dynamic_loft": radians(loft), "attack_angle": radians(attack)}
+    printed = {"launch_angle": f"{angle}", "backspin": f"{rpm}", "carry": f"{yards * 0.9144:.0f}"}
+    hint = f"{club}, average of the PGA Tour: {mph} mph; the loft is fitted to the launch angle."
+    return Example(club, {**BALLS[OPENING].values, **head, **angles}, printed, hint, "TrackMan")
 
 
-def ball_of(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:
-    """The name of the ball that these values have, or ""."""
-    for ball in BALLS.values():
-        if all(values[name] == ball.values.get(name, defaults[name]) for name in CONTACT):
-            return ball.name
-    return ""
+CLUBS = tuple(map(_club, TOUR, _LOFTS))
+
+
+@contextmanager
+def companions(fmu: ImpactFmu) -> Iterator[tuple[tuple[LoadedFmu, ...], list[Path]]]:
+    """ClubBallImpact, Launch and BallFlight in use, and the files of the latter two."""
+    with TemporaryDirectory(prefix="golf-impact-") as folder:
+        _, *files, _ = build_system(Path(folder))
+        with LoadedFmu(files[0]) as launch, LoadedFmu(files[1]) as flight:
+            yield (fmu, launch, flight), files
+
+
+def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
+    """What the page and `Answers` need beside the instances, as JSON takes it."""
+    impact, launch, _ = fmus
+    inputs = (v for v in impact.variables.values() if v.causality in ("input", "parameter"))
+    defaults = {one.name: float(one.start) for one in inputs}
+    defaults |= {name: launch.default(name) for name in LOFT}
+    facts: dict[str, Any] = {
+        **{"defaults": defaults, "speeds": SPEEDS, "contact": CONTACT},
+        "opening": dict(BALLS[OPENING].values),
+        "quantities": [asdict(one) for one in QUANTITIES],
+        # Their values are read-only mappings, which asdict and JSON don't take.
+        "balls": [{**vars(one), "values": dict(one.values)} for one in BALLS.values()],
+        **{
+            name: [{**vars(one), "values": dict(one.values)} for one in examples]
+            for name, examples in (("examples", EXAMPLES), ("clubs", CLUBS))
+        },
+    }
+    answers = Answers(fmus, UserError, facts)
+    for one in facts["examples"]:
+        one["check"] = answers({"values": one["values"]})["metrics"]
+    return facts

@@ -74,3 +74,20 @@ ROH_LEE_FIGURES = {
     ),
     **{name: ROH_LEE[name] for name in ("contact_time", "max_force", "time_of_max_force")},
 }
+
+#: Average launches of the PGA Tour (TrackMan): club, club speed (mph), attack angle (deg), ball
+#: speed (mph), launch angle (deg), backspin (rpm), carry (yd); and a typical head mass (kg).
+TOUR = (
+    ("driver", 113, -1.3, 167, 10.9, 2686, 275, 0.200),
+    ("3-wood", 107, -2.9, 158, 9.2, 3655, 243, 0.212),
+    ("5-wood", 103, -3.3, 152, 9.4, 4350, 230, 0.218),
+    ("hybrid", 100, -3.5, 146, 10.2, 4437, 225, 0.235),
+    ("3-iron", 98, -3.1, 142, 10.4, 4630, 212, 0.240),
+    ("4-iron", 96, -3.4, 137, 11.0, 4836, 203, 0.246),
+    ("5-iron", 94, -3.7, 132, 12.1, 5361, 194, 0.252),
+    ("6-iron", 92, -4.1, 127, 14.1, 6231, 183, 0.258),
+    ("7-iron", 90, -4.3, 120, 16.3, 7097, 172, 0.265),
+    ("8-iron", 87, -4.5, 115, 18.1, 7998, 160, 0.272),
+    ("9-iron", 85, -4.7, 109, 20.4, 8647, 148, 0.280),
+    ("PW", 83, -5.0, 102, 24.2, 9304, 136, 0.288),
+)

@@ -182,6 +182,8 @@ class LoadedFmu:
                     why = "it must be a whole number, 1 or 2"
                     raise UserError(f"{name} = {value!r} is refused: {why}")
                 slave.setInteger([variable.valueReference], [int(value)])
+            elif variable.type == "Boolean":
+                slave.setBoolean([variable.valueReference], [bool(value)])
             else:
                 slave.setReal([variable.valueReference], [value])
 

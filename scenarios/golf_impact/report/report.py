@@ -243,7 +243,8 @@ def _definitions(metrics: Metrics, given: Mapping[str, float]) -> dict[str, floa
 
 def _explore(values: Mapping[str, float]) -> str:
     """The command that opens a case in explore; a preset ball by its name."""
-    options = []
+    # Without a value the page opens with a case of its own.
+    options, values = [], values or {"law": 1}
     for ball in BALLS.values():
         if ball.values.items() <= values.items():
             options = [f"--ball {ball.name}"]

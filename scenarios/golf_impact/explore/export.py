@@ -1,0 +1,141 @@
+"""The page as a folder for any web server: the same files, and Python with the FMU's physics."""
+
+import hashlib
+import io
+import json
+import shutil
+import subprocess
+import tarfile
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from golf_impact.errors import UserError
+from golf_impact.explore.answers import Answers
+from golf_impact.explore.cases import companions, facts_of
+from golf_impact.explore.page import page_files
+from golf_impact.files import prepare, write_together
+from golf_impact.fmu.impact_fmu import ImpactFmu
+
+#: CPython in WebAssembly, as the npm registry has it.
+VERSION = "0.29.3"
+SHA512 = (
+    "db6501ba13896b08fbbca5274bbfc5df12bee75e4b25d8e23001e809fb92ebf3"
+    "db1e23ab4905676300defb6b1b57088e677b0c31ec5d5c809ec3a36a38c40680"
+)
+
+#: Files of a Pyodide distribution that the page loads.
+PYODIDE = (
+    *("pyodide.mjs", "pyodide.asm.js", "pyodide.asm.wasm", "python_stdlib.zip"),
+    "pyodide-lock.json",
+)
+
+#: The package of answers.py and in_browser.py in the archive.
+_PACKAGE = "golf_explore"
+
+
+def export(fmu_file: Path, folder: Path, pyodide: Path | None = None) -> dict[str, int]:
+    """Write the page into a folder.
+
+    Args:
+        fmu_file: the FMU whose physics the page runs.
+        folder: made if need be; files of the same names are replaced, others stay.
+        pyodide: a folder with Pyodide's files; without it they come from npm.
+
+    Returns:
+        The size of each file written, bytes, by its name in the folder.
+
+    Raises:
+        UserError: Pyodide isn't there, or the folder can't be written; then nothing has changed.
+    """
+    prepare(folder)
+    prepare(folder / "pyodide")
+    runtime = from_folder(pyodide) if pyodide else from_npm()
+    with ImpactFmu(fmu_file) as fmu, companions(fmu) as (fmus, others):
+        modules, archive = _archive([fmu_file, *others])
+        worker = {
+            **{"files": [f"pyodide/{name}" for name in runtime], "archive": "physics.zip"},
+            **{"modules": modules, "version": _python_of(runtime)},
+        }
+        page = {
+            **page_files(Answers(fmus, UserError, facts_of(fmus)), worker),
+            "physics.zip": archive,
+        }
+    # The page comes last: as long as it isn't there, nothing uses the rest.
+    write_together(folder / "pyodide", runtime)
+    write_together(folder, page)
+    sizes = {f"pyodide/{name}": len(data) for name, data in runtime.items()}
+    return sizes | {name: len(data) for name, data in page.items()}
+
+
+def from_folder(folder: Path) -> dict[str, bytes]:
+    """Pyodide's files of a folder.
+
+    Raises:
+        UserError: some are missing.
+    """
+    try:
+        return {name: (folder / name).read_bytes() for name in PYODIDE}
+    except OSError as error:
+        raise UserError(
+            f"{folder} has no {Path(str(error.filename)).name} that can be read: --pyodide takes "
+            f"the folder of Pyodide {VERSION}, with {', '.join(PYODIDE)}"
+        ) from error
+
+
+def from_npm() -> dict[str, bytes]:
+    """Pyodide's files of the pinned version, by npm.
+
+    Raises:
+        UserError: npm is missing, can't reach its registry, or gives another file.
+    """
+    what = f"pyodide@{VERSION}"
+    instead = f"unpack {what} on a machine with npm, and give its folder with --pyodide"
+    npm = shutil.which("npm")
+    if npm is None:
+        raise UserError(f"--export needs Pyodide, and npm isn't there: install npm, or {instead}")
+    with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+        command = [npm, "pack", what, "--silent", "--pack-destination", folder]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
+        files = list(Path(folder).glob("*.tgz"))
+        if done.returncode or len(files) != 1:
+            why = (done.stderr.strip().splitlines() or ["no file"])[-1]
+            raise UserError(f"npm can't get {what} ({why}): {instead}")
+        data = files[0].read_bytes()
+    if hashlib.sha512(data).hexdigest() != SHA512:
+        raise UserError(f"npm gave a {what} with another checksum than expected: {instead}")
+    with tarfile.open(fileobj=io.BytesIO(data)) as archive:
+        streams = {name: archive.extractfile(f"package/{name}") for name in PYODIDE}
+        return {name: stream.read() for name, stream in streams.items() if stream}
+
+
+def _archive(fmu_files: list[Path]) -> tuple[list[str], bytes]:
+    """The modules of FMUs and what answers with them, as a zip file that Python imports from."""
+    data = io.BytesIO()
+    files: dict[str, bytes] = {}
+    for file in fmu_files:
+        with zipfile.ZipFile(file) as fmu:
+            names = [name for name in fmu.namelist() if name.startswith("resources/")]
+            files |= {name.removeprefix("resources/"): fmu.read(name) for name in names}
+    roots = {name.partition("/")[0].removesuffix(".py") for name in files}
+    modules = [
+        next(one for one in roots if one.startswith(start))
+        for start in ("golf_physics_", "launch_", "ball_flight_")
+    ]
+    with zipfile.ZipFile(data, "w") as zip_:
+        for name, content in files.items():
+            _add(zip_, name, content)
+        for name in ("answers.py", "in_browser.py"):
+            _add(zip_, f"{_PACKAGE}/{name}", Path(__file__).with_name(name).read_bytes())
+        _add(zip_, f"{_PACKAGE}/__init__.py", b"")
+    return modules, data.getvalue()
+
+
+def _add(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
+    """Add a file without the time of day: the same page has the same bytes."""
+    archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data, zipfile.ZIP_DEFLATED)
+
+
+def _python_of(runtime: Mapping[str, bytes]) -> str:
+    return str(json.loads(runtime["pyodide-lock.json"])["info"]["python"])

@@ -1,0 +1,352 @@
+// The page: what the user sets goes to answers.py as a request; its answers fill figures and tables.
+const get = (id) => document.getElementById(id)
+const facts = JSON.parse(get("facts").textContent)
+const model = (name) => Bokeh.documents[0].get_model_by_name(name)
+const quantities = new Map(facts.quantities.map((one) => [one.name, one]))
+const figures = ["animation", "force", "loop", "energies", "velocities", "positions", "sweep", "flight"]
+const COLOURS = ["#CC79A7", "#009E73", "#D55E00", "#999933", "#882255", "#888888", "#44AA99", "#DDCC77"]
+const HINT = "Move a slider, or type any number that the FMU allows. Point at a curve, or press Play, to see one instant in all pictures."
+
+// Numbers: a request at a time, to this machine's server or to the worker.
+
+async function viaServer(request) {
+  const response = await fetch("impact", {method: "POST", body: JSON.stringify(request)})
+  if (!response.ok) throw new Error(`the server replies with status ${response.status}`)
+  return response.json()
+}
+
+let worker = null
+const post = (message) => new Promise((resolve, reject) => {
+  worker.onmessage = ({data}) => data.failed ? reject(new Error(data.failed)) : resolve(data)
+  worker.onerror = (event) => reject(new Error(event.message || "worker.js or pyodide/pyodide.mjs can't be loaded"))
+  worker.postMessage(message)
+})
+const ask = facts.worker ? async (request) => (await post({request})).answer : viaServer
+
+function report(text, failed = false) {
+  get("runtime").textContent = text
+  get("runtime").classList.toggle("failed", failed)
+}
+
+async function startWorker() {
+  report("Loading Python (some 6 MB): the sliders work as soon as it is there.")
+  const seconds = 60
+  const late = setTimeout(() => report(`Python has not started within ${seconds} s: reload the page, or try another browser.`, true), 1000 * seconds)
+  try {
+    worker = new Worker("worker.js", {type: "module"})
+    const carried = {...facts, answer: null, worker: null}
+    const {check} = await post({load: {...facts.worker, facts: JSON.stringify(carried)}})
+    const same = check.worst <= 1e-12
+    const words = `${check.count} numbers agree with the FMU's within ${check.worst.toExponential(1)}`
+    const differ = `the numbers differ from the FMU's by up to ${check.worst.toExponential(1)}: don't rely on them`
+    report(`This page runs the FMU's physics in your browser (Python ${facts.worker.version}); ${same ? words : differ}.`, !same)
+  } finally {
+    clearTimeout(late)
+  }
+}
+
+// The newest request of a kind waits while another runs; none is queued.
+const waiting = new Map()
+let running = null
+async function run() {
+  try {
+    while (waiting.size) {
+      const [kind, [request, use]] = waiting.entries().next().value
+      waiting.delete(kind)
+      use(await ask(request))
+      // S and COR over a variable wait until no slider moves.
+      if (kind == "impact" && !waiting.has("impact")) waiting.set("sweep", [{values: shown.values, over: get("over").value}, drawSweep])
+    }
+  } catch (error) {
+    report(`No new numbers: ${error.message}. Reload the page when that is mended.`, true)
+    delete document.body.dataset.ready
+  }
+  running = null
+}
+function request(kind, message, use) {
+  waiting.set(kind, [message, use])
+  running ??= run()
+  return running
+}
+
+// State: the answer that is shown, what the user wants, and the pins (answers with name and color).
+let shown = facts.answer
+let wanted = {...shown.values}
+let pins = []
+let drawnPins = pins
+let swept = null
+const unit = () => get("unit").value
+const size = (one) => one.unit in facts.speeds ? facts.speeds[unit()] : one.scale
+// 15 digits: 45.93 g are 0.04593 kg to the last digit.
+const toSi = (one, value) => size(one) == 1 ? value : Number((value * size(one)).toPrecision(15))
+const fromSi = (one, value) => Number((value / size(one)).toPrecision(8))
+
+function want(values, control) {
+  Object.assign(wanted, values)
+  return request("impact", {values: {...wanted}, unit: unit()}, (answer) => show(answer, control))
+}
+
+function show(answer, control) {
+  for (const one of document.querySelectorAll(".refused")) one.textContent = ""
+  if ("refused" in answer) {
+    const place = get(`${answer.about || control}_refused`)
+    if (place) place.textContent = answer.refused
+    else get("hint").textContent = answer.refused
+    return
+  }
+  shown = answer
+  if (!waiting.has("impact")) wanted = {...answer.values}
+  history.replaceState(null, "", `?${answer.query}`)
+  draw()
+}
+
+// Drawing
+
+function draw() {
+  const {values, path, ranges} = shown
+  for (const [name, one] of quantities) {
+    const field = get(name), slider = get(`${name}_slider`), value = fromSi(one, values[name])
+    if (document.activeElement != field || Number(field.value) != value) field.value = value
+    if (slider) slider.value = value
+  }
+  for (const one of document.getElementsByName("law")) one.checked = Number(one.value) == values.law
+  const ball = facts.balls.find((one) => facts.contact.every((name) => values[name] == (one.values[name] ?? facts.defaults[name])))
+  get("ball").value = ball?.name ?? ""
+  get("club").value = String(facts.clubs.findIndex((one) => one.name == shown.example)).replace("-1", "")
+  get("source").textContent = ball?.source ?? ""
+  get("hint").textContent = shown.hint || HINT
+  get("state").textContent = shown.state
+  get("command").value = shown.command
+  const rows = shown.readouts.map(({metric, label, meaning, value, printed}) => {
+    const row = tag("tr", {}, tag("th", {scope: "row"}, label, tag("small", {}, meaning)), tag("td", {}, value, ...(printed ? [tag("small", {}, printed)] : [])))
+    row.dataset.metric = metric
+    return row
+  })
+  get("readouts").replaceChildren(tag("tbody", {}, ...rows))
+  for (const name in ranges) {
+    const all = [ranges, ...pins.map((one) => one.ranges)].map((one) => one[name])
+    // The animation is to scale: that of the present case.
+    const used = name == "width" || name == "height" ? [ranges[name]] : all
+    model(`${name}_range`).setv({start: Math.min(...used.map((one) => one[0])), end: Math.max(...used.map((one) => one[1]))})
+  }
+  model("path").data = path
+  const none = {distance: [], height: []}
+  model("flight_path").data = {...none, ...shown.flight}
+  if (drawnPins != pins) model("pinned").data = {
+    color: pins.map((one) => one.color),
+    ...Object.fromEntries(Object.keys({...path, ...none}).map((name) => [name, pins.map((one) => one.path[name] ?? one.flight[name] ?? [])])),
+  }
+  drawnPins = pins
+  model("peak").setv({x: shown.metrics.time_of_max_force, y: shown.metrics.max_force, text: shown.peak})
+  model("area").setv({x: 0, y: model("force_range").end, text: shown.area})
+  model("velocities").left[0].axis_label = `velocity (${unit()})`
+  moveCursor()
+}
+
+function tag(name, attributes, ...children) {
+  const element = Object.assign(document.createElement(name), attributes)
+  element.append(...children)
+  return element
+}
+
+function drawSweep(answer) {
+  if (answer.refused) return
+  swept = answer.swept
+  const one = quantities.get(answer.over), x = swept.x.map((value) => value / size(one)), end = x.length - 1
+  const place = shown.values[one.name] / size(one), n = Math.min(Math.max(x.findIndex((value) => value >= place), 1), end)
+  const share = (place - x[n - 1]) / (x[n] - x[n - 1])
+  const nan = (column) => column.map((value) => value ?? NaN)
+  model("swept").data = {x, smash_factor: nan(swept.smash_factor), coefficient_of_restitution: nan(swept.coefficient_of_restitution)}
+  const y = [swept.smash_factor, swept.coefficient_of_restitution].map((column) => nan(column)[n - 1] * (1 - share) + nan(column)[n] * share)
+  model("here").data = share >= 0 && share <= 1 ? {x: [place, place], y} : {x: [], y: []}
+  const picture = model("sweep"), label = one.unit in facts.speeds ? unit() : one.unit
+  picture.x_range.setv({start: x[0], end: x[end]})
+  picture.below[0].axis_label = `${one.label} (${label})`
+}
+
+// Everything that depends on the instant: the sample nearest to the scrub's place is the cursor's one row.
+function moveCursor() {
+  const {time} = shown.path, last = time.length - 1
+  const at = time[0] + Number(get("scrub").value) * (time[last] - time[0])
+  let i = 0
+  while (i < last && Math.abs(time[i + 1] - at) <= Math.abs(time[i] - at)) i++
+  const row = Object.fromEntries(Object.entries(shown.path).map(([name, column]) => [name, [column[i]]]))
+  model("cursor").data = row
+  const number = (value, digits) => value.toFixed(digits).replace("-", "−")
+  const slower = Math.round(6 / (time[last] - time[0]) / 100) * 100
+  const lines = [
+    ["time", `${number(1e6 * row.time[0], 1)} µs`], ["force", `${number(row.force[0], 0)} N`],
+    ["compression", `${number(1e3 * row.compression[0], 2)} mm`], ["club", `${number(row.club_shown[0], 2)} ${unit()}`],
+    ["ball", `${number(row.ball_shown[0], 2)} ${unit()}`], ["played", `${slower} × slower`],
+  ]
+  get("cursor").replaceChildren(...lines.map(([name, value]) => tag("tr", {}, tag("th", {scope: "row"}, name), tag("td", {}, value))))
+}
+
+// Pointer or finger: the cursor goes to the nearest sample, unless the animation plays.
+function point(picture, columns, {x, y}) {
+  if (get("play").ariaPressed == "true") return
+  const {path} = shown, {x_range, y_range} = picture
+  const width = x_range.end - x_range.start, height = columns[1] ? y_range.end - y_range.start : Infinity
+  let nearest = 0, least = Infinity
+  for (let i = 0; i < path.time.length; i++) {
+    const distance = ((path[columns[0]][i] - x) / width) ** 2 + (((path[columns[1]]?.[i] ?? y) - y) / height) ** 2
+    if (distance < least) [nearest, least] = [i, distance]
+  }
+  const {time} = path
+  get("scrub").value = (time[nearest] - time[0]) / (time.at(-1) - time[0])
+  moveCursor()
+}
+
+const playing = (on) => { get("play").ariaPressed = String(on); get("play").textContent = on ? "⏸ Pause" : "▶ Play" }
+function play() {
+  playing(get("play").ariaPressed != "true")
+  const scrub = get("scrub"), duration = 6000  // ms for the whole run
+  let before = null, place = Number(scrub.value)
+  const frame = (now) => {
+    if (get("play").ariaPressed != "true") return
+    if (before != null) place += (now - before) / duration
+    if (place > 1) place = 0
+    before = now
+    scrub.value = place
+    moveCursor()
+    requestAnimationFrame(frame)
+  }
+  requestAnimationFrame(frame)
+}
+
+// Pins
+
+function pin(name = "") {
+  if (pins.length == COLOURS.length) return
+  const color = COLOURS.find((one) => pins.every((other) => other.color != one))
+  // Without a name: its ball, and what else differs from the start values.
+  const ball = get("ball").value, given = [...new URLSearchParams(shown.query)].filter(([one]) => !ball || !facts.contact.includes(one))
+  const club = facts.clubs.some((one) => one.name == shown.example) && shown.example
+  pins = [...pins, {...shown, color, name: name || club || [...(ball ? [ball] : []), ...given.map((one) => one.join(" = "))].join(", ")}]
+  drawPins()
+}
+
+function drawPins() {
+  get("pin").disabled = pins.length == COLOURS.length
+  const button = (label, n, click) => tag("button", {type: "button", textContent: label, ariaLabel: `${label} pin ${n}`, onclick: click})
+  const rows = pins.map((one, n) => tag("tr", {},
+    tag("th", {scope: "row"}, tag("span", {style: `color: ${one.color}`, ariaHidden: "true"}, "━━ "),
+      tag("input", {type: "text", value: one.name, ariaLabel: `Name of pin ${n + 1}`, onchange: (event) => { one.name = event.target.value }})),
+    ...one.readouts.map(({value}) => tag("td", {}, value)),
+    tag("td", {}, button("Reopen", n + 1, () => want(one.values, "law")), " ",
+      button("Remove", n + 1, () => { pins = pins.filter((other) => other != one); drawPins(); get("pin").focus() }))))
+  const head = ["case", ...shown.readouts.map(({label}) => label), ""].map((label) => tag("th", {scope: "col"}, label))
+  get("pins").replaceChildren(...(pins.length ? [tag("thead", {}, tag("tr", {}, ...head)), tag("tbody", {}, ...rows)] : []))
+  draw()
+}
+
+async function changeUnit() {
+  for (const [name, one] of quantities) if (one.unit in facts.speeds) {
+    document.querySelector(`[data-unit="${name}"]`).textContent = unit()
+    Object.assign(get(`${name}_slider`), {min: Math.round(one.low / size(one)), max: Math.round(one.high / size(one))})
+  }
+  const repin = (one) => request(one.color, {values: one.values, unit: unit()}, (answer) => Object.assign(one, answer))
+  await Promise.all([want({}, "law"), ...pins.map(repin)])
+  pins = [...pins]
+  drawPins()
+}
+
+async function openExample({name, values, beside}) {
+  if (beside && pins.length < COLOURS.length) {
+    await want({...facts.defaults, ...beside}, "law")
+    pin(name.split(" | ")[0])
+  }
+  want({...facts.defaults, ...values}, "law")
+}
+
+// Downloads: files are made in the browser. Curves and metrics are physical quantities in SI.
+
+const UNITS = {
+  time: "s", force: "N", compression: "m", club_position: "m", ball_position: "m", club_velocity: "m/s", ball_velocity: "m/s",
+  club_energy: "J", ball_energy: "J", spring_energy: "J", lost_energy: "J",
+  smash_factor: "1", coefficient_of_restitution: "1", energy_efficiency: "1", contact_time: "s", max_force: "N", time_of_max_force: "s",
+  ball_speed: "m/s", launch_angle: "rad", backspin: "rad/s", carry: "m", apex: "m", flight_time: "s", max_compression: "m", contact_displacement: "m", impulse: "N.s", momentum_initial: "kg.m/s", momentum_final: "kg.m/s",
+}
+
+function csv(rows, names) {
+  const cell = (x) => typeof x == "string" ? `"${x.replaceAll('"', '""')}"` : String(x)
+  const head = names.map((name) => UNITS[name] ? `${name} (${UNITS[name]})` : name)
+  return new Blob([[head, ...rows.map((row) => names.map((name) => cell(row[name])))].map((line) => line.join(",") + "\n").join("")], {type: "text/csv"})
+}
+
+async function download(choice) {
+  const [name, kind] = choice.split("."), {path, metrics} = shown
+  const file = kind != "csv" ? await Bokeh.index.find_one(model(name)).export(kind).to_blob()
+    : name == "path" ? csv(path.time.map((_, i) => Object.fromEntries(Object.keys(path).map((one) => [one, path[one][i]]))), Object.keys(path).filter((one) => one in UNITS))
+    : csv(pins.map((one) => ({...one, ...one.metrics})), ["name", "query", ...Object.keys(metrics).filter((one) => one in UNITS)])
+  const link = tag("a", {href: URL.createObjectURL(file), download: `golf-impact-${choice}`})
+  link.click()
+  // Not at once: the browser may not have begun to read it.
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000)
+}
+
+function setDark(dark) {
+  document.documentElement.dataset.theme = dark ? "dark" : "light"
+  get("dark").textContent = dark ? "Light" : "Dark"
+  // Canvases are painted again to take the colours.
+  for (const name of figures) {
+    Bokeh.index.find_one(model(name)).request_repaint()
+    for (const part of model(name).center) if (part.type == "Legend") part.change.emit()
+  }
+}
+
+// Controls
+
+function listen() {
+  for (const [name, one] of quantities) {
+    get(name).onchange = ({target}) => {
+      if (target.value != "") want({[name]: toSi(one, Number(target.value))}, name)
+      else get(`${name}_refused`).textContent = `${one.label} must be a number`
+    }
+    const slider = get(`${name}_slider`)
+    if (slider) slider.oninput = () => want({[name]: toSi(one, Number(slider.value))}, name)
+  }
+  for (const one of document.getElementsByName("law")) one.onchange = () => want({law: Number(one.value)}, "law")
+  get("ball").onchange = ({target}) => {
+    const ball = facts.balls.find((one) => one.name == target.value)
+    if (ball) want({...Object.fromEntries(facts.contact.map((name) => [name, facts.defaults[name]])), ...ball.values}, "k")
+  }
+  for (const one of document.querySelectorAll("[data-example]")) one.onclick = () => openExample(facts.examples[one.dataset.example])
+  get("club").onchange = ({target}) => { if (target.value) openExample(facts.clubs[target.value]) }
+  get("pin").onclick = () => pin()
+  get("unit").onchange = changeUnit
+  get("over").onchange = () => request("sweep", {values: shown.values, over: get("over").value}, drawSweep)
+  get("copy").onclick = async () => {
+    get("command").select()
+    try { await navigator.clipboard.writeText(shown.command) } catch { document.execCommand("copy") }
+    get("copy").textContent = "Copied"
+    setTimeout(() => { get("copy").textContent = "Copy command" }, 1200)
+  }
+  get("download").onchange = ({target}) => { download(target.value); target.value = "" }
+}
+
+async function start() {
+  while (!Bokeh.documents[0]?.is_idle) await new Promise(requestAnimationFrame)
+  const dark = matchMedia("(prefers-color-scheme: dark)")
+  setDark(dark.matches)
+  dark.onchange = () => setDark(dark.matches)
+  get("dark").onclick = () => setDark(document.documentElement.dataset.theme != "dark")
+  get("play").onclick = play
+  get("scrub").oninput = moveCursor
+  const columns = {loop: ["compression", "force"], force: ["time"], energies: ["time"], velocities: ["time"], positions: ["time"]}
+  for (const [name, used] of Object.entries(columns))
+    for (const event of ["mousemove", "tap"]) model(name).on_event(event, (at) => point(model(name), used, at))
+  draw()
+  const given = Object.fromEntries(new URLSearchParams(location.search))
+  try {
+    if (facts.worker) await startWorker()
+  } catch (error) {
+    return report(`The sliders don't work: ${error.message}.`, true)
+  }
+  listen()
+  if (Object.keys(given).length) wanted = given
+  await want({}, "")
+  wanted = {...shown.values}
+  document.body.dataset.ready = "yes"
+}
+start()
