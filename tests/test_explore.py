@@ -25,7 +25,6 @@ import pytest
 from golf_impact.commands.app import one_line
 from golf_impact.errors import UserError
 from golf_impact.explore import export as exporting
-from golf_impact.explore.answers import LOFT, POINTS, SWEPT, Answers
 from golf_impact.explore.cases import (
     CLUBS,
     EXAMPLES,
@@ -35,6 +34,7 @@ from golf_impact.explore.cases import (
     companions,
     facts_of,
 )
+from golf_impact.explore.evaluator import LOFT, POINTS, SWEPT, Evaluator
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.quantities import format_shortest
 
@@ -60,8 +60,8 @@ def fmus(_loaded):
 
 
 @pytest.fixture
-def answers(fmu, fmus):
-    return Answers(fmus, UserError, facts_of(fmus))
+def evaluator(fmu, fmus):
+    return Evaluator(fmus, UserError, facts_of(fmus))
 
 
 def query(values):
@@ -72,10 +72,10 @@ def query(values):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_curves_are_the_fmus(fmu, answers, name):
+def test_curves_are_the_fmus(fmu, evaluator, name):
     """Against another run of the FMU: without an approach, and in one step to each instant."""
-    values = {**answers.defaults, **CASES[name]}
-    answer = answers({"values": values})
+    values = {**evaluator.defaults, **CASES[name]}
+    answer = evaluator({"values": values})
     values = {name: value for name, value in values.items() if name not in LOFT}
     metrics = fmu.impact(**{**values, "gap": 0.0})
     for metric, value in metrics.items():
@@ -109,9 +109,9 @@ def test_curves_are_the_fmus(fmu, answers, name):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_energies(answers, name):
-    values = {**answers.defaults, **CASES[name]}
-    answer = answers({"values": values})
+def test_energies(evaluator, name):
+    values = {**evaluator.defaults, **CASES[name]}
+    answer = evaluator({"values": values})
     metrics, path = answer["metrics"], {k: np.array(v) for k, v in answer["path"].items()}
     start = metrics["kinetic_energy_initial"]
     lost = start - metrics["kinetic_energy_final"]
@@ -132,9 +132,9 @@ def test_energies(answers, name):
     assert shares == pytest.approx(metrics["energy_efficiency"], rel=1e-12)
 
 
-def test_the_ball_keeps_its_volume(answers):
-    path = {name: np.array(column) for name, column in answers({})["path"].items()}
-    diameter = answers.defaults["ball_diameter"]
+def test_the_ball_keeps_its_volume(evaluator):
+    path = {name: np.array(column) for name, column in evaluator({})["path"].items()}
+    diameter = evaluator.defaults["ball_diameter"]
     compressed = path["compression"] > 0.0
     assert path["ball_width"] == pytest.approx(diameter - path["compression"], rel=1e-12)
     assert path["ball_width"] * path["ball_height"] ** 2 == pytest.approx(diameter**3, rel=1e-12)
@@ -142,11 +142,11 @@ def test_the_ball_keeps_its_volume(answers):
     assert near[compressed] == pytest.approx(path["club_position"][compressed], abs=1e-12)
 
 
-def test_no_contact_and_no_separation(answers):
-    never = answers({"values": {"club_speed": -3.0}})
+def test_no_contact_and_no_separation(evaluator):
+    never = evaluator({"values": {"club_speed": -3.0}})
     assert never["state"].startswith("No contact")
     assert max(never["path"]["force"]) == 0.0
-    stuck = answers({"values": {"b": 5000.0}})
+    stuck = evaluator({"values": {"b": 5000.0}})
     assert stuck["state"].startswith("No separation")
     # No value at an end that there isn't; maxima are values.
     values = [
@@ -158,7 +158,7 @@ def test_no_contact_and_no_separation(answers):
         "compression_over_diameter",
     }
     assert max(stuck["path"]["force"]) > 0.0
-    assert answers({})["state"] == ""
+    assert evaluator({})["state"] == ""
 
 
 @pytest.mark.parametrize(
@@ -173,46 +173,46 @@ def test_no_contact_and_no_separation(answers):
         ({"exponent": 1.6}, "exponent", "exponent = 1.6"),
     ],
 )
-def test_refused(answers, values, about, words):
-    refused = answers({"values": values})
+def test_refused(evaluator, values, about, words):
+    refused = evaluator({"values": values})
     assert (refused["about"], words in refused["refused"]) == (about, True), refused
 
 
-def test_s_and_cor_over_a_variable(fmu, answers):
+def test_s_and_cor_over_a_variable(fmu, evaluator):
     values = {"law": 2}
-    swept = answers({"values": values, "over": "b"})["swept"]
+    swept = evaluator({"values": values, "over": "b"})["swept"]
     assert len(swept["x"]) == SWEPT
     for n, b in enumerate(swept["x"]):
         one = fmu.impact(**{**values, "b": b})
         assert swept["smash_factor"][n] == one["smash_factor"]
         assert swept["coefficient_of_restitution"][n] == one["coefficient_of_restitution"]
-    never = answers({"values": {"ball_speed": 40.0}, "over": "club_speed"})["swept"]
+    never = evaluator({"values": {"ball_speed": 40.0}, "over": "club_speed"})["swept"]
     assert never["smash_factor"][0] is None
     assert never["smash_factor"][-1] > 0.0
 
 
-def test_speeds_are_in_the_unit_that_is_chosen(answers):
-    rows = {one["metric"]: one for one in answers({"unit": "mph"})["readouts"]}
+def test_speeds_are_in_the_unit_that_is_chosen(evaluator):
+    rows = {one["metric"]: one for one in evaluator({"unit": "mph"})["readouts"]}
     assert rows["ball_velocity"]["value"] == "122.46 mph"
     # Also what is published: 54.84 m/s.
     assert rows["ball_velocity"]["printed"] == "document: 122.67 mph"
     assert rows["contact_time"]["printed"] == "document: 621 µs"
 
 
-def test_ranges_of_sliders_are_allowed(answers):
-    assert {one.name for one in QUANTITIES} | {"law"} == set(answers.defaults)
+def test_ranges_of_sliders_are_allowed(evaluator):
+    assert {one.name for one in QUANTITIES} | {"law"} == set(evaluator.defaults)
     for one in QUANTITIES:
         if one.step:
             for limit in (one.low, one.high):
                 values = {"law": 2, "club_speed": 81.0, one.name: limit * one.scale}
-                assert answers({"values": values})["state"] == "", one
+                assert evaluator({"values": values})["state"] == "", one
     assert SPEEDS["mph"] == 0.44704
 
 
 @pytest.mark.parametrize("club", CLUBS, ids=lambda one: one.name)
-def test_shots_of_clubs(answers, fmus, club):
+def test_shots_of_clubs(evaluator, fmus, club):
     """Against the companions driven here: launch as measured, and the flight in one step."""
-    answer = answers({"values": club.values})
+    answer = evaluator({"values": club.values})
     metrics, flight = answer["metrics"], answer["flight"]
     assert np.degrees(metrics["launch_angle"]) == pytest.approx(
         float(club.printed["launch_angle"]), abs=0.002
@@ -241,20 +241,20 @@ def test_shots_of_clubs(answers, fmus, club):
     assert max(flight["height"]) <= metrics["apex"]
 
 
-def test_a_shot_that_is_refused_leaves_the_impact(answers):
-    answer = answers({"values": {"dynamic_loft": 1.4, "attack_angle": -0.5}})
+def test_a_shot_that_is_refused_leaves_the_impact(evaluator):
+    answer = evaluator({"values": {"dynamic_loft": 1.4, "attack_angle": -0.5}})
     assert answer["state"].startswith("No flight: attack_angle = -0.5 is refused")
     assert answer["flight"] == {}
-    assert answer["metrics"].items() <= answers({})["metrics"].items()
+    assert answer["metrics"].items() <= evaluator({})["metrics"].items()
     assert [one["value"] for one in answer["readouts"][-3:]] == ["–"] * 3
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda one: one.name)
-def test_a_case_as_link_and_as_command(answers, example):
-    answer = answers({"values": example.values})
+def test_a_case_as_link_and_as_command(evaluator, example):
+    answer = evaluator({"values": example.values})
     pairs = (pair.split("=") for pair in answer["query"].split("&"))
     given = {name: float(text) for name, text in pairs}
-    start = answers.defaults
+    start = evaluator.defaults
     changed = {n: float(v) for n, v in example.values.items() if v != start[n]}
     assert given == (changed or {"law": 1})
     assert answer["command"].split()[:2] == ["golf-impact", "run"]
@@ -263,12 +263,12 @@ def test_a_case_as_link_and_as_command(answers, example):
     assert answer["hint"] == example.hint
 
 
-def test_the_check_notices_another_number(answers):
-    check = answers.check()
-    assert check["count"] == sum(len(one["check"]) for one in answers.facts["examples"]) > 100
+def test_the_check_notices_another_number(evaluator):
+    check = evaluator.check()
+    assert check["count"] == sum(len(one["check"]) for one in evaluator.facts["examples"]) > 100
     assert check["worst"] == 0.0
-    answers.facts["examples"][3]["check"]["max_force"] *= 1.0 + 1e-9
-    assert answers.check()["worst"] == pytest.approx(1e-9, rel=1e-3)
+    evaluator.facts["examples"][3]["check"]["max_force"] *= 1.0 + 1e-9
+    assert evaluator.check()["worst"] == pytest.approx(1e-9, rel=1e-3)
 
 
 # The command and its server
@@ -306,11 +306,11 @@ def asked(address, method="POST", path="/impact", body=b"{}", **headers):
     return response.status, response.read()
 
 
-def test_numbers_by_http(local, answers):
+def test_numbers_by_http(local, evaluator):
     request = {"values": {"k": 8e5, "law": 2}, "unit": "km/h"}
     status, body = asked(local, body=json.dumps(request))
     assert status == 200
-    assert json.loads(body) == json.loads(json.dumps(answers(request)))
+    assert json.loads(body) == json.loads(json.dumps(evaluator(request)))
 
 
 @pytest.mark.parametrize(
@@ -685,9 +685,9 @@ def _no_error_and_no_request_outside(request):
     ] == []
 
 
-def check_page(tab, answers, **values):
+def check_page(tab, evaluator, **values):
     """What the page holds is what the FMU gives for these values."""
-    expected = answers({"values": values})
+    expected = evaluator({"values": values})
     held = tab.data("path")
     for name, column in expected["path"].items():
         scale = np.abs(column).max() or 1.0
@@ -698,14 +698,14 @@ def check_page(tab, answers, **values):
         assert tab.readout(row["metric"]).split("\n")[0] == row["value"]
 
 
-def test_the_page_opens_with_a_measured_ball(browser, address, answers):
+def test_the_page_opens_with_a_measured_ball(browser, address, evaluator):
     tab = Tab(browser, address)
-    tab.shows(**{n: v for n, v in BALLS[OPENING].values.items() if v != answers.defaults[n]})
-    check_page(tab, answers, **BALLS[OPENING].values)
+    tab.shows(**{n: v for n, v in BALLS[OPENING].values.items() if v != evaluator.defaults[n]})
+    check_page(tab, evaluator, **BALLS[OPENING].values)
     assert tab.value("ball") == OPENING
     tab.press("Document")
     tab.shows()
-    check_page(tab, answers)
+    check_page(tab, evaluator)
     assert "document: 1.57" in tab.readout("smash_factor")
     assert browser.title == "Golf impact"
     # An exported page says what it is.
@@ -715,24 +715,24 @@ def test_the_page_opens_with_a_measured_ball(browser, address, answers):
 
 
 @pytest.mark.parametrize("values", [{"law": 2.0}, dict(BALLS["roh-lee"].values)])
-def test_a_slider_moved_by_keys(browser, address, answers, values):
+def test_a_slider_moved_by_keys(browser, address, evaluator, values):
     from selenium.webdriver.common.keys import Keys
 
     tab = Tab(browser, f"{address}?{query(values)}")
     tab.get("club_speed_slider").send_keys(Keys.ARROW_RIGHT * 3)
     wanted = {**values, "club_speed": 36.5}
-    tab.shows(**{n: v for n, v in wanted.items() if v != answers.defaults[n]})
-    check_page(tab, answers, **wanted)
+    tab.shows(**{n: v for n, v in wanted.items() if v != evaluator.defaults[n]})
+    check_page(tab, evaluator, **wanted)
     assert tab.value("club_speed") == "36.5"
     # S and COR over the club speed follow.
-    swept = answers({"values": wanted, "over": "club_speed"})["swept"]
+    swept = evaluator({"values": wanted, "over": "club_speed"})["swept"]
     tab.until(
         lambda: tab.data("swept")["smash_factor"] == pytest.approx(swept["smash_factor"], rel=1e-12)
     )
     tab.close()
 
 
-def test_requests_are_never_queued(tab, answers):
+def test_requests_are_never_queued(tab, evaluator):
     """Of a burst of a slider's events the newest is shown; few of the others are computed."""
     tab.js("""
         window.seen = 0
@@ -744,11 +744,11 @@ def test_requests_are_never_queued(tab, answers):
         }
     """)
     tab.shows(k=2_190_000.0)
-    check_page(tab, answers, k=2_190_000.0)
+    check_page(tab, evaluator, k=2_190_000.0)
     assert tab.js("return window.seen") <= 3
 
 
-def test_refusal_and_recovery(tab, answers):
+def test_refusal_and_recovery(tab, evaluator):
     before = tab.data("path")
     tab.type("k", "-5")
     tab.until(lambda: tab.text("k_refused"))
@@ -758,7 +758,7 @@ def test_refusal_and_recovery(tab, answers):
     tab.type("k", "900")
     tab.shows(k=900_000.0)
     assert tab.text("k_refused") == ""
-    check_page(tab, answers, k=900_000.0)
+    check_page(tab, evaluator, k=900_000.0)
     # What another control mends.
     tab.type("exponent", "1.6")
     tab.until(lambda: tab.text("exponent_refused"))
@@ -771,7 +771,7 @@ def test_refusal_and_recovery(tab, answers):
     assert tab.value("club_speed_slider") == "80"
 
 
-def test_units_of_everything(tab, answers):
+def test_units_of_everything(tab, evaluator):
     tab.press("Pin")
     tab.select("unit", "mph")
     tab.until(lambda: tab.readout("ball_velocity").startswith("122.46 mph"))
@@ -788,21 +788,21 @@ def test_units_of_everything(tab, answers):
     tab.shows(club_speed=44.704, m_ball=0.04594)
     tab.select("unit", "m/s")
     tab.until(lambda: tab.readout("ball_velocity").split("\n")[0].endswith(" m/s"))
-    check_page(tab, answers, club_speed=44.704, m_ball=0.04594)
+    check_page(tab, evaluator, club_speed=44.704, m_ball=0.04594)
 
 
-def test_examples_and_balls_are_one_click(tab, answers):
+def test_examples_and_balls_are_one_click(tab, evaluator):
     for example in EXAMPLES:
         tab.press(example.name)
-        tab.shows(**{n: v for n, v in example.values.items() if v != answers.defaults[n]})
+        tab.shows(**{n: v for n, v in example.values.items() if v != evaluator.defaults[n]})
         tab.until(lambda example=example: tab.text("hint") == example.hint)
-        check_page(tab, answers, **example.values)
+        check_page(tab, evaluator, **example.values)
         for metric in ("smash_factor", "max_force", "contact_time"):
             assert example.printed.get(metric, "") in tab.readout(metric)
     assert [one["name"] for one in tab.pins()] == ["Law 1"]
     tab.type("m_club", "200")
     tab.select("ball", "penner")
-    values = {n: v for n, v in BALLS["penner"].values.items() if v != answers.defaults[n]}
+    values = {n: v for n, v in BALLS["penner"].values.items() if v != evaluator.defaults[n]}
     tab.shows(m_club=0.2, **values)
     assert "Penner" in tab.text("source")
     tab.type("k", "500")
@@ -810,7 +810,7 @@ def test_examples_and_balls_are_one_click(tab, answers):
     assert tab.value("ball") == ""
 
 
-def test_pins(tab, answers):
+def test_pins(tab, evaluator):
     from selenium.webdriver.common.keys import Keys
 
     stiffness = [1e6, *(1e3 * (500 + n) for n in range(7))]
@@ -823,7 +823,7 @@ def test_pins(tab, answers):
     assert len({one["color"] for one in pins}) == 8
     assert [pins[0]["name"], pins[1]["name"]] == ["document", "k = 500000"]
     for one, k in zip(pins, stiffness, strict=True):
-        expected = answers({"values": {"k": k}})
+        expected = evaluator({"values": {"k": k}})
         assert one["metrics"]["max_force"] == pytest.approx(expected["metrics"]["max_force"])
         assert one["path"]["force"] == pytest.approx(expected["path"]["force"], rel=1e-12)
     # Eight at most.
@@ -849,10 +849,10 @@ def test_pins(tab, answers):
         ("nothing=1", "hint", "There is no input or parameter nothing"),
     ],
 )
-def test_an_address_that_is_refused(browser, address, answers, question, place, words):
+def test_an_address_that_is_refused(browser, address, evaluator, question, place, words):
     tab = Tab(browser, f"{address}?{question}")
     assert words in tab.text(place)
-    check_page(tab, answers, **BALLS[OPENING].values)
+    check_page(tab, evaluator, **BALLS[OPENING].values)
     tab.close()
 
 
@@ -904,7 +904,7 @@ def test_downloads(tab, tmp_path):
         assert "<path" in svg
 
 
-def test_the_cursor_plays_and_follows_pointer_and_finger(tab, answers):
+def test_the_cursor_plays_and_follows_pointer_and_finger(tab, evaluator):
     from selenium.webdriver import ActionChains
 
     before = tab.value("scrub")
@@ -921,7 +921,7 @@ def test_the_cursor_plays_and_follows_pointer_and_finger(tab, answers):
     n = path["time"].index(cursor["time"][0])
     assert {k: [column[n]] for k, column in path.items()} == cursor
     assert cursor["compression"][0] > 5e-3
-    compressed = answers.defaults["ball_diameter"] - cursor["compression"][0]
+    compressed = evaluator.defaults["ball_diameter"] - cursor["compression"][0]
     assert cursor["ball_width"][0] == pytest.approx(compressed, rel=1e-12)
     assert f"{cursor['force'][0]:.0f} N" in tab.text("cursor")
     for figure in ("force", "loop"):

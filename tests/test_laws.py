@@ -269,6 +269,23 @@ def checkout_with(code, folder):
     return os.environ | {"PYTHONPATH": path, "GOLF_IMPACT_LAWS": path}
 
 
+#: What the page shows of a third law: its number, that it separates, and no words of laws 1 and 2.
+_PAGE = """
+from golf_impact.errors import UserError
+from golf_impact.explore.cases import companions, facts_of
+from golf_impact.explore.evaluator import Evaluator
+from golf_impact.explore.page import page_files
+from golf_impact.fmu.file import current_fmu
+from golf_impact.fmu.impact_fmu import ImpactFmu
+
+with ImpactFmu(current_fmu()[0]) as fmu, companions(fmu) as (fmus, _):
+    evaluator = Evaluator(fmus, UserError, facts_of(fmus))
+    answer = evaluator({"values": {"law": 3, "b": 30.0}})
+    page = page_files(evaluator)["index.html"].decode()
+    print(answer["values"]["law"], answer["metrics"]["contact_time"] > 1e-4, end=" ")
+    print("3, hunt-crossley" in page and " loop" not in str(answer) and "loop " not in str(answer))
+"""
+
 added = pytest.mark.skipif("GOLF_IMPACT_LAWS" in os.environ, reason="the run with a law added")
 
 
@@ -306,3 +323,7 @@ def test_a_law_of_ones_own_in_the_commands(tmp_path):
     command("sweep", "--set", "law=2,3", "--set", "k=5e5:2e6:3", "--out", "laws.csv")
     rows = (tmp_path / "laws.csv").read_text().splitlines()
     assert len(rows) == 7
+    done = subprocess.run(
+        [sys.executable, "-c", _PAGE], env=environment, capture_output=True, text=True, cwd=tmp_path
+    )
+    assert done.stdout.split() == ["3.0", "True", "True"], done.stderr

@@ -64,7 +64,7 @@ def explore(
         return
     from urllib.parse import urlencode
 
-    from golf_impact.explore.answers import LOFT
+    from golf_impact.explore.evaluator import LOFT
     from golf_impact.explore.server import serve
     from golf_impact.facts.quantities import format_shortest
 

@@ -1,4 +1,4 @@
 """The page of `golf-impact explore`: one impact, interactive, in a browser.
 
-`answers.py` computes what is shown, on this machine or in an exported page; `page.js` shows it.
+`evaluator.py` computes what is shown, on this machine or in an exported page; `page.js` shows it.
 """

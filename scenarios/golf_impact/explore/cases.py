@@ -8,8 +8,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from golf_build import LAWS
 from golf_impact.errors import UserError
-from golf_impact.explore.answers import LOFT, Answers
+from golf_impact.explore.evaluator import LOFT, Evaluator
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.measured import MPH, ROH_LEE_FIGURES, TOUR
@@ -161,7 +162,7 @@ def companions(fmu: ImpactFmu) -> Iterator[tuple[tuple[LoadedFmu, ...], list[Pat
 
 
 def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
-    """What the page and `Answers` need beside the instances, as JSON takes it."""
+    """What the page and `Evaluator` need beside the instances, as JSON takes it."""
     impact, launch, _ = fmus
     inputs = (v for v in impact.variables.values() if v.causality in ("input", "parameter"))
     defaults = {one.name: float(one.start) for one in inputs}
@@ -169,6 +170,7 @@ def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
     facts: dict[str, Any] = {
         **{"defaults": defaults, "speeds": SPEEDS, "contact": CONTACT},
         "opening": dict(BALLS[OPENING].values),
+        "laws": [(number, name) for number, (name, _) in LAWS.items()],
         "quantities": [asdict(one) for one in QUANTITIES],
         # Their values are read-only mappings, which asdict and JSON don't take.
         "balls": [{**vars(one), "values": dict(one.values)} for one in BALLS.values()],
@@ -177,7 +179,7 @@ def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
             for name, examples in (("examples", EXAMPLES), ("clubs", CLUBS))
         },
     }
-    answers = Answers(fmus, UserError, facts)
+    evaluator = Evaluator(fmus, UserError, facts)
     for one in facts["examples"]:
-        one["check"] = answers({"values": one["values"]})["metrics"]
+        one["check"] = evaluator({"values": one["values"]})["metrics"]
     return facts

@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from golf_impact.errors import UserError
-from golf_impact.explore.answers import Answers
 from golf_impact.explore.cases import companions, facts_of
+from golf_impact.explore.evaluator import Evaluator
 from golf_impact.explore.page import page_files
 from golf_impact.files import prepare, write_together
 from golf_impact.fmu.impact_fmu import ImpactFmu
@@ -31,7 +31,7 @@ PYODIDE = (
     "pyodide-lock.json",
 )
 
-#: The package of answers.py and in_browser.py in the archive.
+#: The package of evaluator.py and in_browser.py in the archive.
 _PACKAGE = "golf_explore"
 
 
@@ -59,7 +59,7 @@ def export(fmu_file: Path, folder: Path, pyodide: Path | None = None) -> dict[st
             **{"modules": modules, "version": _python_of(runtime)},
         }
         page = {
-            **page_files(Answers(fmus, UserError, facts_of(fmus)), worker),
+            **page_files(Evaluator(fmus, UserError, facts_of(fmus)), worker),
             "physics.zip": archive,
         }
     # The page comes last: as long as it isn't there, nothing uses the rest.
@@ -111,7 +111,7 @@ def from_npm() -> dict[str, bytes]:
 
 
 def _archive(fmu_files: list[Path]) -> tuple[list[str], bytes]:
-    """The modules of FMUs and what answers with them, as a zip file that Python imports from."""
+    """The modules of FMUs and the evaluator, as a zip file that Python imports from."""
     data = io.BytesIO()
     files: dict[str, bytes] = {}
     for file in fmu_files:
@@ -126,7 +126,7 @@ def _archive(fmu_files: list[Path]) -> tuple[list[str], bytes]:
     with zipfile.ZipFile(data, "w") as zip_:
         for name, content in files.items():
             _add(zip_, name, content)
-        for name in ("answers.py", "in_browser.py"):
+        for name in ("evaluator.py", "in_browser.py"):
             _add(zip_, f"{_PACKAGE}/{name}", Path(__file__).with_name(name).read_bytes())
         _add(zip_, f"{_PACKAGE}/__init__.py", b"")
     return modules, data.getvalue()

@@ -61,7 +61,7 @@ class Instance:
         # The component's list may go on after the values.
         return dict(zip(names, self._component.reals([self._references[name] for name in names])))
 
-    def flag(self, name: str) -> bool:
+    def read_flag(self, name: str) -> bool:
         """The value of a Boolean variable."""
         return bool(self._component.discretes([self._references[name]], "Boolean")[0])
 
@@ -121,13 +121,13 @@ def answering(
         package: the name of the physics package in the FMU.
         launch: of the module in Launch.fmu.
         flight: of the module in BallFlight.fmu.
-        facts: `Answers`' as JSON.
+        facts: those of `Evaluator`, as JSON.
 
     Returns:
         A function from a request to its answer, and the result of the check; all of it as JSON.
     """
-    from .answers import Answers
+    from .evaluator import Evaluator
 
     companions = Companion(launch, "Launch"), Companion(flight, "BallFlight")
-    answers = Answers((Instance(package), *companions), RefusedError, json.loads(facts))
-    return lambda request: json.dumps(answers(json.loads(request))), json.dumps(answers.check())
+    evaluator = Evaluator((Instance(package), *companions), RefusedError, json.loads(facts))
+    return lambda request: json.dumps(evaluator(json.loads(request))), json.dumps(evaluator.check())

@@ -1,4 +1,4 @@
-// The page: what the user sets goes to answers.py as a request; its answers fill figures and tables.
+// The page: what the user sets goes to evaluator.py as a request; its results fill figures and tables.
 const get = (id) => document.getElementById(id)
 const facts = JSON.parse(get("facts").textContent)
 const model = (name) => Bokeh.documents[0].get_model_by_name(name)
@@ -69,7 +69,7 @@ function request(kind, message, use) {
   return running
 }
 
-// State: the answer that is shown, what the user wants, and the pins (answers with name and color).
+// State: the answer that is shown, what the user wants, and the pins (results with name and color).
 let shown = facts.answer
 let wanted = {...shown.values}
 let pins = []

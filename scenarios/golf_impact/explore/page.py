@@ -9,21 +9,21 @@ import jinja2
 from bokeh.embed import components
 from bokeh.util.paths import bokehjs_path
 
-from golf_impact.explore.answers import Answers
+from golf_impact.explore.evaluator import Evaluator
 from golf_impact.explore.pictures import THEME, Pictures
 
 _HERE = Path(__file__).parent
 
 
-def page_files(answers: Answers, worker: Mapping[str, Any] | None = None) -> dict[str, bytes]:
+def page_files(evaluator: Evaluator, worker: Mapping[str, Any] | None = None) -> dict[str, bytes]:
     """Files of the page by name.
 
     Args:
-        answers: give the numbers that are in the pictures when the page opens.
+        evaluator: computes the numbers that are in the pictures when the page opens.
         worker: what an exported page gives its worker; None where numbers come by POST /impact.
     """
-    facts = answers.facts
-    opening = answers({"values": facts["opening"]})
+    facts = evaluator.facts
+    opening = evaluator({"values": facts["opening"]})
     carried = {**facts, "answer": opening, "worker": worker}
     script, figures = components(Pictures(opening["path"]).figures, wrap_script=False, theme=THEME)
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)

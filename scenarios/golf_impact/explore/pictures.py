@@ -1,4 +1,4 @@
-"""The figures, empty: `page.js` fills their columns with what `answers.py` gives."""
+"""The figures, empty: `page.js` fills their columns with what `evaluator.py` computes."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -7,7 +7,7 @@ from bokeh import models
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 
-from golf_impact.explore.answers import SWEPT_METRICS
+from golf_impact.explore.evaluator import SWEPT_METRICS
 from golf_impact.report.styles import BLUE, GREEN, ORANGE, SKY, VERMILION
 
 #: How they look; the colours of text, axes and grid are CSS variables in page.css.
@@ -43,7 +43,8 @@ class Pictures:
     """The figures of the page, by name in `figures`.
 
     Sources: `path` (the present case), `pinned` (a row a pin), `cursor` (one row of the path),
-    `swept`, `here`. Ranges have the names of `answers`' ranges. `page.js` finds them by name.
+    `swept`, `here`. Ranges have the names that `Evaluator` gives them, by which `page.js` finds
+    them.
 
     Args:
         columns: names of the path's columns.

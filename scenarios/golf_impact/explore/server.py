@@ -10,8 +10,8 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from golf_impact.errors import UserError
-from golf_impact.explore.answers import Answers
 from golf_impact.explore.cases import companions, facts_of
+from golf_impact.explore.evaluator import Evaluator
 from golf_impact.explore.page import page_files
 from golf_impact.fmu.impact_fmu import ImpactFmu
 
@@ -37,13 +37,13 @@ def serve(path: Path, port: int, ready: Callable[[str], None]) -> None:
         UserError: the port can't be had.
     """
     with ImpactFmu(path) as fmu, companions(fmu) as (fmus, _):
-        answers, lock = Answers(fmus, UserError, facts_of(fmus)), threading.Lock()
+        evaluator, lock = Evaluator(fmus, UserError, facts_of(fmus)), threading.Lock()
 
         def answer(request: Mapping[str, Any]) -> dict[str, Any]:
             with lock:
-                return answers(request)
+                return evaluator(request)
 
-        files = page_files(answers)
+        files = page_files(evaluator)
         handler = type("Handler", (_Handler,), {"files": files, "answer": staticmethod(answer)})
         try:
             server = ThreadingHTTPServer((HOST, port), handler)

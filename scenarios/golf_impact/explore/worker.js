@@ -1,4 +1,4 @@
-// Python in the browser: what the page posts is answered by answers.py on the physics of the FMU.
+// Python in the browser: evaluator.py computes the results of the page's requests from the physics of the FMU.
 import {loadPyodide} from "./pyodide/pyodide.mjs"
 
 const load = async ({files, archive, modules, facts}) => {

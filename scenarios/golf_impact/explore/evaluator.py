@@ -75,17 +75,17 @@ _PRINTED_UNITS = {
 
 
 class Instance(Protocol):
-    """An instance of an FMU; `set` and `flag` are of the companions and of ClubBallImpact alone."""
+    """An instance of an FMU; `set` is of the companions, `read_flag` of ClubBallImpact."""
 
     def start(self, **values: float) -> None: ...
     def set(self, values: Mapping[str, float]) -> None: ...
     def step(self, point: float, size: float) -> None: ...
     def read(self, names: Sequence[str]) -> dict[str, float]: ...
-    def flag(self, name: str) -> bool: ...
+    def read_flag(self, name: str) -> bool: ...
 
 
-class Answers:
-    """Answers to the page's requests.
+class Evaluator:
+    """Computes what the page shows, from its requests.
 
     Args:
         instances: of ClubBallImpact, Launch and BallFlight.
@@ -430,9 +430,12 @@ def _area(metrics: Mapping[str, float], values: Mapping[str, float], touched: bo
     lost = max(metrics["kinetic_energy_initial"] - metrics["kinetic_energy_final"], 0.0)
     if not touched:
         return "no contact"
+    if values["law"] == 1:
+        return f"no loop: F = k d.\nThe drag takes {lost:.2f} J"
     if values["law"] == 2:
         return f"loop area: {lost:.2f} J,\nthe energy lost"
-    return f"no loop: F = k d.\nThe drag takes {lost:.2f} J"
+    # Of another law nothing is known but its results.
+    return f"{lost:.2f} J of kinetic energy lost"
 
 
 def _state(touched: bool, separated: bool) -> str:
@@ -440,5 +443,5 @@ def _state(touched: bool, separated: bool) -> str:
     if not touched:
         return "No contact: the club never reaches the ball. It must be faster than the ball."
     if not separated:
-        return "No separation: the drag stops both bodies in contact (a valid result of law 1)."
+        return "No separation: the bodies stay in contact (under law 1 a valid result of its drag)."
     return ""
