@@ -1,5 +1,7 @@
 """The contact laws against the 25-digit references, on the scales of the tolerance table."""
 
+import math
+
 import pytest
 from conftest import reference_cases
 from golf_physics.laws import absolute, relative
@@ -140,3 +142,21 @@ def test_where_three_roots_of_law_1_meet():
             assert v_club == pytest.approx(float(exact[1]), abs=38e-14)
             assert v_ball == pytest.approx(float(exact[2]), abs=38e-14)
             assert d == pytest.approx(float(exact[0]), abs=4e-17)
+
+
+@pytest.mark.parametrize("below", [1e-3, 1e-6, 1e-9, 1e-12, 0.0, -1e-9])
+def test_law_2s_peak_just_after_touch(below):
+    """At half of critical damping the force is largest at touch; just below, shortly after it."""
+    k, m_club, m_ball = 1e6, 0.21, 0.04593
+    mu = m_club * m_ball / (m_club + m_ball)
+    zeta = 0.5 * (1.0 - below)
+    b = 2.0 * zeta * (k * mu) ** 0.5
+    phase = contact_of(relative, k, b, m_club, m_ball, touch(35.0))
+    force, when = phase.peak_force(phase.duration)
+    zeta = b / (2.0 * (k * mu) ** 0.5)
+    # Schwager & Pöschel (2007): see physics of law 2, ω t_F from its tangent.
+    rate = (1.0 - zeta * zeta) ** 0.5
+    angle = math.atan2(rate * (1.0 - 2.0 * zeta) * (1.0 + 2.0 * zeta), zeta * (3.0 - 4.0 * zeta**2))
+    expected = max(0.0, angle) / rate / (k / mu) ** 0.5
+    assert when == pytest.approx(expected, abs=1e-15 * phase.duration)
+    assert force == pytest.approx(b * 35.0 if below <= 1e-9 else force, rel=1e-15)

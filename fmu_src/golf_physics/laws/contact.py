@@ -95,8 +95,13 @@ def largest_until(
     t: float, value: Callable[[float], float], maxima: Iterable[tuple[float, float]]
 ) -> tuple[float, float]:
     """The largest value on [0, t] and its time, from the maxima (time, value) inside the phase."""
-    passed = [(0.0, value(0.0)), *(point for point in maxima if point[0] <= t)]
-    when, largest = max(passed, key=lambda point: point[1])
+    largest, when = value(0.0), 0.0
+    passed = [point for point in maxima if point[0] <= t]
+    if passed:
+        later, top = max(passed, key=lambda point: point[1])
+        # A maximum just after the start is as large as the start to the last digits.
+        if top >= largest - _ROUNDING * abs(largest):
+            largest, when = top, later
     now = value(t)
     # Just after a maximum, rounding must not move its time.
     return (now, t) if now > largest + _ROUNDING * abs(largest) else (largest, when)
