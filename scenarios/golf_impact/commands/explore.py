@@ -15,7 +15,11 @@ EPILOG = "Examples: golf-impact explore · golf-impact explore --ball roh-lee --
 def explore(
     ball: Annotated[
         str | None,
-        Option("--ball", metavar="NAME", help="Begin with this ball (golf-impact list --balls)."),
+        Option(
+            "--ball",
+            metavar="NAME",
+            help="Begin with this ball (golf-impact list --balls, or a file .toml).",
+        ),
     ] = None,
     set_: Annotated[
         list[str] | None,

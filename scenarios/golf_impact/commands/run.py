@@ -21,7 +21,10 @@ EPILOG = (
     "--set k=8e5 --set club_speed=42 · golf-impact run path/to/mine.py"
 )
 
-_BALL = "A case with this ball (golf-impact list --balls); repeatable, --set wins over its values."
+_BALL = (
+    "A case with this ball (golf-impact list --balls, or a file .toml); repeatable, --set wins "
+    "over its values."
+)
 
 
 def run(
