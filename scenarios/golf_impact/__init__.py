@@ -15,7 +15,7 @@
     Calibration: Kelvin–Voigt (law 2)
       k = 914000 ± 19000 N/m
       b = 37.3 ± 1.3 N·s/m
-      χ² = 5e-13, degrees of freedom 0
+      χ² = 0.000, degrees of freedom 0
     >>> study = golf_impact.Study.of({"k": "0.5e6:2e6:100", "b": "0,9,12"})
     >>> golf_impact.run_sweep(study, "k_b.csv").cases
     300

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,8 +12,9 @@ import numpy as np
 from golf_build import VERSION
 from golf_impact.calibration import measurements as measured
 from golf_impact.calibration.fit import Fit, fit, missing
-from golf_impact.calibration.measurements import TARGETS, Measurements, contact_rows, option
+from golf_impact.calibration.measurements import TARGETS, Measurements, option
 from golf_impact.calibration.model import ContactLaw
+from golf_impact.calibration.pulse import contact_rows
 from golf_impact.errors import UserError, lacking
 from golf_impact.facts.balls import Ball, ball_toml
 from golf_impact.facts.quantities import QUANTITIES, set_options, with_error
@@ -30,20 +30,20 @@ _UNLIKELY = 0.01
 #: Residuals of a curve are correlated if their lag-1 autocorrelation, times √rows, exceeds this.
 _CORRELATED = 4.0
 
-#: An AIC lower by this is worth a word.
+#: An AIC lower by this is worth a sentence.
 _BETTER = 2.0
 
 #: Parameters with their units, as tables show them.
-PARAMETERS = {
-    "k": "k (N/m)",
-    "b": "b (N·s/m)",
-    "exponent": "exponent n",
-    "restitution_at_rest": "COR at zero speed",
-    "restitution_slope": "slope −dCOR/dv (s/m)",
+_UNITS = {
+    "k": ("k", "N/m"),
+    "b": ("b", "N·s/m"),
+    "exponent": ("exponent n", ""),
+    "restitution_at_rest": ("COR at zero speed", ""),
+    "restitution_slope": ("slope −dCOR/dv", "s/m"),
 }
 
 #: Targets as tables show them.
-_SHOWN = {
+_QUANTITIES = {
     name: QUANTITIES[output]._replace(name=text, symbol="")
     for name, (output, text, _) in TARGETS.items()
 }
@@ -63,7 +63,7 @@ class Estimate(NamedTuple):
 
 
 class Interval(NamedTuple):
-    """Predictions with their 95 % intervals, arrays of one shape."""
+    """Predictions with their 95 % intervals, arrays of one shape; NaN where not defined."""
 
     value: np.ndarray
     low: np.ndarray
@@ -77,7 +77,9 @@ class Calibration:
         data: the measurements.
         fit: all of the fit, with arrays over the measured values.
         compared: other laws with their fits, or why there is none.
-        predictions: S, COR and ball speed at the club speeds `speeds`, see `predict`.
+        speeds: club speeds of the predictions, m/s.
+        predictions: S, COR and ball speed there, see `predict`.
+        paths: time since touch (s) and force (N) of each fit, by its title.
     """
 
     def __init__(
@@ -87,36 +89,38 @@ class Calibration:
         law: ContactLaw,
         speeds: Sequence[float] | None = None,
     ) -> None:
-        self.data, self.law = data, law
-        self._path = fmu.path
+        self.data, self._path = data, fmu.path
         self.fit = fit(fmu, data, law)
         self.compared: list[tuple[ContactLaw, Fit | str]] = []
         for number, exponent in _COMPARED if data.sized else ():
             other = ContactLaw(number, exponent, law.reference_compression)
             result: Fit | str = self.fit
-            if number == 1 and data.cor_speeds is not None:
-                result = "has no COR line"
-            elif missing(other, data):
-                result = f"needs {2 + (exponent is None)} independent targets"
+            if why := missing(other, data):
+                result = why
             elif other != law:
                 try:
                     result = fit(fmu, data, other)
                 except UserError as error:
                     result = str(error)
             self.compared.append((other, result))
-        middle = data.conditions.club_speed
-        if data.cor_speeds is not None:
-            middle = 0.5 * float(data.cor_speeds.x.min() + data.cor_speeds.x.max())
-        around = [float(f"{middle * factor:.2g}") for factor in (0.6, 0.8, 1.0, 1.2, 1.4)]
-        self.speeds = np.array(around if speeds is None else speeds, float)
+        if speeds is None:
+            one = data.cor_speeds
+            middle = data.conditions.club_speed if one is None else float(np.mean(one.x))
+            speeds = [float(f"{middle * factor:.2g}") for factor in (0.6, 0.8, 1.0, 1.2, 1.4)]
+        self.speeds = np.array(speeds, float)
         self.predictions = self._predict(fmu, self.speeds)
-        #: Time since touch (s) and force (N) of each fit, by its law's title.
-        self.paths: dict[str, dict[str, np.ndarray]] = {}
-        for one in (self.fit, *(one for _, one in self.compared)):
-            if data.sized and isinstance(one, Fit):
-                self.paths[one.law.title] = fmu.trajectory(names=("force",), **one.values)
+        self.paths = {
+            one.title: fmu.trajectory(301, ("force",), **one.values)
+            for one in (self.fit, *self.fits)
+            if data.sized
+        }
 
     # Results
+
+    @property
+    def fits(self) -> list[Fit]:
+        """The laws compared, as far as they could be fitted."""
+        return [one for _, one in self.compared if isinstance(one, Fit)]
 
     @property
     def parameters(self) -> dict[str, Estimate]:
@@ -158,12 +162,9 @@ class Calibration:
 
     def _predict(self, fmu: ImpactFmu, speeds: np.ndarray) -> dict[str, Interval]:
         def evaluate(values: Mapping[str, float]) -> np.ndarray:
-            rows = [
-                fmu.impact(PREDICTED, **{**values, "club_speed": speed})
-                for speed in speeds.ravel().tolist()
-            ]
-            shape = (len(PREDICTED), *speeds.shape)
-            return np.array([[row[name] for row in rows] for name in PREDICTED]).reshape(shape)
+            cases = ({**values, "club_speed": speed} for speed in speeds.ravel().tolist())
+            rows = [list(fmu.impact(PREDICTED, **case).values()) for case in cases]
+            return np.array(rows).T.reshape(len(PREDICTED), *speeds.shape)
 
         names, covariance = self._uncertain()
         value = evaluate(self.fit.values)
@@ -171,37 +172,29 @@ class Calibration:
         if names:
             errors = standard_errors(evaluate, self.fit.values, names, covariance)
             half = self.fit.coverage * errors
-        return {
-            name: Interval(value[n], value[n] - half[n], value[n] + half[n])
-            for n, name in enumerate(PREDICTED)
-        }
+        intervals = map(Interval, value, value - half, value + half)
+        return dict(zip(PREDICTED, intervals, strict=True))
 
     def _uncertain(self) -> tuple[list[str], np.ndarray]:
-        """Independent parameters with a standard error, and their covariance."""
-        free = list(self.fit.free)
-        errors = self.fit.standard_errors
-        names = [n for n in free if errors[n] is not None]
-        at = [free.index(name) for name in names]
-        return names, self.fit.covariance[np.ix_(at, at)]
+        """Parameters that have a standard error, and their covariance."""
+        defined = np.flatnonzero(np.isfinite(np.diag(self.covariance)))
+        return [self.fit.free[n] for n in defined], self.covariance[np.ix_(defined, defined)]
 
     @property
     def ball(self) -> Ball:
         """The ball that was found; `**ball.values` are inputs and parameters of the FMU."""
-        default, conditions = measured.Conditions(), self.data.conditions
-        leave_out: tuple[str, ...] = ("club_speed", "m_club")
-        if conditions.m_ball == default.m_ball:
-            leave_out += ("m_ball",)
-        values = {name: v for name, v in self.fit.values.items() if name not in leave_out}
-        given = [option(name) for name in self.data.targets]
-        given += [f"{len(one.y)} rows of {one.name}" for one in self.data.series.values()]
-        source = f"golf-impact calibrate: {', '.join(given)}, club speed {conditions.club_speed:g} "
-        names, covariance = self._uncertain()
+        impact, names = self.data.conditions, [option(name) for name in self.data.targets]
+        names += [f"{len(one.y)} rows of {one.name}" for one in self.data.series.values()]
+        # The impact isn't part of the ball, but for a mass of its own.
+        apart = {"club_speed", "m_club"}
+        apart |= {"m_ball"} if impact.m_ball == measured.Conditions.m_ball else set()
+        uncertain, covariance = self._uncertain()
         return Ball(
             name="calibrated",
-            title=f"calibrated, {self.fit.law.title}",
-            values=values,
-            source=f"{source}m/s, club {conditions.m_club:g} kg, ball {conditions.m_ball:g} kg",
-            uncertain=tuple(names),
+            title=f"calibrated, {self.fit.title}",
+            values={name: v for name, v in self.fit.values.items() if name not in apart},
+            source=f"golf-impact calibrate: {', '.join(names)}; {_conditions(impact)}",
+            uncertain=tuple(uncertain),
             covariance=tuple(map(tuple, covariance.tolist())),
         )
 
@@ -216,35 +209,30 @@ class Calibration:
 
     @property
     def command(self) -> str:
-        """The command line that reproduces the impact, and all of its printed results."""
+        """The command line that reproduces the impact with all results printed of it."""
         default = vars(measured.Conditions())
         pairs = {n: v for n, v in self.fit.values.items() if default.get(n) != v}
         return f"golf-impact run {set_options(pairs)}"
 
     def __repr__(self) -> str:
-        width = max(map(len, self.parameters))
-        lines = [f"Calibration: {self.fit.law.title} (law {self.fit.law.law})"]
-        for name, (value, error) in self.parameters.items():
-            unit = PARAMETERS[name].partition("(")[2].rstrip(")")
-            lines.append(f"  {name:<{width}} = {with_error(value, error)} {unit}".rstrip())
-        freedom = self.degrees_of_freedom
-        lines.append(f"  χ² = {self.chi_squared:.4g}, degrees of freedom {freedom}")
+        lines = [f"Calibration: {self.fit.title} (law {self.fit.law.law})"]
+        for name, estimate in self.parameters.items():
+            lines.append(f"  {name} = {with_error(*estimate)} {_UNITS[name][1]}".rstrip())
+        lines.append(f"  χ² = {self.chi_squared:.3f}, degrees of freedom {self.degrees_of_freedom}")
         return "\n".join(lines)
 
     # In words
 
-    @cached_property
+    @property
     def words(self) -> list[str]:
         """What the numbers say, in sentences."""
-        best, data = self.fit, self.data
+        best, data, chance = self.fit, self.data, self.fit.probability
         words = [f"{note[0].upper()}{note[1:]}." for note in best.notes]
         for other in best.others:
             values = ", ".join(f"{name} = {other[name]:.6g}" for name in best.free)
             words.append(f"These parameters meet the measurements equally well: {values}.")
         if not data.sized:
-            words.append(
-                "COR alone doesn't determine k and n: add a force curve, a contact time or a force."
-            )
+            words.append("COR alone doesn't determine k and n: add a curve, a time or a force.")
         default = [option(t.name) for t in data.targets.values() if not t.stated]
         if default:
             words.append(
@@ -254,196 +242,152 @@ class Calibration:
         for name in best.estimated:
             sigma, unit = best.sigma[data.groups[name]][0], " N" if name == "curve" else ""
             words.append(
-                f"σ of {data.series[name].name} follows from its residuals: {sigma:.3g}{unit}; "
-                "so χ² is close to the degrees of freedom for any law and doesn't test it."
+                f"σ of {data.series[name].name} follows from its residuals: {sigma:.3g}{unit}; so "
+                "χ² is close to the degrees of freedom for any law and doesn't test it."
             )
-        chance = best.probability
+        freedom, square = best.degrees_of_freedom, f"χ² = {best.chi_squared:.3g}"
         if chance is not None and chance < _UNLIKELY:
             words.append(
-                f"This law doesn't fit: χ² = {best.chi_squared:.4g} with "
-                f"{best.degrees_of_freedom} degrees of freedom (probability {chance:.1g}). The law "
-                "is wrong, σ is too small, or measurements contradict each other."
+                f"This law doesn't fit: {square} with {freedom} degrees of freedom (probability "
+                f"{chance:.1g}). The law is wrong, σ is too small, or measurements contradict each "
+                "other."
             )
         elif chance is not None:
             words.append(
-                f"χ² = {best.chi_squared:.4g} with {best.degrees_of_freedom} degrees of freedom is "
-                f"what law and σ lead to (probability of a larger one {chance:.2g})."
+                f"{square} with {freedom} degrees of freedom is compatible with law and σ "
+                f"(probability of a larger one: {chance:.2g})."
             )
-        elif best.degrees_of_freedom <= 0 and best.chi_squared > 1e-4:
+        elif freedom <= 0 and best.chi_squared > 1e-4:
             words.append(
-                "This law can't meet these targets together; the fit comes nearest to them, and "
-                "standard errors are those of the σ alone."
+                f"{best.title} can't meet these targets together ({square}); the fit comes nearest "
+                "to them, and standard errors are those of the σ alone."
             )
-        elif best.degrees_of_freedom <= 0:
+        elif freedom <= 0:
             words.append(
-                f"As many targets as parameters: {best.law.title} meets them exactly, so χ² "
-                "doesn't test the law; standard errors are those of the σ alone."
+                f"As many targets as parameters: {best.title} meets them exactly, so χ² doesn't "
+                "test the law; standard errors are those of the σ alone."
             )
-        correlation = self.correlation
-        if correlation and correlation[1] > _CORRELATED:
+        value, significance = self.correlation
+        if significance > _CORRELATED:
             words.append(
-                f"Neighbouring residuals of the curve are correlated ({correlation[0]:.2f}): the "
-                "law misses its shape, or its noise is correlated; standard errors are too small."
+                f"Neighbouring residuals of the curve are correlated ({value:.2f}): the law misses "
+                "its shape, or its noise is correlated; standard errors are too small."
             )
-        return words + self._better()
+        better = min((best, *self.fits), key=lambda other: other.aic)
+        if best.aic - better.aic > _BETTER:
+            words.append(
+                f"{better.title} describes these measurements better: its AIC is lower by "
+                f"{best.aic - better.aic:.3g}. Try {better.law.options}."
+            )
+        return words
 
     @property
-    def correlation(self) -> tuple[float, float] | None:
-        """Lag-1 autocorrelation of the curve's residuals in contact, and times √rows."""
+    def correlation(self) -> tuple[float, float]:
+        """Lag-1 autocorrelation of the curve's residuals in contact, and times √rows; 0 if none."""
         if self.data.curve is None:
-            return None
+            return 0.0, 0.0
         residuals = self.residuals["curve"][contact_rows(self.data.curve.y)]
-        square = float(residuals @ residuals)
-        if square == 0.0:
-            return None
-        value = float(residuals[1:] @ residuals[:-1]) / square
+        value = float(residuals[1:] @ residuals[:-1]) / max(float(residuals @ residuals), 1e-300)
         return value, value * math.sqrt(len(residuals))
-
-    def _better(self) -> list[str]:
-        fits = [other for _, other in self.compared if isinstance(other, Fit)]
-        best = min((self.fit, *fits), key=lambda other: other.aic)
-        if self.fit.aic - best.aic <= _BETTER:
-            return []
-        return [
-            f"{best.law.title} describes these measurements better: its AIC is lower by "
-            f"{self.fit.aic - best.aic:.3g}. Try {best.law.options}."
-        ]
 
     # Tables
 
     def tables(self) -> list[Table]:
         """Parameters, measurements, predictions, and the comparison of laws."""
-        best, impact = self.fit, self.data.conditions
-        parameters = [[PARAMETERS[n], with_error(*one)] for n, one in self.parameters.items()]
-        if "exponent" in best.values and "exponent" not in best.free:
-            parameters.append([PARAMETERS["exponent"], f"{best.values['exponent']:g} (fixed)"])
+        best, data = self.fit, self.data
+        found = [[_label(n), with_error(*one)] for n, one in self.parameters.items()]
         if best.touch[1] is not None:
             touch = with_error(best.touch[0] * 1e6, best.touch[1] * 1e6)
-            parameters.append(["touch, by the curve's clock (µs)", touch])
-        tables = [
-            Table(
-                f"{best.law.title} (law {best.law.law})",
-                ["", "value ± standard error"],
-                parameters,
-            )
-        ]
+            found.append(["touch, by the curve's clock (µs)", touch])
         rows = []
-        for n, (name, target) in enumerate(self.data.targets.items()):
-            value, sigma = _shown(name, target.value), _shown(name, target.sigma, 2)
-            model, residual = _shown(name, best.predicted[name]), f"{best.residuals[n]:+.2f}"
-            rows.append([_SHOWN[name].label, value, sigma, model, residual])
-        for name, one in self.data.series.items():
-            at, unit = self.data.groups[name], " (N)" if name == "curve" else ""
-            residuals, sigmas = best.residuals[at], best.sigma[at]
-            sigma = f"{sigmas.min():.3g}" + f"–{sigmas.max():.3g}" * bool(np.ptp(sigmas) > 0.0)
-            rms = f"rms {math.sqrt(float(np.mean(residuals**2))):.2f}"
-            label = {"curve": "force curve", "cor_speeds": "COR at speeds"}[name]
-            rows.append([label + unit, f"{len(one.y)} rows", sigma, "", rms])
-        for name, one_value in best.predicted.items():
-            if name not in self.data.targets:
-                rows.append([_SHOWN[name].label, "", "", _shown(name, one_value), "predicted"])
-        tables.append(
-            Table(
-                f"Measurements at {impact.club_speed:g} m/s, club {impact.m_club:g} kg, ball "
-                f"{impact.m_ball:g} kg: χ² = {best.chi_squared:.4g}, degrees of freedom "
-                f"{best.degrees_of_freedom}",
-                ["", "measured", "σ", "model", "residual (σ)"],
-                rows,
-            )
-        )
-        rows = []
+        for name, model in best.predicted.items():
+            target, cells = data.targets.get(name), ["", "", _shown(name, model), "predicted"]
+            if target:
+                off = (model - target.value) / target.sigma
+                cells[:2] = _shown(name, target.value), _shown(name, target.sigma, 2)
+                cells[3] = f"{off:+.2f}"
+            rows.append([_QUANTITIES[name].label, *cells])
+        for name, one in data.series.items():
+            at = data.groups[name]
+            rms, sigma = np.sqrt(np.mean(best.residuals[at] ** 2)), np.mean(best.sigma[at])
+            label = "force curve (N)" if name == "curve" else "COR over speed"
+            rows.append([label, f"{len(one.y)} rows", f"{sigma:.3g}", "", f"rms {rms:.2f}"])
+        speeds = []
         for n, speed in enumerate(self.speeds):
             cells = [f"{speed:g}"]
-            for name in PREDICTED:
-                value, _, high = (part[n] for part in self.predictions[name])
-                cells.append(with_error(value, high - value if high == high else None))
-            rows.append(cells)
-        tables.append(
-            Table(
-                "Predictions with 95 % intervals (parameters' covariance; valid if the law is)",
-                ["club speed (m/s)", *(QUANTITIES[name].label for name in PREDICTED)],
-                rows,
-            )
-        )
-        return [*tables, self._comparison()] if self.compared else tables
+            for value, _, high in (self.predictions[name] for name in PREDICTED):
+                half = high[n] - value[n]
+                cells.append(with_error(value[n], half if half == half else None))
+            speeds.append(cells)
+        freedom, impact = best.degrees_of_freedom, _conditions(data.conditions)
+        title = f"Measurements, {impact}: χ² = {best.chi_squared:.4g}, degrees of freedom {freedom}"
+        heads = ["club speed (m/s)", *(QUANTITIES[name].label for name in PREDICTED)]
+        tables = [
+            Table(f"{best.title} (law {best.law.law})", ["", "value ± standard error"], found),
+            Table(title, ["", "measured", "σ", "model", "residual (σ)"], rows),
+            Table("Predictions with 95 % intervals, valid if the law is", heads, speeds),
+        ]
+        return [*tables, self._comparison()] if self.fits else tables
 
     def _comparison(self) -> Table:
-        labels = ["k (N/m)", "b (N·s/m)", "n", "χ²", "degrees of freedom", "AIC − least AIC"]
-        if self.fit.estimated:
-            labels[3] = "σ " + ", ".join(self.fit.estimated)
-        labels += [one.label for one in _SHOWN.values()]
-        least = min((one.aic for _, one in self.compared if isinstance(one, Fit)), default=0.0)
+        least = min(one.aic for one in self.fits)
+        names = list(dict.fromkeys(name for one in self.fits for name in one.free))
+        labels = [*map(_label, names), "χ²", "degrees of freedom", "AIC − least AIC"]
+        labels += [f"σ of {self.data.series[name].name}" for name in self.fit.estimated]
+        labels += [one.label for one in _QUANTITIES.values()]
         columns = []
-        for _, one in self.compared:
-            if isinstance(one, str):
-                columns.append([one, *[""] * (len(labels) - 1)])
-                continue
-            k, b, n = (one.values[name] for name in ("k", "b", "exponent"))
-            sigmas = [f"{one.sigma[self.data.groups[name]][0]:.3g}" for name in one.estimated]
-            chi = ", ".join(sigmas) or f"{one.chi_squared:.3g}"
-            freedom, aic = str(one.degrees_of_freedom), f"{one.aic - least:.3g}"
-            columns.append(
-                [f"{k:.4g}", f"{b:.3g}", f"{n:.4g}", chi, freedom, aic]
-                + [_shown(name, one.predicted[name], 4) for name in TARGETS]
-            )
+        for one in self.fits:
+            cells = [f"{one.values[n]:.4g}" if n in one.values else "" for n in names]
+            cells += [f"{one.chi_squared:.3g}", f"{one.degrees_of_freedom}"]
+            cells += [f"{one.aic - least:.3g}"]
+            cells += [f"{one.sigma[self.data.groups[name]][0]:.3g}" for name in one.estimated]
+            columns.append(cells + [_shown(name, one.predicted[name], 4) for name in TARGETS])
         rows = [list(row) for row in zip(labels, *columns, strict=True)]
-        return Table("Contact laws compared", ["", *[law.title for law, _ in self.compared]], rows)
+        return Table("Contact laws compared", ["", *(one.law.title for one in self.fits)], rows)
 
     # Files
 
     def as_json(self) -> dict[str, Any]:
         """All of it, for calibrate.json (SI units); null where something isn't defined."""
         best, data = self.fit, self.data
+        series = {
+            name: {
+                "name": one.name,
+                "rows": len(one.y),
+                "sigma": float(np.mean(best.sigma[data.groups[name]])),
+                "sigma_given": name not in best.estimated,
+            }
+            for name, one in data.series.items()
+        }
+        targets = [
+            {
+                **{"name": name, "target": target.value, "sigma": target.sigma},
+                **{"sigma_given": target.stated, "model": best.predicted[name]},
+                "residual": (best.predicted[name] - target.value) / target.sigma,
+            }
+            for name, target in data.targets.items()
+        ]
+        predictions = [
+            {"club_speed": speed}
+            | {
+                name: {part: values[n] for part, values in one._asdict().items()}
+                for name, one in self.predictions.items()
+            }
+            for n, speed in enumerate(self.speeds.tolist())
+        ]
+        comparison = [
+            {"title": law.title, "law": law.law, "exponent": law.exponent}
+            | ({"not_fitted": one} if isinstance(one, str) else one.as_json())
+            for law, one in self.compared
+        ]
         return {
-            "version": VERSION,
-            "command": self.command,
-            "law": best.law.law,
-            "title": best.law.title,
-            **_numbers(best),
-            "touch_time": dict(zip(Estimate._fields, best.touch)) if data.curve else None,
+            **{"version": VERSION, "command": self.command, "law": best.law.law},
+            **{"title": best.title, **best.as_json()},
+            "touch_time": Estimate(*best.touch)._asdict() if data.curve else None,
             "fixed": {n: v for n, v in best.values.items() if n not in best.free},
-            "targets": [
-                {
-                    "name": name,
-                    "target": target.value,
-                    "sigma": target.sigma,
-                    "sigma_given": target.stated,
-                    "model": best.predicted[name],
-                    "residual": best.residuals[n],
-                }
-                for n, (name, target) in enumerate(data.targets.items())
-            ],
-            "series": {
-                name: {
-                    "name": one.name,
-                    "rows": len(one.y),
-                    "sigma": float(np.mean(best.sigma[data.groups[name]])),
-                    "sigma_given": name not in best.estimated,
-                    "rms_residual": float(np.sqrt(np.mean(best.residuals[data.groups[name]] ** 2))),
-                }
-                for name, one in data.series.items()
-            },
-            "residual_correlation": self.correlation[0] if self.correlation else None,
-            "predictions": [
-                {"club_speed": speed}
-                | {
-                    name: {part: getattr(self.predictions[name], part)[n] for part in parts}
-                    for name in PREDICTED
-                }
-                for parts in (Interval._fields,)
-                for n, speed in enumerate(self.speeds.tolist())
-            ],
-            "other_solutions": best.others,
-            "notes": self.words,
-            "comparison": [
-                {"title": law.title, "law": law.law, "exponent": law.exponent}
-                | (
-                    {"not_fitted": one}
-                    if isinstance(one, str)
-                    else {"exponent": one.values["exponent"], **_numbers(one)}
-                )
-                for law, one in self.compared
-            ],
+            **{"targets": targets, "series": series, "predictions": predictions},
+            "residual_correlation": self.correlation[0] if data.curve else None,
+            **{"other_solutions": best.others, "notes": self.words, "comparison": comparison},
         }
 
     def draw(self) -> Any:
@@ -492,12 +436,12 @@ def calibrate(
     Raises:
         UserError: measurements are impossible or too few, or SciPy is missing.
     """
-    known = {name: f"sigma_{name}" for name in TARGETS}
-    if unknown := set(scalars) - {*known, *known.values()}:
-        raise UserError(f"there is no target {min(unknown)!r}: choose from {', '.join(known)}")
+    sigmas = {name: f"sigma_{name}" for name in TARGETS}
+    if unknown := set(scalars) - {*sigmas, *sigmas.values()}:
+        raise UserError(f"there is no target {min(unknown)!r}: choose from {', '.join(sigmas)}")
     chosen = ContactLaw.of(law, exponent, reference_compression)
     data = measured.measurements(
-        {name: (scalars.get(name), scalars.get(sigma)) for name, sigma in known.items()},
+        {name: (scalars.get(name), scalars.get(sigma)) for name, sigma in sigmas.items()},
         {"club_speed": club_speed, "m_club": m_club, "m_ball": m_ball},
         *(csv, curve, cor_speeds),
     )
@@ -518,10 +462,6 @@ def check(data: Measurements, law: ContactLaw) -> None:
             "targets, e.g. golf-impact calibrate --cor 0.743 --contact-time 600e-6; there are "
             f"{', '.join(map(option, TARGETS))}"
         )
-    if data.cor_speeds is not None and law.law == 1:
-        raise UserError(
-            "--cor-speeds is refused with --law 1, whose damping has no COR line: take --law 2"
-        )
     measured.check_together(data, law.law)
     if why := missing(law, data):
         raise UserError(f"too few targets for {law.title}: {why}")
@@ -535,21 +475,14 @@ def check_save(path: Path) -> Path:
     return path
 
 
+def _label(name: str) -> str:
+    symbol, unit = _UNITS[name]
+    return f"{symbol} ({unit})" if unit else symbol
+
+
 def _shown(name: str, value: float, digits: int = 5) -> str:
-    return f"{value * _SHOWN[name].factor:.{digits}g}"
+    return f"{value * _QUANTITIES[name].factor:.{digits}g}"
 
 
-def _numbers(one: Fit) -> dict[str, Any]:
-    """The part of calibrate.json that every fit has."""
-    return {
-        "parameters": {
-            name: {"value": one.values[name], "standard_error": error}
-            for name, error in one.standard_errors.items()
-        },
-        "covariance": one.covariance.tolist(),
-        "predicted": one.predicted,
-        "chi_squared": one.chi_squared,
-        "degrees_of_freedom": one.degrees_of_freedom,
-        "probability": one.probability,
-        "aic": one.aic,
-    }
+def _conditions(impact: measured.Conditions) -> str:
+    return f"{impact.club_speed:g} m/s, club {impact.m_club:g} kg, ball {impact.m_ball:g} kg"

@@ -9,8 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from golf_impact.calibration.fit import Fit
-from golf_impact.calibration.measurements import TARGETS, contact_rows
+from golf_impact.calibration.measurements import TARGETS
 from golf_impact.calibration.model import ContactLaw
+from golf_impact.calibration.pulse import contact_rows
 from golf_impact.report import figures
 
 if TYPE_CHECKING:
@@ -39,35 +40,35 @@ def draw(calibration: Calibration) -> Figure:
     figure, axes = figures.plt.subplot_mosaic(
         [list(row) for row in zip(*columns)], figsize=size, height_ratios=(2.2, 1.0)
     )
-    title = f"Calibrated: {calibration.fit.law.title}"
+    title = f"Calibrated: {calibration.fit.title}"
     figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
     if "force" in axes:
         _draw_forces(calibration, axes["force"])
-        figures.legend_below(figure, axes["force"], columns=4)
     if data.curve is not None:
         _draw_curve(calibration, axes["force"], axes["force off"])
     if data.cor_speeds is not None:
         _draw_line(calibration, axes["cor"], axes["cor off"])
     if data.targets:
         _draw_scalars(calibration, axes["targets"])
+    if "force" in axes:
+        figures.legend_below(figure, axes["force"], columns=5)
     return figure
 
 
 def _fits(calibration: Calibration) -> list[Fit]:
     """The laws compared, and the fit in front of them."""
-    others = [one for _, one in calibration.compared if isinstance(one, Fit)]
-    return [*(one for one in others if one is not calibration.fit), calibration.fit]
+    return [*(one for one in calibration.fits if one is not calibration.fit), calibration.fit]
 
 
 def _draw_forces(calibration: Calibration, axes: Axes) -> None:
     shift = calibration.data.curve is not None
     for one in _fits(calibration):
         best, look = one is calibration.fit, _style(one.law)
-        path = calibration.paths[one.law.title]
+        path = calibration.paths[one.title]
         # By the curve's clock, from the touch of the fit in front.
         time = path["time"] + (one.touch[0] - calibration.fit.touch[0] if shift else 0.0)
         line = {**look.line, "lw": 2.4 if best else 1.2, "alpha": 1.0 if best else 0.8}
-        axes.plot(1e6 * time, 1e-3 * path["force"], **line, label=one.law.title)
+        axes.plot(1e6 * time, 1e-3 * path["force"], **line, label=one.title)
     _draw_targets(calibration, axes)
     axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
 
@@ -81,13 +82,13 @@ def _draw_curve(calibration: Calibration, above: Axes, below: Axes) -> None:
     above.set_ylim(-0.05 * 1e-3 * curve.y.max(), None)
     half = fit.coverage * np.hypot(fit.sigma[rows], np.nan_to_num(fit.model_errors[rows]))
     below.fill_between(time, -half, half, **_BAND, label="95 %")
-    below.plot(time, curve.y - fit.model[rows], **_DOTS)
+    below.plot(time, fit.model[rows] - curve.y, **_DOTS)
     inside = contact_rows(curve.y)
     lasting = time[inside[-1]] - time[inside[0]]
     left, right = time[inside[0]] - 0.3 * lasting, time[inside[-1]] + 0.3 * lasting
     for axes in (above, below):
         axes.set_xlim(max(left, time[0]), min(right, time[-1]))
-    _finish_residuals(below, "time since touch (µs)", "measured − fit (N)")
+    _finish_residuals(below, "time since touch (µs)", "fit − measured (N)")
     above.set_xlabel("")
 
 
@@ -108,8 +109,8 @@ def _draw_line(calibration: Calibration, above: Axes, below: Axes) -> None:
     above.legend(loc="upper right")
     half = fit.coverage * np.hypot(sigma, errors)
     below.fill_between(x, -half, half, **_BAND, label="95 %")
-    below.plot(speeds.x, speeds.y - fit.model[rows], **{**_DOTS, "ms": 6})
-    _finish_residuals(below, "approach speed (m/s)", "measured − fit")
+    below.plot(speeds.x, fit.model[rows] - speeds.y, **{**_DOTS, "ms": 6})
+    _finish_residuals(below, "approach speed (m/s)", "fit − measured")
 
 
 def _finish_residuals(axes: Axes, x: str, y: str) -> None:
@@ -129,7 +130,7 @@ def _draw_scalars(calibration: Calibration, axes: Axes) -> None:
         marker: dict[str, Any] = {"color": look.colour, "mfc": face, "ms": 7, "mew": 1.5}
         axes.plot(residuals, range(len(names)), look.marker, **marker)
     figures.rows(axes, [TARGETS[name][1] for name in names], band=1.96)
-    axes.set(xlabel="(model − target) / σ; band: 95 %", xlim=(-1.15 * widest, 1.15 * widest))
+    axes.set(xlabel="(fit − target) / σ; band: 95 %", xlim=(-1.15 * widest, 1.15 * widest))
 
 
 def _draw_targets(calibration: Calibration, axes: Axes) -> None:

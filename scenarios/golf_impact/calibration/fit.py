@@ -11,15 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from golf_impact.calibration.measurements import (
-    RESTITUTION,
-    Measurements,
-    contact_rows,
-    impulse_ratio,
-    noise,
-    restitution,
-)
-from golf_impact.calibration.model import LINE, ContactLaw, Model, pulse
+from golf_impact.calibration.measurements import RESTITUTION, Measurements, restitution
+from golf_impact.calibration.model import LINE, ContactLaw, Model
+from golf_impact.calibration.pulse import centre_and_width, impulse_ratio, noise
 from golf_impact.errors import UserError
 from golf_impact.facts.closed_forms import half_contact
 from golf_impact.fmu.impact_fmu import ImpactFmu
@@ -58,6 +52,7 @@ class Fit:
     """The best parameters of one law; arrays over all measured values have the shape (n,)."""
 
     law: ContactLaw
+    title: str  #: of the law
     free: tuple[str, ...]  #: the FMU's names of the fitted parameters
     values: dict[str, float]  #: the FMU's inputs and parameters of this impact, SI units
     touch: tuple[float, float | None]  #: instant by the curve's clock and standard error, s
@@ -98,9 +93,24 @@ class Fit:
 
         return float(stdtrit(max(1, self.degrees_of_freedom) if self.estimated else 1e9, 0.975))
 
+    def as_json(self) -> dict[str, Any]:
+        """The part of calibrate.json that every fit has."""
+        errors = self.standard_errors.items()
+        return {
+            "exponent": self.values.get("exponent"),
+            "parameters": {
+                n: {"value": self.values[n], "standard_error": error} for n, error in errors
+            },
+            **{"covariance": self.covariance.tolist(), "predicted": self.predicted},
+            **{"chi_squared": self.chi_squared, "degrees_of_freedom": self.degrees_of_freedom},
+            **{"probability": self.probability, "aic": self.aic},
+        }
+
 
 def missing(law: ContactLaw, data: Measurements) -> str | None:
     """Why these measurements can't determine the law's free parameters, or None if they can."""
+    if law.law == 1 and data.cor_speeds is not None:
+        return "its damping has no COR line (--cor-speeds): take --law 2"
     if data.curve is not None:
         return None
     speeds = sum(name in RESTITUTION for name in data.targets)
@@ -222,14 +232,14 @@ class _Search:
 
     def _starts(self) -> list[np.ndarray]:
         """The best places of a grid in ζ and n, each with the length and touch that suit it."""
-        data, names = self.data, self.model.coordinates
+        model, data, names = self.model, self.data, self.model.coordinates
         restitutions = [
             restitution(t, data.conditions)[0] for n, t in data.targets.items() if n in RESTITUTION
         ]
         zetas, number = set(_ZETAS.tolist()), _STARTS
         exponents: tuple[float, ...] = _EXPONENTS
         if data.curve is not None:
-            restitutions.append(impulse_ratio(data.curve, data.conditions) - 1.0)
+            restitutions.append(impulse_ratio(data.curve, model.momentum) - 1.0)
             zeta = _zeta_of(min(max(restitutions[-1], 0.05), 0.98))
             zetas, exponents = {zeta * one for one in _CURVE_FACTORS}, _CURVE_EXPONENTS
             number = _CURVE_STARTS
@@ -263,8 +273,7 @@ class _Search:
                 return False
             if data.curve is not None:
                 path = model.fmu.trajectory(61, ("force",), **model.values(x))
-                rows = contact_rows(path["force"])
-                centre, width = pulse(path["time"][rows], path["force"][rows])
+                centre, width = centre_and_width(path["time"], path["force"])
                 x[0] += math.log(model.pulse[1] / width)
                 x[-1] = -centre / width
                 return True
@@ -292,11 +301,14 @@ class _Search:
         return self._described(result, places[1:])
 
     def _thinned(self) -> _Search:
+        """The same on few rows of the curve."""
         curve = self.data.curve
         if curve is None or len(curve.y) < 2 * _ROWS:
             return self
-        rows = curve.every(len(curve.y) // _ROWS)
-        return _Search(Model(self.model.fmu, replace(self.data, curve=rows), self.law))
+        some = slice(None, None, len(curve.y) // _ROWS)
+        sigma = None if curve.sigma is None else curve.sigma[some]
+        thinned = replace(curve, x=curve.x[some], y=curve.y[some], sigma=sigma)
+        return _Search(Model(self.model.fmu, replace(self.data, curve=thinned), self.law))
 
     def _best(self, x: np.ndarray) -> Any:
         """The minimum on all data; coordinates at a limit are held there."""
@@ -351,16 +363,20 @@ class _Search:
         varied = [name for name in free if name not in held]
         # Derivatives of the weighted model: rows as `varied`, then the instant of touch.
         jacobian = gradient(lambda at: self._weighted(model.predict(at, touch)), values, varied)
-        if model.data.curve is not None:
-            # Where the force jumps at touch, one side of a row is smooth: the smaller derivative.
-            step = 1e-5 * model.pulse[1]
-            here = self._weighted(model.predict(values, touch))
-            sides = [
-                (self._weighted(model.predict(values, touch + s)) - here) / s for s in (step, -step)
-            ]
-            slope = min(sides, key=np.linalg.norm)
-            jacobian = np.vstack([jacobian.reshape(len(varied), -1), slope])
         covariance, model_errors = _covariance(jacobian)
+        if self.data.curve is not None:
+            # The force rises steeply or jumps at touch. So the derivative is a difference over two
+            # standard errors of touch, to the side on which no row comes near that rise.
+            here, step = self._weighted(model.predict(values, touch)), 0.05 * model.pulse[1]
+            for _ in range(4):
+                ends = [
+                    (s, self._weighted(model.predict(values, touch + s))) for s in (step, -step)
+                ]
+                slope = min(((end - here) / s for s, end in ends), key=np.linalg.norm)
+                both = np.vstack([jacobian.reshape(len(varied), -1), slope])
+                covariance, model_errors = _covariance(both)
+                step = min(2.0 * np.nan_to_num(math.sqrt(covariance[-1, -1])) or step, step)
+            jacobian = both
         errors = np.sqrt(np.diag(covariance))
         if np.isfinite(errors).all():
             unit = _ROUNDING / np.linalg.norm(jacobian, axis=1)
@@ -378,6 +394,7 @@ class _Search:
         known = {n: float(e) if e == e else None for n, e in zip(varied, errors)}
         return Fit(
             law=self.law,
+            title=model.title,
             free=free,
             values=values,
             touch=(touch, float(errors[-1]) if model.data.curve is not None else None),

@@ -9,12 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from golf_impact.calibration.measurements import (
-    RESTITUTION,
-    TARGETS,
-    Measurements,
-    contact_rows,
-)
+from golf_impact.calibration.measurements import RESTITUTION, TARGETS, Measurements
+from golf_impact.calibration.pulse import centre_and_width
 from golf_impact.errors import UserError
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.uncertainty import RANGES
@@ -106,11 +102,14 @@ class Model:
             *(["exponent"] if "exponent" in self.coordinates else []),
             *(LINE if self.line else []),
         )
+        titles = [law.title] * data.sized + ["COR line"] * self.line
+        self.title = " with ".join(titles) or law.title
+        #: Reduced mass times club speed, kg·m/s.
+        self.momentum = data.conditions.reduced_mass * data.conditions.club_speed
         #: Centroid and standard width of the force pulse, s.
         self.pulse = (0.0, 1.0)
         if data.curve is not None:
-            rows = contact_rows(data.curve.y)
-            self.pulse = pulse(data.curve.x[rows], data.curve.y[rows])
+            self.pulse = centre_and_width(data.curve.x, data.curve.y)
         #: What the law predicts of the scalars; times and forces need a stiffness.
         self.predictable = tuple(n for n in TARGETS if data.sized or n in RESTITUTION)
 
@@ -188,11 +187,3 @@ class Model:
             times = np.concatenate([[0.0], instants[inside]])
             force[inside] = self.fmu.sampled(times, ("force",))["force"][1:]
         return force
-
-
-def pulse(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
-    """Centroid and standard width of a force pulse, s: integrals, so that noise averages out."""
-    impulse = np.trapezoid(force, time)
-    centre = np.trapezoid(force * time, time) / impulse
-    variance = np.trapezoid(force * (time - centre) ** 2, time) / impulse
-    return float(centre), math.sqrt(variance)
