@@ -1,4 +1,4 @@
-"""From measurements to parameters: exact inverses, least squares, refusals, and the command."""
+"""From measurements to parameters: scalars, force curves, COR over speed, and the command."""
 
 import json
 import math
@@ -7,23 +7,25 @@ import shlex
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from command import golf, golf_here, refused
 from conftest import numbers
 
 from golf_build.extras import install_command
-from golf_impact.calibration.calibrate import Calibration, check
-from golf_impact.calibration.contact_law import ContactLaw, Coordinates, Predictor, asked_for
-from golf_impact.calibration.fitting import fit
-from golf_impact.calibration.targets import (
+from golf_impact.calibration.calibration import Calibration, check
+from golf_impact.calibration.fit import fit
+from golf_impact.calibration.measurements import (
     TARGETS,
     Conditions,
+    Measurements,
     Target,
     doubts,
-    given,
+    measurements,
     read_csv,
     target,
 )
+from golf_impact.calibration.model import ContactLaw, Model
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.measured import MPH
@@ -35,8 +37,8 @@ FREE = ContactLaw(2, None)
 ROH_LEE = {"ball_speed": 50.0, "club_speed_after": 24.0, "contact_time": 6e-4, "max_force": 6600.0}
 
 
-def targets(**values):
-    return {name: target(name, value) for name, value in values.items()}
+def targets(impact=IMPACT, **values):
+    return Measurements(impact, {name: target(name, value) for name, value in values.items()})
 
 
 def of_impact(fmu, names, **values):
@@ -61,18 +63,17 @@ def inverse(restitution, time, mu=IMPACT.reduced_mass):
 
 @pytest.mark.parametrize("restitution", [0.999, 0.95, 0.743, 0.5, 0.2, 0.13, 0.05])
 def test_inverse_of_kelvin_voigt(fmu, restitution):
-    fitted = fit(fmu, IMPACT, targets(cor=restitution, contact_time=6e-4), LINEAR)
+    fitted = fit(fmu, targets(cor=restitution, contact_time=6e-4), LINEAR)
     k, b = inverse(restitution, 6e-4)
-    assert fitted.method == "closed form"
-    assert fitted.values["k"] == pytest.approx(k, rel=1e-9)
-    assert fitted.values["b"] == pytest.approx(b, rel=1e-9)
-    # Through the FMU, in σ of 1 %.
-    assert fitted.chi_squared < 1e-20
+    # Rounded to a thousandth of their standard errors, which follow from σ of 1 %.
+    assert fitted.values["k"] == pytest.approx(k, rel=3e-5)
+    assert fitted.values["b"] == pytest.approx(b, rel=3e-5, abs=2e-3)
+    assert fitted.chi_squared < 1e-5
 
 
 def test_published_inverse(fmu):
     """COR 0.743 and 600 µs: k = 9.1424e5, b = 37.318, which give 5715 N at 259 µs."""
-    fitted = fit(fmu, IMPACT, targets(cor=0.743, contact_time=6e-4), LINEAR)
+    fitted = fit(fmu, targets(cor=0.743, contact_time=6e-4), LINEAR)
     assert fitted.values["k"] == pytest.approx(9.1424e5, rel=1e-4)
     assert fitted.values["b"] == pytest.approx(37.318, rel=1e-4)
     assert fitted.predicted["max_force"] == pytest.approx(5715.0, rel=1e-4)
@@ -86,13 +87,13 @@ def test_published_inverse(fmu):
 @pytest.mark.parametrize("size", ["contact_time", "max_force", "time_of_max_force"])
 def test_the_document_found_again(fmu, speed, size):
     """Law 1, from what k = 1e6 and b = 9 give."""
-    fitted = fit(fmu, IMPACT, of_impact(fmu, (speed, size), k=1e6, b=9.0, law=1), ABSOLUTE)
-    assert fitted.values["k"] == pytest.approx(1e6, rel=1e-9)
-    assert fitted.values["b"] == pytest.approx(9.0, rel=1e-9)
+    fitted = fit(fmu, of_impact(fmu, (speed, size), k=1e6, b=9.0, law=1), ABSOLUTE)
+    assert fitted.values["k"] == pytest.approx(1e6, rel=3e-5)
+    assert fitted.values["b"] == pytest.approx(9.0, abs=3e-3)
 
 
-def random_case(seed):
-    """A law, an impact, parameters and targets, far beyond golf."""
+def random_case(fmu, seed):
+    """A model, the values of an impact far beyond golf, targets of it, and the generator."""
     draw = random.Random(seed)
     impact = Conditions(draw.uniform(5, 70), draw.uniform(0.1, 0.4), draw.uniform(0.03, 0.06))
     law = draw.choice((1, 2, 2, 2))
@@ -100,56 +101,47 @@ def random_case(seed):
     n = 1.0 if law == 1 or (not free and draw.random() < 0.5) else draw.uniform(1.05, 3.5)
     zeta = draw.choice((draw.uniform(0.002, 0.3), 10.0 ** draw.uniform(-3.0, -0.1)))
     length = impact.club_speed * 10.0 ** draw.uniform(-4.3, -3.3)
-    reference = 10.0 ** draw.uniform(-3.5, -1.5)
-    chosen = ContactLaw(law, None if free else n, reference)
+    chosen = ContactLaw(law, None if free else n, 10.0 ** draw.uniform(-3.5, -1.5))
     speeds = draw.sample(("ball_speed", "club_speed_after", "cor"), draw.randint(1, 3))
     sizes = ["contact_time", "max_force", "time_of_max_force"]
     names = speeds + draw.sample(sizes, draw.randint(2 if free else 1, 3))
-    return chosen, impact, Coordinates(length, zeta, n), names, draw
+    model = Model(fmu, targets(impact, contact_time=1.0), chosen)
+    coordinates = {"length": math.log(length), "damping": zeta, "exponent": n}
+    values = model.values(np.array([coordinates[name] for name in model.coordinates]))
+    predicted = model.scalars(values)
+    if predicted is None:
+        pytest.skip("these bodies never separate")
+    return model, values, {name: predicted[name] for name in names}, draw
 
 
 @pytest.mark.parametrize("seed", numbers(2, 10, 40))
 def test_round_trip(fmu, seed):
-    """Whatever the parameters, they are found again, or named as an equally good answer."""
-    law, impact, place, names, _ = random_case(seed)
-    predictor = Predictor(fmu, impact, law)
-    predicted = predictor.predict(place)
-    if predicted is None:
-        pytest.skip("these bodies never part")
-    true = predictor.values(place)
-    fitted = fit(fmu, impact, targets(**{name: predicted[name] for name in names}), law)
-    assert fitted.chi_squared < 1e-16
-    answers = [fitted.values, *fitted.others]
+    """The parameters are found again, or are among the equally good answers."""
+    model, true, measured, _ = random_case(fmu, seed)
+    fitted = fit(fmu, targets(model.data.conditions, **measured), model.law)
+    assert fitted.chi_squared < 1e-4
     assert any(
-        all(answer[name] == pytest.approx(true[name], rel=1e-5) for name in law.free)
-        for answer in answers
+        all(answer[name] == pytest.approx(true[name], rel=2e-3) for name in fitted.free)
+        for answer in (fitted.values, *fitted.others)
     )
 
 
 @pytest.mark.parametrize("seed", numbers(1, 4, 15))
 def test_noisy_targets(fmu, seed):
     """No answer is better than the one found: not even the truth."""
-    law, impact, place, names, draw = random_case(1000 + seed)
-    predicted = Predictor(fmu, impact, law).predict(place)
-    if predicted is None:
-        pytest.skip("these bodies never part")
+    model, _, measured, draw = random_case(fmu, 1000 + seed)
     noisy = {}
-    for name in names:
-        sigma = 10.0 ** draw.uniform(-5.0, -1.3) * abs(predicted[name])
-        noisy[name] = Target(name, predicted[name] + sigma * draw.gauss(0.0, 1.0), sigma)
-    fitted = fit(fmu, impact, noisy, law)
-    truth = sum(((predicted[name] - t.value) / t.sigma) ** 2 for name, t in noisy.items())
-    assert fitted.chi_squared <= truth * (1.0 + 1e-9) + 1e-12
+    for name, value in measured.items():
+        sigma = 10.0 ** draw.uniform(-5.0, -1.3) * abs(value)
+        noisy[name] = Target(name, value + sigma * draw.gauss(0.0, 1.0), sigma)
+    fitted = fit(fmu, Measurements(model.data.conditions, noisy), model.law)
+    truth = sum(((measured[name] - t.value) / t.sigma) ** 2 for name, t in noisy.items())
+    # Rounding the parameters changes χ² by 1e-6 of their number.
+    assert fitted.chi_squared <= truth * (1.0 + 1e-9) + 1e-4
 
 
-@pytest.mark.parametrize(
-    ("fits", "known"),
-    [
-        pytest.param(20, 0.16, marks=pytest.mark.ci),
-        pytest.param(80, 0.08, marks=pytest.mark.nightly),
-    ],
-)
-def test_standard_errors_are_the_spread(fmu, fits, known):
+@pytest.mark.parametrize("fits", [pytest.param(80, marks=pytest.mark.ci)])
+def test_standard_errors_are_the_spread(fmu, fits):
     """Of fits to noisy targets: the spread of N of them is known to 1/√(2N)."""
     exact = of_impact(fmu, ("cor", "contact_time", "max_force"), law=2, k=9e5, b=30.0)
     draw = random.Random(5)
@@ -157,24 +149,20 @@ def test_standard_errors_are_the_spread(fmu, fits, known):
     for _ in range(fits):
         noisy = {
             name: Target(name, t.value + t.sigma * draw.gauss(0.0, 1.0), t.sigma)
-            for name, t in exact.items()
+            for name, t in exact.targets.items()
         }
-        answers.append(fit(fmu, IMPACT, noisy, LINEAR))
-    errors = fit(fmu, IMPACT, exact, LINEAR).standard_errors
+        answers.append(fit(fmu, Measurements(IMPACT, noisy), LINEAR))
+    errors = fit(fmu, exact, LINEAR).standard_errors
     for name in ("k", "b"):
-        values = [one.values[name] for one in answers]
-        mean = sum(values) / len(values)
-        spread = math.sqrt(sum((value - mean) ** 2 for value in values) / (len(values) - 1))
-        assert errors[name] == pytest.approx(spread, rel=3.0 * known)
+        spread = np.std([one.values[name] for one in answers], ddof=1)
+        assert errors[name] == pytest.approx(spread, rel=3.0 / math.sqrt(2 * fits))
 
 
 def test_standard_error_of_an_exact_inverse(fmu):
     """b = 2 μ L/T, so its relative variance is the sum of those of L = -ln COR and T."""
-    given_targets = targets(cor=0.743, contact_time=6e-4)
-    fitted = fit(fmu, IMPACT, given_targets, LINEAR)
-    of_log = 0.01 / -math.log(0.743)
-    expected = fitted.values["b"] * math.hypot(of_log, 0.01)
-    assert fitted.standard_errors["b"] == pytest.approx(expected, rel=1e-6)
+    fitted = fit(fmu, targets(cor=0.743, contact_time=6e-4), LINEAR)
+    expected = fitted.values["b"] * math.hypot(0.01 / -math.log(0.743), 0.01)
+    assert fitted.standard_errors["b"] == pytest.approx(expected, rel=1e-5)
     assert fitted.degrees_of_freedom == 0
     assert fitted.probability is None
 
@@ -189,28 +177,28 @@ def test_standard_error_of_an_exact_inverse(fmu):
     ],
 )
 def test_presets_are_what_calibrate_finds(fmu, name, law):
-    fitted = fit(fmu, IMPACT, targets(**ROH_LEE), law)
+    fitted = fit(fmu, targets(**ROH_LEE), law)
     for variable, value in BALLS[name].values.items():
-        # Minima are flat: of a least-squares fit seven digits are certain.
-        assert fitted.values[variable] == pytest.approx(value, rel=1e-7)
+        # Calibrate rounds to a thousandth of the standard errors.
+        assert fitted.values[variable] == pytest.approx(value, rel=1e-4)
 
 
 def test_the_tour_preset(fmu):
     tour = Conditions(club_speed=113 * MPH)
-    wanted = targets(ball_speed=167 * MPH, contact_time=475e-6)
-    fitted = fit(fmu, tour, wanted, ContactLaw(2, 1.5))
+    wanted = targets(tour, ball_speed=167 * MPH, contact_time=475e-6)
+    fitted = fit(fmu, wanted, ContactLaw(2, 1.5))
     for variable, value in BALLS["tour"].values.items():
-        assert fitted.values[variable] == pytest.approx(value, rel=1e-12)
+        assert fitted.values[variable] == pytest.approx(value, rel=1e-4)
 
 
 @pytest.mark.ci
 def test_the_finite_element_ball(fmu):
     """Two parameters miss it, three meet it, and foretell what they weren't shown."""
-    calibration = Calibration(fmu, IMPACT, targets(**ROH_LEE), FREE)
+    calibration = Calibration(fmu, targets(**ROH_LEE), FREE)
     for name, value in ROH_LEE.items():
         assert calibration.fit.predicted[name] == pytest.approx(value, rel=0.01)
     assert calibration.fit.predicted["time_of_max_force"] == pytest.approx(280e-6, rel=0.02)
-    chi = [other.chi_squared for _, other in calibration.compared]
+    chi = [other.chi_squared for other in calibration.fits]
     assert chi[0] > 40.0
     assert chi[1] > chi[0]
     assert chi[2] < 2.0
@@ -220,45 +208,43 @@ def test_the_finite_element_ball(fmu):
 @pytest.mark.ci
 def test_conflicting_targets_are_met_as_well_as_can_be(fmu):
     """A force far too small for this impulse in this time: an answer, and a clear word."""
-    calibration = Calibration(
-        fmu, IMPACT, targets(cor=0.75, contact_time=6e-4, max_force=2000.0), LINEAR
-    )
+    calibration = Calibration(fmu, targets(cor=0.75, contact_time=6e-4, max_force=2000.0), LINEAR)
     assert calibration.fit.probability < 1e-6
     assert any("doesn't fit" in words for words in calibration.words)
 
 
 def test_no_damping_is_within_reach(fmu):
     elastic = of_impact(fmu, ("contact_time", "max_force"), law=2, b=0.0, k=7e5)
-    fitted = fit(fmu, IMPACT, elastic, LINEAR)
+    fitted = fit(fmu, elastic, LINEAR)
     assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
-    assert fitted.values["k"] == pytest.approx(7e5, rel=1e-9)
+    assert fitted.values["k"] == pytest.approx(7e5, rel=3e-5)
     # A ball a little faster than an elastic one, but within its σ, asks for less than none.
     faster = targets(contact_time=6e-4, ball_speed=57.6)
-    check(IMPACT, faster, LINEAR)
-    fitted = fit(fmu, IMPACT, faster, LINEAR)
+    check(faster, LINEAR)
+    fitted = fit(fmu, faster, LINEAR)
     assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
-    assert fitted.residuals["ball_speed"] == pytest.approx(-0.27, abs=0.02)
+    assert fitted.residuals[1] == pytest.approx(-0.27, abs=0.02)
     assert fitted.standard_errors["b"] is None
     assert any("limit 0" in note for note in fitted.notes)
 
 
 def test_a_ball_that_is_none(fmu):
-    """A force too large for a springy contact is met by a dashpot, which is told."""
-    fitted = fit(fmu, IMPACT, targets(contact_time=6e-4, max_force=9000.0), LINEAR)
+    """A force too large for an elastic contact is met by a dashpot, which is noted."""
+    fitted = fit(fmu, targets(contact_time=6e-4, max_force=9000.0), LINEAR)
     assert fitted.predicted["time_of_max_force"] == 0.0
     assert any("first touch" in note for note in fitted.notes)
 
 
-def test_two_answers_are_both_told(fmu):
+def test_two_answers_are_both_given(fmu):
     """Time and force of a linear ball fit a little damping, or very much."""
     wanted = of_impact(fmu, ("contact_time", "max_force"), law=2, k=9e5, b=40.0)
-    fitted = fit(fmu, IMPACT, wanted, LINEAR)
-    assert fitted.values["b"] == pytest.approx(40.0, rel=1e-6)
+    fitted = fit(fmu, wanted, LINEAR)
+    assert fitted.values["b"] == pytest.approx(40.0, rel=1e-4)
     (other,) = fitted.others
     assert other["b"] > 4.0 * 40.0
     again = fmu.impact(("contact_time", "max_force"), **other)
     for name, value in again.items():
-        assert value == pytest.approx(wanted[name].value, rel=1e-6)
+        assert value == pytest.approx(wanted.targets[name].value, rel=1e-6)
 
 
 LARGE = {"sigma_ball_speed": 3.0, "sigma_club_speed_after": 3.0}
@@ -279,8 +265,6 @@ LARGE = {"sigma_ball_speed": 3.0, "sigma_club_speed_after": 3.0}
         ({"cor": 0.7, "sigma_max_force": 1.0}, LINEAR, "without --max-force"),
         ({"contact_time": 6e-4, "time_of_max_force": 7e-4}, LINEAR, "contact's end"),
         ({"time_of_max_force": 0.0, "cor": 0.2}, LINEAR, "needs --sigma-time-of-max-force"),
-        ({"ball_speed": 50.0, "club_speed_after": 30.0, "max_force": 6e3}, LINEAR, "momentum"),
-        ({"ball_speed": 50.0, "club_speed_after": 24.0, "cor": 0.9}, ABSOLUTE, "beside these"),
         ({"ball_speed": 60.0, "contact_time": 6e-4}, LINEAR, "more energy"),
         ({"ball_speed": 20.0, "contact_time": 6e-4}, LINEAR, "doesn't leave"),
         ({"ball_speed": 61.0, "club_speed_after": 21.0, "max_force": 1.0}, ABSOLUTE, "COR of"),
@@ -288,7 +272,7 @@ LARGE = {"sigma_ball_speed": 3.0, "sigma_club_speed_after": 3.0}
         (
             {"ball_speed": 50.0, "club_speed_after": 24.0, "cor": 0.74},
             LINEAR,
-            "damping only",
+            "count once",
         ),
         ({"cor": 0.7, "contact_time": 6e-4}, FREE, "3 independent targets"),
         ({}, LINEAR, "golf-impact calibrate --cor"),
@@ -300,18 +284,18 @@ def test_impossible_targets(values, law, words):
     options = {name: (values.get(name), values.get(f"sigma_{name}")) for name in TARGETS}
     conditions = {name: values.get(name) for name in ("club_speed", "m_club", "m_ball")}
     with pytest.raises(UserError) as refusal:
-        check(*given(options, conditions), law)
+        check(measurements(options, conditions), law)
     assert words in str(refusal.value)
 
 
 @pytest.mark.ci
-def test_law_1_needs_no_momentum(fmu):
-    """The speeds of the document's own model lose 4 % of it."""
+def test_speeds_that_lose_momentum(fmu):
+    """Law 1 fits the speeds of the document's model, which lose 4 % of it; law 2 doesn't."""
     names = ("ball_speed", "club_speed_after", "contact_time")
     lost = of_impact(fmu, names, law=1)
-    with pytest.raises(UserError, match="momentum"):
-        check(IMPACT, {n: Target(n, t.value, 1e-3 * t.value) for n, t in lost.items()}, LINEAR)
-    assert fit(fmu, IMPACT, lost, ABSOLUTE).values["b"] == pytest.approx(9.0, rel=1e-6)
+    sharp = {n: Target(n, t.value, 1e-3 * t.value) for n, t in lost.targets.items()}
+    assert fit(fmu, lost, ABSOLUTE).values["b"] == pytest.approx(9.0, rel=1e-3)
+    assert fit(fmu, Measurements(IMPACT, sharp), LINEAR).probability < 1e-6
 
 
 @pytest.mark.parametrize(
@@ -327,7 +311,7 @@ def test_law_1_needs_no_momentum(fmu):
 )
 def test_impossible_laws(law, exponent, reference, words):
     with pytest.raises(UserError) as refusal:
-        asked_for(law, exponent, reference)
+        ContactLaw.of(law, exponent, reference)
     assert words in str(refusal.value)
 
 
@@ -337,9 +321,9 @@ def test_targets_from_a_file(tmp_path):
         "target,value,sigma\nball-speed,50,0.5\ncor,0.74,\n\nclub_speed,36,\nm_club,0.2,\n"
     )
     options = dict.fromkeys(TARGETS, (None, None))
-    impact, asked = given({**options, "cor": (0.75, 0.02)}, {"m_club": 0.21}, file)
-    assert impact == Conditions(club_speed=36.0, m_club=0.21)
-    assert asked == {
+    data = measurements({**options, "cor": (0.75, 0.02)}, {"m_club": 0.21}, file)
+    assert data.conditions == Conditions(club_speed=36.0, m_club=0.21)
+    assert data.targets == {
         "ball_speed": Target("ball_speed", 50.0, 0.5),
         "cor": Target("cor", 0.75, 0.02),
     }
@@ -406,7 +390,7 @@ def test_the_command_refuses(tmp_path):
 
 
 def test_usual_units_are_not_doubted():
-    assert doubts(IMPACT, targets(cor=0.74, contact_time=600e-6)) == []
+    assert doubts(targets(cor=0.74, contact_time=600e-6)) == []
 
 
 @pytest.mark.ci
@@ -416,14 +400,16 @@ def test_another_unit_is_doubted(tmp_path):
         *("--sigma-max-force", 1, "--max-force", 6.6, "--no-figures", "--out", tmp_path),
     )
     assert done.returncode == 0
-    told = done.stderr.splitlines()[:3]
-    for line, words in zip(told, ("600 is taken in s", "6.6 is taken in N", "210 is taken in kg")):
+    warnings = done.stderr.splitlines()[:3]
+    for line, words in zip(
+        warnings, ("600 is taken in s", "6.6 is taken in N", "210 is taken in kg")
+    ):
         assert words in line
 
 
 def test_numbers_beyond_doubles(tmp_path):
     done = golf_here("calibrate", "--cor", "1e-300", "--contact-time", "6e-4", "--out", tmp_path)
-    refused(done, "too small or too large for doubles")
+    refused(done, "no contact that ends comes near")
     assert len(done.stderr.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
 

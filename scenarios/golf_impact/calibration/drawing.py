@@ -51,7 +51,7 @@ def draw(calibration: Calibration) -> Figure:
     if data.targets:
         _draw_scalars(calibration, axes["targets"])
     if "force" in axes:
-        figures.legend_below(figure, axes["force"], columns=5)
+        figures.legend_below(figure, axes["force"], columns=3 if len(columns) == 1 else 6)
     return figure
 
 

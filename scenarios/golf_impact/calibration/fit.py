@@ -40,6 +40,9 @@ _FAR = 1e9
 #: coordinates do.
 _EQUAL_CHI_SQUARED, _SAME_PLACE = 1e-6, 1e-4
 
+#: A coordinate is held at a limit if χ² there is no larger, but for rounding.
+_EQUAL = 1.0 + 1e-7
+
 #: A direction that changes the data this much less than the best does is undetermined.
 _UNDETERMINED = 1e-7
 
@@ -317,7 +320,10 @@ class _Search:
             for end in ends:
                 held = result.x.copy()
                 held[n] = end
-                if abs(result.x[n] - end) < 0.02 and self.chi_squared(held) <= 2.0 * result.cost:
+                if (
+                    abs(result.x[n] - end) < 0.02
+                    and self.chi_squared(held) <= 2.0 * result.cost * _EQUAL
+                ):
                     self.moving[n] = False
                     result = self.solve(held)
         return result
