@@ -274,7 +274,7 @@ LARGE = {"sigma_ball_speed": 3.0, "sigma_club_speed_after": 3.0}
             LINEAR,
             "count once",
         ),
-        ({"cor": 0.7, "contact_time": 6e-4}, FREE, "3 independent targets"),
+        ({"cor": 0.7, "contact_time": 6e-4}, FREE, "need 3 independent ones"),
         ({}, LINEAR, "golf-impact calibrate --cor"),
         ({"cor": 0.7, "contact_time": 6e-4, "club_speed": -1.0}, LINEAR, "--club-speed"),
         ({"cor": 0.7, "contact_time": 6e-4, "m_ball": math.inf}, LINEAR, "--m-ball"),

@@ -464,7 +464,7 @@ def check(data: Measurements, law: ContactLaw) -> None:
         )
     measured.check_together(data, law.law)
     if why := missing(law, data):
-        raise UserError(f"too few targets for {law.title}: {why}")
+        raise UserError(f"{law.title} can't be fitted: {why}")
 
 
 def check_save(path: Path) -> Path:

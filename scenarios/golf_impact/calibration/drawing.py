@@ -51,7 +51,7 @@ def draw(calibration: Calibration) -> Figure:
     if data.targets:
         _draw_scalars(calibration, axes["targets"])
     if "force" in axes:
-        figures.legend_below(figure, axes["force"], columns=3 if len(columns) == 1 else 6)
+        figures.legend_below(figure, axes["force"], columns=3 if len(columns) == 1 else 4)
     return figure
 
 
@@ -121,7 +121,7 @@ def _finish_residuals(axes: Axes, x: str, y: str) -> None:
 
 def _draw_scalars(calibration: Calibration, axes: Axes) -> None:
     names = list(calibration.data.targets)
-    widest = 1.5
+    widest = 2.5
     for one in _fits(calibration):
         best, look = one is calibration.fit, _style(one.law)
         face = look.colour if best else "white"

@@ -122,15 +122,15 @@ def missing(law: ContactLaw, data: Measurements) -> str | None:
         need = 1 + (law.exponent is None)
         if sizes >= need or (sizes == 0 and law.exponent is not None):
             return None
-        return "k and exponent need a curve or two of contact time and forces"
+        return "too few targets: k and exponent need a curve, or two of contact time and forces"
     have, free = sizes + (speeds > 0), ("k", "b", "exponent")[: 2 + (law.exponent is None)]
     if have >= len(free):
         return None
     *names, last = free
-    why = f"{', '.join(names)} and {last} need {len(free)} independent targets, these are {have}"
+    why = f"{', '.join(names)} and {last} need {len(free)} independent ones, these are {have}"
     if speeds > 1:
         why += " (ball speed, club speed after and COR depend on the damping only: they count once)"
-    return why
+    return f"too few targets: {why}"
 
 
 def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
@@ -311,7 +311,10 @@ class _Search:
         some = slice(None, None, len(curve.y) // _ROWS)
         sigma = None if curve.sigma is None else curve.sigma[some]
         thinned = replace(curve, x=curve.x[some], y=curve.y[some], sigma=sigma)
-        return _Search(Model(self.model.fmu, replace(self.data, curve=thinned), self.law))
+        search = _Search(Model(self.model.fmu, replace(self.data, curve=thinned), self.law))
+        # The coordinate of touch is the same then.
+        search.model.pulse = self.model.pulse
+        return search
 
     def _best(self, x: np.ndarray) -> Any:
         """The minimum on all data; coordinates at a limit are held there."""

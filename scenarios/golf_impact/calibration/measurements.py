@@ -165,7 +165,7 @@ def _why_no_cor(value: float) -> str | None:
         return None
     why = "leaves the ball on the club" if value <= 0.0 else "gains energy"
     why = "loses no energy (set b = 0 for that)" if value == 1.0 else why
-    percent = f"; write {value / 100.0:g} for {value:g} %" if 1.0 < value < 100.0 else ""
+    percent = f"; write {value / 100.0:g} for {value:g} %" if 5.0 < value < 100.0 else ""
     return f"a COR of {value:g} {why}; it must be above 0 and below 1{percent}"
 
 
