@@ -184,6 +184,8 @@ def test_from_python(fmu):
     assert isinstance(found, golf_impact.Calibration)
     again = golf_impact.calibrate(curve=(time, force), exponent="free")
     assert found.parameters == again.parameters
+    again = golf_impact.calibrate(curve=np.column_stack([time, force]), exponent="free")
+    assert found.parameters == again.parameters
     assert found.covariance.shape == (3, 3)
     for n, one in enumerate(found.parameters.values()):
         assert one.standard_error == pytest.approx(math.sqrt(found.covariance[n, n]))
@@ -324,7 +326,7 @@ def test_laws_that_are_refused(fmu, tmp_path):
     done = golf_here("calibrate", "--cor-speeds", speeds, "--law", 1, "--out", tmp_path / "out")
     refused(done, "--law 2")
     done = golf_here("calibrate", "--cor-speeds", speeds, "--exponent", "free", "--out", tmp_path)
-    refused(done, "k and exponent need a curve")
+    refused(done, "k, b and exponent need 3")
     done = golf_here("calibrate", "--cor-speeds", speeds, "--save", "ball.txt", "--out", tmp_path)
     refused(done, "ball.txt", ".toml")
 

@@ -30,6 +30,9 @@ _CURVE_FACTORS, _CURVE_EXPONENTS, _CURVE_STARTS = (0.5, 1.0, 2.0), (1.1, 1.5, 2.
 #: Starts are refined on this many rows of a curve, the best of them on all.
 _ROWS = 50
 
+#: How often touch may move on to the next row at the end.
+_ROUNDS = 3
+
 #: Times are proportional to the size of a contact, forces to its inverse.
 _POWERS = {"contact_time": 1, "time_of_max_force": 1, "max_force": -1}
 
@@ -112,25 +115,20 @@ class Fit:
 
 def missing(law: ContactLaw, data: Measurements) -> str | None:
     """Why these measurements can't determine the law's free parameters, or None if they can."""
-    if law.law == 1 and data.cor_speeds is not None:
+    line = data.cor_speeds is not None
+    if law.law == 1 and line:
         return "its damping has no COR line (--cor-speeds): take --law 2"
-    if data.curve is not None:
-        return None
     speeds = sum(name in RESTITUTION for name in data.targets)
     sizes = len(data.targets) - speeds
-    if data.cor_speeds is not None:
-        need = 1 + (law.exponent is None)
-        if sizes >= need or (sizes == 0 and law.exponent is not None):
-            return None
-        return "too few targets: k and exponent need a curve, or two of contact time and forces"
-    have, free = sizes + (speeds > 0), ("k", "b", "exponent")[: 2 + (law.exponent is None)]
-    if have >= len(free):
+    have, free = sizes + (line or speeds > 0), ("k", "b", "exponent")[: 2 + (law.exponent is None)]
+    only_line = line and not sizes and law.exponent is not None
+    if data.curve is not None or only_line or have >= len(free):
         return None
     *names, last = free
-    why = f"{', '.join(names)} and {last} need {len(free)} independent ones, these are {have}"
-    if speeds > 1:
+    why = f"too few targets: {', '.join(names)} and {last} need {len(free)} independent ones"
+    if speeds + line > 1:
         why += " (ball speed, club speed after and COR depend on the damping only: they count once)"
-    return f"too few targets: {why}"
+    return f"{why}, these are {have}"
 
 
 def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
@@ -342,15 +340,16 @@ class _Search:
         centre, width = self.model.pulse
         rows = (self.data.curve.x - centre) / width
         tried: dict[int, Any] = {}
-        while True:
+        for _ in range(_ROUNDS):
             here = int(np.searchsorted(rows, result.x[-1]))
             for n in (here - 1, here, here + 1):
                 if n not in tried and 0 < n < len(rows):
-                    tried[n] = self.solve(result.x, 1e-10, (rows[n - 1], rows[n]))
+                    tried[n] = self.solve(result.x, 1e-8, (rows[n - 1], rows[n]))
             best = min([result, *tried.values()], key=lambda one: one.cost)
-            if best.cost >= result.cost * (1.0 - 1e-9):
+            if best.cost >= result.cost * (1.0 - 1e-6):
                 return best
             result = best
+        return result
 
     # Statistics
 

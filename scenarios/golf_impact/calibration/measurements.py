@@ -280,7 +280,7 @@ def _number(text: str, where: str) -> float | None:
 
 
 def read_series(given: Any, name: str, columns: tuple[str, str]) -> Series:
-    """A series from a CSV file, a mapping of columns, or a sequence of two or three arrays.
+    """A series from a CSV file, a mapping of columns, two or three arrays, or a table of rows.
 
     Raises:
         UserError: it has no rows, unequal lengths, numbers missing, NaN or infinity, or σ ≤ 0.
@@ -298,6 +298,8 @@ def read_series(given: Any, name: str, columns: tuple[str, str]) -> Series:
         given = [column for column in zip(*table) if column[0] is not None]
     elif hasattr(given, "keys"):
         given = [given[one] for one in names if one in given]
+    elif getattr(given, "ndim", 0) == 2 and len(given) > 3:
+        given = given.T
     try:
         arrays = [np.array(column, float) for column in given if column is not None]
     except (TypeError, ValueError) as error:
