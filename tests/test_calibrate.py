@@ -193,7 +193,7 @@ def test_the_tour_preset(fmu):
 
 @pytest.mark.ci
 def test_the_finite_element_ball(fmu):
-    """Two parameters miss it, three meet it, and foretell what they weren't shown."""
+    """Two parameters miss it, three meet it, and predict the time of the largest force."""
     calibration = Calibration(fmu, targets(**ROH_LEE), FREE)
     for name, value in ROH_LEE.items():
         assert calibration.fit.predicted[name] == pytest.approx(value, rel=0.01)
@@ -207,7 +207,7 @@ def test_the_finite_element_ball(fmu):
 
 @pytest.mark.ci
 def test_conflicting_targets_are_met_as_well_as_can_be(fmu):
-    """A force far too small for this impulse in this time: an answer, and a clear word."""
+    """A force far too small for this impulse in this time: a fit, and a clear note."""
     calibration = Calibration(fmu, targets(cor=0.75, contact_time=6e-4, max_force=2000.0), LINEAR)
     assert calibration.fit.probability < 1e-6
     assert any("doesn't fit" in words for words in calibration.words)
@@ -218,7 +218,7 @@ def test_no_damping_is_within_reach(fmu):
     fitted = fit(fmu, elastic, LINEAR)
     assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
     assert fitted.values["k"] == pytest.approx(7e5, rel=3e-5)
-    # A ball a little faster than an elastic one, but within its σ, asks for less than none.
+    # A ball a little faster than an elastic one, but within its σ: b is held at 0.
     faster = targets(contact_time=6e-4, ball_speed=57.6)
     check(faster, LINEAR)
     fitted = fit(fmu, faster, LINEAR)
@@ -430,7 +430,7 @@ def test_lists_of_measurements_that_are_none(tmp_path, text, words):
 
 
 def test_without_scipy(tmp_path):
-    """Calibrate says what to install; run needs it nowhere."""
+    """Calibrate names what to install; run doesn't need it."""
     start = (
         "import sys; sys.modules['scipy'] = None\n"
         "from golf_impact.commands.app import main; sys.argv = "

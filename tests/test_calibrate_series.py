@@ -178,7 +178,7 @@ def test_predictions_are_the_fmus(fmu):
 
 
 def test_from_python(fmu):
-    """A mapping, arrays and a file are the same; what is shown has no more digits than it knows."""
+    """A mapping, arrays and a table give the same; the text has the digits that are significant."""
     time, force = curve(fmu)
     found = golf_impact.calibrate(curve={"time": time, "force": force}, exponent="free")
     assert isinstance(found, golf_impact.Calibration)

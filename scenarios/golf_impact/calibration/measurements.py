@@ -365,7 +365,7 @@ def check_together(data: Measurements, law: int) -> None:
             f"the contact's end, --contact-time {time.value!r}"
         )
     ball, club, cor = (targets.get(name) for name in RESTITUTION)
-    # What each target says of COR, with its σ.
+    # The COR that follows from each target, with its σ.
     implied = [restitution(one, data.conditions) for one in (ball, club) if one and law == 2]
     if ball and club:
         implied.append(((ball.value - club.value) / u, math.hypot(ball.sigma, club.sigma) / u))
