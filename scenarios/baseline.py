@@ -1,13 +1,13 @@
-"""The document's impact, k = 1e6 N/m, b = 9 N·s/m, 35 m/s: its Figs. 4 and 5, its first list."""
+"""The document's impact (k = 1e6 N/m, b = 9 N·s/m, 35 m/s): its first list, Figs. 4 and 5."""
 
 from golf_impact.scenario import Report, document, document_fmu, main
 
-TITLE = "Baseline: the document's impact, exactly"
+TITLE = "Baseline: the document's impact, solved exactly"
 CHAPTER = 2
 
 
 def run(fmu):
-    """Metrics in one step, then 301 samples over the contact."""
+    """Metrics in one communication step, then 301 samples over the contact."""
     report = Report(TITLE, fmu)
     metrics = report.impact("baseline", document.BASELINE)
     with document_fmu() as euler:
@@ -17,27 +17,34 @@ def run(fmu):
 
     impulse, gained = metrics["impulse"], metrics["momentum_gain_ball"]
     drag = 9.0 * metrics["contact_displacement"]
-    claim = "J and P_B differ because the drag on the ball takes b·x_B"
-    report.check_close(claim, impulse - gained, drag, 1e-12)
+    claim = "J − P_B agrees with the impulse of the drag on the ball, b x_B"
+    report.check_close(claim, impulse - gained, drag, 1e-12, kind="invariants")
     printed, smash = document.BASELINE["smash_factor"], metrics["smash_factor"]
+    cor = "coefficient_of_restitution"
+    report.conclude(
+        f"The document's impact: S = {smash:.4f}, COR = {metrics[cor]:.4f}, "
+        f"E = {metrics['energy_efficiency'] * 100:.2f} %. The document's scheme has an error of "
+        f"{_relative(scheme[cor], metrics[cor])} in COR; its damping removes "
+        f"{(1.0 - metrics['momentum_final'] / metrics['momentum_initial']) * 100:.1f} % of the "
+        "momentum."
+    )
     report.say(
         f"The document prints S = {printed.text}. Its scheme (explicit Euler, 0.5 µs) gives "
-        f"{scheme['smash_factor']:.4f}, which is {_off(scheme['smash_factor'], smash)} off the "
-        f"exact {smash:.4f}; the printed number is {_off(printed.value, smash)} off, because it "
-        "is rounded besides.",
-        f"The contact force gives the ball {impulse:.4f} N·s, of which the ball keeps "
-        f"{gained:.4f} N·s: the drag takes b·x_B = {drag:.4f} N·s.",
+        f"{scheme['smash_factor']:.4f}, an error of {_relative(scheme['smash_factor'], smash)}; "
+        f"the printed number has one of {_relative(printed.value, smash)}, including rounding.",
+        f"The contact force transfers {impulse:.4f} N·s to the ball. The ball keeps {gained:.4f} "
+        f"N·s; the drag takes b x_B = {drag:.4f} N·s.",
     )
     energy, efficiency = metrics["kinetic_energy_initial"], metrics["energy_efficiency"]
     of_ball, of_club = (
         0.5 * document.USED[f"m_{body}"] * metrics[f"{body}_velocity"] ** 2 / energy
         for body in ("ball", "club")
     )
-    claim = "energy efficiency is the ball's part and the club's"
-    report.check_close(claim, efficiency, of_ball + of_club, 1e-12)
+    claim = "E agrees with the sum of the kinetic energies of ball and club, from the velocities"
+    report.check_close(claim, efficiency, of_ball + of_club, 1e-12, kind="consistency")
     report.say(
-        f"Energy efficiency E = {efficiency * 100:.2f} % counts both bodies: of "
-        f"the club's energy before, the ball gets {of_ball * 100:.1f} %, the club keeps "
+        f"Energy efficiency E = {efficiency * 100:.2f} % includes both bodies: of the initial "
+        f"kinetic energy the ball gets {of_ball * 100:.1f} %, the club keeps "
         f"{of_club * 100:.1f} %, and {(1.0 - of_ball - of_club) * 100:.1f} % is lost."
     )
 
@@ -45,10 +52,11 @@ def run(fmu):
     report.trajectories["baseline"] = path
     micro, kilonewton = path["time"] * 1e6, path["force"] / 1e3
     contact_micro, peak = metrics["contact_time"] * 1e6, metrics["max_force"]
+    case = f"{report.describe()}, 35 m/s"
 
-    @report.figure("baseline_force", "The area under the curve is the impulse.")
+    @report.figure("baseline_force", "The area under the curve is the impulse J.")
     def force(figures):
-        figure, axes = figures.new("Contact force on the ball")
+        figure, axes = figures.new("Contact force on the ball", case=case)
         axes.fill_between(micro, kilonewton, color=figures.SKY, alpha=0.35, lw=0)
         axes.plot(micro, kilonewton, **figures.LOOKS["ball"].line)
         at = metrics["time_of_max_force"] * 1e6
@@ -59,10 +67,10 @@ def run(fmu):
         return figure
 
     @report.figure(
-        "baseline_forces", "The forces on club and ball are opposite and equal at every instant."
+        "baseline_forces", "The contact forces on club and ball are opposite and equal at any time."
     )
     def both(figures):
-        figure, axes = figures.new("Contact force on each body: opposite and equal")
+        figure, axes = figures.new("Contact force on each body: opposite and equal", case=case)
         axes.axhline(0, color="0.6", lw=0.8)
         axes.plot(micro, kilonewton, **figures.LOOKS["ball"].line, label="on the ball")
         axes.plot(micro, -kilonewton, **figures.LOOKS["club"].line, label="on the club")
@@ -72,10 +80,10 @@ def run(fmu):
 
     @report.figure(
         "baseline_motion",
-        "The ball is fastest before they part: at the end its drag is more than the spring's push.",
+        "Ball speed peaks before separation: at the end the drag exceeds the spring force.",
     )
     def motion(figures):
-        figure, pair = figures.new_pair("Velocities and positions")
+        figure, pair = figures.new_pair("Velocities and positions", case)
         kinds = ("velocity", "m/s", 1.0), ("position", "mm", 1e3)
         for axes, (what, unit, factor) in zip(pair, kinds, strict=True):
             for body in ("club", "ball"):
@@ -84,7 +92,7 @@ def run(fmu):
                 axes.plot(micro, values, **figures.LOOKS[body].line, label=label)
             axes.axvline(contact_micro, color="0.45", lw=1.0, ls=":")
             at, below = 0.98 * contact_micro, axes.get_xaxis_transform()
-            axes.text(at, 0.03, "they part", ha="right", transform=below)
+            axes.text(at, 0.03, "separation", ha="right", transform=below)
             axes.set(xlabel="time since touch (µs)", ylabel=f"{what} ({unit})")
             figures.legend_above(axes)
         return figure
@@ -92,8 +100,8 @@ def run(fmu):
     return report
 
 
-def _off(value, right):
-    return f"{(value / right - 1.0) * 100:+.2f} %"
+def _relative(value, exact):
+    return f"{(value / exact - 1.0) * 100:+.2f} %"
 
 
 if __name__ == "__main__":

@@ -1,12 +1,12 @@
-"""The model drawn (the document's Fig. 1): two masses, and the ball's spring between them."""
+"""A diagram of the model (the document's Fig. 1): two masses and the contact between them."""
 
 from golf_impact.scenario import Report, main
 
-TITLE = "The model"
+TITLE = "Diagram: two masses and the contact between"
 CHAPTER = 1
 
 
-#: What stands beside each drawing.
+#: Text beside each diagram.
 _WORDS = {
     1: (
         "law 1 (absolute)",
@@ -22,22 +22,22 @@ _WORDS = {
 
 
 def run(fmu):
-    """A drawing; nothing is simulated."""
+    """A diagram; nothing is simulated."""
     report = Report(TITLE, fmu)
     report.figure(
         "diagram",
-        "The ball is a mass m_B with a spring k, which the club face presses together by "
-        "d = x_C − x_B.",
+        "The ball is a mass m_B behind a spring k that the club face compresses by d = x_C − x_B.",
     )(draw)
     report.say(
-        "Law 2's damper stands between the bodies, beside the spring; law 1's drag acts on each "
-        "body against the ground, which is what the document's equations say."
+        "Law 1 is the document's equations, read with d = x_C − x_B: a drag on each body against "
+        "the ground. Law 2 is the document's text: a damper between the bodies, parallel to the "
+        "spring."
     )
     return report
 
 
 def draw(figures):
-    """Both laws, one above the other."""
+    """Plot both laws, one above the other."""
     from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
 
     figure, axes = figures.new("Club, ball, and the contact between them", (8.2, 6.6))

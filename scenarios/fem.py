@@ -1,13 +1,13 @@
-"""Roh & Lee's finite-element ball beside the model, with the back of the document's envelope."""
+"""Roh & Lee's finite-element results, the document's rough calculation from them, and its fit."""
 
 from golf_impact.scenario import QUANTITIES, Report, document, main, measured
 
-TITLE = "Finite elements: Roh & Lee's figures and the model"
+TITLE = "FEM: finite elements and the document's fit"
 CHAPTER = 7
 
 
 def envelope():
-    """The document's back-of-the-envelope numbers, worked out from Roh & Lee's figures (SI)."""
+    """The document's rough calculation from Roh & Lee's figures (SI units)."""
     paper = document.ROH_LEE
     m_club, m_ball = paper["m_club"], paper["m_ball"]
     u, v_club, v_ball = paper["club_speed"], paper["club_velocity"], paper["ball_velocity"]
@@ -30,18 +30,18 @@ def envelope():
 
 
 def run(fmu):
-    """The envelope, and the document's fit under both laws."""
+    """The rough calculation, and the document's fit under both laws."""
     report = Report(TITLE, fmu)
     numbers, rows = envelope(), []
     units = ("N", "m", "", "", "", "N·s", "N·s", "J", "J", "%")
     for (name, printed), unit in zip(document.ENVELOPE.items(), units, strict=True):
         value = numbers[name]
         rows.append([f"{name} ({unit})" if unit else name, printed.text, printed.shown(value)])
-        # One unit of the last digit: the document rounds some numbers and cuts others.
-        claim, allowed = f"{name} is the printed {printed.text}", 2.0 * printed.half_digit
-        why = "one unit of the last printed digit"
-        report.check_close(claim, value, printed.value, allowed, why)
-    title = "Back of the envelope, from the paper's figures"
+        # One unit of the last digit: the document rounds some numbers and truncates others.
+        claim = f"{name}, from the paper's figures, agrees with the printed {printed.text}"
+        why, allowed = "one unit of the last printed digit", 2.0 * printed.half_digit
+        report.check_close(claim, value, printed.value, allowed, why, "documents")
+    title = "Rough calculation from the paper's figures"
     report.table(title, ["", "document", "computed"], rows)
 
     model = report.impact("law 1 (the document's fit)")
@@ -51,30 +51,30 @@ def run(fmu):
         quantity = QUANTITIES[metric]
         cells = [quantity.plain, f"{value * quantity.factor:.5g}"]
         for metrics in (model, relative):
-            off = metrics[metric] / value - 1.0
-            cells += [f"{metrics[metric] * quantity.factor:.5g}", f"{off * 100:+.1f}"]
+            error = metrics[metric] / value - 1.0
+            cells += [f"{metrics[metric] * quantity.factor:.5g}", f"{error * 100:+.1f}"]
         rows.append(cells)
         misses[metric] = model[metric] / value - 1.0
     title = "Roh & Lee's finite-element ball and the document's fit (k = 1e6 N/m, b = 9 N·s/m)"
-    report.table(title, ["", "paper", "law 1", "off (%)", "law 2", "off (%)"], rows)
+    report.table(title, ["", "paper", "law 1", "error (%)", "law 2", "error (%)"], rows)
     force, time = misses["max_force"], misses["contact_time"]
     restitution = misses["coefficient_of_restitution"]
     report.check(
-        "the fit meets force and contact time within 5 %",
+        "the fit agrees with the paper's force and contact time within 5 %",
         abs(force) < 0.05 and abs(time) < 0.05,
         f"{force * 100:+.1f} % and {time * 100:+.1f} %",
+        "documents",
     )
-    claim = "the fit misses COR by more than a quarter"
+    claim = "the fit exceeds the paper's COR by more than a quarter"
     report.check(claim, restitution > 0.25, f"{restitution * 100:+.1f} %")
     report.say(
-        "Verdict: k = 1e6 N/m and b = 9 N·s/m reproduce how hard and how long the finite-element "
-        f"ball pushes (force {force * 100:+.1f} %, time {time * 100:+.1f} %), "
-        "but not what it gives back: the model returns "
-        f"{model['energy_efficiency'] * 100:.1f} % of the kinetic energy, the paper's figures "
-        f"{(1.0 - numbers['energy lost']) * 100:.1f} %, and COR is "
-        f"{model['coefficient_of_restitution']:.3f} against "
-        f"{numbers['coefficient of restitution']:.3f}. As law 1 loses momentum besides, its energy "
-        "figure looks better than its COR."
+        "k = 1e6 N/m and b = 9 N·s/m reproduce maximum force and contact time of the "
+        f"finite-element ball (errors {force * 100:+.1f} % and {time * 100:+.1f} %), "
+        f"but not its losses: E is {model['energy_efficiency'] * 100:.1f} %, from the paper's "
+        f"figures {(1.0 - numbers['energy lost']) * 100:.1f} %; COR is "
+        f"{model['coefficient_of_restitution']:.3f} instead of "
+        f"{numbers['coefficient of restitution']:.3f}. As law 1 also loses momentum, its E is "
+        "closer than its COR."
     )
     return report
 

@@ -1,8 +1,8 @@
-"""The same impact under both laws: what momentum and energy do."""
+"""The same impact under both laws: momentum and energy."""
 
 from golf_impact.scenario import Report, label, main, shown
 
-TITLE = "Laws: drag on each body, or a damper between them"
+TITLE = "Laws: drag on each body or damper between them"
 CHAPTER = 11
 
 _METRICS = (
@@ -15,7 +15,7 @@ _PATH = ("force", "momentum", "kinetic_energy", "energy_efficiency")
 
 
 def run(fmu):
-    """Metrics and the course of momentum and energy under law 1 and law 2."""
+    """Metrics, momentum and energy over time under law 1 and law 2."""
     report = Report(TITLE, fmu)
     absolute = report.impact("law 1 (absolute)", law=1)
     relative = report.impact("law 2 (relative)", law=2)
@@ -24,27 +24,34 @@ def run(fmu):
     report.table(TITLE, ["", *report.cases], rows)
 
     lost = 1.0 - absolute["momentum_final"] / absolute["momentum_initial"]
-    words = f"it loses {lost * 100:.2f} %"
-    report.check("law 1 loses 4 % of the momentum", 0.035 < lost < 0.045, words)
+    words = f"{lost * 100:.2f} %"
+    report.check("law 1 loses some 4 % of the momentum", 0.035 < lost < 0.045, words)
     for claim, metric, expected in (
         ("law 2 conserves momentum", "momentum_final", "momentum_initial"),
-        ("under law 2 the ball keeps the whole impulse", "momentum_gain_ball", "impulse"),
+        ("law 2: the ball's momentum gain equals the impulse", "momentum_gain_ball", "impulse"),
     ):
-        report.check_close(claim, relative[metric], relative[expected], 1e-13 * relative[expected])
-    # A moving frame: both bodies 10 m/s faster. Only a law of relative motion can't tell.
+        allowed = 1e-13 * relative[expected]
+        report.check_close(claim, relative[metric], relative[expected], allowed, "", "invariants")
+    # Another frame of reference: both bodies are 10 m/s faster.
     moving = report.impact("law 2, moving", law=2, club_speed=45.0, ball_speed=10.0)
     dragged = report.impact("law 1, moving", law=1, club_speed=45.0, ball_speed=10.0)
     cor = "coefficient_of_restitution"
-    claim = "law 2 gives the same COR when both bodies move 10 m/s faster"
-    report.check_close(claim, moving[cor], relative[cor], 1e-12)
+    claim = "law 2: COR is the same in a frame of reference that moves by 10 m/s"
+    report.check_close(claim, moving[cor], relative[cor], 1e-12, "", "invariants")
     shift = dragged[cor] - absolute[cor]
-    report.check("law 1 gives another", abs(shift) > 1e-4, f"COR changes by {shift:+.5f}")
+    claim = "law 1: COR depends on the frame of reference"
+    report.check(claim, abs(shift) > 1e-4, f"it changes by {shift:+.5f}")
+    report.conclude(
+        f"Law 1 (the document's equations) loses {lost * 100:.2f} % of the momentum and depends on "
+        "the frame of reference; law 2 (its text) does neither. Use law 1 to reproduce the "
+        "document, law 2 for everything else."
+    )
     report.say(
-        f"Law 1 takes {lost * 100:.2f} % of the momentum out of the system, as if the bodies moved "
-        "through a fluid; so the impulse (2.67 N·s) and the ball's gain (2.51 N·s) differ.",
-        "Law 2 is what the document's text describes, a spring and a damper connecting the two "
-        "masses: momentum stays, and the loss depends on relative velocity alone. Choose law 1 to "
-        "reproduce the document, law 2 for everything else.",
+        "Law 1's drag acts like a fluid around the bodies; therefore the impulse "
+        f"({absolute['impulse']:.2f} N·s) and the ball's momentum gain "
+        f"({absolute['momentum_gain_ball']:.2f} N·s) differ. Law 2 has a spring and a damper that "
+        "connect the two masses, as the document's text says: momentum is conserved, and the loss "
+        "of energy depends on the relative velocity alone."
     )
 
     paths = {law: fmu.trajectory(names=_PATH, law=law) for law in (1, 2)}
@@ -52,11 +59,13 @@ def run(fmu):
 
     @report.figure(
         "laws",
-        "Law 1 takes momentum out of the system, law 2 doesn't. The dip in the energy is what the "
-        "ball's spring holds in the middle of the contact.",
+        "Law 1 removes momentum from the system, law 2 doesn't. The kinetic energy dips while the "
+        "spring stores energy.",
     )
-    def courses(figures):
-        figure, (left, right) = figures.new_pair("Momentum and kinetic energy during contact")
+    def momentum_and_energy(figures):
+        figure, (left, right) = figures.new_pair(
+            "Momentum and kinetic energy during contact", "k = 1 MN/m, b = 9 N·s/m, 35 m/s"
+        )
         laws = {1: "law 1: drag on each body", 2: "law 2: damper between them"}
         for law, words in laws.items():
             micro, look = paths[law]["time"] * 1e6, figures.LOOKS[f"law {law}"]

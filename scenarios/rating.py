@@ -1,21 +1,21 @@
-"""Compression ratings: what an indicative stiffness of each predicts over club speed."""
+"""Compression ratings: predictions over club speed from an indicative stiffness of each."""
 
 from golf_impact.scenario import BALLS, Report, document, main, rating_stiffness, shown
 
-TITLE = "Compression ratings: low, mid and high over club speed (indicative)"
+TITLE = "Rating: compression ratings over club speed"
 CHAPTER = 10
 
 _PRESETS = ("rating-low", "rating-mid", "rating-high")
 
-#: Where the document's bands of swing speed meet: 130 and 160 km/h, m/s.
+#: Limits of the document's bands of swing speed, 130 and 160 km/h, in m/s.
 _BANDS = (130.0 / 3.6, 160.0 / 3.6)
 
-#: A club speed in each band, and how the document calls the balls for it.
+#: A club speed (m/s) in each band.
 _IN_BAND = {"slow": 32.0, "moderate": 40.0, "fast": 48.0}
 
 _SPEEDS = tuple(float(speed) for speed in range(20, 61, 4))
 
-#: The ratings whose stiffness is shown.
+#: The ratings in the table of stiffnesses.
 _RATINGS = (30, 45, 60, 73, 80, 90, 98, 110)
 
 _COLUMNS = {
@@ -27,7 +27,7 @@ _COLUMNS = {
 
 
 def run(fmu):
-    """Three balls with the measured COR line, and with the document's assumption of one b."""
+    """Three balls with the measured COR line, and with the same b as the document assumes."""
     report = Report(TITLE, fmu)
     report.table(
         "Rating and stiffness: 160 - mil of deflection under 200 lbf, one side of the ball",
@@ -56,46 +56,48 @@ def run(fmu):
             values += [f"{diameters:.3f}", shown("smash_factor", smash)]
             rows.append([f"{name.removeprefix('rating-')}, {speed:g} m/s", *values])
     report.table(
-        "What it predicts: COR falling with speed as measured, the same for all ratings",
+        "Predictions with the measured COR line, the same for all ratings",
         ["rating, club speed", *_COLUMNS.values(), "compression / D", "S if b = 9 N·s/m"],
         rows,
     )
     for band, speed in _IN_BAND.items():
         for claim, trend, cases, metric in (
-            ("a higher rating pushes harder", report.rises, line, "max_force"),
-            ("its contact is shorter", report.falls, line, "contact_time"),
-            ("it is compressed less", report.falls, line, "max_compression"),
-            ("with one COR, S is the same", report.stays, line, "smash_factor"),
-            ("with one b, S rises", report.rises, fixed, "smash_factor"),
+            ("a higher rating has a larger maximum force", report.rises, line, "max_force"),
+            ("a higher rating has a shorter contact", report.falls, line, "contact_time"),
+            ("a higher rating is compressed less", report.falls, line, "max_compression"),
+            ("with the same COR, S is the same", report.stays, line, "smash_factor"),
+            ("with the same b, S increases with rating", report.rises, fixed, "smash_factor"),
         ):
             trend(f"{band}: {claim}", [cases[name, speed][metric] for name in _PRESETS])
     at = _IN_BAND["moderate"]
     gain = fixed["rating-high", at]["ball_velocity"] - fixed["rating-low", at]["ball_velocity"]
     report.say(
-        "Indicative only: there is no industry standard of compression, a rating is a slow squeeze "
-        "to a fifth of an impact's force or less, and it says nothing about damping. The swing "
-        "speed bands are the document's.",
-        "That a harder ball is faster follows from the document's assumption of one b for all: "
-        f"{gain:.1f} m/s at {at:g} m/s between low and high. With one COR for all, rating changes "
+        "Indicative only: there is no industry standard for compression. A rating comes from slow "
+        "compression by a fifth of the force of an impact or less, without any information on "
+        "damping. The bands of swing speed are the document's.",
+        "That a harder ball is faster follows from the document's assumption of the same b: "
+        f"{gain:.1f} m/s at {at:g} m/s between low and high. With the same COR, the rating changes "
         "force, contact time and compression (feel), not ball speed.",
     )
 
     @report.figure(
         "rating",
-        "With one b for all a higher rating is faster; with the measured COR all are the same, and "
-        "only compression, force and time differ.",
+        "With the same b a higher rating gives a higher ball speed; with the measured COR only "
+        "compression, force and contact time differ.",
     )
     def over_speed(figures):
-        figure, (left, right) = figures.new_pair("Compression ratings over club speed (indicative)")
+        figure, (left, right) = figures.new_pair(
+            "Compression ratings over club speed (indicative)", "law 2, k from the rating"
+        )
         for name in _PRESETS:
             look = figures.LOOKS[name].line
             smash = [fixed[name, speed]["smash_factor"] for speed in _SPEEDS]
-            squashed = [line[name, speed]["max_compression"] * 1e3 for speed in _SPEEDS]
+            compression = [line[name, speed]["max_compression"] * 1e3 for speed in _SPEEDS]
             left.plot(_SPEEDS, smash, **look, label=BALLS[name].title)
-            right.plot(_SPEEDS, squashed, **look)
+            right.plot(_SPEEDS, compression, **look)
         smash = [line[_PRESETS[0], speed]["smash_factor"] for speed in _SPEEDS]
         look = {"color": figures.BLACK, "ls": ":"}
-        left.plot(_SPEEDS, smash, **look, label="every rating, measured COR line")
+        left.plot(_SPEEDS, smash, **look, label="all ratings, measured COR line")
         left.annotate("each rating with b = 9 N·s/m", (21.0, 1.555), fontsize=9)
         for axes in (left, right):
             for edge in _BANDS:
@@ -105,7 +107,7 @@ def run(fmu):
                 axes.annotate(band, (x, 0.02), xycoords=low, ha="center", fontsize=9)
             axes.set_xlabel("club speed (m/s); dotted: 130 and 160 km/h")
         left.set_ylabel("smash factor S")
-        right.set(ylabel="largest compression (mm)", ylim=(0, None))
+        right.set(ylabel="maximum compression (mm)", ylim=(0, None))
         figures.legend_below(figure, left, columns=2)
         return figure
 

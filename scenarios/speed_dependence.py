@@ -1,4 +1,4 @@
-"""COR and smash factor over club speed: what laws say, and what was measured."""
+"""COR and smash factor over club speed: contact laws and measurements."""
 
 from golf_impact.scenario import (
     BALLS,
@@ -11,12 +11,12 @@ from golf_impact.scenario import (
     shown,
 )
 
-TITLE = "Speed dependence: measured COR falls with club speed, a constant damper's doesn't"
+TITLE = "Speed dependence: COR falls with club speed"
 CHAPTER = 9
 
 _SPEEDS = tuple(float(speed) for speed in range(10, 71, 5))
 
-#: Balls by preset, with what the figure calls them.
+#: Preset balls and their labels in the figure.
 _BALLS = {
     "document": "document, law 1: k, b fixed",
     "roh-lee-linear": "Kelvin–Voigt: k, b fixed",
@@ -24,12 +24,12 @@ _BALLS = {
     "penner": "power law, COR = 0.86 − 0.0029 s/m · v",
 }
 
-#: Where labels that would lie on a line go instead, in points.
+#: Offsets (points) of labels that would lie on a line.
 _BESIDE = {"Roh & Lee": (-52, -16), "rules' limit": (-6, 8)}
 
 
 def run(fmu):
-    """Impacts from 10 to 70 m/s with four balls."""
+    """Impacts at 10 to 70 m/s with four balls."""
     report = Report(TITLE, fmu)
     impacts = {
         name: [
@@ -53,41 +53,46 @@ def run(fmu):
 
     for name in _BALLS:
         if name != "penner":
-            report.stays(f"{name}: COR is the same at every speed", over_speed(name, cor))
+            claim = f"{name}: COR is the same at all speeds"
+            report.stays(claim, over_speed(name, cor), kind="invariants")
     elastic = closed_forms.elastic_smash_factor(document.USED["m_club"], document.USED["m_ball"])
     line = [measured.PENNER_AT_REST - measured.PENNER_SLOPE * speed for speed in _SPEEDS]
     for speed, metrics, e in zip(_SPEEDS, impacts["penner"], line, strict=True):
-        claim = f"penner: COR at {speed:g} m/s is the measured line's"
-        report.check_close(claim, metrics[cor], e, 1e-12)
-        claim = f"penner: S at {speed:g} m/s is (1 + COR)/(1 + m_B/m_C)"
+        claim = f"penner: COR at {speed:g} m/s agrees with the published line"
+        report.check_close(claim, metrics[cor], e, 1e-12, "", "documents")
+        claim = f"penner: S at {speed:g} m/s agrees with (1 + COR)/(1 + m_B/m_C)"
         report.check_close(claim, metrics[smash], 0.5 * (1.0 + e) * elastic, 1e-12)
-    report.stays("a linear law's contact time is the same", over_speed("roh-lee-linear", time))
-    report.falls("a power law's contact is shorter at speed", over_speed("roh-lee", time))
-    report.falls("so it is with a COR that falls", over_speed("penner", time))
+    claim = "roh-lee-linear: contact time is the same at all speeds"
+    report.stays(claim, over_speed("roh-lee-linear", time), kind="invariants")
+    report.falls("roh-lee: contact time decreases with speed", over_speed("roh-lee", time))
+    report.falls("penner: contact time decreases with speed", over_speed("penner", time))
     too_fast = 1.01 * measured.PENNER_AT_REST / measured.PENNER_SLOPE
     try:
         fmu.impact(club_speed=too_fast, **BALLS["penner"].values)
         message = ""
     except UserError as error:
         message = str(error)
-    claim = f"penner: {too_fast:.0f} m/s, where the line is below 0, is refused at touch"
-    report.check(claim, "restitution_slope" in message, message or "it wasn't")
+    claim = f"penner: the FMU rejects a touch at {too_fast:.0f} m/s, where the line is below 0"
+    report.check(claim, "restitution_slope" in message, message or "it didn't")
     lost = impacts["penner"][0][smash] - impacts["penner"][-1][smash]
+    report.conclude(
+        "Measured COR falls by 0.0029 per m/s of approach speed. With constant k and b COR is "
+        "independent of speed; restitution_at_rest and restitution_slope follow the measurement "
+        "(ball penner)."
+    )
     report.say(
-        "With k and b fixed no law here has a COR that depends on speed; measured, it falls by "
-        f"0.0029 per m/s ({measured.PENNER}), which takes {lost:.3f} from S between "
-        f"{_SPEEDS[0]:g} and {_SPEEDS[-1]:g} m/s. The FMU follows it with restitution_at_rest = "
-        "0.86 and restitution_slope = 0.0029 s/m (ball penner).",
-        "Contact gets shorter with speed as measured "
-        f"({measured.LOUGHBOROUGH}) only with an exponent above 1.",
-        "Tour drivers lie above the line: their faces are springs too, which the COR line of a "
-        "rigid head leaves out (ball tour takes both together).",
+        f"The line is Penner's ({measured.PENNER}). It reduces S by {lost:.3f} between "
+        f"{_SPEEDS[0]:g} and {_SPEEDS[-1]:g} m/s.",
+        "Contact becomes shorter with speed, as measured "
+        f"({measured.LOUGHBOROUGH}), only with an exponent above 1.",
+        "Tour drivers are above the line: they have flexible faces, and the line is that of a "
+        "rigid head (ball tour represents ball and face together).",
     )
 
     @report.figure(
         "speed_dependence",
-        "With k and b fixed every line is level. The measured line falls, and only the ball whose "
-        "COR is given by it follows.",
+        "With constant k and b COR and S are independent of speed. Measured COR falls; only the "
+        "ball with a COR line follows it.",
     )
     def cor_and_smash_factor(figures):
         figure, (left, right) = figures.new_pair("COR and smash factor over club speed")
@@ -99,12 +104,12 @@ def run(fmu):
         dots = {"color": figures.BLACK, "ls": ":", "lw": 1.5, "label": "measured line (Penner)"}
         left.plot(_SPEEDS, line, **dots)
         right.plot(_SPEEDS, [(1.0 + e) / ratio for e in line], **dots)
-        for face, mark in (("rigid", "o"), ("springy", "^")):
+        for face, mark in (("rigid", "o"), ("flexible", "^")):
             label = f"published, {face} face"
             for m in measured.MEASUREMENTS:
                 if m.face != face or m.metric not in (cor, smash):
                     continue
-                # One is the other: S = (1 + COR)/(1 + m_B/m_C).
+                # Each follows from the other: S = (1 + COR)/(1 + m_B/m_C).
                 e = m.middle if m.metric == cor else ratio * m.middle - 1.0
                 points = {"color": figures.BLACK, "ms": 6, "label": label, "zorder": 5}
                 beside = {"textcoords": "offset points", "fontsize": 9, "zorder": 5}

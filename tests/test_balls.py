@@ -55,10 +55,12 @@ def test_run_with_a_ball(tmp_path):
         *("--no-figures", "--out", tmp_path),
     )
     assert done.returncode == 0, done.stderr
-    old = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
+    (file,) = tmp_path.glob("*_results.json")
+    old = json.loads(file.read_text())["custom"]["custom"]
     same = ("--set", "k=0.5e6", "--set", "law=1", "--set", "club_speed=50")
-    assert golf_here("run", *same, "--no-figures", "--out", tmp_path).returncode == 0
-    assert json.loads((tmp_path / "results.json").read_text())["custom"]["custom"] == old
+    assert golf_here("run", *same, "--no-figures", "--out", tmp_path / "same").returncode == 0
+    (file,) = (tmp_path / "same").glob("*_results.json")
+    assert json.loads(file.read_text())["custom"]["custom"] == old
 
 
 def test_list_balls():
@@ -66,6 +68,9 @@ def test_list_balls():
     assert done.returncode == 0
     for name in BALLS:
         assert name in done.stdout
+    # Lines are wrapped between words.
+    words = {word for ball in BALLS.values() for word in f"{ball.title} {ball.source}".split()}
+    assert words <= set(done.stdout.split())
 
 
 def test_a_ball_there_is_none_of(tmp_path):
@@ -86,7 +91,8 @@ def test_a_ball_from_a_file(fmu, tmp_path):
     assert mine.uncertain == ()
     done = golf_here("run", "--ball", "mine.toml", "--out", "out", "--no-figures", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    case = json.loads((tmp_path / "out" / "results.json").read_text())["custom"]["custom"]
+    (results,) = (tmp_path / "out").glob("*_results.json")
+    case = json.loads(results.read_text())["custom"]["custom"]
     assert case["max_force"] == fmu.impact(("max_force",), law=2, k=8e5, b=30.0)["max_force"]
 
 

@@ -373,7 +373,8 @@ def test_the_command(tmp_path):
     assert command == "golf-impact"
     done = golf(*arguments, "--out", tmp_path, "--no-figures")
     assert done.returncode == 0, done.stderr
-    case = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
+    (file,) = tmp_path.glob("*_results.json")
+    case = json.loads(file.read_text())["custom"]["custom"]
     for name, (output, *_) in TARGETS.items():
         assert case[output] == written["predicted"][name]
 

@@ -231,7 +231,8 @@ def test_the_command(fmu, tmp_path):
     done = golf_here("run", "--ball", ball, "--ball", "tour", "--out", tmp_path, "--no-figures")
     assert done.returncode == 0, done.stderr
     assert "±" in done.stdout
-    cases = json.loads((tmp_path / "results.json").read_text())["custom"]
+    (results,) = tmp_path.glob("*_results.json")
+    cases = json.loads(results.read_text())["custom"]
     assert cases[str(ball)]["max_force"] == written["predicted"]["max_force"]
     table = tmp_path / "s.csv"
     done = golf_here("sweep", "--set", f"ball={ball}", "--set", "club_speed=35", "--out", table)

@@ -60,12 +60,54 @@ def test_no_figures_needs_no_matplotlib(tmp_path):
 def test_a_case_of_ones_own(tmp_path):
     done = golf("run", "--set", "k=8e5", "--set", "club_speed=42", "--set", "law=2", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    folder = tmp_path / "golf-impact-results"
-    case = json.loads((folder / "results.json").read_text())["custom"]["custom"]
+    folder, stem = tmp_path / "golf-impact-results", "custom_k=800000_club_speed=42_law=2"
+    case = json.loads((folder / f"{stem}_results.json").read_text())["custom"]["custom"]
     assert case["smash_factor"] * 42.0 == pytest.approx(case["ball_velocity"], rel=1e-15)
-    assert (folder / "custom_k=800000_club_speed=42_law=2_force.png").stat().st_size > 0
-    last = done.stdout.splitlines()[-1]
-    assert last == "8 of 8 checks passed. Results in golf-impact-results/"
+    assert (folder / f"{stem}_force.png").stat().st_size > 0
+    *_, checks, last = done.stdout.splitlines()
+    assert checks == (
+        "5 of 5 checks passed: closed forms 4, invariants 1; "
+        "consistency of the FMU with itself: 3 of 3."
+    )
+    assert last == f"Results in golf-impact-results/; report: {stem}_report.html"
+
+
+def test_own_cases_replace_nothing_of_a_run_of_scenarios(tmp_path):
+    assert golf_here("run", "table1", "laws", "--out", tmp_path).returncode == 0
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert golf_here("run", "--set", "k=8e5", "--ball", "tour", "--out", tmp_path).returncode == 0
+    after = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert {name: after[name] for name in before} == before
+    stem = "custom_tour_k=800000"
+    own = {f"{stem}{end}" for end in (".csv", "_force.png", "_report.html", "_results.json")}
+    assert set(after) - set(before) == own
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words", "missing"),
+    [
+        (("b=2000",), "no separation", {"contact_time", "coefficient_of_restitution"}),
+        (("club_speed=-3",), "no contact", {"contact_time", "touch_time", "smash_factor"}),
+        (("b=1000",), None, set()),
+    ],
+)
+def test_results_without_a_contact_or_a_separation(tmp_path, arguments, words, missing):
+    """ζ = 5.16 and 2.58: under law 1 the bodies separate below 2.91."""
+    options = [part for one in arguments for part in ("--set", one)]
+    done = golf_here("run", *options, "--no-figures", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    (file,) = tmp_path.glob("*_results.json")
+    case = json.loads(file.read_text())["custom"]["custom"]
+    assert missing <= {name for name, value in case.items() if value is None}
+    assert isinstance(case["max_force"], float)
+    if words is None:
+        assert None not in case.values()
+        assert "no separation" not in done.stdout
+    else:
+        (line,) = (line for line in done.stdout.splitlines() if "contact time" in line)
+        assert words in line
+        (page,) = tmp_path.glob("*_report.html")
+        assert f"<td>{words}</td>" in page.read_text("utf-8")
 
 
 def test_own_cases_do_not_overwrite_each_other(tmp_path):
@@ -76,7 +118,8 @@ def test_own_cases_do_not_overwrite_each_other(tmp_path):
     for n, arguments in enumerate(runs, 1):
         done = golf_here("run", *arguments, "--no-figures", "--out", tmp_path)
         assert done.returncode == 0, done.stderr
-        assert len(list(tmp_path.glob("custom*.csv"))) == n
+        for pattern in ("custom*.csv", "custom*_results.json", "custom*_report.html"):
+            assert len(list(tmp_path.glob(pattern))) == n
     assert (tmp_path / "custom_k=800000.csv").is_file()
     assert (tmp_path / "custom_tour.csv").is_file()
 
@@ -85,7 +128,8 @@ def test_balls_beside_each_other(tmp_path):
     balls = ("--ball", "tour", "--ball", "document", "--ball", "tour")
     done = golf_here("run", *balls, "--set", "club_speed=42", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    cases = json.loads((tmp_path / "results.json").read_text())["custom"]
+    (file,) = tmp_path.glob("*_results.json")
+    cases = json.loads(file.read_text())["custom"]
     assert list(cases) == ["tour", "document"]
     assert cases["tour"]["max_force"] != cases["document"]["max_force"]
     assert "Your cases: tour, document, club_speed = 42 m/s" in done.stdout
@@ -100,7 +144,10 @@ def test_the_figure_of_an_own_case(fmu, ball):
     report = own_cases(fmu, {"club_speed": 42.0, "gap": 0.1}, [BALLS[ball]])
     (draw,) = report.figures.values()
     (axes,) = draw(figures).axes
-    assert axes.get_title("left") == f"Contact force: {ball}, club_speed = 42 m/s, gap = 0.1 m"
+    contact = {"document": "law 1, k = 1 MN/m", "tour": "law 2, k = 1.242 MN/m, n = 1.5"}[ball]
+    title, case = axes.get_title("left").split("\n")
+    assert title == f"Contact force: {ball}, club_speed = 42 m/s, gap = 0.1 m"
+    assert case.startswith(f"{contact}, b = ")
     assert axes.get_ylabel() == "contact force (kN)"
     assert axes.get_xlabel() == "time since touch (µs)"
     ((micro, kilonewton),) = (line.get_data() for line in axes.lines)
@@ -114,8 +161,8 @@ def test_the_figure_of_an_own_case(fmu, ball):
     [
         (("--set", "m_club=200"), "--set m_club=200 is taken in kg: write --set m_club=0.2 for"),
         (("--set", "m_ball=46"), "--set m_ball=46 is taken in kg"),
-        (("table1", "--set", "k=8e5"), "a case of your own: table1 stays as it is"),
-        (("table1", "--ball", "tour"), "a case of your own: table1 stays as it is"),
+        (("table1", "--set", "k=8e5"), "a case of your own; they don't change table1"),
+        (("table1", "--ball", "tour"), "a case of your own; they don't change table1"),
         (("--set", "m_club=10"), None),
     ],
 )
@@ -123,7 +170,7 @@ def test_what_is_doubted_and_run_all_the_same(tmp_path, arguments, words):
     done = golf_here("run", *arguments, "--no-figures", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     lines = (*done.stdout.splitlines(), *done.stderr.splitlines())
-    said = [line for line in lines if "is taken in" in line or "stays as it is" in line]
+    said = [line for line in lines if "is taken in" in line or "don't change" in line]
     assert len(said) == (words is not None)
     assert all(words in line for line in said)
 
@@ -183,11 +230,23 @@ def test_a_scenario_of_ones_own(tmp_path, alone):
         ("TITLE = ", ("mine.py, line 1", "SyntaxError")),
         ("import sys\nsys.exit('no')", ("mine.py, line 2", "SystemExit: no")),
         ("import numpy\n\nnumpy.nothing", ("mine.py, line 3", "AttributeError")),
-        ("run = print", ("mine.py is no scenario", 'TITLE = "..."')),
-        ("TITLE = 'mine'", ("mine.py is no scenario", "run(fmu)")),
-        ("TITLE = 'mine'\nrun = print", ("mine.py", "gives None", "Report")),
+        ("run = print", ("mine.py is not a scenario", 'TITLE = "..."')),
+        ("TITLE = 'mine'", ("mine.py is not a scenario", "run(fmu)")),
+        ("TITLE = 'mine'\nrun = print", ("mine.py", "returns None", "Report")),
         ("TITLE = 'mine'\ndef run(fmu):\n    return 1 / 0", ("line 3", "ZeroDivisionError")),
-        ("TITLE = 'mine'\ndef run(fmu):\n    fmu.impact(k=-1.0)", ("k = -1.0",)),
+        ("TITLE = 'mine'\ndef run(fmu):\n    fmu.impact(k=-1.0)", ("line 3: k = -1.0",)),
+        (
+            "TITLE = 'mine'\ndef run(fmu):\n    fmu.impact()['cor']",
+            ("line 3", "'cor'", "smash_factor, coefficient_of_restitution"),
+        ),
+        (
+            "TITLE = 'mine'\ndef run(fmu):\n    fmu.impact(['separated'])",
+            ("line 3", "separated is Boolean"),
+        ),
+        (
+            "TITLE = 'mine'\ndef run(fmu):\n    fmu.trajectory(names=['forc'])",
+            ("line 3", "'forc'", "force, club_position"),
+        ),
     ],
 )
 def test_a_script_that_is_no_scenario(tmp_path, text, words):
@@ -209,7 +268,7 @@ def test_two_scenarios_of_one_name(tmp_path):
 def test_the_verdict_has_a_colour(tmp_path, passed, colour):
     done = golf("run", script_whose_check(passed, tmp_path), "--out", tmp_path, env=TERMINAL)
     assert done.returncode == (0 if passed else 1)
-    *_, own, _, total = done.stdout.splitlines()
+    *_, own, _, total, _ = done.stdout.splitlines()
     for line in (own, total):
         assert colour in line
         assert f"{int(passed)} of 1 checks passed" in line
@@ -245,7 +304,8 @@ def test_a_failed_check_exits_1(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 1
-    assert "Check failed: baseline: max force (N) is the printed 6600" in done.stderr
+    claim = "max force (N) agrees with the printed 6600 within its error"
+    assert f"Check failed: baseline: {claim}" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -329,7 +389,8 @@ def test_a_terminal_that_knows_no_greek(tmp_path):
 def test_a_very_soft_ball_still_parts(tmp_path):
     done = golf_here("run", "--set", "k=0.1", "--set", "law=2", "--set", "b=0", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    case = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
+    (file,) = tmp_path.glob("*_results.json")
+    case = json.loads(file.read_text())["custom"]["custom"]
     assert case["coefficient_of_restitution"] == pytest.approx(1.0)
 
 

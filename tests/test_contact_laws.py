@@ -3,7 +3,7 @@
 import pytest
 from conftest import reference_cases
 from golf_physics.laws import absolute, relative
-from golf_physics.laws.contact import Start
+from golf_physics.laws.contact import InitialState
 from test_two_ways import contact_of
 from test_two_ways import in_many_digits as exactly
 
@@ -15,7 +15,7 @@ LAWS = {"absolute": absolute, "relative": relative}
 
 
 def touch(club_speed, ball_speed=0.0):
-    return Start(0.0, 0.0, club_speed, ball_speed, club_speed - ball_speed)
+    return InitialState(0.0, 0.0, club_speed, ball_speed, club_speed - ball_speed)
 
 
 def arguments(case):
@@ -52,7 +52,7 @@ def test_results_and_path(case, contact):
     if "impulse" in expected:
         impulse = phase.impulse(0.0, phase.duration)
         assert impulse == pytest.approx(expected["impulse"], rel=BAR, abs=0)
-    state, scale = phase.course()
+    state, scale = phase.dense_output()
     for point in case.get("path", ()):
         f, x_club, x_ball, v_club, v_ball, _ = state(scale * point["t"])
         assert f == pytest.approx(float(point["force"]), abs=BAR * force)
@@ -123,8 +123,8 @@ def test_where_three_roots_of_law_1_meet():
     m_ball, m_club, k = 0.3 * p, 0.3 * (1.0 - p), 1e6
     b = 2.0 * zeta * (k * 0.3 * pq) ** 0.5
     for factor in (1.0, 1.0 + 1e-9, 1.0 - 1e-6, 1.01, 0.9):
-        start = Start(0.0, 1e-3, 35.0, -3.0, 38.0)
-        state, scale = contact_of(absolute, k, b * factor, m_club, m_ball, start).course()
+        start = InitialState(0.0, 1e-3, 35.0, -3.0, 38.0)
+        state, scale = contact_of(absolute, k, b * factor, m_club, m_ball, start).dense_output()
         c = mp.mpf(b * factor)
         matrix = mp.matrix(
             [

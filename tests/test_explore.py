@@ -635,7 +635,8 @@ def test_the_command_runs(tab, tmp_path):
         [COMMAND, *line.split()[1:], "--no-figures", "--out", tmp_path], capture_output=True
     )
     assert done.returncode == 0
-    metrics = json.loads((tmp_path / "results.json").read_text())["custom"]["custom"]
+    (file,) = tmp_path.glob("*_results.json")
+    metrics = json.loads(file.read_text())["custom"]["custom"]
     assert tab.readout("smash_factor") == f"{metrics['smash_factor']:.4f}"
 
 

@@ -399,31 +399,49 @@ def together(tmp_path, *commands):
         assert process.returncode == 0, said
 
 
-def one_runs_files(out, stiffnesses):
-    """results.json and report.html are those of one k; each k has a trajectory of its own."""
-    assert names(out) == {"results.json", "report.html"} | {
-        f"custom_k={k:.0f}.csv" for k in stiffnesses
-    }
-    case = json.loads((out / "results.json").read_text())["custom"]["custom"]
-    page = (out / "report.html").read_text()
-    (k,) = (k for k in stiffnesses if f"k = {k:g}<" in page or f"k = {k:g} " in page)
+def one_runs_files(out, scripts):
+    """results.json, report.html and the trajectory are those of the same run.
+
+    Returns:
+        Its k (N/m) and the maximum force (N).
+    """
+    assert names(out) == {"results.json", "report.html", "one.csv"}
+    ((name, cases),) = json.loads((out / "results.json").read_text()).items()
+    k, force = scripts[name], cases["one"]["max_force"]
+    assert f"k = {k:g} N/m" in (out / "report.html").read_text()
     # The largest sample of 301 lies just below the largest force.
-    rows = (out / f"custom_k={k:.0f}.csv").read_text().splitlines()[1:]
+    rows = (out / "one.csv").read_text().splitlines()[1:]
     largest = max(float(row.split(",")[1]) for row in rows)
-    assert case["max_force"] * 0.999 < largest <= case["max_force"]
-    return k, case["max_force"]
+    assert force * 0.999 < largest <= force
+    return k, force
+
+
+STIFF = """
+from golf_impact.scenario import Report
+
+TITLE = "k = {k:g} N/m"
+
+
+def run(fmu):
+    report = Report(TITLE, fmu)
+    report.impact("one", k={k!r})
+    report.trajectories["one"] = fmu.trajectory(k={k!r})
+    return report
+"""
 
 
 @pytest.mark.parametrize(
     "times", [pytest.param(2, marks=pytest.mark.ci), pytest.param(50, marks=pytest.mark.nightly)]
 )
 def test_two_runs_into_one_folder(tmp_path, times):
-    stiffnesses = (1e6, 2e6)
-    commands = [("run", "--set", f"k={k:g}", "--no-figures") for k in stiffnesses]
+    scripts = {"soft": 1e6, "hard": 2e6}
+    for name, k in scripts.items():
+        (tmp_path / f"{name}.py").write_text(STIFF.format(k=k))
+    commands = [("run", f"{name}.py", "--no-figures") for name in scripts]
     forces = {}
     for _ in range(times):
         together(tmp_path, *commands)
-        k, force = one_runs_files(tmp_path / "out", stiffnesses)
+        k, force = one_runs_files(tmp_path / "out", scripts)
         assert forces.setdefault(k, force) == force
 
 
@@ -449,10 +467,12 @@ def test_one_that_comes_in_the_middle_of_another_waits(tmp_path, monkeypatch):
 def test_figures_of_an_earlier_run_do_not_stay_beside_other_results(tmp_path):
     first = golf_here("run", "--set", "k=1e6", "--out", "out", cwd=tmp_path)
     assert "earlier" not in first.stdout
-    assert "custom_k=1000000_force.png" in names(tmp_path / "out")
+    stem = "custom_k=1000000"
+    assert f"{stem}_force.png" in names(tmp_path / "out")
     second = golf_here("run", "--set", "k=1e6", "--out", "out", "--no-figures", cwd=tmp_path)
-    assert "in place of an earlier run's" in second.stdout
-    assert names(tmp_path / "out") == {"results.json", "custom_k=1000000.csv", "report.html"}
+    assert "replaces an earlier one" in second.stdout
+    ends = (".csv", "_results.json", "_report.html")
+    assert names(tmp_path / "out") == {f"{stem}{end}" for end in ends}
 
 
 def test_a_value_given_twice(tmp_path):

@@ -41,12 +41,12 @@ def power_law(
     exponent, reference_compression,
 ):  # fmt: skip
     closing = v_club - v_ball if closing is None else closing
-    start = contacts.Start(x_club, compression, v_club, v_ball, closing)
+    start = contacts.InitialState(x_club, compression, v_club, v_ball, closing)
     return PowerLawContact(k, b, m_club, m_ball, start, exponent, reference_compression)
 
 
 def state_of(phase, t):
-    state, scale = phase.course()
+    state, scale = phase.dense_output()
     return state(scale * t)
 
 
@@ -439,7 +439,9 @@ def test_no_contact_is_a_phase_without_duration():
 def test_kelvin_voigt_in_the_limit(zeta):
     # The difference from n = 1 is proportional to n - 1: a tenth of it, a tenth of the difference.
     k, b = 8e5, damping(8e5, 1.0, zeta)
-    limit = contact_of(relative, k, b, M_CLUB, M_BALL, contacts.Start(0.0, 0.0, 35.0, 0.0, 35.0))
+    limit = contact_of(
+        relative, k, b, M_CLUB, M_BALL, contacts.InitialState(0.0, 0.0, 35.0, 0.0, 35.0)
+    )
 
     def values(phase):
         time = phase.duration

@@ -1,4 +1,7 @@
-"""What the READMEs say where a program can tell: links, lengths and the table of variables."""
+"""The READMEs: links, lengths, and the tables made from the code.
+
+`python tests/test_readmes.py` writes these tables anew.
+"""
 
 import re
 from pathlib import Path
@@ -6,46 +9,89 @@ from pathlib import Path
 import pytest
 from golf_physics.variables import VARIABLES
 
+from golf_impact.report import reading
+
 ROOT = Path(__file__).resolve().parents[1]
-ROOMS = ("fmu_src", "build", "scenarios", "tests")
+FOLDERS = ("fmu_src", "build", "scenarios", "tests")
 READMES = [
     ROOT / "README.md",
-    *(file for room in ROOMS for file in (ROOT / room).rglob("README.md")),
+    *(file for folder in FOLDERS for file in (ROOT / folder).rglob("README.md")),
 ]
 
 
-def table():
+def markdown(columns, rows):
+    """A table as Markdown."""
+    lines = ["| " + " | ".join(cells) + " |" for cells in (columns, *rows)]
+    return "\n".join((lines[0], "|" + "---|" * len(columns), *lines[1:]))
+
+
+def variables():
     """The table of variables as Markdown."""
-    rows = ["| name | causality | unit | start | allowed | meaning |", "|---|---|---|---|---|---|"]
+    rows = []
     for v in VARIABLES:
         start = "" if v.start is None else f"{v.start:g}"
         allowed = "" if v.causality == "output" else v.allowed
         unit = "" if v.unit in ("", "1") else v.unit.replace(".", "·")
         kind = "Boolean" if v.type == "Boolean" else unit
-        rows.append(
-            f"| `{v.name}` | {v.causality} | {kind} | {start} | {allowed} | {v.description} |"
-        )
-    return "\n".join(rows)
+        rows.append([f"`{v.name}`", v.causality, kind, start, allowed, v.description])
+    return markdown(("name", "causality", "unit", "start", "allowed", "meaning"), rows)
 
 
-def test_the_table_of_variables_is_that_of_the_code():
-    text = (ROOT / "fmu_src" / "README.md").read_text()
-    written = re.search(r"<!-- variables[^>]*-->\n(.*?)\n<!-- end -->", text, re.DOTALL)
-    assert written is not None
-    assert written[1] == table()
+def document():
+    """What the document says and how it is read, as Markdown."""
+    parts = []
+    for n, table in enumerate(reading.tables()):
+        rows = [[*row[:-1], f"`{row[-1]}`"] if n == 0 else row for row in table.rows]
+        parts.append(f"{table.title}:\n\n{markdown(table.columns, rows)}")
+    return "\n\n".join(parts)
+
+
+#: By the name in the comment before a table in fmu_src/README.md.
+TABLES = {"variables": variables, "document": document}
+
+
+def pattern(name):
+    return re.compile(rf"(<!-- {name}:[^>]*-->\n)(.*?)(<!-- end -->)", re.DOTALL)
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_tables_are_those_of_the_code(name):
+    text = (ROOT / "fmu_src" / "README.md").read_text("utf-8")
+    found = pattern(name).search(text)
+    assert found is not None
+    assert found[2] == f"{TABLES[name]()}\n", "run `python tests/test_readmes.py`"
+
+
+def test_what_is_implemented_where_exists():
+    """Each file and line is there; one that isn't would be an error."""
+    for row in reading.tables()[0].rows:
+        path, _, number = row[-1].rpartition(":")
+        assert (ROOT / path).read_text("utf-8").splitlines()[int(number) - 1].strip()
+    with pytest.raises(LookupError, match="no line that begins with"):
+        reading.locate("golf_physics/laws/absolute.py", "def nothing")
 
 
 def test_the_first_page_is_one_page():
-    assert len((ROOT / "README.md").read_text().splitlines()) <= 120
+    assert len((ROOT / "README.md").read_text("utf-8").splitlines()) <= 80
 
 
-@pytest.mark.parametrize("room", ROOMS)
-def test_each_room_explains_itself(room):
-    assert (ROOT / room / "README.md").is_file()
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_each_folder_has_a_readme(folder):
+    assert (ROOT / folder / "README.md").is_file()
 
 
 @pytest.mark.parametrize("path", READMES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_links_lead_somewhere(path):
-    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", path.read_text()):
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", path.read_text("utf-8")):
         if not target.startswith(("http://", "https://")):
             assert (path.parent / target).exists(), target
+
+
+if __name__ == "__main__":
+    readme = ROOT / "fmu_src" / "README.md"
+    text = readme.read_text("utf-8")
+    for name, table in TABLES.items():
+        text = pattern(name).sub(
+            lambda found, table=table: f"{found[1]}{table()}\n{found[3]}", text
+        )
+    readme.write_text(text, "utf-8")

@@ -1,5 +1,6 @@
 """Every scenario runs, its checks pass, and a check that should fail does."""
 
+import html
 import io
 import json
 import re
@@ -7,6 +8,7 @@ from html.parser import HTMLParser
 from itertools import pairwise
 
 import pytest
+from command import golf
 from rich.console import Console
 
 from golf_impact.commands import console
@@ -14,7 +16,8 @@ from golf_impact.commands.scripts import FOLDER, names, scenario, scenarios
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
 from golf_impact.peers.document_scheme import document_fmu
-from golf_impact.report import figures
+from golf_impact.report import figures, reading
+from golf_impact.report.outcome import KINDS, Table, summarize_checks
 from golf_impact.report.page import page, write_outcomes
 from golf_impact.report.report import Report
 
@@ -34,11 +37,13 @@ def test_scenario(fmu, name):
 
 def test_figures_and_report(fmu, tmp_path):
     outcomes = {name: scenario(name).run(fmu) for name in ("diagram", "baseline", "laws")}
-    files = write_outcomes(tmp_path, outcomes, "guid", with_figures=True)
-    assert all(file.stat().st_size > 0 for file in files)
-    assert {"diagram.png", "baseline_force.png", "laws.png"} <= {file.name for file in files}
+    report = write_outcomes(tmp_path, outcomes, "guid", with_figures=True)
+    assert report == tmp_path / "report.html"
+    sizes = {file.name: file.stat().st_size for file in tmp_path.iterdir()}
+    assert {"diagram.png", "baseline_force.png", "laws.png"} <= set(sizes)
+    assert all(size > 0 for size in sizes.values())
     shown = Page((tmp_path / "report.html").read_text())
-    assert shown.targets == ["#diagram", "#baseline", "#laws"]
+    assert shown.targets == ["#document", "#diagram", "#baseline", "#laws"]
     assert {target[1:] for target in shown.targets} <= shown.ids
     assert len(shown.sources) == 5
     assert all(source.startswith("data:image/png;base64,") for source in shown.sources)
@@ -82,7 +87,7 @@ def test_a_check_that_failed_is_not_folded(fmu):
     report.check("that 1 < 0", False, "it isn't")
     text = page({"one": report}, {}, "guid").decode()
     assert text.index("✗ that 1 &lt; 0") < text.index("<details")
-    assert "✗ 0 of 1 checks passed" in text
+    assert "✗ 0 of 1 checks passed: statements 0 of 1" in text
     assert "<One>" not in text
 
 
@@ -104,7 +109,7 @@ def test_forces_over_each_other(fmu, name, curves):
         assert line.get_ydata()[peak] == pytest.approx(case["max_force"] / 1e3, rel=1e-4)
 
 
-def test_every_ball_has_a_look_and_no_two_the_same():
+def test_every_ball_has_a_style_of_its_own():
     assert set(BALLS) <= set(figures.LOOKS)
     looks = [figures.LOOKS[name] for name in BALLS]
     assert len({look.colour for look in looks}) == len(looks)
@@ -122,7 +127,7 @@ def test_an_error_of_zero_has_a_place_on_a_logarithmic_axis():
     assert axes.bbox.x0 < zero < least < large < axes.bbox.x1
 
 
-def test_the_scheme_stands_unrounded_beside_what_is_printed(fmu):
+def test_a_comparison_has_printed_numbers_and_unrounded_ones(fmu):
     (table,) = scenario("baseline").run(fmu).tables
     rows = {name: cells for name, *cells in table.rows}
     with document_fmu() as scheme:
@@ -133,16 +138,91 @@ def test_the_scheme_stands_unrounded_beside_what_is_printed(fmu):
     assert float(error) == pytest.approx((given / float(exact) - 1.0) * 100, abs=0.01)
 
 
-def test_the_validation_fits_80_columns(fmu, monkeypatch):
-    outcome = scenario("validation").run(fmu)
+QUICK = [name for name in names() if name not in LONG]
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_tables_break_no_words_at_80_columns(fmu, name, monkeypatch):
+    outcome = scenario(name).run(fmu)
+    for table in outcome.tables:
+        assert_words_are_whole(table, monkeypatch)
+
+
+def test_a_table_that_is_too_wide_is_printed_in_parts(monkeypatch):
+    rows = [[f"row {n}", *(f"{n}{column:024d}" for column in range(6))] for n in range(3)]
+    columns = ["", *(f"a_long_heading_{column}" for column in range(6))]
+    lines = assert_words_are_whole(Table("Wide", columns, rows), monkeypatch)
+    # Two columns of 25 digits beside the first one.
+    assert sum("row 1" in line for line in lines) == 3
+
+
+def assert_words_are_whole(table, monkeypatch):
     monkeypatch.setattr(console, "out", Console(width=80, file=io.StringIO()))
-    for table in outcome.tables:
-        console.print_table(table)
-    lines = console.out.file.getvalue().splitlines()
-    # Nothing is broken: each row is one line.
-    for table in outcome.tables:
+    console.print_table(table)
+    text = console.out.file.getvalue()
+    words = {word for row in (table.columns, *table.rows) for cell in row for word in cell.split()}
+    assert words <= set(text.split())
+    assert max(map(len, text.splitlines())) <= 80
+    return text.splitlines()
+
+
+def test_the_report_introduces_itself(fmu):
+    outcomes = {name: scenario(name).run(fmu) for name in ("baseline", "finite_difference")}
+    text = page(outcomes, {}, "guid").decode()
+    introduction = text[: text.index('<section id="baseline">')]
+    for words in (
+        *("Doing Physics with Python", "golfSpring.py", "How to read the tables"),
+        *("Smash factor S", "Coefficient of restitution COR", "Energy efficiency E"),
+        *("Law 1 (absolute)", "Law 2 (relative)", "3 printed numbers", *KINDS),
+    ):
+        assert words in introduction
+    # Each table of what the document says, with file and line of what was made of it.
+    for table in reading.tables():
         for row in table.rows:
-            assert any(all(cell in line for cell in row) for line in lines), row
+            for cell in row:
+                assert html.escape(cell).replace("&#x27;", "&#39;") in introduction
+
+
+def test_three_printed_numbers_are_not_reproduced(fmu):
+    outcome = scenario("finite_difference").run(fmu)
+    assert len(outcome.deviations) == len(document.NOT_REPRODUCED) == 3
+    assert "67 of 70 printed numbers" in outcome.verdict
+
+
+def test_a_printed_number_that_deviates_otherwise_fails(fmu, monkeypatch):
+    """Listed with another number than the scheme gives, or not listed."""
+    for change in ("54.85", None):
+        known = dict(document.NOT_REPRODUCED)
+        one = known.pop(("k = 1e6", "ball_velocity"))
+        if change:
+            known["k = 1e6", "ball_velocity"] = one._replace(scheme=change)
+        monkeypatch.setattr(document, "NOT_REPRODUCED", known)
+        outcome = scenario("finite_difference").run(fmu)
+        (failed,) = (check for check in outcome.checks if not check.passed)
+        assert "ball velocity v_B (m/s) agrees with the printed 54.9" in failed.claim
+
+
+def test_comparisons_of_the_fmu_with_itself_are_counted_apart(fmu):
+    report = Report("", fmu)
+    report.impact("law 1")
+    report.impact("law 2", law=2)
+    kinds = [check.kind for check in report.checks]
+    assert kinds.count("consistency") == 6
+    assert summarize_checks(report.checks) == (
+        f"{len(kinds) - 6} of {len(kinds) - 6} checks passed: closed forms 4, invariants 3; "
+        "consistency of the FMU with itself: 6 of 6"
+    )
+
+
+@pytest.mark.ci
+def test_the_summary_of_all_scenarios_fits_a_screen(tmp_path):
+    done = golf("run", "--no-figures", "--out", tmp_path, env={"COLUMNS": "80"})
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert len(lines) <= 40
+    for name in names():
+        assert sum(line.startswith(f"│ {name} ") for line in lines) == 1
+    assert lines[-1] == f"Results in {tmp_path}/; report: report.html"
 
 
 def test_the_scenario_in_the_readme(fmu, tmp_path):

@@ -88,11 +88,11 @@ def attack_run(tmp_path, times, longest):
         nonlocal before
         if files != before:
             k = 5e5 + 1e3 * n
-            own = {f"custom_k={k:.0f}.csv", f"custom_k={k:.0f}_force.png"}
-            every = {"results.json", "report.html"}
-            assert set(files) == set(before) | own | every
-            assert all(files[name] != before.get(name) for name in own | every)
-            assert f"k = {k:g} N/m" in files["report.html"].decode()
+            ends = (".csv", "_force.png", "_results.json", "_report.html")
+            own = {f"custom_k={k:.0f}{end}" for end in ends}
+            assert set(files) == set(before) | own
+            assert not own & set(before)
+            assert f"k = {k:g} N/m" in files[f"custom_k={k:.0f}_report.html"].decode()
         before = files
 
     return attack(tmp_path, times, 1, longest, run_of, whole)

@@ -7,8 +7,9 @@ from itertools import chain
 
 import pytest
 from conftest import reference_cases
-from golf_physics.laws import absolute, relative
-from golf_physics.laws.contact import Start
+from golf_physics.laws import absolute, closed_form, relative
+from golf_physics.laws.closed_form import ClosedFormContact
+from golf_physics.laws.contact import InitialState
 from golf_physics.laws.extended import ExtendedContact
 from golf_physics.numerics import zeros
 from golf_physics.parameters import Parameters
@@ -26,10 +27,13 @@ def contact_of(law, k, b, m_club, m_ball, start):
     return row.contact(parameters, k, b, start)
 
 
+def damper_and_drag(law, b):
+    return (0.0, b) if law is absolute else (b, 0.0)
+
+
 def in_many_digits(law, k, b, m_club, m_ball, start):
     """The same in decimals."""
-    damper, drag = (0.0, b) if law is absolute else (b, 0.0)
-    return ExtendedContact(k, damper, drag, m_club, m_ball, start)
+    return ExtendedContact(k, *damper_and_drag(law, b), m_club, m_ball, start)
 
 
 #: On the scales of the tolerance table. The worst of 5,658 random ones was 6e-15: a contact time
@@ -38,7 +42,7 @@ BAR = 1e-14
 
 
 def touch(club_speed, ball_speed):
-    return Start(0.0, 0.0, club_speed, ball_speed, club_speed - ball_speed)
+    return InitialState(0.0, 0.0, club_speed, ball_speed, club_speed - ball_speed)
 
 
 def state_at_end(phase):
@@ -66,7 +70,7 @@ def differences(k, usual, exact, start):
         "max_compression": abs(usual.peak_compression(usual.duration) / compression - 1.0),
         "impulse": abs(usual.impulse(0.0, usual.duration) - impulse) / (force * time),
     }
-    (course, pace), (exactly, exact_pace) = usual.course(), exact.course()
+    (course, pace), (exactly, exact_pace) = usual.dense_output(), exact.dense_output()
     states = [
         (f"at {x}", course(pace * x * duration), exactly(exact_pace * x * duration))
         for x in (0.3, 0.9)
@@ -84,7 +88,7 @@ def agree(law, k, b, m_club, m_ball, start):
     """Look at one contact in both ways; whether it is a usual one."""
     law = LAWS[law]
     phase = contact_of(law, k, b, m_club, m_ball, start)
-    if not isinstance(phase, law.UsualContact):
+    if not isinstance(phase, ClosedFormContact):
         return False
     exact = in_many_digits(law, k, b, m_club, m_ball, start)
     bad = {n: e for n, e in differences(k, phase, exact, start).items() if not e <= BAR}
@@ -110,9 +114,9 @@ def look_at(impacts, changes):
         rng = random.Random(impact.number)
         for segment in impact.segments[1:] if changes else ():
             time = rng.random() * min(phase.duration, 10.0 / phase.rate)
-            course, pace = phase.course()
+            course, pace = phase.dense_output()
             _, _, _, v_club, v_ball, compression = course(pace * time)
-            start = Start(0.0, compression, v_club, v_ball, phase.closing(time))
+            start = InitialState(0.0, compression, v_club, v_ball, phase.closing(time))
             force = segment.k * compression + (law == 2) * segment.b * start.closing
             if compression <= 0.0 or force <= 0.0:
                 break
@@ -148,7 +152,7 @@ def test_all_impacts_of_stress():
 @pytest.mark.parametrize(("law", "border"), [(absolute, 0.7), (relative, 0.999)])
 @pytest.mark.parametrize("m_ball", [0.105, 0.21, 4.0])
 def test_the_border_of_damping_from_both_sides(law, border, m_ball):
-    assert border == law.MOST_DAMPING
+    assert border == (closed_form.MOST_DRAG if law is absolute else closed_form.MOST_DAMPING)
     mu = 0.21 * (m_ball / (0.21 + m_ball))
     b = 2.0 * border * math.sqrt(1e6 / mu) * mu
     start = touch(35.0, 0.0)
@@ -161,7 +165,7 @@ def test_the_border_of_damping_from_both_sides(law, border, m_ball):
         kinds.append(type(phase))
         x_ball, v_club, v_ball, *_ = phase.end()
         outcomes.append([phase.duration, v_club, v_ball, x_ball, *phase.peak_force(phase.duration)])
-    assert kinds == [law.UsualContact, ExtendedContact]
+    assert kinds == [ClosedFormContact, ExtendedContact]
     # 16 units in the last place of b apart.
     assert outcomes[0] == pytest.approx(outcomes[1], rel=2e-14)
 
@@ -180,10 +184,10 @@ def test_the_border_of_the_real_mode_from_both_sides():
         return contact_of(absolute, 1e6, 60.0, 0.21, 0.04593, touch(ball_speed + 35.0, ball_speed))
 
     low, high = -1e3, 0.0
-    assert isinstance(contact(high), absolute.UsualContact)
+    assert isinstance(contact(high), ClosedFormContact)
     assert isinstance(contact(low), ExtendedContact)
     while (middle := 0.5 * (low + high)) not in (low, high):
-        usual = isinstance(contact(middle), absolute.UsualContact)
+        usual = isinstance(contact(middle), ClosedFormContact)
         low, high = (low, middle) if usual else (middle, high)
     ends = [state_at_end(contact(ball_speed)) for ball_speed in (low, high)]
     assert ends[0] == pytest.approx(ends[1], rel=1e-13, abs=1e-15)
@@ -195,7 +199,7 @@ def worst_of(law, cases):
     for k, b, m_club, m_ball, start in cases:
         exact = in_many_digits(law, k, b, m_club, m_ball, start)
         try:
-            usual = law.UsualContact(k, b, m_club, m_ball, start)
+            usual = ClosedFormContact(k, *damper_and_drag(law, b), m_club, m_ball, start)
             if not usual.duration:
                 return math.inf
             worst = max(worst, *differences(k, usual, exact, start).values())
@@ -210,8 +214,8 @@ def test_more_damping_needs_decimals(monkeypatch):
     critical = (2.0**20, 2.0**10, 0.5, 0.5, touch(32.0, 0.0))
     assert isinstance(contact_of(absolute, *case), ExtendedContact)
     assert isinstance(contact_of(relative, *critical), ExtendedContact)
-    for law in (absolute, relative):
-        monkeypatch.setattr(law, "MOST_DAMPING", math.inf)
+    for name in ("MOST_DRAG", "MOST_DAMPING"):
+        monkeypatch.setattr(closed_form, name, math.inf)
     assert worst_of(absolute, [case]) > 1e-3
     assert worst_of(relative, [critical]) == math.inf
 
@@ -221,7 +225,7 @@ def test_a_fast_common_motion_needs_decimals(monkeypatch):
     b = 5.00016055164045
     case = (26182.59641454184, b, 0.024461321874248324, 1.0918625361879848, touch(club, ball))
     assert isinstance(contact_of(absolute, *case), ExtendedContact)
-    monkeypatch.setattr(absolute, "MOST_REAL_MODE", math.inf)
+    monkeypatch.setattr(closed_form, "MOST_REAL_MODE", math.inf)
     assert worst_of(absolute, [case]) > 1e-13
 
 
@@ -255,6 +259,6 @@ def test_law_1s_real_rate_takes_few_steps(lighter, monkeypatch):
         p, q = 1.0 / (1.0 + ratio), ratio / (1.0 + ratio)
         if lighter == "club":
             p, q = q, p
-        zeta = absolute.MOST_DAMPING * rng.choice([1.0, rng.random(), 10.0 ** rng.uniform(-30, 0)])
+        zeta = closed_form.MOST_DRAG * rng.choice([1.0, rng.random(), 10.0 ** rng.uniform(-30, 0)])
         zeros.offset_of_real_root(p, q, 2.0 * zeta * p, 2.0 * zeta * (q - p))
         assert counted.taken <= 3

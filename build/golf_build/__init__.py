@@ -1,9 +1,10 @@
-"""Builds the FMUs, and the system of three, from the sources in fmu_src.
+"""Builds the FMUs, and the system with their companions, from the sources in fmu_src.
 
-`fmi2`, `fmi3`: ClubBallImpact for both versions of FMI, each a `packaging.Builder`. `system`: two
-companions and the SSP file. `description`: what their XML shares. `archive`: files, whole ones.
+`fmi2`, `fmi3`: ClubBallImpact for both versions of FMI, each a `packaging.Builder`. `system`: the
+companions and the SSP file. `description`: modelDescription.xml. `archive`: writing files.
 """
 
-from golf_physics import __version__ as VERSION  # noqa: N812 (a constant to everybody else)
+from golf_physics import __version__ as VERSION  # noqa: N812 (a constant here)
+from golf_physics.variables import LAWS
 
-__all__ = ["VERSION"]
+__all__ = ["LAWS", "VERSION"]

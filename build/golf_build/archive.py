@@ -1,4 +1,4 @@
-"""Archives whose bytes depend on their content alone, and files that are always whole."""
+"""Reproducible archives, and atomic replacement of files."""
 
 import errno
 import hashlib
@@ -12,10 +12,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-#: The list of an FMU's files with their sums.
+#: The list of an FMU's files with their SHA-256 digests.
 SUMS = "documentation/SHA256SUMS"
 
-#: Everything in an archive is of this time.
+#: The time of all files in an archive.
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 EPOCH_TEXT = "1980-01-01T00:00:00Z"
 
@@ -23,22 +23,22 @@ _FIRST = ("modelDescription.xml", "SystemStructure.ssd")
 
 
 def unpacked(archive: Path) -> dict[str, bytes]:
-    """The files in an archive by name."""
+    """Read the files of an archive, by name."""
     with zipfile.ZipFile(archive) as opened:
         return {info.filename: opened.read(info) for info in opened.infolist()}
 
 
 def sums(files: dict[str, bytes]) -> bytes:
-    """The SHA-256 of every file, as `sha256sum -c` reads them."""
+    """The SHA-256 digests of files, in the format of `sha256sum -c`."""
     lines = (f"{hashlib.sha256(files[name]).hexdigest()}  {name}\n" for name in sorted(files))
     return "".join(lines).encode()
 
 
 def write_archive(path: Path, files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> Path:
-    """Write an archive: same order, times and attributes whatever the machine.
+    """Write an archive with the same order, times and attributes on every machine.
 
     Returns:
-        The file written; its folder is made if need be.
+        The file written; its folder is made if necessary.
 
     Raises:
         OSError: it can't be written.
@@ -59,15 +59,15 @@ def write_archive(path: Path, files: dict[str, bytes], method: int = zipfile.ZIP
 
 @contextmanager
 def whole(path: Path) -> Iterator[BinaryIO]:
-    """A file to write: it takes its name at the end of the block, or is removed if that raises.
+    """Open a file that gets its name at the end of the block, or is removed after an exception.
 
-    A link stays one: what it leads to is replaced.
+    A link remains: its target is replaced.
 
     Raises:
-        OSError: it can't be written, or something else than a plain file is there, which stays.
+        OSError: it can't be written, or the path is something else than a regular file.
     """
     final = plain(path)
-    # Short: the name itself may be as long as a name can be.
+    # Short, since the name itself may have the maximum length.
     aside = final.with_name(f".{secrets.token_hex(6)}.part")
     try:
         with open(aside, "xb") as stream:
@@ -78,10 +78,10 @@ def whole(path: Path) -> Iterator[BinaryIO]:
 
 
 def plain(path: Path) -> Path:
-    """Where a file to be written really lies: at the end of its links.
+    """The path of a file to be written, with links resolved.
 
     Raises:
-        OSError: a folder, a device, a pipe or a socket is there, which no file may replace.
+        OSError: it is a folder, a device, a pipe or a socket.
     """
     final = Path(os.path.realpath(path))
     with suppress(FileNotFoundError):
@@ -95,7 +95,7 @@ def plain(path: Path) -> Path:
 
 @contextmanager
 def scratch(files: dict[str, bytes]) -> Iterator[Path]:
-    """A temporary folder with these files."""
+    """Make a temporary folder with these files, for a `with` block."""
     with tempfile.TemporaryDirectory(prefix="golf-impact-build-") as folder:
         for name, data in files.items():
             file = Path(folder, name)

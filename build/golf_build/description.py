@@ -1,7 +1,7 @@
-"""modelDescription.xml, from the tables that say what an FMU shows.
+"""modelDescription.xml, from tables of variables.
 
-What pythonfmu 0.7.0 and pythonfmu3 0.3.4 write has no units, ranges, initial unknowns or
-derivatives that are states as well, and 16 digits of a start value.
+The files of pythonfmu 0.7.0 and pythonfmu3 0.3.4 lack units, ranges, initial unknowns and
+derivatives that are also states, and have 16 digits of a start value.
 """
 
 import importlib.metadata
@@ -16,7 +16,7 @@ from golf_build.archive import EPOCH_TEXT
 
 HERE = Path(__file__).resolve().parent
 
-#: What packs an FMU, by the version of FMI; its runtime travels along.
+#: The packages that make FMUs, by version of FMI; the FMU contains their runtime.
 RUNTIMES = {2: "pythonfmu", 3: "pythonfmu3"}
 
 _ELEMENTS = {
@@ -26,7 +26,7 @@ _ELEMENTS = {
 
 
 def rendered(template: Path, **values: Any) -> bytes:
-    """What jinja makes of a template (UTF-8)."""
+    """Render a jinja template (UTF-8)."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -46,11 +46,11 @@ def described(
 
     Args:
         fmi: version of FMI, 2 or 3.
-        rows: the variables; the value reference of each is its place.
-        derivatives: the variables that some are the derivatives of.
+        rows: the variables; the value reference of each is its index.
+        derivatives: names of derivatives by the names of their states.
         more: `name` of the model, `token` (the GUID), `description`, and `units` by name; `laws` of
-            ClubBallImpact, `unsolved` (outputs that Model Exchange hasn't got) and `structure`
-            (names of variables by the elements of ModelStructure) in FMI 3.0.
+            ClubBallImpact; in FMI 3.0 `unsolved` (outputs that are NaN in Model Exchange) and
+            `structure` (names of variables by the elements of ModelStructure).
     """
     runtime, references = RUNTIMES[fmi], {row.name: n for n, row in enumerate(rows)}
     variables = []
@@ -69,14 +69,14 @@ def described(
         author="The golf-impact developers",
         **more,
     )
-    # All attributes are in double quotes: whoever looks for a text finds it as it is.
+    # All attributes are in double quotes, so apostrophes need no escape.
     return text.replace(b"&#39;", b"'")
 
 
 def _of_type(row: Variable) -> dict[str, Any]:
-    """The attributes that only some types have; None is left out."""
+    """Attributes of some types only; those that are None are omitted."""
     law = row.type == "Enumeration"
-    # FMI's bounds are inclusive: "> 0" is min="0" here, and the FMU refuses 0 itself.
+    # Bounds are inclusive in FMI: "> 0" is min="0" here, and the FMU rejects 0.
     least = row.low if row.low >= 1.0 else 0.0
     return {
         "start": None if row.start is None else str(row.start).lower(),

@@ -1,4 +1,4 @@
-"""How an extra of this package is installed here: the package is on no index."""
+"""The command that installs an extra of this package, which is on no package index."""
 
 import importlib.metadata
 import os
@@ -7,15 +7,15 @@ import shlex
 import sys
 from pathlib import Path
 
-#: The root of a checkout; anything else where golf_build is installed.
+#: The root of a checkout; has no pyproject.toml where golf_build is installed.
 _ROOT = Path(__file__).resolve().parents[2]
 
 
 def install_command(extra: str) -> str:
-    """The line that installs an extra into the Python that runs this.
+    """The command that installs an extra into the current Python environment.
 
-    A checkout is installed again, with the extra. Where a wheel was installed, the packages that
-    the extra names are.
+    A checkout is installed again with the extra; where a wheel is installed, the command installs
+    the packages that the extra consists of.
     """
     pip = Path(sys.executable).with_name("pip.exe" if os.name == "nt" else "pip")
     own = pip.is_file()
@@ -29,6 +29,6 @@ def install_command(extra: str) -> str:
 
 
 def _shown(path: Path) -> str:
-    """From the working folder, if it lies there."""
+    """Relative to the working folder, if it is in there."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)

@@ -10,13 +10,13 @@ import {package}.club_ball_impact as face
 
 
 class ClubBallImpact(face.ClubBallImpact):
-    # What a host calls most is looked up by name, in this class first.
+    # The most frequent calls are looked up by name, in this class first.
     _set_fmu_state = face.ClubBallImpact._set_fmu_state
     do_step = face.ClubBallImpact.do_step
     get_real = face.ClubBallImpact.get_real
     set_real = face.ClubBallImpact.set_real
 
-    # pythonfmu 0.7.0 crashes on the second instance of a class that has no method of its own.
+    # pythonfmu 0.7.0 crashes on the second instance of a class without a method in its body.
     def terminate(self):
         face.ClubBallImpact.terminate(self)
 '''

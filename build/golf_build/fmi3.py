@@ -1,4 +1,4 @@
-"""ClubBallImpact.fmi3.fmu: the same sources through pythonfmu3, for FMI 3.0.
+"""ClubBallImpact.fmi3.fmu: the same sources with pythonfmu3, FMI 3.0.
 
 Co-simulation and Model Exchange in one file.
 """

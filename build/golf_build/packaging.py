@@ -1,8 +1,8 @@
-"""Packages a slave: pythonfmu does it, and this makes it complete and reproducible.
+"""Packages FMUs with pythonfmu, completely and reproducibly.
 
-pythonfmu 0.7.0 writes a random GUID and the time of day; its modules are found by name, so that a
-second build in one process would silently run the code of the first. Here every build carries its
-modules under a name that contains the digest of its sources.
+pythonfmu 0.7.0 writes a random GUID and the time of day. Its modules are found by name, so that a
+second build in the same process would silently run the code of the first one; here the names of an
+FMU's modules contain the digest of its sources.
 """
 
 import hashlib
@@ -26,14 +26,14 @@ _PHYSICS = Path(golf_physics.__file__).resolve().parent
 
 
 class Builder(NamedTuple):
-    """Builds ClubBallImpact for one version of FMI.
+    """Builds ClubBallImpact for a version of FMI.
 
     Attributes:
         fmi: 2 or 3.
         name: of the file, without .fmu.
-        face: the module of its class.
+        face: the module of its FMI adapter.
         entry: the module that the runtime loads; {package} is filled in.
-        tables: what it shows, as `described` takes it: rows, units ...
+        tables: variables, units and more, the arguments of `described`.
     """
 
     fmi: int
@@ -43,9 +43,9 @@ class Builder(NamedTuple):
     tables: dict[str, Any]
 
     def digest(self) -> str:
-        """SHA-256 of all that an FMU is made from: what decides if a build is current."""
+        """SHA-256 digest of all sources of an FMU; it decides whether a build is current."""
         total = hashlib.sha256(importlib.metadata.version(RUNTIMES[self.fmi]).encode())
-        # By names that don't depend on where the files lie.
+        # With names that don't depend on the location of the files.
         face = fmu_source(f"{self.face}.py")
         files = {face.name: face.read_bytes(), "LICENSE": _license()}
         files |= {f"golf_physics/{name}": data for name, data in bundled().items()}
@@ -56,18 +56,18 @@ class Builder(NamedTuple):
         return total.hexdigest()
 
     def guid(self) -> str:
-        """The GUID (in FMI 3.0: instantiation token) of an FMU of the present sources."""
+        """The GUID (FMI 3.0: instantiation token) of an FMU of the current sources."""
         return str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/{self.digest()}"))
 
     def is_current(self, fmu: Path) -> bool:
-        """Whether this file was built from the sources as they are now."""
+        """Whether this file was built from the current sources."""
         return guid_of(fmu) == self.guid()
 
     def build(self, out: Path) -> Path:
         """Build the FMU.
 
         Args:
-            out: the .fmu file to write; its folder is made if need be.
+            out: the .fmu file to write; its folder is made if necessary.
 
         Returns:
             The file written.
@@ -89,7 +89,7 @@ class Builder(NamedTuple):
         entry = self.entry.format(package=package).encode()
         with packaged(self.fmi, f"{self.face}_{suffix}", entry, modules) as raw:
             files = unpacked(raw)
-        about = "A golf club hits a ball: contact force, smash factor, restitution, energy"
+        about = "Impact of a golf club on a ball: contact force, smash factor, restitution, energy"
         naming: dict[str, Any] = {
             "name": "ClubBallImpact",
             "token": self.guid(),
@@ -100,7 +100,7 @@ class Builder(NamedTuple):
         return files | {SUMS: sums(files)}
 
     def _documents(self) -> dict[str, bytes]:
-        """What an FMU has beside its model: pictures, the page of documentation, licences."""
+        """The documentation of an FMU: pictures, index.html, licences."""
         folder, runtime = HERE / "documentation", RUNTIMES[self.fmi]
         files = {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
         files["model.png"] = (HERE / "model.png").read_bytes()
@@ -120,48 +120,48 @@ class Builder(NamedTuple):
 
 
 def guid_of(fmu: Path) -> str | None:
-    """The GUID inside an FMU file, or None if the file isn't as it was built."""
+    """The GUID in an FMU file; None if the file has been changed since it was built."""
     try:
         files = unpacked(fmu)
         if files.pop(SUMS) != sums(files):
             return None
         root = ElementTree.fromstring(files["modelDescription.xml"])
-    except Exception:  # whatever zip and XML make of a damaged file
+    except Exception:  # zipfile and ElementTree raise many types for damaged files
         return None
-    # FMI 3.0 has another name for it.
+    # It has another name in FMI 3.0.
     return root.get("guid") or root.get("instantiationToken")
 
 
 def fmu_source(name: str) -> Path:
-    """A file or folder of fmu_src: in this package if it is installed."""
+    """A file or folder of fmu_src; inside this package where it is installed."""
     installed = HERE / "faces" / name
     return installed if installed.exists() else _PHYSICS.parent / name
 
 
 def bundled() -> dict[str, bytes]:
-    """What travels inside an FMU, by its path in the package: golf_physics, and host in it."""
+    """The modules inside an FMU by their paths in its package: golf_physics, and host in it."""
     files = {f.relative_to(_PHYSICS).as_posix(): f.read_bytes() for f in _PHYSICS.rglob("*.py")}
     files |= {f"host/{f.name}": f.read_bytes() for f in fmu_source("host").glob("*.py")}
     return files
 
 
 def _license() -> bytes:
-    """The project's, in this package if it is installed."""
+    """The licence of the project; inside this package where it is installed."""
     places = (HERE / "LICENSE", HERE.parents[1] / "LICENSE")
     return next(file for file in places if file.exists()).read_bytes()
 
 
 @contextmanager
 def packaged(fmi: int, module: str, script: bytes, beside: dict[str, bytes]) -> Iterator[Path]:
-    """The FMU as its runtime packs it, for the time of a `with` block.
+    """Package an FMU with pythonfmu or pythonfmu3; the file exists within a `with` block.
 
     Args:
-        fmi: 2 (pythonfmu packs it) or 3 (pythonfmu3).
+        fmi: 2 (pythonfmu) or 3 (pythonfmu3).
         module: name of the module with the class.
         script: its source.
-        beside: further sources, by their path beside it.
+        beside: further sources, by relative path.
     """
-    # Only here: listing scenarios must not wait for it.
+    # Imported here, since it is slow and most commands don't build.
     build_fmu = importlib.import_module(f"{RUNTIMES[fmi]}.builder").FmuBuilder.build_FMU
     path, modules, bytecode = list(sys.path), set(sys.modules), sys.dont_write_bytecode
     with scratch({f"{module}.py": script, **beside}) as folder:

@@ -1,30 +1,28 @@
-"""One impact as a sequence of phases, each exact: approach, contact, flight.
+"""One impact as a sequence of exact phases: approach, contact, flight.
 
-Nothing is stepped. A phase answers where everything is at a time since its start and knows when it
-ends; the next one is made when somebody asks for a later time. Times come as a pair (high, low)
-whose sum is the time since the start: an instant a nanosecond into a contact that began after a
-long approach is still exact.
+An impact is a value. Each phase evaluates the state at any time since its start in closed form and
+has a known duration. `at` returns the impact from the phase that holds an instant on, `with_inputs`
+the impact that other inputs lead to; neither changes anything. Instants are pairs (high, low) whose
+sum is the time since the start, s: an instant a nanosecond into a contact that began after a long
+approach is exact.
 """
 
+from collections.abc import Sequence
 from math import inf
-from operator import attrgetter
 from typing import NamedTuple
 
-from .laws.contact import EARLY, ContactPhase, Start, State
+from .laws.contact import EARLY, EndState, InitialState, State
 from .parameters import Inputs, Parameters
 
 #: Of a host's clock, relative.
-_RESOLUTION = 2.0**-52
+RESOLUTION = 2.0**-52
 
-#: So many changes of k or b in one contact are remembered before their peaks are looked up.
-_REMEMBERED = 64
-
-#: A named tuple by its values in a third of the time of its own way: every impact makes one.
-_made = tuple.__new__
+#: Makes a named tuple in a third of the time of its constructor.
+_new = tuple.__new__
 
 
 def added(high: float, low: float, elapsed: float) -> tuple[float, float]:
-    """A pair and a number, summed up without loss: 10⁶ steps are as exact as one."""
+    """The sum of a pair and a number, without loss (two-sum): 10⁶ steps are as exact as one."""
     total = high + elapsed
     back = total - high
     low += (high - (total - back)) + (elapsed - back)
@@ -33,377 +31,388 @@ def added(high: float, low: float, elapsed: float) -> tuple[float, float]:
     return nearest, low - (nearest - total)
 
 
-class Free(NamedTuple):
-    """Both bodies move freely: before first touch and after the contact.
+class Touch(NamedTuple):
+    """First touch: the instant (s), position of the ball's near side (m), club speed (m/s)."""
 
-    Attributes:
-        x_ball: position of the ball at the start of the phase, m.
-        v_club, v_ball: velocities, m/s.
-        compression: how far the club face is past the ball's near side at the start, m; below 0
-            before touch.
-        closing: at what speed that grows, m/s.
-        compression_low: what the double above leaves of the compression, m.
-        duration: s until first touch; inf if there will be none.
+    high: float
+    low: float
+    x_ball: float
+    club_speed: float
+
+
+class Results(NamedTuple):
+    """Results of the contact so far: contact time (s), largest force (N) and its time since touch
+    (s), largest compression (m), impulse of the force (N.s).
     """
 
-    x_ball: float
-    v_club: float
-    v_ball: float
-    compression: float
-    closing: float
-    compression_low: float = 0.0
-    duration: float = inf
+    contact_time: float = 0.0
+    max_force: float = 0.0
+    time_of_max_force: float = 0.0
+    max_compression: float = 0.0
+    impulse: float = 0.0
 
-    def state(self, t: float) -> State:
-        """Force, positions, velocities and compression at t, s since the start of the phase."""
-        x_ball, v_club, v_ball, compression, closing, low, _ = self
+
+_NONE_YET = Results()
+
+
+class Impact:
+    """An impact from the start of one of its phases on."""
+
+    __slots__ = ("_following", "duration", "high", "inputs", "low", "parameters", "touch")
+
+    touched = in_contact = False
+    parameters: Parameters
+    inputs: Inputs  #: k, b and club_speed that act
+    high: float  #: the instant at which the phase begins
+    low: float
+    duration: float  #: of the phase, s; inf if it doesn't end
+    touch: Touch | None
+    _following: "Impact | None"
+
+    @staticmethod
+    def start(parameters: Parameters, inputs: Inputs) -> "Impact":
+        """The impact at time 0: the ball lies at 0, the club face at -gap."""
+        return Approach(parameters, inputs, 0.0, 0.0, 0.0, parameters.gap, 0.0)
+
+    def at(self, high: float, low: float) -> "Impact":
+        """The impact whose phase holds this instant; no earlier than this one's."""
+        impact = self
+        while (high - impact.high) + (low - impact.low) >= impact.duration:
+            impact = impact._following or impact._follow()
+        return impact
+
+    def elapsed(self, high: float, low: float) -> float:
+        """Time since the start of the phase, s."""
+        t = (high - self.high) + (low - self.low)
+        # To a host, an instant is the event's if they differ by no more than the clock's last bit.
+        return t if t > RESOLUTION * self.high else 0.0
+
+    def _end(self) -> tuple[float, float]:
+        """The instant at which the phase ends."""
+        duration = self.duration
+        return added(self.high, self.low, duration) if duration else (self.high, self.low)
+
+    def _follow(self) -> "Impact":
+        """The impact from the next phase on; found once, as it never changes."""
+        raise NotImplementedError
+
+    def with_inputs(self, inputs: Inputs, high: float, low: float) -> "Impact":
+        """The impact with these inputs from this instant on, the start of a communication step.
+
+        A touch at this very instant hasn't been passed yet, so it is decided anew.
+
+        Raises:
+            ArithmeticError, ValueError: the contact that follows leaves the range of a double.
+        """
+        return self.at(high, low)._with_inputs(inputs, high, low)
+
+    def _with_inputs(self, inputs: Inputs, high: float, low: float) -> "Impact":
+        raise NotImplementedError
+
+    def refusal_of_touch(
+        self, high: float, low: float, inputs: Inputs, step: float
+    ) -> tuple[bool, str | None]:
+        """Whether these inputs lead to a touch that the law rejects; if in this step, why."""
+        return False, None
+
+    def state(self, high: float, low: float) -> State:
+        """Contact force, positions, velocities and compression at an instant of the phase."""
+        raise NotImplementedError
+
+    # Results so far, at an instant of the phase
+
+    def contact_until(self, high: float, low: float) -> "tuple[Contact, float] | None":
+        """The last contact phase, and how long it has lasted, s."""
+        return None
+
+    def contact_displacement(self, state: State) -> float:
+        """The distance that the ball has moved in contact, m."""
+        return 0.0
+
+    def impulse_of_step(self, high: float, low: float, step: float) -> float:
+        """Impulse of the contact force over the last `step` seconds, N.s.
+
+        Accurate relative to the step, not to the whole impulse: the mean force over a nanosecond is
+        as good as the one over a millisecond.
+        """
+        last = self.contact_until(high, low)
+        if last is None:
+            return 0.0
+        contact, end = last
+        # The beginning of the step, computed from the start of the present phase: with a step far
+        # longer than the contact, the difference of two late times would lose all digits.
+        before = high - step
+        back = high - before
+        lost = (high - (before + back)) + (back - step)
+        begin = (before - self.high) + ((low - self.low) + lost)
+        if contact is self and begin > 0.0:
+            # The step itself is known better than the difference of two times.
+            return contact.phase.impulse(begin, step) if begin < end else 0.0
+        begin = max(0.0, begin if contact is self else begin + end)
+        return contact.phase.impulse(begin, end - begin) if begin < end else 0.0
+
+    def packed(self) -> list:
+        """The impact as numbers and lists of numbers, for `unpacked` in another process."""
+        return [type(self).__name__, self.parameters.values(), self.inputs, self.high, self.low]
+
+
+class _Free(Impact):
+    """Both bodies move freely."""
+
+    __slots__ = ("motion",)
+
+    #: At the start of the phase: position of the ball (m), velocities of club and ball (m/s), how
+    #: far the club face is past the ball's near side (m; below 0 before touch), its rate of change.
+    motion: EndState
+    #: Of the fourth, below the resolution of a double, m.
+    low_part = 0.0
+
+    def state(self, high: float, low: float) -> State:
+        t = (high - self.high) + (low - self.low)
+        if t <= RESOLUTION * self.high:
+            t = 0.0
+        x_ball, v_club, v_ball, compression, closing = self.motion
         x_ball += v_ball * t
-        compression += low + closing * t
-        # Bodies that close aren't compressed yet, whatever the last bits say.
+        compression += self.low_part + closing * t
+        # Bodies that close aren't compressed yet, whatever the rounding.
         left = compression if compression > 0.0 >= closing else 0.0
         return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
 
 
-def approach(x_ball: float, gap: float, gap_low: float, u_club: float, u_ball: float) -> Free:
-    """Free motion until the gap (m, as a pair) is closed."""
-    closing = u_club - u_ball
-    duration = max(0.0, gap + gap_low) / closing if closing > 0.0 else inf
-    return _made(Free, (x_ball, u_club, u_ball, -gap, closing, -gap_low, duration))
+class Approach(_Free):
+    """The bodies before first touch; `gap` (m, as a pair) is the distance between them."""
+
+    __slots__ = ("low_part",)
+
+    touch = None
+
+    def __init__(
+        self, parameters: Parameters, inputs: Inputs, high: float, low: float, x_ball: float,
+        gap: float, gap_low: float,
+    ) -> None:  # fmt: skip
+        self.parameters, self.inputs, self.high, self.low = parameters, inputs, high, low
+        v_club, v_ball = inputs[2], parameters.ball_speed
+        closing = v_club - v_ball
+        self.motion = x_ball, v_club, v_ball, -gap, closing
+        self.low_part = -gap_low
+        self.duration = max(0.0, gap + gap_low) / closing if closing > 0.0 else inf
+        self._following = None
+
+    def _follow(self) -> Impact:
+        p, duration = self.parameters, self.duration
+        k, b, _ = self.inputs
+        x_ball, v_club, v_ball, _, closing = self.motion
+        x_ball += v_ball * duration
+        if p.restitution_at_rest:
+            b = p.contact_law.damping(p, k, closing)
+        high, low = self._end()
+        touch = _new(Touch, (high, low, x_ball, v_club))
+        start = _new(InitialState, (x_ball, 0.0, v_club, v_ball, closing))
+        following = Contact(p, self.inputs, high, low, touch, k, b, start, _NONE_YET)
+        self._following = following
+        return following
+
+    def _passed(self, high: float, low: float) -> bool:
+        """Whether a step has moved past the touch, by more than the clock's last bit."""
+        if (high - self.high) + (low - self.low) <= self.duration:
+            return False
+        end_high, end_low = self._end()
+        return (high - end_high) + (low - end_low) > RESOLUTION * end_high
+
+    def with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
+        t = (high - self.high) + (low - self.low)
+        if t > self.duration and self._passed(high, low):
+            return super().with_inputs(inputs, high, low)
+        p = self.parameters
+        x_ball, v_club, v_ball, compression, closing = self.motion
+        if inputs[2] == v_club:
+            return Approach(p, inputs, self.high, self.low, x_ball, -compression, -self.low_part)
+        if t >= self.duration:
+            return Approach(p, inputs, *self._end(), x_ball + v_ball * self.duration, 0.0, 0.0)
+        # Two-sum: a speed that changes at 10⁶ points still closes the right gap.
+        step = -closing * t
+        gap = step - compression
+        back = gap - step
+        gap_low = (step - (gap - back)) - (compression + back) - self.low_part
+        return Approach(p, inputs, high, low, x_ball + v_ball * t, gap, gap_low)
+
+    def refusal_of_touch(
+        self, high: float, low: float, inputs: Inputs, step: float
+    ) -> tuple[bool, str | None]:
+        p = self.parameters
+        problem = p.contact_law.refusal_of_touch(p, inputs[2])
+        if problem is None or self._passed(high, low):
+            return False, None
+        if (high - self.high) + (low - self.low) < self.duration:
+            _, x_club, x_ball, *_ = self.state(high, low)
+            if x_ball - x_club > (inputs[2] - p.ball_speed) * step * (1.0 + 1e-12):
+                return True, None
+        return True, problem
+
+    def packed(self) -> list:
+        return [*super().packed(), self.motion[0], -self.motion[3], -self.low_part]
 
 
-#: First touch: when (s since the start, as a pair), where (m), and how fast the club was (m/s).
-Touch = tuple[float, float, float, float]
-
-
-#: What an impact is made of; see there.
-_FIELDS = (
-    *("parameters", "free", "contact", "_last", "_finished", "in_force", "began_high"),
-    *("began_low", "touch", "contact_start", "_offset", "_peaks"),
-)
-_everything = attrgetter(*_FIELDS)
-
-
-class Impact:
-    """State and results of one impact at any time, asked for in order of time.
+class Contact(Impact):
+    """The bodies in contact, from touch or from a change of k or b on.
 
     Args:
-        parameters: the fixed values.
-        inputs: k, b and club_speed from the start on.
+        parameters, inputs, high, low, touch: see `Impact`.
+        k, b: contact stiffness (N/m) and damping (N.s/m) that act.
+        initial: the state at the start of the phase.
+        before: the results of the contact phases before.
     """
 
-    __slots__ = _FIELDS
+    __slots__ = ("b", "before", "initial", "k", "phase")
 
-    def __init__(self, parameters: Parameters, inputs: Inputs) -> None:
-        #: The fixed values.
-        self.parameters = parameters
-        #: The inputs that act now.
-        self.in_force = inputs
-        #: The present phase is `contact`, or without one `free`; and when it began (s since the
-        #: start, as a pair).
-        self.free = approach(0.0, parameters.gap, 0.0, inputs[2], parameters.ball_speed)
-        self.contact: ContactPhase | None = None
-        self.began_high = 0.0
-        self.began_low = 0.0
-        #: First touch, or None before it.
-        self.touch: Touch | None = None
-        #: What the last contact phase was made from (k, b, where the bodies were); and that phase
-        #: when it is over, because a communication step may reach back into it.
-        self.contact_start: tuple[float, float, Start] | None = None
-        self._last: ContactPhase | None = None
-        #: s from first touch to the start of the present phase.
-        self._offset = 0.0
-        #: Contact phases that ended (phase, when it ended, offset), not yet summed up in _peaks:
-        #: largest force (N) and when (s since touch), largest compression (m), impulse (N.s).
-        self._finished: tuple[tuple[ContactPhase, float, float], ...] = ()
-        self._peaks = 0.0, 0.0, 0.0, 0.0
+    touched = in_contact = True
+    touch: Touch
 
-    # The phases
+    def __init__(
+        self, parameters: Parameters, inputs: Inputs, high: float, low: float, touch: Touch,
+        k: float, b: float, initial: InitialState, before: Results,
+    ) -> None:  # fmt: skip
+        self.parameters, self.inputs, self.high, self.low = parameters, inputs, high, low
+        self.touch, self.k, self.b, self.initial, self.before = touch, k, b, initial, before
+        self.phase = parameters.contact_law.contact(parameters, k, b, initial)
+        self.duration = self.phase.duration
+        self._following = None
 
-    def elapsed(self, high: float, low: float) -> float:
-        """Time since the start of the present phase, s; of an instant not before it."""
-        t = (high - self.began_high) + (low - self.began_low)
-        # To a host, an instant is the event's if they differ by no more than the clock's last bit.
-        return t if t > _RESOLUTION * self.began_high else 0.0
+    def _follow(self) -> Impact:
+        high, low = added(self.high, self.low, self.duration)
+        following = Flight(self, self.inputs, high, low, self.duration, self.phase.end())
+        self._following = following
+        return following
 
-    def advance(self, high: float, low: float) -> float:
-        """Go on to the phase of this instant; return the time since its start, s.
+    def _with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
+        p, law, touch = self.parameters, self.parameters.contact_law, self.touch
+        k, b, _ = inputs
+        if p.restitution_at_rest:
+            b = law.damping(p, k, touch.club_speed - p.ball_speed)
+        if (k, b) == (self.k, self.b):
+            return self._relabelled(inputs)
+        _, x_club, x_ball, v_club, v_ball, d = self.state(high, low)
+        t = self.elapsed(high, low)
+        closing = self.phase.closing(t) if t else self.initial.closing
+        if law.force(p, k, b, d, closing) > 0.0 or (not d and closing > 0.0):
+            start = InitialState(x_club, d, v_club, v_ball, closing)
+            return Contact(p, inputs, high, low, touch, k, b, start, self.results(t))
+        return Flight(self, inputs, high, low, t, (x_ball, v_club, v_ball, d, closing))
 
-        Each phase is made whole before it takes the place of the one before it.
-        """
-        while True:
-            contact = self.contact
-            duration = self.free.duration if contact is None else contact.duration
-            began = self.began_high
-            t = (high - began) + (low - self.began_low)
-            if t < duration:
-                return t if t > _RESOLUTION * began else 0.0
-            # As `added`, written out: every impact comes here twice (2 % of it).
-            end = began + duration
-            back = end - began
-            low_part = self.began_low + ((began - (end - back)) + (duration - back))
-            nearest = end + low_part
-            end, end_low = nearest, low_part - (nearest - end)
-            if contact is None:
-                x_ball, v_club, v_ball, _, closing, _, _ = self.free
-                x_ball += v_ball * duration
-                start = _made(Start, (x_ball, 0.0, v_club, v_ball, closing))
-                p = self.parameters
-                k, b, _ = self.in_force
-                if p.restitution_at_rest:
-                    b = p.contact_law.damping(p, k, closing)
-                self.contact = p.contact_law.contact(p, k, b, start)
-                self.contact_start = k, b, start
-                self.touch = (end, end_low, x_ball, v_club)
-            else:
-                self.free = _made(Free, (*contact.end(), 0.0, inf))
-                self._finished += ((contact, duration, self._offset),)
-                self._offset += duration
-                self._last, self.contact = contact, None
-            self.began_high, self.began_low = end, end_low
+    def _relabelled(self, inputs: Inputs) -> Impact:
+        """The same contact under inputs that make no difference to it."""
+        other = Contact.__new__(Contact)
+        for name in ("parameters", "high", "low", "touch", "duration", *Contact.__slots__):
+            setattr(other, name, getattr(self, name))
+        other.inputs, other._following = inputs, None
+        return other
 
-    def settled(self, state: State, high: float, low: float) -> State:
-        """The state of this instant in contact as a host may see it.
+    def clamped(self, state: State, t: float) -> State:
+        """A state of the dense output as a host may see it, t s after the start of the phase.
 
         Within a rounding error of touch or separation, force and compression may be below 0, but
-        bodies push, they don't pull. A phase begins exactly where it was told to, and just after
-        touch what is small is told by itself.
+        bodies push, they don't pull. A phase begins exactly at its initial state. Just after touch
+        compression and force are evaluated separately.
         """
-        contact = self.contact
-        assert contact is not None
-        assert self.contact_start is not None
-        t = self.elapsed(high, low)
-        k, b, start = self.contact_start
         if not t:
-            x_club, compression, v_club, v_ball, closing = start
-            p = self.parameters
-            force = p.contact_law.force(p, k, b, compression, closing)
+            x_club, compression, v_club, v_ball, closing = self.initial
+            force = self._force(compression, closing)
             state[:] = force, x_club, x_club - compression, v_club, v_ball, compression
-        elif t * contact.rate <= EARLY and not start.compression:
-            p = self.parameters
-            state[5] = contact.compression(t)
-            state[0] = p.contact_law.force(p, k, b, state[5], contact.closing(t))
+        elif t * self.phase.rate <= EARLY and not self.initial.compression:
+            state[5] = self.phase.compression(t)
+            state[0] = self._force(state[5], self.phase.closing(t))
         if state[0] < 0.0:
             state[0] = 0.0
         if state[5] < 0.0:
             state[2], state[5] = state[1], 0.0
         return state
 
-    def refusal_of_touch(
-        self, high: float, low: float, inputs: Inputs, step: float
-    ) -> tuple[bool, str | None]:
-        """Whether these inputs lead to a touch that the law refuses; if in this step, why.
-
-        Nothing changes.
-        """
+    def _force(self, compression: float, closing: float) -> float:
         p = self.parameters
-        problem = p.contact_law.refusal_of_touch(p, inputs[2])
-        if problem is None:
-            return False, None
-        t = self.advance(high, low)
-        if self.touch is None:
-            _, x_club, x_ball, *_ = self.free.state(t)
-            if x_ball - x_club > (inputs[2] - p.ball_speed) * step * (1.0 + 1e-12):
-                return True, None
-        elif self._offset or not self._is_now(self.touch, high, low):
-            return False, None
-        return True, problem
+        return p.contact_law.force(p, self.k, self.b, compression, closing)
 
-    def hold(self, high: float, low: float, inputs: Inputs) -> None:
-        """Take these inputs from this instant on (the start of a communication step).
+    def state(self, high: float, low: float) -> State:
+        t = self.elapsed(high, low)
+        motion, scale = self.phase.dense_output()
+        return self.clamped(motion(scale * t), t)
 
-        A touch that falls on this very instant hasn't been passed yet, so it is decided anew.
-
-        Raises:
-            ArithmeticError, ValueError: the contact that follows leaves the range of a double;
-                nothing has changed.
-        """
-        p, free, touch = self.parameters, self.free, self.touch
-        k, b, club_speed = inputs
-        if touch is None:
-            t = (high - self.began_high) + (low - self.began_low)
-            duration = free.duration
-            if t <= duration and club_speed == free.v_club:
-                # The usual case: nothing that acts has changed yet.
-                self.in_force = inputs
-                return
-            if t >= duration:
-                end = added(self.began_high, self.began_low, duration)
-                touch = *end, free.x_ball + free.v_ball * duration, free.v_club
-        if touch is None:
-            self._approach_anew(club_speed, t)
-            self.began_high, self.began_low = high, low
-        elif not self._offset and self._is_now(touch, high, low):
-            self.free = approach(touch[2], 0.0, 0.0, club_speed, p.ball_speed)
-            self.began_high, self.began_low = touch[:2]
-            self.touch = self.contact = self.contact_start = None
-        else:
-            t = self.advance(high, low)
-            if self.contact is not None and self.contact_start is not None:
-                if p.restitution_at_rest:
-                    b = p.contact_law.damping(p, k, touch[3] - p.ball_speed)
-                if (k, b) != self.contact_start[:2]:
-                    self._change_contact(self.contact, k, b, t, high, low)
-                    self.began_high, self.began_low = high, low
-        self.in_force = inputs
-
-    @staticmethod
-    def _is_now(touch: Touch, high: float, low: float) -> bool:
-        """Whether no step has moved past a touch yet, to the last bit of the clock."""
-        return (high - touch[0]) + (low - touch[1]) <= _RESOLUTION * touch[0]
-
-    def _approach_anew(self, club_speed: float, t: float) -> None:
-        x_ball, _, v_ball, compression, closing, compression_low, _ = self.free
-        # Two-sum again: a speed that changes at 10⁶ points still closes the right gap.
-        step = -closing * t
-        gap = step - compression
-        back = gap - step
-        gap_low = (step - (gap - back)) - (compression + back) - compression_low
-        self.free = approach(x_ball + v_ball * t, gap, gap_low, club_speed, v_ball)
-
-    def _change_contact(
-        self, contact: ContactPhase, k: float, b: float, t: float, high: float, low: float
-    ) -> None:
-        """`k` or `b` changed during contact: a new phase starts from the present state."""
-        p, law = self.parameters, self.parameters.contact_law
-        if len(self._finished) >= _REMEMBERED:
-            self._sum_up()
-        course, scale = contact.course()
-        _, x_club, x_ball, v_club, v_ball, d = self.settled(course(scale * t), high, low)
-        closing = contact.closing(t)
-        if law.force(p, k, b, d, closing) > 0.0 or (not d and closing > 0.0):
-            start = Start(x_club, d, v_club, v_ball, closing)
-            self.contact = law.contact(p, k, b, start)
-            self.contact_start = k, b, start
-        else:
-            self.free = Free(x_ball, v_club, v_ball, d, closing)
-            self.contact = None
-        self._finished += ((contact, t, self._offset),)
-        self._offset += t
-
-    # State
-
-    def snapshot(self) -> tuple:
-        """Everything that changes, for `restored`; its parts are never changed in place."""
-        return _everything(self)
-
-    @classmethod
-    def restored(cls, snapshot: tuple) -> "Impact":
-        """The impact that a snapshot was taken of."""
-        self = cls.__new__(cls)
-        self.restore(snapshot)
-        return self
-
-    def restore(self, snapshot: tuple) -> None:
-        """Become the impact that a snapshot was taken of."""
-        (
-            self.parameters, self.free, self.contact, self._last, self._finished, self.in_force,
-            self.began_high, self.began_low, self.touch, self.contact_start, self._offset,
-            self._peaks,
-        ) = snapshot  # fmt: skip
-
-    def packed(self) -> list:
-        """The same as numbers and lists of numbers, for `unpacked` in another process."""
-        self._sum_up()
-        parameters, free, contact, last, _, *plain = _everything(self)
-        return [parameters.values(), free, contact is not None, last is not None, *plain]
-
-    @classmethod
-    def unpacked(cls, packed: list) -> "Impact":
-        """The impact that `packed` was taken of; a contact is made again from the same numbers."""
-        values, free, goes_on, is_over, in_force, high, low, touch, start, offset, peaks = packed
-        p = Parameters(*values)
-        contact = None
-        if start is not None:
-            k, b, bodies = start
-            start = k, b, Start(*bodies)
-            contact = p.contact_law.contact(p, *start)
-        contacts = contact if goes_on else None, contact if is_over else None
-        touch = None if touch is None else tuple(touch)
-        changing = tuple(in_force), high, low, touch, start, offset, tuple(peaks)
-        return cls.restored((p, Free(*free), *contacts, (), *changing))
-
-    # Results so far, each at an instant whose phase has been gone on to.
-
-    @property
-    def in_contact(self) -> bool:
-        """Whether the bodies are in contact now."""
-        return self.contact is not None
-
-    def contact_time(self, high: float, low: float) -> float:
-        """Time in contact so far, s."""
-        return self._offset + (self.elapsed(high, low) if self.in_contact else 0.0)
+    def contact_until(self, high: float, low: float) -> "tuple[Contact, float]":
+        return self, self.elapsed(high, low)
 
     def contact_displacement(self, state: State) -> float:
-        """How far the ball has moved while in contact, m."""
-        if self.touch is None:
-            return 0.0
-        x_ball = self.free.x_ball if self.contact is None else state[2]
-        return x_ball - self.touch[2]
+        return state[2] - self.touch.x_ball
 
-    def impulse(self, high: float, low: float) -> float:
-        """Impulse of the contact force so far, N.s."""
-        so_far = self._sum_up()[3]
-        if self.contact is not None:
-            so_far += self.contact.impulse(0.0, self.elapsed(high, low))
-        return so_far
+    # Results until t, s since the start of the phase
 
-    def peak_force(self, high: float, low: float) -> tuple[float, float]:
-        """Largest contact force so far (N) and when it was, s since first touch."""
-        best = self._sum_up()[:2]
-        if self.contact is None:
-            return best
-        return _later_peak(best, self._offset, *self.contact.peak_force(self.elapsed(high, low)))
+    def contact_time(self, t: float) -> float:
+        return self.before.contact_time + t
 
-    def peak_compression(self, high: float, low: float) -> float:
-        """Largest compression so far, m."""
-        best = self._sum_up()[2]
-        if self.contact is None:
-            return best
-        return max(best, self.contact.peak_compression(self.elapsed(high, low)))
+    def peak_force(self, t: float) -> tuple[float, float]:
+        """The largest contact force, N, and its time since first touch, s."""
+        time, most, when, _, _ = self.before
+        force, later = self.phase.peak_force(t)
+        # Where k or b changes just before the peak, both phases have it to the last digits: if the
+        # force goes on rising, the later one counts.
+        rising = later > 0.0 and when == time
+        if force > most or (rising and force >= most * (1.0 - 1e-15)):
+            return max(force, most), time + later
+        return most, when
 
-    def _sum_up(self) -> tuple[float, float, float, float]:
-        """What the contact phases that ended leave behind; see `_peaks`."""
-        force, time, compression, impulse = self._peaks
-        for contact, end, offset in self._finished:
-            force, time = _later_peak((force, time), offset, *contact.peak_force(end))
-            compression = max(compression, contact.peak_compression(end))
-            impulse += contact.impulse(0.0, end)
-        self._peaks, self._finished = (force, time, compression, impulse), ()
-        return self._peaks
+    def peak_compression(self, t: float) -> float:
+        return max(self.before.max_compression, self.phase.peak_compression(t))
 
-    def impulse_of_step(self, high: float, low: float, step: float) -> float:
-        """Impulse of the contact force over the last `step` seconds, N.s.
+    def impulse(self, t: float, state: State | None = None) -> float:
+        return self.before.impulse + self.phase.impulse(0.0, t)
 
-        Relative to the step, not to the whole impulse: the mean force over a nanosecond is as good
-        as the one over a millisecond.
-        """
-        contact = self.contact or self._last
-        if contact is None:
-            return 0.0
-        # Since the start of the contact, of which the present phase began at its end if it is over.
-        passed = contact.duration if self.contact is None else 0.0
-        end = min(passed + self.elapsed(high, low), contact.duration)
-        # Where the step began, from its own clock: with a step far longer than the contact, the
-        # difference of two late times would tell nothing.
-        before = high - step
-        back = high - before
-        lost = (high - (before + back)) + (back - step)
-        begin = passed + ((before - self.began_high) + ((low - self.began_low) + lost))
-        begin = max(0.0, begin)
-        if begin >= end:
-            return 0.0
-        # The step itself is known better than the difference of two times.
-        width = step if not passed and begin > 0.0 else end - begin
-        return contact.impulse(begin, width)
+    def results(self, t: float) -> Results:
+        """All of them."""
+        peaks = *self.peak_force(t), self.peak_compression(t)
+        return Results(self.contact_time(t), *peaks, self.impulse(t))
+
+    def packed(self) -> list:
+        return [*super().packed(), self.touch, self.k, self.b, self.initial, self.before]
 
 
-def _later_peak(
-    best: tuple[float, float], offset: float, force: float, when: float
-) -> tuple[float, float]:
-    """The larger of the peak so far and that of a phase that begins at `offset`, and its time.
+class Flight(_Free):
+    """The bodies after a contact that lasted so long, s; `motion` as in `_Free`."""
 
-    Where a phase takes over just before the peak, both are the same to the last digits: if the
-    force goes on rising, the later one counts.
-    """
-    goes_on = when > 0.0 and best[1] == offset and force >= best[0] * (1.0 - 1e-15)
-    return (max(force, best[0]), offset + when) if goes_on or force > best[0] else best
+    __slots__ = ("contact", "lasted")
+
+    touched = True
+    touch: Touch
+    duration = inf
+
+    def __init__(
+        self, contact: Contact, inputs: Inputs, high: float, low: float, lasted: float,
+        motion: EndState,
+    ) -> None:  # fmt: skip
+        self.parameters, self.inputs, self.high, self.low = contact.parameters, inputs, high, low
+        self.contact, self.lasted, self.touch = contact, lasted, contact.touch
+        self.motion = motion
+
+    def _with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
+        return Flight(self.contact, inputs, self.high, self.low, self.lasted, self.motion)
+
+    def contact_until(self, high: float, low: float) -> tuple[Contact, float]:
+        return self.contact, self.lasted
+
+    def contact_displacement(self, state: State) -> float:
+        return self.motion[0] - self.touch.x_ball
+
+    def packed(self) -> list:
+        return [*super().packed(), self.contact.packed(), self.lasted, self.motion]
+
+
+def unpacked(packed: Sequence) -> Impact:
+    """The impact that `Impact.packed` was called on; raises ValueError and the like if none was."""
+    kind, values, inputs, high, low, *rest = packed
+    begin = tuple(inputs), high, low
+    if kind == "Flight":
+        contact, lasted, motion = rest
+        return Flight(unpacked(contact), *begin, lasted, tuple(motion))  # type: ignore[arg-type]
+    parameters = Parameters(*values)
+    if kind == "Approach":
+        return Approach(parameters, *begin, *rest)
+    touch, k, b, initial, before = rest
+    start = InitialState(*initial)
+    return Contact(parameters, *begin, Touch(*touch), k, b, start, Results(*before))

@@ -1,4 +1,4 @@
-"""The one table of the component's variables; every interface and document is made from it."""
+"""The table of the component's variables, from which all interfaces and documents are made."""
 
 from functools import partial
 from typing import Any, NamedTuple
@@ -10,17 +10,17 @@ _ABOVE_ZERO = 5e-324
 
 
 class Unit(NamedTuple):
-    """A unit of the table in SI base units, and the units a tool may show it in."""
+    """A unit in SI base units, and its display units."""
 
     base: dict[str, int]
     display: dict[str, float]
 
 
 class Variable(NamedTuple):
-    """One variable: how it appears to a host and what values it may take.
+    """One variable: its attributes in FMI and its allowed values.
 
-    `low` and `high` are the least and greatest allowed values (inclusive); `allowed` says the same
-    in words. Outputs have no allowed range to check, but `low` is also a promise to the host.
+    `low` and `high` are the least and greatest allowed values (inclusive), `allowed` the same in
+    words. Outputs are not checked; their `low` is the minimum in the model description.
     """
 
     name: str
@@ -86,43 +86,43 @@ def _flag(name: str, text: str) -> Variable:
 VARIABLES: tuple[Variable, ...] = (
     _input("k", "N/m", 1e6, "> 0", 1e6, "N/mm", "Contact stiffness of the ball (at reference_compression if exponent is not 1)"),
     _input("b", "N.s/m", 9.0, ">= 0", 10.0, None, "Damping of the contact (at reference_compression if exponent is not 1)"),
-    _input("club_speed", "m/s", 35.0, "finite", 35.0, "mph", "Club head speed while it approaches; followed until first touch, then ignored"),
+    _input("club_speed", "m/s", 35.0, "finite", 35.0, "mph", "Club head speed before the impact; used until first touch, then ignored"),
     _parameter("m_club", "kg", 0.210, "> 0", 0.2, "g", "Mass of the club head"),
     _parameter("m_ball", "kg", 0.04593, "> 0", 0.05, "g", "Mass of the ball"),
     _parameter("ball_diameter", "m", 0.04267, "> 0", 0.04, "mm", "Diameter of the ball"),
-    _parameter("ball_speed", "m/s", 0.0, "finite", 35.0, "mph", "Velocity of the ball before it is touched"),
+    _parameter("ball_speed", "m/s", 0.0, "finite", 35.0, "mph", "Velocity of the ball before the impact"),
     _parameter("gap", "m", 0.0, ">= 0", 0.1, "mm", "Distance between club face and ball at the start"),
     Variable("law", "parameter", "Enumeration", "", 1, min(LAWS), max(LAWS), " or ".join(f"{n} ({name})" for n, (name, _) in LAWS.items()), None, None, "Contact law"),
     _parameter("exponent", "1", 1.0, ">= 1", 1.0, None, "Exponent n of the relative power law, up to 12; must be 1 with law 1"),
-    _parameter("reference_compression", "m", 0.005, "> 0", 0.005, "mm", "Compression at which k and b hold if exponent is not 1"),
+    _parameter("reference_compression", "m", 0.005, "> 0", 0.005, "mm", "Compression for which k and b are given if exponent is not 1"),
     _parameter("restitution_at_rest", "1", 0.0, "0..1", 1.0, None, "If above 0, damping follows from COR = restitution_at_rest - restitution_slope * approach speed, and b is not used (law 2)"),
-    _parameter("restitution_slope", "s/m", 0.0, ">= 0", 0.003, None, "Fall of the coefficient of restitution with approach speed; see restitution_at_rest"),
+    _parameter("restitution_slope", "s/m", 0.0, ">= 0", 0.003, None, "Slope of the coefficient of restitution over approach speed, -dCOR/dv; see restitution_at_rest"),
     _output("force", "N", ">= 0", 5e3, "kN", "Contact force on the ball"),
     _output("club_position", "m", "finite", 0.01, "mm", "Position of the club face; the ball starts at 0"),
     _output("ball_position", "m", "finite", 0.01, "mm", "Position of the ball's near side"),
     _output("club_velocity", "m/s", "finite", 35.0, "mph", "Velocity of the club head"),
     _output("ball_velocity", "m/s", "finite", 50.0, "mph", "Velocity of the ball"),
-    _output("compression", "m", ">= 0", 0.005, "mm", "How far the ball is compressed: club_position - ball_position, or 0 if they are apart"),
-    _output("mean_force", "N", ">= 0", 5e3, "kN", "Contact force averaged over the last communication step: its impulse / step"),
+    _output("compression", "m", ">= 0", 0.005, "mm", "Compression of the ball: club_position - ball_position, or 0 if they are apart"),
+    _output("mean_force", "N", ">= 0", 5e3, "kN", "Mean contact force over the last communication step: impulse / step size"),
     _flag("touched", "The club has touched the ball"),
     _flag("in_contact", "Club and ball are in contact"),
     _flag("separated", "The contact has ended"),
-    _output("touch_time", "s", "finite", 1e-3, "ms", "Time of first touch (start time until then); separation is at touch_time + contact_time"),
+    _output("touch_time", "s", "finite", 1e-3, "ms", "Time of first touch (before it, the start time); separation is at touch_time + contact_time"),
     _output("smash_factor", "1", "finite", 1.0, None, "Ball velocity / club speed at first touch"),
     _output("coefficient_of_restitution", "1", "finite", 1.0, None, "(ball velocity - club velocity) / approach speed at first touch"),
     _output("energy_efficiency", "1", ">= 0", 1.0, "%", "Kinetic energy now / at first touch"),
     _output("contact_time", "s", ">= 0", 5e-4, "us", "Time in contact so far"),
     _output("max_force", "N", ">= 0", 5e3, "kN", "Largest contact force so far, exact"),
-    _output("time_of_max_force", "s", ">= 0", 5e-4, "us", "When the contact force was largest, from first touch"),
+    _output("time_of_max_force", "s", ">= 0", 5e-4, "us", "Time of the largest contact force so far, since first touch"),
     _output("max_compression", "m", ">= 0", 0.005, "mm", "Largest compression so far, exact"),
-    _output("contact_displacement", "m", "finite", 0.01, "mm", "How far the ball has moved while in contact"),
+    _output("contact_displacement", "m", "finite", 0.01, "mm", "Displacement of the ball in contact so far"),
     _output("impulse", "N.s", ">= 0", 2.0, None, "Impulse of the contact force so far"),
     _output("momentum", "kg.m/s", "finite", 5.0, None, "Momentum of club and ball together"),
     _output("kinetic_energy", "J", ">= 0", 100.0, None, "Kinetic energy of club and ball together"),
 )  # fmt: skip
 
-#: FMI 3.0 needs these as well: time, and what only Model Exchange is about. Their value references
-#: go on from the table's.
+#: Further variables of FMI 3.0: time, and those of Model Exchange. Their value references continue
+#: those of the table.
 MORE_VARIABLES: tuple[Variable, ...] = (
     _real("independent", "time", "s", None, "finite", 1e-3, "ms", "Time"),
     _real("local", "club_acceleration", "m/s2", None, "finite", 3e4, None, "Acceleration of the club head"),
@@ -143,6 +143,5 @@ STATES = ("club_position", "ball_position", "club_velocity", "ball_velocity")
 DERIVATIVES = ("club_velocity", "ball_velocity", "club_acceleration", "ball_acceleration")
 INDICATORS = ("touch_indicator", "separation_indicator")
 
-#: Outputs that need the whole course of the contact, which the states at one instant don't tell:
-#: NaN in Model Exchange.
+#: Outputs that depend on the history of the contact, not only on its states: NaN in Model Exchange.
 CO_SIMULATION_ONLY = ("mean_force", "max_force", "time_of_max_force", "max_compression")

@@ -26,8 +26,8 @@ A scenario script imports `golf_impact.scenario`; the console script is `golf_im
 import os
 import sys
 
-# A script that is run puts its folder before Python's own modules, and one of them is named
-# `compression`, as a package of Python 3.14 is.
+# Python puts the folder of a script before its own modules, and one of the scenario scripts has the
+# name of a package of Python 3.14, `compression`.
 if sys.path and os.path.abspath(sys.path[0]) == os.path.dirname(os.path.dirname(__file__)):
     sys.path.append(sys.path.pop(0))
 

@@ -4,7 +4,7 @@ from golf_impact import stopping
 
 
 def main() -> None:
-    """The console script: signals are answered before anything slow is imported."""
+    """The console script; signals are handled before anything slow is imported."""
     stopping.listen()
     from golf_impact.commands.app import main as command
 

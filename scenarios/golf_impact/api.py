@@ -1,4 +1,4 @@
-"""What `import golf_impact` offers to those who have the package."""
+"""The public functions of `golf_impact`."""
 
 from __future__ import annotations
 
@@ -32,28 +32,38 @@ __all__ = [
 
 
 def load_fmu(path: Path | str | None = None) -> ImpactFmu:
-    """The FMU, to be used in a `with` block: for many impacts in one instance.
+    """Open the FMU, for many impacts in one instance; use it in a `with` block.
 
-    It is an .fmu file, or by default that of the present sources, built if need be. UserError if it
-    can't be read, built or loaded.
+    Args:
+        path: an .fmu file; by default that of the current sources, built if necessary.
+
+    Raises:
+        UserError: it can't be read, built or loaded.
     """
     return ImpactFmu(current_fmu()[0] if path is None else Path(path))
 
 
 def balls() -> dict[str, Ball]:
-    """The balls by name; `**ball.values` are the FMU's inputs and parameters (SI units)."""
+    """The preset balls by name; `ball.values` are inputs and parameters of the FMU (SI units)."""
     return dict(BALLS)
 
 
 def run_impact(outputs: Sequence[str] = METRICS, **values: float) -> dict[str, float]:
-    """One impact through the FMU: its outputs by name (SI units).
+    """Compute an impact with the FMU.
 
     Args:
-        outputs: the Real outputs to read when it is over.
+        outputs: the Real outputs to read after it.
         values: inputs and parameters of the FMU by name (SI units); defaults for the others.
 
+    Returns:
+        The outputs by name (SI units). Results of a completed impact are NaN where there is none:
+        smash_factor, coefficient_of_restitution, energy_efficiency, contact_time and
+        contact_displacement without a separation; without a contact also touch_time and
+        time_of_max_force. Momentary outputs, such as velocities, are then those at the end of the
+        simulated time (1 s or more).
+
     Raises:
-        UserError: the FMU doesn't know or refuses a value.
+        UserError: the FMU rejects a value, or has no variable of a name.
     """
     with load_fmu() as fmu:
         return fmu.impact(outputs, **values)
@@ -62,7 +72,7 @@ def run_impact(outputs: Sequence[str] = METRICS, **values: float) -> dict[str, f
 def run_trajectory(
     points: int = 301, outputs: Sequence[str] = PATH, **values: float
 ) -> dict[str, np.ndarray]:
-    """One impact through the FMU, sampled over the contact with a margin on either side.
+    """Sample an impact with the FMU, over the contact and a tenth of it before and after.
 
     Args:
         points: number of samples.
@@ -70,10 +80,10 @@ def run_trajectory(
         values: inputs and parameters of the FMU by name (SI units); defaults for the others.
 
     Returns:
-        `time` (s) and the outputs by name, arrays of shape (points,).
+        `time` (s) and the outputs (SI units) by name, arrays of shape (points,).
 
     Raises:
-        UserError: the FMU doesn't know or refuses a value.
+        UserError: the FMU rejects a value, or has no variable of a name.
     """
     with load_fmu() as fmu:
         return fmu.trajectory(points, outputs, **values)

@@ -1,16 +1,20 @@
-"""Errors that a user can do something about."""
+"""Errors that a user can correct."""
 
 
 class UserError(Exception):
-    """One clear line: what was given, what is allowed, what to do. The command exits with 2."""
+    """An error in one line: what was given, what is allowed, what to do. The exit code is 2."""
 
 
 def lacking(what: str, package: str, extra: str, otherwise: str = "") -> UserError:
-    """The error where `what` needs a package of an extra that isn't installed.
+    """The error for a missing package.
 
-    `otherwise` is what else there is to do or to know.
+    Args:
+        what: needs the package.
+        package: isn't installed.
+        extra: of this project, that includes the package.
+        otherwise: an alternative, appended to the message.
     """
-    # Looked up when it is needed: most runs lack nothing.
+    # Imported here: usually nothing is missing.
     from golf_build.extras import install_command
 
     line = f"{what} needs {package}: install it with `{install_command(extra)}`"

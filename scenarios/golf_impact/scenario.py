@@ -1,9 +1,9 @@
-"""What a scenario script is written with: the one import of ours that it needs.
+"""The interface for scenario scripts.
 
-A scenario is a file with TITLE and `run(fmu)`, which gives a `Report`: impacts are run, what they
-must show is checked, tables and figures are made. `golf-impact run FILE` runs it, and
-`python FILE` does where it ends with `main(__file__)`. CHAPTER is its place in the whole report;
-one without comes last.
+A scenario is a file with TITLE and a function `run(fmu)` that returns a `Report`: it runs impacts,
+checks them, and makes tables and figures. `golf-impact run FILE` runs it, or `python FILE` if it
+ends with `main(__file__)`. CHAPTER is its position in the report of all scenarios; a scenario
+without one comes last.
 """
 
 from pathlib import Path
@@ -26,7 +26,7 @@ __all__ += ["start_values"]
 
 
 def main(script: str) -> None:
-    """Run this script's scenario, as `golf-impact run` does, with its options."""
+    """Run the scenario in this script with the options of `golf-impact run`, and exit."""
     import sys
 
     from golf_impact import stopping

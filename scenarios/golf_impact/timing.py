@@ -1,4 +1,4 @@
-"""Times that can be compared: taken in turns, so that whatever else the machine does hits all."""
+"""Comparable run times: interleaved measurements, so that other load affects all of them."""
 
 import gc
 import importlib.metadata
@@ -12,12 +12,12 @@ from statistics import median
 
 import numpy as np
 
-#: Prepares, runs and times itself: seconds per unit of work, set-up not counted.
+#: Prepares and runs its work; returns seconds per unit of work, without the preparation.
 Job = Callable[[], float]
 
 
 def seconds(work: Callable[[], object], units: int = 1) -> float:
-    """How long a work takes per unit of it, s."""
+    """Run time of a call per unit of work, s."""
     begin = timeit.default_timer()
     work()
     return (timeit.default_timer() - begin) / units
@@ -26,11 +26,16 @@ def seconds(work: Callable[[], object], units: int = 1) -> float:
 def interleaved(
     jobs: Mapping[str, Job], rounds: int, tick: Callable[[], None] = lambda: None
 ) -> dict[str, list[float]]:
-    """Seconds per unit, of each job in each round.
+    """Seconds per unit of work, of each job in each round.
 
-    The order turns from round to round, so that no job always follows the same other one. One
-    round before the first one warms up and isn't counted. No garbage is collected meanwhile, as in
-    timeit: that would hit one job of many at random.
+    The order rotates from round to round, so that no job always follows the same other one. A
+    round before the first one is a warm-up and isn't counted. Garbage collection is off, as in
+    timeit: it would affect one of the jobs at random.
+
+    Args:
+        jobs: by name.
+        rounds: how often each job is run.
+        tick: is called after each round.
     """
     names = list(jobs)
     times: dict[str, list[float]] = {name: [] for name in names}
@@ -52,12 +57,12 @@ def interleaved(
 
 
 class Ratio(float):
-    """The median of the ratios of rounds."""
+    """The median of ratios, one for each round."""
 
-    spread: float  #: their interquartile range over the median: how much else the machine did
+    spread: float  #: interquartile range / median, a measure of other load on the machine
 
     def __new__(cls, ratios: list[float]) -> "Ratio":
-        """Of one round it spreads by nothing."""
+        """Of a single round the spread is 0."""
         low, middle, high = np.quantile(ratios, (0.25, 0.5, 0.75)).tolist()
         self = super().__new__(cls, middle)
         self.spread = (high - low) / middle
@@ -65,21 +70,21 @@ class Ratio(float):
 
 
 def median_ratio(numerator: list[float], denominator: list[float]) -> Ratio:
-    """The median of the ratios of rounds: a disturbance that lasts longer than one cancels."""
+    """The median of the ratios of rounds; disturbances longer than a round cancel."""
     return Ratio([a / b for a, b in zip(numerator, denominator, strict=True)])
 
 
 def typical_seconds(call: Callable[[], object], budget: float, least: int) -> float:
-    """The median time of a call, s, from as many calls as fit into `budget` s, `least` at least."""
+    """Median run time of a call, s, over as many calls as fit into `budget` s, at least `least`."""
     once = timeit.timeit(call, number=1)
     number = max(least, min(10_000, int(budget / once)))
     return median(timeit.repeat(call, number=1, repeat=number))
 
 
 def machine() -> dict[str, str]:
-    """What the numbers were measured on."""
+    """Processor, system and versions on which times are measured."""
     packages = ("fmpy", "pythonfmu", "numpy", "scipy", "mpmath")
-    processor = _told("/proc/cpuinfo", r"model name\s*: *(.*)")
+    processor = _read_group("/proc/cpuinfo", r"model name\s*: *(.*)")
     return {
         "processor": processor or platform.processor() or platform.machine(),
         "cores": str(os.cpu_count()),
@@ -90,19 +95,19 @@ def machine() -> dict[str, str]:
 
 
 def resident_bytes(process: int | str = "self") -> int | None:
-    """The memory that a process occupies now; None where the system doesn't tell that simply."""
-    pages = _told(f"/proc/{process}/statm", r"\d+ (\d+)")
+    """Resident memory of a process; None on systems without /proc."""
+    pages = _read_group(f"/proc/{process}/statm", r"\d+ (\d+)")
     return None if pages is None else int(pages) * os.sysconf("SC_PAGE_SIZE")
 
 
 def free_bytes() -> int | None:
-    """The memory that processes can still get; None where the system doesn't tell that simply."""
-    kilobytes = _told("/proc/meminfo", r"MemAvailable:\s*(\d+) kB")
+    """Memory available to new processes; None on systems without /proc."""
+    kilobytes = _read_group("/proc/meminfo", r"MemAvailable:\s*(\d+) kB")
     return None if kilobytes is None else int(kilobytes) * 1024
 
 
-def _told(path: str, pattern: str) -> str | None:
-    """What the group of a pattern is in a file of the system; None where there is no such file."""
+def _read_group(path: str, pattern: str) -> str | None:
+    """The first group of a pattern in a file; None without such a file or a match."""
     file = Path(path)
     found = re.search(pattern, file.read_text(errors="replace")) if file.is_file() else None
     return None if found is None else found[1].strip()

@@ -1,27 +1,28 @@
-"""A component whose motion the host may also find itself: what FMI 3.0 has beside stepping.
+"""A component whose motion the host's solver may find: what FMI 3.0 has beside stepping.
 
-Nobody tells an instance which of the two it is for. The first call that only Model Exchange knows
+An instance isn't told which of the two it is for. The first call that only Model Exchange has
 decides; from then on the host's time and states count, and steps are refused.
 """
 
 from collections.abc import Callable, Iterator
 from math import inf, isfinite, nan, nextafter
-from typing import Any, ClassVar
+from typing import Any
 
-from ..impact import Impact, added
+from ..impact import added
 from ..laws.contact import State
 from ..parameters import INPUTS
 from ..variables import MORE_VARIABLES, VARIABLES
+from . import state
 from .component import BLOCKED, STEPPING, Component
 from .outputs import OUTPUTS, Output, readings
-from .solved import SolvedImpact, acceleration, separation_indicator, touch_indicator
-from .state import is_own
+from .segment import NO_SEGMENT, Segment
+from .solved import SolvedImpact, accelerations, separation_indicator, touch_indicator
 
 #: What FMI 2.0 doesn't have.
 _MORE: dict[str, Output] = {
     "time": lambda impact, state, at: at.time(),
-    "club_acceleration": lambda impact, state, at: acceleration(impact, state, 0),
-    "ball_acceleration": lambda impact, state, at: acceleration(impact, state, 1),
+    "club_acceleration": lambda impact, state, at: accelerations(impact, at.unclamped(state))[0],
+    "ball_acceleration": lambda impact, state, at: accelerations(impact, at.unclamped(state))[1],
     "touch_indicator": lambda impact, state, at: touch_indicator(impact, state),
     "separation_indicator": lambda impact, state, at: separation_indicator(impact, state),
 }
@@ -34,37 +35,55 @@ class HybridComponent(Component):
         report: called with a message whenever something is refused.
     """
 
-    __slots__ = ("_solved",)
+    __slots__ = ("_solved", "_started", "_states", "_time")
 
     reading = staticmethod(readings(VARIABLES + MORE_VARIABLES, OUTPUTS | _MORE))
-    kinds: ClassVar[dict[type, Any]] = Component.kinds | {dict: SolvedImpact}
 
     def __init__(self, report: Callable[[str], None]) -> None:
         super().__init__(report)
-        #: The impact as the host's solver finds it; None while the phases do.
+        #: Model Exchange: the impact, the states and the time that the host's solver is at, and
+        #: whether the host's time at the start is known, or can't be set any more.
         self._solved: SolvedImpact | None = None
-        # The host's time at the start isn't told: it is that of the first step.
+        self._states: list[float] = []
+        self._time = nan
+        self._started = False
+        # The start time isn't passed to an instance: it is that of the first step.
         self._point = nan
         self._anchored = False
+
+    @property
+    def last_step(self) -> float:
+        return super().last_step if self._solved is None else nan
+
+    def instant(self) -> tuple[float, float]:
+        return super().instant() if self._solved is None else (self._time, 0.0)
 
     def time(self) -> float:
         """The host's time, s."""
         high, low = self.instant()
         return self.origin + (high + low)
 
-    def _look(self, point: float, size: float, high: float, low: float) -> str | None:
+    def impact(self) -> Any:
+        return super().impact() if self._solved is None else self._solved
+
+    def _check(self, point: float, size: float) -> Segment | str:
         if self._solved is not None:
             return "a step is refused: this instance is used for Model Exchange"
-        problem = super()._look(point, size, high, low)
-        if problem is None and not self.last_step:
+        first = not self.last_step
+        accepted = super()._check(point, size)
+        if first and not isinstance(accepted, str):
             self.start_time = self.origin
-        return problem
+        return accepted
 
     def _evaluate(self) -> State:
         if self._solved is None:
             return super()._evaluate()
-        self._now = self._solved.state()
+        self._now = self._solved.state(self._states)
         return self._now
+
+    def unclamped(self, state: State) -> State:
+        """The state that the equations of Model Exchange have."""
+        return state if self._solved is None else self._solved.solver_state(self._states)
 
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
         """Set inputs and parameters; what is refused keeps its value. See `Component`."""
@@ -72,19 +91,19 @@ class HybridComponent(Component):
         solved = self._solved
         if solved is not None:
             inputs: Any = tuple(self.values[:INPUTS])
-            if inputs != solved.in_force:
-                solved.hold(inputs)
+            if inputs != solved.inputs:
+                self._solved = solved.with_inputs(inputs)
             self._now = None
 
     # Event mode
 
     def update(self) -> tuple[bool, bool, float | None]:
-        """Whatever happens at this instant.
+        """Handle the events of this instant.
 
         Returns:
-            Whether the host must stop, since values were refused; whether a continuous state has
-            jumped; and, while stepping, the host's time (s) of the next touch or separation, if
-            one is due under the present inputs.
+            Whether the host must stop, since values were refused; whether its solver must start
+            anew, since a state or a derivative has jumped; and, while stepping, the host's time (s)
+            of the next touch or separation, if one is due under the present inputs.
         """
         problem = self._begin() if self._mode == BLOCKED else None
         if problem is None and self._mode != STEPPING:
@@ -96,30 +115,29 @@ class HybridComponent(Component):
         jumped = False
         if problem is None and solved is not None:
             self._now = None
-            jumped = solved.update(self.clock)
-            problem = solved.refusal_of_touch
+            self._solved, self._states, jumped = solved.after_event(self._time, self._states)
+            problem = self._solved.refusal_of_touch
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
             return True, jumped, None
-        # Before the first step it may still be used for Model Exchange, where indicators tell it.
+        # Before the first step it may still be used for Model Exchange, which has indicators.
         ahead = solved is None and self.last_step
         return False, jumped, next(self._events_after(self._point), None) if ahead else None
 
     def _events_after(self, point: float) -> Iterator[float]:
         """When touch and separation are still to come (s), if the host's time is this one now."""
-        impact = self._impact
-        if impact is None:
+        segment = self._segment
+        if segment is NO_SEGMENT:
             return
-        high, low = self.instant()
-        ahead = Impact.restored(impact.snapshot())
+        high, low = segment.instant(self._count)
+        impact = segment.impact
         inputs: Any = tuple(self.values[:INPUTS])
         try:
-            if inputs != ahead.in_force:
-                ahead.hold(high, low, inputs)
+            if inputs != impact.inputs:
+                impact = impact.with_inputs(inputs, high, low)
             while True:
-                ahead.advance(high, low)
-                phase = ahead.contact or ahead.free
-                left = nextafter(phase.duration - ahead.elapsed(high, low), inf)
+                impact = impact.at(high, low)
+                left = nextafter(impact.duration - impact.elapsed(high, low), inf)
                 if left == inf:
                     return
                 # The event belongs to a step that ends there, so the difference that the host takes
@@ -139,11 +157,11 @@ class HybridComponent(Component):
         Args:
             point: the host's communication point, s.
             size: communication step size, s, > 0.
-            early: whether the step may end before its time.
+            early: whether early return is allowed.
 
         Returns:
             Whether it was accepted, see `step`; whether it ends with an event; where it ends, s.
-            An event inside a step that goes on is over when the step ends, and isn't told.
+            An event inside a step that goes on is over when the step ends, and isn't reported.
         """
         end = point + size
         # A point or a size that isn't a number is refused below.
@@ -157,69 +175,76 @@ class HybridComponent(Component):
 
     # Model Exchange
 
-    def _solving(self) -> SolvedImpact:
-        """The impact to solve; before the end of initialization, one of the present values."""
+    def _solving(self) -> tuple[SolvedImpact, list[float]]:
+        """The impact to solve and its states; before stepping, those of the present values."""
         if self._solved is not None:
-            return self._solved
-        if self._mode == STEPPING and not self.last_step:
-            # From here on the clock is the host's time.
-            self.clock, self.origin = self.time(), 0.0
-        solved = SolvedImpact(*self._split())
-        solved.update(self.clock)
+            return self._solved, self._states
+        solved, states = SolvedImpact.start(*self._split())
+        time = self.time()
+        solved, states, _ = solved.after_event(time, states)
         if self._mode == STEPPING:
-            # Results look at either.
-            self._impact = self._solved = solved  # type: ignore[assignment]
-            self._now = None
-            self._until = self.last_step = nan
+            self._solved, self._states, self._now = solved, states, None
+            # From here on the clock is the host's time.
+            self._time, self.origin = nan if self.last_step else time, 0.0
             if solved.refusal_of_touch is not None:
                 self._report(solved.refusal_of_touch)
-        return solved
+        return solved, states
 
     def set_time(self, time: float) -> None:
-        """The host's time, s; the first one told before any state is that of the start."""
-        solved = self._solving()
-        if not solved.started:
-            solved.started = True
+        """The host's time, s; the first one set before any state is that of the start."""
+        solved, _ = self._solving()
+        if not self._started and self._solved is not None:
+            self._started = True
             self.start_time = time
             if solved.touch is not None:
-                solved.touch = (time, *solved.touch[1:])
-        self.clock = time
+                self._solved = solved._replace(touch=solved.touch._replace(high=time))
+        self._time = time
         self._now = None
 
     def states(self) -> list[float]:
         """The continuous states: positions (m) and velocities (m/s), each of club and ball."""
-        return self._solving().states
+        return self._solving()[1]
 
     def set_states(self, states: list[float]) -> None:
-        """Where the host's solver is; the list is kept."""
-        solved = self._solving()
-        solved.started = True
-        solved.states = states
+        """The states that the host's solver is at; the list is kept."""
+        self._solving()
+        if self._solved is not None:
+            self._started = True
+            self._states = states
         self._now = None
 
     def derivatives(self) -> list[float]:
         """Of the states; NaN while values are refused, so that no solver goes on with others."""
-        solved = self._solving()
+        solved, states = self._solving()
         if self._refused or self._mode == BLOCKED or solved.refusal_of_touch is not None:
             return [nan] * 4
-        now = solved.now()
-        return [now[3], now[4], acceleration(solved, now, 0), acceleration(solved, now, 1)]
+        now = solved.solver_state(states)
+        return [now[3], now[4], *accelerations(solved, now)]
 
     def indicators(self) -> list[float]:
         """Of touch and separation: above 0 until it happens."""
-        solved = self._solving()
-        now = solved.now()
+        solved, states = self._solving()
+        now = solved.solver_state(states)
         return [touch_indicator(solved, now), separation_indicator(solved, now)]
 
     # State
 
+    def snapshot(self) -> tuple:
+        solving = self._solved, self._states, self._time, self._started
+        return (*super().snapshot(), *solving)
+
     def restore(self, snapshot: tuple | None) -> None:
-        """Go back to a snapshot: the instance is then exactly as it was."""
-        if snapshot is None or not is_own(snapshot):
-            super().restore(snapshot)
-        elif type(snapshot[-1]) is dict:
-            super().restore((*snapshot[:-1], None))
-            self._impact = self._solved = SolvedImpact.restored(snapshot[-1])  # type: ignore
-        else:
-            super().restore(snapshot)
-            self._solved = None
+        super().restore(snapshot)
+        if state.is_own(snapshot):
+            self._solved, self._states, self._time, self._started = snapshot[state.LENGTH :]  # type: ignore[index]
+
+    @staticmethod
+    def _pack_more(more: tuple) -> list:
+        solved, *others = more
+        return [solved and solved.packed(), *others]
+
+    @staticmethod
+    def _unpack_more(more: list) -> tuple:
+        solved, states, time, started = more
+        solved = None if solved is None else SolvedImpact.unpacked(solved)
+        return solved, [float(value) for value in states], float(time), bool(started)

@@ -1,5 +1,4 @@
-"""What can be read, one by one: each a function of the impact at one instant, so that only those
-that are read are computed.
+"""The outputs, each a function of the impact at one instant: only those that are read are computed.
 
 Results are "so far" at every instant. Before touch S and COR are 0 and the energy efficiency is 1.
 S is 0, too, if the club stood at touch.
@@ -33,15 +32,15 @@ def _mean_force(impact: Impact, state: State, at: Any) -> float:
 
 def _touch_time(impact: Impact, state: State, at: Any) -> float:
     touch = impact.touch
-    return at.start_time if touch is None else at.origin + (touch[0] + touch[1])
+    return at.start_time if touch is None else at.origin + (touch.high + touch.low)
 
 
 def _smash_factor(impact: Impact, state: State, at: Any) -> float:
     touch = impact.touch
-    if touch is None or not touch[3]:
+    if touch is None or not touch.club_speed:
         return 0.0
-    factor = state[4] / touch[3]
-    # A club that all but stood leaves no double to tell it: as if it stood.
+    factor = state[4] / touch.club_speed
+    # The club hardly moved: S leaves the range of a double, as if the club stood.
     return 0.0 if abs(factor) == inf else factor
 
 
@@ -49,7 +48,7 @@ def _coefficient_of_restitution(impact: Impact, state: State, at: Any) -> float:
     touch = impact.touch
     if touch is None:
         return 0.0
-    return (state[4] - state[3]) / (touch[3] - impact.parameters.ball_speed)
+    return (state[4] - state[3]) / (touch.club_speed - impact.parameters.ball_speed)
 
 
 def _energy_efficiency(impact: Impact, state: State, at: Any) -> float:
@@ -59,7 +58,7 @@ def _energy_efficiency(impact: Impact, state: State, at: Any) -> float:
     v_club, v_ball = state[3], state[4]
     p = impact.parameters
     m_club, m_ball, u_ball = p.m_club, p.m_ball, p.ball_speed
-    u_club = touch[3]
+    u_club = touch.club_speed
     at_touch = m_club * u_club * u_club + m_ball * u_ball * u_ball
     return (m_club * v_club * v_club + m_ball * v_ball * v_ball) / at_touch if at_touch else 1.0
 
@@ -74,9 +73,14 @@ def _kinetic_energy(impact: Impact, state: State, at: Any) -> float:
     return 0.5 * (p.m_club * v_club * v_club + p.m_ball * v_ball * v_ball)
 
 
-def _max_compression(impact: Impact, state: State, at: Any) -> float:
-    # After law 2's separation the ball is not yet round, but no contact compresses it.
-    return max(impact.peak_compression(*at.instant()), state[5])
+def _of_contact(result: Callable[..., float]) -> Output:
+    """A result of the last contact phase, from how long that has lasted (s) and the state."""
+
+    def output(impact: Any, state: State, at: Any) -> float:
+        last = impact.contact_until(*at.instant())
+        return result(*last, state) if last else 0.0
+
+    return output
 
 
 #: By name; Model Exchange adds its own.
@@ -88,19 +92,20 @@ OUTPUTS: dict[str, Output] = {
     "ball_velocity": _moving(4),
     "compression": _moving(5),
     "mean_force": _mean_force,
-    "touched": lambda impact, state, at: impact.touch is not None,
+    "touched": lambda impact, state, at: impact.touched,
     "in_contact": lambda impact, state, at: impact.in_contact,
-    "separated": lambda impact, state, at: impact.touch is not None and not impact.in_contact,
+    "separated": lambda impact, state, at: impact.touched and not impact.in_contact,
     "touch_time": _touch_time,
     "smash_factor": _smash_factor,
     "coefficient_of_restitution": _coefficient_of_restitution,
     "energy_efficiency": _energy_efficiency,
-    "contact_time": lambda impact, state, at: impact.contact_time(*at.instant()),
-    "max_force": lambda impact, state, at: max(impact.peak_force(*at.instant())[0], state[0]),
-    "time_of_max_force": lambda impact, state, at: impact.peak_force(*at.instant())[1],
-    "max_compression": _max_compression,
+    "contact_time": _of_contact(lambda contact, t, state: contact.contact_time(t)),
+    "max_force": _of_contact(lambda contact, t, state: max(contact.peak_force(t)[0], state[0])),
+    "time_of_max_force": _of_contact(lambda contact, t, state: contact.peak_force(t)[1]),
+    # After law 2's separation the ball is still compressed, without force.
+    "max_compression": _of_contact(lambda c, t, state: max(c.peak_compression(t), state[5])),
     "contact_displacement": lambda impact, state, at: impact.contact_displacement(state),
-    "impulse": lambda impact, state, at: impact.impulse(*at.instant()),
+    "impulse": _of_contact(lambda contact, t, state: contact.impulse(t, state)),
     "momentum": _momentum,
     "kinetic_energy": _kinetic_energy,
 }
@@ -132,7 +137,7 @@ def readings(
             return lambda impact, state, at: at.values[reference]
         return functions[variables[reference].name]
 
-    # A host asks for a few lists again and again.
+    # A host reads a few lists again and again.
     @lru_cache(256)
     def reading(references: tuple[int, ...], type_: str) -> Reading:
         if type_ != "Real" or len(references) < 2 or not all(n in MOVING for n in references):

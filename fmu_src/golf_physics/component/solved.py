@@ -1,11 +1,12 @@
-"""One impact whose motion a host's solver finds: what happens at events, and the results so far.
+"""One impact whose motion a host's solver finds: the equations, the events, the results so far.
 
-Beside `Impact` it has no phases with solutions: the host says where the bodies are, and the
-equations say how that changes. `results` reads both in the same way.
+Beside `Impact` it has no phases with solutions: the host supplies the states, and the equations
+give their derivatives. Outputs read results of both by the same names.
 """
 
+from collections.abc import Sequence
 from math import nan
-from typing import Any
+from typing import NamedTuple
 
 from ..impact import Impact, Touch
 from ..laws.contact import State
@@ -15,159 +16,175 @@ from ..parameters import Inputs, Parameters
 _ABOVE_ZERO = 1e-18
 
 
-class SolvedImpact:
-    """State and results at the instant for which the host has set states and inputs.
+class SolvedImpact(NamedTuple):
+    """An impact from its last event on. The states are a list of the positions (m) and velocities
+    (m/s), each of club and ball.
 
-    Args:
+    Attributes:
         parameters: the fixed values.
-        inputs: k, b and club_speed from the start on.
+        inputs: k, b and club_speed that act.
+        k, b: the contact's stiffness (N/m) and damping (N.s/m) that follow from them.
+        touch: first touch, in the host's time, or None before it.
+        in_contact: whether the bodies are in contact.
+        refusal_of_touch: why the law rejects the touch that there was, or None.
+        dragged: momentum that the drag has taken from the ball until the last event, N.s.
+        drag: its coefficient from then on, N.s/m; x_ball: position of the ball then, m.
+        ended: contact time, s, and position of the ball, m, at the end of contact.
     """
 
-    def __init__(self, parameters: Parameters, inputs: Inputs) -> None:
-        self.parameters = parameters
-        #: The inputs that act now, and stiffness and damping that follow from them.
-        self.in_force = inputs
-        self._acting = inputs[:2]
-        #: Positions (m) and velocities (m/s), each of club and ball; never changed in place.
-        self.states = [-parameters.gap, 0.0, inputs[2], parameters.ball_speed]
-        #: First touch, in the host's time, or None before it.
-        self.touch: Touch | None = None
-        self.in_contact = False
-        #: Why the law can't have the touch that there was.
-        self.refusal_of_touch: str | None = None
-        #: Whether the host's time at the start is known, or may not be told any more.
-        self.started = False
-        #: What law 1's drag has taken from the ball until the last event, N.s; and its coefficient
-        #: from then on (N.s/m), and where the ball was (m).
-        self._dragged = 0.0
-        self._dragging = (0.0, 0.0)
-        #: Contact time, s, and position of the ball, m, when contact ended.
-        self._ended = (0.0, 0.0)
+    parameters: Parameters
+    inputs: Inputs
+    k: float
+    b: float
+    touch: Touch | None = None
+    in_contact: bool = False
+    refusal_of_touch: str | None = None
+    dragged: float = 0.0
+    drag: float = 0.0
+    x_ball: float = 0.0
+    ended: tuple[float, float] = (0.0, 0.0)
+
+    @staticmethod
+    def start(parameters: Parameters, inputs: Inputs) -> "tuple[SolvedImpact, list[float]]":
+        """The impact at the start, and the states."""
+        states = [-parameters.gap, 0.0, inputs[2], parameters.ball_speed]
+        return SolvedImpact(parameters, inputs, *inputs[:2]), states
+
+    @property
+    def touched(self) -> bool:
+        """Whether there has been a touch."""
+        return self.touch is not None
 
     # The equations
 
-    def now(self) -> State:
-        """As `state`, but force and compression go on below 0 as a solver needs them."""
-        x_club, x_ball, v_club, v_ball = self.states
+    def solver_state(self, states: Sequence[float]) -> State:
+        """As `state`, but force and compression continue smoothly below 0 until the event."""
+        x_club, x_ball, v_club, v_ball = states
         if self.touch is None:
-            v_club = self.in_force[2]
+            v_club = self.inputs[2]
         compression = x_club - x_ball
         force = 0.0
         if self.in_contact:
             p = self.parameters
-            k, b = self._acting
-            force = p.contact_law.force(p, k, b, compression, v_club - v_ball)
+            force = p.contact_law.force(p, self.k, self.b, compression, v_club - v_ball)
         return [force, x_club, x_ball, v_club, v_ball, compression]
 
-    # Events
-
-    def hold(self, inputs: Inputs) -> None:
-        """Take these inputs from this instant on, which a solver may only be trying."""
-        p, self.in_force = self.parameters, inputs
-        k, b, _ = inputs
-        if p.restitution_at_rest and self.touch is not None:
-            b = p.contact_law.damping(p, k, self.touch[3] - p.ball_speed)
-        self._acting = k, b
-
-    def _drag(self) -> float:
-        """What law 1's drag has taken from the ball since the last event, N.s."""
-        drag, x_ball = self._dragging
-        return drag * (self.states[1] - x_ball)
-
-    def update(self, time: float) -> bool:
-        """Whatever happens at this instant (host's time, s); whether a state has jumped."""
-        x_club, x_ball, v_club, v_ball = self.states
-        if self.touch is None:
-            club_speed = self.in_force[2]
-            self.states = [x_club, x_ball, club_speed, v_ball]
-            if x_club >= x_ball and club_speed > v_ball:
-                self.touch = (time, 0.0, x_ball, club_speed)
-                self.in_contact = True
-                p = self.parameters
-                self.refusal_of_touch = p.contact_law.refusal_of_touch(p, club_speed)
-                if self.refusal_of_touch is None:
-                    self.hold(self.in_force)
-                self._dragging = p.contact_law.drag(self._acting[1]), x_ball
-            return v_club != club_speed
-        if self.in_contact:
-            self._dragged += self._drag()
-            self._dragging = self.parameters.contact_law.drag(self._acting[1]), x_ball
-            if separation_indicator(self, self.now()) <= 0.0:
-                self._ended = (time - self.touch[0], x_ball)
-                self.in_contact = False
-        return False
-
-    # What results ask for, as of Impact
-
-    def state(self) -> State:
+    def state(self, states: Sequence[float]) -> State:
         """Force (N), positions (m) and velocities (m/s) of club and ball, compression (m)."""
-        now = self.now()
+        now = self.solver_state(states)
         now[0] = max(0.0, now[0])
         now[5] = max(0.0, now[5])
         return now
 
-    def contact_time(self, high: float, low: float) -> float:
-        """Time in contact so far, s."""
-        if self.in_contact and self.touch is not None:
-            return high + low - self.touch[0]
-        return self._ended[0]
+    # Events
+
+    def with_inputs(self, inputs: Inputs) -> "SolvedImpact":
+        """The impact with other inputs from this instant on, which a solver may only be trying."""
+        p = self.parameters
+        k, b, _ = inputs
+        if p.restitution_at_rest and self.touch is not None:
+            b = p.contact_law.damping(p, k, self.touch.club_speed - p.ball_speed)
+        return self._replace(inputs=inputs, k=k, b=b)
+
+    def after_event(
+        self, time: float, states: list[float]
+    ) -> tuple["SolvedImpact", list[float], bool]:
+        """The impact and the states after what happens at this instant.
+
+        Args:
+            time: the host's, s.
+            states: where its solver is.
+
+        Returns:
+            Also whether the solver must start anew: a state or a derivative has jumped.
+        """
+        x_club, x_ball, v_club, v_ball = states
+        p = self.parameters
+        if self.touch is None:
+            club_speed = self.inputs[2]
+            states = [x_club, x_ball, club_speed, v_ball]
+            if x_club < x_ball or club_speed <= v_ball:
+                return self, states, v_club != club_speed
+            refusal = p.contact_law.refusal_of_touch(p, club_speed)
+            touch = Touch(time, 0.0, x_ball, club_speed)
+            impact = self._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
+            if refusal is None:
+                impact = impact.with_inputs(self.inputs)
+            return impact._with_drag(states), states, True
+        if self.in_contact:
+            impact = self._with_drag(states)
+            if separation_indicator(self, self.solver_state(states)) <= 0.0:
+                ended = time - self.touch.high, x_ball
+                return impact._replace(ended=ended, in_contact=False), states, True
+            return impact, states, False
+        return self, states, False
+
+    def _with_drag(self, states: list[float]) -> "SolvedImpact":
+        """Sums up the drag on the ball until here, where its coefficient may change."""
+        dragged = self.dragged + self.drag * (states[1] - self.x_ball)
+        drag = self.parameters.contact_law.drag(self.b)
+        return self._replace(dragged=dragged, drag=drag, x_ball=states[1])
+
+    # Results so far, by the names of those of `Impact` and `Contact`
+
+    def contact_until(self, high: float, low: float) -> "tuple[SolvedImpact, float]":
+        in_contact = self.in_contact and self.touch is not None
+        return self, (high + low - self.touch.high if in_contact else self.ended[0])  # type: ignore[union-attr]
 
     def contact_displacement(self, state: State) -> float:
-        """How far the ball has moved while in contact, m."""
         if self.touch is None:
             return 0.0
-        return (state[2] if self.in_contact else self._ended[1]) - self.touch[2]
+        return (state[2] if self.in_contact else self.ended[1]) - self.touch.x_ball
 
-    def impulse(self, high: float, low: float) -> float:
-        """Impulse of the contact force so far, N.s: the ball's momentum and what drag has taken.
+    def contact_time(self, t: float) -> float:
+        return t
 
-        Law 1 takes b to be constant between events.
-        """
-        if self.touch is None:
-            return 0.0
+    def impulse(self, t: float, state: State) -> float:
+        """N.s: the ball's momentum and what drag has taken, with b constant between events."""
         p = self.parameters
-        gained = p.m_ball * (self.states[3] - p.ball_speed)
-        return gained + self._dragged + (self._drag() if self.in_contact else 0.0)
+        gained = p.m_ball * (state[4] - p.ball_speed)
+        dragging = self.drag * (state[2] - self.x_ball) if self.in_contact else 0.0
+        return gained + self.dragged + dragging
 
-    # NaN: nobody tells which of the states asked about have been passed, and there are no steps.
+    # NaN: which of the states have been passed is unknown, and there are no steps.
 
-    def peak_force(self, high: float, low: float) -> tuple[float, float]:
+    def peak_force(self, t: float) -> tuple[float, float]:
         return nan, nan
 
-    def peak_compression(self, high: float, low: float) -> float:
+    def peak_compression(self, t: float) -> float:
         return nan
 
     def impulse_of_step(self, high: float, low: float, step: float) -> float:
         return nan
 
-    # State
+    # Serialization
 
-    def snapshot(self) -> dict[str, Any]:
-        """Everything, for `restored`; its parts are never changed in place."""
-        return dict(vars(self))
+    def packed(self) -> list:
+        """The impact as numbers and lists of numbers, for `unpacked` in another process."""
+        return [self.parameters.values(), *self[1:]]
 
-    @classmethod
-    def restored(cls, snapshot: dict[str, Any]) -> "SolvedImpact":
-        """The impact that a snapshot was taken of."""
-        self = cls.__new__(cls)
-        vars(self).update(snapshot)
-        return self
-
-    def packed(self) -> dict[str, Any]:
-        """The same as numbers and lists of numbers, for `unpacked` in another process."""
-        return self.snapshot() | {"parameters": self.parameters.values()}
-
-    @classmethod
-    def unpacked(cls, packed: dict[str, Any]) -> "SolvedImpact":
-        """The impact that `packed` was taken of."""
-        snapshot = {n: tuple(v) if isinstance(v, list) else v for n, v in packed.items()}
-        snapshot["parameters"] = Parameters(*snapshot["parameters"])
-        snapshot["states"] = [float(value) for value in snapshot["states"]]
-        return cls.restored(snapshot)
+    @staticmethod
+    def unpacked(packed: Sequence) -> "SolvedImpact":
+        """The impact that `packed` was called on."""
+        values, inputs, k, b, touch, *rest, ended = packed
+        touch = None if touch is None else Touch(*touch)
+        return SolvedImpact._make(
+            (Parameters(*values), tuple(inputs), k, b, touch, *rest, tuple(ended))
+        )
 
 
-#: Either kind: what indicators and results look at.
+#: Either kind: what the functions below take.
 AnyImpact = Impact | SolvedImpact
+
+
+def accelerations(impact: AnyImpact, state: State) -> tuple[float, float]:
+    """Of club and ball, m/s²."""
+    if not impact.in_contact:
+        return 0.0, 0.0
+    p = impact.parameters
+    force, _, _, v_club, v_ball, _ = state
+    drag = p.contact_law.drag(impact.b)  # type: ignore[union-attr]
+    return -(force + drag * v_club) / p.m_club, (force - drag * v_ball) / p.m_ball
 
 
 def touch_indicator(impact: AnyImpact, state: State) -> float:
@@ -188,28 +205,8 @@ def separation_indicator(impact: AnyImpact, state: State) -> float:
     if not impact.in_contact:
         return -1.0
     root = abs(state[0]) ** (1.0 / impact.parameters.exponent)
-    return -root - _ABOVE_ZERO if _over(impact, state) else root + _ABOVE_ZERO
-
-
-def _over(impact: AnyImpact, state: State) -> bool:
-    """Whether contact is over, though a solver that looks for the event may not know it yet.
-
-    The force is 0 at touch, too; but then the bodies still close at their approach speed.
-    """
-    assert impact.touch is not None
+    # The force is 0 at touch, too; but then the bodies still close at their approach speed.
     force, _, _, v_club, v_ball, _ = state
-    return force <= 0.0 and v_club - v_ball < 0.5 * (impact.touch[3] - impact.parameters.ball_speed)
-
-
-def acceleration(impact: AnyImpact, state: State, body: int) -> float:
-    """The acceleration of club (0) or ball (1), m/s².
-
-    Past the end of contact the bodies move freely, as they will: pulled back by a force below 0
-    they would turn round, and a solver with long steps would overlook the separation.
-    """
-    if not impact.in_contact or _over(impact, state):
-        return 0.0
-    p = impact.parameters
-    force, _, _, v_club, v_ball, _ = state
-    drag = p.contact_law.drag(impact.in_force[1])
-    return (force - drag * v_ball) / p.m_ball if body else -(force + drag * v_club) / p.m_club
+    approach = impact.touch.club_speed - impact.parameters.ball_speed
+    over = force <= 0.0 and v_club - v_ball < 0.5 * approach
+    return -root - _ABOVE_ZERO if over else root + _ABOVE_ZERO

@@ -1,10 +1,14 @@
-"""What a contact law is told, what it answers, and what a contact phase answers."""
+"""The interface of contact laws and of contact phases: arguments and return values."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
-#: Until this time (in units of 1/rate) after touch, what is small is asked for by itself.
+#: Until this time (in units of 1/rate) after touch, compression and force are evaluated separately:
+#: the closed form suffers from cancellation there.
 EARLY = 1e-3
+
+#: Of a value, relative.
+_ROUNDING = 4e-15
 
 #: k (N/m), b (N.s/m) and club_speed (m/s): what a host may change at every communication point.
 Inputs = tuple[float, float, float]
@@ -31,14 +35,14 @@ class Parameters(Protocol):
 State = list[float]
 
 
-class Start(NamedTuple):
-    """Where the bodies are when a contact phase begins.
+class InitialState(NamedTuple):
+    """The bodies at the start of a contact phase.
 
     Attributes:
         x_club: position of the club face, m.
         compression: how far it is past the ball's rest shape, m, >= 0.
         v_club, v_ball: velocities, m/s.
-        closing: v_club - v_ball, which may be known better than that difference tells, m/s.
+        closing: v_club - v_ball, m/s; given separately because the difference may lose digits.
     """
 
     x_club: float
@@ -48,16 +52,16 @@ class Start(NamedTuple):
     closing: float
 
 
-#: Position of the ball (m), velocities of club and ball (m/s), compression (m), and how fast that
-#: grows (m/s).
-End = tuple[float, float, float, float, float]
+#: Position of the ball (m), velocities of club and ball (m/s), compression (m), and its rate of
+#: change (m/s).
+EndState = tuple[float, float, float, float, float]
 
 
 class ContactPhase(Protocol):
-    """Contact under constant k and b, from its start until the contact force is gone.
+    """Contact under constant k and b, from its initial state until the contact force is zero.
 
-    It is made from k (contact stiffness, N/m, > 0), b (damping, N.s/m, >= 0), m_club and m_ball
-    (masses, kg) and where the bodies are. Times are s since the start, at most `duration`.
+    Times are s since the start of the phase, at most `duration`. A phase is a value: methods return
+    the same results in any order of calls.
     """
 
     #: s until contact ends; inf if it never does.
@@ -65,17 +69,17 @@ class ContactPhase(Protocol):
     #: The fastest rate of change in the phase, 1/s.
     rate: float
 
-    def course(self) -> tuple[Callable[[float], State], float]:
-        """A function that gives the state, and how much of its own time passes in a second."""
+    def dense_output(self) -> tuple[Callable[[float], State], float]:
+        """A function from scaled time to the state, and the time scale in 1/s."""
 
-    def end(self) -> End:
-        """Where things are when contact ends."""
+    def end(self) -> EndState:
+        """The bodies when contact ends."""
 
     def compression(self, t: float) -> float:
-        """Compression, m, good relative to itself however small it is just after touch."""
+        """Compression, m, to full relative accuracy just after touch."""
 
     def closing(self, t: float) -> float:
-        """Closing speed v_club - v_ball, m/s, good relative to itself."""
+        """Closing speed v_club - v_ball, m/s, to full relative accuracy."""
 
     def impulse(self, begin: float, width: float) -> float:
         """Impulse of the contact force over [begin, begin + width], N.s."""
@@ -87,34 +91,12 @@ class ContactPhase(Protocol):
         """The largest compression on [0, t], m."""
 
 
-class Law(Protocol):
-    """A contact law: m_C v_C' = -F - c v_C, m_B v_B' = F - c v_B with force F and drag c."""
-
-    #: As the FMU's enumeration shows it.
-    name: str
-    description: str
-
-    def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
-        """Why the law can't have these values, or None."""
-        return None
-
-    def refusal_of_touch(self, p: Parameters, club_speed: float) -> str | None:
-        """Why it can't have a touch at this speed (m/s), or None."""
-        return None
-
-    def damping(self, p: Parameters, k: float, closing: float) -> float:
-        """The damping (N.s/m) that gives the coefficient of restitution of the parameters.
-
-        At this approach speed (m/s); asked for only if the law has accepted such parameters.
-        """
-        raise AssertionError("such parameters are refused")
-
-    def contact(self, p: Parameters, k: float, b: float, start: Start) -> ContactPhase:
-        """The phase that begins at `start`: first touch while closing, or a force above 0."""
-
-    def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
-        """Contact force, N; past the end of contact it goes on below 0."""
-
-    def drag(self, b: float) -> float:
-        """The coefficient c of the drag on each body, N.s/m."""
-        return 0.0
+def largest_until(
+    t: float, value: Callable[[float], float], maxima: Iterable[tuple[float, float]]
+) -> tuple[float, float]:
+    """The largest value on [0, t] and its time, from the maxima (time, value) inside the phase."""
+    passed = [(0.0, value(0.0)), *(point for point in maxima if point[0] <= t)]
+    when, largest = max(passed, key=lambda point: point[1])
+    now = value(t)
+    # Just after a maximum, rounding must not move its time.
+    return (now, t) if now > largest + _ROUNDING * abs(largest) else (largest, when)

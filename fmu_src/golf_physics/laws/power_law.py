@@ -15,7 +15,7 @@ from math import atan2, exp, hypot, inf, pi, sqrt
 
 from ..numerics.gauss import GAUSS_5
 from ..numerics.panels import LEAST, Oscillator, Panel
-from .contact import ContactPhase, End, Start, State
+from .contact import ContactPhase, EndState, InitialState, State
 
 #: Where panels meet, as phases Ωσ since the last zero of x. The other zeros of x are pi apart along
 #: the real axis, or along the imaginary one above critical damping; they keep a distance from a
@@ -43,8 +43,8 @@ class PowerLawContact(ContactPhase):
     """
 
     def __init__(
-        self, k: float, b: float, m_club: float, m_ball: float, start: Start, exponent: float,
-        reference_compression: float,
+        self, k: float, b: float, m_club: float, m_ball: float, start: InitialState,
+        exponent: float, reference_compression: float,
     ) -> None:  # fmt: skip
         _, d, _, _, w = self._bodies = start
         total = m_club + m_ball
@@ -128,7 +128,7 @@ class PowerLawContact(ContactPhase):
         force = self._scales[3] * relative ** (self._powers[0] - 1.0) * drive
         return force if force > 0.0 else 0.0
 
-    def course(self) -> tuple[Callable[[float], State], float]:
+    def dense_output(self) -> tuple[Callable[[float], State], float]:
         return self._state, 1.0
 
     def _state(self, t: float) -> State:
@@ -138,7 +138,7 @@ class PowerLawContact(ContactPhase):
         x = x_club + ((p * v_ball + q * v_club) * t - p * (d0 - d))
         return [force, x, x - d, v_club - p * (w0 - w), v_ball + q * (w0 - w), d]
 
-    def end(self) -> End:
+    def end(self) -> EndState:
         """The force is 0, the ball not yet round."""
         _, _, x_ball, v_club, v_ball, compression = self._state(self.duration)
         return x_ball, v_club, v_ball, compression, self._final[2]

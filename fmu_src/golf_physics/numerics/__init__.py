@@ -1,1 +1,1 @@
-"""Zeros, series and quadrature that the contact laws need; each knows nothing of an impact."""
+"""Zeros, series and quadrature for the contact laws; nothing here depends on an impact."""

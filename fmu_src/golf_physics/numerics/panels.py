@@ -1,18 +1,11 @@
 """The power law in its own time σ: a linear oscillator; and time as a function of σ, on panels."""
 
-from math import atan2, cos, exp, expm1, hypot, log, log1p, pi, sin, sqrt
-from operator import mul
+from math import atan2, cos, exp, expm1, hypot, log, log1p, sin, sqrt
+
+from .chebyshev import NODES, ORDER, evaluate, interpolate
 
 #: A smaller x, σ or ω counts as 0: powers might underflow.
 LEAST = 1e-290
-
-#: Chebyshev coefficients of a panel, and how to get them from values at the nodes.
-_ORDER = 18
-_ANGLES = [pi * (i + 0.5) / _ORDER for i in range(_ORDER)]
-_NODES = [cos(angle) for angle in _ANGLES]
-_TRANSFORM = [
-    [(2.0 if j else 1.0) / _ORDER * cos(j * angle) for angle in _ANGLES] for j in range(_ORDER)
-]
 
 
 class Oscillator:
@@ -105,12 +98,12 @@ class Panel:
         self.direction = 1.0 if width > 0.0 else -1.0
         self.reach = abs(width) ** (1.0 / self.r)
         power = (1.0 - m) / m
-        values = [self._ratio(0.5 * width * (1.0 + z)) ** power for z in _NODES]
-        g = [sum(map(mul, row, values)) for row in _TRANSFORM]
+        values = [self._ratio(0.5 * width * (1.0 + z)) ** power for z in NODES]
+        g = interpolate(values)[::-1]
         # (1 + z) T_j' = j T_j + 2j (T_(j-1) + T_(j-2) + ... + T_0 / 2): solved from the top.
         above = 0.0
         self.series = []
-        for j in range(_ORDER - 1, 0, -1):
+        for j in range(ORDER - 1, 0, -1):
             coefficient = (g[j] - 2.0 * above) / (j + 1.0 / self.r)
             above += j * coefficient
             self.series.append(coefficient)
@@ -128,13 +121,8 @@ class Panel:
         return x * c + (u + self.motion.slow * x) * basis_s
 
     def _clock(self, v: float) -> float:
-        """Time to or from s = 0, s: the series summed by Clenshaw's recurrence."""
-        z = 2.0 * v**self.r - 1.0
-        twice = 2.0 * z
-        a = b = 0.0
-        for coefficient in self.series:
-            a, b = coefficient + twice * a - b, a
-        return self.reach / self.omega * v * (a - z * b)
+        """Time to or from s = 0, s."""
+        return self.reach / self.omega * v * evaluate(self.series, 2.0 * v**self.r - 1.0)
 
     def _time_to(self, s: float) -> float:
         return self.direction * self._clock((s / self.width) ** (1.0 / self.r))

@@ -1,9 +1,10 @@
-"""The command `golf-impact`. Heavy modules are imported by the commands that need them."""
+"""The command `golf-impact`. Commands import heavy modules when they run."""
 
 import contextlib
 import io
 import os
 import sys
+from collections.abc import Callable
 from typing import Annotated, NoReturn
 
 import typer
@@ -16,11 +17,12 @@ from golf_impact.commands.console import warn
 from golf_impact.errors import UserError
 
 app = typer.Typer(
-    help="A golf club hits a ball: build the co-simulation FMU, run and check its scenarios.",
+    help="Impact of a golf club on a ball: build the co-simulation FMU, run and check scenarios.",
     epilog="Example: golf-impact run baseline elastic --out results",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # its help cuts the names of options short at 80 columns
 )
 
 
@@ -39,15 +41,32 @@ def _common(
     pass
 
 
-app.command(epilog=build.EPILOG)(build.build)
-app.command(epilog=doctor.EPILOG)(doctor.doctor)
-app.command("list", epilog=list_.EPILOG)(list_.list_)
-app.command(epilog=run.EPILOG)(run.run)
-app.command(epilog=explore.EPILOG)(explore.explore)
-app.command(epilog=bench.EPILOG)(bench.bench)
-app.command(epilog=stress.EPILOG)(stress.stress)
-app.command(epilog=calibrate.EPILOG)(calibrate.calibrate)
-app.command(epilog=sweep.EPILOG)(sweep.sweep)
+def _add(command: Callable[..., object], examples: str, name: str | None = None) -> None:
+    """Add a command; its examples stand in lines of their own below its options."""
+    first, _, lines = examples.partition(": ")
+    # Paragraphs after \b are not wrapped.
+    app.command(name, epilog="\n  ".join(("\b", f"{first}:", *lines.split(" · "))))(command)
+
+
+_add(build.build, build.EPILOG)
+_add(doctor.doctor, doctor.EPILOG)
+_add(list_.list_, list_.EPILOG, "list")
+_add(run.run, run.EPILOG)
+_add(explore.explore, explore.EPILOG)
+_add(bench.bench, bench.EPILOG)
+_add(stress.stress, stress.EPILOG)
+_add(calibrate.calibrate, calibrate.EPILOG)
+_add(sweep.sweep, sweep.EPILOG)
+
+
+def _refuse_missing_folder() -> None:
+    try:
+        os.getcwd()
+    except FileNotFoundError:
+        folder = os.environ.get("PWD", "the working folder")
+        raise UserError(
+            f"the working folder {folder} no longer exists: change to another folder (cd)"
+        ) from None
 
 
 def _refuse_empty(arguments: list[str]) -> None:
@@ -61,17 +80,25 @@ def _refuse_empty(arguments: list[str]) -> None:
 
 
 def one_line(arguments: list[str]) -> int:
-    """Run a command; whatever a user can mend becomes one line on stderr and exit code 2."""
+    """Run a command; errors that a user can correct become one line on stderr.
+
+    Args:
+        arguments: those of the command line.
+
+    Returns:
+        The exit code; 2 after such an error.
+    """
     stopping.listen()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
+        _refuse_missing_folder()
         _refuse_empty(arguments)
         stopping.open_scratch()
         code = _code_of(arguments)
         if sys.stdout is not None:
-            # A full disk shows here, if not before.
+            # The latest point at which a full disk is noticed.
             sys.stdout.flush()
         return code
     except (UserError, OSError, MemoryError) as error:
@@ -92,7 +119,7 @@ def _code_of(arguments: list[str]) -> int:
     except SystemExit as stop:
         code = stop.code if isinstance(stop.code, int) else 1
     except Exception as error:
-        # The parser's own errors, from click or from typer's copy of it.
+        # Errors of the parser, in click or in typer's copy of it.
         words = getattr(error, "format_message", None)
         if words is None:
             raise
@@ -108,11 +135,14 @@ def _code_of(arguments: list[str]) -> int:
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:
-    """The console script, with the arguments of the command line or these.
+    """Run the command and end the process.
 
-    It ends the process here: nothing is open any more. Some commands load FMUs that are packaged
-    as pythonfmu does it, whose library touches freed memory at the end of a process (see
-    host.at_exit in fmu_src): once in some hundred times it aborted.
+    It ends here, without the interpreter's shutdown: pythonfmu's library, in an FMU that pythonfmu
+    has packaged unchanged, accesses freed memory then and aborts once in some hundred times (see
+    host.at_exit in fmu_src).
+
+    Args:
+        arguments: by default those of the command line.
     """
     code = one_line(sys.argv[1:] if arguments is None else arguments)
     for stream in (sys.stdout, sys.stderr):

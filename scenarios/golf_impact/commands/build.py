@@ -12,10 +12,10 @@ EPILOG = (
     "golf-impact build --fmi 3 · golf-impact build --standalone"
 )
 
-_DEFAULT_OUT = "build/ of a checkout, else the user's cache folder"
-_SYSTEM = "Also Swing.fmu, BallFlight.fmu and GolfSwing.ssp, a system of all three."
-_FMI = "Version of FMI; 3 is ClubBallImpact.fmi3.fmu, with Model Exchange."
-_STANDALONE = "ClubBallImpact.standalone.fmu, with a Python of its own: for hosts without one."
+_DEFAULT_OUT = "in build/ of a checkout, else in the cache folder"
+_SYSTEM = "Also build the companion FMUs and GolfSwing.ssp, the system of all of them."
+_FMI = "Version of FMI; 3 also has Model Exchange (ClubBallImpact.fmi3.fmu)."
+_STANDALONE = "Include a Python interpreter, for hosts without one (….standalone.fmu)."
 
 
 def build(
@@ -34,8 +34,8 @@ def build(
 
     check_temporary_folder()
     if fmi == 3 and system:
-        raise UserError("--system is refused with --fmi 3: the system's FMUs are of FMI 2.0")
-    # All of the files, or none.
+        raise UserError("--system is refused with --fmi 3: the FMUs of the system are FMI 2.0")
+    # Either all files are written or none.
     with held():
         files = [build_fmu(out, fmi, standalone)]
         if system:

@@ -1,8 +1,8 @@
-"""What commands say, and what their options have in common."""
+"""Output of the commands: lines, tables and progress bars."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,53 +14,108 @@ if TYPE_CHECKING:
 
     from golf_impact.report.outcome import Table
 
-#: Where results go unless --out says otherwise.
+#: The default of --out.
 RESULTS = Path("golf-impact-results")
 
-# What users typed is shown as they typed it.
+# Without markup: what a user has typed is printed as it is.
 out = Console(markup=False, emoji=False)
 err = Console(stderr=True, markup=False, emoji=False)
 
+#: Width of a table beside the text of its cells: of each column, and once.
+_PADDING, _EDGE = 3, 1
+
 
 def say(words: object, style: str | None = None) -> None:
-    """A line, however long."""
+    """Print a line, without wrapping."""
     out.print(str(words), style=style, soft_wrap=True, highlight=False)
 
 
 def warn(words: object, style: str | None = None) -> None:
-    """A line on stderr, however long."""
+    """Print a line on stderr, without wrapping."""
     err.print(str(words), style=style, soft_wrap=True, highlight=False)
 
 
 def paragraphs(words: Iterable[str]) -> None:
-    """Sentences as they were written, wrapped."""
-    for one in words:
-        out.print(one, highlight=False)
+    """Print paragraphs, wrapped at words."""
+    for paragraph in words:
+        out.print(paragraph, highlight=False)
+
+
+def print_entries(title: str, entries: Mapping[str, Iterable[str]]) -> None:
+    """Print entries with a name and some lines each, wrapped at words beside the name."""
+    from rich.table import Table as RichTable
+
+    grid = RichTable.grid(padding=(0, 2, 0, 0))
+    grid.add_column(no_wrap=True, style="bold")
+    grid.add_column()
+    for name, lines in entries.items():
+        grid.add_row(name, "\n".join((*lines, "")))
+    out.print(title, style="bold")
+    out.print()
+    out.print(grid, highlight=False)
 
 
 def print_table(table: Table, numbers: bool = True) -> None:
-    """A table of the report; its columns but the first to the right if they hold numbers."""
-    rich = rich_table(table.title, *table.columns, numbers=numbers)
-    for row in table.rows:
-        rich.add_row(*row)
-    out.print(rich)
+    """Print a table without breaking words.
+
+    Cells are wrapped between words. Where the columns are still too wide for the terminal, the
+    table is printed in parts, each with the first column.
+
+    Args:
+        table: the table.
+        numbers: whether all columns but the first are aligned to the right.
+    """
+    for n, (columns, widths) in enumerate(_parts(table, out.width)):
+        rich = rich_table("" if n else table.title, numbers=numbers)
+        for place, width in zip(columns, widths, strict=True):
+            right = numbers and place > 0
+            rich.add_column(table.columns[place], justify="right" if right else "left", width=width)
+        for row in table.rows:
+            rich.add_row(*(row[place] for place in columns))
+        out.print(rich)
 
 
 def rich_table(title: str, *columns: str, numbers: bool = True) -> RichTable:
-    """An empty table for the terminal."""
+    """An empty table for the terminal; an empty title is none."""
     from rich.table import Table as RichTable
 
-    rich = RichTable(title=title, title_justify="left", title_style="bold")
+    rich = RichTable(title=title or None, title_justify="left", title_style="bold")
     for n, column in enumerate(columns):
         rich.add_column(column, justify="right" if n and numbers else "left", overflow="fold")
     return rich
 
 
+def _parts(table: Table, width: int) -> Iterator[tuple[list[int], list[int]]]:
+    """The columns of each part of a table, and their widths, for a terminal of this width."""
+    cells: list[Sequence[str]] = list(zip(table.columns, *table.rows, strict=True))
+    longest = [max(len(line) for cell in of for line in cell.split("\n")) for of in cells]
+    least = [max(len(word) for cell in of for word in cell.split() or [""]) for of in cells]
+    first, *others = range(len(cells))
+    while True:
+        columns, room = [first], width - _EDGE - _PADDING - least[first]
+        while others and (room >= least[others[0]] + _PADDING or len(columns) == 1):
+            room -= least[others[0]] + _PADDING
+            columns.append(others.pop(0))
+        widths = [least[place] for place in columns]
+        # The room left goes to the columns that wrap, to the narrowest of them first.
+        while room > 0:
+            wrapped = [n for n, place in enumerate(columns) if widths[n] < longest[place]]
+            if not wrapped:
+                break
+            widths[min(wrapped, key=widths.__getitem__)] += 1
+            room -= 1
+        yield columns, widths
+        if not others:
+            return
+
+
 @contextmanager
 def progress() -> Iterator[Callable[[str, int], Callable[..., None]]]:
-    """Bars on stderr: begun with a name and a total.
+    """Progress bars on stderr, if that is a terminal.
 
-    Each gives what moves it on: by one, or to the number that it is given.
+    Yields:
+        A function from name and total to a function that advances the bar: by one, or to the
+        number that it is given; a second argument renames the bar.
     """
     from rich.progress import MofNCompleteColumn, Progress
 
@@ -69,10 +124,13 @@ def progress() -> Iterator[Callable[[str, int], Callable[..., None]]]:
 
         def bar(name: str, total: int) -> Callable[..., None]:
             task = bars.add_task(name, total=total)
+            done = 0
 
-            def move(done: int | None = None) -> None:
-                bars.update(task, completed=done, advance=1 if done is None else None)
+            def advance(to: int | None = None, name: str | None = None) -> None:
+                nonlocal done
+                done = done + 1 if to is None else to
+                bars.update(task, completed=done, description=name)
 
-            return move
+            return advance
 
         yield bar

@@ -8,28 +8,27 @@ EPILOG = "Example: golf-impact list --balls"
 
 
 def list_(
-    balls: Annotated[bool, Option("--balls", help="The balls that --ball knows.")] = False,
+    balls: Annotated[bool, Option("--balls", help="List the preset balls of --ball.")] = False,
 ) -> None:
-    """List the scenarios, or the balls."""
-    from golf_impact.commands.console import print_table
+    """List the scenarios, or the preset balls."""
+    from golf_impact.commands.console import print_entries, print_table
     from golf_impact.commands.scripts import scenarios
     from golf_impact.facts.balls import BALLS
     from golf_impact.report.outcome import Table
 
     if balls:
-        columns, rows = ["name", "what it is", "values (SI)", "source"], []
+        entries = {}
         for ball in BALLS.values():
-            values = ", ".join(f"{name} = {value:.6g}" for name, value in ball.values.items())
-            rows.append([ball.name, ball.title, values, ball.source])
-        table = Table("Balls", columns, rows)
+            values = " ".join(f"{name}={value:.6g}" for name, value in ball.values.items())
+            entries[ball.name] = [ball.title, f"{values} (SI units)", f"Source: {ball.source}"]
+        print_entries("Balls", entries)
     else:
-        rows = [[name, _shown(name, script.TITLE)] for name, script in scenarios().items()]
-        table = Table("Scenarios", ["name", "what it shows"], rows)
-    print_table(table, numbers=False)
+        rows = [[name, title_beside(name, script.TITLE)] for name, script in scenarios().items()]
+        print_table(Table("Scenarios", ["name", "what it shows"], rows), numbers=False)
 
 
-def _shown(name: str, title: str) -> str:
-    """A title without the name that it begins with, which stands beside it."""
+def title_beside(name: str, title: str) -> str:
+    """A scenario's title as it stands beside its name: without the name, if it begins with it."""
     first, _, rest = title.partition(": ")
     same = first.lower().replace(" ", "") == name.lower().replace("_", "")
     return rest if same and rest else title

@@ -1,12 +1,21 @@
 """`golf-impact run`."""
 
 import os
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
-from golf_impact.commands.console import RESULTS, err, out, paragraphs, print_table, say, warn
+from golf_impact.commands.console import (
+    RESULTS,
+    out,
+    paragraphs,
+    print_table,
+    progress,
+    say,
+    warn,
+)
 from golf_impact.errors import UserError
 from golf_impact.facts.quantities import LAWS_IN_WORDS, doubts_of_mass
 
@@ -22,30 +31,33 @@ EPILOG = (
 )
 
 _BALL = (
-    "A case with this ball (golf-impact list --balls, or a file .toml); repeatable, --set wins "
-    "over its values."
+    "Run a case with this ball (golf-impact list --balls, or a file .toml); repeatable; --set "
+    "overrides its values."
 )
+
+
+#: Longest title in the summary of all scenarios: a line each at 80 columns.
+_TITLE = 47
 
 
 def run(
     names: Annotated[
         list[str] | None,
-        Argument(
-            metavar="[NAME]...", help="Scenarios, or scripts of your own; all of ours by default."
-        ),
+        Argument(metavar="NAME", help="Scenarios or scripts of your own; default: all scenarios."),
     ] = None,
     set_: Annotated[
         list[str] | None,
-        Option("--set", metavar="NAME=VALUE", help="A case of your own; repeatable."),
+        Option("--set", metavar="NAME=VALUE", help="Run a case of your own; repeatable."),
     ] = None,
     balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
-    folder: Annotated[
-        Path, Option("--out", help="The folder for results, figures and report.html.")
-    ] = RESULTS,
-    figures: Annotated[bool, Option(help="Draw figures.")] = True,
+    folder: Annotated[Path, Option("--out", help="Output folder.")] = RESULTS,
+    figures: Annotated[bool, Option(help="Plot figures.")] = True,
     fmu: Annotated[Path | None, Option("--fmu", help="Use this .fmu file; don't build.")] = None,
 ) -> int:
-    """Run scenarios through the FMU, print their tables, check them, and write the results."""
+    """Run and check scenarios; write results and a report.
+
+    All scenarios are summarized in a line each. With NAME, --set or --ball the tables are printed.
+    """
     from golf_impact.commands.scripts import scenario, scenarios
     from golf_impact.facts.balls import ball as named_ball
     from golf_impact.files import prepare
@@ -60,40 +72,47 @@ def run(
     for words in doubts_of_mass(masses):
         warn(words, style="yellow")
     if names and own:
-        say(f"--set and --ball make a case of your own: {', '.join(names)} stays as it is.")
+        say(f"--set and --ball define a case of your own; they don't change {', '.join(names)}.")
     scripts = {} if names or own else scenarios()
     for given in dict.fromkeys(names or ()):
         script, name = scenario(given), Path(given).stem
         if scripts.setdefault(name, script) is not script:
             raise UserError(f"two scenarios are named {name}: run one at a time")
-    prepare(folder, "results.json", "report.html")
+    prepare(folder, *(("results.json", "report.html") if scripts else ()))
     outcomes: dict[str, Outcome] = {}
-    with ImpactFmu(fmu_file(fmu)) as instance:
-        for name, script in scripts.items():
-            with err.status(f"running {name}"):
-                outcomes[name] = _outcome(script, instance)
-            _show(name, outcomes[name])
-        if own:
-            outcomes["custom"] = own_cases(instance, values, own_balls)
-            _show("custom", outcomes["custom"])
+    with ImpactFmu(fmu_file(fmu)) as instance, progress() as begin:
         guid = instance.description.guid
-    with err.status("writing results"):
-        replaced = (folder / "results.json").exists()
-        write_outcomes(folder, outcomes, guid, figures)
-    checks = [(name, check) for name, outcome in outcomes.items() for check in outcome.checks]
-    failed = [(name, check) for name, check in checks if not check.passed]
-    for name, check in failed:
-        claim = check.claim.removeprefix(f"{name}: ")
-        warn(f"Check failed: {name}: {claim} ({check.detail})", style="red")
-    passed, style = _verdict([check for _, check in checks])
-    # Files of other scenarios than these stay.
-    earlier = " (the report and these scenarios' files in place of an earlier run's)"
-    say(f"{passed}. Results in {folder}{os.sep}{earlier if replaced else ''}", style)
-    return 1 if failed else 0
+        advance = begin("running", len(scripts) + own)
+        for name, script in scripts.items():
+            advance(len(outcomes), f"running {name}")
+            outcomes[name] = _outcome(script, instance)
+        # The files of a set of outcomes have a prefix of their own.
+        sets = {"": outcomes} if outcomes else {}
+        if own:
+            case = own_cases(instance, values, own_balls)
+            sets[case.prefix] = {"custom": case}
+    outcomes = {name: outcome for of_set in sets.values() for name, outcome in of_set.items()}
+    if names or own:
+        for name, outcome in outcomes.items():
+            _show(name, outcome)
+    else:
+        _summarize(outcomes)
+    replaced = any((folder / f"{prefix}report.html").exists() for prefix in sets)
+    with progress() as begin:
+        number = sum(len(outcome.figures) for outcome in outcomes.values())
+        advance = begin("plotting" if figures else "writing", number if figures else 1)
+        reports = [
+            write_outcomes(folder, of_set, guid, figures, prefix, advance)
+            for prefix, of_set in sets.items()
+        ]
+    code = _conclude(outcomes)
+    words = f"Results in {folder}{os.sep}; report: {', '.join(report.name for report in reports)}"
+    say(f"{words} (replaces an earlier one)" if replaced else words)
+    return code
 
 
 def fmu_file(given: Path | None) -> Path:
-    """The FMU that a user names, or that of the present sources, built if need be.
+    """The FMU that a user names, or that of the current sources, built if necessary.
 
     Raises:
         UserError: the given one can't be used.
@@ -109,25 +128,28 @@ def fmu_file(given: Path | None) -> Path:
 
 
 def _outcome(script: "ModuleType", fmu: "ImpactFmu") -> "Outcome":
-    from golf_impact.commands.scripts import wrong
+    from golf_impact.commands.scripts import position, wrong
     from golf_impact.report.outcome import Outcome
 
+    path = Path(str(script.__file__))
     try:
         outcome = script.run(fmu)
-    except (UserError, OSError):
+    except OSError:
         raise
+    except UserError as error:
+        raise UserError(f"{position(path, error)}: {error}") from error
     except Exception as error:
-        raise UserError(wrong(Path(str(script.__file__)), error)) from error
+        raise UserError(wrong(path, error)) from error
     if not isinstance(outcome, Outcome):
-        raise UserError(f"{script.__file__}: run(fmu) gives {outcome!r}; it must give its Report")
+        raise UserError(f"{path}: run(fmu) returns {outcome!r}; it must return its Report")
     return outcome
 
 
 def values_of(pairs: list[str]) -> dict[str, float]:
-    """Numbers by name of options --set NAME=VALUE.
+    """Parse options --set NAME=VALUE: numbers by name.
 
     Raises:
-        UserError: one is no number, has another form, or a name is given twice.
+        UserError: a value isn't a number, an option has another form, or a name is given twice.
     """
     values = {}
     for name, text in pairs_of(pairs, "VALUE", "k=8e5", "write it once").items():
@@ -141,10 +163,16 @@ def values_of(pairs: list[str]) -> dict[str, float]:
 
 
 def pairs_of(pairs: list[str], what: str, example: str, once: str) -> dict[str, str]:
-    """Texts by name of options --set NAME=TEXT.
+    """Parse options --set NAME=TEXT: texts by name.
+
+    Args:
+        pairs: the options' arguments.
+        what: the form of a text, for error messages.
+        example: a valid argument, for error messages.
+        once: what to do instead of giving a name twice, for error messages.
 
     Raises:
-        UserError: one has another form, or a name is given twice.
+        UserError: an option has another form, or a name is given twice.
     """
     texts: dict[str, str] = {}
     for pair in pairs:
@@ -161,16 +189,58 @@ def pairs_of(pairs: list[str], what: str, example: str, once: str) -> dict[str, 
 
 
 def _show(name: str, outcome: "Outcome") -> None:
+    """Print the tables, conclusions and number of checks of one scenario."""
     for table in outcome.tables:
         print_table(table)
     paragraphs(outcome.words)
     if outcome.checks:
         words, style = _verdict(outcome.checks)
-        out.print(f"{name}: {words}", style=f"bold {style}", highlight=False)
+        say(f"{name}: {words}", f"bold {style}")
     out.print()
 
 
+def _summarize(outcomes: "dict[str, Outcome]") -> None:
+    """Print a line for each scenario, and the verdicts."""
+    from golf_impact.commands.list import title_beside
+    from golf_impact.report.outcome import Table
+
+    rows = []
+    for name, outcome in outcomes.items():
+        passed = [check.passed for check in outcome.checks if check.kind != "consistency"]
+        rows.append(
+            [
+                name,
+                textwrap.shorten(title_beside(name, outcome.title), _TITLE, placeholder=" …"),
+                f"{sum(passed)}/{len(passed)}" if passed else "–",
+            ]
+        )
+    print_table(Table("", ["scenario", "what it shows", "checks"], rows), numbers=False)
+    paragraphs(outcome.verdict for outcome in outcomes.values() if outcome.verdict)
+    out.print()
+
+
+def _conclude(outcomes: "dict[str, Outcome]") -> int:
+    """Print failed checks and totals.
+
+    Returns:
+        The exit code: 1 if a check failed.
+    """
+    checks = [(name, check) for name, outcome in outcomes.items() for check in outcome.checks]
+    failed = [(name, check) for name, check in checks if not check.passed]
+    for name, check in failed:
+        claim = check.claim.removeprefix(f"{name}: ")
+        warn(f"Check failed: {name}: {claim} ({check.detail})", style="red")
+    if checks:
+        words, style = _verdict([check for _, check in checks])
+        say(f"{words}.", style)
+    deviations = sum(len(outcome.deviations) for outcome in outcomes.values())
+    if deviations:
+        say(f"Printed numbers of the document not reproduced: {deviations} (see the report).")
+    return 1 if failed else 0
+
+
 def _verdict(checks: "list[Check]") -> tuple[str, str]:
-    """In words, and their colour."""
-    passed = sum(check.passed for check in checks)
-    return f"{passed} of {len(checks)} checks passed", "green" if passed == len(checks) else "red"
+    """The number of checks passed, in words, and their colour."""
+    from golf_impact.report.outcome import summarize_checks
+
+    return summarize_checks(checks), "green" if all(check.passed for check in checks) else "red"

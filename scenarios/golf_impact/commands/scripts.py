@@ -1,4 +1,4 @@
-"""The scenario scripts: found by being there, loaded by their path."""
+"""Finds scenario scripts in their folder, and loads them by path."""
 
 import importlib.util
 import traceback
@@ -7,32 +7,32 @@ from types import ModuleType
 
 from golf_impact.errors import UserError
 
-_ROOM = Path(__file__).resolve().parents[1]
+_PACKAGE = Path(__file__).resolve().parents[1]
 
-#: Where they lie: beside golf_impact in a checkout, inside it where it is installed.
-FOLDER = _ROOM / "scripts" if (_ROOM / "scripts").is_dir() else _ROOM.parent
+#: Their folder: beside golf_impact in a checkout, inside it where it is installed.
+FOLDER = _PACKAGE / "scripts" if (_PACKAGE / "scripts").is_dir() else _PACKAGE.parent
 
 
 def names() -> list[str]:
-    """The names of our scenarios."""
+    """The names of the scenarios that come with the package."""
     return sorted(path.stem for path in FOLDER.glob("*.py"))
 
 
 def scenarios() -> dict[str, ModuleType]:
-    """Our scenarios by name, as their chapters follow each other."""
+    """Load these scenarios, in the order of their chapters; by name."""
     loaded = {name: scenario(name) for name in names()}
     last = float("inf")
     return dict(sorted(loaded.items(), key=lambda item: getattr(item[1], "CHAPTER", last)))
 
 
 def scenario(given: str) -> ModuleType:
-    """The module of a scenario: it has TITLE and `run(fmu)`.
+    """Load a scenario: a module with TITLE and `run(fmu)`.
 
     Args:
-        given: the name of one of ours, or the path of a script.
+        given: its name, or the path of a script.
 
     Raises:
-        UserError: there is none, or it is no scenario.
+        UserError: there is no such scenario, or it can't be loaded.
     """
     if not given.endswith(".py") and given not in names():
         raise UserError(
@@ -50,16 +50,22 @@ def scenario(given: str) -> ModuleType:
         missing = isinstance(error, FileNotFoundError) and error.filename == str(path)
         raise UserError(f"there is no script {path}" if missing else wrong(path, error)) from error
     if not isinstance(getattr(module, "TITLE", None), str):
-        raise UserError(f'{path} is no scenario: give it a line TITLE = "..."')
+        raise UserError(f'{path} is not a scenario: it needs a line TITLE = "..."')
     if not callable(getattr(module, "run", None)):
-        raise UserError(f"{path} is no scenario: give it a function run(fmu) that gives a Report")
+        raise UserError(
+            f"{path} is not a scenario: it needs a function run(fmu) that returns a Report"
+        )
     return module
 
 
 def wrong(path: Path, error: BaseException) -> str:
-    """What is wrong with a script, in one line, with the line of the script that it comes from."""
+    """A message about an error in a script, in one line, with the position in the script."""
+    return f"{position(path, error)} can't be run: {type(error).__name__}: {error}"
+
+
+def position(path: Path, error: BaseException) -> str:
+    """The script and its line from which an error was raised."""
     frames = traceback.extract_tb(error.__traceback__)
     lines = [frame.lineno for frame in frames if frame.filename == str(path)]
     line = error.lineno if isinstance(error, SyntaxError) else (lines or [None])[-1]
-    where = f", line {line}" if line else ""
-    return f"{path}{where} can't be run: {type(error).__name__}: {error}"
+    return f"{path}, line {line}" if line else str(path)

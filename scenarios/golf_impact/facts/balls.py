@@ -1,4 +1,4 @@
-"""Balls: a table of presets, each with the source that supports it, and TOML files."""
+"""Balls: a table of presets, each with its source, and TOML files."""
 
 import json
 import math
@@ -20,12 +20,13 @@ else:
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball as the FMU takes it.
+    """A preset ball.
 
     Attributes:
         name: as in `--ball NAME`; of a file, its path.
-        title: what it is, in one line.
-        values: inputs and parameters of the FMU by name (SI units); the others keep their defaults.
+        title: a description in one line.
+        values: inputs and parameters of the FMU by name (SI units); the others keep their start
+            values.
         source: where the values come from.
         uncertain: names of the values that have a covariance, (p,).
         covariance: theirs, rows of (p, p), SI units.
@@ -47,11 +48,11 @@ _MIL = 25.4e-6
 
 
 def rating_stiffness(rating: float) -> float:
-    """The k of one side of a ball with this compression rating, N/m: indicative only.
+    """Contact stiffness k of a ball with this compression rating, N/m; indicative only.
 
-    The PGA rating is 160 minus the deflection in mil under 200 lbf between two plates, of which
-    each side takes one half. It is a slow squeeze to a fifth of an impact's force or less, and
-    there is no industry standard.
+    The PGA rating is 160 minus the deflection in mil under 200 lbf between two plates; half of the
+    deflection is on each side. The compression is slow, its force a fifth of an impact's or less,
+    and there is no industry standard.
     """
     return 2.0 * _RATING_LOAD / ((160.0 - rating) * _MIL)
 
@@ -67,7 +68,7 @@ _RATING_SOURCE = (
     f"indicative: PGA rating = 160 - mil of deflection at 200 lbf; bands: document; COR: {PENNER}"
 )
 
-#: The finite-element ball's stiffness, fitted with n free.
+#: Law, stiffness and exponent of the finite-element ball, fitted with a free exponent.
 _ROH_LEE = {"law": 2, "k": 769684.1103947455, **_power(1.6165131732807367)}
 
 
@@ -99,18 +100,18 @@ _PRESETS = (
         {"law": 2, "k": 823261.7897934683, "b": 37.075005685987676, **_power(1.5)},
     ),
     _ball(
-        *("roh-lee-linear", "the same with n = 1 (Kelvin–Voigt), which misses it", _FITTED),
+        *("roh-lee-linear", "the same with n = 1 (Kelvin–Voigt), a poor fit", _FITTED),
         {"law": 2, "k": 1038092.3101883758, "b": 26.169288181247552},
     ),
     _ball(
         "penner",
-        "the finite-element ball's stiffness, with a COR that falls with speed as measured",
+        "stiffness of the finite-element ball, COR decreasing with speed as measured",
         f"k, n: {ROH}; COR 0.86 - 0.0029 v: {PENNER}",
         {**_ROH_LEE, **_LINE},
     ),
     _ball(
         "tour",
-        "a tour driver's ball and springy face together: 113 mph, S 1.478, 475 µs",
+        "ball and flexible face of a tour driver together: 113 mph, S 1.478, 475 µs",
         f"{TRACKMAN}; contact 450-500 µs: {USGA}; fitted by golf-impact calibrate",
         {"law": 2, "k": 1241578.1199332434, "b": 35.73150805888275, **_power(1.5)},
     ),
@@ -123,7 +124,7 @@ BALLS: dict[str, Ball] = {ball.name: ball for ball in _PRESETS}
 
 
 def ball(name: str) -> Ball:
-    """The preset of this name, or the ball of a TOML file.
+    """The preset ball of this name, or the ball of a TOML file.
 
     Raises:
         UserError: there is no such preset, or the file is no ball.

@@ -42,9 +42,12 @@ def expected(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[s
     u_club, u_ball = given["club_speed"], given["ball_speed"]
     mu, approach = reduced_mass(m_club, m_ball), u_club - u_ball
     start = m_club * u_club + m_ball * u_ball
+    law = int(given["law"])
+    if law not in (1, 2):
+        return {}
     if given.get("exponent", 1.0) != 1.0 or given.get("restitution_at_rest", 0.0) > 0.0:
         return {"momentum_final": start}
-    if int(given["law"]) == 1 and b > 0.0:
+    if law == 1 and b > 0.0:
         # Both bodies have moved as far when they part, and each has lost b·x to the drag.
         lost = b * metrics["contact_displacement"]
         gain = metrics["momentum_gain_ball"]

@@ -1,14 +1,18 @@
-"""What the source document prints, and the parameters that its numbers come from.
+"""The source document: its title, equations and printed numbers, and how they are read here.
 
-Source: "Doing Physics with Python: a one-dimensional model for the collision between a golf club
-and golf ball" (golfSpring.py). Its numbers are those of an explicit Euler scheme with a step of
-0.5 µs, stopped a few samples late; so they lie some tenths of a per cent from the exact
-solution of its own equations.
+Its numbers are those of an explicit Euler scheme with a step of 0.5 µs, stopped a few samples after
+the end of contact; they differ by some tenths of a per cent from the exact solution of its own
+equations.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
-#: The parameters that reproduce the printed numbers; they are the FMU's defaults.
+SERIES = "Doing Physics with Python"
+TITLE = "A one-dimensional model for the collision between a golf club and golf ball"
+SCRIPT = "golfSpring.py"
+
+#: The parameters that reproduce the printed numbers; they are the FMU's start values.
 USED = {"m_club": 0.210, "m_ball": 0.04593, "ball_diameter": 0.04267}
 
 #: The parameters as Table 1 prints them.
@@ -17,19 +21,19 @@ TABLE_1 = {"m_club": 0.200, "m_ball": 0.046, "ball_diameter": 0.044}
 #: The step of the document's scheme, s.
 TIME_STEP = 0.5e-6
 
-#: The document's program goes on for 2 or 3 samples after the bodies part, until they are this far
-#: apart, m; 35 to 48 µm print the same numbers.
+#: The document's program continues for 2 or 3 samples after the end of contact, until the bodies
+#: are this far apart, m; 35 to 48 µm give the same printed numbers.
 END_GAP = 36e-6
 
-#: How far the exact answer may lie from a printed number, relative, beside half a printed digit:
-#: the document's numerical error. The largest are 0.53 % in COR at k = 2e6 (0.0051, where half a
-#: digit is 0.005) and 0.48 % in the ball speed printed there.
+#: The numerical error of the document, relative: the exact solution may differ from a printed
+#: number by this and half a printed digit. The largest errors are 0.53 % in COR at k = 2e6 N/m
+#: (0.0051; half a digit is 0.005) and 0.48 % in the ball speed printed there.
 NUMERICAL_ERROR = 0.005
 
 
 @dataclass(frozen=True)
 class Printed:
-    """A number as it is printed: `text` in units of `scale` SI units."""
+    """A printed number: `text`, in a unit that is `scale` SI units."""
 
     text: str
     scale: float = 1.0
@@ -49,11 +53,11 @@ class Printed:
         return 0.5 * 10.0**-self._decimals * self.scale
 
     def shown(self, value: float) -> str:
-        """Another value with one digit more than the printed one."""
+        """Another value (SI) in the same unit, with one digit more than the printed one."""
         return f"{value / self.scale:.{self._decimals + 1}f}"
 
 
-#: What is printed of one case, and of each case in a table of several.
+#: The metrics printed for a single case, and for each case in a table of several.
 _CASE = (
     *("club_velocity", "ball_velocity", "momentum_initial", "momentum_final"),
     *("kinetic_energy_initial", "kinetic_energy_final", "smash_factor"),
@@ -65,7 +69,7 @@ _ROW = (
     *("contact_time", "contact_displacement_over_diameter", "energy_efficiency"),
 )
 
-#: SI units of those that are printed in others: µs and %.
+#: Units, in SI units, of the metrics that are not printed in SI units: µs and %.
 _SCALES = {"contact_time": 1e-6, "energy_efficiency": 0.01}
 
 
@@ -82,7 +86,7 @@ ELASTIC = _printed(
     _CASE, "22.41 57.55 7.35 7.35 128.62 128.81 1.64 1.00 611 0.41 6808 2.64 2.64 100"
 )
 
-#: The softer ball of the elastic case: two numbers only.
+#: The softer ball of the elastic case; only two numbers are printed.
 ELASTIC_SOFT = {"ball_velocity": Printed("58"), "contact_time": Printed("864", 1e-6)}
 
 CLUB_SPEED = {
@@ -115,7 +119,7 @@ ROH_LEE = {
     "time_of_max_force": 280e-6,
 }
 
-#: What the document works out from them on the back of an envelope.
+#: The document's back-of-the-envelope calculation with these figures.
 ENVELOPE = {
     "average force": Printed("3828"),
     "contact distance": Printed("0.015"),
@@ -128,3 +132,116 @@ ENVELOPE = {
     "final kinetic energy": Printed("117.9"),
     "energy lost": Printed("8.3", 0.01),
 }
+
+
+class Deviation(NamedTuple):
+    """A printed number that the document's own scheme doesn't give."""
+
+    case: str  #: in words
+    number: Printed
+    scheme: str  #: what the scheme gives, in the printed unit
+    remark: str
+
+    def is_given_by(self, value: float) -> bool:
+        """Whether this result of the scheme (SI units) rounds to `self.scheme`."""
+        rounded = Printed(self.scheme, self.number.scale)
+        return abs(value - rounded.value) <= rounded.half_digit
+
+
+#: By case and metric of the scenario finite_difference, which checks these values.
+NOT_REPRODUCED = {
+    ("baseline", "kinetic_energy_final"): Deviation(
+        "K2 of the baseline (J)",
+        BASELINE["kinetic_energy_final"],
+        "117.62",
+        "117.618 before rounding: truncated, not rounded",
+    ),
+    ("k = 1e6", "ball_velocity"): Deviation(
+        "v_Ball at k = 1.0e6 (m/s)",
+        COMPRESSION[1.0e6]["ball_velocity"],
+        "54.84",
+        "elsewhere the document prints 54.84 and 54.8 for the same impact",
+    ),
+    ("k = 2e6", "ball_velocity"): Deviation(
+        "v_Ball at k = 2.0e6 (m/s)",
+        COMPRESSION[2.0e6]["ball_velocity"],
+        "55.67",
+        "an error of 0.13 m/s, which no rounding explains",
+    ),
+}
+
+
+class Reading(NamedTuple):
+    """A statement of the document that can't be taken literally, or that leaves something open."""
+
+    printed: str
+    problem: str  #: why it can't be taken as printed
+    reading: str  #: how it is understood here
+    file: str  #: below fmu_src/ or scenarios/, where it is implemented
+    line: str  #: the beginning of that line of code
+
+
+READINGS = (
+    Reading(
+        "m_C x_C'' + b x_C' + k x_C = 0",
+        "The spring force depends on the position of the club alone, as if the spring were fixed "
+        "to the ground; the ball doesn't occur.",
+        "m_C x_C'' = −k d − b x_C' with the compression d = x_C − x_B.",
+        "golf_physics/laws/linear_law.py",
+        "def force",
+    ),
+    Reading(
+        "m_B x_B'' + b x_B' + k x_C = 0",
+        "k x_C again, with the same sign as on the club: the ball would be pulled back, and the "
+        "two forces would not be opposite and equal.",
+        "m_B x_B'' = +k d − b x_B': the reaction to the force on the club.",
+        "golf_physics/laws/linear_law.py",
+        "def force",
+    ),
+    Reading(
+        "b dx_C/dt and b dx_B/dt",
+        "b times each body's own velocity is a drag against the ground, which takes 4.3 % of the "
+        "momentum. The text says otherwise: “a spring and damper connecting the two masses”.",
+        "Law 1 has this drag as printed; the printed numbers (P2 = 7.03 of 7.35 N·s) follow from "
+        "it.",
+        "golf_physics/laws/absolute.py",
+        "def drag",
+    ),
+    Reading(
+        "“a spring and damper connecting the two masses”",
+        "No printed number follows from it.",
+        "Law 2: the damper acts on the relative velocity, F = k d + b d'; momentum is conserved.",
+        "golf_physics/laws/relative.py",
+        "def damper",
+    ),
+    Reading(
+        "“momentum is conserved in the collision”",
+        "True of the finite-element figures (7.35 and 7.34 N·s); the document's own result keeps "
+        "7.03 of 7.35 N·s.",
+        "Law 1 loses momentum, law 2 conserves it; both are reported.",
+        "laws.py",
+        "def run",
+    ),
+    Reading(
+        "“finite difference method”",
+        "Neither scheme, time step nor end of contact is given.",
+        "Explicit Euler with 0.5 µs, stopped 2 to 3 samples after d = 0, reproduces all printed "
+        "numbers but three.",
+        "golf_impact/peers/document_fmu.py",
+        "class DocumentImpact",
+    ),
+    Reading(
+        "COE = (v_B − v_C)/u_C",
+        "Holds for a ball at rest only.",
+        "(v_B − v_C)/(u_C − u_B).",
+        "golf_physics/variables.py",
+        '_output("coefficient_of_restitution"',
+    ),
+    Reading(
+        "b = 0: K1 = 128.62 J, K2 = 128.81 J, COR = 1.00",
+        "Kinetic energy increases: an error of explicit Euler, whose unrounded COR is 1.004.",
+        "Exactly: K2 = K1 = 128.625 J, COR = 1.",
+        "elastic.py",
+        "def run",
+    ),
+)

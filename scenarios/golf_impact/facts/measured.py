@@ -1,4 +1,4 @@
-"""What others measured or computed of real impacts, each with its source."""
+"""Published measurements and computations of real impacts, each with its source."""
 
 from dataclasses import dataclass
 
@@ -10,19 +10,20 @@ MPH = 0.44704
 
 @dataclass(frozen=True)
 class Measurement:
-    """Something published about one kind of impact, for the FMU's default masses."""
+    """A published result of an impact, for the FMU's start values of the masses."""
 
-    what: str  #: as tables show it
-    metric: str  #: the FMU's output that it is compared with
+    what: str  #: its name in tables
+    metric: str  #: the output of the FMU that it is compared with
     club_speed: float  #: of the impact, m/s
     low: float  #: the least value, SI units
     high: float  #: the largest; the same for a single value
     source: str  #: where it is published
-    face: str = "rigid"  #: or "springy" where the club's face gives too
-    short: str = ""  #: as figures label it, if they do
+    face: str = "rigid"  #: or "flexible": of the club
+    short: str = ""  #: its label in figures, if it has one
 
     @property
     def middle(self) -> float:
+        """The middle of the range, SI units."""
         return 0.5 * (self.low + self.high)
 
 
@@ -37,7 +38,7 @@ ROH = "W.-J. Roh, C.-W. Lee, 14th Int. Congress on Sound and Vibration, finite e
 #: Directions without numbers: contact is shorter at higher club speed, longer with softer balls.
 LOUGHBOROUGH = "Roberts, Jones, Rothberg, Measurement of contact time (Loughborough University)"
 
-#: COR of ball and rigid club head: this less the slope times the approach speed (m/s).
+#: COR of ball and rigid club head: COR at zero speed, and slope -dCOR/dv, s/m.
 PENNER_AT_REST, PENNER_SLOPE = 0.86, 0.0029
 
 #: The speed at which the rules test a driver's COR: 160 ft/s.
@@ -47,21 +48,21 @@ _COR, _SMASH, _TIME = "coefficient_of_restitution", "smash_factor", "contact_tim
 
 
 def _tour(club: int, ball: int, short: str = "") -> Measurement:
-    """A tour's average speeds, mph."""
+    """Average speeds on tour, mph."""
     what, smash = f"S, tour drivers, {club} mph", ball / club
-    return Measurement(what, _SMASH, club * MPH, smash, smash, TRACKMAN, "springy", short)
+    return Measurement(what, _SMASH, club * MPH, smash, smash, TRACKMAN, "flexible", short)
 
 
 MEASUREMENTS = (
     Measurement("COR, finite elements", _COR, 35.0, 0.743, 0.743, ROH, short="Roh & Lee"),
-    # The page gives no speed: that of the rules' test, which it is about.
+    # No speed is given; it is about the test of the rules.
     Measurement("COR, rigid head", _COR, RULES_SPEED, 0.78, 0.78, THOMAS, short="Thomas"),
     Measurement(
-        "COR, the rules' limit", _COR, RULES_SPEED, 0.822, 0.830, USGA, "springy", "rules' limit"
+        "COR, the rules' limit", _COR, RULES_SPEED, 0.822, 0.830, USGA, "flexible", "rules' limit"
     ),
     _tour(113, 167, "tour"),
     _tour(115, 171),
-    Measurement("contact time, driver", _TIME, 113 * MPH, 450e-6, 500e-6, USGA, "springy"),
+    Measurement("contact time, driver", _TIME, 113 * MPH, 450e-6, 500e-6, USGA, "flexible"),
 )
 
 #: Roh & Lee's figures by the FMU's outputs (SI units).

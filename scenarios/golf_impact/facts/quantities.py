@@ -1,40 +1,95 @@
-"""How quantities are called and shown: one table for reports, figures and calibration."""
+"""Names, units and formats of quantities: one table for reports, figures and calibration."""
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-#: What the number `law` may be.
-LAWS_IN_WORDS = "law is 1 (absolute) or 2 (relative)"
+from golf_build import LAWS
 
-#: No club head and no ball is so heavy (kg): grams were meant.
+#: The allowed values of `law`.
+LAWS_IN_WORDS = f"law is {' or '.join(f'{number} ({name})' for number, (name, _) in LAWS.items())}"
+
+#: No club head and no ball has this mass (kg): grams were meant.
 _HEAVY = 10.0
 
 
+class NoValue(float):
+    """NaN with a reason: the value of a result that an impact doesn't have.
+
+    It computes as NaN does, is null in JSON and an empty cell in CSV; tables print the reason.
+    """
+
+    def __new__(cls, reason: str) -> "NoValue":
+        self = super().__new__(cls, math.nan)
+        self.reason = reason
+        return self
+
+    reason: str  #: in words
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return NoValue, (self.reason,)
+
+
+NO_CONTACT = NoValue("no contact")
+NO_SEPARATION = NoValue("no separation")
+
+#: Outputs that are results of a completed impact: they have no value before the bodies separate.
+RESULTS = (
+    *("smash_factor", "coefficient_of_restitution", "energy_efficiency"),
+    *("contact_time", "contact_displacement"),
+)
+
+#: Times that have no value before the bodies touch.
+TIMES_OF_CONTACT = ("touch_time", "time_of_max_force")
+
+
+def undefined_results(touched: bool, separated: bool) -> dict[str, NoValue]:
+    """The outputs without a value at the end of a run, by name, each with the reason.
+
+    The FMU's outputs are results so far: a contact time that grows with the simulated time, or a
+    coefficient of restitution of 0, which means perfectly plastic. At the end of a run without a
+    contact or without a separation these say nothing about an impact.
+
+    Args:
+        touched: whether the bodies have touched (the FMU's output of this name).
+        separated: whether they have separated (likewise).
+    """
+    if separated:
+        return {}
+    if touched:
+        return dict.fromkeys(RESULTS, NO_SEPARATION)
+    return dict.fromkeys((*RESULTS, *TIMES_OF_CONTACT), NO_CONTACT)
+
+
 class Quantity(NamedTuple):
-    """A metric as people read it."""
+    """How a metric is named and printed."""
 
     name: str  #: in words
-    symbol: str = ""  #: behind the name, if it has one
-    unit: str = ""  #: in which it is shown
-    factor: float = 1.0  #: of that unit in SI
-    decimals: int = 4  #: with which it is shown: enough to see a difference
+    symbol: str = ""  #: after the name, if it has one
+    unit: str = ""  #: in which it is printed
+    factor: float = 1.0  #: from SI to that unit
+    decimals: int = 4  #: printed; enough to see a difference
 
     @property
     def label(self) -> str:
+        """Name, symbol and unit."""
         unit = f"({self.unit})" if self.unit else ""
         return " ".join(filter(None, (self.name, self.symbol, unit)))
 
     @property
     def plain(self) -> str:
+        """Name and unit."""
         return self._replace(symbol="").label
 
     def shown(self, value: float) -> str:
-        """A value (SI) in the unit of the label."""
-        return f"{value * self.factor:.{self.decimals}f}"
+        """A value (SI) in the unit of the label; of one that isn't there, the reason."""
+        if math.isnan(value):
+            return value.reason if isinstance(value, NoValue) else "–"
+        text = f"{value * self.factor:.{self.decimals}f}"
+        return text if float(text) else text.removeprefix("-")
 
 
-#: By the metric's name: those of the FMU's outputs, and of what is derived from them.
+#: By the metric's name: the FMU's outputs, and what is derived from them.
 QUANTITIES = {
     "club_velocity": Quantity("club velocity", "v_C", "m/s", decimals=3),
     "ball_velocity": Quantity("ball velocity", "v_B", "m/s", decimals=3),
@@ -55,7 +110,7 @@ QUANTITIES = {
 
 
 def label(metric: str) -> str:
-    """Name, symbol and unit of a metric; of one that the table lacks, its name in the code."""
+    """Name, symbol and unit of a metric; of one that isn't in the table, its name in the code."""
     return QUANTITIES[metric].label if metric in QUANTITIES else metric
 
 
@@ -65,7 +120,7 @@ def shown(metric: str, value: float) -> str:
 
 
 def shortest(value: float) -> str:
-    """The fewest digits that give this very double."""
+    """The fewest digits that represent this double exactly."""
     return repr(float(value)).removesuffix(".0")
 
 
@@ -83,14 +138,33 @@ def with_error(value: float, error: float | None) -> str:
 
 
 def set_options(values: Mapping[str, float]) -> str:
-    """Inputs and parameters (SI) as options of a command."""
+    """Inputs and parameters (SI) as options of a command line."""
     return " ".join(f"--set {name}={shortest(value)}" for name, value in values.items())
 
 
-def doubts_of_mass(masses: Mapping[str, float]) -> list[str]:
-    """Masses that may be in grams, in words; they are taken as they stand.
+def describe_contact(values: Mapping[str, float]) -> str:
+    """Contact law, stiffness and damping of a case in words, e.g. "law 2, k = 1 MN/m, b = 9 N·s/m".
 
-    They come in kg, by what stands before them on the command line.
+    Args:
+        values: law, k, b, exponent, restitution_at_rest and restitution_slope (SI units).
+    """
+    factor, unit = prefixed("N/m", values["k"])
+    words = [f"law {values['law']:g}", f"k = {values['k'] * factor:.4g} {unit}"]
+    if values["exponent"] != 1.0:
+        words.append(f"n = {values['exponent']:.3g}")
+    if values["restitution_at_rest"] > 0.0:
+        line = f"{values['restitution_at_rest']:g} − {values['restitution_slope']:g} s/m · v"
+        words.append(f"COR = {line}")
+    else:
+        words.append(f"b = {values['b']:.4g} N·s/m")
+    return ", ".join(words)
+
+
+def doubts_of_mass(masses: Mapping[str, float]) -> list[str]:
+    """Warnings about masses that were probably given in grams.
+
+    Args:
+        masses: masses (kg) by the text that stands before them on the command line.
     """
     return [
         f"{given}{mass:g} is taken in kg: write {given}{mass / 1e3:g} for {mass:g} g."
@@ -100,14 +174,14 @@ def doubts_of_mass(masses: Mapping[str, float]) -> list[str]:
 
 
 def written(unit: str | None) -> str:
-    """A unit as people write it, N·s for the FMI's N.s; empty if there is none."""
+    """A unit in usual notation, N·s for FMI's N.s; empty if there is none."""
     return "" if unit in (None, "", "1") else str(unit).replace(".", "·")
 
 
 def prefixed(unit: str | None, largest: float) -> tuple[float, str]:
-    """Factor and unit that bring values up to this one (SI) to between 1 and 1000.
+    """Factor and prefixed unit that bring the largest value (SI) to between 1 and 1000.
 
-    Only units that people put a prefix to have one: 1e6 N/m is 1 MN/m.
+    1e6 N/m is 1 MN/m; units that usually have no prefix get none.
     """
     if unit not in ("N", "N/m", "m", "s", "J") or not 0.0 < largest < math.inf:
         return 1.0, written(unit)

@@ -1,4 +1,4 @@
-"""Looks at an .fmu file before anything of it is extracted or run."""
+"""Checks of an .fmu file before it is extracted or run."""
 
 import hashlib
 import re
@@ -10,15 +10,18 @@ from pathlib import Path, PurePosixPath
 from golf_build.archive import SUMS
 from golf_impact.errors import UserError
 
-#: Bytes, unpacked; ours has 1 MB.
+#: Largest unpacked size, bytes; ClubBallImpact.fmu has 1 MB.
 _LARGEST = 64 * 2**20
 
 
 def flaw(path: Path) -> str | None:
-    """What is wrong with an .fmu file as an archive, in one line that says what to do; or None.
+    """Find what is wrong with an .fmu file as an archive.
 
-    Names that lead out of the folder, contents too large, damage, and files that aren't those that
-    it was built with (if it has a list of them).
+    Rejected are names that lead out of the folder, links, contents that are too large, damage, and
+    files that differ from the list of those that it was built with, if there is such a list.
+
+    Returns:
+        A message in one line that says what to do; None if nothing is wrong.
     """
     try:
         mode = path.stat().st_mode
@@ -27,27 +30,27 @@ def flaw(path: Path) -> str | None:
     except OSError as error:
         return f"can't read {path}: {error.strerror}"
     if stat.S_ISDIR(mode):
-        return f"{path} is a folder, no FMU: give the .fmu file"
+        return f"{path} is a folder, not an FMU: give the .fmu file"
     if not stat.S_ISREG(mode):
-        return f"{path} is no file: give the .fmu file"
+        return f"{path} is not a regular file: give the .fmu file"
     try:
         with zipfile.ZipFile(path) as archive:
             why = _flaw_inside(archive)
     except OSError as error:
         why = error.strerror or str(error)
-    except Exception as error:  # whatever zipfile makes of a damaged file
+    except Exception as error:  # zipfile raises many types for damaged files
         why = (str(error) or type(error).__name__).splitlines()[0]
-    return None if why is None else f"{path} is no readable FMU ({why}): run `golf-impact build`"
+    return None if why is None else f"{path} is not a readable FMU ({why}): run `golf-impact build`"
 
 
 def _flaw_inside(archive: zipfile.ZipFile) -> str | None:
     members = archive.infolist()
     names = [member.filename for member in members]
     for member, name in zip(members, names):
-        # zipfile has made slashes of backslashes where those are separators.
+        # zipfile replaces backslashes by slashes where they are separators.
         odd = re.search(r"[\\:\x00-\x1f]", member.orig_filename)
         if odd or name.startswith("/") or ".." in PurePosixPath(name).parts:
-            return f"a name in it leads elsewhere: {name!r}"
+            return f"a name in it leads out of the folder: {name!r}"
         if stat.S_ISLNK(member.external_attr >> 16):
             return f"{name} in it is a link"
     if len(set(names)) != len(names):
@@ -57,7 +60,7 @@ def _flaw_inside(archive: zipfile.ZipFile) -> str | None:
         return f"it unpacks to {size / 2**20:.0f} MB, more than the {_LARGEST / 2**20:.0f} allowed"
     if "modelDescription.xml" not in names:
         return "modelDescription.xml is missing"
-    # Reading looks at the CRC, too.
+    # Reading checks the CRC, too.
     digests = {name: hashlib.sha256(archive.read(name)).hexdigest() for name in names}
     sums = archive.read(SUMS).decode() if SUMS in digests else ""
     for line in sums.splitlines():
@@ -65,23 +68,23 @@ def _flaw_inside(archive: zipfile.ZipFile) -> str | None:
         if name not in digests:
             return f"{name} is missing"
         if digests[name] != expected:
-            return f"{name} isn't as it was built"
+            return f"{name} has been changed since it was built"
     return None
 
 
 def odd_characters(folder: Path | str) -> str:
-    """Characters of a folder that pythonfmu 0.7 can't take in the address of an FMU's resources.
+    """Characters in the name of a folder with which pythonfmu 0.7 crashes.
 
-    Tools escape them there, and pythonfmu undoes only %20, the space; it crashes on the others.
+    Importers escape them in the URI of an FMU's resources; pythonfmu decodes %20, the space, only.
     """
     return "".join(sorted(set(re.sub(r"[A-Za-z0-9/._~ \\:-]", "", str(folder)))))
 
 
 def check_temporary_folder() -> None:
-    """See that an FMU can be loaded where tools extract it.
+    """Check that an FMU can be loaded from the temporary folder.
 
     Raises:
-        UserError: pythonfmu would crash.
+        UserError: pythonfmu would crash there.
     """
     folder = tempfile.gettempdir()
     if odd_characters(folder):

@@ -1,4 +1,4 @@
-"""Where the FMU file is, and building it when it is missing, damaged or out of date."""
+"""The path of the FMU file, and building it if it is missing, damaged or out of date."""
 
 import atexit
 import os
@@ -16,14 +16,14 @@ from golf_impact.errors import UserError
 from golf_impact.fmu.archive import check_temporary_folder
 from golf_impact.stopping import held
 
-#: build/ of a checkout; anything else where golf_build is installed.
+#: build/ in a checkout; has no build_fmu.py where golf_build is installed.
 _CHECKOUT = packaging.HERE.parent
 
-#: What builds the FMU, by the version of FMI.
+#: The builders of the FMU by version of FMI.
 BUILDERS = {2: fmi2.BUILDER, 3: fmi3.BUILDER}
 
-#: One impact in a process of its own, which an FMU that isn't ours, or has been damaged, may take
-#: down. Its modules come from where ours do, never from the working folder.
+#: Runs an impact in a separate process, which a foreign or damaged FMU may crash. Modules are
+#: imported from the same folders as here, never from the working folder.
 _TRIAL = """
 import sys; sys.path[:] = {path!r}
 from pathlib import Path
@@ -37,7 +37,7 @@ except UserError as error:
 
 
 def default_path(builder: packaging.Builder, standalone: bool = False) -> Path:
-    """build/ in a checkout; else the user's cache, under the digest of the sources."""
+    """In build/ of a checkout; else in the user's cache, below the digest of the sources."""
     name = f"{builder.name}{alone.SUFFIX if standalone else ''}.fmu"
     if (_CHECKOUT / "build_fmu.py").is_file():
         return _CHECKOUT / name
@@ -45,7 +45,7 @@ def default_path(builder: packaging.Builder, standalone: bool = False) -> Path:
 
     cache = platformdirs.user_cache_path("golf-impact")
     if not cache.is_absolute():
-        # A user without a home: it would be a folder named ~ here.
+        # Without a home folder it would be a folder named ~ in the working folder.
         cache = Path(tempfile.gettempdir(), "golf-impact")
     return cache / builder.digest()[:16] / name
 
@@ -54,15 +54,15 @@ def build_fmu(out: Path | None = None, fmi: int = 2, standalone: bool = False) -
     """Build the FMU.
 
     Args:
-        out: the file to write; where the scenarios look for it by default.
+        out: the file to write; `default_path` by default.
         fmi: the version of FMI, 2 or 3.
-        standalone: whether it brings a Python of its own.
+        standalone: whether it includes a Python interpreter.
 
     Raises:
         UserError: the file can't be written, or this machine can't build a standalone one.
     """
     out = default_path(BUILDERS[fmi], standalone) if out is None else out
-    # Not Path.is_dir, which raises where one may not look.
+    # Not Path.is_dir, which raises without permission to read.
     if os.path.isdir(out):
         raise UserError(f"{out} is a folder; give the name of the .fmu file to write")
     if not str(out).endswith(".fmu"):
@@ -75,7 +75,7 @@ def build_fmu(out: Path | None = None, fmi: int = 2, standalone: bool = False) -
 
 @contextmanager
 def building(where: str) -> Iterator[None]:
-    """What can't be built or written within this block is a UserError; signals are held back."""
+    """Turn errors of building and writing into UserErrors; signals are held back meanwhile."""
     try:
         with held():
             yield
@@ -86,9 +86,12 @@ def building(where: str) -> Iterator[None]:
 
 
 def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
-    """The FMU of the present sources, and why it was built, or None if it was there.
+    """The FMU of the current sources, built if necessary.
 
-    Where it can't be written to its place, it is built for this process only.
+    If it can't be written to its default path, it is built for this process only.
+
+    Returns:
+        The file, and why it was built; None if it existed.
     """
     builder = BUILDERS[fmi]
     path = default_path(builder)
@@ -108,7 +111,7 @@ def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
 
 
 def given_fmu(path: Path) -> Path:
-    """An FMU that a user names, tried in a process of its own unless it is the present one.
+    """Check an FMU that a user names; unless it is that of the current sources, by running it.
 
     Raises:
         UserError: it is damaged, another FMU, or can't be run here.
@@ -129,7 +132,7 @@ def given_fmu(path: Path) -> Path:
 
 
 def build_plain_fmu(script: Path, folder: Path) -> Path:
-    """Package a self-contained slave as pythonfmu does, with nothing added."""
+    """Package a self-contained slave with pythonfmu, without additions."""
     with packaging.packaged(2, script.stem, script.read_bytes(), {}) as fmu:
         folder.mkdir(parents=True, exist_ok=True)
         return Path(shutil.copy(fmu, folder))

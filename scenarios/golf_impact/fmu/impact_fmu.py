@@ -1,4 +1,4 @@
-"""Drives ClubBallImpact.fmu: one extraction, one instance, as many impacts as a scene wants."""
+"""Drives ClubBallImpact.fmu: any number of impacts with one extraction and one instance."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from golf_impact.errors import UserError
+from golf_impact.facts.quantities import undefined_results
 from golf_impact.fmu.archive import check_temporary_folder, flaw
-from golf_impact.fmu.loaded import Entered, LoadedFmu, in_a_line
+from golf_impact.fmu.loaded import Entered, LoadedFmu, Named, in_a_line
 
-#: One communication step that is longer than any contact here; the answer doesn't depend on it.
+#: A communication step (s) that is longer than any usual contact; results don't depend on it.
 HORIZON = 1.0
 
-#: What a metrics-only scene reads once, at the end of its one step.
+#: The outputs that are read once, at the end of an impact in one step.
 METRICS = (
     *("club_velocity", "ball_velocity", "touch_time"),
     *("smash_factor", "coefficient_of_restitution", "energy_efficiency"),
@@ -26,7 +27,7 @@ METRICS = (
     *("impulse", "momentum", "kinetic_energy"),
 )
 
-#: What a scene may set.
+#: Inputs and parameters that any FMU of this model has.
 INPUTS = (
     *("k", "b", "club_speed", "m_club", "m_ball", "ball_diameter", "ball_speed", "gap"),
     *("law", "exponent", "reference_compression"),
@@ -34,15 +35,15 @@ INPUTS = (
 
 FLAGS = ("touched", "in_contact", "separated")
 
-#: What a trajectory samples unless it is told otherwise.
+#: The outputs that a trajectory records by default.
 PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
 
 
 class ImpactFmu(LoadedFmu):
-    """The FMU, extracted and instantiated once, for use in a `with` block.
+    """ClubBallImpact.fmu, extracted and instantiated once, for use in a `with` block.
 
     Raises:
-        UserError: the file is missing, corrupt or another FMU.
+        UserError: the file is missing, damaged or another FMU.
     """
 
     def __init__(self, path: Path) -> None:
@@ -52,12 +53,12 @@ class ImpactFmu(LoadedFmu):
         try:
             super().__init__(path)
         except Exception as error:  # whatever zip, XML and fmpy make of a broken file
-            why = f"is no readable FMU ({in_a_line(error)})"
+            why = f"is not a readable FMU ({in_a_line(error)})"
             raise UserError(f"{path} {why}: {remedy}") from error
         if "smash_factor" not in self.variables:
             raise UserError(f"{path} is another FMU ({self.description.modelName}), not this one")
         if self.description.fmiVersion != "2.0" or self.description.coSimulation is None:
-            why = "is no FMU for co-simulation of FMI 2.0, which is needed here"
+            why = "is not an FMI 2.0 co-simulation FMU"
         missing = [n for n in (*INPUTS, *METRICS, *PATH, *FLAGS) if n not in self.variables]
         if missing and why is None:
             why = f"lacks {', '.join(missing)}, so it is of another version"
@@ -74,13 +75,13 @@ class ImpactFmu(LoadedFmu):
                 f"{self.path} can't be extracted into {self.folder}: {error.strerror or error}"
             ) from error
         try:
-            # Without these pythonfmu would take the process down.
+            # Without these pythonfmu would crash the process.
             module = Path(self.folder, "resources", "slavemodule.txt")
             if not module.is_file():
                 raise OSError("resources/slavemodule.txt is missing")
             if not module.with_name(f"{module.read_text().strip()}.py").is_file():
                 raise OSError("its Python module is missing")
-            self.slave  # noqa: B018 (instantiated here, where an error has a line of its own)
+            self.slave  # noqa: B018 (instantiates it here, where an error gets a message)
         except Exception as error:
             shutil.rmtree(self.folder, ignore_errors=True)
             raise UserError(
@@ -94,33 +95,38 @@ class ImpactFmu(LoadedFmu):
             said = f": {in_a_line(self.messages[-1])}" if self.messages else ""
             raise UserError(f"{self.path} failed ({in_a_line(error)}{said})") from error
 
-    def impact(self, outputs: Sequence[str] = METRICS, **values: Any) -> dict[str, float]:
-        """One impact in one communication step: metrics only.
+    def impact(self, outputs: Sequence[str] = METRICS, **values: Any) -> Named[float]:
+        """Compute an impact in one communication step.
 
         Args:
-            outputs: the Real outputs to read.
-            values: inputs and parameters by name; defaults for the others.
+            outputs: the Real outputs to read at its end.
+            values: inputs and parameters by name (SI units); defaults for the others.
 
         Returns:
-            The outputs by name.
+            The outputs by name (SI units). Results of a completed impact (S, COR, E, contact time,
+            contact displacement) are NaN if the bodies don't separate within `horizon`; if they
+            never touch, the times of touch and of maximum force are NaN as well.
 
         Raises:
-            UserError: the FMU refuses a value.
+            UserError: the FMU rejects a value, or has no variable of a name.
         """
         self.start(**values)
         self.step(0.0, self.horizon(values).item())
-        return self.read(outputs)
+        results = self.read(outputs)
+        undefined = undefined_results(self.flag("touched"), self.flag("separated"))
+        results.update((name, undefined[name]) for name in undefined.keys() & results.keys())
+        return results
 
     @np.errstate(all="ignore")
     def horizon(self, values: Mapping[str, Any]) -> np.ndarray:
-        """A step long enough for the bodies to meet and, if they do, to part, s.
+        """A communication step (s) within which the bodies touch and separate, if they ever do.
 
         Args:
-            values: inputs and parameters by name, numbers or arrays of one shape (defaults for the
-                others). Those that the FMU will refuse may be anything.
+            values: inputs and parameters by name (SI units), numbers or arrays of one shape;
+                defaults for the others. They may be values that the FMU rejects.
 
         Returns:
-            Of the shape of the values.
+            An array of the shape of the values.
         """
         gap, club, ball = self._given(values, "gap", "club_speed", "ball_speed")
         approach = np.where(club > ball, gap / (club - ball), 0.0)
@@ -132,7 +138,7 @@ class ImpactFmu(LoadedFmu):
 
     @np.errstate(all="ignore")
     def half_period(self, values: Mapping[str, Any]) -> np.ndarray:
-        """The contact time without damping, s: π √(μ/k), or nearly so with an exponent."""
+        """The contact time without damping, s: π √(μ/k); an estimate if the exponent isn't 1."""
         m_club, m_ball, k, n = self._given(values, "m_club", "m_ball", "k", "exponent")
         mu = 1.0 / (1.0 / m_club + 1.0 / m_ball)
         period = math.pi * np.sqrt(mu / k)
@@ -142,30 +148,32 @@ class ImpactFmu(LoadedFmu):
         closing = np.abs(club - ball)
         # Kinetic energy μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d.
         ratio = closing * period / (math.pi * length)
-        # Not **, which computes a single number otherwise than an array's.
+        # Not **, which rounds a single number differently from an array's element.
         compression = length * np.power(0.5 * (n + 1.0) * ratio * ratio, 1.0 / (n + 1.0))
         return np.where((n > 1.0) & (closing > 0.0), math.pi * compression / closing, period)
 
     def trajectory(
         self, points: int = 301, names: Sequence[str] = PATH, **values: Any
-    ) -> dict[str, np.ndarray]:
-        """One impact, sampled over the contact with a margin on either side.
+    ) -> Named[np.ndarray]:
+        """Sample an impact over the contact, with a margin of a tenth of it before and after.
 
         Args:
             points: number of samples.
             names: the Real outputs to record.
-            values: inputs and parameters by name; defaults for the others.
+            values: inputs and parameters by name (SI units); defaults for the others.
 
         Returns:
-            `time` (s) and the outputs, arrays of shape (points,).
+            `time` (s) and the outputs (SI units) by name, arrays of shape (points,).
 
         Raises:
-            UserError: the FMU refuses a value.
+            UserError: the FMU rejects a value, or has no variable of a name.
         """
         end = self.impact(("touch_time", "contact_time"), **values)
         touch, contact = end["touch_time"], end["contact_time"]
+        if not self.flag("touched"):
+            touch = 0.0
         if not self.flag("separated"):
-            # Not parted within the horizon: show the time in which the contact takes shape.
+            # Not separated within the horizon: sample the time in which the contact develops.
             contact = 10.0 * self.half_period(values).item()
         if touch + contact / points == touch:
             raise UserError(
@@ -178,10 +186,18 @@ class ImpactFmu(LoadedFmu):
         if begin:
             self.step(0.0, begin)
         times = np.linspace(begin, touch + contact + margin, points)
-        return {"time": times, **self.sampled(times, names)}
+        return Named({"time": times, **self.sampled(times, names)})
 
     def sampled(self, times: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
-        """Real outputs at these times (s), the first of which is now, by name; of their shape."""
+        """Record Real outputs at these times.
+
+        Args:
+            times: communication points, s; the first is the current one.
+            names: the outputs.
+
+        Returns:
+            The outputs (SI units) by name, arrays of the shape of `times`.
+        """
         references = self.references(names)
         table = np.empty((len(times), len(names)))
         table[0] = self.slave.getReal(references)

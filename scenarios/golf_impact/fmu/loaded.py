@@ -1,4 +1,4 @@
-"""Drives an FMU through fmpy: extracted once, its instances made, set back and freed."""
+"""Drives an FMU through fmpy: extraction, instances, runs from the initial state, outputs."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import shutil
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 import fmpy
 
-# Before an FMU brings its own copy, which has no binaries to build another FMU with.
+# Imported before an FMU imports its own copy, which lacks the binaries to build another FMU with.
 import pythonfmu.builder  # noqa: F401
 import pythonfmu3.builder  # noqa: F401
 from fmpy import fmi2
@@ -21,6 +21,14 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 from golf_impact.errors import UserError
 
 Entered = TypeVar("Entered", bound="LoadedFmu")
+Value = TypeVar("Value")
+
+
+class Named(dict[str, Value], Generic[Value]):
+    """Values by name; a name that isn't there raises a UserError with those that are."""
+
+    def __missing__(self, name: str) -> Value:
+        raise UserError(f"there is no {name!r} here: choose from {', '.join(self)}")
 
 
 class LoadedFmu:
@@ -30,9 +38,9 @@ class LoadedFmu:
         self.path = path
         self.description = fmpy.read_model_description(str(path))
         self.variables = {v.name: v for v in self.description.modelVariables}
-        #: What the FMU has said through its logger since the last `start`.
+        #: Messages of the FMU through its logger since the last `start`.
         self.messages: list[str] = []
-        #: Where it is extracted.
+        #: The folder into which it is extracted.
         self.folder = ""
         self._slave: Any = None
         self._fresh: Any = None
@@ -44,7 +52,7 @@ class LoadedFmu:
         return self
 
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
-        # After an error that isn't a refusal further calls may crash the process.
+        # After an error other than a rejected value further calls may crash the process.
         if not isinstance(error, FMICallException):
             if self._slave is not None:
                 self._slave.freeFMUstate(self._fresh)
@@ -54,7 +62,7 @@ class LoadedFmu:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def blank(self, kind: Any = FMU2Slave) -> Any:
-        """An object of fmpy with the library loaded, not instantiated yet."""
+        """An fmpy instance with its library loaded, not yet instantiated."""
         return kind(
             guid=self.description.guid,
             unzipDirectory=self.folder,
@@ -63,19 +71,19 @@ class LoadedFmu:
         )
 
     def keep(self, instance: Any) -> Any:
-        """Have it freed when the block ends, if it hasn't been by then."""
+        """Register an instance to be freed at the end of the block, if it hasn't been before."""
         self._alive.append(instance)
         return instance
 
     def free(self, instance: Any) -> None:
-        """End the run and free the instance."""
+        """Terminate and free an instance."""
         if instance in self._alive:
             self._alive.remove(instance)
         instance.terminate()
         instance.freeInstance()
 
     def instance(self, **values: float) -> FMU2Slave:
-        """A further instance, initialized with these inputs and parameters."""
+        """Make a further instance, initialized with these inputs and parameters (SI units)."""
         slave = self.blank()
         slave.instantiate()
         self.keep(slave)
@@ -87,13 +95,13 @@ class LoadedFmu:
 
     @property
     def slave(self) -> FMU2Slave:
-        """The instance that is set back for every run, made when first needed."""
+        """The instance that every run uses, from its initial state; made on first use."""
         if self._slave is None:
             assert self.folder, "use it in a with block"
             slave = self.blank()
             slave.instantiate(callbacks=self._callbacks(), loggingOn=True)
             self._slave = self.keep(slave)
-            # Restoring this state is far cheaper than a reset, which makes a new instance.
+            # Restoring this state is far cheaper than fmi2Reset, which makes a new instance.
             self._fresh = slave.getFMUstate()
         return self._slave
 
@@ -108,6 +116,15 @@ class LoadedFmu:
         )
 
     def references(self, names: Sequence[str]) -> list[int]:
+        """The value references of variables.
+
+        Raises:
+            UserError: the FMU has no variable of a name.
+        """
+        for name in names:
+            if name not in self.variables:
+                outputs = [n for n, v in self.variables.items() if v.causality == "output"]
+                raise UserError(f"there is no output {name!r}: choose from {', '.join(outputs)}")
         return [self.variables[name].valueReference for name in names]
 
     def default(self, name: str) -> float:
@@ -115,10 +132,12 @@ class LoadedFmu:
         return float(self.variables[name].start)
 
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
-        """A new run as far as initialization mode, where more can be set; refusals are messages.
+        """Begin a run and stop in initialization mode, where more values can be set.
+
+        A value that the FMU rejects is a message, not an error.
 
         Raises:
-            UserError: the FMU doesn't know a variable.
+            UserError: the FMU has no variable of a name.
         """
         slave = self.slave
         slave.setFMUstate(self._fresh)
@@ -127,10 +146,10 @@ class LoadedFmu:
         self.set(values)
 
     def start(self, **values: float) -> None:
-        """A new run with these inputs and parameters (defaults for the others).
+        """Begin a run with these inputs and parameters (SI units; defaults for the others).
 
         Raises:
-            UserError: the FMU refuses a value, or doesn't know the variable.
+            UserError: the FMU rejects a value, or has no variable of a name.
         """
         self.messages.clear()
         self.begin(values)
@@ -139,10 +158,10 @@ class LoadedFmu:
             raise UserError(self.messages[0])
 
     def set(self, values: dict[str, float], slave: FMU2Slave | None = None) -> None:
-        """Set inputs and parameters, of the instance that is set back if none is given.
+        """Set inputs and parameters (SI units), by default of `self.slave`.
 
         Raises:
-            UserError: the FMU doesn't know a variable, or it takes whole numbers only.
+            UserError: the FMU has no such input or parameter, or it takes whole numbers only.
         """
         slave = self.slave if slave is None else slave
         for name, value in values.items():
@@ -159,10 +178,14 @@ class LoadedFmu:
                 slave.setReal([variable.valueReference], [value])
 
     def step(self, point: float, size: float) -> None:
-        """One communication step.
+        """Make one communication step.
+
+        Args:
+            point: the current communication point, s.
+            size: the communication step size, s.
 
         Raises:
-            UserError: the FMU refuses it.
+            UserError: the FMU discards it.
         """
         try:
             self.slave.doStep(point, size)
@@ -171,16 +194,27 @@ class LoadedFmu:
                 raise
             raise UserError(self.messages[-1] if self.messages else in_a_line(error)) from error
 
-    def read(self, names: Sequence[str]) -> dict[str, float]:
-        """Values of Real variables at this communication point, by name."""
-        return dict(zip(names, self.slave.getReal(self.references(names)), strict=True))
+    def read(self, names: Sequence[str]) -> Named[float]:
+        """Values of Real variables at this communication point, by name (SI units).
+
+        Raises:
+            UserError: the FMU has no variable of a name, or it isn't Real.
+        """
+        references = self.references(names)
+        for name in names:
+            if self.variables[name].type != "Real":
+                raise UserError(
+                    f"{name} is {self.variables[name].type}: only Real outputs are read"
+                )
+        return Named(zip(names, self.slave.getReal(references), strict=True))
 
     def flag(self, name: str) -> bool:
+        """Value of a Boolean variable at this communication point."""
         return bool(self.slave.getBoolean(self.references([name]))[0])
 
 
 class LoadedFmu3(LoadedFmu):
-    """An FMU 3.0: one instance for co-simulation and one for Model Exchange, set back likewise."""
+    """An FMU 3.0 with one instance for co-simulation and one for Model Exchange."""
 
     def __enter__(self) -> LoadedFmu3:
         super().__enter__()
@@ -197,10 +231,11 @@ class LoadedFmu3(LoadedFmu):
         super().__exit__(kind, error, trace)
 
     def set_back(self, instance: FMU3Model | FMU3Slave) -> None:
+        """Restore the initial state of an instance."""
         instance.setFMUState(self._states[instance])
 
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
-        """Begin a run of the co-simulation, initialized with these inputs and parameters."""
+        """Begin a co-simulation, initialized with these inputs and parameters (SI units)."""
         slave: Any = self._slave
         self.set_back(slave)
         slave.enterInitializationMode(startTime=start_time)
@@ -214,7 +249,11 @@ class LoadedFmu3(LoadedFmu):
     def simulate(
         self, instance: FMU3Model | FMU3Slave, outputs: Sequence[str], **options: Any
     ) -> dict[str, float]:
-        """A run by fmpy.simulate_fmu in one of the two instances; the outputs at its end."""
+        """Run fmpy.simulate_fmu in one of the two instances.
+
+        Returns:
+            The outputs at its end, by name (SI units).
+        """
         self.set_back(instance)
         rows = fmpy.simulate_fmu(
             self.folder,
@@ -227,14 +266,14 @@ class LoadedFmu3(LoadedFmu):
         return {name: float(rows[name][-1]) for name in outputs}
 
     def counted(self, run: Callable[[], Any]) -> tuple[Any, int]:
-        """What a run gives, and how often it asks the model for its derivatives."""
-        asked = self.model.getContinuousStateDerivatives
+        """The result of a run, and how often it evaluates the derivatives."""
+        evaluate = self.model.getContinuousStateDerivatives
         count = 0
 
         def counting(*arguments: Any) -> Any:
             nonlocal count
             count += 1
-            return asked(*arguments)
+            return evaluate(*arguments)
 
         self.model.getContinuousStateDerivatives = counting
         try:
@@ -242,11 +281,11 @@ class LoadedFmu3(LoadedFmu):
         finally:
             del self.model.getContinuousStateDerivatives
 
-    def read(self, names: Sequence[str]) -> dict[str, float]:
-        """Values of Float64 variables of the co-simulation, by name."""
-        return dict(zip(names, self._slave.getFloat64(self.references(names)), strict=True))
+    def read(self, names: Sequence[str]) -> Named[float]:
+        """Values of Float64 variables of the co-simulation, by name (SI units)."""
+        return Named(zip(names, self._slave.getFloat64(self.references(names)), strict=True))
 
 
 def in_a_line(error: BaseException | str) -> str:
-    """The first line of what an error says."""
+    """The first line of an error's message."""
     return (str(error).strip() or type(error).__name__).splitlines()[0]

@@ -1,4 +1,4 @@
-"""How figures look. Imported only to draw: matplotlib comes with it."""
+"""Styles and parts of figures. Imports matplotlib, so import it only to plot."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-# Figures are written to files: no screen is looked for, whatever the user's own backend is.
+# Figures are written to files: no display is needed, whatever backend the user has set.
 os.environ["MPLBACKEND"] = "Agg"
 
 import numpy as np
@@ -20,7 +20,7 @@ from golf_impact.stopping import held
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
 
-# The first import of all writes a list of fonts; half of it would hold up every later one.
+# The very first import writes a cache of fonts, which must not be left half-written.
 with held():
     import matplotlib.pyplot as plt
     from matplotlib.axes import Axes
@@ -30,22 +30,29 @@ with held():
 plt.style.use(Path(__file__).with_suffix(".mplstyle"))
 
 
-def new(title: str, size: tuple[float, float] = (7.2, 4.4)) -> tuple[Figure, Axes]:
-    """A figure with one pair of axes."""
+def new(title: str, size: tuple[float, float] = (7.2, 4.4), case: str = "") -> tuple[Figure, Axes]:
+    """A figure with one pair of axes.
+
+    Args:
+        title: of the figure.
+        size: width and height, inches.
+        case: the impact that it shows, on a second line (see `Report.describe`).
+    """
     figure, axes = plt.subplots(figsize=size)
-    axes.set_title(title)
+    axes.set_title(f"{title}\n{case}" if case else title)
     return figure, axes
 
 
-def new_pair(title: str) -> tuple[Figure, tuple[Axes, Axes]]:
-    """A figure with two pairs of axes side by side."""
-    figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.4))
-    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
+def new_pair(title: str, case: str = "") -> tuple[Figure, tuple[Axes, Axes]]:
+    """A figure with two pairs of axes side by side; its arguments are those of `new`."""
+    figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.6 if case else 4.4))
+    words = f"{title}\n{case}" if case else title
+    figure.suptitle(words, x=0.01, ha="left", fontweight="bold")
     return figure, (axes[0], axes[1])
 
 
 def shades(number: int) -> list[Look]:
-    """Looks for an amount that rises: the more, the darker."""
+    """Styles for increasing values of a quantity, from light to dark."""
     if number == 1:
         return [LOOKS["baseline"]]
     colours = [LOOKS[name].colour for name in ("less", "baseline", "more")]
@@ -57,13 +64,19 @@ def shades(number: int) -> list[Look]:
 
 
 def force_curves(
-    title: str, curves: Iterable[tuple[str, str, Mapping[str, float], Mapping[str, np.ndarray]]]
+    title: str,
+    case: str,
+    curves: Iterable[tuple[str, str, Mapping[str, float], Mapping[str, np.ndarray]]],
 ) -> Figure:
-    """Contact forces over each other, peaks marked.
+    """Contact force over time of several impacts, with their peaks marked.
 
-    Of each curve the name of its look, what it is, its metrics and its trajectory (SI units).
+    Args:
+        title: of the figure.
+        case: what the impacts have in common, on a second line.
+        curves: of each impact the name of its style, its label, its metrics and its trajectory
+            (SI units).
     """
-    figure, axes = new(title)
+    figure, axes = new(title, case=case)
     for look, words, metrics, path in curves:
         peak = int(np.argmax(path["force"]))
         force, time = metrics["max_force"] / 1e3, metrics["contact_time"] * 1e6
@@ -76,9 +89,9 @@ def force_curves(
 
 
 def run_time_axes(axes: Axes, error: str) -> None:
-    """Axes of a work–precision diagram: error across, run time up, both logarithmic.
+    """Axes of a work–precision diagram: run time over error, both logarithmic.
 
-    An error of exactly 0 has its place left of the smallest that a double can tell.
+    An error of exactly 0 is plotted to the left of the resolution of a double.
     """
     axes.set_xscale("symlog", linthresh=1e-17, linscale=1.0)
     axes.set_xticks([0.0, *(10.0**power for power in range(-16, 1, 2))])
@@ -90,9 +103,12 @@ def run_time_axes(axes: Axes, error: str) -> None:
 
 
 def name_axis(axis: Axis, words: str, unit: str | None) -> None:
-    """Name an axis with its data (SI) drawn; it shows a unit with a prefix: MN/m, not 1e6 N/m.
+    """Label an axis after its data (SI units) are plotted; its unit gets a prefix (MN/m).
 
-    The unit is the SI unit by its FMI name; None or "1" if there is none.
+    Args:
+        axis: of a plot.
+        words: the quantity.
+        unit: the SI unit by its FMI name; None or "1" if there is none.
     """
     linear = axis.get_scale() == "linear"
     factor, unit = prefixed(unit, max(map(abs, axis.get_view_interval())) if linear else 1.0)
@@ -102,9 +118,11 @@ def name_axis(axis: Axis, words: str, unit: str | None) -> None:
 
 
 def legend_above(axes: Axes, columns: int = 4) -> None:
-    """A legend between title and axes, where it can't cover the data; of so many columns at most.
+    """A legend between title and axes, where it doesn't cover the data.
 
-    The title moves up as far as its lines need.
+    Args:
+        axes: whose lines have labels.
+        columns: largest number of columns; fewer if the labels are long.
     """
     labels = axes.get_legend_handles_labels()[1]
     letters = 0.11 * axes.bbox.width
@@ -114,13 +132,13 @@ def legend_above(axes: Axes, columns: int = 4) -> None:
 
 
 def legend_below(figure: Figure, axes: Axes, columns: int) -> None:
-    """One legend below all axes, of what these show."""
+    """One legend below all axes of a figure, with the labels of these axes."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=columns)
 
 
 def rows(axes: Axes, names: Sequence[str], band: float) -> None:
-    """Names down the side, a line at 0 and a grey band beside it, for values that are off."""
+    """Rows of deviations: names on the left, a line at 0 and a grey band of ± `band` around it."""
     axes.axvspan(-band, band, color=BLACK, alpha=0.1, lw=0)
     axes.axvline(0.0, color=BLACK, lw=1.0)
     axes.set_yticks(range(len(names)), names)
@@ -128,13 +146,13 @@ def rows(axes: Axes, names: Sequence[str], band: float) -> None:
 
 
 def mark(axes: Axes, x: float, y: float, text: str) -> None:
-    """A point with a label above it."""
+    """Mark a point, with a label above it."""
     axes.plot([x], [y], "o", color=BLACK, ms=5, zorder=5)
     axes.annotate(text, (x, y), xytext=(0, 7), textcoords="offset points", ha="center")
 
 
 def png(figure: Figure) -> bytes:
-    """A figure as PNG; it is forgotten then."""
+    """Close a figure and return it as PNG."""
     image = io.BytesIO()
     figure.savefig(image)
     plt.close(figure)

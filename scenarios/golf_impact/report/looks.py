@@ -1,14 +1,14 @@
-"""What things look like in figures: one look for one thing. Without matplotlib."""
+"""Styles of lines and points in figures: one style for one thing. Doesn't import matplotlib."""
 
 from typing import Any, NamedTuple
 
-#: Okabe & Ito's colours, distinct under every common colour vision deficiency, and one darker.
+#: Okabe & Ito's colours, which common colour vision deficiencies keep distinct, and a darker one.
 BLUE, ORANGE, GREEN, SKY = "#0072B2", "#E69F00", "#009E73", "#56B4E9"
 VERMILION, PURPLE, BLACK, INDIGO = "#D55E00", "#CC79A7", "#000000", "#332288"
 
 
 class Look(NamedTuple):
-    """How a thing is drawn; dashes and marker tell it where there is no colour."""
+    """Colour, dashes and marker; the last two distinguish curves without colour."""
 
     colour: str
     dashes: Any = "-"
@@ -16,12 +16,12 @@ class Look(NamedTuple):
 
     @property
     def line(self) -> dict[str, Any]:
-        """For `plot`: a line."""
+        """Keyword arguments of `plot` for a line."""
         return {"color": self.colour, "ls": self.dashes}
 
     @property
     def points(self) -> dict[str, Any]:
-        """For `plot`: a line with markers."""
+        """Keyword arguments of `plot` for a line with markers."""
         return {**self.line, "marker": self.marker}
 
 
@@ -31,8 +31,8 @@ _TSUJI = Look(PURPLE, ":", "D")
 _POWER_LAW = Look(INDIGO, "-", "o")
 _LESS, _MORE = Look("#74B9E6", "--", "v"), Look("#00304F", "-.", "^")
 
-#: One look for one thing, in every figure: bodies, contact laws and the balls that have them, and
-#: more or less of an amount than the baseline's.
+#: The style of each thing in all figures: bodies, contact laws and the balls that follow them, and
+#: a smaller or larger value of a quantity than the baseline's.
 LOOKS = {
     "club": Look(ORANGE, "--", "s"),
     "ball": Look(BLUE),

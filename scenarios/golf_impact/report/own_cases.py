@@ -12,6 +12,7 @@ from golf_impact.facts.balls import Ball
 from golf_impact.facts.quantities import QUANTITIES, with_error, written
 from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_impact.fmu.uncertainty import standard_errors
+from golf_impact.report.any_law import check_any_law, has_closed_form
 from golf_impact.report.looks import LOOKS
 from golf_impact.report.report import Report, derived
 
@@ -35,9 +36,16 @@ def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]
     words = [f"{name} = {value:g}{_unit(fmu, name)}" for name, value in values.items()]
     title = ", ".join([*filter(None, cases), *words])
     report = Report(f"Your case{'s' * (len(cases) > 1)}: {title}", fmu)
+    report.prefix = f"{_file(cases, values)}_"
     paths, columns, errors = {}, [], []
     for ball, given in cases.items():
-        columns.append(report.impact(ball if len(cases) > 1 else "custom", **given))
+        name = ball if len(cases) > 1 else "custom"
+        columns.append(report.impact(name, **given))
+        complete = {
+            v.name: fmu.default(v.name) for v in fmu.variables.values() if v.causality != "output"
+        } | given
+        if not has_closed_form(complete):
+            check_any_law(report, name, complete, columns[-1])
         path = fmu.trajectory(**given)
         report.trajectories[_file([ball], values)] = path
         errors.append(_errors(fmu, next((b for b in balls if b.name == ball), None), given))
@@ -58,7 +66,8 @@ def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]
 
     @report.figure(f"{_file(cases, values)}_force")
     def force(figures):
-        figure, axes = figures.new(f"Contact force: {title}")
+        case = report.describe(**next(iter(cases.values()))) if len(cases) == 1 else ""
+        figure, axes = figures.new(f"Contact force: {title}", case=case)
         spare = iter(figures.shades(max(2, len(paths))))
         for ball, (micro, kilonewton) in paths.items():
             style = LOOKS.get(ball or "ball") or next(spare)

@@ -1,32 +1,48 @@
-"""The results of scenarios as files, and the page report.html."""
+"""Writes the results of scenarios as files, and renders the page report.html."""
 
 import base64
 import csv
 import io
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from golf_build import VERSION
 from golf_build.packaging import rendered
+from golf_impact.facts import document
 from golf_impact.files import as_json, write_together
-from golf_impact.report.outcome import Outcome
+from golf_impact.report import reading
+from golf_impact.report.outcome import KINDS, Outcome, summarize_checks
 
 
 def write_outcomes(
-    folder: Path, outcomes: dict[str, Outcome], guid: str, with_figures: bool
-) -> list[Path]:
+    folder: Path,
+    outcomes: Mapping[str, Outcome],
+    guid: str,
+    with_figures: bool,
+    prefix: str = "",
+    tick: Callable[[], object] = lambda: None,
+) -> Path:
     """Write results.json, trajectories as CSV, figures as PNG, and report.html.
 
-    Without figures, those that an earlier run left of the same outcomes are removed.
+    Without figures, those that an earlier run wrote for the same outcomes are removed.
+
+    Args:
+        folder: is made if it doesn't exist.
+        outcomes: by name of the scenario.
+        guid: of the FMU.
+        with_figures: whether figures are plotted.
+        prefix: of the names results.json and report.html.
+        tick: is called after each figure.
 
     Returns:
-        The files written.
+        The report.
 
     Raises:
-        UserError: one of them can't be written.
+        UserError: a file can't be written; then all are as they were.
     """
-    files = {"results.json": as_json({name: one.cases for name, one in outcomes.items()})}
+    results = {name: outcome.cases for name, outcome in outcomes.items()}
+    files = {f"{prefix}results.json": as_json(results)}
     images: dict[str, dict[str, bytes]] = {}
     for name, outcome in outcomes.items():
         for file, columns in outcome.trajectories.items():
@@ -38,33 +54,48 @@ def write_outcomes(
         if with_figures and outcome.figures:
             from golf_impact.report import figures
 
-            images[name] = {
-                file: figures.png(draw(figures)) for file, draw in outcome.figures.items()
-            }
+            images[name] = {}
+            for file, draw in outcome.figures.items():
+                images[name][file] = figures.png(draw(figures))
+                tick()
             files |= {f"{file}.png": image for file, image in images[name].items()}
-    files["report.html"] = page(outcomes, images, guid)
+    files[f"{prefix}report.html"] = page(outcomes, images, guid)
     known = [f"{file}.png" for outcome in outcomes.values() for file in outcome.figures]
-    return write_together(folder, files, stale=() if with_figures else known)
+    write_together(folder, files, stale=() if with_figures else known)
+    return folder / f"{prefix}report.html"
 
 
 def page(
     outcomes: Mapping[str, Outcome], images: Mapping[str, Mapping[str, bytes]], guid: str
 ) -> bytes:
-    """The page report.html, one file that asks for nothing else; images are PNG by file name."""
-    checks = [check.passed for outcome in outcomes.values() for check in outcome.checks]
+    """Render report.html, one self-contained file.
+
+    Args:
+        outcomes: by name of the scenario.
+        images: PNG by name of the scenario and of the figure.
+        guid: of the FMU.
+    """
     shown = {
-        name: [_figure(outcomes[name], *one) for one in of_one.items()]
-        for name, of_one in images.items()
+        name: [_figure(outcomes[name], *item) for item in of_outcome.items()]
+        for name, of_outcome in images.items()
     }
     return rendered(
         Path(__file__).with_name("report.html.jinja"),
-        **{"outcomes": outcomes, "figures": shown, "guid": guid, "version": VERSION},
-        **{"passed": sum(checks), "total": len(checks)},
+        outcomes=outcomes,
+        figures=shown,
+        guid=guid,
+        version=VERSION,
+        document=document,
+        readings=reading.tables() if len(outcomes) > 1 else [],
+        checks=[check for outcome in outcomes.values() for check in outcome.checks],
+        deviations=[one for outcome in outcomes.values() for one in outcome.deviations],
+        kinds=KINDS,
+        summarize=summarize_checks,
     )
 
 
 def _figure(outcome: Outcome, file: str, image: bytes) -> dict[str, str | int]:
-    # A PNG has its size in the first of its chunks.
+    # The first chunk of a PNG holds its size.
     width, height = struct.unpack(">II", image[16:24])
     size = {"width": width, "height": height}
     caption = outcome.captions.get(file, "")

@@ -1,4 +1,4 @@
-"""The report of a scenario as it is made: impacts run, held against facts, shown."""
+"""Builds the report of a scenario: impacts, checks, tables and figures."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -7,43 +7,64 @@ from itertools import pairwise
 from typing import Any
 
 from golf_impact.facts import closed_forms
+from golf_impact.facts.balls import BALLS
 from golf_impact.facts.document import NUMERICAL_ERROR, Printed
-from golf_impact.facts.quantities import label, set_options, shown
+from golf_impact.facts.quantities import describe_contact, label, set_options, shown
 from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
-from golf_impact.report.outcome import Outcome, Table
+from golf_impact.fmu.loaded import Named
+from golf_impact.report.outcome import Kind, Outcome, Table
 
-#: What the script computes from the FMU's velocities must agree with the FMU's own outputs to this
-#: (relative to order-one numbers; the worst seen is 4e-16).
+#: Tolerance of the FMU's outputs against closed forms, balances and its own velocities (relative
+#: to numbers of order one; the largest error seen is 4e-16).
 SELF_CHECK = 1e-12
 
-Metrics = dict[str, float]
+Metrics = Named[float]
+
+_PRINTED = "0.5 % numerical error of the document and half a printed digit"
+
+_GIVEN = (
+    *("m_club", "m_ball", "ball_diameter", "k", "b", "club_speed", "ball_speed", "law"),
+    *("exponent", "restitution_at_rest"),
+)
 
 
-def derived(outputs: Metrics, given: Mapping[str, float]) -> Metrics:
-    """The outputs of an impact, and what follows from them by the names of results.json (SI units).
+def derived(outputs: Mapping[str, float], given: Mapping[str, float]) -> Metrics:
+    """The metrics of an impact: the FMU's outputs, and what follows from them.
 
     Args:
-        outputs: velocities and contact_displacement at least; an FMU's own momentum and
-            kinetic_energy, if it has them, are those at the end.
-        given: masses, diameter and speeds before.
+        outputs: velocities and contact_displacement at least; momentum and kinetic_energy, if they
+            are there, are the final ones (SI units).
+        given: masses, diameter and initial speeds (SI units).
+
+    Returns:
+        The metrics by the names of results.json (SI units).
     """
     m_club, m_ball = given["m_club"], given["m_ball"]
     u_club, u_ball = given["club_speed"], given["ball_speed"]
     v_club, v_ball = outputs["club_velocity"], outputs["ball_velocity"]
     displacement = outputs["contact_displacement"]
-    energy_left = 0.5 * (m_club * v_club**2 + m_ball * v_ball**2)
-    return outputs | {
-        "contact_displacement_over_diameter": displacement / given["ball_diameter"],
-        "momentum_gain_ball": m_ball * (v_ball - u_ball),
-        "momentum_initial": m_club * u_club + m_ball * u_ball,
-        "momentum_final": outputs.get("momentum", m_club * v_club + m_ball * v_ball),
-        "kinetic_energy_initial": 0.5 * (m_club * u_club**2 + m_ball * u_ball**2),
-        "kinetic_energy_final": outputs.get("kinetic_energy", energy_left),
-    }
+    # NaN stays the same object: it has its reason.
+    diameters = displacement if math.isnan(displacement) else displacement / given["ball_diameter"]
+    energy = 0.5 * (m_club * v_club**2 + m_ball * v_ball**2)
+    return Metrics(
+        {
+            **outputs,
+            "contact_displacement_over_diameter": diameters,
+            "momentum_gain_ball": m_ball * (v_ball - u_ball),
+            "momentum_initial": m_club * u_club + m_ball * u_ball,
+            "momentum_final": outputs.get("momentum", m_club * v_club + m_ball * v_ball),
+            "kinetic_energy_initial": 0.5 * (m_club * u_club**2 + m_ball * u_ball**2),
+            "kinetic_energy_final": outputs.get("kinetic_energy", energy),
+        }
+    )
 
 
 class Report(Outcome):
-    """An outcome in the making, with the FMU in use."""
+    """The outcome of a scenario while it is being built.
+
+    Attributes:
+        fmu: the FMU that runs the impacts.
+    """
 
     def __init__(self, title: str, fmu: ImpactFmu) -> None:
         super().__init__(title)
@@ -54,90 +75,126 @@ class Report(Outcome):
     def impact(
         self, name: str, printed: Mapping[str, Printed] | None = None, /, **values: float
     ) -> Metrics:
-        """One impact in one communication step, checked and added to the cases.
+        """Run an impact in one communication step, check it and add it to the cases.
 
         Args:
             name: of the case.
-            printed: what the document prints for it, to be held against.
-            values: inputs and parameters; defaults for the others.
+            printed: numbers that the document prints for it, by metric.
+            values: inputs and parameters (SI units); defaults for the others.
 
         Returns:
-            The FMU's metrics and those derived from them, by the names of results.json (SI units).
+            The metrics by the names of results.json (SI units). Results that need a contact or a
+            separation are NaN if there is none, see `ImpactFmu.impact`.
         """
         given = {name: self.fmu.default(name) for name in _GIVEN} | values
         metrics = derived(self.fmu.impact(METRICS, **values), given)
         self.cases[name] = metrics
-        self.commands[name] = f"golf-impact explore {set_options(values)}".rstrip()
+        self.commands[name] = _explore(values)
 
-        def hold(metric: str, expected: float, what: str, tolerance: float, why: str = "") -> None:
-            claim = f"{name}: {label(metric)} is {what}"
-            self.check_close(claim, metrics[metric], expected, tolerance, why)
+        def compare(metric: str, expected: float, tolerance: float, kind: Kind, what: str) -> None:
+            claim = f"{name}: {label(metric)} agrees with {what}"
+            why = _PRINTED if kind == "documents" else ""
+            self.check_close(claim, metrics[metric], expected, tolerance, why, kind)
 
         if not self.fmu.flag("touched"):
-            self.say(f"{name}: the club never touches the ball.")
+            self.say(f"{name}: no contact. The club never touches the ball.")
+        elif not self.fmu.flag("separated"):
+            after = self.fmu.horizon(values).item()
+            self.say(
+                f"{name}: no separation. Club and ball stay in contact; velocities, momentum, "
+                f"kinetic energy and impulse are those after {after:g} s."
+            )
         elif metrics["kinetic_energy_initial"] == 0.0:
-            self.say(f"{name}: the speeds are too small for an energy in doubles.")
+            self.say(f"{name}: at these speeds the kinetic energy underflows to 0.")
         else:
-            for metric, expected in _of_velocities(metrics, given).items():
+            for metric, expected in _definitions(metrics, given).items():
                 allowed = SELF_CHECK * max(1.0, abs(expected))
-                hold(metric, expected, "what velocities and masses give", allowed)
-            if self.fmu.flag("separated"):
-                speed = abs(given["club_speed"]) + abs(given["ball_speed"])
-                momentum = (given["m_club"] + given["m_ball"]) * speed
-                scales = {"ball_velocity": speed, "momentum_final": momentum}
-                scales["coefficient_of_restitution"] = 1.0
-                for metric, expected in closed_forms.expected(given, metrics).items():
-                    allowed = SELF_CHECK * scales.get(metric, abs(expected))
-                    hold(metric, expected, "what the closed form gives", allowed)
-            else:
-                self.say(f"{name}: club and ball never part: they are still in contact.")
+                what = "its definition, applied to the FMU's own velocities"
+                compare(metric, expected, allowed, "consistency", what)
+            speed = abs(given["club_speed"]) + abs(given["ball_speed"])
+            momentum = (given["m_club"] + given["m_ball"]) * speed
+            scales = {"ball_velocity": speed, "momentum_final": momentum}
+            scales["coefficient_of_restitution"] = 1.0
+            solution = closed_forms.expected(given, metrics)
+            solved = "coefficient_of_restitution" in solution
+            for metric, expected in solution.items():
+                allowed = SELF_CHECK * scales.get(metric, abs(expected))
+                # Where there is no solution for COR, the impulse is compared in a balance, too.
+                if metric == "momentum_final" or not solved:
+                    compare(metric, expected, allowed, "invariants", "the balance of momentum")
+                else:
+                    compare(metric, expected, allowed, "closed forms", "the closed form")
         for metric, number in (printed or {}).items():
-            what = f"the printed {number.text} within its error"
             allowed = NUMERICAL_ERROR * abs(number.value) + number.half_digit
-            hold(metric, number.value, what, allowed, _PRINTED)
+            what = f"the printed {number.text} within its error"
+            compare(metric, number.value, allowed, "documents", what)
         return metrics
 
-    # Claim
+    def describe(self, **values: float) -> str:
+        """Contact law, stiffness and damping of a case in words, for the title of its figure."""
+        names = ("law", "k", "b", "exponent", "restitution_at_rest", "restitution_slope")
+        return describe_contact({name: values.get(name, self.fmu.default(name)) for name in names})
 
-    def rises(self, claim: str, values: str | Sequence[float]) -> None:
-        """Claim that these values (or a metric over all cases) rise from each to the next."""
-        self._claim(claim, values, lambda all_: all(a < b for a, b in pairwise(all_)))
+    # Check
 
-    def falls(self, claim: str, values: str | Sequence[float]) -> None:
-        """Claim that these values (or a metric over all cases) fall from each to the next."""
-        self._claim(claim, values, lambda all_: all(a > b for a, b in pairwise(all_)))
+    def rises(self, claim: str, values: str | Sequence[float], kind: Kind = "statements") -> None:
+        """Check that these values (or a metric of all cases, in order) increase strictly."""
+        self._check_all(claim, values, lambda of: all(a < b for a, b in pairwise(of)), kind)
 
-    def stays(self, claim: str, values: str | Sequence[float], tolerance: float = 1e-12) -> None:
-        """Claim that these values are the same, to a relative tolerance."""
+    def falls(self, claim: str, values: str | Sequence[float], kind: Kind = "statements") -> None:
+        """Check that these values (or a metric of all cases, in order) decrease strictly."""
+        self._check_all(claim, values, lambda of: all(a > b for a, b in pairwise(of)), kind)
+
+    def stays(
+        self,
+        claim: str,
+        values: str | Sequence[float],
+        tolerance: float = 1e-12,
+        kind: Kind = "statements",
+    ) -> None:
+        """Check that these values (or a metric of all cases) are equal, to a relative tolerance."""
         close = partial(math.isclose, rel_tol=tolerance)
-        self._claim(claim, values, lambda all_: all(close(all_[0], one) for one in all_))
+        self._check_all(claim, values, lambda of: all(close(of[0], value) for value in of), kind)
 
-    def _claim(
-        self, claim: str, values: str | Sequence[float], true: Callable[[Sequence[float]], bool]
+    def _check_all(
+        self,
+        claim: str,
+        values: str | Sequence[float],
+        holds: Callable[[Sequence[float]], bool],
+        kind: Kind,
     ) -> None:
         values = self.each(values) if isinstance(values, str) else values
-        self.check(claim, true(values), " → ".join(f"{value:.6g}" for value in values))
+        self.check(claim, holds(values), " → ".join(f"{value:.6g}" for value in values), kind)
 
     def each(self, metric: str) -> list[float]:
-        """A metric of all cases so far, in order."""
+        """A metric of all cases so far, in order (SI units).
+
+        Raises:
+            UserError: there is no such metric.
+        """
         return [metrics[metric] for metrics in self.cases.values()]
 
-    # Show
+    # Present
 
-    def say(self, *words: str) -> None:
-        """Conclusions, in sentences."""
-        self.words += words
+    def say(self, *sentences: str) -> None:
+        """Add conclusions, a paragraph each."""
+        self.words += sentences
+
+    def conclude(self, verdict: str) -> None:
+        """Add the conclusion that also stands in the summary of all scenarios; one sentence."""
+        self.verdict = verdict
+        self.say(verdict)
 
     def table(self, title: str, columns: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
-        """A table of text cells; the first column names the row."""
+        """Add a table of text cells; the first column names the row."""
         self.tables.append(Table(title, list(columns), [list(row) for row in rows]))
 
     def compare(
         self, title: str, printed: Mapping[str, Printed], scheme: Metrics, exact: Metrics
     ) -> None:
-        """The table of what the document prints, what its scheme gives unrounded, and the answer.
+        """Add a table of printed numbers, the unrounded ones of the document's scheme, and ours.
 
-        The last column is the scheme's error: what is printed differs by its rounding besides.
+        The last column is the error of the scheme; the printed numbers are also rounded.
         """
         rows = [
             [
@@ -154,10 +211,14 @@ class Report(Outcome):
     def figure(
         self, name: str, caption: str = ""
     ) -> Callable[[Callable[[Any], Any]], Callable[[Any], Any]]:
-        """A figure by its file name without suffix: decorates a function that draws it.
+        """Decorate a function that plots a figure.
 
-        The function gets the module `golf_impact.report.figures`, when somebody wants to see it.
-        The caption says what there is to see, in a sentence.
+        The function is called with the module `golf_impact.report.figures` when figures are
+        written, and returns a matplotlib figure.
+
+        Args:
+            name: of the file, without suffix.
+            caption: what the figure shows, in a sentence.
         """
 
         def keep(draw: Callable[[Any], Any]) -> Callable[[Any], Any]:
@@ -168,21 +229,24 @@ class Report(Outcome):
         return keep
 
 
-def _of_velocities(metrics: Metrics, given: Mapping[str, float]) -> Metrics:
-    """What the FMU puts out besides, worked out from its velocities."""
+def _definitions(metrics: Metrics, given: Mapping[str, float]) -> dict[str, float]:
+    """S, COR and E by their definitions, from the FMU's velocities."""
     u_club, u_ball = given["club_speed"], given["ball_speed"]
     v_club, v_ball = metrics["club_velocity"], metrics["ball_velocity"]
-    left = 0.5 * (given["m_club"] * v_club**2 + given["m_ball"] * v_ball**2)
+    energy = 0.5 * (given["m_club"] * v_club**2 + given["m_ball"] * v_ball**2)
     return {
         "smash_factor": v_ball / u_club if u_club else 0.0,
         "coefficient_of_restitution": (v_ball - v_club) / (u_club - u_ball),
-        "energy_efficiency": left / metrics["kinetic_energy_initial"],
+        "energy_efficiency": energy / metrics["kinetic_energy_initial"],
     }
 
 
-_PRINTED = "0.5 % numerical error of the document and half a printed digit"
-
-_GIVEN = (
-    *("m_club", "m_ball", "ball_diameter", "k", "b", "club_speed", "ball_speed", "law"),
-    *("exponent", "restitution_at_rest"),
-)
+def _explore(values: Mapping[str, float]) -> str:
+    """The command that opens a case in explore; a preset ball by its name."""
+    options = []
+    for ball in BALLS.values():
+        if ball.values.items() <= values.items():
+            options = [f"--ball {ball.name}"]
+            values = {name: v for name, v in values.items() if name not in ball.values}
+            break
+    return " ".join(filter(None, ("golf-impact explore", *options, set_options(values))))

@@ -109,7 +109,7 @@ def axis(name: str, given: Any) -> Axis:
             raise ValueError(LAWS_IN_WORDS)
         made = _axis(name, text)
         if not isinstance(made, Grid) or (made.values % 1.0).any():
-            raise ValueError("law takes whole numbers, 1 (absolute) and 2 (relative)")
+            raise ValueError(f"law takes whole numbers: {LAWS_IN_WORDS}")
         if np.abs(made.values).max() >= 2**31:
             raise ValueError(LAWS_IN_WORDS)
         return Grid(name, made.values.astype(np.int64))

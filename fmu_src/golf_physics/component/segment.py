@@ -1,0 +1,88 @@
+"""Equal communication steps under one impact, and what the fast read computes once for them."""
+
+from collections.abc import Callable
+from math import ceil, inf
+
+from ..impact import RESOLUTION, Contact, Impact, added
+from ..laws.contact import EARLY, State
+
+#: Next to touch and separation (relative) force and compression may be all rounding error.
+_CLOSE = 1e-12
+
+#: The dense output of a contact, over a time of its own; the steps before the contact began, that
+#: time there and how much of it passes in a step; between which of its times the dense output is
+#: the state.
+_Reader = tuple[Callable[[float], State], float, float, float, float, float]
+
+
+def _nowhere(t: float) -> State:
+    raise AssertionError
+
+
+class Segment:
+    """Communication steps of one size from one instant on, without a change of inputs; a value.
+
+    Args:
+        impact: at the first step's beginning or before.
+        high, low: the instant of that, s.
+        size: communication step size, s; 0 before the first step.
+    """
+
+    __slots__ = ("high", "impact", "low", "reader", "size")
+
+    def __init__(self, impact: Impact, high: float, low: float, size: float) -> None:
+        self.impact = impact
+        self.high = high
+        self.low = low
+        self.size = size
+        #: Found on demand, and a function of the values above alone.
+        self.reader: _Reader = _NO_READER
+
+    def instant(self, count: float) -> tuple[float, float]:
+        """The instant after so many steps, s."""
+        if not count:
+            return self.high, self.low
+        size = self.size
+        if count == 1.0:
+            return added(self.high, self.low, size)
+        # Two factors of at most 26 bits have an exact product.
+        high = 134217729.0 * size
+        high -= high - size
+        return added(*added(self.high, self.low, count * high), count * (size - high))
+
+    def state(self, count: float) -> tuple[State, Impact]:
+        """The state after so many steps, where `reader` isn't valid, and the impact there.
+
+        Raises:
+            ArithmeticError, ValueError: the contact leaves the range of a double.
+        """
+        high, low = self.instant(count)
+        impact = self.impact.at(high, low)
+        if not impact.in_contact:
+            return impact.state(high, low), impact
+        assert isinstance(impact, Contact)
+        motion, first, offset, pace, _, _ = self._reader_of(impact)
+        state = motion(offset + (count - first) * pace)
+        return impact.clamped(state, impact.elapsed(high, low)), impact
+
+    def _reader_of(self, impact: Contact) -> _Reader:
+        motion, scale = impact.phase.dense_output()
+        offset = (self.high - impact.high) + (self.low - impact.low)
+        first = 0.0
+        if offset < 0.0 and self.size:
+            # Steps that were over before the phase began would only cost digits of its own time. A
+            # phase that begins on a communication point begins there to the last bits.
+            first = float(ceil(-offset / self.size - 1e-9))
+            high, low = self.instant(first)
+            offset = (high - impact.high) + (low - impact.low)
+        # Next to an event the exact instant decides, and the state is clamped.
+        since = scale * max(EARLY / impact.phase.rate, RESOLUTION * impact.high)
+        until = scale * impact.duration * (1.0 - _CLOSE)
+        self.reader = motion, first, scale * offset, scale * self.size, since, until
+        return self.reader
+
+
+_NO_READER: _Reader = (_nowhere, 0.0, 0.0, 0.0, inf, -inf)
+
+#: No steps, and no impact yet.
+NO_SEGMENT = Segment(None, 0.0, 0.0, 0.0)  # type: ignore[arg-type]

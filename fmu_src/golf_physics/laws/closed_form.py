@@ -1,0 +1,207 @@
+"""An underdamped linear contact in double precision: nearly every impact in golf.
+
+Where double precision loses digits, `linear_law.linear_contact` takes `ExtendedContact` instead.
+"""
+
+from collections.abc import Callable, Iterable
+from math import atan2, cos, exp, expm1, sin, sqrt
+
+from ..numerics.gauss import integral
+from ..numerics.zeros import first_downward_zero, offset_of_real_root
+from .contact import EARLY, EndState, InitialState, State
+from .extended import ExtendedContact
+from .linear import LinearContact, Row
+
+#: A damping ratio of the drag as small as this changes no bit of any result.
+_LEAST_DAMPING = 1e-30
+
+#: Largest damping ratios in double precision. Under drag the rates may meet beyond; a damper
+#: leaves hardly an oscillation.
+MOST_DRAG, MOST_DAMPING = 0.7, 0.999
+
+#: Largest share of the real mode in the compression: with more, drag moves the bodies together or
+#: apart much faster than they close, and the real mode and the pair nearly cancel.
+MOST_REAL_MODE = 0.5
+
+
+class ClosedFormContact(LinearContact):
+    """An underdamped contact in double precision, under either a damper or a drag.
+
+    In units of 1/ω, ω² = k/μ, with the mass fractions p of the ball and q of the club, and drag =
+    2ζμω, the rates are the roots of s³ - 2ζs² + (1 + 4ζ²pq)s - 4ζpq. One of them, r, lies between
+    the drags 2ζp of the club and 2ζq of the ball. Without drag the centre of mass moves uniformly,
+    and the compression is a damped oscillation.
+
+    Args:
+        k: N/m. damper, drag: N.s/m; one of them is 0.
+        m_club, m_ball: kg.
+        start: the initial state.
+
+    `duration` is 0 where double precision loses digits: the rates nearly meet, the real mode
+    nearly cancels the pair, the force hardly reaches 0, or contact doesn't end with the first half
+    period.
+    """
+
+    #: s from the start of the phase until contact ends.
+    duration = 0.0
+
+    def __init__(
+        self, k: float, damper: float, drag: float, m_club: float, m_ball: float,
+        start: InitialState,
+    ) -> None:  # fmt: skip
+        _, compression, v_club, v_ball, closing = self._start = start
+        self._arguments = k, damper, drag, m_club, m_ball
+        total = m_club + m_ball
+        p = m_ball / total
+        q = m_club / total
+        mu = m_club * p
+        #: The fastest rate of change in the phase, 1/s.
+        self.rate = omega = sqrt(k / mu)
+        zeta = (damper or drag) / (2.0 * mu * omega)
+        d = omega * compression
+        if not drag:
+            if zeta > MOST_DAMPING:
+                return
+            r = a0 = 0.0
+            a1 = a2 = q * v_club + p * v_ball
+            h = zeta
+            second = sqrt((1.0 - zeta) * (1.0 + zeta))
+            c0, c1, c2 = d, p * closing, -q * closing
+            s0 = (closing + h * d) / second
+            w_s = -(h * closing + d) / second
+            s1, s2 = p * w_s, -q * w_s
+            scale = mu * omega
+            f_a, f_c = 0.0, scale * (d + 2.0 * zeta * closing)
+            f_s = scale * (s0 + 2.0 * zeta * w_s)
+            angle = atan2(f_c, -f_s)
+        else:
+            if zeta > MOST_DRAG:
+                return
+            if zeta < _LEAST_DAMPING:
+                zeta = _LEAST_DAMPING
+            drag_club = 2.0 * zeta * p
+            drag_ball = 2.0 * zeta * q
+            x = offset_of_real_root(p, q, drag_club, 2.0 * zeta * ((m_club - m_ball) / total))
+            u = p + (drag_club + x) * x
+            # How far r lies below the ball's drag: the same equation, and no cancellation.
+            y = q * x / u
+            # From the slower drag on, where the sum doesn't cancel.
+            r = drag_club + x if x > 0.0 else drag_ball - y
+            h = 0.5 * (drag_club + y)
+            second = sqrt(4.0 * zeta * p * q / r - h * h)
+            # The state (d, v_club, v_ball) is a·(x, p, u), the real mode, and the rest, which is
+            # left for the pair. (-q x, q, u) is the mode's left eigenvector, and (s0, s1, s2) is
+            # (A + h)·rest / R.
+            a = (q * (v_club - x * d) + u * v_ball) / (q * (p - x * x) + u * u)
+            a0, a1, a2 = a * x, a * p, a * u
+            c0, c1, c2 = d - a0, v_club - a1, v_ball - a2
+            s0 = (closing + r * a0 + h * c0) / second
+            s1 = ((h - drag_club) * c1 - p * c0) / second
+            s2 = ((h - drag_ball) * c2 + q * c0) / second
+            if abs(a0) > MOST_REAL_MODE * (d + max(closing, 0.0)):
+                return
+            angle = first_downward_zero((h - r) / second, a0, c0, s0) or 0.0
+            scale = k / omega
+            f_a, f_c, f_s = scale * a0, scale * c0, scale * s0
+        frequency = second * omega
+        self.duration = angle / frequency
+        self._motion = (
+            r * omega, h * omega, frequency, f_a, f_c, f_s, a0 / omega, c0 / omega, s0 / omega,
+            a1, c1, s1, a2, c2, s2,
+        )  # fmt: skip
+
+    _rates = property(lambda self: self._motion[:3])
+    _force = property(lambda self: self._motion[3:6])
+    _d = property(lambda self: self._motion[6:9])
+    _w = property(lambda self: self._slope(self._motion[6:9]))
+
+    def dense_output(self) -> tuple[Callable[[float], State], float]:
+        """The dense output over the angle Rt."""
+        r, h, frequency, f_a, f_c, f_s, a0, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
+        decay, pair = -r / frequency, -h / frequency
+        size = h * h + frequency * frequency
+        x_c, x_s = (h * c1 + frequency * s1) / size, (frequency * c1 - h * s1) / size
+        x_0 = self._start.x_club + x_c
+        x_a = -a1 / r if r else a1 / frequency
+
+        def state(angle: float) -> State:
+            size = exp(pair * angle)
+            c = size * cos(angle)
+            s = size * sin(angle)
+            if decay:
+                travel = expm1(decay * angle)
+                e = 1.0 + travel
+            else:
+                travel, e = angle, 1.0
+            d = a0 * e + c0 * c + s0 * s
+            x = x_0 + x_a * travel - x_c * c + x_s * s
+            return [
+                f_a * e + f_c * c + f_s * s, x, x - d, a1 * e + c1 * c + s1 * s,
+                a2 * e + c2 * c + s2 * s, d,
+            ]  # fmt: skip
+
+        return state, frequency
+
+    def end(self) -> EndState:
+        t = self.duration
+        r, h, frequency, _, _, _, _, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
+        decay = exp(-h * t)
+        angle = frequency * t
+        c = decay * cos(angle)
+        s = decay * sin(angle)
+        size = h * h + frequency * frequency
+        x = self._start.x_club - self._start.compression
+        x += ((h * c2 + frequency * s2) * (1.0 - c) + (frequency * c2 - h * s2) * s) / size
+        v_club, v_ball = c1 * c + s1 * s, c2 * c + s2 * s
+        if r:
+            travel = expm1(-r * t)
+            e = 1.0 + travel
+            v_club += a1 * e
+            v_ball += a2 * e
+            return x - a2 / r * travel, v_club, v_ball, 0.0, v_club - v_ball
+        left = c0 * c + s0 * s if self._arguments[1] else 0.0
+        return x + a2 * t, v_club + a1, v_ball + a2, left, v_club - v_ball
+
+    def compression(self, t: float) -> float:
+        if self._motion[0] and t * self.rate <= EARLY and not self._start.compression:
+            # Just after touch the real mode and the pair nearly cancel.
+            return integral(self.closing, t, t)
+        return super().compression(t)
+
+    def _values(self, rows: Iterable[Row], t: float) -> list[float]:
+        r, h, frequency = self._rates
+        e = exp(-r * t)
+        size = exp(-h * t)
+        cosine, sine = size * cos(frequency * t), size * sin(frequency * t)
+        return [a * e + c * cosine + s * sine for a, c, s in rows]
+
+    def _integral(self, row: Row, begin: float, width: float) -> float:
+        if width * self.rate <= 0.5:
+            return integral(lambda t: self._values((row,), t)[0], begin + width, width)
+        r, h, frequency = self._rates
+        a, c, s = row
+        # The pair's coefficients from the beginning on.
+        size, angle = exp(-h * begin), frequency * begin
+        cosine, sine = size * cos(angle), size * sin(angle)
+        c, s = c * cosine + s * sine, s * cosine - c * sine
+        angle = frequency * width
+        # 1 - e^(-x) cos(angle), also where it is small.
+        lost = 2.0 * sin(0.5 * angle) ** 2 - cos(angle) * expm1(-h * width)
+        pair = (h * c + frequency * s) * lost
+        pair += (frequency * c - h * s) * exp(-h * width) * sin(angle)
+        real = -a * exp(-r * begin) * expm1(-r * width) / r if r else a * width
+        return pair / (h * h + frequency * frequency) + real
+
+    def _find_maxima(self, row: Row) -> list[tuple[float, float]]:
+        """The only one, before the end of the half period, unless the row falls from the start."""
+        a, c, s = slope = self._slope(row)
+        if sum(slope[:2]) <= 0.0:
+            return []
+        r, h, frequency = self._rates
+        angle = first_downward_zero((h - r) / frequency, a, c, s)
+        if angle is None:
+            # The slope hardly reaches 0.
+            exact = ExtendedContact(*self._arguments, self._start)
+            return exact._find_maxima(exact._force if row == self._force else exact._d)
+        when = angle / frequency
+        return [(when, self._values((row,), when)[0])]

@@ -1,0 +1,271 @@
+"""A contact phase from the force and the drag alone, integrated numerically.
+
+The phase is divided into panels. On a panel the accelerations are Chebyshev series, found by Picard
+iteration at the Chebyshev nodes (Clenshaw & Norton, Comput. J. 6, 88–92, 1963); their integrals are
+the motion, so dense output comes with the solution. A panel is halved until its series has
+converged, so panels become short where the force has a kink, as a power of the compression has at
+touch and at the end of contact.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from math import inf, isfinite
+from operator import mul
+
+from ..numerics import chebyshev
+from ..numerics.chebyshev import NODES, ORDER, Series, evaluate, integrate, interpolate
+from ..numerics.gauss import integral
+from .contact import ContactPhase, EndState, InitialState, State, largest_until
+
+#: Iterations on a panel before it is halved.
+_ITERATIONS = 30
+
+#: What a panel may leave out of the closing speed, and an iteration still change (relative).
+_TOLERANCE, _CHANGE = 1e-14, 1e-15
+
+#: Panels; a contact with more is taken for one without an end.
+_MOST_PANELS = 1500
+
+#: A panel so short (relative to the time since the start) isn't halved: the force jumps there.
+_SHORTEST = 1e-15
+
+#: Mean forces over shorter times (relative to the panel) are integrals of the force: the difference
+#: of two impulses loses digits.
+_SHORT = 1e-2
+
+
+def _from_start(times: int) -> list[list[float]]:
+    """The matrix from values at the nodes to their repeated integrals from -1 to the nodes."""
+    columns = []
+    for i in range(ORDER):
+        series = interpolate([float(i == j) for j in range(ORDER)])
+        for _ in range(times):
+            series = integrate(series, 0.0, 1.0)
+        columns.append([evaluate(series, z) for z in NODES])
+    return [list(row) for row in zip(*columns)]
+
+
+_ONCE, _TWICE = _from_start(1), _from_start(2)
+
+
+class _Panel:
+    """An interval of a contact from `begin` on, and the series of the motion on it, by name.
+
+    d, w: compression (m), closing speed (m/s). v_ball, x_ball: velocity (m/s) and position (m) of
+    the ball. force: N. impulse: of the force since the start of the phase, N.s.
+    """
+
+    def __init__(self, begin: float, width: float, **series: Series) -> None:
+        self.begin, self.half, self.end = begin, 0.5 * width, begin + width
+        self.series = series
+
+    def at(self, name: str, t: float) -> float:
+        """A quantity, t s after the start of the phase."""
+        return evaluate(self.series[name], (t - self.begin) / self.half - 1.0)
+
+    def times(self) -> list[float]:
+        """The border on the left, the nodes in order and the border on the right, s."""
+        nodes = [self.begin + self.half * (1.0 + z) for z in reversed(NODES)]
+        return [self.begin, *nodes, self.end]
+
+
+def _bisect(low: float, high: float, f: Callable[[float], float]) -> float:
+    """The first double after `low` at which a function isn't above 0; it isn't at `high`."""
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if f(middle) > 0.0 else (low, middle)
+    return high
+
+
+class IntegratedContact(ContactPhase):
+    """A contact phase under any force; see `ContactPhase`.
+
+    Args:
+        force: contact force (N) from compression (m) and closing speed (m/s); it continues smoothly
+            below 0.
+        drag: on each body, N.s/m.
+        m_club, m_ball: kg.
+        start: the initial state.
+
+    Raises:
+        ArithmeticError: the force isn't a finite number.
+    """
+
+    #: s from the start of the phase until contact ends; inf if it never does.
+    duration = inf
+    #: The fastest rate of change in the phase, 1/s: the force may have a kink at touch.
+    rate = inf
+
+    def __init__(
+        self, force: Callable[[float, float], float], drag: float, m_club: float, m_ball: float,
+        start: InitialState,
+    ) -> None:  # fmt: skip
+        self._law, self._drag, self._m_club, self._m_ball = force, drag, m_club, m_ball
+        self._mu = m_club * (m_ball / (m_club + m_ball))
+        self._panels: list[_Panel] = []
+        self._maxima: dict[str, list[tuple[float, float]]] = {}
+        x_club, d, _, v_ball, w = start
+        motion = {"d": d, "w": w, "v_ball": v_ball, "x_ball": x_club - d, "impulse": 0.0}
+        self._speed = abs(w)
+        t, width = 0.0, self._first_width(d, w)
+        while len(self._panels) < _MOST_PANELS and self.duration == inf:
+            panel = self._panel(t, width, **motion)
+            if panel is None:
+                width *= 0.5
+                continue
+            self._panels.append(panel)
+            self.duration = self._end_on(panel)
+            motion = {name: evaluate(panel.series[name], 1.0) for name in motion}
+            t, width = panel.end, 2.0 * width
+
+    # Integration
+
+    def _force(self, compression: float, closing: float) -> float:
+        force = self._law(compression, closing)
+        if not isinstance(force, (float, int)) or not isfinite(force):
+            raise ArithmeticError(
+                f"the force at a compression of {compression!r} m and a closing speed of "
+                f"{closing!r} m/s is {force!r}; it must be a finite number"
+            )
+        return force
+
+    def _first_width(self, d: float, w: float) -> float:
+        """A time (s) over which the closing speed changes by a quarter or so."""
+
+        def is_long(width: float) -> bool:
+            try:
+                change = abs(self._law(d + abs(w) * width, w)) * width / self._mu
+            except OverflowError:
+                return True
+            return not change <= 0.25 * (abs(w) + d / width)
+
+        width = 1e-4
+        while width < 1e100 and not is_long(width):
+            width *= 2.0
+        while width > 1e-200 and is_long(width):
+            width *= 0.5
+        return width
+
+    def _slopes(self, forces: Series, w: Series, v_ball: Series) -> tuple[Series, Series]:
+        """The rates of change of the closing speed and of the ball's velocity, m/s²."""
+        drag, m_club, m_ball = self._drag, self._m_club, self._m_ball
+        ball = [(force - drag * v) / m_ball for force, v in zip(forces, v_ball)]
+        if not drag:
+            return [-force / self._mu for force in forces], ball
+        club = [-(force + drag * (v + w)) / m_club for force, v, w in zip(forces, v_ball, w)]
+        return [a - b for a, b in zip(club, ball)], ball
+
+    def _panel(
+        self, t: float, width: float, d: float, w: float, v_ball: float, x_ball: float,
+        impulse: float,
+    ) -> _Panel | None:  # fmt: skip
+        """The panel from this motion on, or None if its series doesn't converge."""
+        half = 0.5 * width
+        shortest = width <= _SHORTEST * t
+        straight = [d + w * half * (1.0 + z) for z in NODES]
+        forces, speeds, v_balls = [self._force(d, w)] * ORDER, [w] * ORDER, [v_ball] * ORDER
+        before = inf
+        for _ in range(_ITERATIONS):
+            closing, pull = self._slopes(forces, speeds, v_balls)
+            changed = [w + half * sum(map(mul, row, closing)) for row in _ONCE]
+            error = max(abs(new - old) for new, old in zip(changed, speeds))
+            speeds = changed
+            if self._drag:
+                v_balls = [v_ball + half * sum(map(mul, row, pull)) for row in _ONCE]
+            moved = (half * half * sum(map(mul, row, closing)) for row in _TWICE)
+            try:
+                forces = [self._force(x + y, v) for x, y, v in zip(straight, moved, speeds)]
+            except OverflowError:
+                return None
+            self._speed = max(self._speed, abs(speeds[0]))
+            if error <= _CHANGE * self._speed and 2.0 * error >= before:
+                break
+            if error >= before and error > _CHANGE * self._speed and not shortest:
+                return None
+            before = error
+        closing, pull = map(interpolate, self._slopes(forces, speeds, v_balls))
+        left_out = (abs(closing[0]) + abs(closing[1])) * width
+        if not shortest and (left_out > _TOLERANCE * self._speed or error > 1e-13 * self._speed):
+            return None
+        force, w_series, v_series = interpolate(forces), *(
+            integrate(series, value, half) for series, value in ((closing, w), (pull, v_ball))
+        )  # fmt: skip
+        return _Panel(
+            t, width, force=force, w=w_series, v_ball=v_series, d=integrate(w_series, d, half),
+            x_ball=integrate(v_series, x_ball, half), impulse=integrate(force, impulse, half),
+        )  # fmt: skip
+
+    def _end_on(self, panel: _Panel) -> float:
+        """When force or compression falls to 0 on a panel, s; inf if neither does."""
+
+        def left(t: float) -> float:
+            d, w = panel.at("d", t), panel.at("w", t)
+            # A force that grows from 0 at touch isn't one that has fallen to 0.
+            return 1.0 if w >= 0.0 else min(d, self._force(d, w))
+
+        low, *times = panel.times()
+        for high in times:
+            if left(high) <= 0.0:
+                return _bisect(low, high, left)
+            low = high
+        return inf
+
+    # The solution
+
+    def _at(self, t: float, *names: str) -> list[float]:
+        panel = next((panel for panel in self._panels if t < panel.end), self._panels[-1])
+        if self.duration == inf and t > panel.end:
+            raise ArithmeticError(
+                f"this contact hasn't ended after {len(self._panels)} panels of integration, "
+                f"{panel.end!r} s, and isn't known beyond"
+            )
+        return [panel.at(name, t) for name in names]
+
+    def _state(self, t: float) -> State:
+        d, w, v_ball, x_ball = self._at(t, "d", "w", "v_ball", "x_ball")
+        return [self._force(d, w), x_ball + d, x_ball, v_ball + w, v_ball, d]
+
+    def _force_at(self, t: float) -> float:
+        return self._force(*self._at(t, "d", "w"))
+
+    def dense_output(self) -> tuple[Callable[[float], State], float]:
+        return self._state, 1.0
+
+    def end(self) -> EndState:
+        _, _, x_ball, v_club, v_ball, d = self._state(self.duration)
+        return x_ball, v_club, v_ball, max(0.0, d), self.closing(self.duration)
+
+    def compression(self, t: float) -> float:
+        return self._at(t, "d")[0]
+
+    def closing(self, t: float) -> float:
+        return self._at(t, "w")[0]
+
+    def impulse(self, begin: float, width: float) -> float:
+        if width < _SHORT * min(self.duration, self._panels[-1].end):
+            return integral(self._force_at, begin + width, width)
+        return self._at(begin + width, "impulse")[0] - self._at(begin, "impulse")[0]
+
+    def peak_force(self, t: float) -> tuple[float, float]:
+        return self._largest("force", self._force_at, t)
+
+    def peak_compression(self, t: float) -> float:
+        return self._largest("d", self.compression, t)[0]
+
+    def _largest(self, name: str, value: Callable[[float], float], t: float) -> tuple[float, float]:
+        maxima = self._maxima.get(name)
+        if maxima is None:
+            maxima = self._maxima[name] = [(when, value(when)) for when in self._find_maxima(name)]
+        return largest_until(t, value, maxima)
+
+    def _find_maxima(self, name: str) -> Iterator[float]:
+        """When a quantity stops rising, s."""
+        rising = False
+        for panel in self._panels:
+            series = {"slope": chebyshev.differentiate(panel.series[name])}
+            slope = partial(_Panel(panel.begin, panel.end - panel.begin, **series).at, "slope")
+            low, *times = panel.times()
+            for high in (low, *(min(time, self.duration) for time in times)):
+                rises = slope(high) > 0.0
+                if rising and not rises:
+                    yield _bisect(low, high, slope)
+                rising, low = rises, high
