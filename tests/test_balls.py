@@ -6,7 +6,7 @@ import pytest
 from command import golf_here, refused
 
 from golf_impact.errors import UserError
-from golf_impact.facts.balls import BALLS, ball, ball_toml, rating_stiffness, read_ball
+from golf_impact.facts.balls import BALLS, Ball, ball, ball_toml, rating_stiffness, read_ball
 from golf_impact.facts.measured import MPH
 
 
@@ -79,6 +79,17 @@ def test_a_ball_there_is_none_of(tmp_path):
 
 
 # Balls of one's own
+
+
+def test_a_parameter_that_was_rounded_to_0(tmp_path):
+    """Its standard error is kept: 0 is a value of b like any other."""
+    mine = Ball("x", "x", {"law": 2, "k": 8e5, "b": 0.0}, "x", ("b",), ((0.25,),))
+    file = tmp_path / "mine.toml"
+    file.write_text(ball_toml(mine))
+    assert read_ball(file).covariance == ((0.25,),)
+    done = golf_here("run", "--ball", file, "--out", tmp_path, "--no-figures")
+    assert done.returncode == 0, done.stderr
+    assert "±" in done.stdout
 
 
 def test_a_ball_from_a_file(fmu, tmp_path):

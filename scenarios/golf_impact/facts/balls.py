@@ -146,6 +146,9 @@ _SETTABLE = (
     *("restitution_at_rest", "restitution_slope", "m_ball", "ball_diameter"),
 )
 
+#: Those of them that may have a covariance.
+_UNCERTAIN = ("k", "b", "exponent", "restitution_at_rest", "restitution_slope")
+
 #: Bytes; a ball has some hundred.
 _LARGEST_FILE = 2**16
 
@@ -200,12 +203,10 @@ def _uncertainty(
     if not isinstance(given, dict) or set(given) - {"parameters", "covariance"}:
         raise UserError(f"{wrong} it has the keys parameters and covariance")
     names, rows = given.get("parameters", []), given.get("covariance", [])
-    # The step of its derivative is relative, so a 0 can't be uncertain.
     if not isinstance(names, list) or any(
-        name not in _SETTABLE[1:7] or name == "reference_compression" or not values.get(name)
-        for name in names
+        name not in _UNCERTAIN or name not in values for name in names
     ):
-        raise UserError(f"{wrong} parameters must be names of values other than 0 above it")
+        raise UserError(f"{wrong} parameters must be names of values above it")
     p = len(names)
     square = isinstance(rows, list) and len(rows) == p
     square = square and all(isinstance(r, list) and len(r) == p for r in rows)
