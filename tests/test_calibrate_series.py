@@ -10,9 +10,8 @@ from conftest import numbers, some
 
 import golf_impact
 from golf_impact.calibration.calibration import Calibration
-from golf_impact.calibration.fit import fit
+from golf_impact.calibration.fit import ContactLaw, fit
 from golf_impact.calibration.measurements import Conditions, Measurements, measurements
-from golf_impact.calibration.model import ContactLaw
 from golf_impact.errors import UserError
 
 FREE, LINEAR, ABSOLUTE = ContactLaw(2, None), ContactLaw(2, 1.0), ContactLaw(1, 1.0)
@@ -40,20 +39,20 @@ def line(seed=0, rest=0.86, slope=0.0029, sigma=0.004):
 
 
 def fitted(fmu, law=FREE, conditions=(), **given):
-    return fit(fmu, measurements({}, dict(conditions), **given), law)
+    return fit(fmu, measurements(dict(conditions), **given), law)
 
 
 def deviations(found, true):
     """(found − true) in standard errors."""
-    return [(found.values[n] - true[n]) / error for n, error in found.standard_errors.items()]
+    return [(one.value - true[n]) / one.standard_error for n, one in found.parameters.items()]
 
 
 @pytest.mark.parametrize("seed", numbers(2, 10, 40))
 def test_a_power_law_ball_from_its_noisy_curve(fmu, seed):
     """Within 5 %, and four standard errors."""
     found = fitted(fmu, curve=curve(fmu, seed, shift=(-1.0) ** seed * 10.0 ** (seed % 5 - 3)))
-    assert found.free == ("k", "b", "exponent")
-    for name in found.free:
+    assert list(found.parameters) == ["k", "b", "exponent"]
+    for name in found.parameters:
         assert found.values[name] == pytest.approx(BALL[name], rel=0.05)
     assert max(map(abs, deviations(found, BALL))) < 4.0
     assert found.sigma[0] == pytest.approx(40.0, rel=0.2)
@@ -80,7 +79,7 @@ def test_a_row_in_the_steep_rise_after_touch(fmu):
     found = [fitted(fmu, curve=curve(fmu, n, **values)) for n in range(12)]
     true = {**BALL, **values}
     assert max(abs(z) for one in found for z in deviations(one, true)) < 4.0
-    errors = [one.touch[1] for one in found]
+    errors = [one.touch.standard_error for one in found]
     assert min(errors) > 0.2 * max(errors)
 
 
@@ -108,9 +107,9 @@ def test_other_laws_and_records(fmu, case):
 
 def test_without_noise(fmu):
     found = fitted(fmu, curve=curve(fmu, noise=0.0, shift=2.0))
-    for name in found.free:
+    for name in found.parameters:
         assert found.values[name] == pytest.approx(BALL[name], rel=1e-6)
-    assert found.touch[0] == pytest.approx(2.0, abs=1e-10)
+    assert found.touch.value == pytest.approx(2.0, abs=1e-10)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -118,10 +117,10 @@ def test_a_line_of_cor(fmu, seed):
     """Against the normal equations: least squares of a line has a closed form."""
     speeds, cors = line(seed)
     found = fitted(fmu, LINEAR, cor_speeds=(speeds, cors))
-    assert found.free == ("restitution_at_rest", "restitution_slope")
+    assert tuple(found.parameters) == ("restitution_at_rest", "restitution_slope")
     (slope, rest), covariance = np.polyfit(speeds, cors, 1, cov=True)
-    for n, (name, expected) in enumerate(zip(found.free, (rest, -slope))):
-        error = found.standard_errors[name]
+    for n, (name, expected) in enumerate(zip(found.parameters, (rest, -slope))):
+        error = found.parameters[name].standard_error
         assert error == pytest.approx(math.sqrt(covariance[1 - n, 1 - n]), rel=1e-3)
         assert found.values[name] == pytest.approx(expected, abs=2e-3 * error)
     true = {"restitution_at_rest": 0.86, "restitution_slope": 0.0029}
@@ -131,7 +130,7 @@ def test_a_line_of_cor(fmu, seed):
 def test_a_line_that_rises_is_held_at_slope_0(fmu):
     found = fitted(fmu, LINEAR, cor_speeds=(np.arange(20.0, 50.0), np.linspace(0.7, 0.8, 30)))
     assert found.values["restitution_slope"] == 0.0
-    assert found.standard_errors["restitution_slope"] is None
+    assert found.parameters["restitution_slope"].standard_error is None
     assert found.values["restitution_at_rest"] == pytest.approx(0.75, abs=1e-3)
 
 
@@ -139,28 +138,27 @@ def test_all_together(fmu):
     """Curve, COR line and a scalar in one fit; the curve's COR counts for the line."""
     penner = {"restitution_at_rest": 0.86, "restitution_slope": 0.0029}
     data = measurements(
-        {"max_force": (fmu.impact(("max_force",), **BALL, **penner)["max_force"], 60.0)},
-        {},
+        {"max_force": fmu.impact(("max_force",), **BALL, **penner)["max_force"], "sigma_max_force": 60.0},
         curve=curve(fmu, 1, **penner),
         cor_speeds=line(1),
     )
     calibration = Calibration(fmu, data, FREE)
     assert list(calibration.parameters) == ["k", "exponent", *penner]
     assert max(map(abs, deviations(calibration.fit, {**BALL, **penner}))) < 4.0
-    alone = fit(fmu, Measurements(cor_speeds=data.cor_speeds), LINEAR)
+    alone = fit(fmu, Measurements(series={"cor_speeds": data.cor_speeds}), LINEAR)
     for name in penner:
-        assert calibration.parameters[name].standard_error < alone.standard_errors[name] * 1.05
+        assert calibration.parameters[name].standard_error < alone.parameters[name].standard_error * 1.05
     assert {one.law.exponent for one in calibration.fits} == {1.0, 1.5, None}
     assert calibration.residuals.keys() == {"targets", "curve", "cor_speeds"}
 
 
 def test_the_wrong_law_is_noticed(fmu):
-    data = measurements({}, {}, curve=curve(fmu))
+    data = measurements({}, curve=curve(fmu))
     calibration = Calibration(fmu, data, LINEAR)
     assert any("correlated" in words for words in calibration.words)
     assert "Try --exponent free" in calibration.words[-1]
     assert not any("correlated" in words for words in Calibration(fmu, data, FREE).words)
-    stated = measurements({}, {}, curve=(*curve(fmu), np.full(200, 40.0)))
+    stated = measurements({}, curve=(*curve(fmu), np.full(200, 40.0)))
     assert any("doesn't fit" in words for words in Calibration(fmu, stated, LINEAR).words)
 
 
@@ -286,7 +284,7 @@ def test_noise_alone_is_no_touch(tmp_path):
     for seed in range(20):
         force = np.random.default_rng(seed).normal(0.0, 40.0, 200)
         with pytest.raises(UserError, match="no touch in this curve"):
-            measurements({}, {}, curve=(np.arange(200) * 4e-6, force))
+            measurements({}, curve=(np.arange(200) * 4e-6, force))
 
 
 def test_a_curve_of_another_club_speed_is_doubted(tmp_path):

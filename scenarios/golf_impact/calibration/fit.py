@@ -1,40 +1,33 @@
-"""Finds the parameters of a contact law by weighted least squares from several starts.
-
-Needs SciPy.
-"""
+"""The parameters of a contact law by weighted least squares through the FMU. Needs SciPy."""
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from golf_impact.calibration.measurements import RESTITUTION, Measurements, restitution
-from golf_impact.calibration.model import LINE, ContactLaw, Model
-from golf_impact.calibration.pulse import centre_and_width, impulse_ratio, noise
+from golf_impact.calibration.measurements import RESTITUTION, TARGETS, Measurements, number
+from golf_impact.calibration.pulse import contact_rows, impulse_ratio, noise
 from golf_impact.errors import UserError
-from golf_impact.facts.closed_forms import half_contact
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.fmu.uncertainty import gradient
+from golf_impact.fmu.uncertainty import RANGES, gradient
 
-#: Damping ratios and exponents of the starts, and how many of the best starts are refined.
-_ZETAS = 10.0 ** np.linspace(-3.0, 3.0, 49)
-_EXPONENTS = (1.05, 1.25, 1.5, 1.8, 2.2, 3.0, 4.5, 8.5, 12.0)
-_STARTS = 8
+#: The parameters of COR = first − second · approach speed; they replace b.
+LINE = ("restitution_at_rest", "restitution_slope")
 
-#: The same with a curve, which is expensive to evaluate, and whose impulse gives ζ: factors on it.
-_CURVE_FACTORS, _CURVE_EXPONENTS, _CURVE_STARTS = (0.5, 1.0, 2.0), (1.1, 1.5, 2.0, 2.6), 3
+#: Damping ratios and exponents of the starts, and exponents with a curve, whose impulse gives ζ.
+_ZETAS, _EXPONENTS = (1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0), (1.05, 1.5, 2.2, 4.0, 9.0)
+_CURVE_EXPONENTS = (1.1, 1.5, 2.0, 2.6)
 
-#: Starts are refined on this many rows of a curve, the best of them on all.
+#: Starts are refined on about this many rows of a curve, the best of them on all.
 _ROWS = 50
 
-#: How often touch may move on to the next row at the end.
-_ROUNDS = 3
-
-#: Times are proportional to the size of a contact, forces to its inverse.
-_POWERS = {"contact_time": 1, "time_of_max_force": 1, "max_force": -1}
+#: The unit of the coordinate of touch, s.
+_CLOCK = 1e-4
 
 #: The residual, in σ, where the bodies never separate.
 _FAR = 1e9
@@ -43,14 +36,53 @@ _FAR = 1e9
 #: coordinates do.
 _EQUAL_CHI_SQUARED, _SAME_PLACE = 1e-6, 1e-4
 
-#: A coordinate is held at a limit if χ² there is no larger, but for rounding.
-_EQUAL = 1.0 + 1e-7
-
 #: A direction that changes the data this much less than the best does is undetermined.
 _UNDETERMINED = 1e-7
 
 #: Parameters are rounded to this fraction of their standard error (all others fixed).
 _ROUNDING = 1e-3
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """A law, and whether its exponent is free."""
+
+    law: int  #: 1 (absolute) or 2 (relative)
+    exponent: float | None  #: n, or None if it is free
+    reference_compression: float = 0.005  #: d_r, at which k and b hold, m
+
+    @classmethod
+    def of(cls, law: int, exponent: float | str, reference_compression: float) -> ContactLaw:
+        """From options: the exponent is a number or "free"; UserError if there is no such law."""
+        number(reference_compression, "reference_compression")
+        n = None if str(exponent).strip().lower() == "free" else number(exponent, "exponent")
+        if law == 1 and n != 1.0:
+            raise UserError(
+                f"--exponent {exponent} is refused with --law 1 (absolute), which is linear: leave "
+                "it out, or take --law 2"
+            )
+        return cls(law, n, reference_compression)
+
+    @property
+    def title(self) -> str:
+        if self.exponent is None:
+            return "power law, n free"
+        if self.exponent == 1.0:
+            return "Kelvin–Voigt" if self.law == 2 else "absolute"
+        return f"{'Tsuji' if self.exponent == 1.5 else 'power law'}, n = {self.exponent:g}"
+
+    @property
+    def options(self) -> str:
+        """As options of the command line."""
+        n = "free" if self.exponent is None else f"{self.exponent:g}"
+        return "--law 1" if self.law == 1 else f"--exponent {n}"
+
+
+class Estimate(NamedTuple):
+    """A fitted value in SI units; the standard error is None where it isn't defined."""
+
+    value: float
+    standard_error: float | None
 
 
 @dataclass
@@ -59,20 +91,19 @@ class Fit:
 
     law: ContactLaw
     title: str  #: of the law
-    free: tuple[str, ...]  #: the FMU's names of the fitted parameters
     values: dict[str, float]  #: the FMU's inputs and parameters of this impact, SI units
-    touch: tuple[float, float | None]  #: instant by the curve's clock and standard error, s
-    standard_errors: dict[str, float | None]  #: of the free parameters; None where not defined
-    covariance: np.ndarray  #: of the free parameters, (p, p); NaN where not defined
+    parameters: dict[str, Estimate]  #: those of them that were fitted
+    covariance: np.ndarray  #: of the parameters, (p, p); NaN where not defined
+    touch: Estimate | None  #: the instant by the curve's clock, s
     predicted: dict[str, float]  #: scalar targets as the FMU gives them
     model: np.ndarray  #: all measured values as the FMU gives them
     model_errors: np.ndarray  #: their standard errors
     sigma: np.ndarray  #: standard deviations of the measured values
-    estimated: tuple[str, ...]  #: groups of measurements whose σ follows from the residuals
     residuals: np.ndarray  #: (model − measured)/σ
+    estimated: tuple[str, ...]  #: groups of measurements whose σ follows from the residuals
     aic: float  #: Akaike's information criterion
     others: list[dict[str, float]]  #: values of further minima that are as good
-    notes: list[str]
+    held: list[str]  #: parameters at a limit
 
     @property
     def chi_squared(self) -> float:
@@ -81,7 +112,7 @@ class Fit:
     @property
     def degrees_of_freedom(self) -> int:
         """Measured values less fitted parameters, the instant of touch among them."""
-        return len(self.residuals) - len(self.free) - (self.touch[1] is not None)
+        return len(self.residuals) - len(self.parameters) - (self.touch is not None)
 
     @property
     def probability(self) -> float | None:
@@ -101,15 +132,12 @@ class Fit:
 
     def as_json(self) -> dict[str, Any]:
         """The part of calibrate.json that every fit has."""
-        errors = self.standard_errors.items()
+        parameters = {name: one._asdict() for name, one in self.parameters.items()}
+        names = ("predicted", "chi_squared", "degrees_of_freedom", "probability", "aic")
         return {
-            "exponent": self.values.get("exponent"),
-            "parameters": {
-                n: {"value": self.values[n], "standard_error": error} for n, error in errors
-            },
-            **{"covariance": self.covariance.tolist(), "predicted": self.predicted},
-            **{"chi_squared": self.chi_squared, "degrees_of_freedom": self.degrees_of_freedom},
-            **{"probability": self.probability, "aic": self.aic},
+            **{"exponent": self.values.get("exponent"), "parameters": parameters},
+            **{"covariance": self.covariance.tolist()},
+            **{name: getattr(self, name) for name in names},
         }
 
 
@@ -124,26 +152,30 @@ def missing(law: ContactLaw, data: Measurements) -> str | None:
     only_line = line and not sizes and law.exponent is not None
     if data.curve is not None or only_line or have >= len(free):
         return None
-    *names, last = free
-    why = f"too few targets: {', '.join(names)} and {last} need {len(free)} independent ones"
-    if speeds + line > 1:
-        why += " (ball speed, club speed after and COR depend on the damping only: they count once)"
-    return f"{why}, these are {have}"
+    return (
+        f"too few targets: {', '.join(free)} need {len(free)} independent ones, these are {have} "
+        "(ball speed, club speed after and COR depend on the damping only: they count once)"
+    )
 
 
 def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
     """The parameters of a law that meet these measurements best.
 
-    Weighted least squares (SciPy's trust region reflective method) from the best of several starts.
-    A σ that isn't given is estimated from the residuals, for each series separately.
+    Weighted least squares (SciPy's dogbox method) from several starts. A σ that isn't given is
+    estimated from the residuals, for each series separately.
 
     Raises:
         UserError: no contact that ends comes near the measurements, or they leave the range of
             double precision.
     """
+    few, curve = data, data.curve
+    if curve is not None and (step := len(curve.y) // _ROWS) > 1:
+        sigma = None if curve.sigma is None else curve.sigma[::step]
+        thinned = replace(curve, x=curve.x[::step], y=curve.y[::step], sigma=sigma)
+        few = replace(data, series={**data.series, "curve": thinned})
     try:
         with np.errstate(all="ignore"):
-            return _Search(Model(fmu, data, law)).fit()
+            return _Problem(fmu, data, law).fit(_Problem(fmu, few, law).minima())
     except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
         raise UserError(
             f"{law.title}: the measurements or their σ are too small or too large for double "
@@ -151,209 +183,193 @@ def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
         ) from error
 
 
-class _Search:
-    def __init__(self, model: Model) -> None:
-        self.model, self.law, data = model, model.law, model.data
-        self.data = data
-        series = data.series
-        self.estimated = tuple(name for name, one in series.items() if one.sigma is None)
+class _Problem:
+    """One law and the measurements that it has to meet.
+
+    The coordinates of a fit suit least squares better than k and b. With v the club speed,
+    m = (n + 1)/2 and ω = √(m k/μ) at the reference compression, the length L with
+    ω (L/d_r)^(m − 1) = m v/L is the compression that the speed would reach without damping, up to a
+    factor of order 1; ζ = b/(2 μ ω). Then speeds depend on ζ alone, times are proportional to L and
+    forces to 1/L, whatever d_r is. They are
+
+    - length: ln(L/1 m),
+    - exponent: n, if free,
+    - damping: arsinh ζ, or the two parameters of a COR line,
+    - touch: the instant of touch since the first row of the curve, if there is one, in `_CLOCK`.
+    """
+
+    def __init__(self, fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> None:
+        self.fmu, self.data, self.law = fmu, data, law
+        line = data.cor_speeds is not None
+        damping = LINE if line else ("damping",)
+        exponent = ["exponent"] if law.exponent is None and data.sized else []
+        size, touch = ["length"] * data.sized, ["touch"] * (data.curve is not None)
+        self.coordinates = (*size, *damping, *exponent, *touch)
+        #: The FMU's names of what is fitted.
+        self.free = [*["k"] * data.sized, *["b"] * (not line), *exponent, *LINE * line]
+        ranges = {name: ends[:2] for name, ends in RANGES.items()} | {"damping": (0.0, 12.0)}
+        bounds = (ranges.get(name, (-math.inf, math.inf)) for name in self.coordinates)
+        self.low, self.high = np.array(list(bounds)).T
+        titles = [law.title] * data.sized + ["COR line"] * line
+        self.title = " with ".join(titles) or law.title
+        self.estimated = tuple(name for name, one in data.series.items() if one.sigma is None)
         sigma = [np.array([target.sigma for target in data.targets.values()])]
-        for name, one in series.items():
+        for name, one in data.series.items():
             guess = 0.01 if name == "cor_speeds" else max(noise(one.y), 1e-3 * one.y.max())
             sigma.append(np.full(len(one.y), guess) if one.sigma is None else one.sigma)
         self.sigma = np.concatenate(sigma)
-        self.low, self.high = model.bounds
-        #: Coordinates that aren't held at a limit.
-        self.moving = np.ones(len(self.low), bool)
+
+    # The model
+
+    def values(self, x: np.ndarray) -> dict[str, float]:
+        """Inputs and parameters of the FMU at these coordinates, by name (SI units)."""
+        at = dict(zip(self.coordinates, map(float, x)))
+        impact, d = self.data.conditions, self.law.reference_compression
+        values: dict[str, float] = {"law": self.law.law}
+        if "length" in at:
+            length, n = math.exp(at["length"]), at.get("exponent", self.law.exponent or 1.0)
+            m = 0.5 * (n + 1.0)
+            omega = m * (impact.club_speed / length) * (d / length) ** (m - 1.0)
+            k = impact.reduced_mass * omega * omega / m
+            values |= {"k": k, "exponent": n, "reference_compression": d}
+            if "damping" in at:
+                values["b"] = 2.0 * math.sinh(at["damping"]) * impact.reduced_mass * omega
+        return values | {name: at[name] for name in LINE if name in at} | vars(impact)
+
+    def touch(self, x: np.ndarray) -> float:
+        """The instant of touch by the curve's clock at these coordinates, s; 0 without a curve."""
+        return self.data.curve.x[0] + _CLOCK * float(x[-1]) if self.data.curve else 0.0
+
+    def scalars(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Scalar targets by name; NaN if the bodies never separate, times and forces need a k."""
+        names = [name for name in TARGETS if self.data.sized or name in RESTITUTION]
+        given = self.fmu.impact([TARGETS[name][0] for name in names], **values)
+        return {name: given[TARGETS[name][0]] for name in names}
+
+    def predict(self, values: Mapping[str, float], touch: float) -> np.ndarray:
+        """All measured values as the FMU gives them; NaN if the bodies never separate."""
+        cor, data = TARGETS["cor"][0], self.data
+        scalars = self.scalars(values)
+        parts: list[Any] = [[scalars[name] for name in data.targets]]
+        if data.curve is not None:
+            instants = data.curve.x - touch
+            inside = (instants > 0.0) & (instants < scalars["contact_time"])
+            force = np.zeros(len(instants)) if scalars["cor"] > 0.0 else instants * math.nan
+            self.fmu.start(**values)
+            times = np.concatenate([[0.0], instants[inside]])
+            force[inside] = self.fmu.sampled(times, ("force",))["force"][1:]
+            parts.append(force)
+        if data.cor_speeds is not None:
+            cases = ({**values, "club_speed": v} for v in data.cor_speeds.x.tolist())
+            parts.append([self.fmu.impact((cor,), **case)[cor] for case in cases])
+        return np.concatenate(parts)
+
+    def weighted(self, values: Mapping[str, float], touch: float) -> np.ndarray:
+        """(model − measured)/σ; large where there is no contact that ends."""
+        try:
+            residuals = (self.predict(values, touch) - self.data.values) / self.sigma
+        except (UserError, OverflowError):
+            # Far from any ball values may leave the FMU's range; the search has to turn back.
+            return np.full(len(self.sigma), _FAR)
+        return residuals if np.isfinite(residuals).all() else np.full(len(residuals), _FAR)
 
     # Least squares
 
-    def residuals(self, x: np.ndarray) -> np.ndarray:
-        """(model − measured)/σ."""
-        return self._weighted(self.model.predict(self.model.values(x), self.model.touch(x)))
-
-    def _weighted(self, predicted: np.ndarray | None) -> np.ndarray:
-        if predicted is None:
-            return np.full(len(self.sigma), _FAR)
-        return (predicted - self.data.values) / self.sigma
-
-    def chi_squared(self, x: np.ndarray) -> float:
-        return float(np.sum(self.residuals(x) ** 2))
-
-    def solve(
-        self, start: np.ndarray, tolerance: float = 1e-15, touch: tuple[float, float] | None = None
-    ) -> Any:
-        """SciPy's result from one start; `x` has all coordinates, `jac` the moving ones.
-
-        `touch` bounds that coordinate further.
-        """
+    def solve(self, start: np.ndarray, tolerance: float, touch: Any = ()) -> Any:
+        """SciPy's result from one start; `touch` bounds that coordinate further."""
         from scipy.optimize import least_squares
 
         low, high = self.low.copy(), self.high.copy()
         if touch:
             low[-1], high[-1] = touch
-        moving, x = self.moving, start.copy()
-
-        def at(some: np.ndarray) -> np.ndarray:
-            x[moving] = some
-            return self.residuals(x)
-
-        result = least_squares(
-            at,
-            np.clip(start, low, high)[moving],
+        return least_squares(
+            lambda x: self.weighted(self.values(x), self.touch(x)),
+            np.clip(start, low, high),
             # A difference of 1e-6 is far above the FMU's rounding; a curve's is worth the speed.
             **({"jac": "3-point"} if self.data.curve is None else {"diff_step": 1e-6}),
-            bounds=(low[moving], high[moving]),
+            # Of SciPy's methods the one that ends exactly at a limit.
+            method="dogbox",
+            bounds=(low, high),
             x_scale="jac",
             **dict.fromkeys(("xtol", "ftol", "gtol"), tolerance),
-            max_nfev=200,
+            max_nfev=100,
         )
-        x[moving] = result.x
-        result.x = x
-        return result
 
     def minima(self) -> list[np.ndarray]:
         """The best minimum and all that are as good: the least damped first, then by exponent."""
         tolerance = 1e-15 if self.data.curve is None else 1e-8
-        refined = [(2.0 * r.cost, r.x) for r in (self.solve(x, tolerance) for x in self._starts())]
-        best = min((chi for chi, _ in refined), default=math.inf)
+        refined = [self.solve(x, tolerance) for x in self.starts()]
+        best = min(result.cost for result in refined)
         if best >= _FAR:
             raise UserError(f"{self.law.title}: no contact that ends comes near these measurements")
-        limit = best + _EQUAL_CHI_SQUARED * max(1.0, best)
+        equal = [r.x for r in refined if 2.0 * (r.cost - best) <= _EQUAL_CHI_SQUARED * (1.0 + best)]
         places: list[np.ndarray] = []
-        if self.data.curve is not None:
-            return [min(refined, key=lambda pair: pair[0])[1]]
-        for _, x in sorted(
-            (pair for pair in refined if pair[0] <= limit),
-            key=lambda pair: tuple(np.round(pair[1][1:], 6)),
-        ):
+        for x in sorted(equal, key=lambda x: tuple(np.round(x[1:], 6))):
             if not any(np.allclose(x, other, 0.0, _SAME_PLACE) for other in places):
                 places.append(x)
-        return places
+        return places[:1] if self.data.curve is not None else places
 
-    def _starts(self) -> list[np.ndarray]:
-        """The best places of a grid in ζ and n, each with the length and touch that suit it."""
-        model, data, names = self.model, self.data, self.model.coordinates
-        restitutions = [
-            restitution(t, data.conditions)[0] for n, t in data.targets.items() if n in RESTITUTION
-        ]
-        zetas, number = set(_ZETAS.tolist()), _STARTS
-        exponents: tuple[float, ...] = _EXPONENTS
-        if data.curve is not None:
-            restitutions.append(impulse_ratio(data.curve, model.momentum) - 1.0)
-            zeta = _zeta_of(min(max(restitutions[-1], 0.05), 0.98))
-            zetas, exponents = {zeta * one for one in _CURVE_FACTORS}, _CURVE_EXPONENTS
-            number = _CURVE_STARTS
-        if self.law.law == 2:
-            # Otherwise a narrow valley may lie between two points.
-            zetas |= {_zeta_of(e) for e in restitutions if 0.0 < e < 1.0}
-        places: list[dict[str, float]] = [
-            {"damping": z if z <= 1.0 else 1.0 + math.log(z)} for z in sorted(zetas)
-        ]
-        if data.cor_speeds is not None:
-            one = data.cor_speeds
-            slope, rest = np.polyfit(one.x, one.y, 1, w=1.0 / self.sigma[data.groups["cor_speeds"]])
-            places = [{LINE[0]: min(max(rest, 1e-3), 0.999), LINE[1]: max(-slope, 1e-6)}]
-        ranked: list[tuple[float, np.ndarray]] = []
-        for place in places:
-            for n in exponents if "exponent" in names else (self.law.exponent or 1.0,):
-                at = {"length": math.log(1.5e-4 * data.conditions.club_speed), "touch": 0.0}
-                x = np.array([{**at, **place, "exponent": n}[name] for name in names])
-                if data.sized and not self._scaled(x):
-                    continue
-                ranked.append((self.chi_squared(x), x))
-        ranked.sort(key=lambda pair: pair[0])
-        return [x for chi, x in ranked if chi < _FAR][:number]
+    def starts(self) -> list[np.ndarray]:
+        """A grid of ζ and n, each with the length and touch of an undamped linear contact."""
+        impact, curve, scalars = self.data.conditions, self.data.curve, self.data.targets
+        momentum = impact.reduced_mass * impact.club_speed
+        zetas, exponents = _ZETAS, _EXPONENTS
+        omega, touch = math.pi / 5e-4, 0.0
+        for name, one in scalars.items():
+            if name == "max_force":
+                omega = one.value / momentum
+            elif "time" in name:
+                omega = (math.pi if name == "contact_time" else 0.5 * math.pi) / one.value
+        if curve is not None:
+            rows = contact_rows(curve.y)
+            omega = math.pi / (1.1 * np.ptp(curve.x[rows]))
+            touch = (curve.x[rows[0]] - 0.2 / omega - curve.x[0]) / _CLOCK
+            cor = min(max(impulse_ratio(curve, momentum) - 1.0, 0.05), 0.98)
+            zetas, exponents = (-math.log(cor) / math.pi,), _CURVE_EXPONENTS
+        at = {"touch": touch}
+        if self.data.cor_speeds is not None:
+            one, zetas = self.data.cor_speeds, (0.1,)
+            weights = 1.0 / self.sigma[self.data.groups["cor_speeds"]]
+            slope, rest = np.polyfit(one.x, one.y, 1, w=weights)
+            at |= {LINE[0]: rest, LINE[1]: -slope}
+        grid = itertools.product(zetas, exponents if "exponent" in self.coordinates else (1.0,))
+        starts = []
+        for zeta, n in grid:
+            length = math.log(0.5 * (n + 1.0) * impact.club_speed / omega)
+            at |= {"length": length, "damping": math.asinh(zeta), "exponent": n}
+            starts.append(np.array([at[name] for name in self.coordinates]))
+        return starts
 
-    def _scaled(self, x: np.ndarray) -> bool:
-        """Set length and touch to those that suit the data best; False if nothing separates."""
-        model, data = self.model, self.data
-        try:
-            predicted = model.scalars(model.values(x))
-            if predicted is None:
-                return False
-            if data.curve is not None:
-                path = model.fmu.trajectory(61, ("force",), **model.values(x))
-                centre, width = centre_and_width(path["time"], path["force"])
-                x[0] += math.log(model.pulse[1] / width)
-                x[-1] = -centre / width
-                return True
-        except (UserError, OverflowError):
-            return False
-        total = weights = 0.0
-        for name, power in _POWERS.items():
-            wanted = data.targets.get(name)
-            if wanted and wanted.value > 0.0 and predicted[name] > 0.0:
-                weight = (wanted.value / wanted.sigma) ** 2
-                weights += weight
-                total += weight * power * math.log(wanted.value / predicted[name])
-        x[0] += total / weights if weights else 0.0
-        return True
-
-    def fit(self) -> Fit:
-        places = self._thinned().minima()
-        result = self._best(places[0])
+    def fit(self, places: list[np.ndarray]) -> Fit:
+        result = self.between_rows(self.solve(places[0], 1e-10 if self.data.curve else 1e-15))
         for _ in range(10):
             before = self.sigma.copy()
-            self._estimate_sigma(result)
+            self.estimate_sigma(result)
             if len(self.data.groups) == 1 or np.allclose(before, self.sigma, 0.01):
                 break
-            result = self.solve(result.x)
-        return self._described(result, places[1:])
+            result = self.solve(result.x, 1e-10)
+        return self.described(result, [self.values(x) for x in places[1:]])
 
-    def _thinned(self) -> _Search:
-        """The same on few rows of the curve."""
-        curve = self.data.curve
-        if curve is None or len(curve.y) < 2 * _ROWS:
-            return self
-        some = slice(None, None, len(curve.y) // _ROWS)
-        sigma = None if curve.sigma is None else curve.sigma[some]
-        thinned = replace(curve, x=curve.x[some], y=curve.y[some], sigma=sigma)
-        search = _Search(Model(self.model.fmu, replace(self.data, curve=thinned), self.law))
-        # The coordinate of touch is the same then.
-        search.model.pulse = self.model.pulse
-        return search
-
-    def _best(self, x: np.ndarray) -> Any:
-        """The minimum on all data; coordinates at a limit are held there."""
-        result = self._between_rows(self.solve(x, 1e-10 if self.data.curve is not None else 1e-15))
-        for n, ends in enumerate(zip(self.low, self.high)):
-            for end in ends:
-                held = result.x.copy()
-                held[n] = end
-                if (
-                    abs(result.x[n] - end) < 0.02
-                    and self.chi_squared(held) <= 2.0 * result.cost * _EQUAL
-                ):
-                    self.moving[n] = False
-                    result = self.solve(held)
-        return result
-
-    def _between_rows(self, result: Any) -> Any:
+    def between_rows(self, result: Any) -> Any:
         """The best minimum with touch between two rows of the curve.
 
         Law 2's force jumps to b·v at touch if n = 1 (and nearly so just above), so that χ² jumps
         where touch passes a row; between two rows it is smooth.
         """
-        if self.data.curve is None or self.law.law == 1:
+        curve = self.data.curve
+        if curve is None or self.law.law == 1:
             return result
-        centre, width = self.model.pulse
-        rows = (self.data.curve.x - centre) / width
-        tried: dict[int, Any] = {}
-        for _ in range(_ROUNDS):
-            here = int(np.searchsorted(rows, result.x[-1]))
-            for n in (here - 1, here, here + 1):
-                if n not in tried and 0 < n < len(rows):
-                    tried[n] = self.solve(result.x, 1e-8, (rows[n - 1], rows[n]))
-            best = min([result, *tried.values()], key=lambda one: one.cost)
-            if best.cost >= result.cost * (1.0 - 1e-6):
-                return best
-            result = best
-        return result
+        rows = (curve.x - curve.x[0]) / _CLOCK
+        here = int(np.searchsorted(rows, result.x[-1]))
+        cells = [(rows[n - 1], rows[n]) for n in range(max(here - 2, 1), min(here + 3, len(rows)))]
+        return min(
+            [result, *(self.solve(result.x, 1e-8, cell) for cell in cells)],
+            key=lambda one: one.cost,
+        )
 
     # Statistics
 
-    def _estimate_sigma(self, result: Any) -> None:
+    def estimate_sigma(self, result: Any) -> None:
         """σ of the series without: residuals over rows less the parameters that they determine."""
         leverage = np.sum(np.linalg.qr(result.jac)[0] ** 2, axis=1)
         for name in self.estimated:
@@ -363,75 +379,67 @@ class _Search:
             least = 1e-9 * float(np.abs(self.data.values[rows]).max()) / self.sigma[rows.start]
             self.sigma[rows] *= max(math.sqrt(np.sum(result.fun[rows] ** 2) / freedom), least)
 
-    def _described(self, result: Any, others: list[np.ndarray]) -> Fit:
-        model, x, free = self.model, result.x, self.model.free
-        values, touch = model.values(x), model.touch(x)
-        held = [name for name, moves in zip(model.coordinates, self.moving) if not moves]
-        held = ["b" if name == "damping" else name for name in held]
+    def described(self, result: Any, others: list[dict[str, float]]) -> Fit:
+        values, touch, free = self.values(result.x), self.touch(result.x), self.free
+        ends = zip(self.coordinates, result.active_mask.tolist())
+        held = ["b" if name == "damping" else name for name, end in ends if end and name != "touch"]
         varied = [name for name in free if name not in held]
         # Derivatives of the weighted model: rows as `varied`, then the instant of touch.
-        jacobian = gradient(lambda at: self._weighted(model.predict(at, touch)), values, varied)
+        jacobian = gradient(lambda at: self.weighted(at, touch), values, varied)
+        jacobian = jacobian.reshape(len(varied), -1)
         covariance, model_errors = _covariance(jacobian)
         if self.data.curve is not None:
             # The force rises steeply or jumps at touch. So the derivative is a difference over two
             # standard errors of touch, to the side on which no row comes near that rise.
-            here, step = self._weighted(model.predict(values, touch)), 0.05 * model.pulse[1]
+            here, step, inner = self.weighted(values, touch), 5e-2 * _CLOCK, jacobian
             for _ in range(4):
-                ends = [
-                    (s, self._weighted(model.predict(values, touch + s))) for s in (step, -step)
-                ]
-                slope = min(((end - here) / s for s, end in ends), key=np.linalg.norm)
-                both = np.vstack([jacobian.reshape(len(varied), -1), slope])
-                covariance, model_errors = _covariance(both)
+                slopes = [(self.weighted(values, touch + s) - here) / s for s in (step, -step)]
+                jacobian = np.vstack([inner, min(slopes, key=lambda one: float(one @ one))])
+                covariance, model_errors = _covariance(jacobian)
                 step = min(2.0 * np.nan_to_num(math.sqrt(covariance[-1, -1])) or step, step)
-            jacobian = both
-        errors = np.sqrt(np.diag(covariance))
-        if np.isfinite(errors).all():
-            unit = _ROUNDING / np.linalg.norm(jacobian, axis=1)
-        else:
-            unit = [1e-6 * abs(values[name]) for name in varied]
-        for name, one in zip(varied, unit):
-            values[name] = _rounded(values[name], float(one))
-        predicted, scalars = model.predict(values, touch), model.scalars(values)
-        assert predicted is not None
-        assert scalars is not None
-        residuals = self._weighted(predicted)
+        errors = [error if error == error else None for error in np.sqrt(np.diag(covariance))]
+        for name, slope in zip(varied, jacobian):
+            unit = _ROUNDING / float(np.linalg.norm(slope))
+            if None in errors:
+                unit = 1e-6 * abs(values[name])
+            if 0.0 < unit < math.inf:
+                values[name] = round(values[name], -math.floor(math.log10(unit)))
+        model = self.predict(values, touch)
+        residuals = (model - self.data.values) / self.sigma
         full = np.full((len(free), len(free)), math.nan)
         at = [free.index(name) for name in varied]
         full[np.ix_(at, at)] = covariance[: len(at), : len(at)]
-        known = {n: float(e) if e == e else None for n, e in zip(varied, errors)}
+        known = dict(zip(varied, errors))
         return Fit(
             law=self.law,
-            title=model.title,
-            free=free,
+            title=self.title,
             values=values,
-            touch=(touch, float(errors[-1]) if model.data.curve is not None else None),
-            standard_errors={name: known.get(name) for name in free},
+            parameters={name: Estimate(values[name], known.get(name)) for name in free},
             covariance=full,
-            predicted=scalars,
-            model=predicted,
+            touch=Estimate(touch, errors[-1]) if self.data.curve else None,
+            predicted=self.scalars(values),
+            model=model,
             model_errors=self.sigma * model_errors,
             sigma=self.sigma,
-            estimated=self.estimated,
             residuals=residuals,
-            aic=self._aic(residuals),
-            others=[model.values(other) for other in others],
-            notes=_notes(values, held, [n for n in varied if known[n] is None], scalars),
+            estimated=self.estimated,
+            aic=self.aic(residuals, len(self.coordinates) - len(held)),
+            others=others,
+            held=held,
         )
 
-    def _aic(self, residuals: np.ndarray) -> float:
-        """−2 ln(likelihood) + 2 · parameters, but for a constant of the data.
+    def aic(self, residuals: np.ndarray, fitted: int) -> float:
+        """−2 ln(likelihood) + 2 · fitted parameters, but for a constant of the data.
 
         A σ that is estimated counts as a parameter, with its likeliest value.
         """
-        total = 2.0 * (int(self.moving.sum()) + len(self.estimated))
+        total = 2.0 * (fitted + len(self.estimated))
         for name, rows in self.data.groups.items():
             square = float(np.sum(residuals[rows] ** 2))
             if name in self.estimated:
                 number = rows.stop - rows.start
-                total += number * math.log(square * self.sigma[rows.start] ** 2 / number)
-            else:
-                total += square
+                square = number * math.log(square * self.sigma[rows.start] ** 2 / number)
+            total += square
         return total
 
 
@@ -439,35 +447,9 @@ def _covariance(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(J Jᵀ)⁻¹, and the standard errors of the weighted model; NaN if J's rank is deficient."""
     p, n = jacobian.shape
     scale = np.linalg.norm(jacobian, axis=1)
-    undefined = np.full((p, p), math.nan), np.full(n, math.nan)
-    if not (np.isfinite(scale).all() and scale.all()) or p > n:
-        return undefined
-    left, singular, right = np.linalg.svd((jacobian.T / scale), full_matrices=False)
-    if singular[-1] <= _UNDETERMINED * singular[0]:
-        return undefined
-    spread = (right.T / singular) / scale[:, None]
-    return spread @ spread.T, np.linalg.norm(left, axis=1)
-
-
-def _notes(
-    values: dict[str, float], held: list[str], unknown: list[str], scalars: dict[str, float]
-) -> list[str]:
-    notes = [f"{n} is at its limit {values[n]:g}: no standard error is defined" for n in held]
-    if unknown:
-        notes.append(f"no standard error is defined for {' and '.join(unknown)}")
-    if scalars.get("time_of_max_force") == 0.0:
-        notes.append("the force is largest at first touch: a dashpot more than a ball")
-    return notes
-
-
-def _rounded(value: float, unit: float) -> float:
-    """To the power of ten below a unit."""
-    if not (0.0 < unit < math.inf):
-        return value
-    return round(value, -math.floor(math.log10(unit)))
-
-
-def _zeta_of(cor: float) -> float:
-    """The damping ratio of a COR under law 2, from a table: for starts."""
-    table = [math.exp(-2.0 * zeta * half_contact(zeta)) for zeta in _ZETAS[::-1].tolist()]
-    return float(np.exp(np.interp(cor, table, np.log(_ZETAS[::-1]))))
+    if np.isfinite(scale).all() and scale.all() and p <= n:
+        left, singular, right = np.linalg.svd((jacobian.T / scale), full_matrices=False)
+        if p == 0 or singular[-1] > _UNDETERMINED * singular[0]:
+            spread = (right.T / singular) / scale[:, None]
+            return spread @ spread.T, np.linalg.norm(left, axis=1)
+    return np.full((p, p), math.nan), np.full(n, math.nan)

@@ -1,4 +1,4 @@
-"""A measured force pulse: its noise, impulse, centroid and width, and whether it can be one."""
+"""A measured force pulse: its noise, its rows in contact, its impulse, and whether it can be one."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 #: 0.6 ms of an impact and the 0.6 that they are in milliseconds.
 _LONGEST_CONTACT = 0.02
 
-#: Impulse over μ v, which is 1 + COR; beyond these the force is in another unit (kN give 0.002).
-_IMPOSSIBLE = (0.03, 60.0)
+#: Impulse over μ v, which is 1 + COR; beyond these the club's speed is another one, or the unit.
+_IMPOSSIBLE = (0.5, 3.0)
 
 #: A peak below this multiple of the curve's noise is noise.
 _ABOVE_NOISE = 6.0
@@ -48,16 +48,6 @@ def impulse_ratio(curve: Series, momentum: float) -> float:
     return float(np.trapezoid(curve.y[rows], curve.x[rows])) / momentum
 
 
-def centre_and_width(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
-    """Centroid and standard width of the pulse, s: integrals, so that noise averages out."""
-    rows = contact_rows(force)
-    time, force = time[rows], force[rows]
-    impulse = np.trapezoid(force, time)
-    centre = np.trapezoid(force * time, time) / impulse
-    variance = np.trapezoid(force * (time - centre) ** 2, time) / impulse
-    return float(centre), math.sqrt(variance)
-
-
 def check_curve(curve: Series, momentum: float) -> None:
     """Raise UserError for a curve that is no contact force in s and N over the whole contact.
 
@@ -67,11 +57,11 @@ def check_curve(curve: Series, momentum: float) -> None:
     if (backward := np.flatnonzero(np.diff(time) <= 0.0)).size:
         n = int(backward[0]) + 1
         raise UserError(
-            f"{curve.row(n)}: time = {time[n]:g} s isn't after {time[n - 1]:g} s; sort the rows by "
-            "time and remove duplicates"
+            f"{curve.rows[n]}: time = {time[n]:g} s isn't after {time[n - 1]:g} s; sort the rows "
+            "by time and remove duplicates"
         )
     peak = int(force.argmax())
-    where, newton = f"{curve.row(peak)}: the largest force", f"{force[peak]:.4g}"
+    where, newton = f"{curve.rows[peak]}: the largest force", f"{force[peak]:.4g}"
     if force[peak] <= max(_ABOVE_NOISE * noise(force), -force.min()):
         raise UserError(
             f"{where} is {newton} N, no more than the rest: there is no touch in this curve (the "
@@ -80,7 +70,7 @@ def check_curve(curve: Series, momentum: float) -> None:
     for n, what in ((0, "begins"), (len(force) - 1, "ends")):
         if force[n] > 0.5 * force[peak]:
             raise UserError(
-                f"{curve.row(n)}: the record {what} at {force[n]:.4g} N, more than half of the "
+                f"{curve.rows[n]}: the record {what} at {force[n]:.4g} N, more than half of the "
                 "largest force: it must begin before touch and end after separation"
             )
     rows = contact_rows(force)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from typer import BadParameter, Option
 
-from golf_impact.commands.console import RESULTS, err, out, paragraphs, print_table, say, warn
+from golf_impact.commands.console import RESULTS, err, out, paragraphs, print_table, say
 from golf_impact.facts.quantities import LAWS_IN_WORDS
 
 EPILOG = (
@@ -85,7 +85,6 @@ def calibrate(
     values = locals()
     from golf_impact.calibration.calibration import calibrate as fit
     from golf_impact.calibration.calibration import check_save
-    from golf_impact.calibration.measurements import doubts
     from golf_impact.files import as_json, prepare, write_together
 
     prepare(folder, "calibrate.json", "calibrate.png")
@@ -95,8 +94,6 @@ def calibrate(
     given = {name: value for name, value in values.items() if name not in not_arguments}
     with err.status("calibrating"):
         calibration = fit(**given)
-        for words in doubts(calibration.data):
-            warn(words, style="yellow")
         files = {"calibrate.json": as_json(calibration.as_json())}
         if figures:
             from golf_impact.report.figures import png
