@@ -13,19 +13,15 @@ from command import golf, golf_here, refused
 from conftest import numbers
 
 from golf_build.extras import install_command
-from golf_impact.calibration.calibration import Calibration, check
-from golf_impact.calibration.fit import fit
+from golf_impact.calibration.calibration import Calibration
+from golf_impact.calibration.fit import ContactLaw, _Problem, fit
 from golf_impact.calibration.measurements import (
     TARGETS,
     Conditions,
     Measurements,
     Target,
-    doubts,
     measurements,
-    read_csv,
-    target,
 )
-from golf_impact.calibration.model import ContactLaw, Model
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.measured import MPH
@@ -38,7 +34,7 @@ ROH_LEE = {"ball_speed": 50.0, "club_speed_after": 24.0, "contact_time": 6e-4, "
 
 
 def targets(impact=IMPACT, **values):
-    return Measurements(impact, {name: target(name, value) for name, value in values.items()})
+    return measurements({**vars(impact), **values})
 
 
 def of_impact(fmu, names, **values):
@@ -61,7 +57,7 @@ def inverse(restitution, time, mu=IMPACT.reduced_mass):
     return k, 4.0 * mu * half / time
 
 
-@pytest.mark.parametrize("restitution", [0.999, 0.95, 0.743, 0.5, 0.2, 0.13, 0.05])
+@pytest.mark.parametrize("restitution", [0.999, 0.743, 0.2, 0.13, 0.05])
 def test_inverse_of_kelvin_voigt(fmu, restitution):
     fitted = fit(fmu, targets(cor=restitution, contact_time=6e-4), LINEAR)
     k, b = inverse(restitution, 6e-4)
@@ -80,18 +76,6 @@ def test_published_inverse(fmu):
     assert fitted.predicted["time_of_max_force"] == pytest.approx(259e-6, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    "speed",
-    ["cor", *(pytest.param(n, marks=pytest.mark.ci) for n in ("ball_speed", "club_speed_after"))],
-)
-@pytest.mark.parametrize("size", ["contact_time", "max_force", "time_of_max_force"])
-def test_the_document_found_again(fmu, speed, size):
-    """Law 1, from what k = 1e6 and b = 9 give."""
-    fitted = fit(fmu, of_impact(fmu, (speed, size), k=1e6, b=9.0, law=1), ABSOLUTE)
-    assert fitted.values["k"] == pytest.approx(1e6, rel=3e-5)
-    assert fitted.values["b"] == pytest.approx(9.0, abs=3e-3)
-
-
 def random_case(fmu, seed):
     """A model, the values of an impact far beyond golf, targets of it, and the generator."""
     draw = random.Random(seed)
@@ -105,11 +89,11 @@ def random_case(fmu, seed):
     speeds = draw.sample(("ball_speed", "club_speed_after", "cor"), draw.randint(1, 3))
     sizes = ["contact_time", "max_force", "time_of_max_force"]
     names = speeds + draw.sample(sizes, draw.randint(2 if free else 1, 3))
-    model = Model(fmu, targets(impact, contact_time=1.0), chosen)
-    coordinates = {"length": math.log(length), "damping": zeta, "exponent": n}
+    model = _Problem(fmu, targets(impact, contact_time=1e-3), chosen)
+    coordinates = {"length": math.log(length), "damping": math.asinh(zeta), "exponent": n}
     values = model.values(np.array([coordinates[name] for name in model.coordinates]))
     predicted = model.scalars(values)
-    if predicted is None:
+    if math.isnan(predicted["cor"]):
         pytest.skip("these bodies never separate")
     return model, values, {name: predicted[name] for name in names}, draw
 
@@ -121,7 +105,7 @@ def test_round_trip(fmu, seed):
     fitted = fit(fmu, targets(model.data.conditions, **measured), model.law)
     assert fitted.chi_squared < 1e-4
     assert any(
-        all(answer[name] == pytest.approx(true[name], rel=2e-3) for name in fitted.free)
+        all(answer[name] == pytest.approx(true[name], rel=2e-3) for name in fitted.parameters)
         for answer in (fitted.values, *fitted.others)
     )
 
@@ -133,7 +117,7 @@ def test_noisy_targets(fmu, seed):
     noisy = {}
     for name, value in measured.items():
         sigma = 10.0 ** draw.uniform(-5.0, -1.3) * abs(value)
-        noisy[name] = Target(name, value + sigma * draw.gauss(0.0, 1.0), sigma)
+        noisy[name] = Target(value + sigma * draw.gauss(0.0, 1.0), sigma)
     fitted = fit(fmu, Measurements(model.data.conditions, noisy), model.law)
     truth = sum(((measured[name] - t.value) / t.sigma) ** 2 for name, t in noisy.items())
     # Rounding the parameters changes χ² by 1e-6 of their number.
@@ -148,21 +132,21 @@ def test_standard_errors_are_the_spread(fmu, fits):
     answers = []
     for _ in range(fits):
         noisy = {
-            name: Target(name, t.value + t.sigma * draw.gauss(0.0, 1.0), t.sigma)
+            name: Target(t.value + t.sigma * draw.gauss(0.0, 1.0), t.sigma)
             for name, t in exact.targets.items()
         }
         answers.append(fit(fmu, Measurements(IMPACT, noisy), LINEAR))
-    errors = fit(fmu, exact, LINEAR).standard_errors
+    exactly = fit(fmu, exact, LINEAR).parameters
     for name in ("k", "b"):
         spread = np.std([one.values[name] for one in answers], ddof=1)
-        assert errors[name] == pytest.approx(spread, rel=3.0 / math.sqrt(2 * fits))
+        assert exactly[name].standard_error == pytest.approx(spread, rel=3.0 / math.sqrt(2 * fits))
 
 
 def test_standard_error_of_an_exact_inverse(fmu):
     """b = 2 μ L/T, so its relative variance is the sum of those of L = -ln COR and T."""
     fitted = fit(fmu, targets(cor=0.743, contact_time=6e-4), LINEAR)
     expected = fitted.values["b"] * math.hypot(0.01 / -math.log(0.743), 0.01)
-    assert fitted.standard_errors["b"] == pytest.approx(expected, rel=1e-5)
+    assert fitted.parameters["b"].standard_error == pytest.approx(expected, rel=1e-5)
     assert fitted.degrees_of_freedom == 0
     assert fitted.probability is None
 
@@ -172,22 +156,15 @@ def test_standard_error_of_an_exact_inverse(fmu):
     ("name", "law"),
     [
         ("roh-lee", FREE),
-        ("roh-lee-tsuji", ContactLaw(2, 1.5)),
         ("roh-lee-linear", LINEAR),
+        ("tour", ContactLaw(2, 1.5)),
     ],
 )
 def test_presets_are_what_calibrate_finds(fmu, name, law):
-    fitted = fit(fmu, targets(**ROH_LEE), law)
+    tour = {"club_speed": 113 * MPH, "ball_speed": 167 * MPH, "contact_time": 475e-6}
+    fitted = fit(fmu, measurements(tour if name == "tour" else ROH_LEE), law)
     for variable, value in BALLS[name].values.items():
         # Calibrate rounds to a thousandth of the standard errors.
-        assert fitted.values[variable] == pytest.approx(value, rel=1e-4)
-
-
-def test_the_tour_preset(fmu):
-    tour = Conditions(club_speed=113 * MPH)
-    wanted = targets(tour, ball_speed=167 * MPH, contact_time=475e-6)
-    fitted = fit(fmu, wanted, ContactLaw(2, 1.5))
-    for variable, value in BALLS["tour"].values.items():
         assert fitted.values[variable] == pytest.approx(value, rel=1e-4)
 
 
@@ -220,19 +197,18 @@ def test_no_damping_is_within_reach(fmu):
     assert fitted.values["k"] == pytest.approx(7e5, rel=3e-5)
     # A ball a little faster than an elastic one, but within its σ: b is held at 0.
     faster = targets(contact_time=6e-4, ball_speed=57.6)
-    check(faster, LINEAR)
     fitted = fit(fmu, faster, LINEAR)
     assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
-    assert fitted.residuals[1] == pytest.approx(-0.27, abs=0.02)
-    assert fitted.standard_errors["b"] is None
-    assert any("limit 0" in note for note in fitted.notes)
+    assert fitted.residuals[0] == pytest.approx(-0.27, abs=0.02)
+    assert fitted.parameters["b"].standard_error is None
+    assert "b = 0: it is at its limit" in Calibration(fmu, faster, LINEAR).words[0]
 
 
 def test_a_ball_that_is_none(fmu):
     """A force too large for an elastic contact is met by a dashpot, which is noted."""
-    fitted = fit(fmu, targets(contact_time=6e-4, max_force=9000.0), LINEAR)
-    assert fitted.predicted["time_of_max_force"] == 0.0
-    assert any("first touch" in note for note in fitted.notes)
+    found = Calibration(fmu, targets(contact_time=6e-4, max_force=9000.0), LINEAR)
+    assert found.fit.predicted["time_of_max_force"] == 0.0
+    assert any("first touch" in words for words in found.words)
 
 
 def test_two_answers_are_both_given(fmu):
@@ -247,45 +223,42 @@ def test_two_answers_are_both_given(fmu):
         assert value == pytest.approx(wanted.targets[name].value, rel=1e-6)
 
 
-LARGE = {"sigma_ball_speed": 3.0, "sigma_club_speed_after": 3.0}
-
-
 @pytest.mark.parametrize(
-    ("values", "law", "words"),
+    ("options", "words"),
     [
-        ({"cor": 1.0, "contact_time": 6e-4}, LINEAR, "below 1"),
-        ({"cor": 1.2, "contact_time": 6e-4}, LINEAR, "gains energy"),
-        ({"cor": 0.0, "contact_time": 6e-4}, LINEAR, "above 0"),
-        ({"cor": math.nan, "contact_time": 6e-4}, LINEAR, "finite"),
-        ({"cor": 0.7, "contact_time": 0.0}, LINEAR, "--contact-time 0.0"),
-        ({"cor": 0.7, "contact_time": -1.0}, ABSOLUTE, "above 0 s"),
-        ({"cor": 0.7, "max_force": -5.0}, LINEAR, "above 0 N"),
-        ({"cor": 0.7, "contact_time": 6e-4, "sigma_cor": 0.0}, LINEAR, "standard deviation"),
-        ({"cor": 0.7, "contact_time": 6e-4, "sigma_cor": math.nan}, LINEAR, "--sigma-cor"),
-        ({"cor": 0.7, "sigma_max_force": 1.0}, LINEAR, "without --max-force"),
-        ({"contact_time": 6e-4, "time_of_max_force": 7e-4}, LINEAR, "contact's end"),
-        ({"time_of_max_force": 0.0, "cor": 0.2}, LINEAR, "needs --sigma-time-of-max-force"),
-        ({"ball_speed": 60.0, "contact_time": 6e-4}, LINEAR, "more energy"),
-        ({"ball_speed": 20.0, "contact_time": 6e-4}, LINEAR, "doesn't leave"),
-        ({"ball_speed": 61.0, "club_speed_after": 21.0, "max_force": 1.0}, ABSOLUTE, "COR of"),
-        ({"cor": 0.7}, LINEAR, "too few targets"),
-        (
-            {"ball_speed": 50.0, "club_speed_after": 24.0, "cor": 0.74},
-            LINEAR,
-            "count once",
-        ),
-        ({"cor": 0.7, "contact_time": 6e-4}, FREE, "need 3 independent ones"),
-        ({}, LINEAR, "golf-impact calibrate --cor"),
-        ({"cor": 0.7, "contact_time": 6e-4, "club_speed": -1.0}, LINEAR, "--club-speed"),
-        ({"cor": 0.7, "contact_time": 6e-4, "m_ball": math.inf}, LINEAR, "--m-ball"),
+        ("--cor 1", "--cor 1 is refused"),
+        ("--cor 1.2", "more gains energy"),
+        ("--cor 0", "above 0"),
+        ("--cor nan", "--cor nan"),
+        ("--cor 0.7 --contact-time 0", "--contact-time 0"),
+        ("--cor 0.7 --contact-time 600", "600e-6 for 600 µs"),
+        ("--cor 0.7 --max-force -5", "--max-force -5"),
+        ("--cor 0.7 --max-force 6.6", "6600 for 6.6 kN"),
+        ("--cor 0.7 --contact-time 6e-4 --sigma-cor 0", "--sigma-cor 0"),
+        ("--cor 0.7 --sigma-max-force 1", "without --max-force"),
+        ("--ball-speed 60 --contact-time 6e-4", "--ball-speed 60 is refused"),
+        ("--ball-speed 20 --contact-time 6e-4", "must be above 0 and below 1"),
+        ("--club-speed-after 30 --contact-time 6e-4", "--club-speed-after 30"),
+        ("--cor 0.7", "too few targets"),
+        ("--ball-speed 50 --club-speed-after 24 --cor 0.74", "count once"),
+        ("--cor 0.7 --contact-time 6e-4 --exponent free", "need 3 independent ones"),
+        ("", "--cor 0.743 --contact-time 600e-6"),
+        ("--cor 0.7 --contact-time 6e-4 --club-speed -1", "--club-speed -1"),
+        ("--cor 0.7 --contact-time 6e-4 --m-club 210", "0.21 for 210 g"),
+        ("--law 1 --exponent 1.5", "--law 1"),
+        ("--law 1 --exponent free", "--law 1"),
+        ("--exponent stiff", "'stiff'"),
+        ("--exponent 0.5", "between 1 and 12"),
+        ("--exponent nan", "between 1 and 12"),
+        ("--reference-compression 0", "--reference-compression 0"),
+        ("--law 3", "1 (absolute)"),
+        ("--csv none.csv", "none.csv"),
+        ("--cor 1e-300 --contact-time 6e-4", "no contact that ends comes near"),
     ],
 )
-def test_impossible_targets(values, law, words):
-    options = {name: (values.get(name), values.get(f"sigma_{name}")) for name in TARGETS}
-    conditions = {name: values.get(name) for name in ("club_speed", "m_club", "m_ball")}
-    with pytest.raises(UserError) as refusal:
-        check(measurements(options, conditions), law)
-    assert words in str(refusal.value)
+def test_options_that_are_refused(tmp_path, options, words):
+    refused(golf_here("calibrate", *options.split(), "--out", tmp_path / "out"), words)
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.ci
@@ -293,26 +266,9 @@ def test_speeds_that_lose_momentum(fmu):
     """Law 1 fits the speeds of the document's model, which lose 4 % of it; law 2 doesn't."""
     names = ("ball_speed", "club_speed_after", "contact_time")
     lost = of_impact(fmu, names, law=1)
-    sharp = {n: Target(n, t.value, 1e-3 * t.value) for n, t in lost.targets.items()}
+    sharp = {n: Target(t.value, 1e-3 * t.value) for n, t in lost.targets.items()}
     assert fit(fmu, lost, ABSOLUTE).values["b"] == pytest.approx(9.0, rel=1e-3)
     assert fit(fmu, Measurements(IMPACT, sharp), LINEAR).probability < 1e-6
-
-
-@pytest.mark.parametrize(
-    ("law", "exponent", "reference", "words"),
-    [
-        (1, "1.5", 0.005, "--law 1"),
-        (1, "free", 0.005, "--law 1"),
-        (2, "stiff", 0.005, "the word free"),
-        (2, "0.5", 0.005, "between 1 and 12"),
-        (2, "nan", 0.005, "between 1 and 12"),
-        (2, "1", 0.0, "--reference-compression"),
-    ],
-)
-def test_impossible_laws(law, exponent, reference, words):
-    with pytest.raises(UserError) as refusal:
-        ContactLaw.of(law, exponent, reference)
-    assert words in str(refusal.value)
 
 
 def test_targets_from_a_file(tmp_path):
@@ -320,15 +276,11 @@ def test_targets_from_a_file(tmp_path):
     file.write_text(
         "target,value,sigma\nball-speed,50,0.5\ncor,0.74,\n\nclub_speed,36,\nm_club,0.2,\n"
     )
-    options = dict.fromkeys(TARGETS, (None, None))
-    data = measurements({**options, "cor": (0.75, 0.02)}, {"m_club": 0.21}, file)
+    data = measurements({"cor": 0.75, "sigma_cor": 0.02, "m_club": 0.21}, file)
     assert data.conditions == Conditions(club_speed=36.0, m_club=0.21)
-    assert data.targets == {
-        "ball_speed": Target("ball_speed", 50.0, 0.5),
-        "cor": Target("cor", 0.75, 0.02),
-    }
+    assert data.targets == {"ball_speed": Target(50.0, 0.5), "cor": Target(0.75, 0.02)}
     file.write_text("target,value\ncor,0.74\n")
-    assert read_csv(file) == ({"cor": (0.74, None)}, {})
+    assert measurements({}, file).targets == {"cor": Target(0.74, 0.0074, False)}
 
 
 @pytest.mark.parametrize(
@@ -336,19 +288,22 @@ def test_targets_from_a_file(tmp_path):
     [
         ("", "first line"),
         ("name,value\ncor,0.7\n", "first line"),
-        ("target,value,sigma\nspin,3000,1\n", "no target 'spin'"),
-        ("target,value,sigma\ncor,high,\n", "'high' is no number"),
-        ("target,value,sigma\ncor,,\n", "no value"),
-        ("target,value,sigma\ncor,0.7,\ncor,0.8,\n", "given twice"),
+        ("target,value,sigma\nspin,3000,1\n", "row 1 (line 2): there is no target 'spin'"),
+        ("target,value,sigma\ncor,high,\n", "row 1 (line 2): cor = 'high'"),
+        ("target,value,sigma\ncor,,\n", "row 1 (line 2): cor = ''"),
+        ("target,value,sigma\ncor,0.7,\ncor,0.8,\n", "row 2 (line 3): cor is given twice"),
         ("target,value,sigma\ncor,0.7,0.1,4\n", "more cells"),
-        ("target,value,sigma\nm_ball,0.046,0.1\n", "exact"),
+        ("target,value,sigma\nm_ball,0.046,0.1\n", "no target 'sigma_m_ball'"),
+        ("target,value,value\ncor,0.7,0.8\n", "first line"),
+        (f"target,value\ncor,{'0' * 131_073}\n", "field larger than field limit"),
+        (f"target,value\n{'#' * 2**20}", "larger than"),
     ],
 )
 def test_files_that_are_refused(tmp_path, text, words):
     file = tmp_path / "shot.csv"
     file.write_text(text)
     with pytest.raises(UserError) as refusal:
-        read_csv(file)
+        measurements({}, file)
     assert words in str(refusal.value)
 
 
@@ -377,57 +332,6 @@ def test_the_command(tmp_path):
     case = json.loads(file.read_text())["custom"]["custom"]
     for name, (output, *_) in TARGETS.items():
         assert case[output] == written["predicted"][name]
-
-
-def test_the_command_refuses(tmp_path):
-    refused(golf_here("calibrate"), "--cor 0.743 --contact-time 600e-6", "--time-of-max-force")
-    refused(golf_here("calibrate", "--cor", "1", "--contact-time", "6e-4"), "--cor 1.0", "below 1")
-    refused(golf_here("calibrate", "--csv", tmp_path / "none.csv"), "none.csv")
-    for law in ("3", "relative"):
-        refused(golf_here("calibrate", "--law", law), f"--law': {law} is refused", "1 (absolute)")
-    few = golf_here("calibrate", "--cor", "0.7", "--out", tmp_path / "out")
-    refused(few, "too few targets")
-    assert not (tmp_path / "out").exists()
-
-
-def test_usual_units_are_not_doubted():
-    assert doubts(targets(cor=0.74, contact_time=600e-6)) == []
-
-
-@pytest.mark.ci
-def test_another_unit_is_doubted(tmp_path):
-    done = golf_here(
-        *("calibrate", "--contact-time", 600, "--cor", 0.743, "--m-club", 210),
-        *("--sigma-max-force", 1, "--max-force", 6.6, "--no-figures", "--out", tmp_path),
-    )
-    assert done.returncode == 0
-    warnings = done.stderr.splitlines()[:3]
-    for line, words in zip(
-        warnings, ("600 is taken in s", "6.6 is taken in N", "210 is taken in kg")
-    ):
-        assert words in line
-
-
-def test_numbers_beyond_doubles(tmp_path):
-    done = golf_here("calibrate", "--cor", "1e-300", "--contact-time", "6e-4", "--out", tmp_path)
-    refused(done, "no contact that ends comes near")
-    assert len(done.stderr.splitlines()) == 1
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("target,value,value\ncor,0.7,0.8\n", "names a column twice"),
-        (f"target,value\ncor,{'0' * 131_073}\n", "field larger than field limit"),
-        (f"target,value\n{'#' * 2**20}", "larger than"),
-    ],
-)
-def test_lists_of_measurements_that_are_none(tmp_path, text, words):
-    path = tmp_path / "measured.csv"
-    path.write_text(text)
-    with pytest.raises(UserError, match=words):
-        read_csv(path)
 
 
 def test_without_scipy(tmp_path):

@@ -138,7 +138,10 @@ def test_all_together(fmu):
     """Curve, COR line and a scalar in one fit; the curve's COR counts for the line."""
     penner = {"restitution_at_rest": 0.86, "restitution_slope": 0.0029}
     data = measurements(
-        {"max_force": fmu.impact(("max_force",), **BALL, **penner)["max_force"], "sigma_max_force": 60.0},
+        {
+            "max_force": fmu.impact(("max_force",), **BALL, **penner)["max_force"],
+            "sigma_max_force": 60.0,
+        },
         curve=curve(fmu, 1, **penner),
         cor_speeds=line(1),
     )
@@ -147,7 +150,10 @@ def test_all_together(fmu):
     assert max(map(abs, deviations(calibration.fit, {**BALL, **penner}))) < 4.0
     alone = fit(fmu, Measurements(series={"cor_speeds": data.cor_speeds}), LINEAR)
     for name in penner:
-        assert calibration.parameters[name].standard_error < alone.parameters[name].standard_error * 1.05
+        assert (
+            calibration.parameters[name].standard_error
+            < alone.parameters[name].standard_error * 1.05
+        )
     assert {one.law.exponent for one in calibration.fits} == {1.0, 1.5, None}
     assert calibration.residuals.keys() == {"targets", "curve", "cor_speeds"}
 
@@ -156,7 +162,7 @@ def test_the_wrong_law_is_noticed(fmu):
     data = measurements({}, curve=curve(fmu))
     calibration = Calibration(fmu, data, LINEAR)
     assert any("correlated" in words for words in calibration.words)
-    assert "Try --exponent free" in calibration.words[-1]
+    assert calibration.words[-1].startswith("power law, n free describes")
     assert not any("correlated" in words for words in Calibration(fmu, data, FREE).words)
     stated = measurements({}, curve=(*curve(fmu), np.full(200, 40.0)))
     assert any("doesn't fit" in words for words in Calibration(fmu, stated, LINEAR).words)
@@ -287,13 +293,10 @@ def test_noise_alone_is_no_touch(tmp_path):
             measurements({}, curve=(np.arange(200) * 4e-6, force))
 
 
-def test_a_curve_of_another_club_speed_is_doubted(tmp_path):
+def test_a_curve_of_another_club_speed_is_refused(tmp_path):
     file = write(tmp_path / "curve.csv", "time,force", *GOOD.T)
-    done = golf_here(
-        *("calibrate", "--curve", file, "--club-speed", 10, "--no-figures", "--out", tmp_path)
-    )
-    assert done.returncode == 0, done.stderr
-    assert "check --club-speed" in done.stderr.replace("\n", " ")
+    done = golf_here("calibrate", "--curve", file, "--club-speed", 7, "--out", tmp_path)
+    refused(done, "curve.csv, row 36 (line 37)", "--club-speed in m/s")
 
 
 @pytest.mark.parametrize(
@@ -302,16 +305,16 @@ def test_a_curve_of_another_club_speed_is_doubted(tmp_path):
         ("speed,cor\n30,0.8\n", ("bad.csv", "approach_speed,cor")),
         ("approach_speed,cor\n", ("bad.csv", "no rows")),
         ("approach_speed,cor\n30,0.8\n40,1.02\n", ("bad.csv, row 2 (line 3)", "gains energy")),
-        ("approach_speed,cor\n30,80\n40,78\n", ("row 1 (line 2)", "write 0.8 for 80 %")),
+        ("approach_speed,cor\n30,80\n40,78\n", ("row 1 (line 2)", "0.8 for 80 %")),
         ("approach_speed,cor\n30,0.8\n\n40,0\n", ("row 2 (line 4)", "above 0")),
         ("approach_speed,cor\n30,0.8\n-4,0.7\n", ("row 2 (line 3)", "approach_speed = -4")),
         ("approach_speed,cor\n30,0.8\n40,nan\n", ("row 2 (line 3)", "cor = nan")),
-        ("approach_speed,cor\n30,0.8\n40\n", ("row 2 (line 3)", "missing")),
-        ("approach_speed,cor\n30,0.8\n40,x\n", ("row 2 (line 3)", "'x' is no number")),
+        ("approach_speed,cor\n30,0.8\n40\n", ("row 2 (line 3)", "'' is refused")),
+        ("approach_speed,cor\n30,0.8\n40,x\n", ("row 2 (line 3)", "'x' is refused")),
         ("approach_speed,cor\n30,0.8\n30,0.7\n", ("bad.csv", "two speeds")),
         ("approach_speed,cor\n30,0.8\n40,0.7\n", ("bad.csv", "sigma")),
         ("approach_speed,cor,sigma\n30,0.8,0.1\n40,0.7,0\n", ("row 2 (line 3)", "sigma = 0")),
-        ("approach_speed,cor,sigma\n30,0.8,0.1\n40,0.7\n", ("row 2 (line 3)", "missing")),
+        ("approach_speed,cor,sigma\n30,0.8,0.1\n40,0.7\n", ("row 2 (line 3)", "'' is refused")),
     ],
 )
 def test_lines_that_are_refused(tmp_path, text, words):
@@ -325,15 +328,9 @@ def test_laws_that_are_refused(fmu, tmp_path):
     done = golf_here("calibrate", "--cor-speeds", speeds, "--law", 1, "--out", tmp_path / "out")
     refused(done, "--law 2")
     done = golf_here("calibrate", "--cor-speeds", speeds, "--exponent", "free", "--out", tmp_path)
-    refused(done, "k, b and exponent need 3")
+    refused(done, "k, b, exponent need 3")
     done = golf_here("calibrate", "--cor-speeds", speeds, "--save", "ball.txt", "--out", tmp_path)
     refused(done, "ball.txt", ".toml")
-
-
-def test_two_speeds_with_sigma(fmu):
-    found = fitted(fmu, LINEAR, cor_speeds=([30.0, 40.0], [0.8, 0.75], [0.01, 0.01]))
-    assert found.values["restitution_slope"] == pytest.approx(0.005, rel=1e-3)
-    assert found.degrees_of_freedom == 0
 
 
 def test_conditions_of_another_ball_are_saved(fmu, tmp_path):

@@ -187,24 +187,15 @@ class Calibration:
         return [[name, with_error(*one) + _UNITS.get(name, "")] for name, one in found]
 
     @property
-    def correlation(self) -> tuple[float, float]:
-        """Lag-1 autocorrelation of the curve's residuals in contact, and times √rows; 0 if none."""
-        if self.data.curve is None:
-            return 0.0, 0.0
-        residuals = self.residuals["curve"][contact_rows(self.data.curve.y)]
-        value = float(residuals[1:] @ residuals[:-1]) / max(float(residuals @ residuals), 1e-300)
-        return value, value * math.sqrt(len(residuals))
-
-    @property
     def words(self) -> list[str]:
         """What the numbers say, in sentences."""
         best, data, words = self.fit, self.data, []
-        for name in best.held:
-            value = best.values[name]
-            words.append(f"{name} is at its limit {value:g}: no standard error is defined.")
-        unknown = [n for n, one in self.parameters.items() if one.standard_error is None]
-        if unknown := [name for name in unknown if name not in best.held]:
-            words.append(f"No standard error is defined for {' and '.join(unknown)}.")
+        for name, (value, error) in self.parameters.items():
+            if error is None:
+                words.append(
+                    f"No standard error is defined for {name} = {value:.6g}: it is at its limit, "
+                    "or these measurements don't determine it."
+                )
         if best.predicted.get("time_of_max_force") == 0.0:
             words.append("The force is largest at first touch: a dashpot more than a ball.")
         for other in best.others:
@@ -241,17 +232,21 @@ class Calibration:
                 f"No more targets than parameters: {best.title} {met}; standard errors are those "
                 "of the σ alone."
             )
-        value, significance = self.correlation
-        if significance > _CORRELATED:
-            words.append(
-                f"Neighbouring residuals of the curve are correlated ({value:.2f}): the law misses "
-                "its shape, or its noise is correlated; standard errors are too small."
-            )
+        if data.curve is not None:
+            # Lag-1 autocorrelation in contact; of independent residuals it is normal, 1/√rows.
+            inside = self.residuals["curve"][contact_rows(data.curve.y)]
+            correlation = float(inside[1:] @ inside[:-1]) / max(float(inside @ inside), 1e-300)
+            if correlation * math.sqrt(len(inside)) > _CORRELATED:
+                words.append(
+                    f"Neighbouring residuals of the curve are correlated ({correlation:.2f}): the "
+                    "law misses its shape, or its noise is correlated; standard errors are too "
+                    "small."
+                )
         better = min((best, *self.fits), key=lambda other: other.aic)
         if best.aic - better.aic > _BETTER:
             words.append(
                 f"{better.title} describes these measurements better: its AIC is lower by "
-                f"{best.aic - better.aic:.3g}. Try {better.law.options}."
+                f"{best.aic - better.aic:.3g}."
             )
         return words
 
@@ -260,8 +255,7 @@ class Calibration:
         best, data = self.fit, self.data
         found = self._found()
         if best.touch:
-            microseconds = (1e6 * one if one else None for one in best.touch)
-            found.append(["touch, by the curve's clock", f"{with_error(*microseconds)} µs"])
+            found.append(["touch, by the curve's clock", f"{with_error(*best.touch)} s"])
         rows = []
         for name, model in best.predicted.items():
             target, quantity = data.targets.get(name), QUANTITIES[TARGETS[name][0]]
@@ -322,9 +316,7 @@ class Calibration:
             for name, one in data.series.items()
         }
         predictions = [
-            {name: {k: v[n] for k, v in one._asdict().items()} for name, one in all_}
-            | {"club_speed": speed}
-            for all_ in [self.predictions.items()]
+            {"club_speed": speed, **{k: _at(n, one) for k, one in self.predictions.items()}}
             for n, speed in enumerate(self.speeds.tolist())
         ]
         comparison = [
@@ -338,7 +330,6 @@ class Calibration:
             "touch_time": best.touch._asdict() if best.touch else None,
             "fixed": {n: v for n, v in best.values.items() if n not in best.parameters},
             **{"targets": targets, "series": series, "predictions": predictions},
-            "residual_correlation": self.correlation[0] if data.curve else None,
             **{"other_solutions": best.others, "notes": self.words, "comparison": comparison},
         }
 
@@ -347,6 +338,10 @@ class Calibration:
         from golf_impact.calibration.drawing import draw
 
         return draw(self)
+
+
+def _at(n: int, interval: Interval) -> dict[str, float]:
+    return {part: float(values[n]) for part, values in interval._asdict().items()}
 
 
 def calibrate(

@@ -32,14 +32,13 @@ def draw(calibration: Calibration) -> Figure:
     figure, axes = figures.plt.subplot_mosaic(
         [list(row) for row in zip(*columns)], figsize=size, height_ratios=(2.2, 1.0)
     )
-    title = f"Calibrated: {calibration.fit.title}"
-    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
+    figure.suptitle(f"Calibrated: {calibration.fit.title}", x=0.01, ha="left", fontweight="bold")
     if data.cor_speeds:
         _draw_series(calibration, "cor_speeds", axes["COR"], axes["cor_speeds"])
         axes["COR"].set(ylabel="COR")
         axes["cor_speeds"].set(xlabel="approach speed (m/s)", ylabel="fit − measured")
     if data.targets:
-        _draw_targets(calibration, axes["targets"], axes.get("force"))
+        _draw_targets(calibration, axes["targets"])
     if data.sized:
         _draw_laws(calibration, axes["force"])
         axes["force"].set(xlabel="time since touch (µs)", ylabel="contact force (N)")
@@ -68,10 +67,11 @@ def _laws(calibration: Calibration) -> list[tuple[Any, bool, figures.Look]]:
 
 
 def _draw_laws(calibration: Calibration, axes: Axes) -> None:
+    touch = calibration.fit.touch
     for one, best, look in _laws(calibration):
         path = calibration.paths[one.title]
         # By the curve's clock, from the touch of the fit in front.
-        shift = one.touch.value - calibration.fit.touch.value if one.touch else 0.0
+        shift = one.touch.value - touch.value if one.touch and touch else 0.0
         line = {**look.line, "lw": 2.4 if best else 1.2, "alpha": 1.0 if best else 0.8}
         axes.plot(1e6 * (path["time"] + shift), path["force"], **line, label=one.title)
 
@@ -84,7 +84,7 @@ def _draw_series(calibration: Calibration, name: str, above: Axes, below: Axes) 
         calibration.data.groups[name],
     )
     order = np.argsort(series.x)
-    x = 1e6 * (series.x - fit.touch.value) if name == "curve" and fit.touch else series.x
+    x = 1e6 * (series.x - fit.touch.value) if fit.touch and name == "curve" else series.x
     residuals = fit.residuals[rows] * fit.sigma[rows]
     model, errors = series.y + residuals, fit.coverage * np.nan_to_num(fit.model_errors[rows])
     half = np.hypot(errors, fit.coverage * fit.sigma[rows])
@@ -97,8 +97,7 @@ def _draw_series(calibration: Calibration, name: str, above: Axes, below: Axes) 
     below.legend(loc="upper right", fontsize=9)
 
 
-def _draw_targets(calibration: Calibration, axes: Axes, force: Axes | None) -> None:
-    """Residuals of the scalars, and those that are times or forces as lines beside the force."""
+def _draw_targets(calibration: Calibration, axes: Axes) -> None:
     targets, widest = calibration.data.targets, 2.5
     for one, best, look in _laws(calibration):
         residuals = one.residuals[: len(targets)]
@@ -107,9 +106,3 @@ def _draw_targets(calibration: Calibration, axes: Axes, force: Axes | None) -> N
         axes.plot(residuals, range(len(targets)), look.marker, color=look.colour, **marker)
     figures.rows(axes, [TARGETS[name][1] for name in targets], band=1.96)
     axes.set(xlabel="(fit − target) / σ; band: 95 %", xlim=(-1.15 * widest, 1.15 * widest))
-    for name, target in targets.items() if force else ():
-        if name == "max_force":
-            force.axhspan(target.value - target.sigma, target.value + target.sigma, **_BAND)
-        elif "time" in name:
-            low, high = 1e6 * (target.value - target.sigma), 1e6 * (target.value + target.sigma)
-            force.axvspan(low, high, **_BAND)

@@ -19,9 +19,10 @@ from golf_impact.fmu.uncertainty import RANGES, gradient
 #: The parameters of COR = first − second · approach speed; they replace b.
 LINE = ("restitution_at_rest", "restitution_slope")
 
-#: Damping ratios and exponents of the starts, and exponents with a curve, whose impulse gives ζ.
+#: Damping ratios and exponents of the starts, and how many of the best of them are refined; the
+#: impulse of a curve gives its ζ.
 _ZETAS, _EXPONENTS = (1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0), (1.05, 1.5, 2.2, 4.0, 9.0)
-_CURVE_EXPONENTS = (1.1, 1.5, 2.0, 2.6)
+_REFINED = 10
 
 #: Starts are refined on about this many rows of a curve, the best of them on all.
 _ROWS = 50
@@ -31,13 +32,6 @@ _CLOCK = 1e-4
 
 #: The residual, in σ, where the bodies never separate.
 _FAR = 1e9
-
-#: Two minima are equally good if their χ² differ by less than this, and the same if their
-#: coordinates do.
-_EQUAL_CHI_SQUARED, _SAME_PLACE = 1e-6, 1e-4
-
-#: A direction that changes the data this much less than the best does is undetermined.
-_UNDETERMINED = 1e-7
 
 #: Parameters are rounded to this fraction of their standard error (all others fixed).
 _ROUNDING = 1e-3
@@ -57,10 +51,8 @@ class ContactLaw:
         number(reference_compression, "reference_compression")
         n = None if str(exponent).strip().lower() == "free" else number(exponent, "exponent")
         if law == 1 and n != 1.0:
-            raise UserError(
-                f"--exponent {exponent} is refused with --law 1 (absolute), which is linear: leave "
-                "it out, or take --law 2"
-            )
+            why = "with --law 1 (absolute), which is linear: leave it out, or take --law 2"
+            raise UserError(f"--exponent {exponent} is refused {why}")
         return cls(law, n, reference_compression)
 
     @property
@@ -70,12 +62,6 @@ class ContactLaw:
         if self.exponent == 1.0:
             return "Kelvin–Voigt" if self.law == 2 else "absolute"
         return f"{'Tsuji' if self.exponent == 1.5 else 'power law'}, n = {self.exponent:g}"
-
-    @property
-    def options(self) -> str:
-        """As options of the command line."""
-        n = "free" if self.exponent is None else f"{self.exponent:g}"
-        return "--law 1" if self.law == 1 else f"--exponent {n}"
 
 
 class Estimate(NamedTuple):
@@ -90,20 +76,18 @@ class Fit:
     """The best parameters of one law; arrays over all measured values have the shape (n,)."""
 
     law: ContactLaw
-    title: str  #: of the law
+    title: str
     values: dict[str, float]  #: the FMU's inputs and parameters of this impact, SI units
     parameters: dict[str, Estimate]  #: those of them that were fitted
     covariance: np.ndarray  #: of the parameters, (p, p); NaN where not defined
     touch: Estimate | None  #: the instant by the curve's clock, s
     predicted: dict[str, float]  #: scalar targets as the FMU gives them
-    model: np.ndarray  #: all measured values as the FMU gives them
-    model_errors: np.ndarray  #: their standard errors
-    sigma: np.ndarray  #: standard deviations of the measured values
     residuals: np.ndarray  #: (model − measured)/σ
+    sigma: np.ndarray  #: standard deviations of the measured values
+    model_errors: np.ndarray  #: standard errors of the model at the measured values
     estimated: tuple[str, ...]  #: groups of measurements whose σ follows from the residuals
     aic: float  #: Akaike's information criterion
     others: list[dict[str, float]]  #: values of further minima that are as good
-    held: list[str]  #: parameters at a limit
 
     @property
     def chi_squared(self) -> float:
@@ -117,11 +101,10 @@ class Fit:
     @property
     def probability(self) -> float | None:
         """The chance of a χ² this large if law and σ are right; None if χ² has no meaning."""
-        if self.degrees_of_freedom <= 0 or self.estimated:
-            return None
-        from scipy.special import gammaincc
+        from scipy.special import chdtrc
 
-        return float(gammaincc(0.5 * self.degrees_of_freedom, 0.5 * self.chi_squared))
+        tested = self.degrees_of_freedom > 0 and not self.estimated
+        return float(chdtrc(self.degrees_of_freedom, self.chi_squared)) if tested else None
 
     @property
     def coverage(self) -> float:
@@ -132,11 +115,11 @@ class Fit:
 
     def as_json(self) -> dict[str, Any]:
         """The part of calibrate.json that every fit has."""
-        parameters = {name: one._asdict() for name, one in self.parameters.items()}
         names = ("predicted", "chi_squared", "degrees_of_freedom", "probability", "aic")
         return {
-            **{"exponent": self.values.get("exponent"), "parameters": parameters},
-            **{"covariance": self.covariance.tolist()},
+            "exponent": self.values.get("exponent"),
+            "parameters": {name: one._asdict() for name, one in self.parameters.items()},
+            "covariance": self.covariance.tolist(),
             **{name: getattr(self, name) for name in names},
         }
 
@@ -193,25 +176,22 @@ class _Problem:
     forces to 1/L, whatever d_r is. They are
 
     - length: ln(L/1 m),
-    - exponent: n, if free,
     - damping: arsinh ζ, or the two parameters of a COR line,
+    - exponent: n, if free,
     - touch: the instant of touch since the first row of the curve, if there is one, in `_CLOCK`.
     """
 
     def __init__(self, fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> None:
         self.fmu, self.data, self.law = fmu, data, law
-        line = data.cor_speeds is not None
-        damping = LINE if line else ("damping",)
-        exponent = ["exponent"] if law.exponent is None and data.sized else []
-        size, touch = ["length"] * data.sized, ["touch"] * (data.curve is not None)
-        self.coordinates = (*size, *damping, *exponent, *touch)
+        line, sized = data.cor_speeds is not None, data.sized
+        exponent = ["exponent"] if law.exponent is None and sized else []
+        damping, touch = LINE if line else ("damping",), ["touch"] * (data.curve is not None)
+        self.coordinates = (*["length"] * sized, *damping, *exponent, *touch)
         #: The FMU's names of what is fitted.
-        self.free = [*["k"] * data.sized, *["b"] * (not line), *exponent, *LINE * line]
+        self.free = [*["k"] * sized, *["b"] * (not line), *exponent, *LINE * line]
         ranges = {name: ends[:2] for name, ends in RANGES.items()} | {"damping": (0.0, 12.0)}
-        bounds = (ranges.get(name, (-math.inf, math.inf)) for name in self.coordinates)
-        self.low, self.high = np.array(list(bounds)).T
-        titles = [law.title] * data.sized + ["COR line"] * line
-        self.title = " with ".join(titles) or law.title
+        unbounded = (-math.inf, math.inf)
+        self.bounds = np.array([ranges.get(name, unbounded) for name in self.coordinates]).T
         self.estimated = tuple(name for name, one in data.series.items() if one.sigma is None)
         sigma = [np.array([target.sigma for target in data.targets.values()])]
         for name, one in data.series.items():
@@ -241,55 +221,48 @@ class _Problem:
         return self.data.curve.x[0] + _CLOCK * float(x[-1]) if self.data.curve else 0.0
 
     def scalars(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Scalar targets by name; NaN if the bodies never separate, times and forces need a k."""
-        names = [name for name in TARGETS if self.data.sized or name in RESTITUTION]
-        given = self.fmu.impact([TARGETS[name][0] for name in names], **values)
-        return {name: given[TARGETS[name][0]] for name in names}
+        """Scalar targets by name; NaN if the bodies never separate. Times and forces need a k."""
+        outputs = {n: TARGETS[n][0] for n in TARGETS if self.data.sized or n in RESTITUTION}
+        given = self.fmu.impact(list(outputs.values()), **values)
+        return {name: given[output] for name, output in outputs.items()}
 
-    def predict(self, values: Mapping[str, float], touch: float) -> np.ndarray:
-        """All measured values as the FMU gives them; NaN if the bodies never separate."""
-        cor, data = TARGETS["cor"][0], self.data
-        scalars = self.scalars(values)
-        parts: list[Any] = [[scalars[name] for name in data.targets]]
-        if data.curve is not None:
-            instants = data.curve.x - touch
-            inside = (instants > 0.0) & (instants < scalars["contact_time"])
-            force = np.zeros(len(instants)) if scalars["cor"] > 0.0 else instants * math.nan
-            self.fmu.start(**values)
-            times = np.concatenate([[0.0], instants[inside]])
-            force[inside] = self.fmu.sampled(times, ("force",))["force"][1:]
-            parts.append(force)
-        if data.cor_speeds is not None:
-            cases = ({**values, "club_speed": v} for v in data.cor_speeds.x.tolist())
-            parts.append([self.fmu.impact((cor,), **case)[cor] for case in cases])
-        return np.concatenate(parts)
-
-    def weighted(self, values: Mapping[str, float], touch: float) -> np.ndarray:
+    def residuals(self, values: Mapping[str, float], touch: float) -> np.ndarray:
         """(model − measured)/σ; large where there is no contact that ends."""
+        data, cor, far = self.data, TARGETS["cor"][0], np.full(len(self.sigma), _FAR)
         try:
-            residuals = (self.predict(values, touch) - self.data.values) / self.sigma
+            scalars = self.scalars(values)
+            parts: list[Any] = [[scalars[name] for name in data.targets]]
+            if data.curve is not None:
+                instants = data.curve.x - touch
+                inside = (instants > 0.0) & (instants < scalars["contact_time"])
+                force = np.where(math.isnan(scalars["cor"]), math.nan, np.zeros(len(instants)))
+                self.fmu.start(**values)
+                times = np.concatenate([[0.0], instants[inside]])
+                force[inside] = self.fmu.sampled(times, ("force",))["force"][1:]
+                parts.append(force)
+            if data.cor_speeds is not None:
+                cases = ({**values, "club_speed": v} for v in data.cor_speeds.x.tolist())
+                parts.append([self.fmu.impact((cor,), **case)[cor] for case in cases])
         except (UserError, OverflowError):
             # Far from any ball values may leave the FMU's range; the search has to turn back.
-            return np.full(len(self.sigma), _FAR)
-        return residuals if np.isfinite(residuals).all() else np.full(len(residuals), _FAR)
+            return far
+        residuals = (np.concatenate(parts) - data.values) / self.sigma
+        return residuals if np.isfinite(residuals).all() else far
 
     # Least squares
 
-    def solve(self, start: np.ndarray, tolerance: float, touch: Any = ()) -> Any:
-        """SciPy's result from one start; `touch` bounds that coordinate further."""
+    def solve(self, start: np.ndarray, tolerance: float) -> Any:
+        """SciPy's result from one start."""
         from scipy.optimize import least_squares
 
-        low, high = self.low.copy(), self.high.copy()
-        if touch:
-            low[-1], high[-1] = touch
         return least_squares(
-            lambda x: self.weighted(self.values(x), self.touch(x)),
-            np.clip(start, low, high),
+            lambda x: self.residuals(self.values(x), self.touch(x)),
+            np.clip(start, *self.bounds),
             # A difference of 1e-6 is far above the FMU's rounding; a curve's is worth the speed.
             **({"jac": "3-point"} if self.data.curve is None else {"diff_step": 1e-6}),
             # Of SciPy's methods the one that ends exactly at a limit.
             method="dogbox",
-            bounds=(low, high),
+            bounds=self.bounds,
             x_scale="jac",
             **dict.fromkeys(("xtol", "ftol", "gtol"), tolerance),
             max_nfev=100,
@@ -297,74 +270,93 @@ class _Problem:
 
     def minima(self) -> list[np.ndarray]:
         """The best minimum and all that are as good: the least damped first, then by exponent."""
+        refined = sorted((self.solve(x, 1e-3) for x in self.starts()), key=lambda r: r.cost)
         tolerance = 1e-15 if self.data.curve is None else 1e-8
-        refined = [self.solve(x, tolerance) for x in self.starts()]
-        best = min(result.cost for result in refined)
-        if best >= _FAR:
+        refined = [self.solve(result.x, tolerance) for result in refined[:_REFINED]]
+        best = min(refined, key=lambda r: r.cost)
+        if best.cost >= _FAR:
             raise UserError(f"{self.law.title}: no contact that ends comes near these measurements")
-        equal = [r.x for r in refined if 2.0 * (r.cost - best) <= _EQUAL_CHI_SQUARED * (1.0 + best)]
+        if self.data.curve is not None:
+            return [best.x]
+        equal = [r.x for r in refined if r.cost - best.cost <= 5e-7 * (1.0 + best.cost)]
         places: list[np.ndarray] = []
         for x in sorted(equal, key=lambda x: tuple(np.round(x[1:], 6))):
-            if not any(np.allclose(x, other, 0.0, _SAME_PLACE) for other in places):
+            if not any(np.allclose(x, other, 0.0, 1e-4) for other in places):
                 places.append(x)
-        return places[:1] if self.data.curve is not None else places
+        return places
 
     def starts(self) -> list[np.ndarray]:
         """A grid of ζ and n, each with the length and touch of an undamped linear contact."""
-        impact, curve, scalars = self.data.conditions, self.data.curve, self.data.targets
+        impact, curve, line = self.data.conditions, self.data.curve, self.data.cor_speeds
         momentum = impact.reduced_mass * impact.club_speed
-        zetas, exponents = _ZETAS, _EXPONENTS
-        omega, touch = math.pi / 5e-4, 0.0
-        for name, one in scalars.items():
+        omega, at, zetas = math.pi / 5e-4, dict[str, float](), list(_ZETAS)
+        for name, one in self.data.targets.items():
             if name == "max_force":
                 omega = one.value / momentum
-            elif "time" in name:
+            elif name not in RESTITUTION:
                 omega = (math.pi if name == "contact_time" else 0.5 * math.pi) / one.value
         if curve is not None:
             rows = contact_rows(curve.y)
-            omega = math.pi / (1.1 * np.ptp(curve.x[rows]))
-            touch = (curve.x[rows[0]] - 0.2 / omega - curve.x[0]) / _CLOCK
+            omega = math.pi / (1.1 * float(np.ptp(curve.x[rows])))
+            at["touch"] = (curve.x[rows[0]] - 0.2 / omega - curve.x[0]) / _CLOCK
             cor = min(max(impulse_ratio(curve, momentum) - 1.0, 0.05), 0.98)
-            zetas, exponents = (-math.log(cor) / math.pi,), _CURVE_EXPONENTS
-        at = {"touch": touch}
-        if self.data.cor_speeds is not None:
-            one, zetas = self.data.cor_speeds, (0.1,)
-            weights = 1.0 / self.sigma[self.data.groups["cor_speeds"]]
-            slope, rest = np.polyfit(one.x, one.y, 1, w=weights)
+            zetas = [-math.log(cor) / math.pi]
+        if line is not None:
+            weights, zetas = 1.0 / self.sigma[self.data.groups["cor_speeds"]], [0.1]
+            slope, rest = np.polyfit(line.x, line.y, 1, w=weights)
             at |= {LINE[0]: rest, LINE[1]: -slope}
-        grid = itertools.product(zetas, exponents if "exponent" in self.coordinates else (1.0,))
         starts = []
-        for zeta, n in grid:
+        exponents = _EXPONENTS if "exponent" in self.coordinates else _EXPONENTS[:1]
+        for zeta, n in itertools.product(zetas, exponents):
             length = math.log(0.5 * (n + 1.0) * impact.club_speed / omega)
             at |= {"length": length, "damping": math.asinh(zeta), "exponent": n}
             starts.append(np.array([at[name] for name in self.coordinates]))
         return starts
 
     def fit(self, places: list[np.ndarray]) -> Fit:
-        result = self.between_rows(self.solve(places[0], 1e-10 if self.data.curve else 1e-15))
+        """The best minimum from the first of these places; the others are as good as that."""
+        data, free = self.data, self.free
+        result = self.solve(places[0], 1e-15 if data.curve is None else 1e-10)
         for _ in range(10):
             before = self.sigma.copy()
             self.estimate_sigma(result)
-            if len(self.data.groups) == 1 or np.allclose(before, self.sigma, 0.01):
+            if len(data.groups) == 1 or np.allclose(before, self.sigma, 0.01):
                 break
             result = self.solve(result.x, 1e-10)
-        return self.described(result, [self.values(x) for x in places[1:]])
-
-    def between_rows(self, result: Any) -> Any:
-        """The best minimum with touch between two rows of the curve.
-
-        Law 2's force jumps to b·v at touch if n = 1 (and nearly so just above), so that χ² jumps
-        where touch passes a row; between two rows it is smooth.
-        """
-        curve = self.data.curve
-        if curve is None or self.law.law == 1:
-            return result
-        rows = (curve.x - curve.x[0]) / _CLOCK
-        here = int(np.searchsorted(rows, result.x[-1]))
-        cells = [(rows[n - 1], rows[n]) for n in range(max(here - 2, 1), min(here + 3, len(rows)))]
-        return min(
-            [result, *(self.solve(result.x, 1e-8, cell) for cell in cells)],
-            key=lambda one: one.cost,
+        values, touch = self.values(result.x), self.touch(result.x)
+        ends = dict(zip(self.coordinates, result.active_mask))
+        ends["b"] = ends.get("damping", 0)
+        varied = [name for name in free if not ends.get(name)]
+        jacobian = self.jacobian(values, touch, varied)
+        covariance = _covariance(jacobian)
+        for name, slope in zip(varied, jacobian):
+            unit = _ROUNDING / float(np.linalg.norm(slope))
+            if np.isnan(covariance).any():
+                unit = 1e-6 * abs(values[name])
+            if 0.0 < unit < math.inf:
+                values[name] = round(values[name], -math.floor(math.log10(unit)))
+        residuals = self.residuals(values, touch)
+        # NaN for parameters at a limit.
+        at = [free.index(name) for name in varied]
+        full = np.full((len(free), len(free)), math.nan)
+        full[np.ix_(at, at)] = covariance[: len(at), : len(at)]
+        errors = [error if error == error else None for error in np.sqrt(np.diag(full)).tolist()]
+        model_variance = np.einsum("in,ij,jn->n", jacobian, covariance, jacobian)
+        titles = [self.law.title] * data.sized + ["COR line"] * (data.cor_speeds is not None)
+        return Fit(
+            law=self.law,
+            title=" with ".join(titles) or self.law.title,
+            values=values,
+            parameters={n: Estimate(values[n], e) for n, e in zip(free, errors)},
+            covariance=full,
+            touch=Estimate(touch, math.sqrt(covariance[-1, -1])) if data.curve else None,
+            predicted=self.scalars(values),
+            residuals=residuals,
+            sigma=self.sigma,
+            model_errors=self.sigma * np.sqrt(model_variance),
+            estimated=self.estimated,
+            aic=self.aic(residuals, len(jacobian)),
+            others=[self.values(x) for x in places[1:]],
         )
 
     # Statistics
@@ -379,54 +371,19 @@ class _Problem:
             least = 1e-9 * float(np.abs(self.data.values[rows]).max()) / self.sigma[rows.start]
             self.sigma[rows] *= max(math.sqrt(np.sum(result.fun[rows] ** 2) / freedom), least)
 
-    def described(self, result: Any, others: list[dict[str, float]]) -> Fit:
-        values, touch, free = self.values(result.x), self.touch(result.x), self.free
-        ends = zip(self.coordinates, result.active_mask.tolist())
-        held = ["b" if name == "damping" else name for name, end in ends if end and name != "touch"]
-        varied = [name for name in free if name not in held]
-        # Derivatives of the weighted model: rows as `varied`, then the instant of touch.
-        jacobian = gradient(lambda at: self.weighted(at, touch), values, varied)
-        jacobian = jacobian.reshape(len(varied), -1)
-        covariance, model_errors = _covariance(jacobian)
-        if self.data.curve is not None:
-            # The force rises steeply or jumps at touch. So the derivative is a difference over two
-            # standard errors of touch, to the side on which no row comes near that rise.
-            here, step, inner = self.weighted(values, touch), 5e-2 * _CLOCK, jacobian
-            for _ in range(4):
-                slopes = [(self.weighted(values, touch + s) - here) / s for s in (step, -step)]
-                jacobian = np.vstack([inner, min(slopes, key=lambda one: float(one @ one))])
-                covariance, model_errors = _covariance(jacobian)
-                step = min(2.0 * np.nan_to_num(math.sqrt(covariance[-1, -1])) or step, step)
-        errors = [error if error == error else None for error in np.sqrt(np.diag(covariance))]
-        for name, slope in zip(varied, jacobian):
-            unit = _ROUNDING / float(np.linalg.norm(slope))
-            if None in errors:
-                unit = 1e-6 * abs(values[name])
-            if 0.0 < unit < math.inf:
-                values[name] = round(values[name], -math.floor(math.log10(unit)))
-        model = self.predict(values, touch)
-        residuals = (model - self.data.values) / self.sigma
-        full = np.full((len(free), len(free)), math.nan)
-        at = [free.index(name) for name in varied]
-        full[np.ix_(at, at)] = covariance[: len(at), : len(at)]
-        known = dict(zip(varied, errors))
-        return Fit(
-            law=self.law,
-            title=self.title,
-            values=values,
-            parameters={name: Estimate(values[name], known.get(name)) for name in free},
-            covariance=full,
-            touch=Estimate(touch, errors[-1]) if self.data.curve else None,
-            predicted=self.scalars(values),
-            model=model,
-            model_errors=self.sigma * model_errors,
-            sigma=self.sigma,
-            residuals=residuals,
-            estimated=self.estimated,
-            aic=self.aic(residuals, len(self.coordinates) - len(held)),
-            others=others,
-            held=held,
-        )
+    def jacobian(self, values: dict[str, float], touch: float, names: list[str]) -> np.ndarray:
+        """Derivatives of the residuals: a row for each parameter, and one for touch."""
+        inner = gradient(lambda at: self.residuals(at, touch), values, names)
+        jacobian = inner = inner.reshape(len(names), -1)
+        # The force rises steeply or jumps at touch. So the derivative is a difference over two
+        # standard errors of touch, to the side on which no row comes near that rise.
+        here, step = self.residuals(values, touch), 0.05 * _CLOCK
+        for _ in range(4 if self.data.curve else 0):
+            slopes = [(self.residuals(values, touch + s) - here) / s for s in (step, -step)]
+            jacobian = np.vstack([inner, min(slopes, key=lambda one: float(one @ one))])
+            variance = _covariance(jacobian)[-1, -1]
+            step = min(2.0 * math.sqrt(variance), step) if variance > 0.0 else step
+        return jacobian
 
     def aic(self, residuals: np.ndarray, fitted: int) -> float:
         """−2 ln(likelihood) + 2 · fitted parameters, but for a constant of the data.
@@ -435,21 +392,17 @@ class _Problem:
         """
         total = 2.0 * (fitted + len(self.estimated))
         for name, rows in self.data.groups.items():
-            square = float(np.sum(residuals[rows] ** 2))
+            square, n = float(np.sum(residuals[rows] ** 2)), rows.stop - rows.start
             if name in self.estimated:
-                number = rows.stop - rows.start
-                square = number * math.log(square * self.sigma[rows.start] ** 2 / number)
+                square = n * math.log(square * self.sigma[rows.start] ** 2 / n)
             total += square
         return total
 
 
-def _covariance(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(J Jᵀ)⁻¹, and the standard errors of the weighted model; NaN if J's rank is deficient."""
-    p, n = jacobian.shape
+def _covariance(jacobian: np.ndarray) -> np.ndarray:
+    """(J Jᵀ)⁻¹; NaN if J's rank is deficient."""
     scale = np.linalg.norm(jacobian, axis=1)
-    if np.isfinite(scale).all() and scale.all() and p <= n:
-        left, singular, right = np.linalg.svd((jacobian.T / scale), full_matrices=False)
-        if p == 0 or singular[-1] > _UNDETERMINED * singular[0]:
-            spread = (right.T / singular) / scale[:, None]
-            return spread @ spread.T, np.linalg.norm(left, axis=1)
-    return np.full((p, p), math.nan), np.full(n, math.nan)
+    normal = (jacobian / scale[:, None]) @ (jacobian / scale[:, None]).T
+    if normal.size and not (np.isfinite(normal).all() and np.linalg.cond(normal) < 1e14):
+        return np.full(normal.shape, math.nan)
+    return np.linalg.inv(normal) / np.outer(scale, scale)

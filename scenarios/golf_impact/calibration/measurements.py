@@ -255,16 +255,13 @@ def _read_series(given: Any, kind: str) -> Series:
 def check_speeds(data: Measurements) -> None:
     """Raise UserError for speeds of no contact that conserves momentum, as law 2 does."""
     impact, u = data.conditions, data.conditions.club_speed
-    for name, sign, mass in (
-        ("ball_speed", 1.0, impact.m_club),
-        ("club_speed_after", -1.0, impact.m_ball),
-    ):
+    for name, mass in (("ball_speed", impact.m_club), ("club_speed_after", impact.m_ball)):
         if one := data.targets.get(name):
             factor = (impact.m_club + impact.m_ball) / (mass * u)
-            gained = one.value if sign > 0.0 else u - one.value
+            gained = one.value if name == "ball_speed" else u - one.value
             cor, spread = factor * gained - 1.0, factor * one.sigma
             if not -spread < cor < 1.0 + spread:
                 raise UserError(
-                    f"{option(name)} {one.value:g} is refused: at a club speed of {u:g} m/s it is a "
-                    f"COR of {cor:.4g}, which must be above 0 and below 1"
+                    f"{option(name)} {one.value:g} is refused: at a club speed of {u:g} m/s it is "
+                    f"a COR of {cor:.4g}, which must be above 0 and below 1"
                 )

@@ -1,4 +1,4 @@
-"""A measured force pulse: its noise, its rows in contact, its impulse, and whether it can be one."""
+"""A measured force pulse: its noise, rows in contact and impulse, and whether it is one."""
 
 from __future__ import annotations
 
