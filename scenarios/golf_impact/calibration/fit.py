@@ -22,7 +22,7 @@ LINE = ("restitution_at_rest", "restitution_slope")
 #: Damping ratios and exponents of the starts, and how many of the best of them are refined; the
 #: impulse of a curve gives its ζ.
 _ZETAS, _EXPONENTS = (1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0), (1.05, 1.5, 2.2, 4.0, 9.0)
-_REFINED = 10
+_REFINED = 20
 
 #: Starts are refined on about this many rows of a curve, the best of them on all.
 _ROWS = 50
@@ -30,7 +30,7 @@ _ROWS = 50
 #: The unit of the coordinate of touch, s.
 _CLOCK = 1e-4
 
-#: The residual, in σ, where the bodies never separate.
+#: The residual, in σ, where the bodies never separate, and the largest of all.
 _FAR = 1e9
 
 #: Parameters are rounded to this fraction of their standard error (all others fixed).
@@ -247,7 +247,7 @@ class _Problem:
             # Far from any ball values may leave the FMU's range; the search has to turn back.
             return far
         residuals = (np.concatenate(parts) - data.values) / self.sigma
-        return residuals if np.isfinite(residuals).all() else far
+        return residuals if np.all(np.abs(residuals) < _FAR) else far
 
     # Least squares
 
