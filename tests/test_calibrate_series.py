@@ -11,7 +11,7 @@ from conftest import numbers, some
 import golf_impact
 from golf_impact.calibration.calibration import Calibration
 from golf_impact.calibration.fit import ContactLaw, fit
-from golf_impact.calibration.measurements import Conditions, Measurements, measurements
+from golf_impact.calibration.measurements import Measurements, measurements
 from golf_impact.errors import UserError
 
 FREE, LINEAR, ABSOLUTE = ContactLaw(2, None), ContactLaw(2, 1.0), ContactLaw(1, 1.0)
@@ -88,9 +88,7 @@ CASES = {
     "law 1": (ABSOLUTE, {"law": 1, "exponent": 1.0, "k": 1e6, "b": 9.0}, {}),
     "n = 1.5": (ContactLaw(2, 1.5), {"exponent": 1.5}, {}),
     "n = 2.5": (FREE, {"exponent": 2.5, "b": 60.0}, {}),
-    "n = 1.1": (FREE, {"exponent": 1.1}, {}),
     "few rows": (FREE, {}, {"rows": 18, "noise": 15.0}),
-    "many rows": (FREE, {}, {"rows": 900}),
     "no lead": (FREE, {}, {"lead": 0.0}),
     "long lead": (FREE, {}, {"rows": 500, "lead": 4.0, "trail": 5.0}),
     "faster": (FREE, {"club_speed": 55.0}, {"noise": 100.0}),
@@ -238,11 +236,6 @@ def test_the_command(fmu, tmp_path):
     (results,) = tmp_path.glob("*_results.json")
     cases = json.loads(results.read_text())["custom"]
     assert cases[str(ball)]["max_force"] == written["predicted"]["max_force"]
-    table = tmp_path / "s.csv"
-    done = golf_here("sweep", "--set", f"ball={ball}", "--set", "club_speed=35", "--out", table)
-    assert done.returncode == 0, done.stderr
-    row = dict(zip(*(one.split(",") for one in table.read_text().splitlines())))
-    assert float(row["ball_velocity"]) == written["predicted"]["ball_speed"]
     done = golf_here("calibrate", "--cor-speeds", speeds, "--no-figures", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     found = json.loads((tmp_path / "calibrate.json").read_text())["parameters"]
@@ -286,13 +279,6 @@ def test_curves_that_are_refused(tmp_path, table, words):
     assert not (tmp_path / "out").exists()
 
 
-def test_noise_alone_is_no_touch(tmp_path):
-    for seed in range(20):
-        force = np.random.default_rng(seed).normal(0.0, 40.0, 200)
-        with pytest.raises(UserError, match="no touch in this curve"):
-            measurements({}, curve=(np.arange(200) * 4e-6, force))
-
-
 def test_a_curve_of_another_club_speed_is_refused(tmp_path):
     file = write(tmp_path / "curve.csv", "time,force", *GOOD.T)
     done = golf_here("calibrate", "--curve", file, "--club-speed", 7, "--out", tmp_path)
@@ -321,24 +307,3 @@ def test_lines_that_are_refused(tmp_path, text, words):
     file = tmp_path / "bad.csv"
     file.write_text(text)
     refused(golf_here("calibrate", "--cor-speeds", file, "--out", tmp_path / "out"), *words)
-
-
-def test_laws_that_are_refused(fmu, tmp_path):
-    speeds = write(tmp_path / "cor.csv", "approach_speed,cor", *line())
-    done = golf_here("calibrate", "--cor-speeds", speeds, "--law", 1, "--out", tmp_path / "out")
-    refused(done, "--law 2")
-    done = golf_here("calibrate", "--cor-speeds", speeds, "--exponent", "free", "--out", tmp_path)
-    refused(done, "k, b, exponent need 3")
-    done = golf_here("calibrate", "--cor-speeds", speeds, "--save", "ball.txt", "--out", tmp_path)
-    refused(done, "ball.txt", ".toml")
-
-
-def test_conditions_of_another_ball_are_saved(fmu, tmp_path):
-    found = golf_impact.calibrate(cor=0.8, contact_time=5e-4, m_ball=0.0455)
-    path = found.save(tmp_path / "light.toml")
-    ball = golf_impact.read_ball(path)
-    assert dict(ball.values) == dict(found.ball.values)
-    assert ball.values["m_ball"] == 0.0455
-    assert ball.uncertain == ("k", "b")
-    assert ball.covariance == found.ball.covariance
-    assert Conditions().m_ball == 0.04593

@@ -39,7 +39,7 @@ _CORRELATED = 4.0
 #: An AIC lower by this is worth a sentence.
 _BETTER = 2.0
 
-_UNITS = {"k": " N/m", "b": " N·s/m", "restitution_slope": " s/m"}
+_UNITS = {"k": " N/m", "b": " N·s/m", "restitution_slope": " s/m", "touch_time": " s"}
 
 #: Every calibration is compared with Kelvin–Voigt, absolute, Tsuji and free n.
 _COMPARED = ((2, 1.0), (1, 1.0), (2, 1.5), (2, None))
@@ -99,12 +99,6 @@ class Calibration:
             speeds = [float(f"{middle * factor:.2g}") for factor in (0.6, 0.8, 1.0, 1.2, 1.4)]
         self.speeds = np.array(speeds, float)
         self.predictions = self._predict(fmu, self.speeds)
-        #: Time since touch (s) and force (N) of each fit, by its title.
-        self.paths = {
-            one.title: fmu.trajectory(301, ("force",), **one.values)
-            for one in (best, *self.fits)
-            if data.sized
-        }
 
     def predict(self, club_speeds: float | Sequence[float] | np.ndarray) -> dict[str, Interval]:
         """S, COR and ball speed (m/s) at other club speeds, with 95 % intervals.
@@ -176,15 +170,10 @@ class Calibration:
         return f"golf-impact run {set_options(pairs)}"
 
     def __repr__(self) -> str:
-        found = [f"  {name} = {text}" for name, text in self._found()]
+        found = [f"  {name} = {text}" for name, text in self.tables()[0].rows]
         freedom = f"degrees of freedom {self.degrees_of_freedom}"
         title = f"Calibration: {self.fit.title} (law {self.fit.law.law})"
         return "\n".join([title, *found, f"  χ² = {self.chi_squared:.3f}, {freedom}"])
-
-    def _found(self) -> list[list[str]]:
-        """Name and value ± standard error of each parameter."""
-        found = self.parameters.items()
-        return [[name, with_error(*one) + _UNITS.get(name, "")] for name, one in found]
 
     @property
     def words(self) -> list[str]:
@@ -192,10 +181,8 @@ class Calibration:
         best, data, words = self.fit, self.data, []
         for name, (value, error) in self.parameters.items():
             if error is None:
-                words.append(
-                    f"No standard error is defined for {name} = {value:.6g}: it is at its limit, "
-                    "or these measurements don't determine it."
-                )
+                why = "it is at its limit, or these measurements don't determine it"
+                words.append(f"No standard error is defined for {name} = {value:.6g}: {why}.")
         if best.predicted.get("time_of_max_force") == 0.0:
             words.append("The force is largest at first touch: a dashpot more than a ball.")
         for other in best.others:
@@ -209,18 +196,16 @@ class Calibration:
                 "given); standard errors and χ² follow from it."
             )
         for name in best.estimated:
-            sigma, unit = best.sigma[data.groups[name]][0], " N" if name == "curve" else ""
+            sigma = best.sigma[data.groups[name]][0]
             words.append(
-                f"σ of {data.series[name].name} follows from its residuals: {sigma:.3g}{unit}; so "
-                "χ² is close to the degrees of freedom for any law and doesn't test it."
+                f"σ of {data.series[name].name}, {sigma:.3g}, follows from its residuals; so χ² is "
+                "close to the degrees of freedom for any law and doesn't test it."
             )
         freedom, chance = best.degrees_of_freedom, best.probability
         square = f"χ² = {best.chi_squared:.3g} with {freedom} degrees of freedom"
         if chance is not None and chance < _UNLIKELY:
-            words.append(
-                f"This law doesn't fit: {square} (probability {chance:.1g}). The law is wrong, σ "
-                "is too small, or measurements contradict each other."
-            )
+            why = "the law is wrong, σ is too small, or measurements contradict each other"
+            words.append(f"This law doesn't fit: {square} (probability {chance:.1g}); {why}.")
         elif chance is not None:
             chances = f"(probability of a larger one: {chance:.2g})"
             words.append(f"{square} is compatible with law and σ {chances}.")
@@ -228,10 +213,7 @@ class Calibration:
             met = "meets them exactly, so χ² doesn't test the law"
             if best.chi_squared > 1e-4:
                 met = f"can't meet them together ({square}) and comes as near as it can"
-            words.append(
-                f"No more targets than parameters: {best.title} {met}; standard errors are those "
-                "of the σ alone."
-            )
+            words.append(f"No more targets than parameters: {best.title} {met}.")
         if data.curve is not None:
             # Lag-1 autocorrelation in contact; of independent residuals it is normal, 1/√rows.
             inside = self.residuals["curve"][contact_rows(data.curve.y)]
@@ -239,7 +221,7 @@ class Calibration:
             if correlation * math.sqrt(len(inside)) > _CORRELATED:
                 words.append(
                     f"Neighbouring residuals of the curve are correlated ({correlation:.2f}): the "
-                    "law misses its shape, or its noise is correlated; standard errors are too "
+                    "law misses its shape, or the noise is correlated; standard errors are too "
                     "small."
                 )
         better = min((best, *self.fits), key=lambda other: other.aic)
@@ -253,17 +235,19 @@ class Calibration:
     def tables(self) -> list[Table]:
         """Parameters, measurements, predictions, and the comparison of laws."""
         best, data = self.fit, self.data
-        found = self._found()
-        if best.touch:
-            found.append(["touch, by the curve's clock", f"{with_error(*best.touch)} s"])
+        found = dict(self.parameters) | ({"touch_time": best.touch} if best.touch else {})
+        parameters = [
+            [name, with_error(*one) + _UNITS.get(name, "")] for name, one in found.items()
+        ]
         rows = []
         for name, model in best.predicted.items():
-            target, quantity = data.targets.get(name), QUANTITIES[TARGETS[name][0]]
-            cells = ["", "", "predicted"]
-            if target:
+            quantity, cells = QUANTITIES[TARGETS[name][0]], ["", "", "", "predicted"]
+            if target := data.targets.get(name):
                 off = f"{(model - target.value) / target.sigma:+.2f}"
-                cells = [quantity.shown(target.value), f"{target.sigma * quantity.factor:.2g}", off]
-            rows.append([quantity.label, *cells[:2], quantity.shown(model), cells[2]])
+                sigma = f"{target.sigma * quantity.factor:.2g}"
+                cells = [quantity.shown(target.value), sigma, "", off]
+            cells[2] = quantity.shown(model)
+            rows.append([quantity.label, *cells])
         for name, at in data.groups.items():
             if name in data.series:
                 rms, sigma = np.sqrt(np.mean(best.residuals[at] ** 2)), np.mean(best.sigma[at])
@@ -276,7 +260,7 @@ class Calibration:
         square = f"χ² = {best.chi_squared:.4g}, degrees of freedom {best.degrees_of_freedom}"
         heads = ["club speed (m/s)", *(QUANTITIES[name].label for name in _PREDICTED)]
         tables = [
-            Table(f"{best.title} (law {best.law.law})", ["", "value ± standard error"], found),
+            Table(f"{best.title} (law {best.law.law})", ["", "value ± standard error"], parameters),
             Table(
                 f"Measurements, {data.conditions}: {square}",
                 ["", "measured", "σ", "model", "residual (σ)"],
@@ -293,20 +277,18 @@ class Calibration:
                 cells = [f"{one.values[n]:.4g}" if n in one.values else "" for n in names]
                 cells += [f"{one.sigma[data.groups[name]][0]:.3g}" for name in one.estimated]
                 cells += [f"{one.chi_squared:.3g}", f"{one.aic - least:.3g}"]
-                laws.append([one.title, *cells])
-            tables.append(Table("Contact laws compared", [*columns, "χ²", "AIC − least AIC"], laws))
+                laws.append([one.law.title, *cells])
+            heads, *lines = map(list, zip([*columns, "χ²", "AIC − least AIC"], *laws))
+            tables.append(Table("Contact laws compared", heads, lines))
         return tables
 
     def as_json(self) -> dict[str, Any]:
         """All of it, for calibrate.json (SI units); null where something isn't defined."""
         best, data = self.fit, self.data
         targets = [
-            {
-                **{"name": name, "target": target.value, "sigma": target.sigma},
-                **{"sigma_given": target.stated, "model": best.predicted[name]},
-                "residual": (best.predicted[name] - target.value) / target.sigma,
-            }
-            for name, target in data.targets.items()
+            {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
+            | {"model": best.predicted[name], "residual": float(residual)}
+            for (name, one), residual in zip(data.targets.items(), best.residuals)
         ]
         series = {
             name: {

@@ -17,9 +17,6 @@ RANGES = {
     "restitution_slope": (0.0, math.inf, 1e-6),
 }
 
-#: The step of a central difference, relative.
-_STEP = 1e-4
-
 Evaluate = Callable[[Mapping[str, float]], np.ndarray]
 
 
@@ -37,23 +34,16 @@ def gradient(evaluate: Evaluate, values: Mapping[str, float], names: Sequence[st
     slopes = []
     for name in names:
         value, (low, high, least) = values[name], RANGES[name]
-        step = max(_STEP * abs(value), least)
+        step = max(1e-4 * abs(value), least)
         ends = max(low, value - step), min(high, value + step)
-        first, last = (np.asarray(evaluate({**values, name: end}), float) for end in ends)
+        first, last = (evaluate({**values, name: end}) for end in ends)
         slopes.append((last - first) / (ends[1] - ends[0]))
     return np.array(slopes)
 
 
 def standard_errors(
-    evaluate: Evaluate,
-    values: Mapping[str, float],
-    names: Sequence[str],
-    covariance: np.ndarray | Sequence[Sequence[float]],
+    evaluate: Evaluate, values: Mapping[str, float], names: Sequence[str], covariance: np.ndarray
 ) -> np.ndarray:
-    """Standard errors of outputs, of their shape, by linear propagation of a covariance (p, p).
-
-    The other arguments are those of `gradient`.
-    """
+    """Standard errors of outputs by linear propagation of a covariance (p, p), see `gradient`."""
     slopes = gradient(evaluate, values, names)
-    variance = np.einsum("i...,ij,j...->...", slopes, np.asarray(covariance, float), slopes)
-    return np.sqrt(np.maximum(variance, 0.0))
+    return np.sqrt(np.einsum("i...,ij,j...->...", slopes, covariance, slopes).clip(0.0))
