@@ -30,14 +30,9 @@ from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.uncertainty import RANGES, standard_errors
 from golf_impact.report.outcome import Table
 
-#: A χ² that law and σ would exceed less often than this is a misfit.
-_UNLIKELY = 0.01
-
-#: Residuals of a curve are correlated if their lag-1 autocorrelation, times √rows, exceeds this.
-_CORRELATED = 4.0
-
-#: An AIC lower by this is worth a sentence.
-_BETTER = 2.0
+#: What is worth a sentence: a χ² that law and σ exceed less often than this, a lag-1
+#: autocorrelation of a curve's residuals, times √rows, above this, an AIC lower by this.
+_UNLIKELY, _CORRELATED, _BETTER = 0.01, 4.0, 2.0
 
 _UNITS = {"k": " N/m", "b": " N·s/m", "restitution_slope": " s/m", "touch_time": " s"}
 
@@ -291,10 +286,8 @@ class Calibration:
             for (name, one), residual in zip(data.targets.items(), best.residuals)
         ]
         series = {
-            name: {
-                **{"name": one.name, "rows": len(one.y), "sigma_given": one.sigma is not None},
-                "sigma": float(np.mean(best.sigma[data.groups[name]])),
-            }
+            name: {"name": one.name, "rows": len(one.y), "sigma_given": one.sigma is not None}
+            | {"sigma": float(np.mean(best.sigma[data.groups[name]]))}
             for name, one in data.series.items()
         }
         predictions = [

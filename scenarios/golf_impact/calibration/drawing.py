@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from golf_impact.calibration.calibration import Calibration
 
 _LABELS = {
-    "curve": ("time since touch (µs)", "contact force (N)"),
-    "cor_speeds": ("approach speed (m/s)", "COR"),
+    "curve": ("time since touch (µs)", "contact force (N)", "fit − measured (N)"),
+    "cor_speeds": ("approach speed (m/s)", "COR", "fit − measured"),
 }
 _DOTS: dict[str, Any] = {"color": figures.BLACK, "marker": ".", "ms": 5, "ls": "", "alpha": 0.6}
 
@@ -65,7 +65,7 @@ def _draw_series(calibration: Calibration, name: str, above: Axes, below: Axes) 
     below.plot(x, residuals, **_DOTS)
     below.axhline(0.0, color=figures.BLACK, lw=0.8)
     above.set(ylabel=_LABELS[name][1])
-    below.set(xlabel=_LABELS[name][0], ylabel="fit − measured")
+    below.set(xlabel=_LABELS[name][0], ylabel=_LABELS[name][2])
     for axes in (above, below):
         axes.legend(loc="upper right", fontsize=9)
 

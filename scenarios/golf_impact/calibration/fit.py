@@ -27,14 +27,9 @@ _REFINED = 20
 #: Starts are refined on about this many rows of a curve, the best of them on all.
 _ROWS = 50
 
-#: The unit of the coordinate of touch, s.
-_CLOCK = 1e-4
-
-#: The residual, in σ, where the bodies never separate, and the largest of all.
-_FAR = 1e9
-
-#: Parameters are rounded to this fraction of their standard error (all others fixed).
-_ROUNDING = 1e-3
+#: The unit of the coordinate of touch, s; the residual, in σ, where the bodies never separate, and
+#: the largest of all; parameters are rounded to this fraction of their standard error.
+_CLOCK, _FAR, _ROUNDING = 1e-4, 1e9, 1e-3
 
 
 @dataclass(frozen=True)

@@ -12,15 +12,12 @@ from golf_impact.errors import UserError
 if TYPE_CHECKING:
     from golf_impact.calibration.measurements import Series
 
-#: A force that lasts longer than this isn't in seconds, s: halfway (in logarithms) between the
-#: 0.6 ms of an impact and the 0.6 that they are in milliseconds.
-_LONGEST_CONTACT = 0.02
+#: A force that lasts longer than this (s) isn't in seconds; a peak below this multiple of the
+#: curve's noise is noise.
+_LONGEST_CONTACT, _ABOVE_NOISE = 0.02, 6.0
 
 #: Impulse over μ v, which is 1 + COR; beyond these the club's speed is another one, or the unit.
 _IMPOSSIBLE = (0.5, 3.0)
-
-#: A peak below this multiple of the curve's noise is noise.
-_ABOVE_NOISE = 6.0
 
 
 def noise(force: np.ndarray) -> float:
