@@ -267,7 +267,8 @@ class _Problem:
         """The best minimum and all that are as good: the least damped first, then by exponent."""
         refined = sorted((self.solve(x, 1e-3) for x in self.starts()), key=lambda r: r.cost)
         tolerance = 1e-15 if self.data.curve is None else 1e-8
-        refined = [self.solve(result.x, tolerance) for result in refined[:_REFINED]]
+        number = _REFINED if self.data.curve is None else 4
+        refined = [self.solve(result.x, tolerance) for result in refined[:number]]
         best = min(refined, key=lambda r: r.cost)
         if best.cost >= _FAR:
             raise UserError(f"{self.law.title}: no contact that ends comes near these measurements")
@@ -284,7 +285,7 @@ class _Problem:
         """A grid of ζ and n, each with the length and touch of an undamped linear contact."""
         impact, curve, line = self.data.conditions, self.data.curve, self.data.cor_speeds
         momentum = impact.reduced_mass * impact.club_speed
-        omega, at, zetas = math.pi / 5e-4, dict[str, float](), list(_ZETAS)
+        omega, at, zetas, touches = math.pi / 5e-4, dict[str, float](), list(_ZETAS), [0.0]
         for name, one in self.data.targets.items():
             if name == "max_force":
                 omega = one.value / momentum
@@ -293,7 +294,8 @@ class _Problem:
         if curve is not None:
             rows = contact_rows(curve.y)
             omega = math.pi / (1.1 * float(np.ptp(curve.x[rows])))
-            at["touch"] = (curve.x[rows[0]] - 0.2 / omega - curve.x[0]) / _CLOCK
+            first = (curve.x[rows[0]] - curve.x[0]) / _CLOCK
+            touches = [first - late / (omega * _CLOCK) for late in (0.0, 0.2, 0.4)]
             cor = min(max(impulse_ratio(curve, momentum) - 1.0, 0.05), 0.98)
             zetas = [-math.log(cor) / math.pi]
         if line is not None:
@@ -302,9 +304,9 @@ class _Problem:
             at |= {LINE[0]: rest, LINE[1]: -slope}
         starts = []
         exponents = _EXPONENTS if "exponent" in self.coordinates else _EXPONENTS[:1]
-        for zeta, n in itertools.product(zetas, exponents):
+        for zeta, n, touch in itertools.product(zetas, exponents, touches):
             length = math.log(0.5 * (n + 1.0) * impact.club_speed / omega)
-            at |= {"length": length, "damping": math.asinh(zeta), "exponent": n}
+            at |= {"length": length, "damping": math.asinh(zeta), "exponent": n, "touch": touch}
             starts.append(np.array([at[name] for name in self.coordinates]))
         return starts
 
@@ -312,6 +314,13 @@ class _Problem:
         """The best minimum from the first of these places; the others are as good as that."""
         data, free = self.data, self.free
         result = self.solve(places[0], 1e-15 if data.curve is None else 1e-10)
+        if data.curve is not None:
+            # Law 2's force jumps or rises steeply at touch, so that χ² has a minimum between any
+            # two rows: the best of the neighbouring ones.
+            row = float(np.median(np.diff(data.curve.x))) / _CLOCK
+            shifts = np.outer((-2.0, -1.0, 1.0, 2.0), np.eye(len(result.x))[-1] * row)
+            near = [result, *(self.solve(result.x + shift, 1e-8) for shift in shifts)]
+            result = min(near, key=lambda one: one.cost)
         for _ in range(10):
             before = self.sigma.copy()
             self.estimate_sigma(result)
