@@ -318,7 +318,7 @@ class _Problem:
             # Law 2's force jumps or rises steeply at touch, so that χ² has a minimum between any
             # two rows: the best of the neighbouring ones.
             row = float(np.median(np.diff(data.curve.x))) / _CLOCK
-            shifts = np.outer((-2.0, -1.0, 1.0, 2.0), np.eye(len(result.x))[-1] * row)
+            shifts = np.outer((-4.0, -2.0, -1.0, 1.0, 2.0), np.eye(len(result.x))[-1] * row)
             near = [result, *(self.solve(result.x + shift, 1e-8) for shift in shifts)]
             result = min(near, key=lambda one: one.cost)
         for _ in range(10):
