@@ -1,4 +1,4 @@
-"""A companion FMU: the flight of a ball that ClubBallImpact has hit.
+"""A companion FMU: the flight of a golf ball.
 
 A point mass under gravity, drag and the lift of its backspin w (Magnus):
 
@@ -11,23 +11,24 @@ example of its program's output: model 3 of each), with S = r w / v and R = 2 r 
     C_D = 0.2028 - 0.2159 S + 2.8466 S^2 + 0.0165 R
     C_L = 0.0860 + 0.6463 S + 1.4789 S^2 - 0.0122 / R^2
 
-They hold for a driver: S from 0.04 to 0.22, R from 0.8 to 2.0. A ball without spin has no lift. d
-is the patent's, too. No spin follows from the impact, which has one dimension: it is a parameter.
+They were measured with a driver's launches: S from 0.04 to 0.22, R from 0.8 to 2.0. Irons, wedges
+and every slow ball have a larger S, where the squares would run away: S is held at its limit, 0.22,
+beyond. The terms with R are small, and are extrapolated. A ball without spin has no lift; topspin,
+a negative backspin, has the lift of backspin downwards. d is the patent's, too.
 
-The ball is launched when `separated` becomes true, with the impact's ball velocity at the angle
-`launch_angle`, from the instant of separation, touch_time + contact_time: not from the
-communication point that happened to see it. Nothing acts on the ball afterwards that isn't known
-then, so the whole flight is solved at once by its Taylor series, one after the other as far as each
-converges: the landing is a root of a polynomial. The host's steps don't matter. `carry` and `apex`
-tell at launch what the flight will come to.
+The ball is launched when `separated` becomes true, with `ball_velocity`, `launch_angle` and
+`backspin`, from the instant of separation, touch_time + contact_time: not from the communication
+point after it. Nothing that acts on the ball later is unknown then, so the whole flight is solved
+at once by its Taylor series, piece by piece: the landing is a root of a polynomial, and the host's
+steps have no influence. `carry` and `apex` are those of the whole flight from the launch on.
 """
 
-import json
-from math import cos, inf, pi, sin, sqrt
+from functools import partial
+from math import cos, inf, isfinite, pi, sin, sqrt
 from typing import NamedTuple
 
 from companion import Companion
-from taylor import ORDER, Series, empty, power, product, reach, value, zero
+from taylor import ORDER, Series, empty, first_zero, power, product, reach, slope, value, zero
 
 #: Name, unit, start, least and greatest allowed value, description; first those of C_D and C_L.
 PARAMETERS = (
@@ -39,8 +40,7 @@ PARAMETERS = (
     ("lift_spin", "1", 0.6463, -1e3, 1e3, "C_L with S"),
     ("lift_spin_squared", "1", 1.4789, -1e3, 1e3, "C_L with S^2"),
     ("lift_reynolds", "1", -0.0122, -1e3, 1e3, "C_L with (Reynolds number / 100,000)^-2"),
-    ("launch_angle", "rad", 10.9 * pi / 180.0, 0.0, 1.5, "Above the ground; 10.9 degrees"),
-    ("spin", "rad/s", 2686.0 * pi / 30.0, 0.0, 2e3, "Backspin at launch; 2686 rpm"),
+    ("spin_ratio_limit", "1", 0.22, 0.0, 1e3, "Largest S at which C_D and C_L were measured"),
     ("spin_decay", "1", 2e-5, 0.0, 1.0, "Loss of spin: its rate is this times v / r"),
     ("m_ball", "kg", 0.04593, 1e-6, 1e3, "Mass of the ball"),
     ("ball_diameter", "m", 0.04267, 1e-6, 1e3, "Diameter of the ball"),
@@ -55,6 +55,8 @@ INPUTS = (
     ("ball_velocity", "m/s", 0.0, -1e6, 1e6, "Speed of the ball at launch"),
     ("touch_time", "s", 0.0, -1e6, 1e6, "When club and ball touched"),
     ("contact_time", "s", 0.0, -1e6, 1e6, "How long they were in contact"),
+    ("launch_angle", "rad", 10.9 * pi / 180.0, -1.58, 1.58, "Above the ground at launch"),
+    ("backspin", "rad/s", 2686.0 * pi / 30.0, -1e4, 1e4, "At launch; topspin is negative"),
 )
 
 #: Name, unit (None: Boolean), description.
@@ -69,8 +71,8 @@ OUTPUTS = (
 
 DESCRIPTION = "Flight of a golf ball with backspin: gravity, drag and lift, from launch to landing"
 
-#: A flight of more pieces doesn't end.
-_PIECES = 300
+#: A flight of more pieces is refused.
+_PIECES = 1000
 
 
 class Air(NamedTuple):
@@ -88,9 +90,14 @@ class Air(NamedTuple):
     decay: float
     gravity: float
 
+    def held(self, limit: float) -> "Air":
+        """The same with S held at a limit."""
+        drag, lift = ([a + limit * (b + limit * c), 0.0, 0.0, d] for a, b, c, d in self[:2])
+        return self._replace(drag=drag, lift=lift)
+
 
 def _series(air: Air, state: list[float]) -> list[Series]:
-    """The series of x, y, u, h (m, m/s) and of the ball's surface speed a = r w (m/s) in time."""
+    """The series of x, y, u, h (m, m/s), of the surface speed a = r w and of v (m/s) in time."""
     x, y, u, h, a = ([one] for one in state)
     # The latter two: k C_D v, k C_L v.
     squares, aa, drag, lift = empty(4)
@@ -114,7 +121,7 @@ def _series(air: Air, state: list[float]) -> list[Series]:
         fall = air.gravity if n == 0 else 0.0
         h.append((product(lift, u, n) - product(drag, h, n) - fall) / m)
         a.append(-air.decay * product(v, a, n) / m)
-    return [x, y, u, h, a]
+    return [x, y, u, h, a, v]
 
 
 class Flight:
@@ -125,6 +132,7 @@ class Flight:
         speed: at launch, m/s.
         angle: of the launch, rad.
         surface_speed: radius times backspin at launch, m/s.
+        limit: of S.
         air: what acts on the ball.
 
     Attributes:
@@ -134,27 +142,44 @@ class Flight:
         duration: s from launch to landing.
 
     Raises:
-        OverflowError: the ball never lands.
+        OverflowError: the ball doesn't land, or the flight leaves the range of a double.
     """
 
     def __init__(
-        self, launch: float, speed: float, angle: float, surface_speed: float, air: Air
+        self,
+        launch: float,
+        speed: float,
+        angle: float,
+        surface_speed: float,
+        limit: float,
+        air: Air,
     ) -> None:
-        self.begins = launch, speed, angle, surface_speed, air
+        self.begins = launch, speed, angle, surface_speed, limit, air
         self.carry = self.apex = self.duration = 0.0
         #: Start (s since launch) and coefficients of x and y of each piece.
         self._pieces: list[tuple[float, Series, Series]] = []
-        state = [0.0, 0.0, speed * cos(angle), speed * sin(angle), surface_speed]
-        start = 0.0
+        if surface_speed < 0.0:
+            air = air._replace(lift=[-one for one in air.lift])
+        state = [0.0, 0.0, speed * cos(angle), speed * sin(angle), abs(surface_speed)]
+        start, held = 0.0, air.held(limit)
+        beyond, crossed = state[4] > limit * abs(speed), False
         while state[3] > 0.0 or state[1] > 0.0:
             if len(self._pieces) == _PIECES:
-                raise OverflowError("this ball never lands")
-            series = _series(air, state)
-            xs, ys, us, hs, _ = series
+                raise OverflowError("this ball doesn't land")
+            series = _series(held if beyond else air, state)
+            xs, ys, us, hs, surface, speeds = series
             step = reach((us, hs), max(abs(us[0]), abs(hs[0])))
             if step == inf:
                 # A vacuum's series are whole: as far as the landing, and beyond.
                 step = 2.0 * (hs[0] + sqrt(hs[0] ** 2 + 2.0 * air.gravity * ys[0])) / air.gravity
+            # Positive until S crosses its limit.
+            margin = [(a - limit * v) * (1 if beyond else -1) for a, v in zip(surface, speeds)]
+            if crossed:
+                margin[0] = 0.0
+            crossing = first_zero(partial(value, margin), partial(value, slope(margin)), step)
+            crossed = crossing is not None
+            if crossing is not None:
+                step, beyond = crossing, not beyond
             self._pieces.append((start, xs, ys))
             if hs[0] > 0.0 and value(hs, step) <= 0.0:
                 self.apex = max(self.apex, value(ys, zero(hs, step)))
@@ -164,8 +189,10 @@ class Flight:
                 last = zero(heights, step)
                 self.carry, self.duration = value(xs, last), start + last
                 return
-            state = [value(one, step) for one in series]
+            state = [value(one, step) for one in series[:5]]
             start += step
+            if not all(map(isfinite, state)):
+                raise OverflowError("it leaves the range of a double")
 
     def position(self, time: float) -> tuple[float, float, bool]:
         """Distance and height (m), and whether the ball has landed."""
@@ -206,12 +233,12 @@ class BallFlight(Companion):
         of_air[7] /= reynolds**2
         air = Air(of_air[:4], of_air[4:], self.spin_decay / radius, self.gravity)
         launch = self.touch_time + self.contact_time
-        return Flight(launch, self.ball_velocity, self.launch_angle, radius * self.spin, air)
+        start = self.ball_velocity, self.launch_angle, radius * self.backspin
+        return Flight(launch, *start, self.spin_ratio_limit, air)
 
     @staticmethod
-    def _fmu_state_from_bytes(data: bytes) -> dict:
-        state = json.loads(data)
+    def _revived(state: dict) -> dict:
         if state["_flight"]:
-            launch, speed, angle, surface_speed, air = state["_flight"]
-            state["_flight"] = Flight(launch, speed, angle, surface_speed, Air(*air))
+            launch, speed, angle, surface_speed, limit, air = state["_flight"]
+            state["_flight"] = Flight(launch, speed, angle, surface_speed, limit, Air(*air))
         return state

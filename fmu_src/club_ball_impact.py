@@ -6,6 +6,8 @@ No physics in here, and no list of variables: both are golf_physics's.
 from golf_physics.component.component import Component
 from host.at_exit import release_at_exit
 from host.face import Face, accessors
+from host.interrupts import defer_interrupts
+from host.messages import Messages
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.logmsg import LogMsg
@@ -23,14 +25,16 @@ class ClubBallImpact(Face, Fmi2Slave):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        queue = self.log_queue
 
-        def report(message: str) -> None:
-            queue.append(LogMsg(Fmi2Status.error, "logStatusError", message))
+        def message(text: str) -> LogMsg:
+            return LogMsg(Fmi2Status.error, "logStatusError", text)
 
-        component = Component(report)
+        component = Component(
+            Messages(self.log_queue, message, kwargs, lambda: component.instant())
+        )
         self._component = component
-        release_at_exit(self.resources, "linux64/ClubBallImpact.so")
+        if release_at_exit(self.resources, "linux64/ClubBallImpact.so"):
+            defer_interrupts()
         self.do_step = component.step
         self.get_real = component.reals
         self.set_real = component.set_values

@@ -1,18 +1,30 @@
-"""What the companion FMUs have alike: variables made from tables, and how a host is told no.
+"""What the companion FMUs have alike: variables made from tables, refusals, and state.
 
 A refused value leaves the old one; steps are refused until the variable is set right.
 """
 
 import json
+from binascii import crc32
 from collections.abc import Callable
 from math import isfinite
 from operator import attrgetter
 
 from host.at_exit import release_at_exit
+from host.interrupts import defer_interrupts
+from host.messages import Messages
 from pythonfmu import Boolean, Fmi2Slave, Real
 from pythonfmu.enums import Fmi2Status
+from pythonfmu.logmsg import LogMsg
 
 _Rows = tuple[tuple, ...]
+
+#: Stands in `_refused` for a state that is refused: until the next step only.
+_STATE = "state"
+
+
+def _with_checksum(body: bytes) -> bytes:
+    """A JSON object without its end, ended by a checksum."""
+    return body + f', "checksum": {crc32(body)}}}'.encode()
 
 
 class Companion(Fmi2Slave):
@@ -28,10 +40,18 @@ class Companion(Fmi2Slave):
     inside: tuple[str, ...] = ()
     #: What is said of numbers that can't be computed.
     beyond = "{}"
+    #: How many steps have been accepted since the instance was made.
+    _steps = 0
 
     def __init__(self, parameters: _Rows, inputs: _Rows, outputs: _Rows, **kwargs) -> None:
         super().__init__(**kwargs)
-        release_at_exit(self.resources, f"linux64/{self.modelName}.so")
+        if release_at_exit(self.resources, f"linux64/{self.modelName}.so"):
+            defer_interrupts()
+
+        def message(text: str) -> LogMsg:
+            return LogMsg(Fmi2Status.error, "logStatusError", text)
+
+        self._report = Messages(self.log_queue, message, kwargs, lambda: self._steps)
         #: Why steps are refused, by the variable to be corrected.
         self._refused: dict[str, str] = {}
         #: Whether parameters can't be set any more.
@@ -59,21 +79,23 @@ class Companion(Fmi2Slave):
                     setattr(self, name, value)
             if name in refused:
                 refused[name] = f"{name} = {value!r} is refused: {refused[name]}"
-                self.log(refused[name], Fmi2Status.error)
+                self._report(refused[name])
             self._refused = refused
 
         return assign
 
     def _no_setter(self, value: float) -> None:
-        self.log("an output can't be set", Fmi2Status.error)
+        self._report("an output can't be set")
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         """What it does begins when the host steps; the standalone FMU gives the first alone."""
 
-    def exit_initialization_mode(self):
+    def exit_initialization_mode(self) -> bool:
         problem = self._problem()
-        if problem:
-            self.log(problem, Fmi2Status.error)
+        if problem and not self._refused:
+            self._report(problem)
+        # pythonfmu drops it; the standalone FMU's loader returns Error if it is false.
+        return not problem
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         problem = self._problem()
@@ -84,7 +106,10 @@ class Companion(Fmi2Slave):
         except (ArithmeticError, ValueError) as error:
             problem = self.beyond.format(error)
         if problem:
-            self.log(problem, Fmi2Status.error)
+            self._report(problem)
+            self._refused = {name: text for name, text in self._refused.items() if name != _STATE}
+        else:
+            self._steps += 1
         return not problem
 
     def _problem(self) -> str | None:
@@ -99,14 +124,40 @@ class Companion(Fmi2Slave):
         """Use the parameters, or say why they can't be used."""
         return None
 
-    def _get_fmu_state(self) -> dict:
-        names = ("_fixed", "_refused", *self.inside, *(one.name for one in self.vars.values()))
-        return {name: getattr(self, name) for name in names}
+    def _state_names(self) -> tuple[str, ...]:
+        return "_fixed", "_refused", *self.inside, *(one.name for one in self.vars.values())
 
-    def _set_fmu_state(self, state: dict) -> None:
-        self.__dict__.update(state)
+    def _get_fmu_state(self) -> dict:
+        return {name: getattr(self, name) for name in self._state_names()}
+
+    def _set_fmu_state(self, state: dict | None) -> None:
+        if state is not None and tuple(state) == self._state_names():
+            self.__dict__.update(state)
+            self._steps += 1
+            return
+        text = "a state that this FMU didn't make is refused; it has no effect"
+        self._refused = {**self._refused, _STATE: text}
+        self._report(text)
 
     @staticmethod
-    def _fmu_state_to_bytes(state: dict) -> bytes:
+    def _fmu_state_to_bytes(state: dict | None) -> bytes:
+        if state is None:
+            return b""
         # A motion is made again from what it begins with.
-        return json.dumps(state, default=attrgetter("begins")).encode()
+        return _with_checksum(json.dumps(state, default=attrgetter("begins")).encode()[:-1])
+
+    @classmethod
+    def _fmu_state_from_bytes(cls, data: bytes) -> dict | None:
+        """The state that became these bytes, or None if they are none of this FMU's."""
+        body = data.rpartition(b', "checksum": ')[0]
+        if data != _with_checksum(body):
+            return None
+        try:
+            return cls._revived(json.loads(body + b"}"))
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+            return None
+
+    @staticmethod
+    def _revived(state: dict) -> dict:
+        """A state as it was before it was serialized, from what JSON makes of it."""
+        return state

@@ -1,6 +1,6 @@
 """The double pendulum of golf: arms and club in the plane of the swing.
 
-Two rods, turned by a torque at the shoulder and one at the wrist (T. P. Jorgensen, The Physics of
+Two rods, driven by a torque at the shoulder and one at the wrist (T. P. Jorgensen, The Physics of
 Golf, 2nd edition, Springer 1999). With the angles p of the arms and q of the club from straight
 down, positive towards the target, c = cos(q - p), s = sin(q - p), and a force F on the club head:
 
@@ -8,11 +8,11 @@ down, positive towards the target, c = cos(q - p), s = sin(q - p), and a force F
     I q'' + B c p'' = -B s p'^2 - b sin q + W - F L cos(q - d)
 
 A = J + M R^2, B = R s_C, a = (s_A + M R) g sin(plane), b = s_C g sin(plane). Until the wrist is
-released the club is held at its angle to the arms, q' = p'. F acts against the direction d in
-which the head meets the ball.
+released the club is held at its angle to the arms, q' = p'. F acts against the direction d, the
+normal of the club face at the ball.
 
-The motion is solved by its Taylor series, one after the other as far as each is good to a double:
-nothing depends on when somebody asks.
+The motion is solved by Taylor series, each as far as its rounding errors allow: results don't
+depend on the communication step size.
 """
 
 from math import atan2, cos, hypot, inf, sin
@@ -23,12 +23,12 @@ from taylor import ORDER, Series, empty, power, product, quotient, reach, slope,
 #: The stages of a swing, in their order.
 HELD, RELEASED, BEYOND, FINISHED = range(4)
 
-#: A swing of more pieces (one down to the ball has 35) has missed the ball, and ends.
+#: Most pieces of a swing (35 lead to the ball); a longer one has missed the ball and ends.
 _MOST = 400
 
 
 class Golfer(NamedTuple):
-    """What swings; lengths in m, masses in kg, torques in N.m, angles in rad."""
+    """Arms and club; lengths in m, masses in kg, torques in N.m, angles in rad."""
 
     arm_length: float
     arm_first_moment: float
@@ -65,13 +65,13 @@ class State(NamedTuple):
     club_rate: float
     shoulder_torque: float
     wrist_torque: float
-    #: How far the head has come since the top, along its path.
+    #: Distance of the head from the top, along its path.
     path: float
-    #: What the torques have done, J.
+    #: Of the torques, J.
     work: float
 
     def head(self, golfer: Golfer) -> tuple[float, float]:
-        """Place of the head from the shoulder: towards the target, and up."""
+        """Position of the head from the shoulder: towards the target, and up."""
         r, length = golfer.arm_length, golfer.club_length
         return (
             r * sin(self.arm) + length * sin(self.club),
@@ -99,7 +99,7 @@ class State(NamedTuple):
         return kinetic + arm_weight * (1.0 - cos(self.arm)) + club_weight * (1.0 - cos(self.club))
 
     def effective_mass(self, golfer: Golfer, direction: float) -> float:
-        """Of the head, as a force against this direction feels it, kg."""
+        """Of the head for a force in this direction, kg."""
         inertia, mixed, _, _ = golfer.couples()
         mixed *= cos(self.club - self.arm)
         p = golfer.arm_length * cos(self.arm - direction)
@@ -111,18 +111,23 @@ class State(NamedTuple):
 class Ball(NamedTuple):
     """How the head meets the ball, which lies where it comes when the arms point straight down.
 
-    Since the top: s, and m along the path. Of travel: m/s, and rad above the ground. Mass in kg.
+    Attributes:
+        time: since the top, s.
+        speed: of the head along the normal of the club face, m/s.
+        normal: its direction, rad above the ground.
+        path: of the head since the top, m.
+        effective_mass: of the head along the normal, kg.
     """
 
     time: float
     speed: float
-    direction: float
+    normal: float
     path: float
     effective_mass: float
 
 
 class _Piece(NamedTuple):
-    """Part of a course: from when to when (s), its stage and the next piece's, and its series."""
+    """Part of a motion: start and end (s), its stage and that of the next piece, its series."""
 
     start: float
     end: float
@@ -135,10 +140,10 @@ class _Piece(NamedTuple):
 
 
 class Course:
-    """A swing from some state on, under a constant force on the head.
+    """A swing from a state on, under a constant force on the head.
 
     Args:
-        golfer: what swings.
+        golfer: arms and club.
         state: at time 0.
         stage: HELD, RELEASED, BEYOND (of the ball: the torques fall off as they rose) or FINISHED.
         force: on the head, N.
@@ -164,13 +169,13 @@ class Course:
         return next((one for one in reversed(self._pieces) if one.start <= t), self._pieces[0])
 
     def work_against(self, begin: float, end: float) -> float:
-        """What the head does against the force between two instants, J."""
+        """Work of the head against the force between two instants, J."""
         before, after = (self.at(t)[0].head(self.golfer) for t in (begin, end))
         along, up = after[0] - before[0], after[1] - before[1]
         return self.force * (along * cos(self.direction) + up * sin(self.direction))
 
     def hands(self, t: float, state: State) -> tuple[float, float]:
-        """What the hands do to the club in this state at t: their force, N, and torque, N.m."""
+        """Force (N) and torque (N.m) of the hands on the club in this state at t."""
         piece, golfer, force = self._piece(t), self.golfer, self.force
         if piece.stage == FINISHED:
             return 0.0, 0.0
@@ -190,8 +195,12 @@ class Course:
             torque += force * golfer.club_length * cos(q - self.direction)
         return hypot(along, up), torque
 
-    def ball(self) -> Ball | None:
-        """How the head meets the ball; None if it never comes there."""
+    def ball(self, spin_loft: float = 0.0) -> Ball | None:
+        """How the head meets the ball; None if it doesn't reach it.
+
+        Args:
+            spin_loft: angle between the head's path and the normal of the club face, rad.
+        """
         while self._pieces[-1].stage < BEYOND:
             self._go_on()
         piece = next(one for one in self._pieces if one.stage >= BEYOND)
@@ -199,9 +208,9 @@ class Course:
             return None
         golfer, state = self.golfer, State(*[one[0] for one in piece.series])
         along, up = state.head_velocity(golfer)
-        direction = atan2(up, along)
-        mass = state.effective_mass(golfer, direction)
-        return Ball(piece.start, hypot(along, up), direction, state.path, mass)
+        normal = atan2(up, along) + spin_loft
+        mass = state.effective_mass(golfer, normal)
+        return Ball(piece.start, hypot(along, up) * cos(spin_loft), normal, state.path, mass)
 
     def _go_on(self) -> None:
         last = self._pieces[-1]
@@ -239,8 +248,8 @@ class Course:
         )
         p, q, u, w, shoulder, wrist, path, work = ([one] for one in state)
         sp, cp, sq, cq = [sin(p[0])], [cos(p[0])], [sin(q[0])], [cos(q[0])]
-        # B cos(q - p), B sin(q - p), the squares of the rates; of the two equations the right
-        # sides, the determinant, its numerators, p'' and q''.
+        # B cos(q - p), B sin(q - p), the squares of the rates; right-hand sides of the two
+        # equations, the determinant, its numerators, p'' and q''.
         c, s, uu, ww, first, second, determinant, one, other, p2, q2 = empty(11)
         vx, vy, vv = empty(3)
         for n in range(ORDER):
@@ -281,7 +290,7 @@ class Course:
             cp.append(-product(sp, u, n) / m)
             sq.append(product(cq, w, n) / m)
             cq.append(-product(sq, w, n) / m)
-        # While the head is at rest, vv begins with zeros: an even number of them, as of a square.
+        # At rest vv begins with zeros: an even number of them, since it is a square.
         rest = next((n for n in range(ORDER) if vv[n] > 0.0), ORDER)
         speed = [0.0] * (rest // 2)
         if rest < ORDER:

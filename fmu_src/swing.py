@@ -1,35 +1,46 @@
-"""A companion FMU: a golf swing as mechanics, which feels the ball.
+"""A companion FMU: a golf swing as a double pendulum, coupled with the impact by its impulse.
 
-From address the club is taken back, in `backswing_time`, along the path by which it comes down
-again; at the top it rests. From there on a double pendulum swings (double_pendulum.py), driven by a
-torque at the shoulder and one at the wrist, until the arms point straight down: there lies the
-ball. Then the torques fall off, and the swing ends when the arms are as far beyond the ball as they
-were before it. `reaction_force` acts on the head, against the direction in which it met the ball,
-held over each step; before the top and after the end the golfer holds the club, and it acts on
-nothing.
+From address the club is taken back, in `backswing_time`, along the path of its downswing; at the
+top it rests. From there on a double pendulum (double_pendulum.py), driven by a torque at the
+shoulder and one at the wrist, moves until the arms point straight down: there lies the ball. Then
+the torques decay, and the swing ends when the arms are as far beyond the ball as they were before
+it.
 
-`club_speed` is for a host that holds it over each step. Before the ball it is the mean over the
-step to come, so that what the host adds up is where the head really is (the step to come is taken
-to be as long as the last). In the step in which the head meets the ball it is the speed there, so
-that touch has the swing's speed, whatever the step. Beyond the ball it is the head's own speed.
+The normal of the club face at impact points `spin_loft` above the head's path. `club_speed`,
+`impulse`, `reaction_impulse` and `effective_mass` are components along that normal, as
+ClubBallImpact has them; `head_speed` and `head_distance` are along the path.
 
-A host that wants a curve of speed and no mechanics gives its peak, `prescribed_speed`: the club is
-taken back at `takeaway_speed`, far enough for a smooth rise in `rise_time` to a peak that is held;
-touch falls after the peak whatever the step. The other outputs are 0 then.
+`impulse` is the impulse that the contact has transmitted since the start. A step applies the
+difference between it and `reaction_impulse`, what earlier steps have applied, as a constant force
+against the normal. So no momentum is lost, whatever the step sizes. Before the top and after the
+end the golfer holds the club, and the impulse has no effect on it.
+
+`club_speed` is for an importer that holds it over each step, of unknown length. It is positive
+before the ball only with the speed at the ball, V: a head that starts at the ball or behind it
+touches the ball with V, for every sequence of step sizes. While the club is taken back,
+`club_speed` is negative and follows the head. It is 0 then, until the time left to the ball is what
+the distance left takes with V. If steps are equal from the top on, touch is at the swing's time of
+impact exactly; else up to two of the longest steps later or half of one earlier. After touch it is
+the head's own speed.
+
+An importer that needs a speed and no mechanics sets its peak, `prescribed_speed`: the club is taken
+back at `takeaway_speed`, far enough for a smooth rise in `rise_time` to a peak that is held; touch
+falls after the peak if steps are equal or shorter than half of `rise_time`. The other outputs are
+0 then.
 
 The start values are those of C.-C. Chiang, The Simple Golf Simulator (GTS Sporting, 2016,
 github.com/markccchiang/Simple-Golf-Simulator): 52.76 m/s at the ball, 0.2125 s after the top.
 """
 
-import json
 from math import cos, pi, sin
 
 from companion import Companion
 from double_pendulum import HELD, Ball, Course, Golfer, State
 
 _CLUB_INERTIA = "Of the club about the wrist; at least club_first_moment^2 / club_mass"
-_RELEASE = "The wrist is held until the arms are so near to straight down; from arm_start on: never"
-_PRESCRIBED = "Peak of a curve of speed instead of a swing; 0: none"
+_RELEASE = "The wrist is held until the arms are this far from straight down; arm_start: not held"
+_PRESCRIBED = "Peak of a prescribed speed instead of a swing; 0: none"
+_LOFT = "Angle between the head's path at the ball and the normal of the club face"
 
 #: Name, unit, start, least and greatest allowed value, description.
 PARAMETERS = (
@@ -49,20 +60,21 @@ PARAMETERS = (
     ("gravity", "m/s2", 9.806, 0.0, 1e3, "Gravitational acceleration"),
     ("plane_angle", "rad", pi / 3.0, 0.0, 0.5 * pi, "Of the swing's plane above the ground"),
     ("backswing_time", "s", 0.75, 1e-3, 1e3, "From address to the top"),
+    ("spin_loft", "rad", 0.0, -1.5, 1.5, _LOFT),
     ("prescribed_speed", "m/s", 0.0, 0.0, 1e6, _PRESCRIBED),
-    ("rise_time", "s", 0.01, 1e-9, 1e3, "How long that curve rises"),
-    ("takeaway_speed", "m/s", 10.0, 1e-9, 1e6, "How fast the club is taken back before"),
+    ("rise_time", "s", 0.01, 1e-9, 1e3, "Duration of its rise"),
+    ("takeaway_speed", "m/s", 10.0, 1e-9, 1e6, "Speed at which the club is taken back before"),
 )
 
 #: Name, unit, start, least and greatest allowed value, description.
 INPUTS = (
-    ("reaction_force", "N", 0.0, -1e9, 1e9, "On the club head, against its travel at the ball"),
+    ("impulse", "N.s", 0.0, -1e9, 1e9, "On the club head since the start, against the normal"),
 )
 
 #: Name, unit, description.
 OUTPUTS = (
-    ("club_speed", "m/s", "To be held over the next step; the head's own speed after the ball"),
-    ("head_speed", "m/s", "Of the club head; negative while it is taken back"),
+    ("club_speed", "m/s", "Along the normal, for the next step; the head's own after touch"),
+    ("head_speed", "m/s", "Of the club head along its path; negative while it is taken back"),
     ("head_distance", "m", "Along the path of the head, from the ball"),
     ("arm_angle", "rad", "Of the arms from straight down, towards the target"),
     ("club_angle", "rad", "Of the club from straight down, towards the target"),
@@ -71,40 +83,42 @@ OUTPUTS = (
     ("hand_force", "N", "Of the hands on the club, in the plane of the swing; 0 as above"),
     ("energy", "J", "Kinetic and potential, of arms and club; 0 at rest straight down"),
     ("work", "J", "Of the two torques since the top"),
-    ("reaction_work", "J", "What the head has done against the reaction force"),
-    ("reaction_impulse", "N.s", "Of the reaction force"),
-    ("effective_mass", "kg", "Of the head at the ball, with the club and the arms behind it"),
+    ("reaction_work", "J", "Of the head against the impulse"),
+    ("reaction_impulse", "N.s", "Applied so far: `impulse` at the begin of the last step"),
+    ("effective_mass", "kg", "Of the head at the ball along the normal, with club and arms"),
 )
 
-DESCRIPTION = "A golf swing as a double pendulum: from address through the ball, which it feels"
+DESCRIPTION = "A golf swing as a double pendulum, from address through the ball"
 
-#: m: a head that has come so near to the ball has been handed over as far as the ball.
-_THERE = 1e-9
+#: Of the time since the start: differences smaller than this are rounding errors.
+_ROUNDING = 1e-12
 
 
 class Swing(Companion):
     """A golf swing over time; see the module's text."""
 
-    inside = ("_time", "_lost", "_rise", "_course", "_origin", "_ball", "_handed", "_shown")
+    reaction_impulse: float
+
+    inside = ("_time", "_lost", "_rise", "_course", "_origin", "_ball", "_position", "_current")
     beyond = "this step leaves the range of a double ({})"
 
     def __init__(self, **kwargs):
         super().__init__(PARAMETERS, INPUTS, OUTPUTS, **kwargs)
-        #: The sum of the accepted steps, s, and what it is too large by: the same in every host,
+        #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer,
         #: however that counts its time.
         self._time = self._lost = 0.0
-        #: When a prescribed speed has begun to rise, s since the start.
+        #: Start of the rise of a prescribed speed, s since the start.
         self._rise: float | None = None
-        #: The motion, when it begins (s since the start), and how it meets the ball, likewise.
+        #: The motion, its begin (s since the start), and how it meets the ball, likewise.
         self._course: Course | None = None
         self._origin = 0.0
         self._ball: Ball | None = None
-        #: Where the speeds handed over have brought the head, m from the ball.
-        self._handed = 0.0
-        #: Whether the motion's outputs are those of this communication point: a host may read none.
-        self._shown = False
-        known = ("club_speed", "reaction_work", "reaction_impulse")
-        names = {name for name, *_ in OUTPUTS if name not in known}
+        #: The integral of club_speed over the steps: the importer's head, m from the ball.
+        self._position = 0.0
+        #: Whether the outputs of the motion belong to this communication point.
+        self._current = False
+        stepped = ("club_speed", "reaction_work", "reaction_impulse")
+        names = {name for name, *_ in OUTPUTS if name not in stepped}
         self._moving = {n for n, variable in self.vars.items() if variable.name in names}
 
     def _begin(self) -> str | None:
@@ -121,11 +135,11 @@ class Swing(Companion):
         top = State(-self.arm_start, -self.arm_start - self.wrist_start, *[0.0] * 6)
         try:
             course = Course(golfer, top, HELD)
-            ball = course.ball()
+            ball = course.ball(self.spin_loft)
         except (ArithmeticError, ValueError) as error:
             return f"these parameters leave the range of a double ({error})"
         if ball is None:
-            return "these parameters are refused: the arms don't come down to the ball"
+            return "these parameters are refused: the arms don't reach the ball"
         self._course, self._origin = course, self.backswing_time
         self._ball = ball._replace(time=ball.time + self._origin)
         return None
@@ -137,43 +151,48 @@ class Swing(Companion):
         return None
 
     def _after(self, size: float) -> tuple[float, float]:
-        """The clock after a step (W. Kahan's sum)."""
+        """The clock after a step (Kahan summation)."""
         exact = size - self._lost
         end = self._time + exact
         return end, (end - self._time) - exact
 
     def _swing(self, size: float, course: Course, origin: float, ball: Ball) -> str | None:
-        force, begin, (end, lost) = self.reaction_force, self._time, self._after(size)
+        begin, (end, lost) = self._time, self._after(size)
         if begin < ball.time and size > 0.5 * ball.time:
             return (
                 f"step size = {size!r} s is refused: until the ball is hit it must be at most "
                 f"{0.5 * ball.time:g} s, half of the swing"
             )
+        force = (self.impulse - self.reaction_impulse) / size
         if force != course.force and begin >= origin:
-            course = Course(course.golfer, *course.at(begin - origin), force, ball.direction)
+            course = Course(course.golfer, *course.at(begin - origin), force, ball.normal)
             origin = begin
             if begin < ball.time:
-                met = course.ball()
-                ball = met._replace(time=met.time + origin) if met else ball
+                met = course.ball(self.spin_loft)
+                if met:
+                    ball = met._replace(time=met.time + origin, normal=ball.normal)
         work = course.work_against(begin - origin, end - origin) if course.force else 0.0
-        handed = self._handed + self.club_speed * size
-        if end + size < ball.time:
-            ahead = _motion(course, origin, ball, end + size).path - ball.path
-            speed = (ahead - handed) / size
-        elif end < ball.time or handed < -_THERE:
-            speed = ball.speed
+        position = self._position + self.club_speed * size
+        flat, rounding = cos(self.spin_loft), ball.speed * end * _ROUNDING
+        if position >= -rounding and (self.club_speed > 0.0 or end >= ball.time):
+            speed = course.at(end - origin)[0].head_speed(course.golfer) * flat
         else:
-            speed = course.at(end - origin)[0].head_speed(course.golfer)
+            waiting, after = position, end + size
+            if after <= self.backswing_time:
+                head = _motion(course, origin, ball, after).path - ball.path
+                # Not faster than V: a next step longer than the last one would bring it far off.
+                waiting = min(position, max(head * flat, position - ball.speed * size))
+            speed = _approach(position, waiting, end, size, ball, rounding)
         self._course, self._origin, self._ball = course, origin, ball
-        self._time, self._lost, self._shown = end, lost, False
-        self._handed, self.club_speed = handed, speed
+        self._time, self._lost, self._current = end, lost, False
+        self._position, self.club_speed = position, speed
         self.reaction_work += work
-        self.reaction_impulse += force * size
+        self.reaction_impulse = self.impulse
         return None
 
     def get_real(self, vrs):
         course, ball, time = self._course, self._ball, self._time
-        if course and ball and not self._shown and not self._moving.isdisjoint(vrs):
+        if course and ball and not self._current and not self._moving.isdisjoint(vrs):
             golfer, state = course.golfer, _motion(course, self._origin, ball, time)
             speed, down = state.head_speed(golfer), time - self._origin
             self.head_speed = -speed if down < 0.0 else speed
@@ -182,24 +201,23 @@ class Swing(Companion):
             hands = (0.0, 0.0) if down < 0.0 else course.hands(down, state)
             self.hand_force, self.wrist_torque = hands
             self.shoulder_torque, self.effective_mass = state.shoulder_torque, ball.effective_mass
-            self.energy, self.work, self._shown = state.energy(golfer), state.work, True
+            self.energy, self.work, self._current = state.energy(golfer), state.work, True
         return super().get_real(vrs)
 
     def _prescribed_step(self, size: float) -> None:
         end, lost = self._after(size)
         peak, back = self.prescribed_speed, self.takeaway_speed
-        # A step more than needed: some hosts pass an output on only one step later.
+        # A step more than needed: some importers pass an output on only one step later.
         if self._rise is None and back * end >= peak * self.rise_time + back * size:
             self._rise = end
         since = 0.0 if self._rise is None else min(end - self._rise, self.rise_time)
         share = 0.5 * (1.0 - cos(pi * since / self.rise_time))
         self._time, self._lost = end, lost
         self.club_speed = share * peak - (1.0 - share) * back
-        self.reaction_impulse += self.reaction_force * size
+        self.reaction_impulse = self.impulse
 
     @staticmethod
-    def _fmu_state_from_bytes(data: bytes) -> dict:
-        state = json.loads(data)
+    def _revived(state: dict) -> dict:
         if state["_course"]:
             golfer, top, *rest = state["_course"]
             state["_course"] = Course(Golfer(*golfer), State(*top), *rest)
@@ -207,10 +225,37 @@ class Swing(Companion):
         return state
 
 
-def _motion(course: Course, origin: float, ball: Ball, time: float) -> State:
-    """The state so long (s) after the start of the swing.
+def _approach(
+    position: float, waiting: float, end: float, size: float, ball: Ball, rounding: float
+) -> float:
+    """The speed to be held over the next step, on the way to the ball.
 
-    The way back is the way down, run backwards: from the ball to the top with
+    A head on the line `distance = ball.speed * (time left)` meets the ball in time with
+    `ball.speed`. Every other speed is at most 0, since the next step may be of any length.
+
+    Args:
+        position: of the importer's head, m from the ball.
+        waiting: where it waits for the line after the next step; at most `position`.
+        end: time since the start, s.
+        size: of the last step, s: the best guess at that of the next.
+        ball: how the head meets the ball.
+        rounding: m, a difference that counts as none.
+    """
+    line, after = (ball.speed * (time - ball.time) for time in (end, end + size))
+    if position <= line + rounding:
+        return ball.speed
+    if position < after - rounding:
+        # Too early now, too late after another step: what is less.
+        return ball.speed if position - line < after - position else 0.0
+    # The last point at which the line can be reached without a positive speed.
+    target = after if waiting < after + ball.speed * size - rounding else waiting
+    return min((min(target, position) - position) / size, 0.0)
+
+
+def _motion(course: Course, origin: float, ball: Ball, time: float) -> State:
+    """The state at a time (s) since the start of the swing.
+
+    The backswing is the downswing in reverse: from the ball to the top with
     x^3 (10 - 15 x + 6 x^2), which begins and ends at rest.
     """
     if time >= origin:

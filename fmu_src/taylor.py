@@ -1,11 +1,12 @@
-"""Taylor series, for motions that are integrated by them: a swing, a flight.
+"""Taylor series of solutions of differential equations, and event location by bisection.
 
 A series is the list of its coefficients. The recurrences give coefficient n of a result from the
-coefficients of what it is made from (A. Jorba and M. Zou, Experimental Mathematics 14 (2005) 99,
-section 2.2).
+coefficients of its operands (A. Jorba and M. Zou, Experimental Mathematics 14 (2005) 99, section
+2.2).
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from math import exp, inf
 from operator import mul
 
@@ -16,7 +17,7 @@ Series = list[float]
 
 
 def empty(count: int) -> list[Series]:
-    """So many series without coefficients."""
+    """As many series without coefficients."""
     return [[] for _ in range(count)]
 
 
@@ -52,20 +53,45 @@ def slope(series: Series) -> Series:
 
 
 def zero(series: Series, high: float) -> float:
-    """Where a series that is positive at 0 and not at `high` becomes 0: by bisection."""
-    low = 0.0
-    while True:
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            return high
-        if value(series, middle) > 0.0:
+    """A zero of a series that is positive at 0 and not at `high`."""
+    return bisect(partial(value, series), 0.0, high)
+
+
+def bisect(function: Callable[[float], float], low: float, high: float) -> float:
+    """A zero of a function that is positive above `low` and not at `high`."""
+    while low < (middle := 0.5 * (low + high)) < high:
+        if function(middle) > 0.0:
             low = middle
         else:
             high = middle
+    return high
+
+
+def first_zero(
+    function: Callable[[float], float], slope: Callable[[float], float], size: float
+) -> float | None:
+    """The first downward zero crossing of a function in (0, size], where it has one extremum.
+
+    A zero at 0 is that of the event before: only a later one counts, unless the slope is negative.
+    """
+    low = 0.0
+    if function(0.0) == 0.0:
+        if function(size) > 0.0:
+            return None
+        if slope(0.0) <= 0.0:
+            return 0.0
+        low = bisect(slope, 0.0, size)
+    elif function(size) > 0.0:
+        if not slope(0.0) < 0.0 < slope(size):
+            return None
+        size = bisect(lambda t: -slope(t), 0.0, size)
+        if function(size) > 0.0:
+            return None
+    return bisect(function, low, size)
 
 
 def reach(several: Iterable[Series], scale: float) -> float:
-    """How far series are good to a double of this scale (Jorba and Zou, section 3.2)."""
+    """Step size for rounding errors of this scale (Jorba and Zou, section 3.2)."""
     least = inf
     for series in several:
         for order in (len(series) - 2, len(series) - 1):

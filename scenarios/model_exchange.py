@@ -14,7 +14,7 @@ import numpy as np
 from golf_impact.scenario import BALLS, LoadedFmu3, Report, current_fmu, main
 
 TITLE = "Model Exchange: the cost of a general solver"
-CHAPTER = 15
+CHAPTER = 16
 
 _LAWS: dict[str, dict[str, float]] = {
     "law 1": {"law": 1},

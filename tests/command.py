@@ -1,4 +1,4 @@
-"""golf-impact as tests call it: in a process of its own, or here, which costs a tenth."""
+"""Calls of golf-impact: in a separate process, or in this one, which takes a tenth of the time."""
 
 import io
 import os
@@ -16,7 +16,7 @@ COMMAND = Path(sys.executable).with_name("golf-impact")
 
 
 def golf(*arguments, cwd=None, env=None, program=(COMMAND,), **options):
-    """The command as a user meets it: a subprocess."""
+    """Run the command as a user does, in a subprocess."""
     return subprocess.run(
         [*program, *map(str, arguments)],
         capture_output=True,
@@ -28,7 +28,7 @@ def golf(*arguments, cwd=None, env=None, program=(COMMAND,), **options):
 
 
 def golf_here(*arguments, cwd=None):
-    """The same arguments and answers, without a process of their own: for what is one of many."""
+    """Run the command in this process; arguments and results as those of `golf`."""
     handlers = {number: signal.getsignal(number) for number in SIGNALS}
     out, err, before = io.StringIO(), io.StringIO(), Path.cwd()
     try:
@@ -43,7 +43,7 @@ def golf_here(*arguments, cwd=None):
 
 
 def refused(done, *words):
-    """Exit code 2 and one line on stderr that has these words (beside that an FMU was built)."""
+    """Assert exit code 2 and one line on stderr with these words (after "Built …", if any)."""
     assert done.returncode == 2, (done.returncode, done.stderr)
     (line,) = (line for line in done.stderr.splitlines() if not line.startswith("Built "))
     assert line.startswith("Error: ")

@@ -1,4 +1,4 @@
-"""The built FMU, and the tables of reference cases, for all tests."""
+"""Fixtures for all tests: the built FMUs, and tables of reference cases."""
 
 import json
 import os
@@ -16,6 +16,8 @@ from golf_impact.commands import doctor
 from golf_impact.fmu.file import build_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
 
+pytest_plugins = ["companions"]
+
 HERE = Path(__file__).resolve().parent
 
 #: S, COR and velocities (m/s) of the defaults by law, from the closed forms at 25 digits
@@ -27,8 +29,8 @@ EXPECTED = {
 }
 LAW_1 = dict(zip(CRITERIA, EXPECTED[1]))
 
-#: One impact for each kind of contact, where it differs from the defaults. Linear ones that stretch
-#: one thing each are in golf_impact.stress.cases.
+#: One impact for each kind of contact: the values that differ from the defaults. Extreme linear
+#: contacts are in golf_impact.stress.cases.
 KINDS = {
     "law 1": {},
     "law 2": {"law": 2},
@@ -36,7 +38,7 @@ KINDS = {
     "overdamped": {"law": 2, "b": 800.0},
     "power law": {"law": 2, "exponent": 1.6, "k": 8e5, "b": 30.0},
     "COR line": {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
-    "never parts": {"b": 2000.0},
+    "never separates": {"b": 2000.0},
 }
 
 # The same examples every time, with --ci more of them; at night, new ones and far more:
@@ -53,14 +55,14 @@ def pytest_addoption(parser):
     parser.addoption("--ci", action="store_true", help="also what takes long, as .ci/run does")
 
 
-#: Files that take more than some seconds. The longest first: begun last, one of them would keep one
-#: processor busy alone.
+#: Files that take more than some seconds, the longest first: started last, one of them would occupy
+#: a single processor at the end.
 SLOW = [
     *("test_sweep", "test_system", "test_cli", "test_stress", "test_calibrate", "test_paths"),
     *("test_explore", "test_bench", "test_standalone", "test_interop", "test_archives"),
-    *("test_native_host", "test_sweep_cluster", "test_call_order", "test_endurance"),
+    *("test_hosts", "test_native_host", "test_sweep_cluster", "test_call_order", "test_endurance"),
     *("test_power_law", "test_scenarios", "test_state", "test_fmi3", "test_signals", "test_values"),
-    *("test_install", "test_exit", "test_two_ways", "test_laws"),
+    *("test_install", "test_exit", "test_two_ways", "test_laws", "test_launch"),
     *("test_calibrate_series", "test_notebook"),
 ]
 
@@ -76,7 +78,7 @@ def pytest_collection_modifyitems(config, items):
     left_out = set()
     if config.getoption("--standalone"):
         left_out.add("plain")
-    # Only whoever names them wants them, with -m.
+    # Selected only by name, with -m.
     named = config.getoption("markexpr")
     left_out |= {mark for mark in ("nightly", "browser") if mark not in named}
     if not config.getoption("--ci"):
@@ -93,24 +95,17 @@ def pytest_collection_modifyitems(config, items):
     items[:] = sorted(kept, key=lambda item: order.get(item.path.stem, len(SLOW)))
 
 
-#: What the C host does with an instance, and its argument; each ends in the impact of LAW_1.
+#: Tasks of the C host with an instance, and their arguments; each ends with the impact of LAW_1.
 HOST_TASKS = [
-    ("twice", "1e-6"),
-    ("threads", "1e-5"),
     ("migrate",),
     ("gone", "50"),
-    ("rollback", "1e-6"),
-    ("serialized", "1e-6"),
-    ("many", "1000"),
-    ("rude",),
     ("fork",),
-    ("law", "1"),
 ]
 
 
 @pytest.fixture(scope="session")
 def once(tmp_path_factory):
-    """Where an FMU is built by the first process of the run that needs it, for all of them."""
+    """Build an FMU once for all processes of a test run, in the first one that needs it."""
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
@@ -126,7 +121,7 @@ def once(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def fmu_path(once, request):
-    """The FMU, built from the present sources: what is tested is what is shipped."""
+    """The FMU, built from the current sources."""
     return once("ClubBallImpact.fmu", standalone=request.config.getoption("--standalone"))
 
 
@@ -148,7 +143,7 @@ def _can_build_standalone():
 
 @pytest.fixture(scope="session")
 def standalone_path(once, _can_build_standalone):
-    """The FMU with a Python of its own."""
+    """The standalone FMU."""
     return once("ClubBallImpact.standalone.fmu", standalone=True)
 
 
@@ -166,7 +161,7 @@ def _loaded(fmu_path):
 
 @pytest.fixture
 def fmu(_loaded):
-    """One instance for all tests; each starts it anew."""
+    """One instance for all tests; each begins a new run."""
     _loaded.messages.clear()
     return _loaded
 
@@ -182,7 +177,7 @@ def compiler():
 
 @pytest.fixture(scope="session")
 def freed(compiler, tmp_path_factory):
-    """A library to preload: whoever touches pythonfmu's own state once it is freed dies of it."""
+    """A library to preload: access to pythonfmu's state after it is freed ends the process."""
     if sys.platform != "linux":
         pytest.skip("the library is of another kind there")
     library = tmp_path_factory.mktemp("freed") / "freed.so"
@@ -213,7 +208,7 @@ def reference_cases(*files):
 
 
 def some(few, values):
-    """Values for `parametrize`: the first ones every time, the others with --ci.
+    """Values for `parametrize`: the first ones in every run, the others with --ci.
 
     Args:
         few: how many of them every time.
@@ -227,7 +222,7 @@ def some(few, values):
 
 
 def numbers(few, more, many):
-    """Seeds of random cases for `parametrize`: the first ones every time, others later."""
+    """Seeds of random cases for `parametrize`: a few, more with --ci, many nightly."""
 
     def marks(n):
         return [] if n < few else [pytest.mark.ci] if n < more else [pytest.mark.nightly]

@@ -1,4 +1,4 @@
-"""`import golf_impact`: what it offers, and that it costs nothing until it is used."""
+"""`import golf_impact`: its functions, and lazy imports."""
 
 import doctest
 import subprocess
@@ -10,7 +10,7 @@ import golf_impact
 from golf_impact import api
 
 
-def test_what_is_offered_is_what_is_meant():
+def test_public_names():
     assert golf_impact.__all__ == api.__all__ == sorted(api.__all__)
     assert set(api.__all__) <= set(dir(golf_impact))
     for name in api.__all__:
@@ -49,7 +49,7 @@ def test_the_functions(fmu):
         golf_impact.run_impact(k=-1.0)
 
 
-def test_nothing_of_it_travels_inside_the_fmu(fmu_path):
+def test_the_fmu_contains_none_of_it(fmu_path):
     import zipfile
 
     with zipfile.ZipFile(fmu_path) as archive:

@@ -1,4 +1,4 @@
-"""Damaged, foreign and hostile .fmu files: one clear line, exit 2, nothing left, no crash."""
+"""Damaged, foreign and malicious .fmu files: an error in one line, exit code 2, no file left."""
 
 import hashlib
 import json
@@ -42,7 +42,7 @@ def packed(path, files):
 
 
 def with_more(tmp_path, files, *more):
-    """An FMU that has these further members: name or ZipInfo, and content."""
+    """An FMU with additional members, given by name or ZipInfo and content."""
     path = packed(tmp_path / "more.fmu", files)
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
         for name, content in more:
@@ -51,7 +51,7 @@ def with_more(tmp_path, files, *more):
 
 
 def refused(fmu, *words, tmp_path, command=("run", "table1", "--fmu")):
-    """One line on stderr with these words, exit 2, no file anywhere."""
+    """One line on stderr with these words, exit code 2, and no file written."""
     temporary, cwd = tmp_path / "temporary", tmp_path / "cwd"
     temporary.mkdir()
     cwd.mkdir()
@@ -108,7 +108,7 @@ def foreign(tmp_path, files, fmu):
 
 
 def without_a_module(tmp_path, files, fmu):
-    """pythonfmu's library would take the process down."""
+    """pythonfmu's library would crash the process."""
     kept = {n: c for n, c in files.items() if not n.endswith("/impact.py") and n != SUMS}
     return packed(tmp_path / "x.fmu", kept)
 
@@ -132,7 +132,7 @@ def test_the_command(tmp_path, files, fmu_path, made, words):
     refused(made(tmp_path, files, fmu_path), *words, tmp_path=tmp_path)
 
 
-def test_a_sweep_refuses_as_well(tmp_path, files, fmu_path):
+def test_a_sweep_rejects_them_as_well(tmp_path, files, fmu_path):
     fmu = zip_slip(tmp_path, files, fmu_path)
     command = ("sweep", "--set", "k=1e6,2e6", "--no-figures", "--fmu")
     done = subprocess.run(
@@ -143,7 +143,7 @@ def test_a_sweep_refuses_as_well(tmp_path, files, fmu_path):
     assert not (tmp_path / "x.csv").exists()
 
 
-def test_doctor_looks_before_it_runs(tmp_path, files, fmu_path):
+def test_doctor_checks_the_file_before_it_runs(tmp_path, files, fmu_path):
     done = subprocess.run(
         [COMMAND, "doctor", zip_slip(tmp_path, files, fmu_path)], capture_output=True, text=True
     )
@@ -171,7 +171,7 @@ def test_doctor_looks_before_it_runs(tmp_path, files, fmu_path):
         "line\nbreak",
     ],
 )
-def test_names_that_lead_elsewhere(tmp_path, files, name):
+def test_names_that_lead_out_of_the_folder(tmp_path, files, name):
     path = with_more(tmp_path, files, (zipfile.ZipInfo(name), b"here"))
     why = flaw(path)
     assert "leads out of the folder" in why
@@ -206,8 +206,8 @@ def test_too_large(tmp_path, files):
     assert "66 MB" in flaw(path)
 
 
-def test_a_size_that_lies(tmp_path, files):
-    """The directory says 10 bytes: no more are unpacked, and their CRC is wrong."""
+def test_a_wrong_size(tmp_path, files):
+    """The directory has 10 bytes: no more are unpacked, and their CRC is wrong."""
     path = tmp_path / "liar.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", bytes(2**22))
@@ -226,7 +226,7 @@ def test_every_truncation(tmp_path, fmu_path):
 
 @pytest.mark.ci
 def test_a_damaged_byte_anywhere(tmp_path, fmu_path):
-    """Wherever a byte is changed that matters: it is seen, and the default build isn't current."""
+    """A change of any byte that matters is noticed, and the build isn't current."""
     data, path = bytearray(fmu_path.read_bytes()), tmp_path / "x.fmu"
     seen = 0
     for n in range(7, len(data), len(data) // 60):
@@ -269,7 +269,7 @@ def test_no_archive_at_all(tmp_path):
     assert "can't read" in flaw(Path("x" * 300))
 
 
-def test_encrypted_or_packed_in_another_way(tmp_path, files):
+def test_encrypted_members_and_unsupported_compression(tmp_path, files):
     path = packed(tmp_path / "x.fmu", files)
     data = bytearray(path.read_bytes())
     entry = data.index(b"PK\x01\x02")
@@ -286,7 +286,7 @@ def test_encrypted_or_packed_in_another_way(tmp_path, files):
 
 
 def described(tmp_path, files, *replacements):
-    """The FMU with another modelDescription.xml, and no list of its files."""
+    """The FMU with another modelDescription.xml, without the list of its files."""
     text = files["modelDescription.xml"].decode()
     for old, new in replacements:
         assert old in text
@@ -348,7 +348,7 @@ def entry_point(files):
     ids=["syntax", "exception", "abort", "library", "half library", "other module"],
 )
 def test_contents_that_crash_a_process(tmp_path, files, damage):
-    """Tried in a process of its own, since they pass for whole (they have no list of files)."""
+    """Run in a separate process, since without a list of files nothing else shows the damage."""
     kept = {name: content for name, content in files.items() if name != SUMS}
     path = packed(tmp_path / "x.fmu", kept | damage(files))
     assert flaw(path) is None
@@ -357,8 +357,8 @@ def test_contents_that_crash_a_process(tmp_path, files, damage):
     assert len(str(error.value).splitlines()) == 1
 
 
-def test_one_that_was_only_packed_anew_is_taken(tmp_path, files, monkeypatch):
-    """And modules in the working folder don't stand for ours."""
+def test_a_repacked_fmu_is_accepted(tmp_path, files, monkeypatch):
+    """Modules in the working folder are not imported in place of the package's."""
     for name in ("golf_impact", "fmpy", "numpy"):
         (tmp_path / f"{name}.py").write_text("raise RuntimeError")
     monkeypatch.chdir(tmp_path)
@@ -370,7 +370,7 @@ def test_one_that_was_only_packed_anew_is_taken(tmp_path, files, monkeypatch):
 # The built FMU
 
 
-def test_a_damaged_build_is_made_anew(tmp_path, fmu_path, files, monkeypatch):
+def test_a_damaged_build_is_rebuilt(tmp_path, fmu_path, files, monkeypatch):
     from golf_impact.fmu import file as fmu_file
 
     built = tmp_path / "ClubBallImpact.fmu"
@@ -387,7 +387,7 @@ def test_a_damaged_build_is_made_anew(tmp_path, fmu_path, files, monkeypatch):
 
 
 def test_the_list_of_files(tmp_path, fmu_path, files):
-    """Ours and pythonfmu's, nothing else; and each is what it says."""
+    """It has all files, with their digests."""
     import importlib.metadata
 
     names = set(files)

@@ -1,4 +1,4 @@
-"""Bad input: the old value stays, a message says what and why, and the run can be mended."""
+"""Invalid input: the old value remains, a message gives the reason, and the run can continue."""
 
 import json
 import math
@@ -14,7 +14,7 @@ def set_real(fmu, name, value):
 
 
 def begin(fmu, **values):
-    """As ImpactFmu.start, but with what the FMU says left to the test."""
+    """As ImpactFmu.start, without an error: the test checks the messages of the FMU."""
     slave = fmu.slave
     slave.setFMUstate(fmu._fresh)
     slave.setupExperiment(startTime=0.0)
@@ -62,7 +62,7 @@ def test_out_of_range_before_the_run(fmu, name, value, allowed):
     assert name in message
     assert allowed in message
     assert fmu.read([name])[name] == good
-    fmu.slave.exitInitializationMode()
+    fmu.end_initialization()
     assert is_discarded(fmu)
     assert is_discarded(fmu), "it stays refused until it is corrected"
     set_real(fmu, name, good)
@@ -75,7 +75,7 @@ def test_no_such_law(fmu, law):
     begin(fmu, law=law)
     assert "law" in fmu.messages[0]
     assert "1 (absolute) or 2 (relative)" in fmu.messages[0]
-    fmu.slave.exitInitializationMode()
+    fmu.end_initialization()
     assert is_discarded(fmu)
     fmu.slave.setInteger(fmu.references(["law"]), [2])
     fmu.slave.doStep(0.0, 1.0)
@@ -85,7 +85,7 @@ def test_no_such_law(fmu, law):
 @pytest.mark.parametrize(("name", "value", "allowed"), [row for row in BAD if row[0] in "kb"])
 def test_out_of_range_in_mid_contact(fmu, name, value, allowed):
     begin(fmu)
-    fmu.slave.exitInitializationMode()
+    fmu.end_initialization()
     fmu.slave.doStep(0.0, 3e-4)
     before = fmu.read(METRICS)
     set_real(fmu, name, value)
@@ -104,7 +104,7 @@ def test_out_of_range_in_mid_contact(fmu, name, value, allowed):
 @pytest.mark.parametrize("size", [0.0, -1e-6, math.nan, math.inf, -math.inf])
 def test_step_sizes(fmu, size):
     begin(fmu)
-    fmu.slave.exitInitializationMode()
+    fmu.end_initialization()
     fmu.slave.doStep(0.0, 1e-4)
     assert is_discarded(fmu, 1e-4, size)
     assert "step size" in fmu.messages[-1]
@@ -115,16 +115,16 @@ def test_step_sizes(fmu, size):
 @pytest.mark.parametrize("point", [0.0, 2e-4, 1.5e-4, -1e-4, math.nan, math.inf])
 def test_a_communication_point_that_jumps(fmu, point):
     begin(fmu)
-    fmu.slave.exitInitializationMode()
+    fmu.end_initialization()
     fmu.slave.doStep(0.0, 1e-4)
     assert is_discarded(fmu, point)
     assert "communication point" in fmu.messages[-1]
     fmu.slave.doStep(1e-4 * (1.0 + 1e-9), 1e-4)
 
 
-def test_a_restored_state_may_go_on_anywhere(fmu):
+def test_any_communication_point_after_a_restored_state(fmu):
     begin(fmu, gap=0.35)
-    fmu.slave.exitInitializationMode()
+    fmu.end_initialization()
     state = fmu.slave.getFMUstate()
     fmu.slave.doStep(0.0, 0.5)
     fmu.slave.setFMUstate(state)
@@ -136,7 +136,7 @@ def test_a_restored_state_may_go_on_anywhere(fmu):
 def test_exponent_needs_law_2(fmu):
     begin(fmu, exponent=1.5)
     assert fmu.messages == []
-    fmu.slave.exitInitializationMode()
+    fmu.end_initialization()
     assert "exponent" in fmu.messages[0]
     assert is_discarded(fmu)
     set_real(fmu, "exponent", 1.0)
@@ -146,7 +146,7 @@ def test_exponent_needs_law_2(fmu):
 
 def test_a_parameter_is_fixed_after_initialization(fmu):
     begin(fmu)
-    fmu.slave.exitInitializationMode()
+    fmu.end_initialization()
     set_real(fmu, "m_club", 0.3)
     assert "m_club" in fmu.messages[0]
     assert fmu.read(["m_club"])["m_club"] == 0.21
@@ -176,7 +176,7 @@ def test_calls_in_the_wrong_state(fmu):
 def test_outputs_cannot_be_set(fmu):
     begin(fmu)
     set_real(fmu, "force", 1.0)
-    fmu.slave.exitInitializationMode()
+    fmu.end_initialization()
     assert is_discarded(fmu)
     fmu.slave.doStep(0.0, 1.0)
     assert fmu.read(METRICS) == fmu.impact()
@@ -186,10 +186,10 @@ def test_outputs_cannot_be_set(fmu):
     "values",
     [{"k": 1e300}, {"m_ball": 1e-300}, {"club_speed": 1e200}, {"b": 1e300}, {"k": 5e-324}],
 )
-def test_the_ends_of_the_doubles(fmu, values):
-    """Allowed one by one, but what they lead to is no double: refused, with the numbers."""
+def test_values_that_overflow_together(fmu, values):
+    """Allowed separately, but results leave the range of a double: rejected with the numbers."""
     begin(fmu, **values)
-    fmu.slave.exitInitializationMode()
+    fmu.end_initialization()
     assert "range of a double" in fmu.messages[0]
     assert is_discarded(fmu)
 
@@ -235,9 +235,9 @@ def test_state_in_mid_contact(fmu, law, through_bytes):
 @pytest.mark.parametrize(
     "data", [b"", b"nonsense", b"[]", b'["another component", 1]', b"\xff\xfe", b"null"]
 )
-def test_a_state_that_is_none(fmu, data):
+def test_bytes_that_are_not_a_state(fmu, data):
     begin(fmu)
-    fmu.slave.exitInitializationMode()
+    fmu.end_initialization()
     state = fmu.slave.deSerializeFMUstate(data)
     fmu.slave.setFMUstate(state)
     assert "state" in fmu.messages[-1]
@@ -264,10 +264,10 @@ def test_reset_is_a_new_instance(fmu):
 
 
 @pytest.mark.parametrize("reference", [2**32 - 1, 2**32 - 2, 1000])
-def test_a_reference_that_no_variable_has(fmu, reference):
-    """pythonfmu hands a large unsigned reference on as a negative one."""
+def test_an_unknown_value_reference(fmu, reference):
+    """pythonfmu passes a large unsigned reference as a negative one."""
     begin(fmu)
-    fmu.slave.exitInitializationMode()
+    fmu.end_initialization()
     fmu.slave.doStep(0.0, 1e-4)
     fmu.slave.setReal([reference], [50.0])
     assert "can't be set" in fmu.messages[-1]

@@ -1,4 +1,4 @@
-"""The presets: what they are, and `run --ball`."""
+"""The preset balls, and `run --ball`."""
 
 import json
 
@@ -11,7 +11,7 @@ from golf_impact.facts.measured import MPH
 
 
 @pytest.mark.parametrize("name", BALLS)
-def test_a_ball_flies(fmu, name):
+def test_each_ball(fmu, name):
     assert BALLS[name].name == name
     assert BALLS[name].source
     outputs = fmu.impact(("coefficient_of_restitution",), **ball(name).values)
@@ -28,7 +28,7 @@ def test_an_unknown_ball():
     [(30, 5.4e5), (60, 7.0e5), (80, 8.8e5), (90, 1.0e6), (100, 1.17e6), (110, 1.40e6)],
 )
 def test_rating_stiffness(rating, k):
-    """To the digits given for it."""
+    """To the published digits."""
     assert rating_stiffness(rating) == pytest.approx(k, rel=0.006)
 
 
@@ -41,7 +41,7 @@ def test_the_tour_ball(fmu):
 
 
 @pytest.mark.parametrize("speed", [20.0, 35.0, 60.0])
-def test_a_restitution_that_falls(fmu, speed):
+def test_a_restitution_that_decreases_with_speed(fmu, speed):
     outputs = fmu.impact(
         ("coefficient_of_restitution",), club_speed=speed, **BALLS["penner"].values
     )
@@ -49,7 +49,7 @@ def test_a_restitution_that_falls(fmu, speed):
 
 
 def test_run_with_a_ball(tmp_path):
-    """What is set besides wins over the preset."""
+    """--set overrides the values of the preset."""
     done = golf_here(
         *("run", "--ball", "document-old", "--set", "club_speed=50", "--set", "b=9"),
         *("--no-figures", "--out", tmp_path),
@@ -73,7 +73,7 @@ def test_list_balls():
     assert words <= set(done.stdout.split())
 
 
-def test_a_ball_there_is_none_of(tmp_path):
+def test_an_unknown_ball_on_the_command_line(tmp_path):
     refused(golf_here("run", "--ball", "cannon", "--out", tmp_path), "cannon", "roh-lee, ")
     assert list(tmp_path.iterdir()) == []
 

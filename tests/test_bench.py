@@ -9,6 +9,7 @@ import sys
 from itertools import islice
 
 import pytest
+from fmpy.validation import validate_fmu
 
 from golf_impact.benchmarks import accuracy
 from golf_impact.benchmarks.empty_wide_fmu import (
@@ -18,11 +19,15 @@ from golf_impact.benchmarks.empty_wide_fmu import (
     OUTPUTS,
     PARAMETERS,
 )
+from golf_impact.benchmarks.impact import METRICS
 from golf_impact.benchmarks.limits import LIMITS, MOST_SPREAD, missed
 from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slope
 from golf_impact.commands.bench import bench
 from golf_impact.errors import UserError
 from golf_impact.fmu.loaded import LoadedFmu
+from golf_impact.peers import stepping
+from golf_impact.peers.compiled import SUB_STEP, compiled_fmu, compiler
+from golf_impact.peers.problem import Case, Outcome, errors
 from golf_impact.stress.cases import named_cases
 from golf_impact.stress.driver import driver
 from golf_impact.stress.reference import Reference
@@ -44,7 +49,9 @@ def results(tmp_path_factory):
 
 @pytest.mark.ci
 def test_every_target_has_value_target_and_verdict(results):
-    for target in LIMITS:
+    limits = [one for one in LIMITS if compiler() or "compiled" not in one.key]
+    assert list(results["targets"]) == [one.key for one in limits]
+    for target in limits:
         figure = results[target.key]
         assert figure > 0.0
         verdict = results["targets"][target.key]
@@ -62,8 +69,9 @@ def test_worst_error(results):
 
 @pytest.mark.ci
 def test_measured_orders_are_those_of_the_methods(results):
-    orders = {"semi-implicit Euler": 1, "Störmer–Verlet": 2, "Runge–Kutta 4": 4}
-    orders |= {"explicit Euler, Python": 1}
+    orders = {"explicit Euler, Python": 1, "Störmer–Verlet": 2, "Runge–Kutta 4": 4}
+    if compiler():
+        orders |= {"explicit Euler, C FMU": 1, "Runge–Kutta 4, C FMU": 4}
     for methods in results["run_time_vs_error"].values():
         by_method = {series["method"]: series for series in methods}
         for method, order in orders.items():
@@ -76,6 +84,31 @@ def test_measured_orders_are_those_of_the_methods(results):
 def test_machine_and_conclusion(results):
     assert {"processor", "python", "fmpy", "pythonfmu", "fmu"} <= results["machine"].keys()
     assert len(results["conclusion"]) == 3
+
+
+@pytest.mark.skipif(not compiler(), reason="there is no C compiler on this machine")
+@pytest.mark.parametrize("law", [1, 2])
+def test_compiled_peers_are_the_methods_they_name(law, tmp_path):
+    """Their numbers are those of the same methods in Python; as FMUs they are valid."""
+    case = Case(law=law, k=8e5, b=12.0, ball_speed=-3.0)
+    peers = {"euler": (stepping.explicit_euler, 1e-15), "rk4": (stepping.runge_kutta4, 1e-12)}
+    for method, (solve, tolerance) in peers.items():
+        path = compiled_fmu(method, tmp_path)
+        assert validate_fmu(path) == []
+        with LoadedFmu(path) as peer:
+            expected = solve(case, SUB_STEP[method])
+            slave = peer.instance(dt=SUB_STEP[method], **vars(case))
+            slave.doStep(0.0, 1e-3)
+            outcome = Outcome(*slave.getReal(peer.references(Outcome._fields)))
+            v_club, v_ball = outcome[:2]
+            metrics = slave.getReal(peer.references(METRICS))
+        # Euler's contact time is summed here, and a number of steps there.
+        assert max(errors(case, outcome, expected)) < max(tolerance, 1e-12)
+        assert max(errors(case, outcome, expected)[:2]) < tolerance
+        before = case.m_club * 35.0**2 + case.m_ball * 3.0**2
+        after = case.m_club * v_club**2 + case.m_ball * v_ball**2
+        right = (v_ball / 35.0, (v_ball - v_club) / 38.0, after / before)
+        assert metrics == pytest.approx(right, rel=1e-14)
 
 
 def calls_inside(scene):
@@ -97,7 +130,7 @@ def calls_inside(scene):
 @pytest.mark.parametrize("law", [1, 2])
 def test_calls_inside_the_fmu(fmu, law):
     """A count of what times would show: few for an impact, and as many for each step of any run."""
-    metrics = fmu.references(("smash_factor", "coefficient_of_restitution", "energy_efficiency"))
+    metrics = fmu.references(METRICS)
     read = fmu.references(("force", "club_position", "ball_position", "club_velocity"))
     slave = fmu.slave
 

@@ -1,4 +1,4 @@
-"""golf-impact as a user meets it: a subprocess."""
+"""The command line of golf-impact."""
 
 import json
 import subprocess
@@ -111,7 +111,7 @@ def test_results_without_a_contact_or_a_separation(tmp_path, arguments, words, m
 
 
 def test_own_cases_do_not_overwrite_each_other(tmp_path):
-    """Also where their names are too long for a file, and begin in the same way."""
+    """Even if their names are too long for a file and have the same beginning."""
     many = [f"--set={name}=0.12345678901234567" for name in ("m_club", "m_ball", "gap", "b")]
     runs = [("--set", "k=8e5"), ("--set", "k=9e5"), ("--ball", "tour"), ("--ball", "document")]
     runs += [(*many, "--set", f"ball_diameter={value}") for value in (0.04, 0.05)]
@@ -140,7 +140,7 @@ def test_balls_beside_each_other(tmp_path):
 
 @pytest.mark.parametrize("ball", ["document", "tour"])
 def test_the_figure_of_an_own_case(fmu, ball):
-    """It says which case and ball, in the units of the other figures."""
+    """It has the case, ball and contact in its title, and the units of the other figures."""
     report = own_cases(fmu, {"club_speed": 42.0, "gap": 0.1}, [BALLS[ball]])
     (draw,) = report.figures.values()
     (axes,) = draw(figures).axes
@@ -166,7 +166,7 @@ def test_the_figure_of_an_own_case(fmu, ball):
         (("--set", "m_club=10"), None),
     ],
 )
-def test_what_is_doubted_and_run_all_the_same(tmp_path, arguments, words):
+def test_warnings(tmp_path, arguments, words):
     done = golf_here("run", *arguments, "--no-figures", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     lines = (*done.stdout.splitlines(), *done.stderr.splitlines())
@@ -195,7 +195,7 @@ def run(fmu):
     report.impact("soft", k=5e5)
     report.impact("hard", k=2e6)
     report.falls("a stiffer ball: contact is shorter", "contact_time")
-    report.say("So it is.")
+    report.say("A conclusion.")
 
     @report.figure("mine")
     def figure(figures):
@@ -216,7 +216,7 @@ def test_a_scenario_of_ones_own(tmp_path, alone):
     command = [sys.executable, script] if alone else [COMMAND, "run", script, "table1"]
     done = subprocess.run([*command, "--out", out], capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "So it is." in done.stdout
+    assert "A conclusion." in done.stdout
     results = json.loads((out / "results.json").read_text())
     assert list(results) == (["my scenario"] if alone else ["my scenario", "table1"])
     assert list(results["my scenario"]) == ["soft", "hard"]
@@ -316,7 +316,8 @@ def test_a_failed_check_exits_1(tmp_path):
         (("--set", "force=1"), ("force", "k, b, club_speed")),
         (("--set", "k=hard"), ("hard", "no number")),
         (("--set", "k"), ("NAME=VALUE",)),
-        (("--set", "k=-1"), ("k = -1.0 N/m", "> 0")),
+        (("--set", "k=-1"), ("--set k=-1: k = -1.0 N/m", "> 0")),
+        (("--set", "b=9", "--set", "gap=-1e-3"), ("--set gap=-1e-3: gap = -0.001 m", ">= 0")),
         (("--set", "k=nan"), ("k = nan", "> 0")),
         (("--set", "gap=-1"), ("gap", ">= 0")),
         (("--set", "law=3"), ("law = 3", "1 (absolute) or 2 (relative)")),
@@ -359,12 +360,12 @@ def test_results_of_an_earlier_run_stay_whole(tmp_path):
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "4294967298", "1e300"])
-def test_a_law_that_is_no_small_number(tmp_path, value):
+def test_laws_that_are_no_small_integers(tmp_path, value):
     refused(golf_here("run", "--set", f"law={value}", "--out", tmp_path), "law", "whole number")
 
 
 def test_an_fmu_without_its_module(tmp_path):
-    """pythonfmu's library would take the process down."""
+    """pythonfmu's library would crash the process."""
     whole, empty = tmp_path / "whole.fmu", tmp_path / "empty.fmu"
     assert golf_here("build", "--out", whole).returncode == 0
     with zipfile.ZipFile(whole) as source, zipfile.ZipFile(empty, "w") as target:
@@ -381,12 +382,12 @@ def test_a_temporary_folder_that_pythonfmu_cannot_take(tmp_path):
 
 
 @pytest.mark.ci
-def test_a_terminal_that_knows_no_greek(tmp_path):
+def test_a_terminal_without_greek_letters(tmp_path):
     done = golf("run", "laws", "--out", tmp_path, env={"PYTHONIOENCODING": "ascii"})
     assert done.returncode == 0, done.stderr
 
 
-def test_a_very_soft_ball_still_parts(tmp_path):
+def test_a_very_soft_ball_separates(tmp_path):
     done = golf_here("run", "--set", "k=0.1", "--set", "law=2", "--set", "b=0", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     (file,) = tmp_path.glob("*_results.json")

@@ -69,8 +69,8 @@ def test_a_process_ends_cleanly(run, request, path, end):
     assert run(request.getfixturevalue(path), end) == 0
 
 
-def test_with_a_companion_it_ends_cleanly(run, fmu_path, tmp_path):
-    swing, flight, _ = system.build_system(tmp_path / "system", fmu_path)
+def test_with_a_companion_it_ends_cleanly(run, tmp_path):
+    swing, _, flight, _ = system.build_system(tmp_path / "system")
     assert {swing.stem, flight.stem} == {"Swing", "BallFlight"}
     assert [run(swing), run(flight)] == [0, 0]
 

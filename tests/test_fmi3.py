@@ -682,6 +682,7 @@ with EcosSimulationStructure() as structure:
 """
 
 
+@pytest.mark.importers
 @pytest.mark.parametrize("step", [1e-3, 1e-4, 1e-6])
 def test_ecos(fmi3_path, fmu, step):
     if importlib.util.find_spec("ecospy") is None:

@@ -1,4 +1,4 @@
-"""Imports run one way: scripts, machinery, the build, the physics."""
+"""Imports run one way: scripts, package, build, physics."""
 
 import ast
 import subprocess
@@ -14,7 +14,7 @@ OURS = ("golf_build", "golf_physics", "golf_impact")
 
 
 def imports(path):
-    """The modules that a file imports, wherever in it, and the names that it takes from them."""
+    """All modules that a file imports, and the names imported from them."""
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Import):
             yield from ((alias.name, ()) for alias in node.names)
@@ -38,14 +38,14 @@ def test_a_scenario_has_one_import_of_ours(name):
     assert set(taken) <= set(scenario.__all__)
 
 
-def test_the_vocabulary_of_scenarios_is_all_used():
+def test_all_names_of_the_scenario_interface_are_used():
     taken = {
         name for script in names() for _, all_ in imports(FOLDER / f"{script}.py") for name in all_
     }
     assert set(scenario.__all__) <= taken | {"ImpactFmu", "Metrics"}
 
 
-def test_no_module_is_loaded_by_its_path_but_a_scenario():
+def test_only_scenarios_are_loaded_by_path():
     loading = {
         path.name
         for folder in ("scenarios", "build", "fmu_src")

@@ -1,4 +1,4 @@
-"""What is declared, and what a user gets who installs the wheel or the source distribution."""
+"""Declared dependencies, and installations of the wheel and the source distribution."""
 
 import importlib.metadata
 import os
@@ -45,7 +45,7 @@ def test_every_extra_has_a_bound_and_a_reason(extra):
 
 
 def test_nothing_undeclared_is_imported():
-    """A module that isn't ours or Python's comes from a declared package."""
+    """Third-party modules come from declared packages."""
     arrays = ("dependencies", *EXTRAS)
     names = {re.match("[a-z0-9-]+", row[0])[0] for array in arrays for row in declared(array)}
     owners = importlib.metadata.packages_distributions()
@@ -60,8 +60,8 @@ def test_nothing_undeclared_is_imported():
 
 
 @pytest.mark.parametrize("extra", some(1, EXTRAS))
-def test_the_line_that_installs_an_extra(monkeypatch, tmp_path, extra):
-    """In a checkout the checkout with the extra; beside a wheel what the extra names."""
+def test_the_command_that_installs_an_extra(monkeypatch, tmp_path, extra):
+    """In a checkout the checkout with the extra; beside a wheel the packages of the extra."""
     monkeypatch.chdir(ROOT)
     pip, *rest = shlex.split(extras.install_command(extra))
     assert rest == ["install", "-e", f".[{extra}]"]
@@ -78,8 +78,8 @@ def test_the_line_that_installs_an_extra(monkeypatch, tmp_path, extra):
     }
 
 
-def test_the_examples_leave_nothing_untracked():
-    """What the READMEs' lines write into a checkout, git ignores."""
+def test_the_examples_write_ignored_files_only():
+    """git ignores the files that the commands in the READMEs write."""
     texts = "".join(path.read_text("utf-8") for path in (*ROOT.glob("*.md"), *ROOT.glob("*/*.md")))
     names = set(re.findall(r"--out ([\w./-]+)", texts))
     names |= set(re.findall(r'"([\w-]+\.(?:csv|parquet))"', texts))

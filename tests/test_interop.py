@@ -11,8 +11,10 @@ import multiprocessing
 import shutil
 import subprocess
 import sys
+import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from xml.etree import ElementTree
 
 import fmpy
 import pytest
@@ -214,6 +216,7 @@ def _missing(tool):
     return None
 
 
+@pytest.mark.importers
 @pytest.mark.parametrize("law", [1, 2])
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize(("tool", "code"), [("libcosimpy", _COSIM), ("ecospy", _ECOS)])
@@ -248,6 +251,7 @@ def _toolbox(command, *arguments):
     return done.stdout + done.stderr
 
 
+@pytest.mark.importers
 def test_fmutool_finds_it_compliant(fmu_path):
     said = _toolbox("fmutool", "-check", "-input", fmu_path)
     assert "seems to be compliant with FMI-2.0" in said
@@ -260,6 +264,42 @@ def test_fmpy_finds_nothing_to_complain_about(fmu_path):
     assert validate_fmu(str(fmu_path)) == []
 
 
+def test_what_omsimulator_reads(fmu_path, tmp_path):
+    """It aborts without its annotation in the system, and finds a loop without the dependencies."""
+    from golf_impact.fmu.system import build_system
+
+    spaces = {
+        "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
+        "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
+        "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
+    }
+    *_, ssp = build_system(tmp_path)
+    with zipfile.ZipFile(ssp) as archive:
+        root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
+    system = root.find("ssd:System", spaces)
+    assert system is not None
+    # The schema has them last.
+    assert system[-1] is system.find("ssd:Annotations", spaces)
+    (annotation,) = system[-1]
+    assert annotation.get("type") == "org.openmodelica"
+    (master,) = annotation.findall(
+        "oms:Annotations/oms:SimulationInformation/oms:FixedStepMaster", spaces
+    )
+    assert (master.get("description"), float(master.get("stepSize"))) == ("oms-ma", 1e-4)
+    connections = system.findall("ssd:Connections/ssd:Connection", spaces)
+    coupled = {
+        one.get("startConnector")
+        for one in connections
+        if (one.get("startElement"), one.get("endElement")) == ("ClubBallImpact", "Swing")
+    }
+    for unknown in fmpy.read_model_description(str(fmu_path)).initialUnknowns:
+        if unknown.variable.name in coupled:
+            assert unknown.dependencies == []
+            coupled.remove(unknown.variable.name)
+    assert not coupled
+
+
+@pytest.mark.importers
 @pytest.mark.parametrize("step", STEPS[:2])
 def test_a_container_with_another_fmu(fmu_path, tmp_path, step):
     from golf_build.system import build_companion

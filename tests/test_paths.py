@@ -1,4 +1,4 @@
-"""Folders that are read-only, full, oddly named or not there, and two runs into one of them."""
+"""Folders that are read-only, full, missing or have unusual names, and concurrent runs."""
 
 import json
 import os
@@ -27,7 +27,7 @@ def names(folder):
 
 
 def checkout(folder):
-    """A copy of the checkout, without anything built, and how to run it."""
+    """A copy of the checkout without built files, and options to run it."""
     ignored = shutil.ignore_patterns("__pycache__", "*.fmu", "*.ssp", "*.csv", "*.opt", "*.md")
     for name in ("scenarios", "fmu_src", "build"):
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
@@ -37,7 +37,7 @@ def checkout(folder):
 
 
 def installed(folder):
-    """The same as a wheel lays it out."""
+    """The same with the layout of a wheel."""
     checkout(folder / "checkout")
     for package in ("scenarios/golf_impact", "build/golf_build", "fmu_src/golf_physics"):
         (folder / "checkout" / package).rename(folder / Path(package).name)
@@ -89,7 +89,7 @@ def nobody():
 
 @pytest.mark.ci
 def test_a_read_only_checkout(nobody):
-    """The FMU is built for the run, and the user is told."""
+    """The FMU is built for this run, with a message."""
     folder, options = nobody
     done = golf("run", "table1", "--out", folder / "own" / "out", cwd=folder, **options)
     assert done.returncode == 0, done.stderr
@@ -101,8 +101,8 @@ def test_a_read_only_checkout(nobody):
 
 
 @pytest.mark.ci
-def test_a_cache_where_one_may_not_look(nobody):
-    """As of a user who has kept another one's HOME."""
+def test_a_cache_without_permission_to_read(nobody):
+    """HOME of another user."""
     folder, options = nobody
     closed = folder / "closed"
     closed.mkdir()
@@ -117,7 +117,7 @@ def test_a_cache_where_one_may_not_look(nobody):
     assert "for this run only" in done.stderr
 
 
-def test_no_right_to_write_here(nobody):
+def test_a_working_folder_without_permission_to_write(nobody):
     folder, options = nobody
     refused(golf("run", "table1", cwd=folder, **options), "golf-impact-results", "--out")
     refused(golf("bench", "--quick", cwd=folder, **options), "golf-impact-results", "--out")
@@ -178,7 +178,7 @@ def test_the_cache_of_an_installed_copy(tmp_path):
 
 
 @pytest.mark.ci
-def test_odd_names_everywhere_but_for_temporary_files(tmp_path):
+def test_unusual_names_of_all_folders_but_the_temporary_one(tmp_path):
     """The checkout, the working folder and --out."""
     folder = tmp_path / ODD
     env = checkout(folder / "checkout")
@@ -202,8 +202,8 @@ def test_odd_names_everywhere_but_for_temporary_files(tmp_path):
 
 
 @pytest.mark.parametrize("command", [("run", "table1"), ("build", "--out", "x.fmu")])
-def test_an_odd_folder_for_temporary_files(tmp_path, command):
-    """pythonfmu would take the process down."""
+def test_an_unusual_name_of_the_temporary_folder(tmp_path, command):
+    """pythonfmu would crash the process."""
     odd = tmp_path / ODD
     odd.mkdir()
     done = golf(*command, cwd=tmp_path, env={"TMPDIR": str(odd)})
@@ -223,7 +223,7 @@ def test_an_odd_folder_for_temporary_files(tmp_path, command):
     ],
 )
 def test_an_empty_argument(tmp_path, arguments):
-    """As an unset variable of the shell leaves it."""
+    """As from an unset variable of the shell."""
     refused(golf_here(*arguments, cwd=tmp_path), "an argument is empty")
     assert names(tmp_path) == set()
 
@@ -238,20 +238,18 @@ def test_long_names(tmp_path):
     assert done.returncode == 0, done.stderr
 
 
-def test_files_where_folders_are_needed_and_the_other_way_round(tmp_path):
+def test_files_in_place_of_folders_and_vice_versa(tmp_path):
     file = tmp_path / "file"
     file.write_text("mine")
     for out in (file, file / "below"):
-        refused(
-            golf_here("run", "table1", "--out", out, cwd=tmp_path), f"{file} is a file", "--out"
-        )
+        refused(golf_here("run", "table1", "--out", out, cwd=tmp_path), "Not a directory", "--out")
     assert file.read_text() == "mine"
     (tmp_path / "out" / "report.html").mkdir(parents=True)
     refused(golf_here("run", "table1", "--out", "out", cwd=tmp_path), "report.html", "folder")
     assert names(tmp_path / "out") == {"report.html"}
 
 
-def test_a_link_stays_one(tmp_path):
+def test_links_remain(tmp_path):
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "results.json").symlink_to(tmp_path / "elsewhere" / "mine.json")
@@ -275,8 +273,8 @@ COMMANDS_THAT_WRITE = {
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="POSIX's pipes")
 @pytest.mark.parametrize("command", COMMANDS_THAT_WRITE)
 @pytest.mark.parametrize("kind", ["pipe", "link to a device"])
-def test_what_is_no_plain_file_stays(tmp_path, command, kind):
-    """Not that a device is replaced by a file of results: as root it could be."""
+def test_devices_and_pipes_are_not_replaced(tmp_path, command, kind):
+    """As root they could be."""
     *arguments, name = COMMANDS_THAT_WRITE[command]
     target = tmp_path / name
     if kind == "pipe":
@@ -294,8 +292,8 @@ def test_what_is_no_plain_file_stays(tmp_path, command, kind):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="links, and /proc")
-def test_a_folder_that_can_never_be_made(tmp_path):
-    """Found before anything runs: the FMU to be used isn't looked at yet."""
+def test_a_folder_that_cannot_be_made(tmp_path):
+    """Noticed before anything runs, even before the FMU is checked."""
     (tmp_path / "link").symlink_to("nowhere")
     for out in ("link", "link/below", "/proc/golf"):
         done = golf_here("run", "table1", "--fmu", "none.fmu", "--out", out, cwd=tmp_path)
@@ -308,7 +306,7 @@ def test_a_folder_that_can_never_be_made(tmp_path):
 
 @pytest.fixture
 def small(tmp_path):
-    """A way to run the command with a file system of so many kB at tmp_path/small."""
+    """A function that runs the command with a small file system (kB) at tmp_path/small."""
     folder = tmp_path / "small"
     folder.mkdir()
     script = 'mount -t tmpfs -o size="$0" none small && exec "$@"'
@@ -333,7 +331,7 @@ def small(tmp_path):
 
 @pytest.mark.ci
 def test_a_full_disk(small, tmp_path):
-    """One line and, as the listing after it shows, nothing left."""
+    """An error in one line, and no file left."""
     full = "No space left on device"
     refused(small("64k", "run", "--set", "k=1e6", "--out", "small"), "can't write small", full)
     refused(small("256k", "build", "--out", "small/x.fmu"), "small/x.fmu", full)
@@ -445,7 +443,7 @@ def test_two_runs_into_one_folder(tmp_path, times):
         assert forces.setdefault(k, force) == force
 
 
-def test_one_that_comes_in_the_middle_of_another_waits(tmp_path, monkeypatch):
+def test_concurrent_writes_into_a_folder_wait(tmp_path, monkeypatch):
     replace, in_the_middle = os.replace, threading.Event()
 
     def slow(aside, final):
@@ -464,7 +462,7 @@ def test_one_that_comes_in_the_middle_of_another_waits(tmp_path, monkeypatch):
     assert {path.name: path.read_bytes() for path in out.iterdir()} == dict.fromkeys("abcdef", b"2")
 
 
-def test_figures_of_an_earlier_run_do_not_stay_beside_other_results(tmp_path):
+def test_figures_of_an_earlier_run_are_removed_without_figures(tmp_path):
     first = golf_here("run", "--set", "k=1e6", "--out", "out", cwd=tmp_path)
     assert "earlier" not in first.stdout
     stem = "custom_k=1000000"

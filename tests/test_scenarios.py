@@ -1,4 +1,4 @@
-"""Every scenario runs, its checks pass, and a check that should fail does."""
+"""All scenarios run, their checks pass, and checks can fail; reports, tables and figures."""
 
 import html
 import io
@@ -21,7 +21,7 @@ from golf_impact.report.outcome import KINDS, Table, summarize_checks
 from golf_impact.report.page import page, write_outcomes
 from golf_impact.report.report import Report
 
-LONG = ("system", "model_exchange")
+LONG = ("system", "loft", "model_exchange")
 
 
 @pytest.mark.parametrize(
@@ -52,13 +52,13 @@ def test_figures_and_report(fmu, tmp_path):
 
 
 class Page(HTMLParser):
-    """A page's links, what they can lead to, what it would fetch, and what it folds."""
+    """Links, targets, sources and details of a page."""
 
     def __init__(self, text):
         super().__init__()
         self.targets, self.ids, self.sources, self.folds = [], set(), [], []
         self.feed(text)
-        # Styles and scripts are in the page; neither asks for a file.
+        # The page is self-contained.
         assert not re.search(r"https?:|url\(|@import|fetch\(", text)
 
     def handle_starttag(self, tag, attributes):
@@ -76,13 +76,13 @@ class Page(HTMLParser):
             self.folds.append("open" in given)
 
 
-def test_tables_fold_but_the_first_of_a_section_without_a_figure(fmu):
+def test_only_the_first_table_of_a_section_without_a_figure_is_open(fmu):
     text = page({"fem": scenario("fem").run(fmu)}, {}, "guid").decode()
     assert Page(text).folds == [True, False, False, False]  # the last: how to reopen its cases
     assert Page(text).targets == []
 
 
-def test_a_check_that_failed_is_not_folded(fmu):
+def test_a_failed_check_is_outside_the_details(fmu):
     report = Report("<One>", fmu)
     report.check("that 1 < 0", False, "it isn't")
     text = page({"one": report}, {}, "guid").decode()
@@ -94,7 +94,7 @@ def test_a_check_that_failed_is_not_folded(fmu):
 @pytest.mark.parametrize(
     ("name", "curves"), [("elastic", 2), ("compression", 3), ("old_ball", 2), ("club_speed", 2)]
 )
-def test_forces_over_each_other(fmu, name, curves):
+def test_figures_of_several_forces(fmu, name, curves):
     outcome = scenario(name).run(fmu)
     ((file, draw),) = outcome.figures.items()
     assert outcome.captions[file]
@@ -118,7 +118,7 @@ def test_every_ball_has_a_style_of_its_own():
     assert figures.LOOKS["law 2"] == figures.LOOKS["roh-lee-linear"]
 
 
-def test_an_error_of_zero_has_a_place_on_a_logarithmic_axis():
+def test_an_error_of_zero_on_a_logarithmic_axis():
     figure, axes = figures.new("")
     axes.plot([0.0, 1e-16, 1e-2], [1.0, 2.0, 3.0])
     figures.run_time_axes(axes, "error")
@@ -241,7 +241,7 @@ def test_the_report_begins_with_the_first_chapter():
 
 
 def test_one_step_for_metrics(fmu, monkeypatch):
-    """A metrics-only case takes one communication step and one read of Real variables."""
+    """An impact without a trajectory takes one communication step and one call of getReal."""
     counts = {"doStep": 0, "getReal": 0}
     for name in counts:
         call = getattr(fmu.slave, name)

@@ -162,7 +162,8 @@ def test_inside_the_fmu(tmp_path):
 import os, signal, sys
 from golf_impact import stopping
 stopping.listen()
-stopping.open_scratch()
+scratch = stopping.scratch_folder()
+scratch.__enter__()
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
 with ImpactFmu(current_fmu()[0]) as fmu:
@@ -209,34 +210,3 @@ print("not stopped")
     )
     assert (done.returncode, done.stdout) == (130, ""), done.stderr
     assert content(tmp_path / "out") == {"a": b"1", "b": b"2"}
-
-
-def scratch_folders(temporary):
-    return {path for path in temporary.iterdir() if path.name.startswith("golf-impact-run-")}
-
-
-@pytest.mark.ci
-def test_what_killed_processes_left_is_removed(tmp_path):
-    """A process that is killed leaves its folder; the next command removes it, but none in use."""
-    bench = ("bench", "--quick", "--out", tmp_path / "out")
-    processes, folders = [], set()
-    for _ in range(2):
-        processes.append(begun(bench, tmp_path, tmp_path))
-        while len(scratch_folders(tmp_path)) == len(folders):
-            time.sleep(0.005)
-        (new,) = scratch_folders(tmp_path) - folders
-        folders.add(new)
-        processes[-1].folder = new
-    killed, alive = processes
-    killed.kill()
-    killed.communicate()
-    # Both look as if they were old.
-    for folder in folders:
-        os.utime(folder, (0, 0))
-    subprocess.run(
-        [COMMAND, "list"], check=True, capture_output=True, env={**os.environ, "TMPDIR": tmp_path}
-    )
-    assert scratch_folders(tmp_path) == {alive.folder}
-    alive.terminate()
-    alive.communicate()
-    assert scratch_folders(tmp_path) == set()

@@ -15,9 +15,7 @@ from command import COMMAND
 
 from golf_impact.commands.sweep import swept
 from golf_impact.errors import UserError
-from golf_impact.sweeps import Stopped, Study, cluster, run_sweep
-from golf_impact.sweeps.chunk import FmuFile
-from golf_impact.sweeps.cluster import connected
+from golf_impact.sweeps import Stopped, Study, executors, run_sweep
 from golf_impact.sweeps.study_file import Options
 
 SETS = {"k": "normal:1e6:5e5", "b": "0,9", "law": "1,2"}
@@ -95,22 +93,17 @@ def test_stopping(fmu_path, tmp_path, workers):
     assert [path.name for path in tmp_path.iterdir()] == ["x.csv"]
 
 
-def test_the_fmu_is_checked_where_it_arrives(fmu, fmu_path, workers):
-    from golf_impact.sweeps.chunk import run_chunk
-    from golf_impact.sweeps.impacts import plan
-
-    made = plan(study(), fmu.variables)
-    data = FmuFile.read(fmu_path).data
-    with connected(workers.scheduler_address) as client:
-        damaged = client.submit(FmuFile, "0" * 64, data)
-        future = client.submit(run_chunk, damaged, made, True, study().columns(0, 5), pure=False)
-        with pytest.raises(UserError, match="damaged"):
-            future.result()
+def test_the_executor_of_a_client(alone, fmu_path, tmp_path, workers):
+    """As a user has one: of a cluster that knows nothing of sweeps."""
+    with distributed.Client(workers) as client:
+        executor = client.get_executor()
+        run_sweep(study(), tmp_path / "x.csv", executor=executor, fmu=fmu_path, chunk=500)
+    assert (tmp_path / "x.csv").read_bytes() == alone
 
 
 @pytest.mark.ci
 def test_no_cluster(fmu_path, tmp_path, monkeypatch):
-    monkeypatch.setattr(cluster, "_PATIENCE", "0.5s")
+    monkeypatch.setattr(executors, "_PATIENCE", "0.5s")
     for address in ("tcp://127.0.0.1:1", "nonsense"):
         with pytest.raises(UserError, match=f"no Dask cluster with workers at {address}"):
             run_sweep(study(), tmp_path / "x.csv", scheduler=address, fmu=fmu_path)

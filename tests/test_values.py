@@ -1,4 +1,4 @@
-"""Impacts over the whole range of every variable: refused with a reason, or right.
+"""Impacts over the whole range of every variable: rejected with a reason, or correct.
 
 A hundred in CI, always the same ones; 10,000 of each kind with HYPOTHESIS_PROFILE=nightly.
 """
@@ -16,12 +16,12 @@ from golf_impact.stress import invariants
 from golf_impact.stress.cases import BASELINE, unchanged
 from golf_impact.stress.driver import Driver
 from golf_impact.stress.ledger import Ledger
-from golf_impact.stress.scales import BAR, Scales
+from golf_impact.stress.scales import TOLERANCE, Scales
 
 #: Where times come from quadrature, all else is as exact, but at those times.
-BAR_OF_QUADRATURE = 1e-10
+TOLERANCE_OF_QUADRATURE = 1e-10
 
-#: Far smaller doubles have fewer digits.
+#: Doubles below this are subnormal and have fewer digits, with a margin.
 LEAST = 1e-300
 
 
@@ -107,7 +107,7 @@ def restitution(values):
 
 
 def long_step(values):
-    """Long enough for all that will happen, s, and not so long that positions say nothing."""
+    """A step (s) beyond separation, short enough for the accuracy of positions."""
     mu = reduced_mass(values["m_club"], values["m_ball"])
     n, length = values.get("exponent", 1.0), values.get("reference_compression", 1.0)
     omega, closing = math.sqrt(values["k"] / mu), closing_speed(values)
@@ -128,26 +128,26 @@ def begun(driver, values):
 
 
 def check_at_an_instant(values, now):
-    """What holds whenever it is looked at."""
+    """Check what holds at every instant."""
     bad = [name for name, value in now.items() if not math.isfinite(value)]
     assert not bad, {name: now[name] for name in bad}
     assert now["touched"] == (now["in_contact"] or now["separated"])
     assert not (now["in_contact"] and now["separated"])
-    assert 0.0 <= now["force"] <= now["max_force"] * (1.0 + BAR)
-    assert 0.0 <= now["compression"] <= now["max_compression"] * (1.0 + BAR)
+    assert 0.0 <= now["force"] <= now["max_force"] * (1.0 + TOLERANCE)
+    assert 0.0 <= now["compression"] <= now["max_compression"] * (1.0 + TOLERANCE)
     if values["law"] == 2:
         m_club, m_ball = values["m_club"], values["m_ball"]
         size = m_club * abs(values["club_speed"]) + m_ball * abs(values["ball_speed"])
         momentum = m_club * values["club_speed"] + m_ball * values["ball_speed"]
-        assert abs(now["momentum"] - momentum) <= BAR * size
+        assert abs(now["momentum"] - momentum) <= TOLERANCE * size
         gain = m_ball * (now["ball_velocity"] - values["ball_speed"])
         speed = abs(values["club_speed"]) + abs(values["ball_speed"])
-        assert abs(now["impulse"] - gain) <= BAR * (m_ball * speed + now["impulse"])
+        assert abs(now["impulse"] - gain) <= TOLERANCE * (m_ball * speed + now["impulse"])
 
 
 @given(values=impacts(), cuts=st.lists(st.floats(0.0, 1.0), max_size=12))
 def test_an_impact(driver, values, cuts):
-    """In one step, and cut anywhere: the same outputs, and what physics says of them."""
+    """In one step and in random partitions: equal outputs that satisfy the balances."""
     begun(driver, values)
     step = long_step(values)
     driver.slave.doStep(0.0, step)
@@ -158,16 +158,16 @@ def test_an_impact(driver, values, cuts):
     v = values
     speed = abs(v["club_speed"]) + abs(v["ball_speed"])
     closing = closing_speed(v)
-    bar = BAR if v.get("exponent", 1.0) == 1.0 else BAR_OF_QUADRATURE
-    # Neither law puts energy in.
+    tolerance = TOLERANCE if v.get("exponent", 1.0) == 1.0 else TOLERANCE_OF_QUADRATURE
+    # Neither law adds energy.
     before = 0.5 * (v["m_club"] * v["club_speed"] ** 2 + v["m_ball"] * v["ball_speed"] ** 2)
-    assert final["kinetic_energy"] <= before * (1.0 + BAR)
+    assert final["kinetic_energy"] <= before * (1.0 + TOLERANCE)
     if v["law"] == 2:
         assert final["separated"]
         coefficient = final["coefficient_of_restitution"]
         off = abs(coefficient - restitution(v)) * closing / speed
-        assert off <= BAR
-        assert -BAR * speed / closing <= coefficient <= 1.0 + BAR * speed / closing
+        assert off <= TOLERANCE
+        assert -TOLERANCE * speed / closing <= coefficient <= 1.0 + TOLERANCE * speed / closing
     mu = reduced_mass(v["m_club"], v["m_ball"])
     fastest = max(math.sqrt(v["k"] / mu), v["b"] / mu, 20.0 / final["contact_time"])
     scales = Scales(v, final, approach=v["gap"] / closing, span=step, fastest=fastest)
@@ -185,15 +185,15 @@ def test_an_impact(driver, values, cuts):
         check_at_an_instant(values, now)
         for name in invariants.RISING:
             fall = seen.get(name, 0.0) - now[name]
-            assert fall <= bar * scales.of(name) + 4e-16 * abs(now[name]), name
+            assert fall <= tolerance * scales.of(name) + 4e-16 * abs(now[name]), name
         impulse += now["mean_force"] * size
         seen = now
     for name, value in seen.items():
         if name != "mean_force":
             off = scales.error(name, value, final[name])
-            assert off <= bar, (name, value, final[name], off)
+            assert off <= tolerance, (name, value, final[name], off)
     late = scales.rounding_of_time("mean_force")
-    assert abs(impulse - final["impulse"]) <= (bar + late) * final["impulse"]
+    assert abs(impulse - final["impulse"]) <= (tolerance + late) * final["impulse"]
 
 
 # Drag parts the bodies, long after its fast part has faded: modes cancel, and panels must be many.
@@ -206,7 +206,7 @@ _PARTED_BY_DRAG = {
 @example(values=_PARTED_BY_DRAG, number=0)
 @given(values=impacts(), number=st.integers(0, 2**32))
 def test_the_invariants_of_stress(driver, values, number):
-    """Energy balance, straddling steps and all the rest that `golf-impact stress` looks at."""
+    """Energy balance, steps across events and the other checks of `golf-impact stress`."""
     others = ("exponent", "reference_compression", "restitution_at_rest", "restitution_slope")
     values = {name: value for name, value in values.items() if name not in others}
     impact = unchanged(number, values, 2.0)
@@ -217,7 +217,7 @@ def test_the_invariants_of_stress(driver, values, number):
 
 
 def test_the_time_of_the_largest_force_never_goes_back(driver):
-    """Around its maximum a force is flat: that a later one is an ulp larger is rounding."""
+    """Near its maximum the force is flat: a later value may be larger by rounding."""
     values = {
         "law": 1,
         "m_club": 1.6511082076446364,
@@ -253,7 +253,7 @@ USUAL = BASELINE | {
 
 @st.composite
 def any_values(draw):
-    """Some variables anywhere among the doubles, the others as they are."""
+    """Some variables with any double, the others as usual."""
     names = draw(st.lists(st.sampled_from(sorted(USUAL)), min_size=1, max_size=5, unique=True))
     values = {name: draw(any_value(USUAL[name])) for name in names}
     return values | {"law": draw(st.sampled_from((1, 2)))}
@@ -265,7 +265,7 @@ def any_values(draw):
     size=st.one_of(st.sampled_from((1e-4, 1.0)), decades(-30, 30), decades(-320, 100)),
 )
 def test_any_double(driver, values, later, size):
-    """Refused with a message and without any effect; or every output is a number."""
+    """Rejected with a message and without effect, or all outputs are finite."""
     driver.messages.clear()
     driver.begin_run(values)
     accepted = _steps(driver, 0.0, size)
@@ -294,8 +294,8 @@ def test_any_double(driver, values, later, size):
     ],
     ids=str,
 )
-def test_together_they_leave_the_doubles(driver, values):
-    """Each in its range; forces or impulses would be infinite: refused."""
+def test_values_that_overflow_together(driver, values):
+    """Each within its range, but forces or impulses would overflow: rejected."""
     driver.messages.clear()
     driver.begin_run(USUAL | {"exponent": 1.0, "restitution_at_rest": 0.0} | values)
     assert "range of a double" in driver.messages[0]
@@ -318,7 +318,7 @@ def test_a_ball_that_hits_a_standing_club(driver, law, club_speed):
 
 
 def _check_recovery(driver, values, later, size):
-    """With the inputs set back, the run goes on as if the refused ones had never been."""
+    """With the old inputs the run continues as if the rejected ones had never been set."""
     inputs = driver.references(list(later))
     usual = [values.get(name, USUAL[name]) for name in later]
     driver.slave.setReal(inputs, usual)
@@ -353,15 +353,15 @@ def _check_numbers(driver, now, accepted):
 
 
 def _check_balances(values, now):
-    """Nothing comes from nowhere, at the ends of the doubles too."""
+    """Balances of energy and momentum, also near overflow and underflow."""
     v = USUAL | values
     pairs = [(v["m_club"], v["club_speed"]), (v["m_ball"], v["ball_speed"])]
     before = math.fsum(0.5 * m * u * u for m, u in pairs)
-    assert now["kinetic_energy"] <= before * (1.0 + BAR) + LEAST
+    assert now["kinetic_energy"] <= before * (1.0 + TOLERANCE) + LEAST
     if v["law"] == 2:
         momentum = math.fsum(m * u for m, u in pairs)
         size = sum(m * abs(u) for m, u in pairs)
-        assert abs(now["momentum"] - momentum) <= BAR * size + LEAST
+        assert abs(now["momentum"] - momentum) <= TOLERANCE * size + LEAST
         speed = abs(v["club_speed"]) + abs(v["ball_speed"])
-        allowed = (BAR * speed + LEAST) / (v["club_speed"] - v["ball_speed"])
+        allowed = (TOLERANCE * speed + LEAST) / (v["club_speed"] - v["ball_speed"])
         assert -1.0 - allowed <= now["coefficient_of_restitution"] <= 1.0 + allowed

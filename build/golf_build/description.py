@@ -49,8 +49,9 @@ def described(
         rows: the variables; the value reference of each is its index.
         derivatives: names of derivatives by the names of their states.
         more: `name` of the model, `token` (the GUID), `description`, and `units` by name; `laws` of
-            ClubBallImpact; in FMI 3.0 `unsolved` (outputs that are NaN in Model Exchange) and
-            `structure` (names of variables by the elements of ModelStructure).
+            ClubBallImpact; `constant` (outputs whose initial values depend on no variable); in FMI
+            3.0 `unsolved` (outputs that are NaN in Model Exchange) and `structure` (names of
+            variables by the elements of ModelStructure).
     """
     runtime, references = RUNTIMES[fmi], {row.name: n for n, row in enumerate(rows)}
     variables = []

@@ -4,6 +4,10 @@ from golf_physics.variables import UNITS, VARIABLES
 
 from golf_build.packaging import Builder
 
+#: Outputs that are 0 at the start whatever the other variables are. Systems feed them back: without
+#: this an importer must take that for an algebraic loop in initialization.
+ZERO_AT_START = ("mean_force", "impulse")
+
 _ENTRY = '''"""The entry point of the FMU; pythonfmu compiles this file anew for every instance."""
 
 import {package}.club_ball_impact as face
@@ -22,5 +26,5 @@ class ClubBallImpact(face.ClubBallImpact):
 '''
 
 
-_TABLES = {"rows": VARIABLES, "units": UNITS}
+_TABLES = {"rows": VARIABLES, "units": UNITS, "constant": ZERO_AT_START}
 BUILDER = Builder(2, "ClubBallImpact", "club_ball_impact", _ENTRY, _TABLES)

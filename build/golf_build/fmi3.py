@@ -5,6 +5,7 @@ Co-simulation and Model Exchange in one file.
 
 from golf_physics import variables as tables
 
+from golf_build.fmi2 import ZERO_AT_START
 from golf_build.packaging import Builder
 
 _ENTRY = '''"""The entry point; pythonfmu3 finds the class by the text Fmi3Slave in this file."""
@@ -23,6 +24,7 @@ _TABLES = {
     "rows": _ROWS,
     "units": tables.UNITS | tables.MORE_UNITS,
     "unsolved": tables.CO_SIMULATION_ONLY,
+    "constant": ZERO_AT_START,
     "derivatives": dict(zip(tables.DERIVATIVES, tables.STATES, strict=True)),
     "structure": {
         "Output": _OUTPUTS,

@@ -40,6 +40,9 @@ _LICENCES = {"libz.so.1": "zlib", "libexpat.so.1": "expat", "libmpdec.so": "libm
 #: Modules of pythonfmu and pythonfmu3 that package FMUs.
 _PACKERS = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
 
+#: In the compiled loader, until its GUID is known.
+_NO_TOKEN = str(uuid.UUID(int=0))
+
 #: What the private Python is compiled from.
 _PRIVATE = ("private_python.c", "platform.h")
 
@@ -317,29 +320,22 @@ def standalone(files: dict[str, bytes]) -> dict[str, bytes]:
         f'-DMODULE="{files["resources/slavemodule.txt"].decode().strip()}"',
         f'-DCLASS="{Path(old).stem}"',
         f'-DPRIVATE_PYTHON="{python.library}"',
+        f'-DTOKEN="{_NO_TOKEN}"',
     )
     made |= {f"{folder}/{name}": data for name, data in python.files.items()}
     made |= {f"documentation/licenses/{name}": data for name, data in python.licences.items()}
-    made["modelDescription.xml"] = _described(files["modelDescription.xml"], made)
-    return made | {SUMS: sums(made)} if SUMS in files else made
-
-
-def _described(written: bytes, made: dict[str, bytes]) -> bytes:
-    """The description: no tool is needed, and the GUID is that of other binaries."""
-    text, count = re.subn(rb'needsExecutionTool="true"', b'needsExecutionTool="false"', written)
-    assert count >= 1
+    # Other binaries have another GUID (in FMI 3.0: token), which the loader compares.
+    text = files["modelDescription.xml"]
+    (plain,) = re.findall(rb' (?:guid|instantiationToken)="([0-9a-f-]+)"', text)
+    binaries = {name: data for name, data in made.items() if name.startswith("binaries/")}
+    token = str(uuid.uuid5(uuid.UUID(plain.decode()), sums(binaries).decode())).encode()
+    assert made[old].count(_NO_TOKEN.encode()) == 1
+    made[old] = made[old].replace(_NO_TOKEN.encode(), token)
     # FMI 3.0: pythonfmu3 can't return early, the loader can.
     mode = b'hasEventMode="true"'
     text = text.replace(mode, mode + b' mightReturnEarlyFromDoStep="true"')
-    binaries = {name: data for name, data in made.items() if name.startswith("binaries/")}
-
-    def other(match: re.Match) -> bytes:
-        token = str(uuid.uuid5(uuid.UUID(match[2].decode()), sums(binaries).decode()))
-        return match[1] + token.encode() + match[3]
-
-    text, count = re.subn(rb'((?:guid|instantiationToken)=")([0-9a-f-]+)(")', other, text)
-    assert count == 1
-    return text
+    made["modelDescription.xml"] = text.replace(plain, token)
+    return made | {SUMS: sums(made)} if SUMS in files else made
 
 
 def build(builder: Builder, out: Path) -> Path:

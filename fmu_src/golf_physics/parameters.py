@@ -1,4 +1,4 @@
-"""What values the component accepts, one by one and together, and how it says no."""
+"""The values that the component accepts, each one and together, and why it rejects others."""
 
 from math import inf, sqrt
 from operator import attrgetter
@@ -20,11 +20,7 @@ _values = attrgetter(*_NAMES)
 
 
 class Parameters(laws.Parameters):
-    """The values that stay fixed from the end of initialization on; never changed in place.
-
-    Args:
-        values: in the table's order.
-    """
+    """The values, in the table's order, that stay fixed from the end of initialization on."""
 
     # Not a named tuple: an attribute of one costs a look-up.
     __slots__ = (*_NAMES, "contact_law", "ordinary")
@@ -67,14 +63,14 @@ def refusal(variable: Variable, value: object) -> str:
 
 
 def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
-    """Why these values can't stand together, or None if they can.
+    """Why these values, each of them allowed, are rejected together; or None.
 
-    Each is allowed by itself; but values at the ends of a double's range may leave it when they are
-    combined, and the law has its say.
+    At the ends of a double's range they may leave it when they are combined, and the law may reject
+    them.
     """
     p = parameters
     k, b, club_speed = inputs
-    # A quick yes, since a host may set inputs at every step.
+    # The fast path: a host may set inputs at every step.
     if p.ordinary and 1e-6 < k < 1e30 and b < 1e6 and -1e30 < club_speed < 1e30:
         return p.contact_law.refusal(p, inputs)
     speed = abs(club_speed) + abs(p.ball_speed)

@@ -30,7 +30,8 @@ class Face:
         self._component.enter_initialization()
 
     def exit_initialization_mode(self):
-        self._component.exit_initialization()
+        # pythonfmu drops it; the standalone FMU's loader returns Error if it is false.
+        return self._component.exit_initialization()
 
     def terminate(self):
         self._component.terminate()

@@ -22,7 +22,7 @@ static void say(Instance *i, int status, const char *category, const char *text)
 {
     char format[2048];
     size_t n = 0;
-    if (!wanted(i, category, status == fmi2Fatal)) return;
+    if (!wanted(i, status, category, text)) return;
     for (; *text && n < sizeof format - 2; text++) {
         format[n++] = *text;
         if (*text == '%') format[n++] = '%';
@@ -38,9 +38,13 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               const fmi2CallbackFunctions *host, fmi2Boolean visible,
                               fmi2Boolean logging)
 {
-    (void)type, (void)guid, (void)location, (void)visible;
-    return new_instance(name, host ? host->componentEnvironment : NULL,
-                        host ? (void *)host->logger : NULL, logging, fmi2Fatal);
+    (void)location, (void)visible;
+    return new_instance(name, guid,
+                        type == fmi2CoSimulation
+                            ? NULL
+                            : "fmi2ModelExchange is refused: this FMU is for co-simulation only",
+                        host ? host->componentEnvironment : NULL,
+                        host ? (void *)host->logger : NULL, logging);
 }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance,
@@ -60,15 +64,15 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real size, fmi2Boolea
     Instance *i = c;
     (void)no_set_prior;
     if (!i) return fmi2Error;
-    int outer = enter();
+    Entry entry = enter();
     Object *done = call(i, "do_step", PyFloat_FromDouble(point), PyFloat_FromDouble(size));
     int accepted = done ? PyObject_IsTrue(done) : 0;
     Py_DecRef(done);
-    int fine = flush(i, fmi2Fatal);
-    PyGILState_Release(outer);
+    int raised = flush(i);
+    leave(entry);
     i->refused = !accepted;
     i->reached = accepted ? point + size : point;
-    return !fine ? fmi2Fatal : accepted ? fmi2OK : fmi2Discard;
+    return raised ? (fmi2Status)raised : accepted ? fmi2OK : fmi2Discard;
 }
 
 ACCESS(Real, "real", PyFloat_AsDouble, PyFloat_FromDouble)

@@ -15,33 +15,32 @@
 
 static void say(Instance *i, int status, const char *category, const char *text)
 {
-    if (wanted(i, category, status == fmi3Fatal))
+    if (wanted(i, status, category, text))
         ((fmi3LogMessageCallback)i->logger)(i->environment, (fmi3Status)status, category, text);
 }
 
 const char *fmi3GetVersion(void) { return "3.0"; }
 
 fmi3Instance fmi3InstantiateCoSimulation(
-    fmi3String name, fmi3String token, fmi3String location, fmi3Boolean visible,
+    fmi3String name, fmi3String given, fmi3String location, fmi3Boolean visible,
     fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
     const fmi3ValueReference intermediate[], size_t intermediate_count,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
     fmi3IntermediateUpdateCallback update)
 {
-    (void)token, (void)location, (void)visible, (void)intermediate, (void)intermediate_count;
-    (void)update;
-    Instance *i = new_instance(name, environment, (void *)logger, logging, fmi3Fatal);
+    (void)location, (void)visible, (void)intermediate, (void)intermediate_count, (void)update;
+    Instance *i = new_instance(name, given, NULL, environment, (void *)logger, logging);
     if (i) i->event_mode = event_mode, i->early_return = early_return;
     return i;
 }
 
-fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String location,
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String given, fmi3String location,
                                           fmi3Boolean visible, fmi3Boolean logging,
                                           fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback logger)
 {
-    (void)token, (void)location, (void)visible;
-    return new_instance(name, environment, (void *)logger, logging, fmi3Fatal);
+    (void)location, (void)visible;
+    return new_instance(name, given, NULL, environment, (void *)logger, logging);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(void) { return NULL; }
@@ -75,7 +74,8 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 size,
     (void)no_set_prior;
     if (!i) return fmi3Error;
     *terminate = fmi3False;
-    int outer = enter(), met = 0;
+    Entry entry = enter();
+    int met = 0;
     Object *done;
     if (i->early_return || i->event_mode) {
         done = PyObject_CallMethod(i->slave, "step_to_event", "ddi", point, size, i->early_return);
@@ -85,12 +85,12 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 size,
         if (done) accepted = PyObject_IsTrue(done);
     }
     Py_DecRef(done);
-    int fine = flush(i, fmi3Fatal);
-    PyGILState_Release(outer);
+    int raised = flush(i);
+    leave(entry);
     *last = accepted ? reached : point;
     *event = met && i->event_mode;
     *early = accepted && reached < point + size;
-    return !fine ? fmi3Fatal : accepted ? fmi3OK : fmi3Discard;
+    return raised ? (fmi3Status)raised : accepted ? fmi3OK : fmi3Discard;
 }
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate,

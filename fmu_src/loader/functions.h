@@ -5,16 +5,16 @@
 #define QUOTED(name) QUOTED_(name)
 #define QUOTED_(name) #name
 
-/* The body of a function: the statement is true if Python raises nothing. */
+/* The body of a function: the statement is true if all is well. */
 #define IN_PYTHON(...)                                                                             \
     do {                                                                                           \
         Instance *i = c;                                                                           \
         if (!i) return FMI(Error);                                                                 \
-        int outer = enter();                                                                       \
+        Entry entry = enter();                                                                     \
         int fine = (__VA_ARGS__);                                                                  \
-        fine = flush(i, FMI(Fatal)) && fine;                                                       \
-        PyGILState_Release(outer);                                                                 \
-        return fine ? FMI(OK) : FMI(Fatal);                                                        \
+        int raised = flush(i);                                                                     \
+        leave(entry);                                                                              \
+        return raised ? (Status)raised : fine ? FMI(OK) : FMI(Error);                              \
     } while (0)
 
 void FMI(FreeInstance)(void *c) { free_instance(c); }
@@ -26,9 +26,12 @@ Status FMI(SetDebugLogging)(void *c, FMI(Boolean) on, size_t count, const char *
     return FMI(OK);
 }
 
+/* The slave says whether the start values can be used. */
 Status FMI(ExitInitializationMode)(void *c)
 {
-    IN_PYTHON(simple(i, "exit_initialization_mode", NULL, NULL));
+    int accepted = 0;
+    IN_PYTHON(TAKE(call(i, "exit_initialization_mode", NULL, NULL),
+                   accepted = PyObject_IsTrue(found)) && accepted);
 }
 
 Status FMI(Terminate)(void *c) { IN_PYTHON(simple(i, "terminate", NULL, NULL)); }
@@ -76,7 +79,9 @@ Status FMI(SetString)(void *c, const uint32_t references[], size_t count,
 
 Status FMI(GetFMUState)(void *c, void **state)
 {
-    IN_PYTHON(TAKE(call(i, "_get_fmu_state", NULL, NULL), Py_IncRef(*state = found)));
+    int kept = 0;
+    IN_PYTHON(TAKE(call(i, "_get_fmu_state", NULL, NULL), kept = keep_state(i, found, state)) &&
+              kept);
 }
 
 Status FMI(SetFMUState)(void *c, void *state)
@@ -86,7 +91,7 @@ Status FMI(SetFMUState)(void *c, void *state)
 
 Status FMI(FreeFMUState)(void *c, void **state)
 {
-    IN_PYTHON(state ? Py_DecRef(*state), *state = NULL, 1 : 1);
+    IN_PYTHON((free_state(state), 1));
 }
 
 Status FMI(SerializedFMUStateSize)(void *c, void *state, size_t *size)
@@ -105,8 +110,10 @@ Status FMI(SerializeFMUState)(void *c, void *state, FMI(Byte) data[], size_t siz
 Status FMI(DeserializeFMUState)(void *c, const FMI(Byte) data[], size_t size, void **state)
 {
     Object *bytes;
+    int kept = 0;
     IN_PYTHON(bytes = PyBytes_FromStringAndSize((const char *)data, (intptr_t)size),
-              TAKE(call(i, "_fmu_state_from_bytes", bytes, NULL), Py_IncRef(*state = found)));
+              TAKE(call(i, "_fmu_state_from_bytes", bytes, NULL),
+                   kept = keep_state(i, found, state)) && kept);
 }
 
 /* For what the slave hasn't got. Which arguments there are doesn't matter. */

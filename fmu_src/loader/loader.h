@@ -4,7 +4,8 @@
    a Python itself, else in the private one that travels in the FMU. All of them belong to the stable
    ABI, so this binary works with every Python from 3.10 on.
 
-   The build defines MODULE and CLASS of the slave, PRIVATE_PYTHON and the file of frozen modules. */
+   The build defines MODULE and CLASS of the slave, PRIVATE_PYTHON and the file of frozen modules; it
+   writes the GUID in place of TOKEN, since that is made from the compiled library. */
 
 #include "platform.h"
 
@@ -44,6 +45,7 @@ typedef struct object Object;
     X(char *, PyBytes_AsString, (Object *))                                                        \
     X(intptr_t, PyBytes_Size, (Object *))                                                          \
     X(Object *, PyErr_Occurred, (void))                                                            \
+    X(void, PyErr_SetInterrupt, (void))                                                            \
     X(void, PyErr_Fetch, (Object **, Object **, Object **))
 
 #define X(result, name, arguments) static result(*name) arguments;
@@ -73,6 +75,10 @@ static Object *slave_class;
 static void (*hold)(void); /* NULL in a host's Python, which has its own ways */
 static char resources[4096];
 static char failure[1024];
+static const char *volatile token = TOKEN; /* volatile: the compiler must keep the text whole */
+
+/* Of the statuses of FMI 2.0 and 3.0, which have the same numbers. */
+enum { FMI_ERROR = 3, FMI_FATAL = 4 };
 
 static void say(Instance *i, int status, const char *category, const char *text);
 
@@ -126,16 +132,24 @@ static int find_resources(void)
     return 1;
 }
 
-/* Text of the exception that is raised, and none is any more. */
-static void fetch(void)
+/* Puts the text of the exception into `failure` and clears it. The status that a call has then:
+   FMI_ERROR if Ctrl-C has interrupted it. */
+static int fetch(void)
 {
-    Object *type = NULL, *value = NULL, *trace = NULL, *text;
+    Object *type = NULL, *value = NULL, *trace = NULL;
     PyErr_Fetch(&type, &value, &trace);
-    text = value ? PyObject_Str(value) : NULL;
+    Object *text = value ? PyObject_Str(value) : NULL;
+    Object *kind = type ? PyObject_GetAttrString(type, "__name__") : NULL;
     const char *words = text ? PyUnicode_AsUTF8AndSize(text, NULL) : NULL;
-    snprintf(failure, sizeof failure, "exception in Python: %s", words ? words : "unknown");
-    Object *all[] = {type, value, trace, text};
-    for (int n = 0; n < 4; n++) Py_DecRef(all[n]);
+    const char *name = kind ? PyUnicode_AsUTF8AndSize(kind, NULL) : NULL;
+    int interrupted = name && !strcmp(name, "KeyboardInterrupt");
+    if (name && !strcmp(name, "MemoryError")) strcpy(failure, "out of memory");
+    else
+        snprintf(failure, sizeof failure, "exception in Python: %s: %s", name ? name : "unknown",
+                 words ? words : "");
+    Object *all[] = {type, value, trace, text, kind};
+    for (int n = 0; n < 5; n++) Py_DecRef(all[n]);
+    return interrupted ? FMI_ERROR : FMI_FATAL;
 }
 
 /* In a host's Python the modules are the files in the FMU. */
@@ -185,20 +199,31 @@ static int ready(void)
     return slave_class != NULL;
 }
 
-static int enter(void)
+/* What a call into Python ends with. */
+typedef struct {
+    unsigned floating;
+    int outer;
+} Entry;
+
+static Entry enter(void)
 {
+    Entry entry = {default_floating(), 0};
     if (hold) hold();
-    return PyGILState_Ensure();
+    entry.outer = PyGILState_Ensure();
+    return entry;
 }
 
-/* Hands messages on to the host; an exception, too. 1 if there was none. */
-static int flush(Instance *i, int fatal)
+static void leave(Entry entry)
 {
-    int fine = !PyErr_Occurred();
-    if (!fine) {
-        fetch();
-        say(i, fatal, "logStatusFatal", failure);
-    }
+    PyGILState_Release(entry.outer);
+    restore_floating(entry.floating);
+}
+
+/* Hands messages on to the host; an exception, too. Returns 0 if there was none, or the status. */
+static int flush(Instance *i)
+{
+    int status = PyErr_Occurred() ? fetch() : 0;
+    if (status == FMI_FATAL) say(i, status, "logStatusFatal", failure);
     intptr_t count = i->messages ? PyList_Size(i->messages) : 0;
     for (intptr_t n = 0; n < count; n++) {
         Object *message = PyList_GetItem(i->messages, n);
@@ -214,13 +239,17 @@ static int flush(Instance *i, int fatal)
         if (PyErr_Occurred()) fetch();
     }
     if (count) PyList_SetSlice(i->messages, 0, count, NULL);
-    return fine;
+    /* Ctrl-C is the host's, which is a Python: it is raised there as soon as the call returns. */
+    if (status == FMI_ERROR) PyErr_SetInterrupt();
+    return status;
 }
 
-/* Result of a method, NULL with an exception set; takes the arguments over, NULL are none. */
+/* Result of a method, NULL with an exception set; takes the arguments over, NULL are none. An
+   argument that couldn't be made has set an exception. */
 static Object *call(Instance *i, const char *method, Object *first, Object *second)
 {
-    Object *bound = PyObject_GetAttrString(i->slave, method), *result = NULL;
+    Object *bound = PyErr_Occurred() ? NULL : PyObject_GetAttrString(i->slave, method);
+    Object *result = NULL;
     if (bound) result = PyObject_CallFunctionObjArgs(bound, first, second, (Object *)NULL);
     Py_DecRef(bound);
     Py_DecRef(first);
@@ -242,56 +271,78 @@ static int new_slave(Instance *i)
     return slave != NULL;
 }
 
-/* Whether the host wants a message of this category: it may have named some, or none for all. */
-static int wanted(const Instance *i, const char *category, int fatal)
+/* Whether the host's logger gets a message. It gets errors even if debug logging is off; with logging
+   on it may have named categories, or none for all. A host without a logger has them on stderr. */
+static int wanted(const Instance *i, int status, const char *category, const char *text)
 {
     int named = !i->category_count;
     for (size_t n = 0; n < i->category_count; n++) named |= !strcmp(i->categories[n], category);
-    return i->logger && (fatal || (i->logging && named));
+    if (status < FMI_FATAL && !(named && (i->logging || status == FMI_ERROR))) return 0;
+    if (!i->logger && status >= FMI_ERROR) fprintf(stderr, "%s: %s\n", i->name, text);
+    return i->logger != NULL;
 }
 
-/* Sets which messages the host wants. */
+/* Sets which messages the host wants; what it names when it switches logging off doesn't matter. */
 static void set_logging(Instance *i, int on, size_t count, const char *const categories[])
 {
     for (size_t n = 0; n < i->category_count; n++) free(i->categories[n]);
     free(i->categories);
     i->logging = on;
-    i->categories = count ? calloc(count, sizeof *i->categories) : NULL;
+    i->categories = on && count ? calloc(count, sizeof *i->categories) : NULL;
     i->category_count = i->categories ? count : 0;
     for (size_t n = 0; n < i->category_count; n++)
         i->categories[n] = strdup(categories[n] ? categories[n] : "");
 }
 
-static Instance *new_instance(const char *name, void *environment, void *logger, int logging,
-                              int fatal)
+static void drop_slave(Instance *i)
 {
-    Instance *i = calloc(1, sizeof *i);
-    if (!i) return NULL;
-    i->name = strdup(name ? name : "");
-    i->environment = environment;
-    i->logger = logger;
-    i->logging = logging;
-    int fine = ready();
-    if (fine) {
-        int outer = enter();
-        fine = new_slave(i);
-        flush(i, fatal);
-        PyGILState_Release(outer);
-    } else say(i, fatal, "logStatusFatal", failure);
-    if (fine) return i;
-    free(i->name);
-    free(i);
-    return NULL;
+    Object *all[] = {i->strings, i->messages, i->slave};
+    for (int n = 0; n < 3; n++) Py_DecRef(all[n]);
+}
+
+/* A new instance, or NULL with a message.
+
+   given: the GUID or token that the host has. `refused`: why no instance is made anyway, or NULL. */
+static Instance *new_instance(const char *name, const char *given, const char *refused,
+                              void *environment, void *logger, int logging)
+{
+    Instance made = {.environment = environment, .logger = logger, .logging = logging}, *i = NULL;
+    unsigned floating = default_floating();
+    char text[256];
+    made.name = (char *)(name ? name : "");
+    if (!refused && (!given || strcmp(given, token))) {
+        snprintf(text, sizeof text, "GUID or token = %.80s is refused: this FMU has %s",
+                 given ? given : "NULL", token);
+        refused = text;
+    }
+    if (refused) say(&made, FMI_ERROR, "logStatusError", refused);
+    else if (!ready()) say(&made, FMI_FATAL, "logStatusFatal", failure);
+    else {
+        Entry entry = enter();
+        int fine = new_slave(&made);
+        fine = !flush(&made) && fine;
+        i = fine ? malloc(sizeof *i) : NULL;
+        made.name = i ? strdup(made.name) : made.name;
+        if (i && made.name) *i = made;
+        else {
+            free(i);
+            i = NULL;
+            made.name = (char *)(name ? name : "");
+            if (fine) say(&made, FMI_FATAL, "logStatusFatal", "out of memory");
+            drop_slave(&made);
+        }
+        leave(entry);
+    }
+    restore_floating(floating);
+    return i;
 }
 
 static void free_instance(Instance *i)
 {
     if (!i) return;
-    int outer = enter();
-    Py_DecRef(i->strings);
-    Py_DecRef(i->messages);
-    Py_DecRef(i->slave);
-    PyGILState_Release(outer);
+    Entry entry = enter();
+    drop_slave(i);
+    leave(entry);
     set_logging(i, 0, 0, NULL);
     free(i->name);
     free(i);
@@ -324,7 +375,7 @@ static int simple(Instance *i, const char *method, Object *first, Object *second
 #define LIST(count, made)                                                                          \
     ({                                                                                             \
         Object *list = PyList_New((intptr_t)(count));                                              \
-        for (size_t n = 0; n < (count); n++) PyList_SetItem(list, (intptr_t)n, made);              \
+        for (size_t n = 0; list && n < (count); n++) PyList_SetItem(list, (intptr_t)n, made);      \
         list;                                                                                      \
     })
 
@@ -334,9 +385,41 @@ static Object *reference_list(const uint32_t references[], size_t count)
     return LIST(count, PyLong_FromLongLong((int32_t)references[n]));
 }
 
-/* State of the FMU: the slave's own object; the host has its address. */
-static Object *of_state(Instance *i, const char *method, Object *state)
+/* What the host has of a state: the slave's own object. `itself` makes a mistake of fmusim's harmless,
+   which hands the state to FreeFMUState instead of its address. */
+typedef struct state {
+    struct state *itself;
+    Object *object;
+} State;
+
+static int keep_state(Instance *i, Object *object, void **handle)
 {
-    if (state) Py_IncRef(state);
-    return call(i, method, state, NULL);
+    State *state = malloc(sizeof *state);
+    if (!state) {
+        say(i, FMI_ERROR, "logStatusError", "out of memory");
+        return 0;
+    }
+    *state = (State){state, object};
+    Py_IncRef(object);
+    *handle = state;
+    return 1;
+}
+
+static void free_state(void **handle)
+{
+    State *state = handle ? *handle : NULL;
+    if (!state) return;
+    *handle = NULL;
+    Py_DecRef(state->object);
+    free(state);
+}
+
+static Object *of_state(Instance *i, const char *method, const State *state)
+{
+    if (!state) {
+        say(i, FMI_ERROR, "logStatusError", "a state of NULL is refused");
+        return NULL;
+    }
+    Py_IncRef(state->object);
+    return call(i, method, state->object, NULL);
 }

@@ -39,6 +39,21 @@
 #define _Thread_local __thread
 #endif
 
+/* The floating point environment of a host may trap NaN, flush small numbers to 0 or round otherwise:
+   calls into Python have the default one, and leave the host's as it was. */
+#ifdef __x86_64__
+static inline unsigned default_floating(void)
+{
+    unsigned before = __builtin_ia32_stmxcsr();
+    __builtin_ia32_ldmxcsr(0x1F80);
+    return before;
+}
+static inline void restore_floating(unsigned before) { __builtin_ia32_ldmxcsr(before); }
+#else
+static inline unsigned default_floating(void) { return 0; }
+static inline void restore_floating(unsigned before) { (void)before; }
+#endif
+
 /* The bytes of a file, from name up to name_end. */
 #define EMBED(name, file)                                                                          \
     __asm__(DATA_SECTION #name ": .incbin \"" file "\"\n" #name "_end:\n.text\n");                 \

@@ -1,19 +1,19 @@
 """Results on disk: files that belong together are written together, each of them whole.
 
-Of two runs into one folder at once the last one's files stand, all of them; on Windows, where
-folders can't be locked, the two may mix their files (each one whole).
+Of two runs into one folder at once the last one's files stand; on Windows, where folders can't be
+locked, the two may mix their files (each one whole).
 """
 
 import json
 import os
 import tempfile
 from collections.abc import Iterable, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from golf_build.archive import plain, whole
 from golf_impact.errors import UserError
-from golf_impact.stopping import held, locked
+from golf_impact.stopping import held
 
 #: Bytes: a study or a list of measurements has some hundred.
 _LARGEST_TEXT = 2**20
@@ -25,9 +25,9 @@ def prepare(folder: Path, *names: str) -> Path:
     Raises:
         UserError: it can't be made, or not be written into.
     """
-    above = (folder, *folder.absolute().parents)
+    path = folder
     try:
-        for existing in above:
+        for existing in (folder, *folder.absolute().parents):
             try:
                 with tempfile.TemporaryFile(dir=existing):
                     break
@@ -35,30 +35,25 @@ def prepare(folder: Path, *names: str) -> Path:
                 # Not there, so look further up; but a link that leads nowhere is, and so is /proc.
                 if os.path.lexists(existing):
                     raise
-    except NotADirectoryError:
-        file = next(path for path in above if path.exists())
-        raise UserError(
-            f"can't write into {folder}: {file} is a file; choose another folder with --out"
-        ) from None
-    except OSError as error:
-        raise UserError(
-            f"can't write into {folder} ({error.strerror}): choose another folder with --out"
-        ) from error
-    for path in (folder / name for name in names):
-        try:
+        for path in (folder / name for name in names):
             plain(path)
-        except OSError as error:
-            raise UserError(f"can't write {path}: {error.strerror}") from error
+    except OSError as error:
+        where = f"into {folder}" if path is folder else path
+        raise UserError(
+            f"can't write {where}: {error.strerror}; choose another folder with --out"
+        ) from error
     return folder
 
 
 def write_together(
     folder: Path, files: Mapping[str, bytes], stale: Iterable[str] = ()
 ) -> list[Path]:
-    """Write files, content by name, into a folder: all or none, and nobody else's between them.
+    """Write files, content by name, into a folder: all or none.
 
-    The folder is made if need be. Stale files are no longer true, and are removed. It returns the
-    files written.
+    The folder is made if need be. Stale files, those of an earlier run, are removed.
+
+    Returns:
+        The files written.
 
     Raises:
         UserError: one of them can't be written; then all are as they were.
@@ -67,8 +62,9 @@ def write_together(
     with held():
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            # They take their names when the block ends.
-            with locked(folder, wait=True), ExitStack() as stack:
+            # They take their names when the block ends; until then other runs wait.
+            with ExitStack() as stack:
+                _lock(folder, stack)
                 for path in (folder / name for name in files):
                     stream = stack.enter_context(whole(path))
                     stream.write(files[path.name])
@@ -79,6 +75,16 @@ def write_together(
         except OSError as error:
             raise UserError(f"can't write {path}: {error.strerror or error}") from error
     return [folder / name for name in files]
+
+
+def _lock(folder: Path, stack: ExitStack) -> None:
+    if os.name == "posix":
+        import fcntl
+
+        handle = os.open(folder, os.O_RDONLY)
+        stack.callback(os.close, handle)
+        with suppress(OSError):  # some file systems have no locks
+            fcntl.flock(handle, fcntl.LOCK_EX)
 
 
 def read_text(path: Path) -> str:

@@ -14,13 +14,20 @@ from golf_impact.facts.balls import BALLS, rating_stiffness
 from golf_impact.facts.quantities import QUANTITIES, label, shown
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.fmu.loaded import LoadedFmu3
-from golf_impact.fmu.system import build_system, run_ssp, run_system, start_values
+from golf_impact.fmu.loaded import LoadedFmu, LoadedFmu3
+from golf_impact.fmu.system import (
+    build_system,
+    extract_fmus,
+    run_ssp,
+    run_system,
+    start_values,
+)
 from golf_impact.peers.document_scheme import document_fmu
 from golf_impact.report.report import Metrics, Report
 
 __all__ = ["BALLS", "QUANTITIES", "ImpactFmu", "LoadedFmu3", "Metrics", "Report", "UserError"]
-__all__ += ["build_system", "closed_forms", "current_fmu", "document", "document_fmu", "label"]
+__all__ += ["LoadedFmu", "build_system", "closed_forms", "current_fmu", "document"]
+__all__ += ["document_fmu", "extract_fmus", "label"]
 __all__ += ["main", "measured", "rating_stiffness", "run_ssp", "run_system", "shown"]
 __all__ += ["start_values"]
 

@@ -45,7 +45,7 @@ int main(int argc, char **argv)
     if (!execution || add_observer(execution, observer)) fail(message());
     if (step(execution, (size_t)atol(argv[3]))) fail(message());
     int most = 0;
-    for (int n = 1; n < 3; n++)
+    for (int n = 1; n < 4; n++)
         if (variables(execution, n) > variables(execution, most)) most = n;
     const uint32_t references[] = {VR_smash_factor, VR_ball_velocity};
     double values[2];

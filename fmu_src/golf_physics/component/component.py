@@ -110,15 +110,21 @@ class Component:
         else:
             self._refuse_once("a second initialization is refused: reset the instance first")
 
-    def exit_initialization(self) -> None:
-        """From here on parameters are fixed, as soon as they can be used."""
+    def exit_initialization(self) -> bool:
+        """From here on parameters are fixed, as soon as they can be used.
+
+        Returns:
+            Whether all start values can be used; if not, steps are refused until they are
+            corrected.
+        """
         if self._mode != INITIALIZATION:
             self._refuse_once("the end of an initialization that wasn't entered is refused")
-            return
+            return True
         self._mode = BLOCKED
         problem = self._begin()
         if problem is not None:
             self._report(problem)
+        return problem is None and not self._refused
 
     def _begin(self) -> str | None:
         """Fix the parameters; or return why they can't be used."""

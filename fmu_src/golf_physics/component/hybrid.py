@@ -115,7 +115,10 @@ class HybridComponent(Component):
         jumped = False
         if problem is None and solved is not None:
             self._now = None
-            self._solved, self._states, jumped = solved.after_event(self._time, self._states)
+            self._solved, self._states = solved.after_event(self._time, self._states)
+            # At every event: derivatives jump with inputs as well, and fmusim's CVODE is wrong
+            # unless it starts anew.
+            jumped = True
             problem = self._solved.refusal_of_touch
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
@@ -181,7 +184,7 @@ class HybridComponent(Component):
             return self._solved, self._states
         solved, states = SolvedImpact.start(*self._split())
         time = self.time()
-        solved, states, _ = solved.after_event(time, states)
+        solved, states = solved.after_event(time, states)
         if self._mode == STEPPING:
             self._solved, self._states, self._now = solved, states, None
             # From here on the clock is the host's time.

@@ -20,10 +20,6 @@ from ..variables import Variable
 Output = Callable[[Any, State, Any], Any]
 
 
-def _moving(index: int) -> Output:
-    return lambda impact, state, at: state[index]
-
-
 def _mean_force(impact: Impact, state: State, at: Any) -> float:
     high, low = at.instant()
     step = at.last_step
@@ -55,10 +51,8 @@ def _energy_efficiency(impact: Impact, state: State, at: Any) -> float:
     touch = impact.touch
     if touch is None:
         return 1.0
-    v_club, v_ball = state[3], state[4]
-    p = impact.parameters
+    p, v_club, v_ball, u_club = impact.parameters, state[3], state[4], touch.club_speed
     m_club, m_ball, u_ball = p.m_club, p.m_ball, p.ball_speed
-    u_club = touch.club_speed
     at_touch = m_club * u_club * u_club + m_ball * u_ball * u_ball
     return (m_club * v_club * v_club + m_ball * v_ball * v_ball) / at_touch if at_touch else 1.0
 
@@ -68,8 +62,7 @@ def _momentum(impact: Impact, state: State, at: Any) -> float:
 
 
 def _kinetic_energy(impact: Impact, state: State, at: Any) -> float:
-    _, _, _, v_club, v_ball, _ = state
-    p = impact.parameters
+    p, v_club, v_ball = impact.parameters, state[3], state[4]
     return 0.5 * (p.m_club * v_club * v_club + p.m_ball * v_ball * v_ball)
 
 
@@ -85,12 +78,12 @@ def _of_contact(result: Callable[..., float]) -> Output:
 
 #: By name; Model Exchange adds its own.
 OUTPUTS: dict[str, Output] = {
-    "force": _moving(0),
-    "club_position": _moving(1),
-    "ball_position": _moving(2),
-    "club_velocity": _moving(3),
-    "ball_velocity": _moving(4),
-    "compression": _moving(5),
+    "force": lambda impact, state, at: state[0],
+    "club_position": lambda impact, state, at: state[1],
+    "ball_position": lambda impact, state, at: state[2],
+    "club_velocity": lambda impact, state, at: state[3],
+    "ball_velocity": lambda impact, state, at: state[4],
+    "compression": lambda impact, state, at: state[5],
     "mean_force": _mean_force,
     "touched": lambda impact, state, at: impact.touched,
     "in_contact": lambda impact, state, at: impact.in_contact,
@@ -122,12 +115,7 @@ Reading = tuple[list[int] | None, Callable[[State], list[float]] | None, tuple[O
 def readings(
     variables: tuple[Variable, ...], functions: dict[str, Output]
 ) -> Callable[[tuple[int, ...], str], Reading]:
-    """How to read any variables of one type, by their value references.
-
-    Args:
-        variables: the table.
-        functions: of each output, by name.
-    """
+    """How to read any variables of this table, by value references and type."""
 
     def output(reference: int, type_: str) -> Output:
         known = 0 <= reference < len(variables)

@@ -19,29 +19,24 @@ _ABOVE_ZERO = 1e-18
 class SolvedImpact(NamedTuple):
     """An impact from its last event on. The states are a list of the positions (m) and velocities
     (m/s), each of club and ball.
-
-    Attributes:
-        parameters: the fixed values.
-        inputs: k, b and club_speed that act.
-        k, b: the contact's stiffness (N/m) and damping (N.s/m) that follow from them.
-        touch: first touch, in the host's time, or None before it.
-        in_contact: whether the bodies are in contact.
-        refusal_of_touch: why the law rejects the touch that there was, or None.
-        dragged: momentum that the drag has taken from the ball until the last event, N.s.
-        drag: its coefficient from then on, N.s/m; x_ball: position of the ball then, m.
-        ended: contact time, s, and position of the ball, m, at the end of contact.
     """
 
     parameters: Parameters
     inputs: Inputs
+    #: The contact's stiffness (N/m) and damping (N.s/m).
     k: float
     b: float
+    #: In the host's time.
     touch: Touch | None = None
     in_contact: bool = False
+    #: Why the law rejects the touch that there was.
     refusal_of_touch: str | None = None
+    #: Momentum that the drag has taken from the ball until the last event, N.s; its coefficient
+    #: from then on, N.s/m, and the position of the ball then, m.
     dragged: float = 0.0
     drag: float = 0.0
     x_ball: float = 0.0
+    #: Contact time, s, and position of the ball, m, at the end of contact.
     ended: tuple[float, float] = (0.0, 0.0)
 
     @staticmethod
@@ -86,38 +81,28 @@ class SolvedImpact(NamedTuple):
             b = p.contact_law.damping(p, k, self.touch.club_speed - p.ball_speed)
         return self._replace(inputs=inputs, k=k, b=b)
 
-    def after_event(
-        self, time: float, states: list[float]
-    ) -> tuple["SolvedImpact", list[float], bool]:
-        """The impact and the states after what happens at this instant.
-
-        Args:
-            time: the host's, s.
-            states: where its solver is.
-
-        Returns:
-            Also whether the solver must start anew: a state or a derivative has jumped.
-        """
-        x_club, x_ball, v_club, v_ball = states
+    def after_event(self, time: float, states: list[float]) -> tuple["SolvedImpact", list[float]]:
+        """The impact and the states after what happens at this instant of the host's time (s)."""
+        x_club, x_ball, _, v_ball = states
         p = self.parameters
         if self.touch is None:
             club_speed = self.inputs[2]
             states = [x_club, x_ball, club_speed, v_ball]
             if x_club < x_ball or club_speed <= v_ball:
-                return self, states, v_club != club_speed
+                return self, states
             refusal = p.contact_law.refusal_of_touch(p, club_speed)
             touch = Touch(time, 0.0, x_ball, club_speed)
             impact = self._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
             if refusal is None:
                 impact = impact.with_inputs(self.inputs)
-            return impact._with_drag(states), states, True
+            return impact._with_drag(states), states
         if self.in_contact:
             impact = self._with_drag(states)
             if separation_indicator(self, self.solver_state(states)) <= 0.0:
                 ended = time - self.touch.high, x_ball
-                return impact._replace(ended=ended, in_contact=False), states, True
-            return impact, states, False
-        return self, states, False
+                return impact._replace(ended=ended, in_contact=False), states
+            return impact, states
+        return self, states
 
     def _with_drag(self, states: list[float]) -> "SolvedImpact":
         """Sums up the drag on the ball until here, where its coefficient may change."""

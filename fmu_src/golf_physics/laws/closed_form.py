@@ -152,15 +152,14 @@ class ClosedFormContact(LinearContact):
         size = h * h + frequency * frequency
         x = self._start.x_club - self._start.compression
         x += ((h * c2 + frequency * s2) * (1.0 - c) + (frequency * c2 - h * s2) * s) / size
-        v_club, v_ball = c1 * c + s1 * s, c2 * c + s2 * s
         if r:
             travel = expm1(-r * t)
             e = 1.0 + travel
-            v_club += a1 * e
-            v_ball += a2 * e
+            v_club, v_ball = a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s
             return x - a2 / r * travel, v_club, v_ball, 0.0, v_club - v_ball
         left = c0 * c + s0 * s if self._arguments[1] else 0.0
-        return x + a2 * t, v_club + a1, v_ball + a2, left, v_club - v_ball
+        closing = (c1 - c2) * c + (s1 - s2) * s
+        return x + a2 * t, a1 + c1 * c + s1 * s, a2 + c2 * c + s2 * s, left, closing
 
     def compression(self, t: float) -> float:
         if self._motion[0] and t * self.rate <= EARLY and not self._start.compression:

@@ -6,6 +6,7 @@ with s = arccos ζ/√(1-ζ²), or arccosh ζ/√(ζ²-1) above critical damping
 Matter 9, 465–469, 2007). So ζ is chosen at touch.
 """
 
+from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
 from math import asinh, atan2, log, pi, sqrt
 
 from .contact import Parameters
@@ -13,22 +14,17 @@ from .contact import Parameters
 #: A lower COR would need more damping than leaves anything of the spring beside it.
 LEAST = 1e-29
 
+_EXACT = Context(prec=40, Emax=MAX_EMAX, Emin=MIN_EMIN)
+
 #: So close to critical damping (ζ - 1) the derivative of s is that of its series.
 _CRITICAL = 1e-4
 
 
 def restitution(p: Parameters, closing: float) -> float:
-    """COR at an approach speed (m/s), by the line of the parameters; below 0 it can't be had."""
-    slope = p.restitution_slope
-    fall = slope * closing
-    lost = 0.0
-    if max(slope, closing) < 1e150:
-        # What the product has lost, by Dekker's halves: near 0 the difference is made of that.
-        high, other = 134217729.0 * slope, 134217729.0 * closing
-        high, other = high - (high - slope), other - (other - closing)
-        low, rest = slope - high, closing - other
-        lost = ((high * other - fall) + high * rest + low * other) + low * rest
-    return (p.restitution_at_rest - fall) - lost
+    """COR at an approach speed (m/s), by the line of the parameters; at most 0 out of its range."""
+    # One rounding: near 0 the difference is made of what a double loses of the product.
+    slope, speed, at_rest = -p.restitution_slope, closing, p.restitution_at_rest
+    return float(_EXACT.fma(Decimal(slope), Decimal(speed), Decimal(at_rest)))
 
 
 def damping_ratio(coefficient: float) -> float:

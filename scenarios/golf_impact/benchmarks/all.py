@@ -6,10 +6,11 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from golf_impact.benchmarks import accuracy, floor, run_start, speedup, sweep_rate
+from golf_impact.benchmarks import accuracy, floor, impact, sweep_rate
 from golf_impact.benchmarks.work_precision import run_time_and_error
 from golf_impact.fmu.file import build_plain_fmu, current_fmu
 from golf_impact.fmu.loaded import LoadedFmu
+from golf_impact.peers.compiled import SUB_STEP, compiled_fmu, compiler
 from golf_impact.peers.document_scheme import SLAVE as DOCUMENT_FMU
 from golf_impact.stress.driver import driver
 from golf_impact.timing import machine
@@ -17,23 +18,34 @@ from golf_impact.timing import machine
 _HERE = Path(__file__).parent
 
 #: About how often `costs_and_errors` calls its tick, with --quick and without.
-TICKS = {True: 165, False: 460}
+TICKS = {True: 165, False: 440}
 
 _PLAIN = (DOCUMENT_FMU, _HERE / "empty_fmu.py", _HERE / "empty_wide_fmu.py")
 
 
 def costs_and_errors(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
-    """The figures by name, series of run time against error by law, and what they are of."""
+    """The figures by name, series of run time against error by law, and what they are of.
+
+    Without a C compiler there are no figures of compiled FMUs.
+    """
     path, _ = current_fmu()
+    rounds = 15 if quick else 41
     with ExitStack() as stack:
+
+        def loaded(file: Path) -> LoadedFmu:
+            return stack.enter_context(LoadedFmu(file))
+
         scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-")))
-        paths = [path, *(build_plain_fmu(script, scratch) for script in _PLAIN)]
-        ours, document, empty, wide = (stack.enter_context(LoadedFmu(one)) for one in paths)
-        figures = floor.call_ratios(ours, empty, wide, 15 if quick else 41, tick)
-        figures |= speedup.speedups(ours, document, 9 if quick else 25, tick)
-        figures |= run_start.start_ratios(ours, 15 if quick else 41, tick)
+        ours = loaded(path)
+        document, empty, wide = (loaded(build_plain_fmu(script, scratch)) for script in _PLAIN)
+        methods = SUB_STEP if compiler() else ()
+        compiled = {method: loaded(compiled_fmu(method, scratch)) for method in methods}
+        figures = floor.call_ratios(ours, empty, wide, rounds, tick)
+        figures |= impact.other_ways(ours, document, compiled, 9 if quick else 25, tick)
+        figures |= impact.other_runs(ours, rounds, tick)
         series = {
-            f"law {law}": run_time_and_error(ours, document, law, quick, tick) for law in (1, 2)
+            f"law {law}": run_time_and_error(ours, document, compiled, law, quick, tick)
+            for law in (1, 2)
         }
         guid = ours.description.guid
     figures |= sweep_rate.rates(path, quick, tick)

@@ -51,7 +51,7 @@ def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
         references = map(str, LoadedFmu(plain).references(_OUTPUTS))
         words = [*references, "--"]
         one, other = _extracted(alone, folder), _extracted(plain, folder)
-        companions = build_system(folder, alone, standalone=True)[:2]
+        companions = build_system(folder, standalone=True)[:2]
         all_ = one + [word for fmu in companions for word in _extracted(fmu, folder)]
         with_python = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
 

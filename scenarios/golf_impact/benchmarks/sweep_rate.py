@@ -11,12 +11,10 @@ from functools import partial
 from pathlib import Path
 from statistics import median
 
-from golf_impact.benchmarks.speedup import METRICS
-from golf_impact.sweeps.chunk import FmuFile
-from golf_impact.sweeps.cluster import executor_of
+from golf_impact.benchmarks.impact import METRICS
 from golf_impact.sweeps.comparison import compare
-from golf_impact.sweeps.pool import WorkerProcesses
-from golf_impact.sweeps.run import Submit, Sweep
+from golf_impact.sweeps.executors import Here, dask_executor, process_pool
+from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.study import Study
 from golf_impact.timing import interleaved, median_ratio, seconds
 
@@ -28,20 +26,18 @@ def rates(fmu: Path, quick: bool, tick: Callable[[], None]) -> dict[str, float]:
     """Rates (1/s) and ratios by key, medians of rounds."""
     cases, rounds = (10_000, 3) if quick else (40_000, 9)
     study = Study.of({"law": 1, "k": f"0.9e6:1.1e6:{cases}"}, METRICS)
-    file = FmuFile.read(fmu)
     with ExitStack() as stack:
         sweep = stack.enter_context(Sweep(study, fmu))
         beside_loop = compare(sweep, rounds, tick)
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-")))
-        pool = stack.enter_context(WorkerProcesses(2, file))
-        ways: dict[str, Submit] = {
-            "one_process": sweep.here,
-            "two_workers": sweep.through(pool, FmuFile(file.digest)),
-            "dask_local": sweep.through(*stack.enter_context(executor_of("local", 2, file))),
+        ways = {
+            "one_process": Here(),
+            "two_workers": stack.enter_context(process_pool(2)),
+            "dask_local": stack.enter_context(dask_executor("local", 2)),
         }
 
         def write(name: str) -> None:
-            sweep.write(folder / f"{name}.csv", ways[name], _CHUNK)
+            sweep.run(folder / f"{name}.csv", executor=ways[name], chunk=_CHUNK)
 
         for name in ways:
             # Until every worker has an instance.

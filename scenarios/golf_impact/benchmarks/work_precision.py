@@ -5,7 +5,7 @@ final velocities (over |u_C| + |u_B|), contact time and largest force (relative)
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import count
 from typing import Any
@@ -13,18 +13,18 @@ from typing import Any
 import numpy as np
 
 from golf_impact.benchmarks.floor import READ, walk
-from golf_impact.benchmarks.speedup import STEP, document_impact, impact_of_stiffness
+from golf_impact.benchmarks.impact import STEP, document_impact, impact_of_stiffness
 from golf_impact.fmu.loaded import LoadedFmu
-from golf_impact.peers import solve_ivp
+from golf_impact.peers import solve_ivp, stepping
 from golf_impact.peers.problem import Case, Outcome, errors
 from golf_impact.report import figures
 from golf_impact.stress.reference import exact_outcome
-from golf_impact.stress.stability import STEPPING
 from golf_impact.timing import typical_seconds
 
 FMU_STEPPED = "this FMU, read every step"
 FMU_ONCE = "this FMU, metrics only"
 DOCUMENT = "the document's scheme as FMU"
+COMPILED = {"euler": "explicit Euler, C FMU", "rk4": "Runge–Kutta 4, C FMU"}
 
 #: Solves the impact once.
 Solve = Callable[[], Outcome]
@@ -37,7 +37,12 @@ Series = dict[str, Any]
 
 
 def run_time_and_error(
-    ours: LoadedFmu, document: LoadedFmu, law: int, quick: bool, tick: Callable[[], None]
+    ours: LoadedFmu,
+    document: LoadedFmu,
+    compiled: Mapping[str, LoadedFmu],
+    law: int,
+    quick: bool,
+    tick: Callable[[], None],
 ) -> list[Series]:
     """All methods on the baseline impact under one law."""
     case = Case(law=law)
@@ -49,14 +54,16 @@ def run_time_and_error(
     ways: list[tuple[str, str, list[float], Callable[[float], Solve]]] = [
         (DOCUMENT, "dt", steps, partial(_stepped_document, document, law))
     ]
-    for name, (peer, _) in STEPPING.items():
+    for name, fmu in compiled.items():
+        ways.append((COMPILED[name], "dt", steps, _sub_stepped(fmu, law)))
+    for name, peer in stepping.METHODS.items():
         words = "explicit Euler, Python" if name == "explicit Euler" else name
         ways.append((words, "dt", steps, _solving(peer, case)))
     for method in solve_ivp.METHODS:
         ready = _solving(solve_ivp.solve, case, method=method)
         ways.append((f"SciPy {method}", "rtol", tolerances, ready))
     ways.append((FMU_STEPPED, "dt", points, partial(_stepped_fmu, ours, law)))
-    ways.append((FMU_ONCE, "dt", [STEP], lambda _: _metrics_only(ours, law)))
+    ways.append((FMU_ONCE, "dt", [STEP], lambda _: _in_one_step(ours, law)))
     made = []
     for method, setting, settings, ready in ways:
         one: Series = {"method": method, "setting": setting, "settings": settings}
@@ -93,7 +100,7 @@ def slope(settings: Sequence[float], errors: Sequence[float]) -> float | None:
 
 
 def _stepped_document(fmu: LoadedFmu, law: int, dt: float) -> Solve:
-    impact = document_impact(fmu, law, Outcome._fields, dt, [1e6])
+    impact = document_impact(fmu, law, dt, (), Outcome._fields)
     return lambda: Outcome(*impact(1e6))
 
 
@@ -112,9 +119,13 @@ def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Solve:
     return solve
 
 
-def _metrics_only(fmu: LoadedFmu, law: int) -> Solve:
+def _sub_stepped(fmu: LoadedFmu, law: int) -> Callable[[float], Solve]:
+    return lambda dt: _in_one_step(fmu, law, dt=dt)
+
+
+def _in_one_step(fmu: LoadedFmu, law: int, **values: float) -> Solve:
     """One step and one read, with a new k every time but the first (k = 1e6 for the error)."""
-    impact, calls = impact_of_stiffness(fmu, Outcome._fields, law=law), count()
+    impact, calls = impact_of_stiffness(fmu, Outcome._fields, law=law, **values), count()
     return lambda: Outcome(*impact(1e6 + next(calls) % 100))
 
 

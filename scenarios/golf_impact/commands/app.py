@@ -95,8 +95,8 @@ def one_line(arguments: list[str]) -> int:
     try:
         _refuse_missing_folder()
         _refuse_empty(arguments)
-        stopping.open_scratch()
-        code = _code_of(arguments)
+        with stopping.scratch_folder():
+            code = _code_of(arguments)
         if sys.stdout is not None:
             # The latest point at which a full disk is noticed.
             sys.stdout.flush()
@@ -109,8 +109,6 @@ def one_line(arguments: list[str]) -> int:
             words = f"{error.strerror}: {error.filename}" if error.filename else error.strerror
         warn(f"Error: {' '.join(words.split())}", style="red")
         return 2
-    finally:
-        stopping.close_scratch()
 
 
 def _code_of(arguments: list[str]) -> int:

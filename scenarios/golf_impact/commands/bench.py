@@ -22,10 +22,6 @@ def bench(
         bool,
         typer.Option("--native", help="Instead: the FMUs in a host that isn't Python."),
     ] = False,
-    explore: Annotated[
-        bool,
-        typer.Option("--explore", help="Instead: a slider's step in the page of explore."),
-    ] = False,
 ) -> int:
     """Measure run time against error beside other methods, and what an impact costs.
 
@@ -34,8 +30,6 @@ def bench(
     """
     if native:
         return _native(quick, folder)
-    if explore:
-        return _explore(quick, folder)
     need("bench", "distributed", "mpmath", "scipy")
     from golf_impact.files import as_json, prepare, write_together
 
@@ -44,8 +38,8 @@ def bench(
     from golf_impact.benchmarks.limits import LIMITS, missed
     from golf_impact.benchmarks.work_precision import run_time_vs_error
 
-    with progress() as bar:
-        about = costs_and_errors(quick, bar("benchmark", TICKS[quick]))
+    with progress() as begin:
+        about = costs_and_errors(quick, begin("benchmark", TICKS[quick]))
     figures, series = about["figures"], about.pop("series")
     targets = {
         one.key: {
@@ -54,6 +48,7 @@ def bench(
             "spread": getattr(figures[one.key], "spread", None),
         }
         for one in LIMITS
+        if one.key in figures
     }
     failed, busy = missed(figures)
     results: dict[str, Any] = {
@@ -82,7 +77,7 @@ def bench(
 
 def _native(quick: bool, folder: Path) -> int:
     from golf_impact.benchmarks.native import standalone_and_plain
-    from golf_impact.files import prepare
+    from golf_impact.files import as_json, prepare, write_together
 
     prepare(folder, "bench_native.json")
     figures = standalone_and_plain(quick)
@@ -92,36 +87,9 @@ def _native(quick: bool, folder: Path) -> int:
         numbers = (f"{one[name]:.3g}" for name in ("standalone", "plain", "ratio", "limit"))
         table.add_row(one["meaning"], *numbers, verdict(one["passed"]))
     out.print(table)
-    return _written(folder, "bench_native.json", quick, {"figures": figures})
-
-
-def _explore(quick: bool, folder: Path) -> int:
-    need("bench --explore", "bokeh")
-    from golf_impact.benchmarks.exploring import LIMIT, memory_of_tabs, slider_steps
-    from golf_impact.files import prepare
-
-    prepare(folder, "bench_explore.json")
-    steps, tabs = slider_steps(quick), memory_of_tabs()
-    title = f"A slider's step at the server, ms of processor time (at most {LIMIT:g})"
-    table = rich_table(title, "", "step", "of it the FMU", "then S and COR over a variable", "")
-    for case, one in steps.items():
-        numbers = (f"{one[name]:.1f}" for name in ("step", "fmu", "sweep"))
-        table.add_row(case, *numbers, verdict(one["passed"]))
-    out.print(table)
-    say(
-        f"{tabs['tabs']} tabs at once: {tabs['all_mb']:.0f} MB, the first "
-        f"{tabs['first_tab_mb']:.0f} MB and each further one {tabs['each_further_tab_mb']:.1f} MB "
-        f"beside the server's {tabs['server_mb']:.0f} MB."
-    )
-    return _written(folder, "bench_explore.json", quick, {"steps_ms": steps, "tabs": tabs})
-
-
-def _written(folder: Path, name: str, quick: bool, results: dict[str, dict[str, Any]]) -> int:
-    """The exit code; the first of the results are figures that have passed or not."""
-    from golf_impact.files import as_json, write_together
-
-    passed = all(one["passed"] for one in next(iter(results.values())).values())
-    write_together(folder, {name: as_json({"quick": quick, "passed": passed, **results})})
+    passed = all(one["passed"] for one in figures.values())
+    results = {"quick": quick, "passed": passed, "figures": figures}
+    write_together(folder, {"bench_native.json": as_json(results)})
     say(f"Results in {folder}")
     return 0 if passed else 1
 
@@ -140,66 +108,91 @@ def need(command: str, *packages: str) -> None:
 
 
 def _conclusion(failed: list[str], busy: list[str], figures: dict[str, float]) -> list[str]:
-    from golf_impact.benchmarks.limits import UNUSUAL_IMPACT, UNUSUAL_READ
-
     but = f"; missed on this machine: {', '.join(failed)}" if failed else ""
     but += f"; not judged, since the machine was busy: {', '.join(busy)}" if busy else ""
     fast = (
-        f"An impact's S, COR and E cost {figures['impact_by_fmu_us']:.0f} µs through fmpy "
-        f"({figures['impact_by_fmu_law1_us']:.0f} µs under law 1): "
-        f"{figures['impact_speedup_over_document_fmu']:.0f} times less than the document's scheme "
-        f"as an FMU and {figures['impact_speedup_over_scipy']:.0f} times less than SciPy's DOP853, "
-        f"with a worst error of {figures['worst_error']:.1g}{but}."
+        f"S, COR and E of an impact take {figures['impact_by_fmu_us']:.1f} µs under law 2 and "
+        f"{figures['impact_by_fmu_law1_us']:.1f} µs under law 1, at a worst error of "
+        f"{figures['worst_error']:.1g}"
     )
-    unusual = (
-        "A contact that the usual forms in doubles can't tell (heavy damping, rates that meet) is "
-        f"told in decimals: {figures['unusual_impact_us'] / 1e3:.2f} ms an impact and "
-        f"{figures['unusual_read_us']:.0f} µs a step that is read, "
-        f"{figures['unusual_impact_over_usual']:.1f} and "
-        f"{figures['unusual_read_over_usual_run']:.1f} times a usual run of law 1. The targets, "
-        f"{UNUSUAL_IMPACT:g} and {UNUSUAL_READ:g}, are 0.6 ms and 40 µs beside the 16.6 µs of a "
-        "usual run on the reference machine: as ratios, since times differ between machines."
+    if "impact_over_compiled_euler" in figures:
+        fast += (
+            f": {figures['impact_over_compiled_euler']:.2f} and "
+            f"{figures['impact_over_compiled_euler_law1']:.2f} times the document's scheme as an "
+            f"FMU compiled from C, whose error is {figures['impact_by_compiled_euler_error']:.1g}"
+        )
+    extended = (
+        "Contacts that need extended precision (heavy damping, nearly equal rates) take "
+        f"{figures['unusual_impact_us'] / 1e3:.2f} ms an impact and "
+        f"{figures['unusual_read_us']:.0f} µs a step that is read."
     )
     limits = (
-        "What this can't do: a step that is read costs what FMI and Python cost, a few µs, so "
-        "code without FMI is as fast for a coarse answer, instances in one process share one "
-        "interpreter lock, and nothing here makes the model more true, only its equations exactly "
-        "solved."
+        "Limits. Through fmpy every FMU pays for FMI calls from Python; in a native host compiled "
+        "code is faster. Each step whose outputs are read costs a few µs, and instances in one "
+        "process share one interpreter lock. Numerical accuracy does not improve the model."
     )
-    return [fast, unusual, limits]
+    return [f"{fast}{but}.", extended, limits]
+
+
+#: The ways to S, COR and E in words, by what their keys in bench.json are made of.
+_WAYS = {
+    "fmu": ("this FMU", ""),
+    "compiled_euler": ("document's scheme, FMU in C", "impact_over_"),
+    "compiled_rk4": ("Runge–Kutta 4, FMU in C", "impact_over_"),
+    "document_fmu": ("document's scheme, Python FMU", "impact_speedup_over_"),
+    "simulate_fmu": ("this FMU, simulate_fmu", "impact_speedup_over_"),
+    "scipy": ("SciPy DOP853, rtol 1e-12", "impact_speedup_over_"),
+}
 
 
 def _show(results: dict[str, Any]) -> None:
-    from rich.text import Text
+    from golf_impact.benchmarks.limits import CALLS, SWEEPS
 
-    from golf_impact.benchmarks.limits import LIMITS
-
-    about = results["machine"]
+    about, figures = results["machine"], results["figures"]
     versions = [f"{name} {about[name]}" for name in ("fmpy", "pythonfmu", "numpy", "scipy")]
     words = [about["processor"], f"{about['cores']} cores", about["system"], about["python"]]
     paragraphs([", ".join(words + versions)])
-    table = rich_table("Targets (ratios within one run)", "", "figure", "target", "")
-    for one in LIMITS:
-        shown = verdict(results["targets"][one.key]["passed"])
-        if one.key in results["machine_busy"]:
-            shown = Text("busy", "yellow")
-        name = f"{one.key}\n  {one.meaning}"
-        table.add_row(name, f"{results[one.key]:.3g}", one.in_words, shown)
+
+    def judged(key: str) -> tuple[str, Any]:
+        """The target of a figure, and whether it is met; nothing for one without."""
+        target = results["targets"].get(key)
+        if target is None:
+            return "", ""
+        return target["limit"], verdict(target["passed"], busy=key in results["machine_busy"])
+
+    table = rich_table(
+        "S, COR and E of one impact", "", "law", "error", "µs", "ratio", "target", ""
+    )
+    for way, (name, kind) in _WAYS.items():
+        for law, suffix in ((2, ""), (1, "_law1")):
+            if f"impact_by_{way}_us" in figures:
+                error = figures.get(f"impact_by_{way}{suffix}_error")
+                key = f"{kind}{way}{suffix}"
+                table.add_row(
+                    name, str(law), "" if error is None else f"{error:.0e}",
+                    f"{figures[f'impact_by_{way}{suffix}_us']:.1f}",
+                    f"{figures[key]:.3g}" if kind else "", *judged(key),
+                )  # fmt: skip
     out.print(table)
-    table = rich_table("More ratios, without targets", "", "figure")
-    for key, value in results["figures"].items():
-        if not key.endswith("_us") and key not in results:
-            table.add_row(key, f"{value:.3g}")
-    out.print(table)
-    columns = ("", "order", "coarsest: error", "µs", "finest: error", "µs")
-    for law, methods in results["run_time_vs_error"].items():
-        table = rich_table(f"Run time against error, {law}", *columns)
-        for one in methods:
+    for title, limits in (("FMI calls, and other runs", CALLS), ("Accuracy and sweeps", SWEEPS)):
+        table = rich_table(title, "", "figure", "target", "")
+        for one in limits:
+            row = f"{one.key}\n  {one.meaning}"
+            table.add_row(row, f"{figures[one.key]:.3g}", *judged(one.key))
+        if limits is SWEEPS:
+            for key, value in figures.items():
+                if key.startswith("sweep_") and key not in results["targets"]:
+                    table.add_row(key, f"{value:.3g}")
+        out.print(table)
+    columns = ("", "law", "order", "error at coarsest", "µs", "error at finest", "µs")
+    table = rich_table("Run time against error, by step size or tolerance", *columns)
+    for series in zip(*results["run_time_vs_error"].values(), strict=True):
+        for law, one in enumerate(series, 1):
             order = "" if one["order"] is None else f"{one['order']:.2f}"
             errors, micro = one["errors"], [1e6 * seconds for seconds in one["seconds"]]
-            ends = (cell for n in (0, -1) for cell in (f"{errors[n]:.1e}", f"{micro[n]:.0f}"))
-            table.add_row(one["method"], order, *ends)
-        out.print(table)
+            ends = (cell for n in (0, -1) for cell in (f"{errors[n]:.0e}", f"{micro[n]:.0f}"))
+            table.add_row(one["method"], str(law), order, *ends)
+    out.print(table)
     where = results["worst_error_is_of"]
     worst = (
         f"Worst error {results['worst_error']:.2g}: {where.get('output')} of {where.get('case')}, "
@@ -208,8 +201,10 @@ def _show(results: dict[str, Any]) -> None:
     paragraphs([worst, *results["conclusion"]])
 
 
-def verdict(passed: bool, number: int | str = "") -> Any:
+def verdict(passed: bool, number: int | str = "", busy: bool = False) -> Any:
     """A cell that says whether something holds."""
     from rich.text import Text
 
+    if busy:
+        return Text("busy", "yellow")
     return Text("pass", "green") if passed else Text(f"FAIL {number}".strip(), "red")

@@ -39,5 +39,5 @@ def build(
     with held():
         files = [build_fmu(out, fmi, standalone)]
         if system:
-            files += build_system(files[0].parent, files[0], standalone)
+            files += build_system(files[0].parent, standalone)
     print(*files, sep="\n")

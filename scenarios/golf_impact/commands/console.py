@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 if TYPE_CHECKING:
-    from rich.table import Table as RichTable
+    from rich.console import ConsoleOptions, RenderResult
+    from rich.text import Text
 
     from golf_impact.report.outcome import Table
 
@@ -56,54 +57,72 @@ def print_entries(title: str, entries: Mapping[str, Iterable[str]]) -> None:
 
 
 def print_table(table: Table, numbers: bool = True) -> None:
-    """Print a table without breaking words.
-
-    Cells are wrapped between words. Where the columns are still too wide for the terminal, the
-    table is printed in parts, each with the first column.
+    """Print a table of the report.
 
     Args:
         table: the table.
         numbers: whether all columns but the first are aligned to the right.
     """
-    for n, (columns, widths) in enumerate(_parts(table, out.width)):
-        rich = rich_table("" if n else table.title, numbers=numbers)
-        for place, width in zip(columns, widths, strict=True):
-            right = numbers and place > 0
-            rich.add_column(table.columns[place], justify="right" if right else "left", width=width)
-        for row in table.rows:
-            rich.add_row(*(row[place] for place in columns))
-        out.print(rich)
+    rich = rich_table(table.title, *table.columns, numbers=numbers)
+    for row in table.rows:
+        rich.add_row(*row)
+    out.print(rich)
 
 
-def rich_table(title: str, *columns: str, numbers: bool = True) -> RichTable:
-    """An empty table for the terminal; an empty title is none."""
-    from rich.table import Table as RichTable
-
-    rich = RichTable(title=title or None, title_justify="left", title_style="bold")
-    for n, column in enumerate(columns):
-        rich.add_column(column, justify="right" if n and numbers else "left", overflow="fold")
-    return rich
+def rich_table(title: str, *columns: str, numbers: bool = True) -> WrappedTable:
+    """An empty table for the terminal; arguments as those of `print_table`."""
+    return WrappedTable(title, columns, numbers)
 
 
-def _parts(table: Table, width: int) -> Iterator[tuple[list[int], list[int]]]:
-    """The columns of each part of a table, and their widths, for a terminal of this width."""
-    cells: list[Sequence[str]] = list(zip(table.columns, *table.rows, strict=True))
+class WrappedTable:
+    """A table that is wrapped between words only, for `rich.console.Console.print`.
+
+    Where the columns are too wide for the terminal even so, it is printed in parts, each with the
+    first column.
+    """
+
+    def __init__(self, title: str, columns: Sequence[str], numbers: bool) -> None:
+        self._title, self._columns, self._numbers = title, columns, numbers
+        self._rows: list[tuple[str | Text, ...]] = []
+
+    def add_row(self, *cells: str | Text) -> None:
+        """Add a row with a cell for each column."""
+        self._rows.append(cells)
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        from rich.table import Table as RichTable
+
+        cells = [list(map(str, cells)) for cells in zip(self._columns, *self._rows, strict=True)]
+        title: str | None = self._title or None
+        for columns, widths in _parts(cells, options.max_width):
+            rich = RichTable(title=title, title_justify="left", title_style="bold")
+            for n, width in zip(columns, widths, strict=True):
+                justify = "right" if self._numbers and n else "left"
+                rich.add_column(self._columns[n], justify=justify, width=width)  # type: ignore[arg-type]
+            for row in self._rows:
+                rich.add_row(*(row[n] for n in columns))
+            yield rich
+            title = None
+
+
+def _parts(cells: list[list[str]], width: int) -> Iterator[tuple[list[int], list[int]]]:
+    """The columns of each part of a table and their widths, from its cells by column."""
     longest = [max(len(line) for cell in of for line in cell.split("\n")) for of in cells]
     least = [max(len(word) for cell in of for word in cell.split() or [""]) for of in cells]
     first, *others = range(len(cells))
     while True:
-        columns, room = [first], width - _EDGE - _PADDING - least[first]
-        while others and (room >= least[others[0]] + _PADDING or len(columns) == 1):
-            room -= least[others[0]] + _PADDING
+        columns, left = [first], width - _EDGE - _PADDING - least[first]
+        while others and (left >= least[others[0]] + _PADDING or len(columns) == 1):
+            left -= least[others[0]] + _PADDING
             columns.append(others.pop(0))
-        widths = [least[place] for place in columns]
-        # The room left goes to the columns that wrap, to the narrowest of them first.
-        while room > 0:
+        widths = [least[n] for n in columns]
+        # The remaining width goes to the columns that wrap: the first one, then the narrowest.
+        while left > 0:
             wrapped = [n for n, place in enumerate(columns) if widths[n] < longest[place]]
             if not wrapped:
                 break
-            widths[min(wrapped, key=widths.__getitem__)] += 1
-            room -= 1
+            widths[min(wrapped, key=lambda n: (n > 0, widths[n]))] += 1
+            left -= 1
         yield columns, widths
         if not others:
             return

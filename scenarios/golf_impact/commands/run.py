@@ -2,6 +2,8 @@
 
 import os
 import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -89,7 +91,8 @@ def run(
         # The files of a set of outcomes have a prefix of their own.
         sets = {"": outcomes} if outcomes else {}
         if own:
-            case = own_cases(instance, values, own_balls)
+            with as_typed(set_ or []):
+                case = own_cases(instance, values, own_balls)
             sets[case.prefix] = {"custom": case}
     outcomes = {name: outcome for of_set in sets.values() for name, outcome in of_set.items()}
     if names or own:
@@ -143,6 +146,18 @@ def _outcome(script: "ModuleType", fmu: "ImpactFmu") -> "Outcome":
     if not isinstance(outcome, Outcome):
         raise UserError(f"{path}: run(fmu) returns {outcome!r}; it must return its Report")
     return outcome
+
+
+@contextmanager
+def as_typed(pairs: list[str]) -> Iterator[None]:
+    """Begin errors about a variable with the option --set that gave its value."""
+    try:
+        yield
+    except UserError as error:
+        for pair in pairs:
+            if str(error).startswith(f"{pair.partition('=')[0].strip()} = "):
+                raise UserError(f"--set {pair}: {error}") from error
+        raise
 
 
 def values_of(pairs: list[str]) -> dict[str, float]:

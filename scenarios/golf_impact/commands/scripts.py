@@ -35,9 +35,9 @@ def scenario(given: str) -> ModuleType:
         UserError: there is no such scenario, or it can't be loaded.
     """
     if not given.endswith(".py") and given not in names():
+        known = ", ".join(names())
         raise UserError(
-            f"there is no scenario {given!r}: choose from {', '.join(names())}, or give the path "
-            "of a script (.py)"
+            f"there is no scenario {given!r}: choose from {known}, or give the path of a .py file"
         )
     path = Path(given) if given.endswith(".py") else FOLDER / f"{given}.py"
     spec = importlib.util.spec_from_file_location(f"golf_scenario_{path.stem}", path)

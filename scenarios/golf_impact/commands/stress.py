@@ -30,8 +30,8 @@ def stress(
     from golf_impact.stress.all import checks_and_maps
     from golf_impact.stress.stability import draw
 
-    with progress() as bar:
-        results = checks_and_maps(quick, seed, bar)
+    with progress() as begin:
+        results = checks_and_maps(quick, seed, begin)
     results["conclusion"] = _conclusion(results)
     image = draw(results["stability"])
     write_together(folder, {"stress.json": as_json(results), "stability.png": image})
@@ -43,11 +43,11 @@ def stress(
 def _conclusion(results: dict[str, Any]) -> list[str]:
     import numpy as np
 
-    from golf_impact.stress.stability import STEPPING
+    from golf_impact.peers.stepping import METHODS
 
     flat = results["checks"]["flat"]["worst"]
     maps = {one["method"]: np.array(one["errors"]) for one in results["stability"]}
-    lost = [(maps[method] > 1.0).mean() for method in STEPPING]
+    lost = [(maps[method] > 1.0).mean() for method in METHODS]
     failed = [name for name, check in results["checks"].items() if not check["passed"]]
     first = (
         f"Over six decades of step size and any damping the FMU's error stays below {flat:.1g}, "
@@ -66,17 +66,17 @@ def _conclusion(results: dict[str, Any]) -> list[str]:
 
 def _show(results: dict[str, Any]) -> None:
     title = f"Stress, seed {results['seed']}: worst cases"
-    table = rich_table(title, "check", "worst", "bar", "looked at", "")
+    table = rich_table(title, "check", "worst", "tolerance", "count", "")
     for name, check in results["checks"].items():
         table.add_row(
             f"{name}\n  {check['claim']}",
             f"{check['worst']:.2g}",
-            f"{check['bar']:.2g}",
+            f"{check['tolerance']:.2g}",
             str(check["count"]),
             verdict(check["passed"], check["failures"]),
         )
     out.print(table)
-    name, check = max(results["checks"].items(), key=lambda item: _beside_bar(item[1]))
+    name, check = max(results["checks"].items(), key=lambda item: _beside_tolerance(item[1]))
     worst = (
         f"The worst case, beside what is allowed: {name}, {check['worst']:.2g}, at "
         f"{_shown(check['case'])}. Those of the other checks are in stress.json."
@@ -91,9 +91,9 @@ def _show(results: dict[str, Any]) -> None:
     paragraphs((worst, *tiny, impacts, *results["conclusion"]))
 
 
-def _beside_bar(check: dict[str, Any]) -> float:
+def _beside_tolerance(check: dict[str, Any]) -> float:
     """The worst error in multiples of what is allowed, which may be 0; NaN is beyond all."""
-    ratio = check["worst"] / (check["bar"] or sys.float_info.min)
+    ratio = check["worst"] / (check["tolerance"] or sys.float_info.min)
     return math.inf if math.isnan(ratio) else ratio
 
 

@@ -98,10 +98,10 @@ def swept(options: Options, study: Path | None) -> int:
         prepare(out.parent, *(out.with_suffix(suffix).name for suffix in (".png", ".html")))
     with _stop_asked() as stop, Sweep(asked, fmu_file(options.fmu), stop.is_set) as running:
         try:
-            with progress() as bars:
-                bar = bars("sweep", asked.cases)
+            with progress() as begin:
+                move = begin("sweep", asked.cases)
                 summary = running.run(
-                    out, workers=workers, scheduler=scheduler, chunk=chunk, progress=bar
+                    out, workers=workers, scheduler=scheduler, chunk=chunk, progress=move
                 )
             words = _words(summary, options, chunk)
             for line in words:

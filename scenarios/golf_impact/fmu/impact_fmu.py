@@ -21,17 +21,16 @@ HORIZON = 1.0
 
 #: The outputs that are read once, at the end of an impact in one step.
 METRICS = (
-    *("club_velocity", "ball_velocity", "touch_time"),
-    *("smash_factor", "coefficient_of_restitution", "energy_efficiency"),
-    *("contact_time", "max_force", "time_of_max_force", "max_compression", "contact_displacement"),
-    *("impulse", "momentum", "kinetic_energy"),
-)
+    "club_velocity", "ball_velocity", "touch_time", "smash_factor", "coefficient_of_restitution",
+    "energy_efficiency", "contact_time", "max_force", "time_of_max_force", "max_compression",
+    "contact_displacement", "impulse", "momentum", "kinetic_energy",
+)  # fmt: skip
 
 #: Inputs and parameters that any FMU of this model has.
 INPUTS = (
-    *("k", "b", "club_speed", "m_club", "m_ball", "ball_diameter", "ball_speed", "gap"),
-    *("law", "exponent", "reference_compression"),
-)
+    "k", "b", "club_speed", "m_club", "m_ball", "ball_diameter", "ball_speed", "gap", "law",
+    "exponent", "reference_compression",
+)  # fmt: skip
 
 FLAGS = ("touched", "in_contact", "separated")
 

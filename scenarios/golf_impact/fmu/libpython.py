@@ -8,8 +8,6 @@ import tempfile
 import zipfile
 from pathlib import Path
 
-_TIMEOUT = 120.0
-
 
 def libpython_files() -> list[Path]:
     """Shared libraries of Python on this machine, that of this interpreter first."""
@@ -20,34 +18,30 @@ def libpython_files() -> list[Path]:
     return list(dict.fromkeys(file for file in files if ".so" in file.name))
 
 
-def preloaded(libpython: Path, fmu: Path | None = None) -> str | None:
+def preloaded(libpython: Path, fmu: Path) -> str | None:
     """What is wrong with a library as a native host would load it, or None.
 
-    That is by the dynamic linker, with nothing of Python around; the binary of an FMU, if one is
-    given, must find all that it needs there.
+    That is by the dynamic linker, with nothing of Python around; the binary of the FMU must find
+    all that it needs there.
     """
-    program = shutil.which("true") or "/bin/true"
     # LD_PRELOAD takes no spaces, which the user's temporary folder may have.
-    spaces = " " in tempfile.gettempdir() and os.access("/tmp", os.W_OK)
-    place = "/tmp" if spaces else None
-    with tempfile.TemporaryDirectory(prefix="golf-impact-doctor-", dir=place) as folder:
-        libraries = [str(libpython)]
-        if fmu is not None:
-            with zipfile.ZipFile(fmu) as archive:
-                # The folder's names in FMI 2.0 and 3.0.
-                inside = re.compile(r"binaries/(linux64|x86_64-linux)/.*\.so")
-                name = next(filter(inside.fullmatch, archive.namelist()), None)
-                if name is None:
-                    return "the FMU has no binary for 64-bit Linux"
-                libraries.append(archive.extract(name, folder))
-        environment = {"LD_PRELOAD": ":".join(libraries), "LD_BIND_NOW": "1", "PATH": os.defpath}
-        done = subprocess.run(
-            [program], env=environment, capture_output=True, text=True, timeout=_TIMEOUT
-        )
+    place = "/tmp" if " " in tempfile.gettempdir() else None
+    with (
+        tempfile.TemporaryDirectory(prefix="golf-impact-doctor-", dir=place) as folder,
+        zipfile.ZipFile(fmu) as archive,
+    ):
+        # The folder's names in FMI 2.0 and 3.0.
+        inside = re.compile(r"binaries/(linux64|x86_64-linux)/.*\.so")
+        name = next(filter(inside.fullmatch, archive.namelist()), None)
+        if name is None:
+            return "the FMU has no binary for 64-bit Linux"
+        binary = archive.extract(name, folder)
+        preload = {"LD_PRELOAD": f"{libpython}:{binary}", "LD_BIND_NOW": "1", "PATH": os.defpath}
+        program = shutil.which("true") or "/bin/true"
+        done = subprocess.run([program], env=preload, capture_output=True, text=True)
     return last_line(done.stderr) if done.returncode or done.stderr.strip() else None
 
 
 def last_line(error: object) -> str:
     """Of what a program or an exception says."""
-    lines = str(error).strip().splitlines()
-    return lines[-1] if lines else "no message"
+    return (str(error).strip() or "no message").splitlines()[-1]

@@ -1,8 +1,9 @@
-"""The system of three FMUs: built, and run by fmpy.ssp."""
+"""The system of four FMUs: built, run by fmpy.ssp, and run by steps of any sizes."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
+from zipfile import ZipFile
 
 import fmpy
 import numpy as np
@@ -12,14 +13,21 @@ from golf_impact.fmu.file import building
 from golf_impact.fmu.loaded import LoadedFmu
 
 
-def build_system(folder: Path, impact: Path, standalone: bool = False) -> list[Path]:
-    """Build the companion FMUs and the .ssp around an existing ClubBallImpact.fmu.
+def build_system(folder: Path, standalone: bool = False) -> list[Path]:
+    """Build the companion FMUs and the .ssp.
 
     Raises:
         UserError: a file can't be written.
     """
     with building(f"into {folder}"):
-        return system.build(folder, impact, standalone)
+        return system.build(folder, standalone)
+
+
+def extract_fmus(ssp: Path, folder: Path) -> dict[str, Path]:
+    """The FMUs of an .ssp file, extracted into a folder: paths by the names of the components."""
+    with ZipFile(ssp) as archive:
+        names = [name for name in archive.namelist() if name.endswith(".fmu")]
+        return {Path(name).stem: Path(archive.extract(name, folder)) for name in names}
 
 
 def start_values(fmu: Path) -> dict[str, float]:
@@ -50,12 +58,12 @@ def run_system(
 ) -> dict[str, np.ndarray]:
     """Run components of the system with communication steps of any sizes.
 
-    As a host does that steps all of them at the same time: what one puts out reaches the others in
-    the next step. With rollback it repeats the Swing's part of a step, from the state before it,
-    whenever the force was another than the Swing had been given.
+    All components step in parallel: an output reaches the others in the next step. With rollback
+    the Swing's part of a step is repeated, from the state before it, whenever the impulse at its
+    end differs from the one that the Swing had been given.
 
     Args:
-        fmus: files by the names of the components: Swing, ClubBallImpact, perhaps BallFlight.
+        fmus: files by the names of the components: Swing, ClubBallImpact, perhaps the others.
         steps: communication step sizes, s.
         values: parameters by component, where they aren't the start values.
         rollback: whether steps are repeated.
@@ -72,8 +80,8 @@ def run_system(
             fmu.start(**(values or {}).get(name, {}))
         ends = [(*start.split("."), *end.split(".")) for start, end in system.CONNECTIONS]
         wires = [
-            (loaded[start], output, loaded[end], given)
-            for start, output, end, given in ends
+            (loaded[start], output, loaded[end], name)
+            for start, output, end, name in ends
             if start in loaded and end in loaded
         ]
         kind = ("output", "Real")
@@ -82,25 +90,26 @@ def run_system(
             for name, fmu in loaded.items()
         }
         swing, impact = loaded["Swing"], loaded["ClubBallImpact"]
-        impact.set({"club_speed": 0.0})
+        # Its own start value is a speed at which it would touch the ball at once.
+        impact.set(swing.read(["club_speed"]))
         time, rows = 0.0, []
         for size in steps:
-            felt = swing.read(["reaction_force"])
+            given = swing.read(["impulse"])
             before = swing.slave.getFMUstate() if rollback else None
             for fmu in loaded.values():
                 fmu.step(time, size)
             if rollback:
-                known = {"reaction_force": impact.read(["mean_force"])["mean_force"]}
-                if known != felt:
+                known = impact.read(["impulse"])
+                if known != given:
                     swing.slave.setFMUstate(before)
                     swing.set(known)
                     swing.step(time, size)
                 swing.slave.freeFMUstate(before)
-            for start, output, end, given in wires:
+            for start, output, end, name in wires:
                 if start.variables[output].type == "Boolean":
-                    end.slave.setBoolean(end.references([given]), [start.flag(output)])
+                    end.slave.setBoolean(end.references([name]), [start.flag(output)])
                 else:
-                    end.set({given: start.read([output])[output]})
+                    end.set({name: start.read([output])[output]})
             time += size
             read = [fmu.read(outputs[name]).values() for name, fmu in loaded.items()]
             rows.append([time, *(one for row in read for one in row)])

@@ -16,7 +16,7 @@ _FLAT = ("flat", "the map of this FMU: error at any step size and damping", 1e-1
 
 
 def checks_and_maps(
-    quick: bool, seed: int, bar: Callable[[str, int], Callable[[], None]]
+    quick: bool, seed: int, progress: Callable[[str, int], Callable[[], None]]
 ) -> dict[str, Any]:
     """What stress.json holds; a seed gives the same impacts and steps again."""
     impacts, specials = IMPACTS[quick]
@@ -26,16 +26,18 @@ def checks_and_maps(
     special = ("special points", specials, special_points.special_impact, 1)
     with driver() as fmu:
         for title, count, draw, sample in (random, special):
-            tick = bar(title, count)
+            tick = progress(title, count)
             for number in range(count):
                 exact = number % sample == 0
                 invariants.check(fmu, ledger, draw(seed, number), seed, exact)
                 tick()
-        tick = bar("long runs", 50)
+        tick = progress("long runs", 50)
         steps = 20_000 if quick else 1_000_000
         tiny = {f"law {law}": long_runs.tiny_steps(fmu, ledger, law, steps, tick) for law in (1, 2)}
         many = long_runs.many_impacts(fmu, ledger, 2000 if quick else 100_000, tick)
-        maps = stability.maps(fmu, quick, bar("stability map", 8 * (5 if quick else 27)))
+        maps = stability.maps(
+            fmu, quick, progress("stability map", stability.METHODS * (5 if quick else 27))
+        )
         guid = fmu.description.guid
     for row, zeta in zip(maps[0]["errors"], maps[0]["damping"], strict=True):
         for error, x in zip(row, maps[0]["steps"], strict=True):

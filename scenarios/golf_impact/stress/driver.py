@@ -24,7 +24,7 @@ class Driver(ImpactFmu):
     def begin_run(self, values: dict[str, float], start_time: float = 0.0) -> None:
         """A new run, initialized with these inputs and parameters."""
         self.begin(values, start_time)
-        self.slave.exitInitializationMode()
+        self.end_initialization()
 
     def outputs(self) -> Outputs:
         """Every output now."""

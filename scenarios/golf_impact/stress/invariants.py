@@ -16,21 +16,21 @@ from golf_impact.stress.cases import ImpactCase, Steps
 from golf_impact.stress.driver import Driver, Outputs
 from golf_impact.stress.ledger import Ledger
 from golf_impact.stress.reference import outputs_after
-from golf_impact.stress.scales import BAR, Scales
+from golf_impact.stress.scales import TOLERANCE, Scales
 
 CLAIMS = (
-    ("momentum", "law 2: momentum stays, of its sum of magnitudes", BAR),
-    ("impulse", "law 2: the ball gains the impulse, in mass times speeds", BAR),
-    ("energy", "kinetic + spring + dissipated energy stays, of the largest", BAR),
-    ("force", "force >= 0 and <= max_force, of max_force", BAR),
-    ("restitution", "law 2: 0 < COR <= 1, on the scale of velocities", BAR),
-    ("partition", "all outputs are the same by every partition, on their scales", BAR),
-    ("rising", "contact time, maxima and impulse never fall, on their scales", BAR),
-    ("mean_force", "mean forces times steps add up to the impulse", BAR),
+    ("momentum", "law 2: momentum stays, of its sum of magnitudes", TOLERANCE),
+    ("impulse", "law 2: the ball gains the impulse, in mass times speeds", TOLERANCE),
+    ("energy", "kinetic + spring + dissipated energy stays, of the largest", TOLERANCE),
+    ("force", "force >= 0 and <= max_force, of max_force", TOLERANCE),
+    ("restitution", "law 2: 0 < COR <= 1, on the scale of velocities", TOLERANCE),
+    ("partition", "all outputs are the same by every partition, on their scales", TOLERANCE),
+    ("rising", "contact time, maxima and impulse never fall, on their scales", TOLERANCE),
+    ("mean_force", "mean forces times steps add up to the impulse", TOLERANCE),
     ("flags", "touched, in_contact, separated follow each other (1 if not)", 0.0),
     ("finite", "NaN or infinite outputs", 0.0),
     ("warnings", "messages and warnings", 0.0),
-    ("reference", "all outputs against 80-digit arithmetic, on their scales", BAR),
+    ("reference", "all outputs against 80-digit arithmetic, on their scales", TOLERANCE),
 )
 
 #: Outputs that can only rise.
@@ -249,7 +249,7 @@ def _check_reference(
 
     for number, expected in outputs_after(impact, steps, chosen).items():
         errors = errors_of(course[number], expected)
-        if impact.changed and not all(error <= BAR for error in errors.values()):
+        if impact.changed and not all(error <= TOLERANCE for error in errors.values()):
             # A double knows the instant at which k and b change to one unit in its last place.
             shaken = outputs_after(impact, steps, chosen, 1.0 + 2.0**-52)[number]
             for name, unknown in errors_of(shaken, expected).items():

@@ -11,7 +11,7 @@ class Invariant:
     """What must hold, and how well it did; errors are without unit."""
 
     claim: str  #: in words
-    bar: float  #: the largest error that passes
+    tolerance: float  #: the largest error that passes
     worst: float = 0.0  #: the largest error seen
     count: int = 0  #: how often it was looked at
     failures: int = 0
@@ -28,12 +28,12 @@ class Ledger:
     """Checks by name; each claim is its name, what it says and the largest error that passes."""
 
     def __init__(self, *claims: tuple[str, str, float]) -> None:
-        self.checks = {name: Invariant(claim, bar) for name, claim, bar in claims}
+        self.checks = {name: Invariant(claim, tolerance) for name, claim, tolerance in claims}
 
     def record(self, name: str, error: float, case: Mapping[str, Any], **where: Any) -> None:
         """Note one error of a check; `where` adds to the case, if this is the worst so far."""
         check = self.checks[name]
         check.count += 1
-        check.failures += not error <= check.bar  # NaN is bad
+        check.failures += not error <= check.tolerance  # NaN is bad
         if not check.case or math.isnan(error) or error > check.worst:
             check.worst, check.case = error, {**case, **where}

@@ -7,7 +7,7 @@ from golf_impact.stress.cases import BASELINE, one_step, unchanged
 from golf_impact.stress.driver import Driver, Outputs
 from golf_impact.stress.ledger import Ledger
 from golf_impact.stress.reference import Reference
-from golf_impact.stress.scales import BAR, Scales
+from golf_impact.stress.scales import TOLERANCE, Scales
 from golf_impact.timing import resident_bytes
 
 #: s; with this stiffness the contact lasts 1.24 ms, so that a million are all in it.
@@ -18,7 +18,7 @@ _VALUES = BASELINE | {"k": 2.5e5}
 _SLACK = 2.0
 
 CLAIMS = (
-    ("tiny_steps", "steps of 1 ns: outputs against 80 digits, on their scales", BAR),
+    ("tiny_steps", "steps of 1 ns: outputs against 80 digits, on their scales", TOLERANCE),
     ("tiny_steps_memory", "steps of 1 ns: memory gained, MB", _SLACK),
     ("many_impacts", "the last impacts give what the first ones gave (difference)", 0.0),
     ("many_impacts_memory", "many impacts: memory gained, MB", _SLACK),

@@ -7,8 +7,8 @@ from typing import Any
 
 _PLACES = ("club_position", "ball_position")
 
-#: The bar for every error without unit.
-BAR = 1e-13
+#: For every error without unit.
+TOLERANCE = 1e-13
 
 
 @dataclass(frozen=True)

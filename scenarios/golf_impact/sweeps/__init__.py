@@ -4,7 +4,7 @@ From Python: `run_sweep(Study.of({"k": "0.5e6:2e6:100", "b": "0,9,12"}), "k.csv"
 `executor=` any executor of the interface of concurrent.futures takes the chunks.
 
 - `axes`, `study`, `study_file`: what is swept. · `impacts`, `chunk`: through the FMU. ·
-  `table_file`: the file. · `run`, `pool`, `cluster`: who computes.
+  `table_file`: the file. · `run`, `executors`: who computes.
 - `comparison`: beside a loop over fmpy.simulate_fmu. · `pictures`, `sensitivity`: what came out.
 """
 

@@ -10,13 +10,14 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from multiprocessing.util import Finalize
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from golf_impact.errors import UserError
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.sweeps.impacts import Plan, impacts
+from golf_impact.sweeps.impacts import Plan, Results, impacts
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class FmuFile:
     """An FMU as it travels to other processes and machines."""
 
     digest: str  # SHA-256, in hexadecimal
-    data: bytes = field(default=b"", repr=False)  # none for a process that has it already
+    data: bytes = field(repr=False)
 
     @classmethod
     def read(cls, path: Path) -> FmuFile:
@@ -32,18 +33,11 @@ class FmuFile:
         return cls(hashlib.sha256(data).hexdigest(), data)
 
 
-@dataclass(frozen=True)
-class Chunk:
+class Chunk(NamedTuple):
     """What one chunk gave."""
 
-    text: bytes  # its cases as lines of CSV (UTF-8); empty if they weren't asked for
-    outputs: np.ndarray  # doubles of shape (cases, outputs); those of refused cases are NaN
-    reason: str  # why the FMU refused the first of those; empty if there is none
-
-    @property
-    def refused(self) -> np.ndarray:
-        """Whether the FMU refused a case, shape (cases,)."""
-        return np.isnan(self.outputs[:, 0])
+    text: bytes  # its cases as lines of CSV (UTF-8); empty if they weren't requested
+    results: Results
 
 
 _lock = threading.RLock()
@@ -61,20 +55,13 @@ def run_chunk(fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.
     global _loaded
     with _lock:
         try:
-            return computed(instance_of(fmu), plan, as_text, columns)
+            results = impacts(instance_of(fmu), plan, plan.values(columns))
         except FMICallException as error:
             # After an error the standard allows no call any more that the FMU must survive.
             _loaded = None
             _open.pop_all()
             raise UserError(f"the FMU broke down ({error}): run `golf-impact build`") from None
-
-
-def computed(
-    instance: ImpactFmu, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]
-) -> Chunk:
-    """The same in an instance at hand."""
-    outputs, reason = impacts(instance, plan, plan.values(columns))
-    return Chunk(_text(plan, columns, outputs) if as_text else b"", outputs, reason)
+    return Chunk(_text(plan, columns, results.outputs) if as_text else b"", results)
 
 
 def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) -> bytes:
@@ -83,17 +70,16 @@ def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) ->
     for column in columns.values():
         values = column.tolist()
         cells.append(values if column.dtype == object else list(map(repr, values)))
-    refused = np.flatnonzero(np.isnan(outputs[:, 0])).tolist()
     for name, column in zip(plan.outputs, outputs.T):
         values = np.nan_to_num(column).astype(int) if name in plan.booleans else column
         cells.append(list(map(repr, values.tolist())))
-        for n in refused:
+        for n in np.flatnonzero(np.isnan(column)).tolist():
             cells[-1][n] = ""
     return ("\n".join(map(",".join, zip(*cells))) + "\n").encode()
 
 
 def instance_of(fmu: FmuFile) -> ImpactFmu:
-    """This process's instance, loaded if need be; then chunks may name the file only."""
+    """This process's instance, loaded if need be."""
     global _loaded
     with _lock:
         if _loaded is None or _loaded[0] != fmu.digest:

@@ -15,6 +15,7 @@ import fmpy
 import numpy as np
 
 from golf_impact.errors import UserError
+from golf_impact.sweeps.chunk import run_chunk
 from golf_impact.sweeps.impacts import impacts
 from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.table_file import table_file
@@ -43,10 +44,10 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
     index = np.arange(_CASES)
     index = index * study.cases // _CASES if study.cases > _CASES else index % study.cases
     values = plan.values(study.columns_at(index))
-    expected, reason = impacts(sweep.instance, plan, values)
-    usable = np.flatnonzero(~np.isnan(expected[:, 0]))
+    expected, _, reason = impacts(sweep.instance, plan, values)
+    usable = np.flatnonzero(~np.isnan(expected).any(axis=1))
     if not len(usable):
-        raise UserError(f"there is nothing to compare: the FMU refuses all: {reason}")
+        raise UserError(f"there is nothing to compare: no case has all outputs {reason}".strip())
     steps = np.broadcast_to(sweep.fmu.horizon({**plan.fixed, **values}), len(index))
     # Start values, communication step and the sweep's outputs.
     some = usable[:: max(1, len(usable) // (4 * _LOOPED))]
@@ -60,7 +61,7 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
             begin = perf_counter()
             columns = study.columns_at(index)
             with table_file(Path(folder, "sweep.csv"), study, plan) as table:
-                table.write(columns, sweep.here(True, columns).result())
+                table.write(columns, run_chunk(sweep.file, plan, True, columns))
             return (perf_counter() - begin) / len(index)
 
         def looped() -> float:

@@ -13,6 +13,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -20,6 +21,7 @@ from fmpy.model_description import ScalarVariable
 
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import ball
+from golf_impact.facts.quantities import undefined_results
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.sweeps.axes import Grid
 from golf_impact.sweeps.study import Study
@@ -96,14 +98,20 @@ def plan(study: Study, variables: Mapping[str, ScalarVariable]) -> Plan:
     return Plan(fixed, varied, laws, only_inputs, balls, study.outputs, booleans)
 
 
-def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tuple[np.ndarray, str]:
+class Results(NamedTuple):
+    """Results of some cases."""
+
+    #: Doubles of shape (cases, outputs): Booleans are 0 and 1. NaN where the FMU refused a case,
+    #: and what has no value without a contact or a separation (`undefined_results`).
+    outputs: np.ndarray
+    refused: np.ndarray  #: whether the FMU refused a case, shape (cases,)
+    reason: str  #: why it refused the first of these; empty if there is none
+
+
+def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Results:
     """Run these cases, whatever the instance did before; FMICallException if it breaks down.
 
     `values` is what varies (and possibly more), by variable: arrays of shape (cases,).
-
-    Returns:
-        The outputs, doubles of shape (cases, outputs): Booleans are 0 and 1, those of cases that
-        the FMU refused NaN. And why it refused the first of these; empty if there is none.
     """
     number = len(next(iter(values.values())))
     inputs = _Rows(fmu, plan.varied, np.zeros((number, len(plan.varied))))
@@ -113,7 +121,10 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tup
             rows.values[:, column] = values[name]
     real_names = [name for name in plan.outputs if name not in plan.booleans]
     reals = _Rows(fmu, real_names, np.zeros((number, len(real_names))))
-    flags = _Rows(fmu, plan.booleans, np.zeros((number, len(plan.booleans)), np.intc))
+    # Whether there was a contact and a separation is read where an output depends on it.
+    decisive = ["touched", "separated"] * bool({*undefined_results(False, False)} & {*real_names})
+    flag_names = [*plan.booleans, *(name for name in decisive if name not in plan.booleans)]
+    flags = _Rows(fmu, flag_names, np.zeros((number, len(flag_names)), np.intc))
     steps = np.broadcast_to(fmu.horizon({**plan.fixed, **values}), number).tolist()
     restore, leave_initialization, set_real, set_integer, do_step, get_real, get_boolean = (
         ctypes.CFUNCTYPE(_INT, _POINTER, *arguments)((name, fmu.slave.dll))
@@ -124,7 +135,7 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tup
     fmu.begin(plan.fixed)
     if plan.only_inputs:
         refusals = list(fmu.messages)
-        fmu.slave.exitInitializationMode()
+        fmu.end_initialization()
         # What the defaults of varied inputs make of the fixed values says nothing about the cases.
         fmu.messages[:] = refusals
     state = fmu.slave.getFMUstate()
@@ -156,15 +167,18 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> tup
             flag_at += flags.stride
     finally:
         fmu.slave.freeFMUstate(state)
-    outputs: np.ndarray = np.empty((number, len(plan.outputs)))
-    for rows in (reals, flags):
-        outputs[:, [plan.outputs.index(name) for name in rows.names]] = rows.values
+    columns = dict(zip([*reals.names, *flags.names], [*reals.values.T, *flags.values.T]))
+    outputs = np.stack([columns[name] for name in plan.outputs], axis=1).astype(float)
     # A number that leaves the range of a double is known only when it is read.
     unusable = np.isnan(outputs).any(axis=1)
     unusable[refused] = True
     outputs[unusable] = math.nan
+    for touched in (False, True) if decisive else ():
+        without = (columns["touched"] == touched) & (columns["separated"] == 0)
+        for name in undefined_results(touched, False).keys() & {*plan.outputs}:
+            outputs[without, plan.outputs.index(name)] = math.nan
     reason = fmu.messages[0] if fmu.messages else "it leaves the range of a double"
-    return outputs, reason if unusable.any() else ""
+    return Results(outputs, unusable, reason if unusable.any() else "")
 
 
 class _Rows:

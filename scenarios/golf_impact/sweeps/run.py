@@ -1,13 +1,13 @@
-"""Running a sweep: its chunks through one process or any executor, in order into a file."""
+"""Running a sweep: its chunks through an executor, in order into a file."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack, closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -18,9 +18,9 @@ import numpy as np
 from golf_impact.errors import UserError
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.sweeps.chunk import Chunk, FmuFile, computed, release, run_chunk
+from golf_impact.sweeps.chunk import Chunk, FmuFile, instance_of, release, run_chunk
+from golf_impact.sweeps.executors import opened
 from golf_impact.sweeps.impacts import impacts, plan
-from golf_impact.sweeps.pool import WorkerProcesses
 from golf_impact.sweeps.study import Study
 from golf_impact.sweeps.table_file import check_path, table_file
 from golf_impact.timing import free_bytes
@@ -31,6 +31,8 @@ CHUNK = 2000
 LARGEST_CHUNK = 10_000
 #: Each takes some 50 MB; beyond one machine there are clusters.
 MOST_WORKERS = 256
+#: A worker that is killed ends its pool of processes: so many pools may be used up.
+_POOLS = 3
 #: Chunks that may be under way or waiting to be written: what bounds the memory.
 _IN_FLIGHT = 32
 
@@ -52,11 +54,11 @@ class Summary:
     refused: int  # cases that the FMU refused: rows with empty outputs
     first_refused: tuple[int, str] | None  # row (from 1, without the header) of the first, and why
     seconds: float  # from the first case to the last
-    drawn: np.ndarray  # the first output of all cases, shape (cases,); NaN where refused
+    drawn: np.ndarray  # the first output of all cases, shape (cases,); NaN without a value
 
 
-#: Begins a chunk: (whether as text, columns) to a future of what it gives.
-Submit = Callable[[bool, dict[str, np.ndarray]], "Future[Chunk]"]
+#: The values of swept variables by name, arrays of shape (cases,).
+Columns = dict[str, np.ndarray]
 
 
 class Sweep(ExitStack):
@@ -76,37 +78,27 @@ class Sweep(ExitStack):
         self.fmu = ImpactFmu(current_fmu()[0] if fmu is None else Path(fmu))
         self.file = FmuFile.read(self.fmu.path)
         self.plan = plan(study, self.fmu.variables)
+        self._begin = 0.0
+        self.callback(release)
 
     @property
     def instance(self) -> ImpactFmu:
         """The FMU loaded into this process, when first needed."""
-        if not self.fmu.folder:
-            self.enter_context(self.fmu)
-        return self.fmu
+        return instance_of(self.file)
 
     def go_on(self) -> None:
-        """Raise Stopped if the user has asked for it since the table was written."""
+        """Raise Stopped if the user has requested it since the table was written."""
         if self.stop():
             raise Stopped(self.study.cases, written=True)
 
-    def first_output(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        """The first output of these cases, shape (cases,), NaN where refused; or Stopped."""
+    def first_output(self, columns: Columns) -> np.ndarray:
+        """The first output of these cases, shape (cases,), NaN without a value; or Stopped."""
         parts = []
         for start in range(0, len(next(iter(columns.values()))), CHUNK):
             self.go_on()
             part = {name: column[start : start + CHUNK] for name, column in columns.items()}
-            parts.append(impacts(self.instance, self.plan, self.plan.values(part))[0][:, 0])
+            parts.append(impacts(self.instance, self.plan, self.plan.values(part)).outputs[:, 0])
         return np.concatenate(parts)
-
-    def here(self, as_text: bool, columns: Mapping[str, np.ndarray]) -> Future[Chunk]:
-        """A chunk computed here and now, as an executor would return it."""
-        future: Future[Chunk] = Future()
-        future.set_result(computed(self.instance, self.plan, as_text, columns))
-        return future
-
-    def through(self, executor: Executor, fmu: Any) -> Submit:
-        """Chunks computed by an executor; `fmu` is the file, or what stands for it there."""
-        return partial(executor.submit, run_chunk, fmu, self.plan)  # type: ignore[call-arg]
 
     def run(
         self,
@@ -119,34 +111,77 @@ class Sweep(ExitStack):
         progress: Callable[[int], None] = lambda done: None,
     ) -> Summary:
         """Write one row a case; arguments, result and errors as of `run_sweep`."""
+        out, cases = Path(out), self.study.cases
         check_size(self.study, workers, chunk)
-        check_path(Path(out))
-        # One that gets no chunk would only cost its start.
-        processes = min(workers or 1, -(-self.study.cases // chunk))
-        submit: Submit = self.here
-        try:
-            with ExitStack() as stack:
-                if scheduler is not None:
-                    from golf_impact.sweeps.cluster import executor_of
+        check_path(out)
+        if scheduler is None:
+            # A process that gets no chunk would only cost its start.
+            workers = min(workers or 1, -(-cases // chunk))
+        executors = partial(opened, executor, scheduler, workers)
+        self._draw_samples()
+        self.instance  # noqa: B018 (loaded before the clock starts; what can't be is refused here)
+        drawn = np.empty(cases)
+        refused, first, done = 0, None, 0
+        with (
+            table_file(out, self.study, self.plan) as table,
+            closing(self._chunks(executors, chunk, table.as_text)) as chunks,
+        ):
+            for columns, part in chunks:
+                table.write(columns, part)
+                outputs, unusable, reason = part.results
+                drawn[done : done + len(outputs)] = outputs[:, 0]
+                if reason and first is None:
+                    first = done + int(unusable.argmax()) + 1, reason
+                refused += int(unusable.sum())
+                done += len(outputs)
+                progress(done)
+            seconds = time.perf_counter() - self._begin
+        return Summary(out, cases, refused, first, seconds, drawn)
 
-                    cluster = stack.enter_context(executor_of(scheduler, workers, self.file))
-                    submit = self.through(*cluster)
-                elif executor is not None:
-                    # An executor of threads loads it here.
-                    stack.callback(release)
-                    submit = self.through(executor, self.file)
-                elif processes > 1:
-                    pool = stack.enter_context(WorkerProcesses(processes, self.file))
-                    submit = self.through(pool, FmuFile(self.file.digest))
-                else:
-                    self.instance  # noqa: B018 (loaded before the clock starts)
-                self._draw_samples()
-                return self.write(Path(out), submit, chunk, progress)
-        except BrokenExecutor as error:
-            raise UserError(
-                "a worker process ended unexpectedly (killed, or out of memory?): nothing was "
-                "written"
-            ) from error
+    def _chunks(
+        self, executors: Callable[[], AbstractContextManager[Executor]], size: int, as_text: bool
+    ) -> Generator[tuple[Columns, Chunk], None, None]:
+        """Columns and results of all chunks in order, those of a broken executor by a new one."""
+        done = 0
+        for used_up in range(_POOLS):
+            try:
+                with executors() as executor:
+                    if not used_up:
+                        self._begin = time.perf_counter()
+                    for columns, future in self._submitted(executor, done, size, as_text):
+                        part = self._result(future, done)
+                        done += len(part.results.outputs)
+                        yield columns, part
+                return
+            except BrokenExecutor as error:
+                broken = error
+        raise UserError(
+            f"worker processes ended unexpectedly {_POOLS} times (killed, out of memory, or a "
+            'script without `if __name__ == "__main__":`?): nothing was written'
+        ) from broken
+
+    def _submitted(
+        self, executor: Executor, start: int, size: int, as_text: bool
+    ) -> Iterator[tuple[Columns, Future[Chunk]]]:
+        """The chunks from this case on, each begun some time before it is its turn."""
+        cases = self.study.cases
+        starts = iter(range(start, cases, size))
+        begun: deque[tuple[Columns, Future[Chunk]]] = deque()
+        try:
+            while True:
+                for first in starts:
+                    columns = self.study.columns(first, min(first + size, cases))
+                    call = partial(run_chunk, self.file, self.plan, as_text, columns)
+                    begun.append((columns, executor.submit(call)))
+                    if begun[0][1].done() or len(begun) >= _IN_FLIGHT:
+                        break
+                if not begun:
+                    return
+                yield begun[0]
+                begun.popleft()
+        finally:
+            for _, future in begun:
+                future.cancel()
 
     def _draw_samples(self) -> None:
         """Before the clock starts, and beside this thread, which listens whether to stop."""
@@ -169,44 +204,6 @@ class Sweep(ExitStack):
         if self.stop():
             raise Stopped(done)
         return future.result()
-
-    def write(
-        self,
-        out: Path,
-        submit: Submit,
-        chunk: int = CHUNK,
-        progress: Callable[[int], None] = lambda done: None,
-    ) -> Summary:
-        """Run all chunks and write them in order."""
-        cases = self.study.cases
-        drawn = np.empty(cases)
-        refused, first, done = 0, None, 0
-        starts = iter(range(0, cases, chunk))
-        begun: deque[tuple[dict[str, np.ndarray], Future[Chunk]]] = deque()
-        with table_file(out, self.study, self.plan) as table:
-            begin = time.perf_counter()
-            try:
-                while done < cases:
-                    for start in starts:
-                        columns = self.study.columns(start, min(start + chunk, cases))
-                        begun.append((columns, submit(table.as_text, columns)))
-                        if begun[0][1].done() or len(begun) >= _IN_FLIGHT:
-                            break
-                    columns, future = begun[0]
-                    part = self._result(future, done)
-                    begun.popleft()
-                    table.write(columns, part)
-                    drawn[done : done + len(part.outputs)] = part.outputs[:, 0]
-                    if part.reason and first is None:
-                        first = done + int(part.refused.argmax()) + 1, part.reason
-                    refused += int(part.refused.sum())
-                    done += len(part.outputs)
-                    progress(done)
-            finally:
-                for _, future in begun:
-                    future.cancel()
-            seconds = time.perf_counter() - begin
-        return Summary(out, cases, refused, first, seconds, drawn)
 
 
 def check_size(
@@ -249,18 +246,21 @@ def run_sweep(
         fmu: the .fmu file; by default that of the present sources, built if need be.
         stop: asked between chunks whether to end.
         options:
-            executor: anything that has the interface of concurrent.futures: its processes need
-                this package, and get the FMU with each chunk.
-            scheduler: a Dask cluster: its address ("tcp://host:8786"), or "local".
-            workers: how many processes of our own; 1 by default, which computes in this process.
-                Of a local cluster as many as there are processors.
+            executor: any executor of the interface of concurrent.futures, such as that of a Dask
+                client or an MPI pool; its processes need this package, and get the FMU with each
+                chunk.
+            workers: without an executor, the number of processes on this machine; 1 by default,
+                which computes in this process. A script that uses more needs the usual
+                `if __name__ == "__main__":`, since the processes import it.
+            scheduler: in their place a Dask cluster: its address ("tcp://host:8786"), or "local",
+                of so many workers or as many as there are processors.
             chunk: cases that a worker gets at a time, at most 10,000.
             progress: called with the number of cases done.
 
     Raises:
-        UserError: the study doesn't fit the FMU, the file can't be written, a worker died; Dask is
-            missing, or the cluster can't be reached or gives up.
-        Stopped: `stop` said so. No file was written, one that was there is whole.
+        UserError: the study doesn't fit the FMU, the file can't be written, workers died again
+            and again; Dask is missing, or the cluster can't be reached or gives up.
+        Stopped: `stop` returned True. No file was written, one that was there is whole.
     """
     with Sweep(study, fmu, stop) as sweep:
         return sweep.run(out, **options)

@@ -21,7 +21,7 @@ _ROW_GROUP = 2**16
 
 
 class Csv:
-    """Lines of text; the cells of a refused case's outputs are empty."""
+    """Lines of text; cells of outputs without a value are empty."""
 
     as_text = True
 
@@ -37,7 +37,7 @@ class Csv:
 
 
 class Parquet:
-    """Columns in row groups of one size; the outputs of a refused case are null."""
+    """Columns in row groups of one size; outputs without a value are null."""
 
     as_text = False
 
@@ -60,10 +60,11 @@ class Parquet:
 
     def write(self, columns: Mapping[str, np.ndarray], chunk: Chunk) -> None:
         arrays = [self._arrow.array(column) for column in columns.values()]
-        arrays += [self._arrow.array(column, mask=chunk.refused) for column in chunk.outputs.T]
+        outputs = chunk.results.outputs
+        arrays += [self._arrow.array(column, mask=np.isnan(column)) for column in outputs.T]
         table = self._arrow.table(arrays, names=self._schema.names)
         self._waiting.append(table.cast(self._schema))
-        self._rows += len(chunk.outputs)
+        self._rows += len(outputs)
         while self._rows >= _ROW_GROUP:
             self._write_group()
 

@@ -1,0 +1,62 @@
+"""Messages of a slave: for the host's logger, and on stderr where pythonfmu drops them."""
+
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+#: Offset of `debugLogging_` in pythonfmu 0.7's PyLogger (src/pythonfmu/Logger.hpp): it comes after
+#: the pointer to the virtual functions.
+_DEBUG_LOGGING = 8
+
+
+class Messages:
+    """Reports refusals: called with a message, it queues one for the runtime.
+
+    pythonfmu 0.7 drops all messages unless the host has switched debug logging on, and no host does
+    by default: a refused start value would end in results that nothing explains. So while logging
+    is off a message is written to stderr, once: not again while the same refusal stands.
+
+    Args:
+        queue: the slave's `log_queue`.
+        message: makes an item of the queue from a text.
+        options: the slave's keyword arguments. pythonfmu gives the address of its logger there;
+            without one all messages reach the host.
+        now: anything that changes when a step is accepted: then no refusal stands any more.
+    """
+
+    def __init__(
+        self,
+        queue: list,
+        message: Callable[[str], Any],
+        options: dict[str, Any],
+        now: Callable[[], Any],
+    ) -> None:
+        self._queue, self._message, self._now = queue, message, now
+        self._name, self._logger = options["instance_name"], options.get("logger")
+        self._written: list[str] = []
+        self._written_at: Any = None
+
+    def __call__(self, text: str) -> None:
+        self._queue.append(self._message(text))
+        if self._logger is None or _is_logging(self._logger):
+            return
+        now = self._now()
+        if now != self._written_at:
+            self._written, self._written_at = [], now
+        # What is said again says more: which steps are refused, which other values are.
+        if not any(written in text for written in self._written):
+            self._written.append(text)
+            # A host may have none, or a closed one.
+            with suppress(AttributeError, OSError, ValueError):
+                sys.stderr.write(f"{self._name}: {text}\n")
+                sys.stderr.flush()
+
+
+def _is_logging(logger: int) -> bool:
+    """Whether pythonfmu's logger with this address hands messages on."""
+    try:
+        from ctypes import c_bool
+    except ImportError:
+        return False
+    return c_bool.from_address(logger + _DEBUG_LOGGING).value

@@ -1,0 +1,232 @@
+"""What an impact costs: S, COR and E through this FMU, by other ways, and in other runs.
+
+One impact is a restored start state, a new k, one step and one read. k changes at every impact, so
+that nothing can come from a cache of the last one.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from itertools import cycle, islice
+from statistics import median
+
+import fmpy
+
+from golf_impact.benchmarks.floor import walk
+from golf_impact.facts.document import TIME_STEP
+from golf_impact.fmu.loaded import LoadedFmu
+from golf_impact.peers import solve_ivp
+from golf_impact.peers.compiled import SUB_STEP
+from golf_impact.peers.document_scheme import steps_of_contact
+from golf_impact.peers.problem import Case, Outcome, errors
+from golf_impact.stress.reference import exact_outcome
+from golf_impact.timing import Job, interleaved, median_ratio, seconds
+
+#: S, COR and E: what a metrics-only scene reads.
+METRICS = ("smash_factor", "coefficient_of_restitution", "energy_efficiency")
+_SPEEDS = ("club_velocity", "ball_velocity")
+
+#: Around the baseline's stiffness, N/m: neighbours differ by a few percent.
+STIFFNESSES = tuple(1e6 * (0.9 + 0.2 * (37 * n % 101) / 101) for n in range(101))
+
+#: Longer than any of these contacts, s.
+STEP = 1e-3
+
+#: Damping from which law 1 needs extended precision, N.s/m (ζ = 2.6), and points in such a contact.
+_HEAVY = {"law": 1, "b": 1000.0}
+_POINT = 1e-5
+_POINTS = [n * _POINT for n in range(21)]
+
+#: From k (N/m) to outputs.
+Impact = Callable[[float], list[float]]
+
+
+def other_ways(
+    ours: LoadedFmu,
+    document: LoadedFmu,
+    compiled: Mapping[str, LoadedFmu],
+    rounds: int,
+    tick: Callable[[], None],
+) -> dict[str, float]:
+    """An impact by each way, under law 2 and law 1 (`…_law1`).
+
+    Returns:
+        By key: times in µs (`…_us`), worst errors, `impact_speedup_over_…` (another way's time over
+        ours) and, for compiled FMUs, `impact_over_…` (ours over theirs).
+    """
+    figures: dict[str, float] = {}
+    for law, suffix in ((2, ""), (1, "_law1")):
+        case = Case(law=law)
+        exact = exact_outcome(case)
+        # Of a folder of its own: it isn't to profit from a library that another one has loaded.
+        with LoadedFmu(ours.path) as alone:
+            fmus: dict[str, Callable[[Sequence[str]], Impact]] = {
+                "fmu": partial(impact_of_stiffness, ours, law=law),
+                "document_fmu": partial(document_impact, document, law, TIME_STEP, STIFFNESSES),
+            }
+            for name, fmu in compiled.items():
+                way = partial(impact_of_stiffness, fmu, law=law, dt=SUB_STEP[name])
+                fmus[f"compiled_{name}"] = way
+            # So many of the fast ones per round that the first ones, after another job has had the
+            # processor's caches, don't count.
+            jobs = {
+                name: _job(way(METRICS), 1 if name == "document_fmu" else 200)
+                for name, way in fmus.items()
+            }
+            jobs["simulate_fmu"] = _job(_simulation(alone, law), 2)
+            jobs["scipy"] = _job(partial(_scipy_impact, law), 2)
+            times = interleaved(jobs, rounds, tick)
+        outcomes = {name: Outcome(*way(Outcome._fields)(1e6)) for name, way in fmus.items()}
+        outcomes["scipy"] = _scipy_impact(law, 1e6)
+        for name, outcome in outcomes.items():
+            figures[f"impact_by_{name}{suffix}_error"] = max(errors(case, outcome, exact))
+        for name, spent in times.items():
+            figures[f"impact_by_{name}{suffix}_us"] = 1e6 * median(spent)
+            if name in ("document_fmu", "simulate_fmu", "scipy"):
+                key = f"impact_speedup_over_{name}{suffix}"
+                figures[key] = median_ratio(spent, times["fmu"])
+            elif name != "fmu":
+                figures[f"impact_over_{name}{suffix}"] = median_ratio(times["fmu"], spent)
+    return figures
+
+
+def other_runs(ours: LoadedFmu, rounds: int, tick: Callable[[], None]) -> dict[str, float]:
+    """Runs that begin otherwise, and contacts in extended precision: ratios, and µs (`…_us`).
+
+    One run is a restored state, k, b and club_speed set, one step and two reads.
+    """
+    jobs = {
+        f"{when} {law}": _runs(ours, law, in_initialization)
+        for law in (1, 2)
+        for when, in_initialization in (("in", True), ("after", False))
+    }
+    jobs |= {"heavy": _heavy_impacts(ours), "heavy read": _heavy_reads(ours)}
+    times = interleaved(jobs, rounds, tick)
+
+    def ratio(job: str, other: str) -> float:
+        return median_ratio(times[job], times[other])
+
+    figures = {
+        "run_set_in_initialization_over_after": max(
+            ratio("in 1", "after 1"), ratio("in 2", "after 2")
+        ),
+        "run_law1_over_law2": max(ratio("in 1", "in 2"), ratio("after 1", "after 2")),
+        "unusual_impact_over_usual": ratio("heavy", "after 1"),
+        "unusual_read_over_usual_run": ratio("heavy read", "after 1"),
+    }
+    micro = {name: 1e6 * median(spent) for name, spent in times.items()}
+    for law in (1, 2):
+        for when in ("in", "after"):
+            figures[f"run_set_{when}_initialization_law{law}_us"] = micro[f"{when} {law}"]
+    return figures | {"unusual_impact_us": micro["heavy"], "unusual_read_us": micro["heavy read"]}
+
+
+def _job(impact: Callable[[float], object], number: int) -> Job:
+    """So many impacts, each with another stiffness."""
+    values = cycle(STIFFNESSES)
+    return partial(seconds, lambda: [impact(k) for k in islice(values, number)], number)
+
+
+def impact_of_stiffness(
+    fmu: LoadedFmu, outputs: Sequence[str], step: float = STEP, **values: float
+) -> Impact:
+    """An impact as a scene makes it, of an instance with these values, in one step (s)."""
+    slave = fmu.instance(**values)
+    start, k, read = slave.getFMUstate(), fmu.references(("k",)), fmu.references(outputs)
+
+    def impact(value: float) -> list[float]:
+        slave.setFMUstate(start)
+        slave.setReal(k, [value])
+        slave.doStep(0.0, step)
+        return slave.getReal(read)
+
+    return impact
+
+
+def document_impact(
+    fmu: LoadedFmu, law: int, dt: float, stiffnesses: Sequence[float], outputs: Sequence[str]
+) -> Impact:
+    """The document's scheme by steps of dt (s) to the end of contact, and no further.
+
+    The number of steps is determined beforehand, for these stiffnesses and 1e6 N/m.
+    """
+    slave = fmu.instance(law=law, dt=dt)
+    start, k, read = slave.getFMUstate(), fmu.references(("k",)), fmu.references(outputs)
+
+    def begin(value: float) -> None:
+        slave.setFMUstate(start)
+        slave.setReal(k, [value])
+
+    points = {}
+    for value in (1e6, *stiffnesses):
+        begin(value)
+        points[value] = [n * dt for n in range(steps_of_contact(fmu, slave, dt, end=0.01))]
+
+    def impact(value: float) -> list[float]:
+        begin(value)
+        walk(slave, points[value], dt)
+        return slave.getReal(read)
+
+    return impact
+
+
+def _simulation(fmu: LoadedFmu, law: int) -> Callable[[float], object]:
+    """fmpy.simulate_fmu with one step: the cost of not keeping an instance.
+
+    The FMU is extracted beforehand and its description read, and no other instance holds its
+    library: as for whoever calls simulate_fmu in a loop.
+    """
+    return lambda value: fmpy.simulate_fmu(
+        fmu.folder,
+        stop_time=STEP,
+        output_interval=STEP,
+        start_values={"law": law, "k": value},
+        output=METRICS,
+        model_description=fmu.description,
+    )
+
+
+def _scipy_impact(law: int, value: float) -> Outcome:
+    return solve_ivp.solve(Case(law=law, k=value), rtol=1e-12, method="DOP853")
+
+
+def _runs(fmu: LoadedFmu, law: int, in_initialization: bool) -> Job:
+    slave = fmu.keep(fmu.blank())
+    slave.instantiate()
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    fmu.set({"law": law}, slave)
+    if not in_initialization:
+        slave.exitInitializationMode()
+    start = slave.getFMUstate()
+    inputs, metrics, speeds = map(fmu.references, (("k", "b", "club_speed"), METRICS, _SPEEDS))
+
+    def runs() -> None:
+        for k in STIFFNESSES:
+            slave.setFMUstate(start)
+            slave.setReal(inputs, [k, 9.0, 35.0])
+            if in_initialization:
+                slave.exitInitializationMode()
+            slave.doStep(0.0, STEP)
+            slave.getReal(metrics)
+            slave.getReal(speeds)
+
+    return partial(seconds, runs, len(STIFFNESSES))
+
+
+def _heavy_impacts(fmu: LoadedFmu) -> Job:
+    impact = impact_of_stiffness(fmu, METRICS, 10.0 * STEP, **_HEAVY)
+    return lambda: seconds(lambda: [impact(k) for k in STIFFNESSES[:5]], 5)
+
+
+def _heavy_reads(fmu: LoadedFmu) -> Job:
+    """Steps through the contact that are read; the first one, which solves it, is off the clock."""
+    slave = fmu.instance(**_HEAVY)
+    start, moving = slave.getFMUstate(), fmu.references(("force", *_SPEEDS))
+
+    def read() -> float:
+        slave.setFMUstate(start)
+        walk(slave, _POINTS[:1], _POINT, moving)
+        return seconds(partial(walk, slave, _POINTS[1:], _POINT, moving), len(_POINTS) - 1)
+
+    # As long as the runs that it is compared with: a busy machine then hits both alike.
+    return lambda: sum(read() for _ in range(5)) / 5

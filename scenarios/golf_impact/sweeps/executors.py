@@ -1,0 +1,195 @@
+"""Executors (concurrent.futures) for the chunks of a sweep: processes here, or a Dask cluster."""
+
+from __future__ import annotations
+
+import logging
+import os
+import pickle
+import shutil
+import signal
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from functools import partial
+from multiprocessing import get_context, parent_process, resource_tracker
+from multiprocessing.util import Finalize
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+from golf_impact.errors import UserError, lacking
+from golf_impact.fmu.loaded import in_a_line
+from golf_impact.stopping import SIGNALS
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+#: How long a cluster may take to respond, and to have a worker.
+_PATIENCE = "20s"
+
+
+class Here(Executor):
+    """Runs each call at once, in this thread."""
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """See `concurrent.futures.Executor`; errors are raised here."""
+        future: Future[T] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+def opened(
+    executor: Executor | None, scheduler: str | None, workers: int | None
+) -> AbstractContextManager[Executor]:
+    """The executor given, of the cluster at this address, of so many processes, or of this one."""
+    if executor is not None:
+        return nullcontext(executor)
+    if scheduler is not None:
+        return dask_executor(scheduler, workers)
+    return process_pool(workers) if workers and workers > 1 else nullcontext(Here())
+
+
+@contextmanager
+def process_pool(workers: int) -> Iterator[Executor]:
+    """So many worker processes on this machine, all of them started.
+
+    They finish what they have begun at the end of the block, ignore Ctrl-C, and end when this
+    process does, whatever ended it.
+    """
+    with tempfile.TemporaryDirectory(
+        prefix="golf-impact-workers-", ignore_cleanup_errors=True
+    ) as scratch:
+        pool = _Pool(workers, scratch)
+        try:
+            # A pool ends its workers by SIGTERM when one of them has died.
+            with _blocked({*SIGNALS} - {signal.SIGTERM}):
+                started = [pool.submit(os.getpid) for _ in range(workers)]
+            wait(started)
+            yield pool
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+class _Pool(ProcessPoolExecutor):
+    """Its pipes carry short messages only.
+
+    A process that is killed in the middle of one that doesn't fit into a pipe would block the
+    others for ever, and this one too. What is longer lies in files of a folder.
+    """
+
+    def __init__(self, workers: int, folder: str) -> None:
+        # A forked process would inherit threads' locks, and an FMU that has been loaded.
+        super().__init__(workers, get_context("spawn"), _begin_worker, (folder,))
+        self.folder = folder
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """See `concurrent.futures.Executor`."""
+        call: Any = _InFile(partial(fn, *args, **kwargs), self.folder)
+        return super().submit(_call, self.folder, call)
+
+
+class _InFile:
+    """Pickled as the name of a file that holds the value, and unpickled as the value."""
+
+    def __init__(self, value: Any, folder: str) -> None:
+        self.value, self.folder = value, folder
+
+    def __reduce__(self) -> tuple[Callable, tuple[str]]:
+        handle, name = tempfile.mkstemp(prefix="golf-impact-message-", dir=self.folder)
+        with open(handle, "wb") as stream:
+            pickle.dump(self.value, stream)
+        return _taken, (name,)
+
+
+def _taken(name: str) -> Any:
+    data = Path(name).read_bytes()
+    os.unlink(name)
+    return pickle.loads(data)
+
+
+def _call(folder: str, call: Callable[[], Any]) -> Any:
+    return _InFile(call(), folder)
+
+
+def _begin_worker(scratch: str) -> None:
+    """In a new worker: temporary files go to `scratch`, which its parent removes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    tempfile.tempdir = scratch
+    threading.Thread(target=_end_with_parent, args=(scratch,), daemon=True).start()
+    # At its end, as golf_impact.commands.app does it: this process has loaded an FMU.
+    Finalize(None, os._exit, (0,), exitpriority=0)
+
+
+def _end_with_parent(scratch: str) -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        shutil.rmtree(scratch, ignore_errors=True)
+        os._exit(1)
+
+
+@contextmanager
+def _blocked(signals: set[signal.Signals]) -> Iterator[None]:
+    """Processes started within the block never receive these signals."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    # Python's own helper process would unblock them when it is started.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def dask_executor(scheduler: str, workers: int | None = None) -> Iterator[Executor]:
+    """Dask's executor of a cluster: an existing one by its address ("tcp://host:8786"), or "local".
+
+    A local one is made here, of so many workers or as many as there are processors. Workers need
+    this package with its extra `cluster`. Dask runs the chunks of a dead worker elsewhere.
+
+    Raises:
+        UserError: Dask is missing, or the cluster can't be reached or gives up.
+    """
+    try:
+        import distributed
+    except ImportError as error:
+        also = ", and the same on the cluster's workers"
+        raise lacking("--scheduler", "Dask", "cluster", also) from error
+    # Lost connections are reported by the lines below.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    with ExitStack() as stack:
+        try:
+            if scheduler == "local":
+                # The workers' temporary files are removed here, whatever happens to them.
+                scratch = stack.enter_context(
+                    tempfile.TemporaryDirectory(prefix="golf-impact-workers-")
+                )
+                with _blocked({*SIGNALS}):
+                    cluster = distributed.LocalCluster(
+                        n_workers=workers or os.cpu_count(), threads_per_worker=1,
+                        silence_logs=logging.CRITICAL, env={"TMPDIR": scratch},
+                        # None would take port 8787, and warn if it is in use.
+                        dashboard_address=":0", scheduler_kwargs={"dashboard": False},
+                    )  # fmt: skip
+                    client = distributed.Client(stack.enter_context(cluster))
+            else:
+                client = distributed.Client(scheduler, timeout=_PATIENCE)
+            stack.enter_context(client).wait_for_workers(1, timeout=_PATIENCE)
+        except (OSError, ValueError) as error:
+            raise UserError(
+                f"no Dask cluster with workers at {scheduler} ({in_a_line(error)}): start "
+                "`dask scheduler` and `dask worker`, or use --scheduler local"
+            ) from error
+        executor = client.get_executor(retries=2)
+        stack.callback(executor.shutdown, wait=False)
+        try:
+            yield executor
+        except (distributed.KilledWorker, CancelledError, OSError, ImportError) as error:
+            raise UserError(
+                f"the cluster at {scheduler} gave up or is lost ({in_a_line(error)}); its workers "
+                "need this package with its extra cluster, in the same version"
+            ) from error

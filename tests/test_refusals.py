@@ -1,0 +1,317 @@
+"""What a host gets to see and to hear: refused values, refused calls, damaged states, Ctrl-C."""
+
+import ctypes
+import json
+import os
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import fmpy
+import pytest
+from conftest import some
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+
+from golf_impact.fmu.system import build_system
+
+
+@pytest.fixture(scope="module")
+def fmus(fmu_path, fmi3_path, request, tmp_path_factory):
+    """Every plain FMU, or with --standalone every standalone one."""
+    alone = request.config.getoption("--standalone")
+    folder = tmp_path_factory.mktemp("system")
+    *companions, _ = build_system(folder, standalone=alone)
+    named = {file.name.split(".")[0]: file for file in companions}
+    return {"fmi2": fmu_path, "fmi3": fmi3_path, **named}
+
+
+BAD = {
+    "fmi2": ("k", -1.0, "> 0"),
+    "fmi3": ("k", -1.0, "> 0"),
+    "Swing": ("club_mass", -1.0, "1e-06 to 1000"),
+    "Launch": ("friction", -1.0, "0 to 1e+09"),
+    "BallFlight": ("m_ball", 0.0, "1e-06 to 1000"),
+}
+
+
+# Refused values
+
+
+def simulate(fmu, start, **options):
+    """What `simulate_fmu` prints, on stdout and on stderr, and the exception if there is one."""
+    program = """
+import fmpy, json, sys
+fmu, start, options = json.loads(sys.argv[1])
+try:
+    fmpy.simulate_fmu(fmu, start_values=start, stop_time=0.01, step_size=1e-3, **options)
+except Exception as error:
+    print(error)
+"""
+    given = json.dumps([str(fmu), start, options])
+    command = [sys.executable, "-c", program, given]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=100)
+    assert done.returncode == 0, done.stderr
+    return done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_refused_start_value_is_seen_by_default(fmus, request, name):
+    variable, value, allowed = BAD[name]
+    out, err = simulate(fmus[name], {variable: value})
+    (seen,) = {line for line in (out + err).splitlines() if f"{variable} = {value} " in line} - {
+        line for line in out.splitlines() if "steps are refused" in line
+    }
+    assert "is refused: it must be" in seen
+    assert allowed in seen
+    if request.config.getoption("--standalone"):
+        # By the host's logger, and the run ends there.
+        assert "ExitInitializationMode failed with status 3 (error)" in out
+        assert err == ""
+    elif name == "fmi3":
+        # pythonfmu3 hands errors on even if logging is off.
+        assert err == ""
+    else:
+        # Once, though every step is refused for it.
+        assert (out, err) == ("", f"{fmus[name].stem}: {seen.partition(': ')[2]}\n")
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_with_logging_on_the_logger_alone_has_it(fmus, name):
+    variable, value, _ = BAD[name]
+    out, err = simulate(fmus[name], {variable: value}, debug_logging=True)
+    assert f"{variable} = {value}" in out
+    assert err == ""
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_of_accepted_values_nothing_is_said(fmus, name):
+    variable, *_ = BAD[name]
+    assert simulate(fmus[name], {variable: 0.4}) == ("", "")
+
+
+@pytest.mark.plain
+def test_each_refusal_is_written_once(fmus, capfd):
+    with instance(fmus["fmi2"]) as slave:
+        k = slave.references["k"]
+        for point in (0.0, 1e-3):
+            for _ in range(3):
+                slave.setReal([k], [-1.0])
+                with pytest.raises(FMICallException):
+                    slave.doStep(point, 1e-3)
+            slave.setReal([k], [1e6])
+            slave.doStep(point, 1e-3)
+            assert capfd.readouterr().err.count("\n") == 1
+
+
+@contextmanager
+def instance(fmu, **values):
+    """An initialized instance."""
+    folder = fmpy.extract(str(fmu))
+    description = fmpy.read_model_description(folder)
+    slave = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=folder,
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="one",
+    )
+    slave.references = {v.name: v.valueReference for v in description.modelVariables}
+    slave.reals = [v.valueReference for v in description.modelVariables if v.type == "Real"]
+    slave.instantiate()
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    for name, value in values.items():
+        set_ = slave.setBoolean if type(value) is bool else slave.setReal
+        set_([slave.references[name]], [value])
+    slave.exitInitializationMode()
+    yield slave
+    slave.terminate()
+    slave.freeInstance()
+
+
+# States of companions
+
+_SEPARATED = {"separated": True, "ball_velocity": 50.0}
+_SPEEDS = {"club_velocity": 24.0, "smash_factor": 50.0 / 35.0, "coefficient_of_restitution": 0.74}
+RUNS = {"Swing": {}, "Launch": _SEPARATED | _SPEEDS, "BallFlight": _SEPARATED}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_damaged_state_is_refused_and_has_no_effect(fmus, name):
+    with instance(fmus[name], **RUNS[name]) as slave, instance(fmus[name]) as other:
+        for n in range(900):
+            slave.doStep(n * 1e-3, 1e-3)
+        state = slave.getFMUstate()
+        whole = bytes(slave.serializeFMUstate(state))
+        damaged = [
+            bytes([*whole[:n], whole[n] ^ 1 << n % 8, *whole[n + 1 :]])
+            for n in range(0, len(whole), 7)
+        ]
+        # One number more, in a series if the state has one.
+        place = b"]" if b"]" in whole else b"}"
+        longer = whole.replace(place, b', "more": 1.0}' if place == b"}" else b", 1.0]", 1)
+        assert longer != whole
+        for data in (*damaged, longer, b"", b"{}", b"[1]", whole[:-1], whole + b" "):
+            bad = other.deSerializeFMUstate(data)
+            other.setFMUstate(bad)
+            other.freeFMUstate(bad)
+            with pytest.raises(FMICallException):
+                other.doStep(0.0, 1e-3)
+        other.doStep(0.0, 1e-3)
+        copy = other.deSerializeFMUstate(whole)
+        other.setFMUstate(copy)
+        for one in (slave, other):
+            one.doStep(0.9, 1e-3)
+        assert slave.getReal(slave.reals) == other.getReal(slave.reals)
+        slave.freeFMUstate(state)
+        other.freeFMUstate(copy)
+
+
+def test_a_state_of_another_companion_is_refused(fmus):
+    with instance(fmus["Swing"]) as swing, instance(fmus["BallFlight"]) as flight:
+        state = swing.getFMUstate()
+        flight.setFMUstate(state)
+        with pytest.raises(FMICallException):
+            flight.doStep(0.0, 1e-3)
+        flight.doStep(0.0, 1e-3)
+        swing.freeFMUstate(state)
+
+
+# The loader of the standalone FMU
+
+
+@pytest.fixture
+def loaded(standalone_path):
+    """An instance of the standalone FMU, and what its logger says."""
+    with instance(standalone_path) as slave:
+        yield slave
+
+
+def instantiate(slave, kind, guid):
+    said = []
+
+    def log(environment, name, status, category, message):
+        said.append((status, message.decode()))
+
+    callbacks = fmpy.fmi2.fmi2CallbackFunctions()
+    callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(log)
+    slave.kept = callbacks
+    made = slave.fmi2Instantiate(b"two", kind, guid, b"", ctypes.byref(callbacks), 0, 0)
+    return made, said
+
+
+def test_what_the_loader_refuses(loaded):
+    guid = loaded.guid.encode()
+    for kind, given, why in (
+        (1, b"wrong", f"GUID or token = wrong is refused: this FMU has {loaded.guid}"),
+        (1, b"", "is refused"),
+        (1, None, "GUID or token = NULL is refused"),
+        (0, guid, "fmi2ModelExchange is refused"),
+    ):
+        made, ((status, text),) = instantiate(loaded, kind, given)
+        assert (made, status) == (None, 3)
+        assert why in text
+    made, said = instantiate(loaded, 1, guid)
+    assert made
+    assert said == []
+    with pytest.raises(FMICallException, match="error"):
+        loaded.fmi2SetFMUstate(made, None)
+    loaded.fmi2FreeInstance(made)
+
+
+def test_a_wrong_token_is_refused(standalone_fmi3_path):
+    folder = fmpy.extract(str(standalone_fmi3_path))
+    slave = fmpy.fmi3.FMU3Slave(
+        guid="wrong", unzipDirectory=folder, modelIdentifier="ClubBallImpact", instanceName="one"
+    )
+    with pytest.raises(Exception, match="instantiate"):
+        slave.instantiate()
+
+
+def test_out_of_memory_says_so(loaded):
+    made, said = instantiate(loaded, 1, loaded.guid.encode())
+    references, values = (ctypes.c_uint * 1)(0), (ctypes.c_double * 1)()
+    with pytest.raises(FMICallException):
+        loaded.fmi2GetReal(made, references, 2**60, values)
+    assert said == [(4, "out of memory")]
+    loaded.fmi2FreeInstance(made)
+
+
+def test_a_host_that_traps_nan(standalone_path):
+    """A comparison with NaN would be SIGFPE; flushed to 0, small numbers would be others."""
+    program = """
+import ctypes, os, sys
+sys.path.insert(0, sys.argv[2])
+from test_refusals import instance
+with instance(sys.argv[1]) as slave:
+    libm = ctypes.CDLL("libm.so.6")
+    nan = (ctypes.c_double * 1)(float("nan"))
+    references = (ctypes.c_uint * 1)(0)
+    libm.feenableexcept(1)
+    slave.fmi2SetReal(slave.component, references, 1, nan)
+    trapping = libm.fegetexcept()
+    libm.fedisableexcept(1)
+    print(trapping)
+"""
+    here = os.path.dirname(__file__)
+    command = [sys.executable, "-c", program, str(standalone_path), here]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=100)
+    assert done.returncode == 0, (done.returncode, done.stderr)
+    assert done.stdout.splitlines()[-1] == "1"
+
+
+# Ctrl-C in a host that is a Python
+
+_INTERRUPTED = """
+import collections, os, random, signal, sys, threading, time
+sys.path.insert(0, sys.argv[2])
+from test_refusals import instance
+times, ready = int(sys.argv[3]), threading.Event()
+
+def interrupt():
+    waiting = random.Random(1)
+    while True:
+        ready.wait()
+        time.sleep(waiting.uniform(0.002, 0.006))
+        ready.clear()
+        os.kill(os.getpid(), signal.SIGINT)
+
+sys.setswitchinterval(1e-4)
+threading.Thread(target=interrupt, daemon=True).start()
+seen = collections.Counter()
+for _ in range(times):
+    with instance(sys.argv[1]) as slave:
+        try:
+            ready.set()
+            n = 0
+            while True:
+                slave.doStep(n * 1e-9, 1e-9)
+                slave.getReal(slave.reals)
+                n += 1
+        except BaseException as error:
+            seen[type(error).__name__] += 1
+print(dict(seen))
+"""
+
+
+@pytest.mark.parametrize("name", ["fmi2", "Swing"])
+@pytest.mark.parametrize("times", some(1, [20, 300]))
+def test_ctrl_c_is_a_keyboard_interrupt(fmus, name, times):
+    here = os.path.dirname(__file__)
+    command = [sys.executable, "-c", _INTERRUPTED, str(fmus[name]), here, str(times)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=100)
+    assert done.stdout == f"{{'KeyboardInterrupt': {times}}}\n", (done.stdout, done.stderr[-2000:])
+    assert done.returncode == 0
+
+
+def test_a_hosts_own_handler_stays(fmus):
+    program = """
+import signal, sys
+sys.path.insert(0, sys.argv[2])
+from test_refusals import instance
+mine = signal.signal(signal.SIGINT, print) and signal.getsignal(signal.SIGINT)
+with instance(sys.argv[1]) as slave:
+    assert signal.getsignal(signal.SIGINT) is mine
+"""
+    command = [sys.executable, "-c", program, str(fmus["fmi2"]), os.path.dirname(__file__)]
+    subprocess.run(command, check=True, timeout=100)
