@@ -58,7 +58,7 @@ def run(fmu):
     def force(figures):
         figure, axes = figures.new("Contact force on the ball", case=case)
         axes.fill_between(micro, kilonewton, color=figures.SKY, alpha=0.35, lw=0)
-        axes.plot(micro, kilonewton, **figures.LOOKS["ball"].line)
+        axes.plot(micro, kilonewton, **figures.STYLES["ball"].line)
         at = metrics["time_of_max_force"] * 1e6
         figures.mark(axes, at, peak / 1e3, f"{peak:.0f} N at {at:.1f} µs")
         words = f"impulse J = {metrics['impulse']:.3f} N·s\ncontact time {contact_micro:.1f} µs"
@@ -72,10 +72,10 @@ def run(fmu):
     def both(figures):
         figure, axes = figures.new("Contact force on each body: opposite and equal", case=case)
         axes.axhline(0, color="0.6", lw=0.8)
-        axes.plot(micro, kilonewton, **figures.LOOKS["ball"].line, label="on the ball")
-        axes.plot(micro, -kilonewton, **figures.LOOKS["club"].line, label="on the club")
+        axes.plot(micro, kilonewton, **figures.STYLES["ball"].line, label="on the ball")
+        axes.plot(micro, -kilonewton, **figures.STYLES["club"].line, label="on the club")
         axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)")
-        figures.legend_above(axes)
+        figures.add_legend_above(axes)
         return figure
 
     @report.figure(
@@ -89,12 +89,12 @@ def run(fmu):
             for body in ("club", "ball"):
                 label = "club face" if (body, what) == ("club", "position") else body
                 values = path[f"{body}_{what}"] * factor
-                axes.plot(micro, values, **figures.LOOKS[body].line, label=label)
+                axes.plot(micro, values, **figures.STYLES[body].line, label=label)
             axes.axvline(contact_micro, color="0.45", lw=1.0, ls=":")
             at, below = 0.98 * contact_micro, axes.get_xaxis_transform()
             axes.text(at, 0.03, "separation", ha="right", transform=below)
             axes.set(xlabel="time since touch (µs)", ylabel=f"{what} ({unit})")
-            figures.legend_above(axes)
+            figures.add_legend_above(axes)
         return figure
 
     return report

@@ -11,14 +11,14 @@ def run(fmu):
     report = Report(TITLE, fmu)
     curves = []
     with document_fmu() as euler:
-        for look, speed in (("baseline", 35.0), ("more", 50.0)):
+        for style, speed in (("baseline", 35.0), ("more", 50.0)):
             printed = document.CLUB_SPEED[speed]
             exact = report.impact(f"{speed:g} m/s", printed, club_speed=speed)
             scheme = euler.as_printed(club_speed=speed)
             report.compare(f"Club speed {speed:g} m/s", printed, scheme, exact)
             path = fmu.trajectory(names=("force",), club_speed=speed)
             report.trajectories[f"club_speed_{speed:g}"] = path
-            curves.append((look, f"{speed:g} m/s", exact, path))
+            curves.append((style, f"{speed:g} m/s", exact, path))
 
     for claim, check, metric in (
         ("the ball's release speed increases", report.rises, "ball_velocity"),
@@ -41,7 +41,7 @@ def run(fmu):
         "club_speed_force", "Contact force is proportional to club speed; contact time is the same."
     )
     def force(figures):
-        return figures.force_curves("Club speed: more force, same time", report.describe(), curves)
+        return figures.plot_forces("Club speed: more force, same time", report.describe(), curves)
 
     return report
 

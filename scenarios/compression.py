@@ -11,13 +11,13 @@ def run(fmu):
     report = Report(TITLE, fmu)
     curves = []
     with document_fmu() as euler:
-        for look, k in (("less", 0.5e6), ("baseline", 1e6), ("more", 2e6)):
+        for style, k in (("less", 0.5e6), ("baseline", 1e6), ("more", 2e6)):
             printed = document.COMPRESSION[k]
             exact = report.impact(f"k = {k / 1e6:g}e6", printed, k=k)
             scheme = euler.as_printed(k=k)
             report.compare(f"k = {k / 1e6:g}e6 N/m", printed, scheme, exact)
             path = fmu.trajectory(names=("force",), k=k)
-            curves.append((look, f"k = {k / 1e6:g} MN/m", exact, path))
+            curves.append((style, f"k = {k / 1e6:g} MN/m", exact, path))
 
     for claim, check, metric in (
         ("the club is faster after the impact", report.rises, "club_velocity"),
@@ -43,7 +43,7 @@ def run(fmu):
         "impulse.",
     )
     def force(figures):
-        return figures.force_curves(
+        return figures.plot_forces(
             "A stiffer ball: more force, shorter contact", "law 1, b = 9 N·s/m, 35 m/s", curves
         )
 

@@ -43,7 +43,7 @@ def draw(figures):
     figure, axes = figures.new("Club, ball, and the contact between them", (8.2, 6.6))
     axes.set(xlim=(0.2, 10.8), ylim=(-2.5, 6.5), aspect="equal")
     axes.axis("off")
-    club, ball = (figures.LOOKS[body].colour for body in ("club", "ball"))
+    club, ball = (figures.STYLES[body].colour for body in ("club", "ball"))
 
     def lines(strokes, colour, width=1.8):
         for xs, ys in strokes:
@@ -72,7 +72,7 @@ def draw(figures):
         lines((([left, left - 0.12], [floor, floor - 0.14]) for left in hatch), "black", 0.8)
 
     for law, y in ((1, 4.2), (2, -0.6)):
-        colour = figures.LOOKS[f"law {law}"].colour
+        colour = figures.STYLES[f"law {law}"].colour
         axes.add_patch(FancyBboxPatch((0.7, y - 0.8), 2.0, 1.6, fc=club, ec="black", lw=1.4,
                                       boxstyle="round,pad=0,rounding_size=0.12"))  # fmt: skip
         axes.text(1.7, y, "club\n$m_C$", ha="center", va="center")

@@ -18,7 +18,7 @@ def run(fmu):
     report.check_close(claim, hard["smash_factor"], largest, 1e-12)
     curves = []
     with document_fmu() as euler:
-        for look, k, printed, metrics in (
+        for style, k, printed, metrics in (
             ("baseline", 1e6, document.ELASTIC, hard),
             ("less", 0.5e6, document.ELASTIC_SOFT, soft),
         ):
@@ -29,7 +29,7 @@ def run(fmu):
             claim = f"contact time agrees with π √(μ/k) at {at}"
             report.check_close(claim, metrics["contact_time"], time, 1e-12 * time)
             path = fmu.trajectory(names=("force",), b=0.0, k=k)
-            curves.append((look, f"k = {k / 1e6:g} MN/m", metrics, path))
+            curves.append((style, f"k = {k / 1e6:g} MN/m", metrics, path))
     for claim, metric, other in (
         ("S is independent of stiffness", "smash_factor", soft),
         ("S is independent of club speed", "smash_factor", fast),
@@ -55,7 +55,7 @@ def run(fmu):
         "therefore the ball speeds, are the same.",
     )
     def force(figures):
-        figure = figures.force_curves(
+        figure = figures.plot_forces(
             "Without damping: different force, same impulse", "b = 0 (either law), 35 m/s", curves
         )
         words = f"the area under each: {hard['impulse']:.3f} N·s"

@@ -36,7 +36,9 @@ def run(fmu):
     units = ("N", "m", "", "", "", "N·s", "N·s", "J", "J", "%")
     for (name, printed), unit in zip(document.ENVELOPE.items(), units, strict=True):
         value = numbers[name]
-        rows.append([f"{name} ({unit})" if unit else name, printed.text, printed.shown(value)])
+        rows.append(
+            [f"{name} ({unit})" if unit else name, printed.text, printed.format_value(value)]
+        )
         # One unit of the last digit: the document rounds some numbers and truncates others.
         claim = f"{name}, from the paper's figures, agrees with the printed {printed.text}"
         why, allowed = "one unit of the last printed digit", 2.0 * printed.half_digit

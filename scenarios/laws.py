@@ -1,6 +1,6 @@
 """The same impact under both laws: momentum and energy."""
 
-from golf_impact.scenario import Report, label, main, shown
+from golf_impact.scenario import Report, format_value, label, main
 
 TITLE = "Laws: drag on each body or damper between them"
 CHAPTER = 11
@@ -20,7 +20,9 @@ def run(fmu):
     absolute = report.impact("law 1 (absolute)", law=1)
     relative = report.impact("law 2 (relative)", law=2)
     both = absolute, relative
-    rows = ([label(one), *(shown(one, metrics[one]) for metrics in both)] for one in _METRICS)
+    rows = (
+        [label(one), *(format_value(one, metrics[one]) for metrics in both)] for one in _METRICS
+    )
     report.table(TITLE, ["", *report.cases], rows)
 
     lost = 1.0 - absolute["momentum_final"] / absolute["momentum_initial"]
@@ -68,12 +70,12 @@ def run(fmu):
         )
         laws = {1: "law 1: drag on each body", 2: "law 2: damper between them"}
         for law, words in laws.items():
-            micro, look = paths[law]["time"] * 1e6, figures.LOOKS[f"law {law}"]
+            micro, style = paths[law]["time"] * 1e6, figures.STYLES[f"law {law}"]
             for axes, column in ((left, "momentum"), (right, "kinetic_energy")):
-                axes.plot(micro, paths[law][column], **look.line, label=words)
+                axes.plot(micro, paths[law][column], **style.line, label=words)
         left.set(xlabel="time since touch (µs)", ylabel="momentum (kg·m/s)")
         right.set(xlabel="time since touch (µs)", ylabel="kinetic energy (J)")
-        figures.legend_below(figure, left, columns=2)
+        figures.add_legend_below(figure, left, columns=2)
         return figure
 
     return report

@@ -203,7 +203,7 @@ def _show_forces(report, shots):
         axes.annotate("stick", (0.5 * start, -1.9), ha="center")
         axes.axhline(0.0, color=figures.BLACK, lw=0.8)
         axes.set(xlabel="time since touch (µs)", ylabel="force (kN)")
-        figures.legend_above(axes)
+        figures.add_legend_above(axes)
         return figure
 
 
@@ -335,7 +335,7 @@ def _show_tour(report, shots):
     def tour(figures):
         figure, axes = figures.new("Deviation from PGA Tour averages", size=(7.2, 4.8))
         clubs = [row[0] for row in TOUR]
-        figures.rows(axes, clubs, 15.0)
+        figures.label_rows(axes, clubs, 15.0)
         for name, words, marker, colour in (
             ("spin", "backspin", "o", figures.VERMILION),
             ("ball", "ball speed", "s", figures.BLUE),
@@ -344,7 +344,7 @@ def _show_tour(report, shots):
             values = [off[name][club] for club in clubs]
             axes.plot(values, range(len(clubs)), marker, color=colour, label=words)
         axes.set(xlabel="model against TrackMan (%)")
-        figures.legend_above(axes)
+        figures.add_legend_above(axes)
         return figure
 
 

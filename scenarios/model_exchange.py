@@ -123,11 +123,13 @@ def _methods(fmi3, exact):
 
     def cvode(name, tolerance):
         options = {"relative_tolerance": tolerance, "output_interval": _STOP / 10}
-        return _Method(tolerance, partial(solve, _LAWS[name], **options), exact[name], fmi3.counted)
+        return _Method(
+            tolerance, partial(solve, _LAWS[name], **options), exact[name], fmi3.count_evaluations
+        )
 
     def euler(h):
         run = partial(solve, {}, solver="Euler", step_size=h, output_interval=h)
-        return _Method(h, run, exact["law 1"], fmi3.counted)
+        return _Method(h, run, exact["law 1"], fmi3.count_evaluations)
 
     at_once = {"stop_time": _STOP, "output_interval": _STOP}
     simulated = partial(fmi3.simulate, fmi3.slave, _METRICS, **at_once)
@@ -216,16 +218,16 @@ def _plot(figures, methods):
     )
     curves = {f"{name}, CVode": (name, solved) for name, solved in methods.solved.items()}
     curves["law 1, explicit Euler"] = "explicit Euler, Python", methods.euler
-    for label, (look, of_curve) in curves.items():
+    for label, (style, of_curve) in curves.items():
         errors, micro = zip(*((method.speed_error, method.seconds * 1e6) for method in of_curve))
-        axes.plot(errors, micro, **figures.LOOKS[look].points, ms=5, lw=1.4, label=label)
+        axes.plot(errors, micro, **figures.STYLES[style].points, ms=5, lw=1.4, label=label)
     for name, method in methods.stepped.items():
-        look = figures.LOOKS[name]
-        point = {"color": look.colour, "ms": 10, "mec": figures.BLACK, "clip_on": False}
+        style = figures.STYLES[name]
+        point = {"color": style.colour, "ms": 10, "mec": figures.BLACK, "clip_on": False}
         label = f"{name}, co-simulation in one step"
-        axes.plot(method.speed_error, method.seconds * 1e6, look.marker, **point, label=label)
-    figures.run_time_axes(axes, "relative error of ball velocity against the FMI 2.0 FMU")
-    figures.legend_below(figure, axes, columns=2)
+        axes.plot(method.speed_error, method.seconds * 1e6, style.marker, **point, label=label)
+    figures.set_run_time_axes(axes, "relative error of ball velocity against the FMI 2.0 FMU")
+    figures.add_legend_below(figure, axes, columns=2)
     return figure
 
 

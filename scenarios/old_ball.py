@@ -11,13 +11,13 @@ def run(fmu):
     report = Report(TITLE, fmu)
     curves = []
     with document_fmu() as euler:
-        for name, look, k, b in (("new", "baseline", 1e6, 9.0), ("old", "less", 0.5e6, 12.0)):
+        for name, style, k, b in (("new", "baseline", 1e6, 9.0), ("old", "less", 0.5e6, 12.0)):
             printed = document.OLD_BALL[k, b]
             exact = report.impact(name, printed, k=k, b=b)
             title = f"{name} ball: k = {k / 1e6:g}e6 N/m, b = {b:g} N·s/m"
             report.compare(title, printed, euler.as_printed(k=k, b=b), exact)
             path = fmu.trajectory(names=("force",), k=k, b=b)
-            curves.append((look, f"{name} ({k / 1e6:g} MN/m, {b:g} N·s/m)", exact, path))
+            curves.append((style, f"{name} ({k / 1e6:g} MN/m, {b:g} N·s/m)", exact, path))
 
     for claim, check, metric in (
         ("the club is slower after the impact", report.falls, "club_velocity"),
@@ -43,7 +43,7 @@ def run(fmu):
         "that the ball gains plus the impulse of its drag.",
     )
     def force(figures):
-        return figures.force_curves(
+        return figures.plot_forces(
             "An old ball: less force, longer contact", "law 1, 35 m/s", curves
         )
 

@@ -1,6 +1,6 @@
 """Compression ratings: predictions over club speed from an indicative stiffness of each."""
 
-from golf_impact.scenario import BALLS, Report, document, main, rating_stiffness, shown
+from golf_impact.scenario import BALLS, Report, document, format_value, main, rating_stiffness
 
 TITLE = "Rating: compression ratings over club speed"
 CHAPTER = 10
@@ -52,8 +52,8 @@ def run(fmu):
         for name in _PRESETS:
             metrics, smash = line[name, speed], fixed[name, speed]["smash_factor"]
             diameters = metrics["max_compression"] / document.USED["ball_diameter"]
-            values = [shown(metric, metrics[metric]) for metric in _COLUMNS]
-            values += [f"{diameters:.3f}", shown("smash_factor", smash)]
+            values = [format_value(metric, metrics[metric]) for metric in _COLUMNS]
+            values += [f"{diameters:.3f}", format_value("smash_factor", smash)]
             rows.append([f"{name.removeprefix('rating-')}, {speed:g} m/s", *values])
     report.table(
         "Predictions with the measured COR line, the same for all ratings",
@@ -90,14 +90,14 @@ def run(fmu):
             "Compression ratings over club speed (indicative)", "law 2, k from the rating"
         )
         for name in _PRESETS:
-            look = figures.LOOKS[name].line
+            style = figures.STYLES[name].line
             smash = [fixed[name, speed]["smash_factor"] for speed in _SPEEDS]
             compression = [line[name, speed]["max_compression"] * 1e3 for speed in _SPEEDS]
-            left.plot(_SPEEDS, smash, **look, label=BALLS[name].title)
-            right.plot(_SPEEDS, compression, **look)
+            left.plot(_SPEEDS, smash, **style, label=BALLS[name].title)
+            right.plot(_SPEEDS, compression, **style)
         smash = [line[_PRESETS[0], speed]["smash_factor"] for speed in _SPEEDS]
-        look = {"color": figures.BLACK, "ls": ":"}
-        left.plot(_SPEEDS, smash, **look, label="all ratings, measured COR line")
+        style = {"color": figures.BLACK, "ls": ":"}
+        left.plot(_SPEEDS, smash, **style, label="all ratings, measured COR line")
         left.annotate("each rating with b = 9 N·s/m", (21.0, 1.555), fontsize=9)
         for axes in (left, right):
             for edge in _BANDS:
@@ -108,7 +108,7 @@ def run(fmu):
             axes.set_xlabel("club speed (m/s); dotted: 130 and 160 km/h")
         left.set_ylabel("smash factor S")
         right.set(ylabel="maximum compression (mm)", ylim=(0, None))
-        figures.legend_below(figure, left, columns=2)
+        figures.add_legend_below(figure, left, columns=2)
         return figure
 
     return report

@@ -6,9 +6,9 @@ from golf_impact.scenario import (
     UserError,
     closed_forms,
     document,
+    format_value,
     main,
     measured,
-    shown,
 )
 
 TITLE = "Speed dependence: COR falls with club speed"
@@ -45,7 +45,7 @@ def run(fmu):
     cor, smash, time = "coefficient_of_restitution", "smash_factor", "contact_time"
     for title, metric in (("COR", cor), ("Smash factor S", smash), ("Contact time (µs)", time)):
         rows = [
-            [f"{speed:g}", *(shown(metric, impacts[name][n][metric]) for name in _BALLS)]
+            [f"{speed:g}", *(format_value(metric, impacts[name][n][metric]) for name in _BALLS)]
             for n, speed in enumerate(_SPEEDS)
             if speed % 10.0 == 0.0
         ]
@@ -97,9 +97,9 @@ def run(fmu):
     def cor_and_smash_factor(figures):
         figure, (left, right) = figures.new_pair("COR and smash factor over club speed")
         for name, words in _BALLS.items():
-            look, width = figures.LOOKS[name], 4.0 if name == "penner" else 2.0
+            style, width = figures.STYLES[name], 4.0 if name == "penner" else 2.0
             for axes, metric in ((left, cor), (right, smash)):
-                axes.plot(_SPEEDS, over_speed(name, metric), **look.line, lw=width, label=words)
+                axes.plot(_SPEEDS, over_speed(name, metric), **style.line, lw=width, label=words)
         ratio = 1.0 + document.USED["m_ball"] / document.USED["m_club"]
         dots = {"color": figures.BLACK, "ls": ":", "lw": 1.5, "label": "measured line (Penner)"}
         left.plot(_SPEEDS, line, **dots)
@@ -120,7 +120,7 @@ def run(fmu):
                 label = ""
         left.set(xlabel="club speed (m/s)", ylabel="coefficient of restitution", ylim=(0.6, 1.0))
         right.set(xlabel="club speed (m/s)", ylabel="smash factor S")
-        figures.legend_below(figure, left, columns=3)
+        figures.add_legend_below(figure, left, columns=3)
         return figure
 
     return report

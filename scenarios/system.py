@@ -319,7 +319,7 @@ def _draw_swing(report, runs, swing):
         axes.set(xlabel="towards the target (m)", ylabel="up, in the plane of the swing (m)")
         axes.set(xlim=(-1.45, 0.95))
         axes.set_aspect("equal")
-        figures.legend_above(axes)
+        figures.add_legend_above(axes)
         return figure
 
     @report.figure(
@@ -333,8 +333,8 @@ def _draw_swing(report, runs, swing):
         swinging = "Swing.head_speed"
         points = {"color": figures.VERMILION, "ls": ":", "marker": "o", "lw": 1.4, "ms": 5}
         for path, column, look, label in (
-            (fine, ball, figures.LOOKS["ball"].line, "ball"),
-            (fine, club, figures.LOOKS["club"].line, "free head, along the normal"),
+            (fine, ball, figures.STYLES["ball"].line, "ball"),
+            (fine, club, figures.STYLES["club"].line, "free head, along the normal"),
             (fine, swinging, {"color": figures.BLACK}, "swing's head, along its path, 10 µs"),
             (coarse, swinging, points, "the same, 1 ms"),
         ):
@@ -346,7 +346,7 @@ def _draw_swing(report, runs, swing):
             axes.annotate(words, at, xytext=(0, above), textcoords="offset points")
         axes.set(xlabel="time since touch (ms)", ylabel="speed (m/s)")
         axes.set(xlim=(-0.6, 3.0), ylim=(-3, 92))
-        figures.legend_above(axes)
+        figures.add_legend_above(axes)
         return figure
 
     @report.figure(
@@ -365,7 +365,7 @@ def _draw_swing(report, runs, swing):
         axes.stairs(mean, edges + 1.0, color=figures.GREEN, lw=2, label="on the swing")
         axes.set(xlabel="time since touch (ms)", ylabel="force on the ball (kN)")
         axes.set(xlim=(-0.7, 2.2), ylim=(-0.3, None))
-        figures.legend_above(axes, columns=3)
+        figures.add_legend_above(axes, columns=3)
         return figure
 
 
@@ -386,7 +386,7 @@ def _draw_error(report, errors):
             axes.loglog(scale, at * (scale / 100.0) ** order * 0.6, color="0.5", lw=1, ls=":")
             axes.annotate(f"order {order}", (14, at * 0.14**order * 0.6), va="top", color="0.4")
         axes.set(xlabel="communication step (µs)", ylabel="energy from the swing, relative error")
-        figures.legend_above(axes)
+        figures.add_legend_above(axes)
         return figure
 
 

@@ -1,6 +1,6 @@
 """The parameters of the document's Table 1, and those that its results come from."""
 
-from golf_impact.scenario import Report, document, label, main, shown
+from golf_impact.scenario import Report, document, format_value, label, main
 
 TITLE = "Table 1: parameters printed and parameters used"
 CHAPTER = 13
@@ -17,7 +17,7 @@ def run(fmu):
     ]
     outside = {"used": 0, "Table 1": 0}
     for metric, number in document.BASELINE.items():
-        values = shown(metric, printed[metric]), shown(metric, used[metric])
+        values = format_value(metric, printed[metric]), format_value(metric, used[metric])
         rows.append([label(metric), *values, number.text])
         allowed = 0.005 * number.value + number.half_digit
         for name, metrics in report.cases.items():

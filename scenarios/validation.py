@@ -152,21 +152,21 @@ def _plot(figures, paths, errors):
     figure, (left, right) = figures.new_pair("The model and the finite-element ball (35 m/s)")
     names = list(measured.ROH_LEE_FIGURES)
     for name in ("document", "roh-lee-linear", "roh-lee-tsuji", "roh-lee"):
-        look, path = figures.LOOKS[name], paths[name]
-        point = {"mfc": look.colour if name == "roh-lee" else "white", "ms": 7, "mew": 1.6}
-        style = {**look.points, **point, "markevery": [path["force"].argmax()]}
-        left.plot(path["time"] * 1e6, path["force"] / 1e3, **style, label=_BALLS[name])
+        style, path = figures.STYLES[name], paths[name]
+        point = {"mfc": style.colour if name == "roh-lee" else "white", "ms": 7, "mew": 1.6}
+        line = {**style.points, **point, "markevery": [path["force"].argmax()]}
+        left.plot(path["time"] * 1e6, path["force"] / 1e3, **line, label=_BALLS[name])
         percent = [errors[name][metric] * 100 for metric in names]
-        right.plot(percent, range(len(names)), look.marker, color=look.colour, **point)
+        right.plot(percent, range(len(names)), style.marker, color=style.colour, **point)
     paper = document.ROH_LEE
     times = [paper["time_of_max_force"] * 1e6, paper["contact_time"] * 1e6]
     cross = {"color": figures.BLACK, "ms": 15, "mew": 2, "zorder": 6, "clip_on": False}
     left.plot(times, [paper["max_force"] / 1e3, 0.0], "+", **cross, label="Roh & Lee")
     left.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
     labels = [QUANTITIES[name].name + (" *" if name == _PREDICTED else "") for name in names]
-    figures.rows(right, labels, band=1.0)
+    figures.label_rows(right, labels, band=1.0)
     right.set(xlabel="error (%); band: ± 1 %; *: predicted")
-    figures.legend_below(figure, left, columns=5)
+    figures.add_legend_below(figure, left, columns=5)
     return figure
 
 

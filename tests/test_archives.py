@@ -14,8 +14,8 @@ import pytest
 
 from golf_build.packaging import bundled, guid_of
 from golf_impact.errors import UserError
-from golf_impact.fmu.archive import flaw
-from golf_impact.fmu.file import BUILDERS, build_plain_fmu, given_fmu
+from golf_impact.fmu.archive import find_flaw
+from golf_impact.fmu.file import BUILDERS, build_plain_fmu, check_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -173,7 +173,7 @@ def test_doctor_checks_the_file_before_it_runs(tmp_path, files, fmu_path):
 )
 def test_names_that_lead_out_of_the_folder(tmp_path, files, name):
     path = with_more(tmp_path, files, (zipfile.ZipInfo(name), b"here"))
-    why = flaw(path)
+    why = find_flaw(path)
     assert "leads out of the folder" in why
     assert len(why.splitlines()) == 1
     with pytest.raises(UserError, match="leads out of the folder"):
@@ -184,13 +184,13 @@ def test_links(tmp_path, files):
     link = zipfile.ZipInfo("resources/link")
     link.create_system = 3
     link.external_attr = (stat.S_IFLNK | 0o777) << 16
-    assert "is a link" in flaw(with_more(tmp_path, files, (link, b"/etc")))
+    assert "is a link" in find_flaw(with_more(tmp_path, files, (link, b"/etc")))
 
 
 def test_a_name_twice(tmp_path, files):
     with pytest.warns(UserWarning, match="Duplicate"):
         path = with_more(tmp_path, files, ("modelDescription.xml", b"<other/>"))
-    assert "twice" in flaw(path)
+    assert "twice" in find_flaw(path)
 
 
 def test_too_large(tmp_path, files):
@@ -203,7 +203,7 @@ def test_too_large(tmp_path, files):
         for _ in range(65):
             member.write(bytes(2**20))
     assert path.stat().st_size < 2**20
-    assert "66 MB" in flaw(path)
+    assert "66 MB" in find_flaw(path)
 
 
 def test_a_wrong_size(tmp_path, files):
@@ -212,16 +212,16 @@ def test_a_wrong_size(tmp_path, files):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", bytes(2**22))
         archive.infolist()[0].file_size = 10
-    assert "not a readable FMU" in flaw(path)
+    assert "not a readable FMU" in find_flaw(path)
 
 
 def test_every_truncation(tmp_path, fmu_path):
     data, path = fmu_path.read_bytes(), tmp_path / "x.fmu"
     for n in range(0, len(data), len(data) // 40):
         path.write_bytes(data[:n])
-        assert "not a readable FMU" in flaw(path)
+        assert "not a readable FMU" in find_flaw(path)
     path.write_bytes(data)
-    assert flaw(path) is None
+    assert find_flaw(path) is None
 
 
 @pytest.mark.ci
@@ -238,7 +238,7 @@ def test_a_damaged_byte_anywhere(tmp_path, fmu_path):
             same = False
         if not same:
             seen += 1
-            assert flaw(path) is not None
+            assert find_flaw(path) is not None
             assert not BUILDERS[2].is_current(path)
         data[n] ^= 0xFF
     assert seen > 50
@@ -246,7 +246,7 @@ def test_a_damaged_byte_anywhere(tmp_path, fmu_path):
 
 @pytest.mark.parametrize("name", ["modelDescription.xml", "resources/slavemodule.txt"])
 def test_a_missing_member(tmp_path, files, name):
-    assert f"{name} is missing" in flaw(
+    assert f"{name} is missing" in find_flaw(
         packed(tmp_path / "x.fmu", {n: c for n, c in files.items() if n != name})
     )
 
@@ -259,14 +259,14 @@ def test_no_archive_at_all(tmp_path):
     nothing = packed(tmp_path / "nothing.fmu", {})
     pipe = tmp_path / "pipe.fmu"
     os.mkfifo(pipe)
-    assert "not a readable FMU" in flaw(empty)
-    assert "not a readable FMU" in flaw(text)
-    assert "modelDescription.xml is missing" in flaw(nothing)
-    assert "is a folder" in flaw(tmp_path)
-    assert "is not a regular file" in flaw(pipe)
-    assert "there is no FMU" in flaw(tmp_path / "none.fmu")
-    assert "can't read" in flaw(empty / "below.fmu")
-    assert "can't read" in flaw(Path("x" * 300))
+    assert "not a readable FMU" in find_flaw(empty)
+    assert "not a readable FMU" in find_flaw(text)
+    assert "modelDescription.xml is missing" in find_flaw(nothing)
+    assert "is a folder" in find_flaw(tmp_path)
+    assert "is not a regular file" in find_flaw(pipe)
+    assert "there is no FMU" in find_flaw(tmp_path / "none.fmu")
+    assert "can't read" in find_flaw(empty / "below.fmu")
+    assert "can't read" in find_flaw(Path("x" * 300))
 
 
 def test_encrypted_members_and_unsupported_compression(tmp_path, files):
@@ -275,11 +275,11 @@ def test_encrypted_members_and_unsupported_compression(tmp_path, files):
     entry = data.index(b"PK\x01\x02")
     data[entry + 8] |= 1
     path.write_bytes(data)
-    assert "encrypted" in flaw(path)
+    assert "encrypted" in find_flaw(path)
     data[entry + 8] &= ~1
     data[entry + 10] = 99
     path.write_bytes(data)
-    assert "not a readable FMU" in flaw(path)
+    assert "not a readable FMU" in find_flaw(path)
 
 
 # What is inside
@@ -311,7 +311,7 @@ def test_another_description(tmp_path, files, replacements, words):
 
 def test_an_fmu_for_fmi_3(tmp_path):
     fmu = BUILDERS[3].build(tmp_path / "x.fmu")
-    assert flaw(fmu) is None
+    assert find_flaw(fmu) is None
     with pytest.raises(UserError, match=r"not an FMI 2\.0 co-simulation FMU"):
         ImpactFmu(fmu)
 
@@ -351,9 +351,9 @@ def test_contents_that_crash_a_process(tmp_path, files, damage):
     """Run in a separate process, since without a list of files nothing else shows the damage."""
     kept = {name: content for name, content in files.items() if name != SUMS}
     path = packed(tmp_path / "x.fmu", kept | damage(files))
-    assert flaw(path) is None
+    assert find_flaw(path) is None
     with pytest.raises(UserError, match="can't be run here") as error:
-        given_fmu(path)
+        check_fmu(path)
     assert len(str(error.value).splitlines()) == 1
 
 
@@ -364,7 +364,7 @@ def test_a_repacked_fmu_is_accepted(tmp_path, files, monkeypatch):
     monkeypatch.chdir(tmp_path)
     kept = {name: content for name, content in files.items() if name != SUMS}
     path = packed(tmp_path / "x.fmu", kept)
-    assert given_fmu(path) == path
+    assert check_fmu(path) == path
 
 
 # The built FMU

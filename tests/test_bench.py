@@ -31,7 +31,7 @@ from golf_impact.peers.problem import Case, Outcome, errors
 from golf_impact.stress.cases import named_cases
 from golf_impact.stress.driver import driver
 from golf_impact.stress.reference import Reference
-from golf_impact.timing import Ratio, interleaved, median_ratio
+from golf_impact.timing import Ratio, median_ratio, run_interleaved
 
 
 @pytest.fixture(scope="module")
@@ -189,7 +189,7 @@ def test_rounds_are_interleaved_and_their_ratios_taken():
 
         return run
 
-    times = interleaved({"a": job("a", 2.0), "b": job("b", 4.0)}, rounds=2)
+    times = run_interleaved({"a": job("a", 2.0), "b": job("b", 4.0)}, rounds=2)
     assert times == {"a": [2.0, 2.0], "b": [4.0, 4.0]}
     assert order == ["b", "a", "a", "b", "b", "a"]
     # The median of ratios, not the ratio of medians.

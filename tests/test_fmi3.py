@@ -336,7 +336,7 @@ def test_solved_by_cvode_it_is_the_same_impact(extracted, fmu, values):
             # Some 30 times the solver's tolerance is the worst seen.
             scale = max(abs(exact[name]), scales.get(name, 1e-4))
             assert abs(last[name] - exact[name]) < 3e-7 * scale, name
-    assert [bool(last[name]) for name in FLAGS] == [fmu.flag(name) for name in FLAGS]
+    assert [bool(last[name]) for name in FLAGS] == [fmu.read_flag(name) for name in FLAGS]
 
 
 def test_the_error_follows_the_tolerance(extracted):

@@ -25,7 +25,7 @@ FLAGS = [v.name for v in VARIABLES if v.type == "Boolean"]
 
 
 def read_all(fmu):
-    return fmu.read(OUTPUTS) | {name: fmu.flag(name) for name in FLAGS}
+    return fmu.read(OUTPUTS) | {name: fmu.read_flag(name) for name in FLAGS}
 
 
 def values_of(case):
@@ -145,7 +145,7 @@ def test_reference_cases_by_any_steps(fmu, case, pattern):
     for step in steps:
         fmu.step(point, step)
         point += step
-    assert fmu.flag("separated")
+    assert fmu.read_flag("separated")
     outputs = fmu.read(METRICS)
     scales = {
         "club_velocity": speed,
@@ -273,7 +273,7 @@ def test_mean_force_loses_no_impulse(fmu):
     for step in (1e-3, 1e-4, 1e-6, 3.3e-8):
         fmu.start(law=2, gap=0.0123)
         total, n = 0.0, 0
-        while not fmu.flag("separated"):
+        while not fmu.read_flag("separated"):
             fmu.step(n * step, step)
             n += 1
             total += step * fmu.read(["mean_force"])["mean_force"]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from golf_impact import scenario
-from golf_impact.commands.scripts import FOLDER, names
+from golf_impact.commands.scripts import FOLDER, list_names
 
 OURS = ("golf_build", "golf_physics", "golf_impact")
 
@@ -30,7 +30,7 @@ def test_contracts():
     assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", list_names())
 def test_a_scenario_has_one_import_of_ours(name):
     found = [one for one in imports(FOLDER / f"{name}.py") if one[0].split(".")[0] in OURS]
     ((module, taken),) = found
@@ -40,7 +40,10 @@ def test_a_scenario_has_one_import_of_ours(name):
 
 def test_all_names_of_the_scenario_interface_are_used():
     taken = {
-        name for script in names() for _, all_ in imports(FOLDER / f"{script}.py") for name in all_
+        name
+        for script in list_names()
+        for _, all_ in imports(FOLDER / f"{script}.py")
+        for name in all_
     }
     assert set(scenario.__all__) <= taken | {"ImpactFmu", "Metrics"}
 

@@ -12,23 +12,23 @@ from command import golf
 from rich.console import Console
 
 from golf_impact.commands import console
-from golf_impact.commands.scripts import FOLDER, names, scenario, scenarios
+from golf_impact.commands.scripts import FOLDER, list_names, load_scenario, load_scenarios
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
 from golf_impact.peers.document_scheme import document_fmu
 from golf_impact.report import figures, reading
 from golf_impact.report.outcome import KINDS, Table, summarize_checks
-from golf_impact.report.page import page, write_outcomes
+from golf_impact.report.page import render_page, write_outcomes
 from golf_impact.report.report import Report
 
 LONG = ("system", "loft", "model_exchange")
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[pytest.mark.ci] * (n in LONG)) for n in names()]
+    "name", [pytest.param(n, marks=[pytest.mark.ci] * (n in LONG)) for n in list_names()]
 )
 def test_scenario(fmu, name):
-    outcome = scenario(name).run(fmu)
+    outcome = load_scenario(name).run(fmu)
     assert [check for check in outcome.checks if not check.passed] == []
     assert outcome.tables or outcome.figures
     for metrics in outcome.cases.values():
@@ -36,7 +36,7 @@ def test_scenario(fmu, name):
 
 
 def test_figures_and_report(fmu, tmp_path):
-    outcomes = {name: scenario(name).run(fmu) for name in ("diagram", "baseline", "laws")}
+    outcomes = {name: load_scenario(name).run(fmu) for name in ("diagram", "baseline", "laws")}
     report = write_outcomes(tmp_path, outcomes, "guid", with_figures=True)
     assert report == tmp_path / "report.html"
     sizes = {file.name: file.stat().st_size for file in tmp_path.iterdir()}
@@ -77,7 +77,7 @@ class Page(HTMLParser):
 
 
 def test_only_the_first_table_of_a_section_without_a_figure_is_open(fmu):
-    text = page({"fem": scenario("fem").run(fmu)}, {}, "guid").decode()
+    text = render_page({"fem": load_scenario("fem").run(fmu)}, {}, "guid").decode()
     assert Page(text).folds == [True, False, False, False]  # the last: how to reopen its cases
     assert Page(text).targets == []
 
@@ -85,7 +85,7 @@ def test_only_the_first_table_of_a_section_without_a_figure_is_open(fmu):
 def test_a_failed_check_is_outside_the_details(fmu):
     report = Report("<One>", fmu)
     report.check("that 1 < 0", False, "it isn't")
-    text = page({"one": report}, {}, "guid").decode()
+    text = render_page({"one": report}, {}, "guid").decode()
     assert text.index("✗ that 1 &lt; 0") < text.index("<details")
     assert "✗ 0 of 1 checks passed: statements 0 of 1" in text
     assert "<One>" not in text
@@ -95,7 +95,7 @@ def test_a_failed_check_is_outside_the_details(fmu):
     ("name", "curves"), [("elastic", 2), ("compression", 3), ("old_ball", 2), ("club_speed", 2)]
 )
 def test_figures_of_several_forces(fmu, name, curves):
-    outcome = scenario(name).run(fmu)
+    outcome = load_scenario(name).run(fmu)
     ((file, draw),) = outcome.figures.items()
     assert outcome.captions[file]
     axes = draw(figures).axes[0]
@@ -110,25 +110,25 @@ def test_figures_of_several_forces(fmu, name, curves):
 
 
 def test_every_ball_has_a_style_of_its_own():
-    assert set(BALLS) <= set(figures.LOOKS)
-    looks = [figures.LOOKS[name] for name in BALLS]
+    assert set(BALLS) <= set(figures.STYLES)
+    looks = [figures.STYLES[name] for name in BALLS]
     assert len({look.colour for look in looks}) == len(looks)
     # Without colour too.
     assert len({(look.dashes, look.marker) for look in looks}) == len(looks)
-    assert figures.LOOKS["law 2"] == figures.LOOKS["roh-lee-linear"]
+    assert figures.STYLES["law 2"] == figures.STYLES["roh-lee-linear"]
 
 
 def test_an_error_of_zero_on_a_logarithmic_axis():
     figure, axes = figures.new("")
     axes.plot([0.0, 1e-16, 1e-2], [1.0, 2.0, 3.0])
-    figures.run_time_axes(axes, "error")
+    figures.set_run_time_axes(axes, "error")
     zero, least, large = (axes.transData.transform((x, 1.0))[0] for x in (0.0, 1e-16, 1e-2))
     figures.plt.close(figure)
     assert axes.bbox.x0 < zero < least < large < axes.bbox.x1
 
 
 def test_a_comparison_has_printed_numbers_and_unrounded_ones(fmu):
-    (table,) = scenario("baseline").run(fmu).tables
+    (table,) = load_scenario("baseline").run(fmu).tables
     rows = {name: cells for name, *cells in table.rows}
     with document_fmu() as scheme:
         given = scheme.impact(end_gap=document.END_GAP)["smash_factor"]
@@ -138,12 +138,12 @@ def test_a_comparison_has_printed_numbers_and_unrounded_ones(fmu):
     assert float(error) == pytest.approx((given / float(exact) - 1.0) * 100, abs=0.01)
 
 
-QUICK = [name for name in names() if name not in LONG]
+QUICK = [name for name in list_names() if name not in LONG]
 
 
 @pytest.mark.parametrize("name", QUICK)
 def test_tables_break_no_words_at_80_columns(fmu, name, monkeypatch):
-    outcome = scenario(name).run(fmu)
+    outcome = load_scenario(name).run(fmu)
     for table in outcome.tables:
         assert_words_are_whole(table, monkeypatch)
 
@@ -167,8 +167,8 @@ def assert_words_are_whole(table, monkeypatch):
 
 
 def test_the_report_introduces_itself(fmu):
-    outcomes = {name: scenario(name).run(fmu) for name in ("baseline", "finite_difference")}
-    text = page(outcomes, {}, "guid").decode()
+    outcomes = {name: load_scenario(name).run(fmu) for name in ("baseline", "finite_difference")}
+    text = render_page(outcomes, {}, "guid").decode()
     introduction = text[: text.index('<section id="baseline">')]
     for words in (
         *("Doing Physics with Python", "golfSpring.py", "How to read the tables"),
@@ -184,7 +184,7 @@ def test_the_report_introduces_itself(fmu):
 
 
 def test_three_printed_numbers_are_not_reproduced(fmu):
-    outcome = scenario("finite_difference").run(fmu)
+    outcome = load_scenario("finite_difference").run(fmu)
     assert len(outcome.deviations) == len(document.NOT_REPRODUCED) == 3
     assert "67 of 70 printed numbers" in outcome.verdict
 
@@ -197,7 +197,7 @@ def test_a_printed_number_that_deviates_otherwise_fails(fmu, monkeypatch):
         if change:
             known["k = 1e6", "ball_velocity"] = one._replace(scheme=change)
         monkeypatch.setattr(document, "NOT_REPRODUCED", known)
-        outcome = scenario("finite_difference").run(fmu)
+        outcome = load_scenario("finite_difference").run(fmu)
         (failed,) = (check for check in outcome.checks if not check.passed)
         assert "ball velocity v_B (m/s) agrees with the printed 54.9" in failed.claim
 
@@ -220,7 +220,7 @@ def test_the_summary_of_all_scenarios_fits_a_screen(tmp_path):
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert len(lines) <= 40
-    for name in names():
+    for name in list_names():
         assert sum(line.startswith(f"│ {name} ") for line in lines) == 1
     assert lines[-1] == f"Results in {tmp_path}/; report: report.html"
 
@@ -229,15 +229,15 @@ def test_the_scenario_in_the_readme(fmu, tmp_path):
     text = (FOLDER / "README.md").read_text("utf-8")
     script = tmp_path / "stiffer.py"
     script.write_text(re.search(r"```python\n(.*?)```", text, re.DOTALL)[1], "utf-8")
-    outcome = scenario(str(script)).run(fmu)
+    outcome = load_scenario(str(script)).run(fmu)
     assert all(check.passed for check in outcome.checks)
     assert list(outcome.figures) == ["stiffer_force"]
 
 
 def test_the_report_begins_with_the_first_chapter():
-    chapters = [script.CHAPTER for script in scenarios().values()]
-    assert chapters == list(range(1, len(names()) + 1))
-    assert next(iter(scenarios())) == "diagram"
+    chapters = [script.CHAPTER for script in load_scenarios().values()]
+    assert chapters == list(range(1, len(list_names()) + 1))
+    assert next(iter(load_scenarios())) == "diagram"
 
 
 def test_one_step_for_metrics(fmu, monkeypatch):

@@ -25,7 +25,7 @@ from matplotlib.contour import ContourSet
 from golf_impact.commands.sweep import swept
 from golf_impact.errors import UserError
 from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
-from golf_impact.report.looks import LOOKS
+from golf_impact.report.styles import STYLES
 from golf_impact.sweeps import Stopped, Study, comparison, run_sweep
 from golf_impact.sweeps import run as running
 from golf_impact.sweeps.axes import Grid, Normal, Uniform, axis
@@ -766,7 +766,7 @@ def test_lines_that_coincide_are_one(fmu):
     axes = drawn_axes(fmu, sets, [1, 2, 3, 4, 5, 6, 1, 2, 3])[0]
     labels = [line.get_label() for line in axes.lines]
     assert labels == ["rating-low, rating-high (the same)", "document"]
-    assert axes.lines[1].get_color() == LOOKS["document"].colour
+    assert axes.lines[1].get_color() == STYLES["document"].colour
 
 
 @pytest.mark.parametrize(("count", "contours"), [(19, False), (20, True)])
@@ -873,7 +873,7 @@ def test_a_step_long_enough_for_any_exponent(fmu):
         case = {name: values[name][n].item() for name in names}
         assert steps[n] == fmu.horizon({"law": 2, **case})
         fmu.impact(law=2, **case)
-        assert fmu.flag("separated")
+        assert fmu.read_flag("separated")
     assert steps[2] > 1.0
 
 

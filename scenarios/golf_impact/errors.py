@@ -5,7 +5,7 @@ class UserError(Exception):
     """An error in one line: what was given, what is allowed, what to do. The exit code is 2."""
 
 
-def lacking(what: str, package: str, extra: str, otherwise: str = "") -> UserError:
+def missing_package(what: str, package: str, extra: str, otherwise: str = "") -> UserError:
     """The error for a missing package.
 
     Args:

@@ -11,7 +11,7 @@ from pathlib import Path
 from golf_impact.errors import UserError
 from golf_impact.facts import closed_forms, document, measured
 from golf_impact.facts.balls import BALLS, rating_stiffness
-from golf_impact.facts.quantities import QUANTITIES, label, shown
+from golf_impact.facts.quantities import QUANTITIES, format_value, label
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.loaded import LoadedFmu, LoadedFmu3
@@ -28,7 +28,7 @@ from golf_impact.report.report import Metrics, Report
 __all__ = ["BALLS", "QUANTITIES", "ImpactFmu", "LoadedFmu3", "Metrics", "Report", "UserError"]
 __all__ += ["LoadedFmu", "build_system", "closed_forms", "current_fmu", "document"]
 __all__ += ["document_fmu", "extract_fmus", "label"]
-__all__ += ["main", "measured", "rating_stiffness", "run_ssp", "run_system", "shown"]
+__all__ += ["format_value", "main", "measured", "rating_stiffness", "run_ssp", "run_system"]
 __all__ += ["start_values"]
 
 

@@ -16,14 +16,14 @@ import numpy as np
 Job = Callable[[], float]
 
 
-def seconds(work: Callable[[], object], units: int = 1) -> float:
+def measure_seconds(work: Callable[[], object], units: int = 1) -> float:
     """Run time of a call per unit of work, s."""
     begin = timeit.default_timer()
     work()
     return (timeit.default_timer() - begin) / units
 
 
-def interleaved(
+def run_interleaved(
     jobs: Mapping[str, Job], rounds: int, tick: Callable[[], None] = lambda: None
 ) -> dict[str, list[float]]:
     """Seconds per unit of work, of each job in each round.
@@ -81,7 +81,7 @@ def typical_seconds(call: Callable[[], object], budget: float, least: int) -> fl
     return median(timeit.repeat(call, number=1, repeat=number))
 
 
-def machine() -> dict[str, str]:
+def describe_machine() -> dict[str, str]:
     """Processor, system and versions on which times are measured."""
     packages = ("fmpy", "pythonfmu", "numpy", "scipy", "mpmath")
     processor = _read_group("/proc/cpuinfo", r"model name\s*: *(.*)")

@@ -13,7 +13,7 @@ from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers.compiled import SUB_STEP, compiled_fmu, compiler
 from golf_impact.peers.document_scheme import SLAVE as DOCUMENT_FMU
 from golf_impact.stress.driver import driver
-from golf_impact.timing import machine
+from golf_impact.timing import describe_machine
 
 _HERE = Path(__file__).parent
 
@@ -56,5 +56,5 @@ def costs_and_errors(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
         "figures": figures,
         "series": series,
         "worst_error_is_of": accurate,
-        "machine": machine() | {"fmu": guid},
+        "machine": describe_machine() | {"fmu": guid},
     }

@@ -7,7 +7,7 @@ from statistics import median
 from fmpy.fmi2 import FMU2Slave
 
 from golf_impact.fmu.loaded import LoadedFmu
-from golf_impact.timing import Job, interleaved, median_ratio, seconds
+from golf_impact.timing import Job, measure_seconds, median_ratio, run_interleaved
 
 #: What is read at every step, and as many outputs of the empty FMU.
 READ = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity")
@@ -31,7 +31,7 @@ def call_ratios(
     for law in (1, 2):
         jobs[f"step {law}"] = _stepping(ours.instance(law=law))
         jobs[f"read {law}"] = _stepping(ours.instance(law=law), ours.references(READ))
-    times = interleaved(jobs, rounds, tick)
+    times = run_interleaved(jobs, rounds, tick)
     step, read = (
         [median_ratio(times[f"{kind} {law}"], times[f"{kind} empty"]) for law in (1, 2)]
         for kind in ("step", "read")
@@ -61,7 +61,7 @@ def _stepping(slave: FMU2Slave, read: Sequence[int] = ()) -> Job:
 
     def job() -> float:
         slave.setFMUstate(start)
-        return seconds(partial(walk, slave, _POINTS, _STEP, read), len(_POINTS))
+        return measure_seconds(partial(walk, slave, _POINTS, _STEP, read), len(_POINTS))
 
     return job
 
@@ -72,8 +72,8 @@ def _instantiating(fmu: LoadedFmu) -> Job:
     fmu.instance()
 
     def job() -> float:
-        slaves = [fmu.blank() for _ in range(5)]
-        time = seconds(lambda: [slave.instantiate() for slave in slaves], len(slaves))
+        slaves = [fmu.new_instance() for _ in range(5)]
+        time = measure_seconds(lambda: [slave.instantiate() for slave in slaves], len(slaves))
         for slave in slaves:
             fmu.free(slave)
         return time

@@ -19,7 +19,7 @@ from golf_impact.peers.compiled import SUB_STEP
 from golf_impact.peers.document_scheme import steps_of_contact
 from golf_impact.peers.problem import Case, Outcome, errors
 from golf_impact.stress.reference import exact_outcome
-from golf_impact.timing import Job, interleaved, median_ratio, seconds
+from golf_impact.timing import Job, measure_seconds, median_ratio, run_interleaved
 
 #: S, COR and E: what a metrics-only scene reads.
 METRICS = ("smash_factor", "coefficient_of_restitution", "energy_efficiency")
@@ -74,7 +74,7 @@ def other_ways(
             }
             jobs["simulate_fmu"] = _job(_simulation(alone, law), 2)
             jobs["scipy"] = _job(partial(_scipy_impact, law), 2)
-            times = interleaved(jobs, rounds, tick)
+            times = run_interleaved(jobs, rounds, tick)
         outcomes = {name: Outcome(*way(Outcome._fields)(1e6)) for name, way in fmus.items()}
         outcomes["scipy"] = _scipy_impact(law, 1e6)
         for name, outcome in outcomes.items():
@@ -100,7 +100,7 @@ def other_runs(ours: LoadedFmu, rounds: int, tick: Callable[[], None]) -> dict[s
         for when, in_initialization in (("in", True), ("after", False))
     }
     jobs |= {"heavy": _heavy_impacts(ours), "heavy read": _heavy_reads(ours)}
-    times = interleaved(jobs, rounds, tick)
+    times = run_interleaved(jobs, rounds, tick)
 
     def ratio(job: str, other: str) -> float:
         return median_ratio(times[job], times[other])
@@ -123,7 +123,7 @@ def other_runs(ours: LoadedFmu, rounds: int, tick: Callable[[], None]) -> dict[s
 def _job(impact: Callable[[float], object], number: int) -> Job:
     """So many impacts, each with another stiffness."""
     values = cycle(STIFFNESSES)
-    return partial(seconds, lambda: [impact(k) for k in islice(values, number)], number)
+    return partial(measure_seconds, lambda: [impact(k) for k in islice(values, number)], number)
 
 
 def impact_of_stiffness(
@@ -190,7 +190,7 @@ def _scipy_impact(law: int, value: float) -> Outcome:
 
 
 def _runs(fmu: LoadedFmu, law: int, in_initialization: bool) -> Job:
-    slave = fmu.keep(fmu.blank())
+    slave = fmu.keep(fmu.new_instance())
     slave.instantiate()
     slave.setupExperiment(startTime=0.0)
     slave.enterInitializationMode()
@@ -210,12 +210,12 @@ def _runs(fmu: LoadedFmu, law: int, in_initialization: bool) -> Job:
             slave.getReal(metrics)
             slave.getReal(speeds)
 
-    return partial(seconds, runs, len(STIFFNESSES))
+    return partial(measure_seconds, runs, len(STIFFNESSES))
 
 
 def _heavy_impacts(fmu: LoadedFmu) -> Job:
     impact = impact_of_stiffness(fmu, METRICS, 10.0 * STEP, **_HEAVY)
-    return lambda: seconds(lambda: [impact(k) for k in STIFFNESSES[:5]], 5)
+    return lambda: measure_seconds(lambda: [impact(k) for k in STIFFNESSES[:5]], 5)
 
 
 def _heavy_reads(fmu: LoadedFmu) -> Job:
@@ -226,7 +226,7 @@ def _heavy_reads(fmu: LoadedFmu) -> Job:
     def read() -> float:
         slave.setFMUstate(start)
         walk(slave, _POINTS[:1], _POINT, moving)
-        return seconds(partial(walk, slave, _POINTS[1:], _POINT, moving), len(_POINTS) - 1)
+        return measure_seconds(partial(walk, slave, _POINTS[1:], _POINT, moving), len(_POINTS) - 1)
 
     # As long as the runs that it is compared with: a busy machine then hits both alike.
     return lambda: sum(read() for _ in range(5)) / 5

@@ -16,7 +16,7 @@ from golf_impact.sweeps.comparison import compare
 from golf_impact.sweeps.executors import Here, dask_executor, process_pool
 from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.study import Study
-from golf_impact.timing import interleaved, median_ratio, seconds
+from golf_impact.timing import measure_seconds, median_ratio, run_interleaved
 
 #: Small enough that both workers end at nearly the same time.
 _CHUNK = 1000
@@ -42,8 +42,8 @@ def rates(fmu: Path, quick: bool, tick: Callable[[], None]) -> dict[str, float]:
         for name in ways:
             # Until every worker has an instance.
             write(name)
-        jobs = {name: partial(seconds, partial(write, name), cases) for name in ways}
-        times = interleaved(jobs, rounds, tick)
+        jobs = {name: partial(measure_seconds, partial(write, name), cases) for name in ways}
+        times = run_interleaved(jobs, rounds, tick)
     return {
         **{f"sweep_impacts_per_second_{name}": 1.0 / median(times[name]) for name in ways},
         "sweep_impacts_per_second_simulate_fmu": beside_loop.simulate_fmu,

@@ -139,12 +139,14 @@ def run_time_vs_error(series_by_law: dict[str, list[Series]]) -> bytes:
             pairs = zip(series["errors"], series["seconds"], strict=True)
             points = [(error, 1e6 * time) for error, time in pairs if math.isfinite(error)]
             size, above = (15, 5) if series["method"] == FMU_ONCE else (5, 3)
-            look = figures.LOOKS[series["method"]].points
+            look = figures.STYLES[series["method"]].points
             axes.plot(*zip(*points), **look, lw=1.4, ms=size, zorder=above, label=series["method"])
-        figures.run_time_axes(axes, "worst error of velocities, contact time, max force (relative)")
+        figures.set_run_time_axes(
+            axes, "worst error of velocities, contact time, max force (relative)"
+        )
         axes.set_title(f"{law}: {words[law]}", fontsize=10.5)
     low, high = zip(*(axes.get_ylim() for axes in both))
     for axes in both:
         axes.set_ylim(min(low), 3.0 * max(high))
-    figures.legend_below(figure, both[0], columns=4)
-    return figures.png(figure)
+    figures.add_legend_below(figure, both[0], columns=4)
+    return figures.to_png(figure)

@@ -21,9 +21,9 @@ from golf_impact.calibration.measurements import (
     option,
 )
 from golf_impact.calibration.pulse import contact_rows
-from golf_impact.errors import UserError, lacking
+from golf_impact.errors import UserError, missing_package
 from golf_impact.facts.balls import Ball, ball_toml
-from golf_impact.facts.quantities import QUANTITIES, set_options, with_error
+from golf_impact.facts.quantities import QUANTITIES, format_options, with_error
 from golf_impact.files import prepare, write_together
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
@@ -162,7 +162,7 @@ class Calibration:
         """The command line that reproduces the impact with all results printed of it."""
         default = vars(Conditions())
         pairs = {n: v for n, v in self.fit.values.items() if default.get(n) != v}
-        return f"golf-impact run {set_options(pairs)}"
+        return f"golf-impact run {format_options(pairs)}"
 
     def __repr__(self) -> str:
         found = [f"  {name} = {text}" for name, text in self.tables()[0].rows]
@@ -240,8 +240,8 @@ class Calibration:
             if target := data.targets.get(name):
                 off = f"{(model - target.value) / target.sigma:+.2f}"
                 sigma = f"{target.sigma * quantity.factor:.2g}"
-                cells = [quantity.shown(target.value), sigma, "", off]
-            cells[2] = quantity.shown(model)
+                cells = [quantity.format_value(target.value), sigma, "", off]
+            cells[2] = quantity.format_value(model)
             rows.append([quantity.label, *cells])
         for name, at in data.groups.items():
             if name in data.series:
@@ -368,7 +368,7 @@ def calibrate(
     try:
         import scipy  # noqa: F401
     except ImportError:
-        raise lacking("calibrate", "SciPy", "calibrate") from None
+        raise missing_package("calibrate", "SciPy", "calibrate") from None
     with ImpactFmu(current_fmu()[0]) as fmu:
         return Calibration(fmu, data, chosen, predict)
 

@@ -75,7 +75,7 @@ def _draw_targets(calibration: Calibration, axes: Axes) -> None:
     targets, best, widest = calibration.data.targets, calibration.fit, 2.5
     for one in (*(one for one in calibration.fits if one is not best), best):
         n, power = one.law.exponent, "Tsuji" if one.law.exponent == 1.5 else "power law"
-        look = figures.LOOKS[f"law {one.law.law}" if n == 1.0 else power]
+        look = figures.STYLES[f"law {one.law.law}" if n == 1.0 else power]
         residuals = one.residuals[: len(targets)]
         widest = max(widest, float(np.abs(residuals).max()))
         marker: dict[str, Any] = {"mfc": look.colour if one is best else "white", "ms": 7}
@@ -83,6 +83,6 @@ def _draw_targets(calibration: Calibration, axes: Axes) -> None:
         axes.plot(
             residuals, range(len(targets)), look.marker, color=look.colour, label=label, **marker
         )
-    figures.rows(axes, [TARGETS[name][1] for name in targets], band=1.96)
+    figures.label_rows(axes, [TARGETS[name][1] for name in targets], band=1.96)
     axes.set(xlabel="(fit − target) / σ; band: 95 %", xlim=(-1.15 * widest, 1.15 * widest))
     axes.legend(loc="upper right", fontsize=9)

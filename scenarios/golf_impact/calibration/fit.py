@@ -233,7 +233,7 @@ class _Problem:
                 force = np.where(math.isnan(scalars["cor"]), math.nan, np.zeros(len(instants)))
                 self.fmu.start(**values)
                 times = np.concatenate([[0.0], instants[inside]])
-                force[inside] = self.fmu.sampled(times, ("force",))["force"][1:]
+                force[inside] = self.fmu.sample(times, ("force",))["force"][1:]
                 parts.append(force)
             if data.cor_speeds is not None:
                 cases = ({**values, "club_speed": v} for v in data.cor_speeds.x.tolist())

@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from golf_impact.commands.console import RESULTS, out, paragraphs, progress, rich_table, say
-from golf_impact.errors import lacking
+from golf_impact.commands.console import RESULTS, make_table, out, print_paragraphs, progress, say
+from golf_impact.errors import missing_package
 
 EPILOG = "Example: golf-impact bench --quick --out bench"
 
@@ -82,7 +82,7 @@ def _native(quick: bool, folder: Path) -> int:
     prepare(folder, "bench_native.json")
     figures = standalone_and_plain(quick)
     title = "In a native host: standalone, and plain with LD_PRELOAD"
-    table = rich_table(title, "", "standalone", "plain", "ratio", "at most", "")
+    table = make_table(title, "", "standalone", "plain", "ratio", "at most", "")
     for one in figures.values():
         numbers = (f"{one[name]:.3g}" for name in ("standalone", "plain", "ratio", "limit"))
         table.add_row(one["meaning"], *numbers, verdict(one["passed"]))
@@ -104,7 +104,7 @@ def need(command: str, *packages: str) -> None:
         try:
             __import__(name)
         except ImportError as error:
-            raise lacking(command, str(error.name), "test") from error
+            raise missing_package(command, str(error.name), "test") from error
 
 
 def _conclusion(failed: list[str], busy: list[str], figures: dict[str, float]) -> list[str]:
@@ -151,7 +151,7 @@ def _show(results: dict[str, Any]) -> None:
     about, figures = results["machine"], results["figures"]
     versions = [f"{name} {about[name]}" for name in ("fmpy", "pythonfmu", "numpy", "scipy")]
     words = [about["processor"], f"{about['cores']} cores", about["system"], about["python"]]
-    paragraphs([", ".join(words + versions)])
+    print_paragraphs([", ".join(words + versions)])
 
     def judged(key: str) -> tuple[str, Any]:
         """The target of a figure, and whether it is met; nothing for one without."""
@@ -160,7 +160,7 @@ def _show(results: dict[str, Any]) -> None:
             return "", ""
         return target["limit"], verdict(target["passed"], busy=key in results["machine_busy"])
 
-    table = rich_table(
+    table = make_table(
         "S, COR and E of one impact", "", "law", "error", "µs", "ratio", "target", ""
     )
     for way, (name, kind) in _WAYS.items():
@@ -175,7 +175,7 @@ def _show(results: dict[str, Any]) -> None:
                 )  # fmt: skip
     out.print(table)
     for title, limits in (("FMI calls, and other runs", CALLS), ("Accuracy and sweeps", SWEEPS)):
-        table = rich_table(title, "", "figure", "target", "")
+        table = make_table(title, "", "figure", "target", "")
         for one in limits:
             row = f"{one.key}\n  {one.meaning}"
             table.add_row(row, f"{figures[one.key]:.3g}", *judged(one.key))
@@ -185,7 +185,7 @@ def _show(results: dict[str, Any]) -> None:
                     table.add_row(key, f"{value:.3g}")
         out.print(table)
     columns = ("", "law", "order", "error at coarsest", "µs", "error at finest", "µs")
-    table = rich_table("Run time against error, by step size or tolerance", *columns)
+    table = make_table("Run time against error, by step size or tolerance", *columns)
     for series in zip(*results["run_time_vs_error"].values(), strict=True):
         for law, one in enumerate(series, 1):
             order = "" if one["order"] is None else f"{one['order']:.2f}"
@@ -198,7 +198,7 @@ def _show(results: dict[str, Any]) -> None:
         f"Worst error {results['worst_error']:.2g}: {where.get('output')} of {where.get('case')}, "
         f"{where.get('pattern')} ({where['numbers_compared']} numbers in {where['cases']} cases)."
     )
-    paragraphs([worst, *results["conclusion"]])
+    print_paragraphs([worst, *results["conclusion"]])
 
 
 def verdict(passed: bool, number: int | str = "", busy: bool = False) -> Any:

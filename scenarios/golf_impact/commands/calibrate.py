@@ -5,7 +5,7 @@ from typing import Annotated
 
 from typer import BadParameter, Option
 
-from golf_impact.commands.console import RESULTS, err, out, paragraphs, print_table, say
+from golf_impact.commands.console import RESULTS, err, out, print_paragraphs, print_table, say
 from golf_impact.facts.quantities import LAWS_IN_WORDS
 
 EPILOG = (
@@ -96,15 +96,15 @@ def calibrate(
         calibration = fit(**given)
         files = {"calibrate.json": as_json(calibration.as_json())}
         if figures:
-            from golf_impact.report.figures import png
+            from golf_impact.report.figures import to_png
 
-            files["calibrate.png"] = png(calibration.draw())
+            files["calibrate.png"] = to_png(calibration.draw())
         written = write_together(folder, files)
         if save is not None:
             written.append(calibration.save(save))
     for table in calibration.tables():
         print_table(table)
-    paragraphs(calibration.words)
+    print_paragraphs(calibration.words)
     say(f"\n{', '.join(str(file) for file in written)}")
     out.print("Run it:", style="bold")
     # Plain, so that it can be copied: no wrapping, no mark-up.

@@ -36,7 +36,7 @@ def warn(words: object, style: str | None = None) -> None:
     err.print(str(words), style=style, soft_wrap=True, highlight=False)
 
 
-def paragraphs(words: Iterable[str]) -> None:
+def print_paragraphs(words: Iterable[str]) -> None:
     """Print paragraphs, wrapped at words."""
     for paragraph in words:
         out.print(paragraph, highlight=False)
@@ -63,13 +63,13 @@ def print_table(table: Table, numbers: bool = True) -> None:
         table: the table.
         numbers: whether all columns but the first are aligned to the right.
     """
-    rich = rich_table(table.title, *table.columns, numbers=numbers)
+    rich = make_table(table.title, *table.columns, numbers=numbers)
     for row in table.rows:
         rich.add_row(*row)
     out.print(rich)
 
 
-def rich_table(title: str, *columns: str, numbers: bool = True) -> WrappedTable:
+def make_table(title: str, *columns: str, numbers: bool = True) -> WrappedTable:
     """An empty table for the terminal; arguments as those of `print_table`."""
     return WrappedTable(title, columns, numbers)
 

@@ -13,7 +13,7 @@ from typing import Annotated
 from typer import Argument
 
 from golf_impact.commands.console import out
-from golf_impact.fmu.archive import flaw, odd_characters
+from golf_impact.fmu.archive import find_flaw, find_odd_characters
 from golf_impact.fmu.libpython import last_line, libpython_files, preloaded
 from golf_impact.stopping import temporary_folder
 
@@ -61,7 +61,7 @@ def examine(fmu: Path | None = None) -> Iterator[Finding]:
     about = f"Python {platform.python_version()} ({sys.executable}), {versions}, {machine}"
     yield ("ok", about) if known else ("problem", f"{about}: pythonfmu has no binary for it")
     folder = temporary_folder()
-    if odd := odd_characters(folder):
+    if odd := find_odd_characters(folder):
         yield (
             "warning",
             f"temporary folder, where tools extract FMUs: {folder} has {' '.join(odd)} in its "
@@ -73,7 +73,7 @@ def examine(fmu: Path | None = None) -> Iterator[Finding]:
             from golf_impact.fmu.file import current_fmu
 
             fmu = current_fmu()[0]
-        why = flaw(fmu)
+        why = find_flaw(fmu)
         if why is not None:
             yield "problem", f"FMU: {why}"
             return

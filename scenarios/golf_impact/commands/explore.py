@@ -7,7 +7,7 @@ from typing import Annotated
 from typer import Option
 
 from golf_impact.commands.console import say, warn
-from golf_impact.errors import lacking
+from golf_impact.errors import missing_package
 
 EPILOG = "Examples: golf-impact explore · golf-impact explore --ball roh-lee --set club_speed=50"
 
@@ -34,7 +34,7 @@ def explore(
     try:
         import bokeh  # noqa: F401
     except ImportError as error:
-        raise lacking("explore", "Bokeh", "explore") from error
+        raise missing_package("explore", "Bokeh", "explore") from error
     from golf_impact.commands.run import fmu_file, values_of
     from golf_impact.explore.cases import query
     from golf_impact.explore.server import serve

@@ -12,7 +12,7 @@ def list_(
 ) -> None:
     """List the scenarios, or the preset balls."""
     from golf_impact.commands.console import print_entries, print_table
-    from golf_impact.commands.scripts import scenarios
+    from golf_impact.commands.scripts import load_scenarios
     from golf_impact.facts.balls import BALLS
     from golf_impact.report.outcome import Table
 
@@ -23,7 +23,9 @@ def list_(
             entries[ball.name] = [ball.title, f"{values} (SI units)", f"Source: {ball.source}"]
         print_entries("Balls", entries)
     else:
-        rows = [[name, title_beside(name, script.TITLE)] for name, script in scenarios().items()]
+        rows = [
+            [name, title_beside(name, script.TITLE)] for name, script in load_scenarios().items()
+        ]
         print_table(Table("Scenarios", ["name", "what it shows"], rows), numbers=False)
 
 

@@ -12,14 +12,14 @@ from typer import Argument, Option
 from golf_impact.commands.console import (
     RESULTS,
     out,
-    paragraphs,
+    print_paragraphs,
     print_table,
     progress,
     say,
     warn,
 )
 from golf_impact.errors import UserError
-from golf_impact.facts.quantities import LAWS_IN_WORDS, doubts_of_mass
+from golf_impact.facts.quantities import LAWS_IN_WORDS, check_masses
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -60,7 +60,7 @@ def run(
 
     All scenarios are summarized in a line each. With NAME, --set or --ball the tables are printed.
     """
-    from golf_impact.commands.scripts import scenario, scenarios
+    from golf_impact.commands.scripts import load_scenario, load_scenarios
     from golf_impact.facts.balls import ball as named_ball
     from golf_impact.files import prepare
     from golf_impact.fmu.impact_fmu import ImpactFmu
@@ -71,13 +71,13 @@ def run(
     own_balls = [named_ball(name) for name in dict.fromkeys(balls or ())]
     own = bool(values or own_balls)
     masses = {f"--set {name}=": values[name] for name in ("m_club", "m_ball") if name in values}
-    for words in doubts_of_mass(masses):
+    for words in check_masses(masses):
         warn(words, style="yellow")
     if names and own:
         say(f"--set and --ball define a case of your own; they don't change {', '.join(names)}.")
-    scripts = {} if names or own else scenarios()
+    scripts = {} if names or own else load_scenarios()
     for given in dict.fromkeys(names or ()):
-        script, name = scenario(given), Path(given).stem
+        script, name = load_scenario(given), Path(given).stem
         if scripts.setdefault(name, script) is not script:
             raise UserError(f"two scenarios are named {name}: run one at a time")
     prepare(folder, *(("results.json", "report.html") if scripts else ()))
@@ -120,10 +120,10 @@ def fmu_file(given: Path | None) -> Path:
     Raises:
         UserError: the given one can't be used.
     """
-    from golf_impact.fmu.file import current_fmu, given_fmu
+    from golf_impact.fmu.file import check_fmu, current_fmu
 
     if given is not None:
-        return given_fmu(given)
+        return check_fmu(given)
     path, why = current_fmu()
     if why:
         warn(f"Built {path}: {why}.")
@@ -131,7 +131,7 @@ def fmu_file(given: Path | None) -> Path:
 
 
 def _outcome(script: "ModuleType", fmu: "ImpactFmu") -> "Outcome":
-    from golf_impact.commands.scripts import position, wrong
+    from golf_impact.commands.scripts import describe_error, locate_error
     from golf_impact.report.outcome import Outcome
 
     path = Path(str(script.__file__))
@@ -140,9 +140,9 @@ def _outcome(script: "ModuleType", fmu: "ImpactFmu") -> "Outcome":
     except OSError:
         raise
     except UserError as error:
-        raise UserError(f"{position(path, error)}: {error}") from error
+        raise UserError(f"{locate_error(path, error)}: {error}") from error
     except Exception as error:
-        raise UserError(wrong(path, error)) from error
+        raise UserError(describe_error(path, error)) from error
     if not isinstance(outcome, Outcome):
         raise UserError(f"{path}: run(fmu) returns {outcome!r}; it must return its Report")
     return outcome
@@ -207,7 +207,7 @@ def _show(name: str, outcome: "Outcome") -> None:
     """Print the tables, conclusions and number of checks of one scenario."""
     for table in outcome.tables:
         print_table(table)
-    paragraphs(outcome.words)
+    print_paragraphs(outcome.words)
     if outcome.checks:
         words, style = _verdict(outcome.checks)
         say(f"{name}: {words}", f"bold {style}")
@@ -230,7 +230,7 @@ def _summarize(outcomes: "dict[str, Outcome]") -> None:
             ]
         )
     print_table(Table("", ["scenario", "what it shows", "checks"], rows), numbers=False)
-    paragraphs(outcome.verdict for outcome in outcomes.values() if outcome.verdict)
+    print_paragraphs(outcome.verdict for outcome in outcomes.values() if outcome.verdict)
     out.print()
 
 

@@ -13,19 +13,19 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 FOLDER = _PACKAGE / "scripts" if (_PACKAGE / "scripts").is_dir() else _PACKAGE.parent
 
 
-def names() -> list[str]:
+def list_names() -> list[str]:
     """The names of the scenarios that come with the package."""
     return sorted(path.stem for path in FOLDER.glob("*.py"))
 
 
-def scenarios() -> dict[str, ModuleType]:
+def load_scenarios() -> dict[str, ModuleType]:
     """Load these scenarios, in the order of their chapters; by name."""
-    loaded = {name: scenario(name) for name in names()}
+    loaded = {name: load_scenario(name) for name in list_names()}
     last = float("inf")
     return dict(sorted(loaded.items(), key=lambda item: getattr(item[1], "CHAPTER", last)))
 
 
-def scenario(given: str) -> ModuleType:
+def load_scenario(given: str) -> ModuleType:
     """Load a scenario: a module with TITLE and `run(fmu)`.
 
     Args:
@@ -34,8 +34,8 @@ def scenario(given: str) -> ModuleType:
     Raises:
         UserError: there is no such scenario, or it can't be loaded.
     """
-    if not given.endswith(".py") and given not in names():
-        known = ", ".join(names())
+    if not given.endswith(".py") and given not in list_names():
+        known = ", ".join(list_names())
         raise UserError(
             f"there is no scenario {given!r}: choose from {known}, or give the path of a .py file"
         )
@@ -48,7 +48,9 @@ def scenario(given: str) -> ModuleType:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
         missing = isinstance(error, FileNotFoundError) and error.filename == str(path)
-        raise UserError(f"there is no script {path}" if missing else wrong(path, error)) from error
+        raise UserError(
+            f"there is no script {path}" if missing else describe_error(path, error)
+        ) from error
     if not isinstance(getattr(module, "TITLE", None), str):
         raise UserError(f'{path} is not a scenario: it needs a line TITLE = "..."')
     if not callable(getattr(module, "run", None)):
@@ -58,12 +60,12 @@ def scenario(given: str) -> ModuleType:
     return module
 
 
-def wrong(path: Path, error: BaseException) -> str:
+def describe_error(path: Path, error: BaseException) -> str:
     """A message about an error in a script, in one line, with the position in the script."""
-    return f"{position(path, error)} can't be run: {type(error).__name__}: {error}"
+    return f"{locate_error(path, error)} can't be run: {type(error).__name__}: {error}"
 
 
-def position(path: Path, error: BaseException) -> str:
+def locate_error(path: Path, error: BaseException) -> str:
     """The script and its line from which an error was raised."""
     frames = traceback.extract_tb(error.__traceback__)
     lines = [frame.lineno for frame in frames if frame.filename == str(path)]

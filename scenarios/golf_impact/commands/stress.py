@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from golf_impact.commands.bench import need, verdict
-from golf_impact.commands.console import RESULTS, out, paragraphs, progress, rich_table, say
+from golf_impact.commands.console import RESULTS, make_table, out, print_paragraphs, progress, say
 
 EPILOG = "Example: golf-impact stress --quick --seed 7"
 
@@ -66,7 +66,7 @@ def _conclusion(results: dict[str, Any]) -> list[str]:
 
 def _show(results: dict[str, Any]) -> None:
     title = f"Stress, seed {results['seed']}: worst cases"
-    table = rich_table(title, "check", "worst", "tolerance", "count", "")
+    table = make_table(title, "check", "worst", "tolerance", "count", "")
     for name, check in results["checks"].items():
         table.add_row(
             f"{name}\n  {check['claim']}",
@@ -88,7 +88,7 @@ def _show(results: dict[str, Any]) -> None:
     )
     many = results["many_impacts"]
     impacts = f"{many['impacts']} impacts in one instance: memory gained {_megabytes(many)}."
-    paragraphs((worst, *tiny, impacts, *results["conclusion"]))
+    print_paragraphs((worst, *tiny, impacts, *results["conclusion"]))
 
 
 def _beside_tolerance(check: dict[str, Any]) -> float:

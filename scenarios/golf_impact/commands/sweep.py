@@ -14,7 +14,7 @@ from typer import Argument, Option
 
 from golf_impact.commands.console import err, progress, say, warn
 from golf_impact.commands.run import fmu_file, pairs_of
-from golf_impact.errors import UserError, lacking
+from golf_impact.errors import UserError, missing_package
 from golf_impact.stopping import SIGNALS
 
 if TYPE_CHECKING:
@@ -194,7 +194,7 @@ def _outcome(
 
         result = sensitivity(sweep.study, drawn, sweep.first_output)
     except ImportError:
-        words.append(f"{lacking('the table of sensitivities', 'SciPy', 'sweep')}.")
+        words.append(f"{missing_package('the table of sensitivities', 'SciPy', 'sweep')}.")
         return outcome, None
     if result is not None:
         words.append(result.note)
@@ -208,13 +208,13 @@ def _draw(
 ) -> list[Path]:
     """The picture beside the data, and the page with it."""
     from golf_impact.files import write_together
-    from golf_impact.report.figures import png
-    from golf_impact.report.page import page
+    from golf_impact.report.figures import to_png
+    from golf_impact.report.page import render_page
     from golf_impact.sweeps.pictures import draw
 
     figure = draw(sweep.study, summary.drawn, sweep.fmu.variables, sensitivity)
-    images = {} if figure is None else {outcome.title: png(figure)}
+    images = {} if figure is None else {outcome.title: to_png(figure)}
     path = summary.path
     files = {path.with_suffix(".png").name: image for image in images.values()}
-    report = page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
+    report = render_page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
     return write_together(path.parent, files | {path.with_suffix(".html").name: report})

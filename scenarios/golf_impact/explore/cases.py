@@ -10,7 +10,7 @@ from golf_impact.errors import UserError
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.measured import ROH_LEE_FIGURES
-from golf_impact.facts.quantities import set_options, shortest, shown
+from golf_impact.facts.quantities import format_options, format_shortest, format_value
 
 #: What a ball is made of; the masses and speeds are not part of it.
 CONTACT = (
@@ -21,13 +21,13 @@ CONTACT = (
 
 def query(values: Mapping[str, float]) -> str:
     """What the address has behind the question mark."""
-    return urlencode({name: shortest(value) for name, value in values.items()})
+    return urlencode({name: format_shortest(value) for name, value in values.items()})
 
 
 def command(values: Mapping[str, float]) -> str:
     """The line that runs this case."""
     # A run without --set would be one of all scenarios.
-    return f"golf-impact run {set_options(values or {'law': 1})}"
+    return f"golf-impact run {format_options(values or {'law': 1})}"
 
 
 def from_query(arguments: Mapping[str, Sequence[bytes]]) -> dict[str, float]:
@@ -68,7 +68,7 @@ def _document(
     return Example(name, values, {metric: number.text for metric, number in printed.items()})
 
 
-_ROH_LEE = {metric: shown(metric, value) for metric, value in ROH_LEE_FIGURES.items()}
+_ROH_LEE = {metric: format_value(metric, value) for metric, value in ROH_LEE_FIGURES.items()}
 
 EXAMPLES = (
     _document("Baseline", {}, document.BASELINE),

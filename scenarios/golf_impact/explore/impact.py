@@ -10,7 +10,7 @@ import numpy as np
 
 from golf_impact.errors import UserError
 from golf_impact.fmu.impact_fmu import METRICS, PATH, ImpactFmu
-from golf_impact.report.report import derived
+from golf_impact.report.report import derive_metrics
 
 #: Communication points before touch, in contact, after it.
 POINTS = (12, 160, 28)
@@ -43,8 +43,8 @@ def explored(fmu: ImpactFmu, values: Mapping[str, float]) -> Impact:
     values = dict(values)
     changed = _changed(fmu, values)
     outputs = fmu.impact(METRICS, **changed)
-    touched, separated = fmu.flag("touched"), fmu.flag("separated")
-    metrics = derived(outputs, values)
+    touched, separated = fmu.read_flag("touched"), fmu.read_flag("separated")
+    metrics = derive_metrics(outputs, values)
     for body in ("club", "ball"):
         energy = 0.5 * values[f"m_{body}"] * metrics[f"{body}_velocity"] ** 2
         metrics[f"{body}_energy_share"] = _ratio(energy, metrics["kinetic_energy_initial"])
@@ -87,7 +87,7 @@ def _path(
     if host[-1] + lead == host[-1] or (np.diff(host) <= 0.0).any():
         raise UserError(f"a contact of {contact:g} s is too short or too long to be drawn")
     fmu.start(**_changed(fmu, values))
-    outputs = fmu.sampled(host, PATH)
+    outputs = fmu.sample(host, PATH)
     touch = fmu.read(("touch_time",))["touch_time"] if touched else 0.0
     path = {"time": host - touch, **outputs}
     for body in ("club", "ball"):
@@ -150,6 +150,6 @@ def swept(
             outputs = fmu.impact(SWEPT_METRICS, **{**given, name: x})
         except UserError:
             continue
-        if fmu.flag("touched"):
+        if fmu.read_flag("touched"):
             table[n] = list(outputs.values())
     return {"x": xs, **dict(zip(SWEPT_METRICS, table.T.copy()))}

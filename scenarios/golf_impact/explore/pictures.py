@@ -15,7 +15,7 @@ from bokeh.plotting import figure
 
 from golf_impact.explore.impact import SWEPT_METRICS, Impact, nice
 from golf_impact.explore.parts import STYLED, WIDE, aria, script
-from golf_impact.report.looks import BLUE, GREEN, ORANGE, SKY, VERMILION
+from golf_impact.report.styles import BLUE, GREEN, ORANGE, SKY, VERMILION
 
 #: Of the animation: width to height of what it shows, and its height in ball diameters.
 ASPECT, DIAMETERS = 7.0, 1.35

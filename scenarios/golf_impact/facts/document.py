@@ -52,7 +52,7 @@ class Printed:
         """Half a unit of the last printed digit, in SI units."""
         return 0.5 * 10.0**-self._decimals * self.scale
 
-    def shown(self, value: float) -> str:
+    def format_value(self, value: float) -> str:
         """Another value (SI) in the same unit, with one digit more than the printed one."""
         return f"{value / self.scale:.{self._decimals + 1}f}"
 

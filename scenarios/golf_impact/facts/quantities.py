@@ -81,7 +81,7 @@ class Quantity(NamedTuple):
         """Name and unit."""
         return self._replace(symbol="").label
 
-    def shown(self, value: float) -> str:
+    def format_value(self, value: float) -> str:
         """A value (SI) in the unit of the label; of one that isn't there, the reason."""
         if math.isnan(value):
             return value.reason if isinstance(value, NoValue) else "–"
@@ -114,12 +114,12 @@ def label(metric: str) -> str:
     return QUANTITIES[metric].label if metric in QUANTITIES else metric
 
 
-def shown(metric: str, value: float) -> str:
+def format_value(metric: str, value: float) -> str:
     """A metric's value (SI) in the unit of its label."""
-    return QUANTITIES.get(metric, Quantity(metric)).shown(value)
+    return QUANTITIES.get(metric, Quantity(metric)).format_value(value)
 
 
-def shortest(value: float) -> str:
+def format_shortest(value: float) -> str:
     """The fewest digits that represent this double exactly."""
     return repr(float(value)).removesuffix(".0")
 
@@ -137,9 +137,9 @@ def with_error(value: float, error: float | None) -> str:
     return f"{round(value, decimals):.{places}f} ± {round(error, decimals):.{places}f}"
 
 
-def set_options(values: Mapping[str, float]) -> str:
+def format_options(values: Mapping[str, float]) -> str:
     """Inputs and parameters (SI) as options of a command line."""
-    return " ".join(f"--set {name}={shortest(value)}" for name, value in values.items())
+    return " ".join(f"--set {name}={format_shortest(value)}" for name, value in values.items())
 
 
 def describe_contact(values: Mapping[str, float]) -> str:
@@ -148,7 +148,7 @@ def describe_contact(values: Mapping[str, float]) -> str:
     Args:
         values: law, k, b, exponent, restitution_at_rest and restitution_slope (SI units).
     """
-    factor, unit = prefixed("N/m", values["k"])
+    factor, unit = choose_prefix("N/m", values["k"])
     words = [f"law {values['law']:g}", f"k = {values['k'] * factor:.4g} {unit}"]
     if values["exponent"] != 1.0:
         words.append(f"n = {values['exponent']:.3g}")
@@ -160,7 +160,7 @@ def describe_contact(values: Mapping[str, float]) -> str:
     return ", ".join(words)
 
 
-def doubts_of_mass(masses: Mapping[str, float]) -> list[str]:
+def check_masses(masses: Mapping[str, float]) -> list[str]:
     """Warnings about masses that were probably given in grams.
 
     Args:
@@ -173,17 +173,17 @@ def doubts_of_mass(masses: Mapping[str, float]) -> list[str]:
     ]
 
 
-def written(unit: str | None) -> str:
+def format_unit(unit: str | None) -> str:
     """A unit in usual notation, N·s for FMI's N.s; empty if there is none."""
     return "" if unit in (None, "", "1") else str(unit).replace(".", "·")
 
 
-def prefixed(unit: str | None, largest: float) -> tuple[float, str]:
+def choose_prefix(unit: str | None, largest: float) -> tuple[float, str]:
     """Factor and prefixed unit that bring the largest value (SI) to between 1 and 1000.
 
     1e6 N/m is 1 MN/m; units that usually have no prefix get none.
     """
     if unit not in ("N", "N/m", "m", "s", "J") or not 0.0 < largest < math.inf:
-        return 1.0, written(unit)
+        return 1.0, format_unit(unit)
     thousands = min(max(math.floor(math.log10(largest) / 3.0 + 1e-9), -3), 3)
     return 10.0 ** (-3 * thousands), ("n", "µ", "m", "", "k", "M", "G")[thousands + 3] + unit

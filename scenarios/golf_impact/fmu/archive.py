@@ -14,7 +14,7 @@ from golf_impact.errors import UserError
 _LARGEST = 64 * 2**20
 
 
-def flaw(path: Path) -> str | None:
+def find_flaw(path: Path) -> str | None:
     """Find what is wrong with an .fmu file as an archive.
 
     Rejected are names that lead out of the folder, links, contents that are too large, damage, and
@@ -72,7 +72,7 @@ def _flaw_inside(archive: zipfile.ZipFile) -> str | None:
     return None
 
 
-def odd_characters(folder: Path | str) -> str:
+def find_odd_characters(folder: Path | str) -> str:
     """Characters in the name of a folder with which pythonfmu 0.7 crashes.
 
     Importers escape them in the URI of an FMU's resources; pythonfmu decodes %20, the space, only.
@@ -87,7 +87,7 @@ def check_temporary_folder() -> None:
         UserError: pythonfmu would crash there.
     """
     folder = tempfile.gettempdir()
-    if odd_characters(folder):
+    if find_odd_characters(folder):
         raise UserError(
             f"pythonfmu can't load an FMU from {folder}: set TMPDIR to a folder whose name has "
             "letters, digits, spaces and . _ ~ - only"

@@ -110,7 +110,7 @@ def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
         return build_fmu(Path(folder, path.name), fmi), f"{why}; for this run only, since {error}"
 
 
-def given_fmu(path: Path) -> Path:
+def check_fmu(path: Path) -> Path:
     """Check an FMU that a user names; unless it is that of the current sources, by running it.
 
     Raises:

@@ -13,8 +13,8 @@ from fmpy.fmi1 import FMICallException
 
 from golf_impact.errors import UserError
 from golf_impact.facts.quantities import undefined_results
-from golf_impact.fmu.archive import check_temporary_folder, flaw
-from golf_impact.fmu.loaded import Entered, LoadedFmu, Named, in_a_line
+from golf_impact.fmu.archive import check_temporary_folder, find_flaw
+from golf_impact.fmu.loaded import Entered, LoadedFmu, Named, first_line
 
 #: A communication step (s) that is longer than any usual contact; results don't depend on it.
 HORIZON = 1.0
@@ -46,13 +46,13 @@ class ImpactFmu(LoadedFmu):
     """
 
     def __init__(self, path: Path) -> None:
-        why, remedy = flaw(path), "run `golf-impact build`"
+        why, remedy = find_flaw(path), "run `golf-impact build`"
         if why is not None:
             raise UserError(why)
         try:
             super().__init__(path)
         except Exception as error:  # whatever zip, XML and fmpy make of a broken file
-            why = f"is not a readable FMU ({in_a_line(error)})"
+            why = f"is not a readable FMU ({first_line(error)})"
             raise UserError(f"{path} {why}: {remedy}") from error
         if "smash_factor" not in self.variables:
             raise UserError(f"{path} is another FMU ({self.description.modelName}), not this one")
@@ -84,15 +84,15 @@ class ImpactFmu(LoadedFmu):
         except Exception as error:
             shutil.rmtree(self.folder, ignore_errors=True)
             raise UserError(
-                f"{self.path} can't be loaded ({in_a_line(error)}): run `golf-impact build`"
+                f"{self.path} can't be loaded ({first_line(error)}): run `golf-impact build`"
             ) from error
         return self
 
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         super().__exit__(kind, error, trace)
         if isinstance(error, FMICallException):
-            said = f": {in_a_line(self.messages[-1])}" if self.messages else ""
-            raise UserError(f"{self.path} failed ({in_a_line(error)}{said})") from error
+            said = f": {first_line(self.messages[-1])}" if self.messages else ""
+            raise UserError(f"{self.path} failed ({first_line(error)}{said})") from error
 
     def impact(self, outputs: Sequence[str] = METRICS, **values: Any) -> Named[float]:
         """Compute an impact in one communication step.
@@ -112,7 +112,7 @@ class ImpactFmu(LoadedFmu):
         self.start(**values)
         self.step(0.0, self.horizon(values).item())
         results = self.read(outputs)
-        undefined = undefined_results(self.flag("touched"), self.flag("separated"))
+        undefined = undefined_results(self.read_flag("touched"), self.read_flag("separated"))
         results.update((name, undefined[name]) for name in undefined.keys() & results.keys())
         return results
 
@@ -169,9 +169,9 @@ class ImpactFmu(LoadedFmu):
         """
         end = self.impact(("touch_time", "contact_time"), **values)
         touch, contact = end["touch_time"], end["contact_time"]
-        if not self.flag("touched"):
+        if not self.read_flag("touched"):
             touch = 0.0
-        if not self.flag("separated"):
+        if not self.read_flag("separated"):
             # Not separated within the horizon: sample the time in which the contact develops.
             contact = 10.0 * self.half_period(values).item()
         if touch + contact / points == touch:
@@ -185,9 +185,9 @@ class ImpactFmu(LoadedFmu):
         if begin:
             self.step(0.0, begin)
         times = np.linspace(begin, touch + contact + margin, points)
-        return Named({"time": times, **self.sampled(times, names)})
+        return Named({"time": times, **self.sample(times, names)})
 
-    def sampled(self, times: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
+    def sample(self, times: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
         """Record Real outputs at these times.
 
         Args:

@@ -61,7 +61,7 @@ class LoadedFmu:
         self._slave = None
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def blank(self, kind: Any = FMU2Slave) -> Any:
+    def new_instance(self, kind: Any = FMU2Slave) -> Any:
         """An fmpy instance with its library loaded, not yet instantiated."""
         return kind(
             guid=self.description.guid,
@@ -84,7 +84,7 @@ class LoadedFmu:
 
     def instance(self, **values: float) -> FMU2Slave:
         """Make a further instance, initialized with these inputs and parameters (SI units)."""
-        slave = self.blank()
+        slave = self.new_instance()
         slave.instantiate()
         self.keep(slave)
         slave.setupExperiment(startTime=0.0)
@@ -98,7 +98,7 @@ class LoadedFmu:
         """The instance that every run uses, from its initial state; made on first use."""
         if self._slave is None:
             assert self.folder, "use it in a with block"
-            slave = self.blank()
+            slave = self.new_instance()
             slave.instantiate(callbacks=self._callbacks(), loggingOn=True)
             self._slave = self.keep(slave)
             # Restoring this state is far cheaper than fmi2Reset, which makes a new instance.
@@ -200,7 +200,7 @@ class LoadedFmu:
         except FMICallException as error:
             if error.status != fmi2.fmi2Discard:
                 raise
-            raise UserError(self.messages[-1] if self.messages else in_a_line(error)) from error
+            raise UserError(self.messages[-1] if self.messages else first_line(error)) from error
 
     def read(self, names: Sequence[str]) -> Named[float]:
         """Values of Real variables at this communication point, by name (SI units).
@@ -216,7 +216,7 @@ class LoadedFmu:
                 )
         return Named(zip(names, self.slave.getReal(references), strict=True))
 
-    def flag(self, name: str) -> bool:
+    def read_flag(self, name: str) -> bool:
         """Value of a Boolean variable at this communication point."""
         return bool(self.slave.getBoolean(self.references([name]))[0])
 
@@ -226,7 +226,7 @@ class LoadedFmu3(LoadedFmu):
 
     def __enter__(self) -> LoadedFmu3:
         super().__enter__()
-        self.model, self._slave = (self.keep(self.blank(k)) for k in (FMU3Model, FMU3Slave))
+        self.model, self._slave = (self.keep(self.new_instance(k)) for k in (FMU3Model, FMU3Slave))
         self.model.instantiate()
         self._slave.instantiate(eventModeUsed=True)
         self._states = {one: one.getFMUState() for one in (self.model, self._slave)}
@@ -238,14 +238,14 @@ class LoadedFmu3(LoadedFmu):
         self._slave = None
         super().__exit__(kind, error, trace)
 
-    def set_back(self, instance: FMU3Model | FMU3Slave) -> None:
+    def restore_initial_state(self, instance: FMU3Model | FMU3Slave) -> None:
         """Restore the initial state of an instance."""
         instance.setFMUState(self._states[instance])
 
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
         """Begin a co-simulation, initialized with these inputs and parameters (SI units)."""
         slave: Any = self._slave
-        self.set_back(slave)
+        self.restore_initial_state(slave)
         slave.enterInitializationMode(startTime=start_time)
         for name, value in values.items():
             if self.variables[name].type == "Float64":
@@ -262,7 +262,7 @@ class LoadedFmu3(LoadedFmu):
         Returns:
             The outputs at its end, by name (SI units).
         """
-        self.set_back(instance)
+        self.restore_initial_state(instance)
         rows = fmpy.simulate_fmu(
             self.folder,
             model_description=self.description,
@@ -273,7 +273,7 @@ class LoadedFmu3(LoadedFmu):
         )
         return {name: float(rows[name][-1]) for name in outputs}
 
-    def counted(self, run: Callable[[], Any]) -> tuple[Any, int]:
+    def count_evaluations(self, run: Callable[[], Any]) -> tuple[Any, int]:
         """The result of a run, and how often it evaluates the derivatives."""
         evaluate = self.model.getContinuousStateDerivatives
         count = 0
@@ -294,6 +294,6 @@ class LoadedFmu3(LoadedFmu):
         return Named(zip(names, self._slave.getFloat64(self.references(names)), strict=True))
 
 
-def in_a_line(error: BaseException | str) -> str:
+def first_line(error: BaseException | str) -> str:
     """The first line of an error's message."""
     return (str(error).strip() or type(error).__name__).splitlines()[0]

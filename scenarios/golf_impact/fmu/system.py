@@ -107,7 +107,7 @@ def run_system(
                 swing.slave.freeFMUstate(before)
             for start, output, end, name in wires:
                 if start.variables[output].type == "Boolean":
-                    end.slave.setBoolean(end.references([name]), [start.flag(output)])
+                    end.slave.setBoolean(end.references([name]), [start.read_flag(output)])
                 else:
                     end.set({name: start.read([output])[output]})
             time += size

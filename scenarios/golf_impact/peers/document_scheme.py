@@ -12,7 +12,7 @@ from golf_impact.facts.document import END_GAP, TIME_STEP, USED
 from golf_impact.fmu.file import build_plain_fmu
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers.document_fmu import RESULTS
-from golf_impact.report.report import Metrics, derived
+from golf_impact.report.report import Metrics, derive_metrics
 
 #: The FMU's one source, which needs nothing but pythonfmu.
 SLAVE = Path(__file__).with_name("document_fmu.py")
@@ -32,7 +32,7 @@ class DocumentFmu(LoadedFmu):
         names of results.json.
         """
         given = {"club_speed": 35.0, "ball_speed": 0.0, **USED, **values}
-        return derived(self.impact(end_gap=END_GAP, **values), given)
+        return derive_metrics(self.impact(end_gap=END_GAP, **values), given)
 
 
 def steps_of_contact(fmu: LoadedFmu, slave: FMU2Slave, dt: float, end: float = math.inf) -> int:

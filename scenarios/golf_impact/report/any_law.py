@@ -63,7 +63,7 @@ def _check_balances(report: Report, name: str, given: Mapping[str, float], found
     times[0] = 0.0
     fmu = report.fmu
     fmu.start(**given)
-    path = fmu.sampled(times, _STATE)
+    path = fmu.sample(times, _STATE)
     weights = 0.5 * time * weights
     force, club, ball = (path[name][1:-1] for name in ("force", "club_velocity", "ball_velocity"))
     v_club, v_ball = path["club_velocity"][-1], path["ball_velocity"][-1]

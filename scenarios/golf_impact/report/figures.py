@@ -13,8 +13,8 @@ os.environ["MPLBACKEND"] = "Agg"
 
 import numpy as np
 
-from golf_impact.facts.quantities import prefixed
-from golf_impact.report.looks import BLACK, BLUE, GREEN, LOOKS, ORANGE, SKY, VERMILION, Look  # noqa: F401
+from golf_impact.facts.quantities import choose_prefix
+from golf_impact.report.styles import BLACK, BLUE, GREEN, ORANGE, SKY, STYLES, VERMILION, Style  # noqa: F401
 from golf_impact.stopping import held
 
 if TYPE_CHECKING:
@@ -51,19 +51,19 @@ def new_pair(title: str, case: str = "") -> tuple[Figure, tuple[Axes, Axes]]:
     return figure, (axes[0], axes[1])
 
 
-def shades(number: int) -> list[Look]:
+def make_shades(number: int) -> list[Style]:
     """Styles for increasing values of a quantity, from light to dark."""
     if number == 1:
-        return [LOOKS["baseline"]]
-    colours = [LOOKS[name].colour for name in ("less", "baseline", "more")]
+        return [STYLES["baseline"]]
+    colours = [STYLES[name].colour for name in ("less", "baseline", "more")]
     ramp = LinearSegmentedColormap.from_list("", colours)
     dashes, markers = ("--", "-", "-.", ":"), "vo^sD"
     return [
-        Look(to_hex(ramp(n / (number - 1))), dashes[n % 4], markers[n % 5]) for n in range(number)
+        Style(to_hex(ramp(n / (number - 1))), dashes[n % 4], markers[n % 5]) for n in range(number)
     ]
 
 
-def force_curves(
+def plot_forces(
     title: str,
     case: str,
     curves: Iterable[tuple[str, str, Mapping[str, float], Mapping[str, np.ndarray]]],
@@ -77,18 +77,18 @@ def force_curves(
             (SI units).
     """
     figure, axes = new(title, case=case)
-    for look, words, metrics, path in curves:
+    for style, words, metrics, path in curves:
         peak = int(np.argmax(path["force"]))
         force, time = metrics["max_force"] / 1e3, metrics["contact_time"] * 1e6
-        style = {**LOOKS[look].points, "markevery": [peak], "ms": 7}
+        line = {**STYLES[style].points, "markevery": [peak], "ms": 7}
         label = f"{words}: {force:.2f} kN, {time:.0f} µs"
-        axes.plot(path["time"] * 1e6, path["force"] / 1e3, **style, label=label)
+        axes.plot(path["time"] * 1e6, path["force"] / 1e3, **line, label=label)
     axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
-    legend_above(axes)
+    add_legend_above(axes)
     return figure
 
 
-def run_time_axes(axes: Axes, error: str) -> None:
+def set_run_time_axes(axes: Axes, error: str) -> None:
     """Axes of a work–precision diagram: run time over error, both logarithmic.
 
     An error of exactly 0 is plotted to the left of the resolution of a double.
@@ -111,13 +111,13 @@ def name_axis(axis: Axis, words: str, unit: str | None) -> None:
         unit: the SI unit by its FMI name; None or "1" if there is none.
     """
     linear = axis.get_scale() == "linear"
-    factor, unit = prefixed(unit, max(map(abs, axis.get_view_interval())) if linear else 1.0)
+    factor, unit = choose_prefix(unit, max(map(abs, axis.get_view_interval())) if linear else 1.0)
     axis.set_label_text(f"{words} ({unit})" if unit else words)
     if factor != 1.0:
         axis.set_major_formatter(lambda value, _: f"{value * factor:.10g}")
 
 
-def legend_above(axes: Axes, columns: int = 4) -> None:
+def add_legend_above(axes: Axes, columns: int = 4) -> None:
     """A legend between title and axes, where it doesn't cover the data.
 
     Args:
@@ -131,13 +131,13 @@ def legend_above(axes: Axes, columns: int = 4) -> None:
     axes.set_title(axes.get_title("left"), pad=8 + 16 * -(-len(labels) // columns))
 
 
-def legend_below(figure: Figure, axes: Axes, columns: int) -> None:
+def add_legend_below(figure: Figure, axes: Axes, columns: int) -> None:
     """One legend below all axes of a figure, with the labels of these axes."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=columns)
 
 
-def rows(axes: Axes, names: Sequence[str], band: float) -> None:
+def label_rows(axes: Axes, names: Sequence[str], band: float) -> None:
     """Rows of deviations: names on the left, a line at 0 and a grey band of ± `band` around it."""
     axes.axvspan(-band, band, color=BLACK, alpha=0.1, lw=0)
     axes.axvline(0.0, color=BLACK, lw=1.0)
@@ -151,7 +151,7 @@ def mark(axes: Axes, x: float, y: float, text: str) -> None:
     axes.annotate(text, (x, y), xytext=(0, 7), textcoords="offset points", ha="center")
 
 
-def png(figure: Figure) -> bytes:
+def to_png(figure: Figure) -> bytes:
     """Close a figure and return it as PNG."""
     image = io.BytesIO()
     figure.savefig(image)

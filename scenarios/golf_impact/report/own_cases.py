@@ -9,12 +9,12 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from golf_impact.facts.balls import Ball
-from golf_impact.facts.quantities import QUANTITIES, with_error, written
+from golf_impact.facts.quantities import QUANTITIES, format_unit, with_error
 from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_impact.fmu.uncertainty import standard_errors
 from golf_impact.report.any_law import check_any_law, has_closed_form
-from golf_impact.report.looks import LOOKS
-from golf_impact.report.report import Report, derived
+from golf_impact.report.report import Report, derive_metrics
+from golf_impact.report.styles import STYLES
 
 #: Half the width of a 95 % interval in standard errors.
 _COVERAGE = 1.96
@@ -55,7 +55,7 @@ def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]
         + [
             with_error(column[metric] * one.factor, _COVERAGE * error[metric] * one.factor)
             if error.get(metric)
-            else one.shown(column[metric])
+            else one.format_value(column[metric])
             for column, error in zip(columns, errors)
         ]
         for metric, one in QUANTITIES.items()
@@ -68,13 +68,13 @@ def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]
     def force(figures):
         case = report.describe(**next(iter(cases.values()))) if len(cases) == 1 else ""
         figure, axes = figures.new(f"Contact force: {title}", case=case)
-        spare = iter(figures.shades(max(2, len(paths))))
+        spare = iter(figures.make_shades(max(2, len(paths))))
         for ball, (micro, kilonewton) in paths.items():
-            style = LOOKS.get(ball or "ball") or next(spare)
+            style = STYLES.get(ball or "ball") or next(spare)
             axes.plot(micro, kilonewton, label=ball, **style.line)
         axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
         if len(cases) > 1:
-            figures.legend_above(axes)
+            figures.add_legend_above(axes)
         return figure
 
     return report
@@ -91,7 +91,7 @@ def _errors(fmu: ImpactFmu, ball: Ball | None, given: Mapping[str, float]) -> di
     start |= {name: fmu.default(name) for name in ("club_speed", "ball_speed")}
 
     def evaluate(values: Mapping[str, float]) -> np.ndarray:
-        metrics = derived(fmu.impact(METRICS, **values), {**start, **values})
+        metrics = derive_metrics(fmu.impact(METRICS, **values), {**start, **values})
         return np.array([metrics[name] for name in QUANTITIES])
 
     names = [uncertain[n] for n in at]
@@ -102,7 +102,7 @@ def _errors(fmu: ImpactFmu, ball: Ball | None, given: Mapping[str, float]) -> di
 
 
 def _unit(fmu: ImpactFmu, name: str) -> str:
-    unit = written(fmu.variables[name].unit) if name in fmu.variables else ""
+    unit = format_unit(fmu.variables[name].unit) if name in fmu.variables else ""
     return f" {unit}" if unit else ""
 
 

@@ -56,16 +56,16 @@ def write_outcomes(
 
             images[name] = {}
             for file, draw in outcome.figures.items():
-                images[name][file] = figures.png(draw(figures))
+                images[name][file] = figures.to_png(draw(figures))
                 tick()
             files |= {f"{file}.png": image for file, image in images[name].items()}
-    files[f"{prefix}report.html"] = page(outcomes, images, guid)
+    files[f"{prefix}report.html"] = render_page(outcomes, images, guid)
     known = [f"{file}.png" for outcome in outcomes.values() for file in outcome.figures]
     write_together(folder, files, stale=() if with_figures else known)
     return folder / f"{prefix}report.html"
 
 
-def page(
+def render_page(
     outcomes: Mapping[str, Outcome], images: Mapping[str, Mapping[str, bytes]], guid: str
 ) -> bytes:
     """Render report.html, one self-contained file.

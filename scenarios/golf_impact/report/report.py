@@ -9,7 +9,7 @@ from typing import Any
 from golf_impact.facts import closed_forms
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.document import NUMERICAL_ERROR, Printed
-from golf_impact.facts.quantities import describe_contact, label, set_options, shown
+from golf_impact.facts.quantities import describe_contact, format_options, format_value, label
 from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_impact.fmu.loaded import Named
 from golf_impact.report.outcome import Kind, Outcome, Table
@@ -28,7 +28,7 @@ _GIVEN = (
 )
 
 
-def derived(outputs: Mapping[str, float], given: Mapping[str, float]) -> Metrics:
+def derive_metrics(outputs: Mapping[str, float], given: Mapping[str, float]) -> Metrics:
     """The metrics of an impact: the FMU's outputs, and what follows from them.
 
     Args:
@@ -87,7 +87,7 @@ class Report(Outcome):
             separation are NaN if there is none, see `ImpactFmu.impact`.
         """
         given = {name: self.fmu.default(name) for name in _GIVEN} | values
-        metrics = derived(self.fmu.impact(METRICS, **values), given)
+        metrics = derive_metrics(self.fmu.impact(METRICS, **values), given)
         self.cases[name] = metrics
         self.commands[name] = _explore(values)
 
@@ -96,9 +96,9 @@ class Report(Outcome):
             why = _PRINTED if kind == "documents" else ""
             self.check_close(claim, metrics[metric], expected, tolerance, why, kind)
 
-        if not self.fmu.flag("touched"):
+        if not self.fmu.read_flag("touched"):
             self.say(f"{name}: no contact. The club never touches the ball.")
-        elif not self.fmu.flag("separated"):
+        elif not self.fmu.read_flag("separated"):
             after = self.fmu.horizon(values).item()
             self.say(
                 f"{name}: no separation. Club and ball stay in contact; velocities, momentum, "
@@ -198,9 +198,9 @@ class Report(Outcome):
         """
         rows = [
             [
-                *(label(metric), number.text, shown(metric, scheme[metric])),
+                *(label(metric), number.text, format_value(metric, scheme[metric])),
                 *(
-                    shown(metric, exact[metric]),
+                    format_value(metric, exact[metric]),
                     f"{(scheme[metric] / exact[metric] - 1) * 100:+.2f}",
                 ),
             ]
@@ -249,4 +249,4 @@ def _explore(values: Mapping[str, float]) -> str:
             options = [f"--ball {ball.name}"]
             values = {name: v for name, v in values.items() if name not in ball.values}
             break
-    return " ".join(filter(None, ("golf-impact explore", *options, set_options(values))))
+    return " ".join(filter(None, ("golf-impact explore", *options, format_options(values))))

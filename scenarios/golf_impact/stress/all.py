@@ -7,7 +7,7 @@ from typing import Any
 from golf_impact.stress import cases, invariants, long_runs, special_points, stability
 from golf_impact.stress.driver import driver
 from golf_impact.stress.ledger import Ledger
-from golf_impact.timing import machine
+from golf_impact.timing import describe_machine
 
 #: Random impacts and special points, of --quick and of all.
 IMPACTS = {True: (150, 100), False: (5000, 1500)}
@@ -53,5 +53,5 @@ def checks_and_maps(
         "tiny_steps": tiny,
         "many_impacts": many,
         "stability": maps,
-        "machine": machine() | {"fmu": guid},
+        "machine": describe_machine() | {"fmu": guid},
     }

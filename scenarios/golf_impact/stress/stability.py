@@ -86,7 +86,7 @@ def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
     """By steps of x/ω0 through the contact, until it is over."""
     size, point = x / case.natural_frequency, 0.0
     driver.begin_run(vars(case))
-    while not driver.flag("separated"):
+    while not driver.read_flag("separated"):
         driver.slave.doStep(point, size)
         point += size
     return Outcome(**driver.read(Outcome._fields))
@@ -115,7 +115,7 @@ def draw(maps: list[Map]) -> bytes:
     bar = figure.colorbar(image, ax=axes, shrink=0.9, extend="max", spacing="uniform")
     bar.set_ticks(_BOUNDS, labels=[*map(_power, _BOUNDS)])
     bar.set_label("error (grey: no end of contact found)")
-    return figures.png(figure)
+    return figures.to_png(figure)
 
 
 def _power(value: float) -> str:

@@ -19,7 +19,7 @@ from golf_impact.sweeps.chunk import run_chunk
 from golf_impact.sweeps.impacts import impacts
 from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.table_file import table_file
-from golf_impact.timing import interleaved, median_ratio
+from golf_impact.timing import median_ratio, run_interleaved
 
 #: Cases of the sweep per round, and of the loop, which takes about as long for them.
 _CASES, _LOOPED = 2000, 25
@@ -84,6 +84,6 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
                     same &= row == numbers
             return (perf_counter() - begin) / _LOOPED
 
-        times = interleaved({"sweep": swept, "loop": looped}, rounds, tick)
+        times = run_interleaved({"sweep": swept, "loop": looped}, rounds, tick)
     ratio = median_ratio(times["loop"], times["sweep"])
     return Comparison(1.0 / median(times["sweep"]), 1.0 / median(times["loop"]), ratio, same)

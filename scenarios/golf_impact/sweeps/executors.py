@@ -18,8 +18,8 @@ from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
-from golf_impact.errors import UserError, lacking
-from golf_impact.fmu.loaded import in_a_line
+from golf_impact.errors import UserError, missing_package
+from golf_impact.fmu.loaded import first_line
 from golf_impact.stopping import SIGNALS
 
 P = ParamSpec("P")
@@ -158,7 +158,7 @@ def dask_executor(scheduler: str, workers: int | None = None) -> Iterator[Execut
         import distributed
     except ImportError as error:
         also = ", and the same on the cluster's workers"
-        raise lacking("--scheduler", "Dask", "cluster", also) from error
+        raise missing_package("--scheduler", "Dask", "cluster", also) from error
     # Lost connections are reported by the lines below.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
@@ -181,7 +181,7 @@ def dask_executor(scheduler: str, workers: int | None = None) -> Iterator[Execut
             stack.enter_context(client).wait_for_workers(1, timeout=_PATIENCE)
         except (OSError, ValueError) as error:
             raise UserError(
-                f"no Dask cluster with workers at {scheduler} ({in_a_line(error)}): start "
+                f"no Dask cluster with workers at {scheduler} ({first_line(error)}): start "
                 "`dask scheduler` and `dask worker`, or use --scheduler local"
             ) from error
         executor = client.get_executor(retries=2)
@@ -190,6 +190,6 @@ def dask_executor(scheduler: str, workers: int | None = None) -> Iterator[Execut
             yield executor
         except (distributed.KilledWorker, CancelledError, OSError, ImportError) as error:
             raise UserError(
-                f"the cluster at {scheduler} gave up or is lost ({in_a_line(error)}); its workers "
+                f"the cluster at {scheduler} gave up or is lost ({first_line(error)}); its workers "
                 "need this package with its extra cluster, in the same version"
             ) from error

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
-from golf_impact.facts.quantities import prefixed
+from golf_impact.facts.quantities import choose_prefix
 from golf_impact.report import figures
 from golf_impact.sweeps.axes import Grid
 from golf_impact.sweeps.sensitivity import Sensitivity
@@ -67,7 +67,7 @@ class _Reduced:
     def __init__(self, study: Study, drawn: np.ndarray, units: Mapping[str, str | None]) -> None:
         self.study, self.units = study, units
         self.output = study.outputs[0]
-        self.sampled = study.number_of_samples > 1
+        self.sample = study.number_of_samples > 1
         self._table = drawn.reshape(*(len(one.values) for one in study.grid), -1)
 
     def over(self, axes: list[Grid], most: int) -> tuple[list[np.ndarray], np.ndarray]:
@@ -87,7 +87,7 @@ class _Reduced:
         table = self._table[np.ix_(*places.values())]
         table = np.moveaxis(table, [grid.index(one) for one in axes], range(len(axes)))
         table = table.reshape(*map(len, values), -1)
-        if not self.sampled:
+        if not self.sample:
             return values, np.stack([table[..., 0]] * 3)
         with warnings.catch_warnings():
             # A point where all is refused stays empty.
@@ -110,19 +110,19 @@ class _Reduced:
         """A variable and its value, with its unit."""
         if one.name in _NAMED:
             return str(value) if isinstance(value, str) else f"{one.name} {value}"
-        factor, unit = prefixed(self.units[one.name], float(np.abs(one.values).max()))
+        factor, unit = choose_prefix(self.units[one.name], float(np.abs(one.values).max()))
         return f"{_words(one.name)} = {value * factor:g} {unit}".rstrip()
 
-    def look(self, one: Grid, value: Any) -> figures.Look:
+    def look(self, one: Grid, value: Any) -> figures.Style:
         """Of a ball or a law, as in all figures; of a law that the FMU refuses, any."""
-        return figures.LOOKS.get(self.equal(one, value), figures.LOOKS["baseline"])
+        return figures.STYLES.get(self.equal(one, value), figures.STYLES["baseline"])
 
 
 def _lines(grid: _Reduced, along: Grid, by: list[Grid]) -> Figure:
     figure, axes = grid.new([along, *by])
     (x, *names), levels = grid.over([along, *by], _MOST_POINTS)
     levels = levels if by else levels[..., np.newaxis]
-    looks = figures.shades(levels.shape[-1])
+    looks = figures.make_shades(levels.shape[-1])
     # What coincides, as far as a picture can show, is one line with all its names.
     same: dict[int, list[int]] = {}
     for n in range(len(looks)):
@@ -131,21 +131,21 @@ def _lines(grid: _Reduced, along: Grid, by: list[Grid]) -> Figure:
         same.setdefault(next(equal, n), []).append(n)
     for n, others in same.items():
         low, middle, high = levels[..., n]
-        text, look = "median" if grid.sampled else None, looks[n]
+        text, look = "median" if grid.sample else None, looks[n]
         if by:
             text = ", ".join(grid.equal(by[0], names[0][m]) for m in others)
             text += " (the same)" if len(others) > 1 else ""
             if by[0].name in _NAMED:
                 look = grid.look(by[0], names[0][n])
         axes.plot(x, middle, **(look.points if len(x) <= 12 else look.line), label=text, ms=4)
-        if grid.sampled:
+        if grid.sample:
             band = "5 to 95 % of the samples" if n == 0 else None
             axes.fill_between(x, low, high, color=look.colour, alpha=0.2, lw=0, label=band)
     _scale(axes.set_xscale, x)
     grid.name(axes.xaxis, along.name)
     grid.name(axes.yaxis, grid.output)
-    if by or grid.sampled:
-        figures.legend_above(axes, columns=3)
+    if by or grid.sample:
+        figures.add_legend_above(axes, columns=3)
     return figure
 
 
@@ -154,7 +154,7 @@ def _points(grid: _Reduced, named: Grid) -> Figure:
     (names,), (low, middle, high) = grid.over([named], _MOST_SIDE)
     for n, name in enumerate(names):
         look = grid.look(named, name)
-        if grid.sampled:
+        if grid.sample:
             axes.plot([low[n], high[n]], [n, n], color=look.colour, lw=1.4)
         axes.plot(middle[n], n, look.marker, color=look.colour, ms=8)
     axes.set_yticks(range(len(names)), [grid.equal(named, name) for name in names])
@@ -177,7 +177,7 @@ def _map(grid: _Reduced, over: list[Grid]) -> Figure:
     grid.name(axes.yaxis, order[1].name)
     grid.name(bar.ax.yaxis, grid.output)
     usable = values.compressed()
-    factor = prefixed(grid.units[grid.output], float(np.abs(usable).max()))[0]
+    factor = choose_prefix(grid.units[grid.output], float(np.abs(usable).max()))[0]
     if min(values.shape) >= _FOR_CONTOURS and len(usable) > 3 and np.ptp(usable) > 0.0:
         lines = axes.contour(x, y, values, levels=8, colors="white", linewidths=0.9)
         axes.clabel(lines, fontsize=8, fmt=lambda level: f"{level * factor:.6g}")
@@ -207,7 +207,7 @@ def _monte_carlo(
     else:
         figure, (axes, beside) = figures.new_pair(title)
         _sensitivities(beside, sensitivity)
-    factor, unit = prefixed(units[output], float(np.abs(usable).max()))
+    factor, unit = choose_prefix(units[output], float(np.abs(usable).max()))
     usable = usable * factor
     bins = int(np.clip(np.sqrt(len(usable)), 8, 80))
     low, high = np.percentile(usable, (rare, 100.0 - rare)).tolist()
@@ -225,7 +225,7 @@ def _monte_carlo(
     axes.set_xlabel(f"{_words(output)} ({unit})" if unit else _words(output))
     axes.set_ylabel(f"probability density (per {unit})" if unit else "probability density")
     axes.margins(y=0.06)
-    figures.legend_above(axes, columns=3)
+    figures.add_legend_above(axes, columns=3)
     return figure
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from golf_impact.errors import UserError, lacking
+from golf_impact.errors import UserError, missing_package
 from golf_impact.sweeps.axes import Axis, Distribution, Grid, axis
 
 #: What is read unless a study says otherwise: what the end of a contact tells. Law 1 has to search
@@ -171,7 +171,7 @@ def unit_samples(
         from scipy.stats import qmc
     except ImportError as error:
         otherwise = ", or use --design random"
-        raise lacking(f"the design {design}", "SciPy", "sweep", otherwise) from error
+        raise missing_package(f"the design {design}", "SciPy", "sweep", otherwise) from error
     if design == "lhs":
         return qmc.LatinHypercube(dimensions, seed=generator).random(number)
     with warnings.catch_warnings():

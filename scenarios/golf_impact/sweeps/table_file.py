@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from golf_build.archive import plain, whole
-from golf_impact.errors import UserError, lacking
+from golf_impact.errors import UserError, missing_package
 from golf_impact.sweeps.chunk import Chunk
 from golf_impact.sweeps.impacts import Plan
 from golf_impact.sweeps.study import Study
@@ -46,7 +46,7 @@ class Parquet:
             import pyarrow
             import pyarrow.parquet
         except ImportError as error:
-            raise lacking("Parquet", "pyarrow", "sweep", ", or name a .csv file") from error
+            raise missing_package("Parquet", "pyarrow", "sweep", ", or name a .csv file") from error
         self._arrow = pyarrow
         kinds = {"ball": pyarrow.string(), "law": pyarrow.int64()}
         kinds |= dict.fromkeys(plan.booleans, pyarrow.bool_())
