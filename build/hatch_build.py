@@ -23,6 +23,8 @@ class CustomBuildHook(BuildHookInterface):
             ("fmu_src", "loader/*", "golf_build/faces"),
             ("scenarios", "*.py", "golf_impact/scripts"),
             ("scenarios", "studies/*.toml", "golf_impact/scripts"),
+            ("scenarios", "*.ipynb", "golf_impact/scripts"),
+            ("scenarios", "*.csv", "golf_impact/scripts"),
         ):
             for file in (root / folder).glob(pattern):
                 files[file] = f"{place}/{file.relative_to(root / folder).as_posix()}"

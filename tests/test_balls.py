@@ -6,7 +6,7 @@ import pytest
 from command import golf_here, refused
 
 from golf_impact.errors import UserError
-from golf_impact.facts.balls import BALLS, ball, rating_stiffness
+from golf_impact.facts.balls import BALLS, Ball, ball, ball_toml, rating_stiffness, read_ball
 from golf_impact.facts.measured import MPH
 
 
@@ -76,3 +76,91 @@ def test_list_balls():
 def test_an_unknown_ball_on_the_command_line(tmp_path):
     refused(golf_here("run", "--ball", "cannon", "--out", tmp_path), "cannon", "roh-lee, ")
     assert list(tmp_path.iterdir()) == []
+
+
+# Balls of one's own
+
+
+def test_a_parameter_that_was_rounded_to_0(tmp_path):
+    """Its standard error is kept: 0 is a value of b like any other."""
+    mine = Ball("x", "x", {"law": 2, "k": 8e5, "b": 0.0}, "x", ("b",), ((0.25,),))
+    file = tmp_path / "mine.toml"
+    file.write_text(ball_toml(mine))
+    assert read_ball(file).covariance == ((0.25,),)
+    done = golf_here("run", "--ball", file, "--out", tmp_path, "--no-figures")
+    assert done.returncode == 0, done.stderr
+    assert "±" in done.stdout
+
+
+def test_a_ball_from_a_file(fmu, tmp_path):
+    """A file that somebody writes by hand: values alone, defaults for the others."""
+    file = tmp_path / "mine.toml"
+    file.write_text("law = 2\nk = 8e5\nb = 30\n")
+    mine = ball(str(file))
+    assert mine == read_ball(file)
+    assert (mine.name, dict(mine.values)) == (str(file), {"law": 2, "k": 8e5, "b": 30})
+    assert mine.uncertain == ()
+    done = golf_here("run", "--ball", "mine.toml", "--out", "out", "--no-figures", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    (results,) = (tmp_path / "out").glob("*_results.json")
+    case = json.loads(results.read_text())["custom"]["custom"]
+    assert case["max_force"] == fmu.impact(("max_force",), law=2, k=8e5, b=30.0)["max_force"]
+
+
+@pytest.mark.parametrize("name", BALLS)
+def test_a_file_of_every_preset(tmp_path, name):
+    file = tmp_path / "copy.toml"
+    file.write_text(ball_toml(BALLS[name]), "utf-8")
+    copy = read_ball(file)
+    assert dict(copy.values) == dict(BALLS[name].values)
+    assert (copy.title, copy.source) == (BALLS[name].title, BALLS[name].source)
+
+
+UNCERTAIN = 'k = 8e5\nb = 30\n[uncertainty]\nparameters = ["k"]\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "is no ball"),
+        ("title = 'x'", "is no ball"),
+        ("k = ", "no TOML"),
+        ("k = 'stiff'", "k = 'stiff' is refused"),
+        ("k = true", "k = True is refused"),
+        ("k = nan", "finite"),
+        ("k = 1e6\nstiffness = 3", "a ball has no stiffness"),
+        ("k = 1e6\nclub_speed = 3", "a ball has no club_speed"),
+        ("k = 1e6\ntitle = 3", "must be texts"),
+        ("k = 1e6\nuncertainty = 3", "keys parameters and covariance"),
+        (UNCERTAIN, "1 rows of 1"),
+        (UNCERTAIN + "covariance = [[1, 2]]", "1 rows of 1"),
+        (UNCERTAIN + "covariance = [['x']]", "1 rows of 1"),
+        (UNCERTAIN + "covariance = [[-1]]", "below 0"),
+        ('k = 8e5\n[uncertainty]\nparameters = ["b"]\ncovariance = [[1]]', "names of values"),
+        ('k = 8e5\n[uncertainty]\nparameters = [["k"]]\ncovariance = [[1]]', "names of values"),
+    ],
+)
+def test_files_that_are_no_balls(tmp_path, text, words):
+    file = tmp_path / "mine.toml"
+    file.write_text(text)
+    done = golf_here("run", "--ball", file, "--out", tmp_path / "out")
+    refused(done, "mine.toml", words)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_there_is_none_of(tmp_path):
+    refused(golf_here("run", "--ball", tmp_path / "none.toml"), "can't read", "none.toml")
+
+
+def test_intervals_of_a_ball(fmu, tmp_path):
+    """Without damping contact time is π √(μ/k): 2 % of k are 1 % of it."""
+    file = tmp_path / "mine.toml"
+    uncertainty = '[uncertainty]\nparameters = ["k"]\ncovariance = [[1.6e8]]\n'
+    file.write_text(f"law = 2\nk = 8e5\nb = 0\n{uncertainty}")
+    done = golf_here("run", "--ball", file, "--ball", "document", "--out", tmp_path, "--no-figures")
+    assert done.returncode == 0, done.stderr
+    time = fmu.impact(("contact_time",), law=2, k=8e5, b=0.0)["contact_time"] * 1e6
+    assert f"{time:.0f} ± {1.96 * 0.5 * 1.2649e4 / 8e5 * time:.0f}" in done.stdout
+    # COR doesn't depend on k, and what is set besides is exact.
+    done = golf_here("run", "--ball", file, "--set", "k=9e5", "--out", tmp_path, "--no-figures")
+    assert "±" not in done.stdout

@@ -11,6 +11,11 @@
     ...     times = [fmu.impact(["contact_time"], k=k)["contact_time"] for k in (5e5, 1e6)]
     >>> [f"{time * 1e6:.1f} µs" for time in times]
     ['881.9 µs', '619.5 µs']
+    >>> golf_impact.calibrate(cor=0.743, contact_time=600e-6)
+    Calibration: Kelvin–Voigt (law 2)
+      k = 914000 ± 19000 N/m
+      b = 37.3 ± 1.3 N·s/m
+      χ² = 0.000, degrees of freedom 0
     >>> study = golf_impact.Study.of({"k": "0.5e6:2e6:100", "b": "0,9,12"})
     >>> golf_impact.run_sweep(study, "k_b.csv").cases
     300
@@ -27,8 +32,8 @@ if sys.path and os.path.abspath(sys.path[0]) == os.path.dirname(os.path.dirname(
     sys.path.append(sys.path.pop(0))
 
 __all__ = [
-    "Ball", "ImpactFmu", "Study", "Summary", "UserError", "balls", "load_fmu", "run_impact",
-    "run_sweep", "run_trajectory",
+    "Ball", "Calibration", "ImpactFmu", "Study", "Summary", "UserError", "balls", "calibrate",
+    "load_fmu", "read_ball", "run_impact", "run_sweep", "run_trajectory",
 ]  # fmt: skip
 
 

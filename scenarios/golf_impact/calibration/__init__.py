@@ -1,5 +1,6 @@
 """`golf-impact calibrate`: from measurements of an impact to the parameters of a contact law.
 
-`targets` reads and refuses measurements, `contact_law` says what a law predicts (through the FMU),
-`fitting` finds its parameters, `calibrate` compares laws and shows and writes what was found.
+`measurements` reads and validates the data, `model` evaluates a contact law through the FMU, `fit`
+finds its parameters by weighted least squares, `calibration` is the result: compared with other
+laws, printed, saved as a ball; `drawing` plots it.
 """

@@ -1,65 +1,88 @@
-"""The figure of a calibration: force over time with the targets on it, and the residuals."""
+"""The figure of a calibration: data and fit above, residuals below, each with its 95 % band."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from golf_impact.calibration.contact_law import ContactLaw
-from golf_impact.calibration.fitting import Fit
-from golf_impact.calibration.targets import TARGETS, Target
+from golf_impact.calibration.measurements import TARGETS
+from golf_impact.calibration.pulse import contact_rows
 from golf_impact.report import figures
 
+if TYPE_CHECKING:
+    from golf_impact.calibration.calibration import Calibration
 
-def _look(law: ContactLaw) -> figures.Style:
-    power = "Tsuji" if law.exponent == 1.5 else "power law"
-    return figures.STYLES[f"law {law.law}" if law.exponent == 1.0 else power]
+_LABELS = {
+    "curve": ("time since touch (µs)", "contact force (N)", "fit − measured (N)"),
+    "cor_speeds": ("approach speed (m/s)", "COR", "fit − measured"),
+}
+_DOTS: dict[str, Any] = {"color": figures.BLACK, "marker": ".", "ms": 5, "ls": "", "alpha": 0.6}
 
 
-def draw(
-    best: Fit, compared: Sequence[tuple[ContactLaw, Fit | str]], targets: Mapping[str, Target]
-) -> Figure:
-    """The fit in front, the laws compared behind it."""
-    figure, (force, off) = figures.new_pair(f"Calibrated: {best.law.title}")
-    others = [other for _, other in compared if isinstance(other, Fit) and other is not best]
-    for fit in (*others, best):
-        time, newton = fit.path["time"], fit.path["force"]
-        look = _look(fit.law)
-        style: dict[str, Any] = {
-            "mfc": look.colour if fit is best else "white",
-            "ms": 7,
-            "mew": 1.5,
-        }
-        line = {**look.points, **style, "lw": 2.6 if fit is best else 1.4, "label": fit.law.title}
-        force.plot(1e6 * time, 1e-3 * newton, **line, markevery=[int(newton.argmax())])
-        residuals = [fit.residuals[name] for name in targets]
-        off.plot(residuals, range(len(targets)), look.marker, color=look.colour, **style)
-    _targets(force, targets)
-    force.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
-    figures.add_legend_below(figure, force, columns=4)
-    figures.label_rows(off, [TARGETS[name][1] for name in targets], band=1.0)
-    widest = max(1.5, *(abs(r) for fit in (best, *others) for r in fit.residuals.values()))
-    off.set(xlabel="(model − target) / σ; band: ± 1 σ", xlim=(-1.15 * widest, 1.15 * widest))
+def draw(calibration: Calibration) -> Figure:
+    """A column for the force, one for COR over speed, one for the scalars' residuals."""
+    data = calibration.data
+    columns = [(name, f"{name} off") for name in data.series]
+    columns += [("targets", "targets")] * bool(data.targets)
+    figure, axes = figures.plt.subplot_mosaic(
+        [list(row) for row in zip(*columns)],
+        figsize=(max(7.2, 5.4 * len(columns)), 5.6),
+        height_ratios=(2.2, 1.0),
+    )
+    figure.suptitle(f"Calibrated: {calibration.fit.title}", x=0.01, ha="left", fontweight="bold")
+    for name in data.series:
+        _draw_series(calibration, name, axes[name], axes[f"{name} off"])
+    if data.targets:
+        _draw_targets(calibration, axes["targets"])
     return figure
 
 
-def _targets(axes: Axes, targets: Mapping[str, Target]) -> None:
-    """Time and size of the largest force as a point or a band, the contact's end as a band."""
-    black: dict[str, Any] = {"color": figures.BLACK}
-    band, point = {**black, "alpha": 0.16, "lw": 0}, {**black, "zorder": 6}
-    force, peak, end = (
-        (factor * targets[name].value, factor * targets[name].sigma) if name in targets else None
-        for name, factor in (("max_force", 1e-3), ("time_of_max_force", 1e6), ("contact_time", 1e6))
+def _draw_series(calibration: Calibration, name: str, above: Axes, below: Axes) -> None:
+    """Measured values and the fit's 95 % band; residuals in the band of a new measurement."""
+    fit, series, rows = (
+        calibration.fit,
+        calibration.data.series[name],
+        calibration.data.groups[name],
     )
-    if force and peak:
-        point |= {"ms": 4, "capsize": 3}
-        axes.errorbar(peak[0], force[0], force[1], peak[1], "o", label="target ± σ", **point)
-    elif force:
-        axes.axhspan(force[0] - force[1], force[0] + force[1], label="target max force ± σ", **band)
-    elif peak:
-        label = "target time of max force ± σ"
-        axes.axvspan(peak[0] - peak[1], peak[0] + peak[1], label=label, **band)
-    if end:
-        point |= {"ms": 14, "mew": 2, "capsize": 4, "clip_on": False}
-        axes.errorbar(end[0], 0.0, None, end[1], "|", label="target contact time ± σ", **point)
+    order, x = np.argsort(series.x), series.x
+    if fit.touch and name == "curve":
+        x = 1e6 * (series.x - fit.touch.value)
+        inside = x[contact_rows(series.y)]
+        margin = 0.3 * np.ptp(inside)
+        for axes in (above, below):
+            axes.set_xlim(inside[0] - margin, inside[-1] + margin)
+    residuals = fit.residuals[rows] * fit.sigma[rows]
+    model, errors = series.y + residuals, fit.coverage * np.nan_to_num(fit.model_errors[rows])
+    half = np.hypot(errors, fit.coverage * fit.sigma[rows])[order]
+    low, high = (model - errors)[order], (model + errors)[order]
+    above.plot(x, series.y, **_DOTS, label="measured")
+    above.plot(x[order], model[order], color=figures.BLUE, label="fit")
+    above.fill_between(x[order], low, high, color=figures.BLUE, alpha=0.3, label="fit, 95 %")
+    below.fill_between(x[order], -half, half, color=figures.BLACK, alpha=0.14, lw=0, label="95 %")
+    below.plot(x, residuals, **_DOTS)
+    below.axhline(0.0, color=figures.BLACK, lw=0.8)
+    above.set(ylabel=_LABELS[name][1])
+    below.set(xlabel=_LABELS[name][0], ylabel=_LABELS[name][2])
+    for axes in (above, below):
+        axes.legend(loc="upper right", fontsize=9)
+
+
+def _draw_targets(calibration: Calibration, axes: Axes) -> None:
+    """Residuals of the scalars for each law, those of the fit filled."""
+    targets, best, widest = calibration.data.targets, calibration.fit, 2.5
+    for one in (*(one for one in calibration.fits if one is not best), best):
+        n, power = one.law.exponent, "Tsuji" if one.law.exponent == 1.5 else "power law"
+        look = figures.STYLES[f"law {one.law.law}" if n == 1.0 else power]
+        residuals = one.residuals[: len(targets)]
+        widest = max(widest, float(np.abs(residuals).max()))
+        marker: dict[str, Any] = {"mfc": look.colour if one is best else "white", "ms": 7}
+        label = one.law.title
+        axes.plot(
+            residuals, range(len(targets)), look.marker, color=look.colour, label=label, **marker
+        )
+    figures.label_rows(axes, [TARGETS[name][1] for name in targets], band=1.96)
+    axes.set(xlabel="(fit − target) / σ; band: 95 %", xlim=(-1.15 * widest, 1.15 * widest))
+    axes.legend(loc="upper right", fontsize=9)

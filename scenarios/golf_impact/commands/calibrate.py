@@ -5,12 +5,13 @@ from typing import Annotated
 
 from typer import BadParameter, Option
 
-from golf_impact.commands.console import RESULTS, err, out, print_paragraphs, print_table, say, warn
+from golf_impact.commands.console import RESULTS, err, out, print_paragraphs, print_table, say
 from golf_impact.facts.quantities import LAWS_IN_WORDS
 
 EPILOG = (
-    "Examples: golf-impact calibrate --cor 0.743 --contact-time 600e-6 · golf-impact calibrate "
-    "--ball-speed 50 --club-speed-after 24 --contact-time 600e-6 --max-force 6600 --exponent free"
+    "Examples: golf-impact calibrate --curve force.csv --exponent free --save mine.toml · "
+    "golf-impact calibrate --cor-speeds cor.csv --contact-time 600e-6 · golf-impact calibrate "
+    "--cor 0.743 --contact-time 600e-6"
 )
 
 _Value = float | None
@@ -18,10 +19,12 @@ _Sigma = Annotated[_Value, Option(help="Its standard deviation.", show_default="
 _BALL_SPEED = "Measured ball speed after the impact, m/s."
 _CLUB_SPEED_AFTER = "Measured club head speed after the impact, m/s."
 _CSV = (
-    "Read them from a file with the columns target,value,sigma; names as above. "
+    "Read scalars from a file with the columns target,value,sigma; names as above. "
     "Options win over it."
 )
-_EXPONENT = "n of law 2's power law: a number, or free to fit it too."
+_CURVE = "A measured force curve: time,force or time,force,sigma; s and N, any origin of time."
+_SPEEDS = "COR at several speeds: approach_speed,cor or approach_speed,cor,sigma; fits a line."
+_SAVE = "Save the ball as FILE.toml, for --ball FILE.toml."
 
 
 def _law(given: str | int) -> int:
@@ -31,6 +34,8 @@ def _law(given: str | int) -> int:
 
 
 def calibrate(
+    curve: Annotated[Path | None, Option(metavar="FILE.csv", help=_CURVE)] = None,
+    cor_speeds: Annotated[Path | None, Option(metavar="FILE.csv", help=_SPEEDS)] = None,
     ball_speed: Annotated[_Value, Option(help=_BALL_SPEED)] = None,
     sigma_ball_speed: _Sigma = None,
     club_speed_after: Annotated[_Value, Option(help=_CLUB_SPEED_AFTER)] = None,
@@ -44,7 +49,7 @@ def calibrate(
     max_force: Annotated[_Value, Option(help="Largest contact force, N.")] = None,
     sigma_max_force: _Sigma = None,
     time_of_max_force: Annotated[
-        _Value, Option(help="When it was largest, s since first touch.")
+        _Value, Option(help="Instant of the largest force, s since first touch.")
     ] = None,
     sigma_time_of_max_force: _Sigma = None,
     club_speed: Annotated[
@@ -56,43 +61,51 @@ def calibrate(
     m_ball: Annotated[_Value, Option(help="Mass of the ball, kg.", show_default="0.04593")] = None,
     csv: Annotated[Path | None, Option("--csv", help=_CSV)] = None,
     law: Annotated[int, Option(parser=_law, metavar="1|2", help="1 absolute, 2 relative.")] = 2,
-    exponent: Annotated[str, Option(help=_EXPONENT)] = "1",
+    exponent: Annotated[
+        str, Option(help="n of law 2's power law: a number, or free to fit it too.")
+    ] = "1",
     reference_compression: Annotated[
         float, Option(help="Compression at which k and b hold, m.")
     ] = 0.005,
+    predict: Annotated[
+        list[float] | None,
+        Option(metavar="SPEED", help="Club speed to predict S, COR, ball speed at; repeatable."),
+    ] = None,
+    save: Annotated[Path | None, Option(metavar="FILE.toml", help=_SAVE)] = None,
     folder: Annotated[
         Path, Option("--out", help="The folder for calibrate.json and calibrate.png.")
     ] = RESULTS,
     figures: Annotated[bool, Option(help="Draw the figure.")] = True,
 ) -> None:
-    """From measurements of an impact to k and b (and n): SI units, ball at rest before.
+    """From measurements of an impact to the parameters of a ball: SI units, ball at rest before.
 
-    Needs two targets, three with a free exponent. A target without σ gets 1 % of its value.
+    A force curve, COR at several speeds and scalars are fitted together. Scalars alone: two of
+    them, three with a free exponent; one without σ gets 1 % of its value.
     """
-    # Options are named as what they give.
     values = locals()
-    from golf_impact.calibration.calibrate import calibrated
-    from golf_impact.calibration.contact_law import asked_for
-    from golf_impact.calibration.targets import TARGETS, doubts, given
+    from golf_impact.calibration.calibration import calibrate as fit
+    from golf_impact.calibration.calibration import check_save
     from golf_impact.files import as_json, prepare, write_together
 
-    options = {name: (values[name], values[f"sigma_{name}"]) for name in TARGETS}
-    conditions = {"club_speed": club_speed, "m_club": m_club, "m_ball": m_ball}
     prepare(folder, "calibrate.json", "calibrate.png")
-    measured, targets = given(options, conditions, csv)
-    chosen = asked_for(law, exponent, reference_compression)
-    for words in doubts(measured, targets):
-        warn(words, style="yellow")
+    if save is not None:
+        check_save(save)
+    not_arguments = ("save", "folder", "figures")
+    given = {name: value for name, value in values.items() if name not in not_arguments}
     with err.status("calibrating"):
-        calibration = calibrated(measured, targets, chosen)
+        calibration = fit(**given)
         files = {"calibrate.json": as_json(calibration.as_json())}
         if figures:
-            files["calibrate.png"] = calibration.drawn()
+            from golf_impact.report.figures import to_png
+
+            files["calibrate.png"] = to_png(calibration.draw())
         written = write_together(folder, files)
+        if save is not None:
+            written.append(calibration.save(save))
     for table in calibration.tables():
         print_table(table)
     print_paragraphs(calibration.words)
     say(f"\n{', '.join(str(file) for file in written)}")
     out.print("Run it:", style="bold")
     # Plain, so that it can be copied: no wrapping, no mark-up.
-    print(calibration.command)
+    print(f"golf-impact run --ball {save}" if save else calibration.command)

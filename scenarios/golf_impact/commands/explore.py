@@ -19,7 +19,11 @@ EPILOG = (
 def explore(
     ball: Annotated[
         str | None,
-        Option("--ball", metavar="NAME", help="Begin with this ball (golf-impact list --balls)."),
+        Option(
+            "--ball",
+            metavar="NAME",
+            help="The ball to begin with: golf-impact list --balls, or a .toml file.",
+        ),
     ] = None,
     set_: Annotated[
         list[str] | None,

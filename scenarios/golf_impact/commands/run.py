@@ -33,7 +33,8 @@ EPILOG = (
 )
 
 _BALL = (
-    "Run a case with this ball (golf-impact list --balls); repeatable; --set overrides its values."
+    "Run a case with this ball (golf-impact list --balls, or a file .toml); repeatable; --set "
+    "overrides its values."
 )
 
 

@@ -1,12 +1,21 @@
-"""Preset balls by name, each with its source."""
+"""Balls: a table of presets, each with its source, and TOML files."""
 
+import json
+import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from golf_impact.errors import UserError
 from golf_impact.facts.measured import PENNER, PENNER_AT_REST, PENNER_SLOPE, ROH, TRACKMAN, USGA
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 
 @dataclass(frozen=True)
@@ -14,17 +23,21 @@ class Ball:
     """A preset ball.
 
     Attributes:
-        name: as in `--ball NAME`.
+        name: as in `--ball NAME`; of a file, its path.
         title: a description in one line.
         values: inputs and parameters of the FMU by name (SI units); the others keep their start
             values.
         source: where the values come from.
+        uncertain: names of the values that have a covariance, (p,).
+        covariance: theirs, rows of (p, p), SI units.
     """
 
     name: str
     title: str
     values: Mapping[str, Any]
     source: str
+    uncertain: tuple[str, ...] = ()
+    covariance: tuple[tuple[float, ...], ...] = ()
 
 
 #: The load of the PGA compression rating: 200 lbf, N.
@@ -111,11 +124,110 @@ BALLS: dict[str, Ball] = {ball.name: ball for ball in _PRESETS}
 
 
 def ball(name: str) -> Ball:
-    """The preset ball of this name.
+    """The preset ball of this name, or the ball of a TOML file.
 
     Raises:
-        UserError: there is none.
+        UserError: there is no such preset, or the file is no ball.
     """
+    if name.lower().endswith(".toml"):
+        return read_ball(name)
     if name not in BALLS:
-        raise UserError(f"there is no ball {name!r}: choose from {', '.join(BALLS)}")
+        raise UserError(
+            f"there is no ball {name!r}: choose from {', '.join(BALLS)}, or give a file .toml"
+        )
     return BALLS[name]
+
+
+# Files
+
+#: What a ball's file may set: the FMU's variables that belong to a ball.
+_SETTABLE = (
+    *("law", "k", "b", "exponent", "reference_compression"),
+    *("restitution_at_rest", "restitution_slope", "m_ball", "ball_diameter"),
+)
+
+#: Those of them that may have a covariance.
+_UNCERTAIN = ("k", "b", "exponent", "restitution_at_rest", "restitution_slope")
+
+#: Bytes; a ball has some hundred.
+_LARGEST_FILE = 2**16
+
+
+def read_ball(path: Path | str) -> Ball:
+    """The ball of a TOML file: variables of the FMU by name, and optionally title and source.
+
+    A table `uncertainty` with `parameters` and `covariance` gives predictions their intervals.
+
+    Raises:
+        UserError: the file can't be read, or something in it isn't a ball's.
+    """
+    try:
+        with open(path, "rb") as stream:
+            text = stream.read(_LARGEST_FILE + 1).decode("utf-8-sig")
+        if len(text) > _LARGEST_FILE:
+            raise UserError(f"{path} is refused: it is larger than any ball's file")
+        table = tomllib.loads(text)
+    except OSError as error:
+        raise UserError(f"can't read {path}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise UserError(f"{path} is no TOML file: {error}") from error
+    title, source = (table.pop(key, "") for key in ("title", "source"))
+    uncertainty = table.pop("uncertainty", {})
+    for name, value in table.items():
+        if name not in _SETTABLE:
+            raise UserError(
+                f"{path}: a ball has no {name}: choose from {', '.join(_SETTABLE)}, title, source"
+            )
+        if not _is_number(value):
+            raise UserError(f"{path}: {name} = {value!r} is refused: it must be a finite number")
+    if not table:
+        raise UserError(f"{path} is no ball: give it lines such as law = 2, k = 8e5, b = 30")
+    if not (isinstance(title, str) and isinstance(source, str)):
+        raise UserError(f"{path}: title and source must be texts")
+    names, rows = _uncertainty(path, uncertainty, table)
+    values = MappingProxyType(table)
+    return Ball(str(path), title or f"of {path}", values, source or str(path), names, rows)
+
+
+def _is_number(value: Any) -> bool:
+    # A Boolean is an integer to Python.
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return number and math.isfinite(value) and abs(value) < 2.0**63
+
+
+def _uncertainty(
+    path: Path | str, given: Any, values: Mapping[str, float]
+) -> tuple[tuple[str, ...], tuple[tuple[float, ...], ...]]:
+    """Names and covariance of the table `uncertainty`."""
+    wrong = f"{path}: uncertainty is refused:"
+    if not isinstance(given, dict) or set(given) - {"parameters", "covariance"}:
+        raise UserError(f"{wrong} it has the keys parameters and covariance")
+    names, rows = given.get("parameters", []), given.get("covariance", [])
+    if not isinstance(names, list) or any(
+        name not in _UNCERTAIN or name not in values for name in names
+    ):
+        raise UserError(f"{wrong} parameters must be names of values above it")
+    p = len(names)
+    square = isinstance(rows, list) and len(rows) == p
+    square = square and all(isinstance(r, list) and len(r) == p for r in rows)
+    if not (square and all(_is_number(cell) for row in rows for cell in row)):
+        raise UserError(f"{wrong} covariance must be {p} rows of {p} finite numbers")
+    if any(rows[n][n] < 0.0 for n in range(p)):
+        raise UserError(f"{wrong} a variance, on the diagonal of covariance, is below 0")
+    return tuple(names), tuple(tuple(map(float, row)) for row in rows)
+
+
+def ball_toml(ball: Ball) -> str:
+    """A ball as the text of a TOML file."""
+    # A JSON text is a TOML text.
+    title, source = (json.dumps(text, ensure_ascii=False) for text in (ball.title, ball.source))
+    lines = [f"title = {title}", f"source = {source}", ""]
+    errors = {name: ball.covariance[n][n] ** 0.5 for n, name in enumerate(ball.uncertain)}
+    for name, value in ball.values.items():
+        error = f"  # standard error {errors[name]:.2g}" if name in errors else ""
+        lines.append(f"{name} = {value!r}{error}")
+    if ball.uncertain:
+        rows = ",\n".join(f"    {list(row)!r}" for row in ball.covariance)
+        names = json.dumps(list(ball.uncertain))
+        lines += ["", "[uncertainty]", f"parameters = {names}", f"covariance = [\n{rows},\n]"]
+    return "\n".join(lines) + "\n"

@@ -124,6 +124,19 @@ def format_shortest(value: float) -> str:
     return repr(float(value)).removesuffix(".0")
 
 
+def with_error(value: float, error: float | None) -> str:
+    """A value and its error, both to two digits of the error: 827300 ± 5700."""
+    if error is None or not 0.0 < error < math.inf:
+        return f"{value:.6g}" if error == 0.0 else f"{value:.6g} (error not defined)"
+    decimals = 1 - math.floor(math.log10(error))
+    if abs(value) >= 1e7 or (decimals > 9 and abs(value) < 1e-3):
+        power = math.floor(math.log10(max(abs(value), error)))
+        factor, places = 10.0**-power, max(0, decimals + power)
+        return f"({value * factor:.{places}f} ± {error * factor:.{places}f})e{power}"
+    places = max(0, decimals)
+    return f"{round(value, decimals):.{places}f} ± {round(error, decimals):.{places}f}"
+
+
 def format_options(values: Mapping[str, float]) -> str:
     """Inputs and parameters (SI) as options of a command line."""
     return " ".join(f"--set {name}={format_shortest(value)}" for name, value in values.items())

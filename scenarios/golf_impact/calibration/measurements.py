@@ -1,0 +1,267 @@
+"""Measurements of an impact: scalars, a force curve, COR at several speeds; read and validated."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from golf_impact.calibration.pulse import check_curve
+from golf_impact.errors import UserError
+from golf_impact.facts import closed_forms
+from golf_impact.files import read_text
+
+#: Scalar targets by name: the FMU's output, and the quantity in words.
+TARGETS = {
+    "ball_speed": ("ball_velocity", "ball speed after"),
+    "club_speed_after": ("club_velocity", "club speed after"),
+    "cor": ("coefficient_of_restitution", "COR"),
+    "contact_time": ("contact_time", "contact time"),
+    "max_force": ("max_force", "max force"),
+    "time_of_max_force": ("time_of_max_force", "time of max force"),
+}
+
+#: Targets that depend on the damping alone. A law of two bodies has one COR, so that all of them
+#: together are one independent measurement.
+RESTITUTION = ("ball_speed", "club_speed_after", "cor")
+
+#: Columns of the two kinds of series; a column `sigma` is optional.
+COLUMNS = {"curve": ("time", "force"), "cor_speeds": ("approach_speed", "cor")}
+
+#: The σ of a scalar target without one, as a fraction of its value.
+DEFAULT_SIGMA = 0.01
+
+#: Ranges of numbers by name, ends excluded, and in words; wide enough for any impact, but not for
+#: another unit.
+_ABOVE_0 = (0.0, math.inf, "a finite number above 0")
+_FINITE = (-math.inf, math.inf, "a finite number")
+_SECONDS = (0.0, 0.1, "above 0 and below 0.1, in s (600e-6 for 600 µs)")
+_KILOGRAMS = (0.0, 10.0, "above 0 and below 10, in kg (0.21 for 210 g)")
+_ALLOWED = {
+    "cor": (0.0, 1.0, "above 0 and below 1: 1 loses no energy, more gains energy (0.8 for 80 %)"),
+    "exponent": (0.999999, 12.000001, "between 1 and 12, or the word free"),
+    "max_force": (20.0, math.inf, "a finite number above 20, in N (6600 for 6.6 kN)"),
+    **dict.fromkeys(("club_speed_after", "time", "force"), _FINITE),
+    **dict.fromkeys(("contact_time", "time_of_max_force"), _SECONDS),
+    **dict.fromkeys(("m_club", "m_ball"), _KILOGRAMS),
+}
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The impact in which curve and scalars were measured: speed (m/s), masses (kg)."""
+
+    club_speed: float = 35.0
+    m_club: float = 0.210
+    m_ball: float = 0.04593
+
+    @property
+    def reduced_mass(self) -> float:
+        """μ = m_C m_B / (m_C + m_B), kg."""
+        return closed_forms.reduced_mass(self.m_club, self.m_ball)
+
+    def __str__(self) -> str:
+        return f"{self.club_speed:g} m/s, club {self.m_club:g} kg, ball {self.m_ball:g} kg"
+
+
+@dataclass(frozen=True)
+class Target:
+    """A measured scalar with its standard deviation, SI units."""
+
+    value: float
+    sigma: float
+    stated: bool = True  #: whether σ was given; otherwise it is the default
+
+
+@dataclass(frozen=True)
+class Series:
+    """A measured series in the order of COLUMNS, SI units: arrays of one shape (n,)."""
+
+    name: str  #: the file, or the argument in Python
+    rows: Sequence[str]  #: where each row is, for messages
+    x: np.ndarray
+    y: np.ndarray
+    sigma: np.ndarray | None = None  #: of y; None if it follows from the residuals
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """All that a fit has to meet."""
+
+    conditions: Conditions = Conditions()
+    targets: Mapping[str, Target] = field(default_factory=dict)
+    series: Mapping[str, Series] = field(default_factory=dict)  #: by a key of COLUMNS
+
+    @property
+    def curve(self) -> Series | None:
+        return self.series.get("curve")
+
+    @property
+    def cor_speeds(self) -> Series | None:
+        return self.series.get("cor_speeds")
+
+    @property
+    def values(self) -> np.ndarray:
+        """All measured values: scalars, forces, CORs."""
+        scalars = [target.value for target in self.targets.values()]
+        return np.concatenate([scalars, *(one.y for one in self.series.values())])
+
+    @property
+    def groups(self) -> dict[str, slice]:
+        """Where scalars, forces and CORs are in `values`."""
+        lengths = {"targets": len(self.targets)} | {n: len(s.y) for n, s in self.series.items()}
+        ends = np.cumsum(list(lengths.values())).tolist()
+        groups = zip(lengths.items(), ends, strict=True)
+        return {name: slice(end - length, end) for (name, length), end in groups if length}
+
+    @property
+    def sized(self) -> bool:
+        """Whether anything depends on the stiffness."""
+        return self.curve is not None or any(name not in RESTITUTION for name in self.targets)
+
+
+def option(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+def number(given: Any, name: str, where: str = "") -> float:
+    """A number in its range; otherwise a UserError that names the option, or where it is."""
+    what = f"{where}: {name} = " if where else f"{option(name)} "
+    low, high, allowed = _ALLOWED.get(name, _ABOVE_0)
+    try:
+        value = float(given)
+    except (TypeError, ValueError):
+        raise UserError(f"{what}{given!r} is refused: it must be a number, e.g. 600e-6") from None
+    if not low < value < high:
+        raise UserError(f"{what}{value:g} is refused: it must be {allowed}")
+    return value
+
+
+def measurements(
+    scalars: Mapping[str, float | None],
+    file: Path | None = None,
+    curve: Any = None,
+    cor_speeds: Any = None,
+) -> Measurements:
+    """Validated measurements from options or arguments and, where these are silent, from a file.
+
+    Args:
+        scalars: by name, None where not given: targets, the σ of each as sigma_ball_speed and so
+            on, club_speed, m_club and m_ball.
+        file: a CSV file of scalars with the columns target, value and, optionally, sigma.
+        curve: a CSV file `time,force[,sigma]`, or arrays in this order or by these names.
+        cor_speeds: the same with `approach_speed,cor[,sigma]`.
+
+    Raises:
+        UserError: a value is impossible; it is named, or its file and row.
+    """
+    exact = tuple(vars(Conditions()))
+    known = (*TARGETS, *(f"sigma_{name}" for name in TARGETS), *exact)
+    values: dict[str, float] = {}
+    for where, cells in _rows(file, ("target", "value")) if file else ():
+        name = cells["target"].lower().lstrip("-").replace("-", "_")
+        for key, cell in ((name, cells["value"]), (f"sigma_{name}", cells.get("sigma"))):
+            if key in values:
+                raise UserError(f"{where}: {key} is given twice")
+            if cell and key not in known:
+                choice = ", ".join((*TARGETS, *exact))
+                raise UserError(f"{where}: there is no target {key!r}: choose from {choice}")
+            if cell or key == name:
+                values[key] = number(cell, key, where)
+    for name, value in scalars.items():
+        if name not in known:
+            raise UserError(f"there is no target {name!r}: choose from {', '.join(TARGETS)}")
+        if value is not None:
+            values[name] = number(value, name)
+    targets = {}
+    for name in TARGETS:
+        sigma = f"sigma_{name}"
+        if name in values:
+            stated = sigma in values
+            default = DEFAULT_SIGMA * abs(values[name])
+            deviation = values[sigma] if stated else number(default, sigma)
+            targets[name] = Target(values[name], deviation, stated)
+        elif sigma in values:
+            raise UserError(f"{option(sigma)} {values[sigma]:g} is refused without {option(name)}")
+    impact = Conditions(**{name: values[name] for name in exact if name in values})
+    given = {"curve": curve, "cor_speeds": cor_speeds}
+    series = {name: _read_series(one, name) for name, one in given.items() if one is not None}
+    if curve is not None:
+        check_curve(series["curve"], impact.reduced_mass * impact.club_speed)
+    if cor_speeds is not None:
+        line = series["cor_speeds"]
+        if len(set(line.x.tolist())) < 2:
+            raise UserError(f"{line.name} is refused: a line needs COR at two speeds or more")
+        if len(line.y) == 2 and line.sigma is None:
+            why = "two rows leave no residuals; add a column sigma, or rows"
+            raise UserError(f"{line.name} is refused: {why}")
+    return Measurements(impact, targets, series)
+
+
+def _rows(path: Path, columns: Sequence[str]) -> list[tuple[str, dict[str, str]]]:
+    """Where each row is, and its cells by column; blank lines are skipped."""
+    try:
+        table = list(csv.reader(read_text(path).splitlines()))
+    except csv.Error as error:
+        raise UserError(f"{path} can't be read as CSV: {error}") from error
+    header = [cell.strip().lower() for cell in (table[0] if table else [])]
+    if tuple(header) not in (tuple(columns), (*columns, "sigma")):
+        names = ",".join(columns)
+        why = f"its first line must be {names} or {names},sigma, not {','.join(header)!r}"
+        raise UserError(f"{path} is refused: {why}")
+    rows: list[tuple[str, dict[str, str]]] = []
+    for line, row in enumerate(table[1:], 2):
+        cells = [cell.strip() for cell in row]
+        where = f"{path}, row {len(rows) + 1} (line {line})"
+        if len(cells) > len(header):
+            raise UserError(f"{where} is refused: more cells than the first line has")
+        if any(cells):
+            rows.append((where, dict.fromkeys(header, "") | dict(zip(header, cells))))
+    return rows
+
+
+def _read_series(given: Any, kind: str) -> Series:
+    """A series from a CSV file, a mapping of columns, two or three arrays, or a table of rows."""
+    names: Sequence[str] = (*COLUMNS[kind], "sigma")
+    if isinstance(given, str | Path):
+        kind = str(given)
+        read = _rows(Path(given), names[:2])
+        where: Sequence[str] = [place for place, _ in read]
+        rows: Sequence[Any] = [list(cells.values()) for _, cells in read]
+    else:
+        if hasattr(given, "keys"):
+            given = [given[name] for name in names if name in given]
+        elif getattr(given, "ndim", 0) == 2 and len(given) > 3:
+            given = given.T
+        try:
+            rows = list(zip(*given, strict=True))
+        except (TypeError, ValueError) as error:
+            raise UserError(f"{kind} must be arrays of one length: {', '.join(names)}") from error
+        where = [f"{kind}, row {n + 1}" for n in range(len(rows))]
+    if not rows or not 2 <= len(rows[0]) <= 3:
+        raise UserError(f"{kind} is refused: it has no rows of {', '.join(names[:2])}")
+    table = [
+        [number(cell, name, place) for cell, name in zip(row, names)]
+        for place, row in zip(where, rows, strict=True)
+    ]
+    return Series(kind, where, *np.array(table).T)
+
+
+def check_speeds(data: Measurements) -> None:
+    """Raise UserError for speeds of no contact that conserves momentum, as law 2 does."""
+    impact, u = data.conditions, data.conditions.club_speed
+    for name, mass in (("ball_speed", impact.m_club), ("club_speed_after", impact.m_ball)):
+        if one := data.targets.get(name):
+            factor = (impact.m_club + impact.m_ball) / (mass * u)
+            gained = one.value if name == "ball_speed" else u - one.value
+            cor, spread = factor * gained - 1.0, factor * one.sigma
+            if not -spread < cor < 1.0 + spread:
+                raise UserError(
+                    f"{option(name)} {one.value:g} is refused: at a club speed of {u:g} m/s it is "
+                    f"a COR of {cor:.4g}, which must be above 0 and below 1"
+                )
