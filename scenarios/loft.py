@@ -112,16 +112,11 @@ def _bisect(function, low, high):
 def march(restitution, sliding, m_club, damped=True, steps=20_000):
     """Tangential force of a contact by explicit Euler steps: another method than Launch.fmu's.
 
-    Args:
-        restitution: COR.
-        sliding: speed of the face across the ball at touch, divided by the approach speed.
-        m_club: mass of a head that doesn't turn, kg.
-        damped: whether there is a tangential damper beside the tangential spring.
-        steps: number of steps.
+    `sliding` is the speed of the face across the ball at touch over the approach speed; the head
+    (kg) doesn't turn; `damped` adds a tangential damper to the spring.
 
-    Returns:
-        In columns: relative normal velocity and p divided by the approach speed, normal force and
-        tangential force on one scale, 1 where the contact slips.
+    Returns columns: relative normal velocity and p divided by the approach speed, normal force and
+    tangential force on one scale, 1 where the contact slips.
     """
     zeta = _bisect(lambda z: restitution - exp(-2.0 * z * acos(z) / sqrt(1.0 - z * z)), 0.0, 0.9)
     q = sqrt(1.0 - zeta * zeta)

@@ -23,13 +23,9 @@ _OUTPUTS = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball
 
 
 def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
-    """Build both, run both, several times in turns; the medians.
+    """Both FMUs' medians by key, their ratio, and the largest one that is wanted; run in turns.
 
-    Returns:
-        By key: both FMUs' values, their ratio, and the largest one that is wanted.
-
-    Raises:
-        UserError: this machine can't build the standalone FMU, or has no libpython.
+    UserError: this machine can't build the standalone FMU, or has no libpython.
     """
     try:
         standalone.private_python()

@@ -95,11 +95,7 @@ def _native(quick: bool, folder: Path) -> int:
 
 
 def need(command: str, *packages: str) -> None:
-    """See that these packages are there.
-
-    Raises:
-        UserError: one isn't.
-    """
+    """UserError unless these packages are installed."""
     for name in packages:
         try:
             __import__(name)

@@ -57,12 +57,7 @@ def print_entries(title: str, entries: Mapping[str, Iterable[str]]) -> None:
 
 
 def print_table(table: Table, numbers: bool = True) -> None:
-    """Print a table of the report.
-
-    Args:
-        table: the table.
-        numbers: whether all columns but the first are aligned to the right.
-    """
+    """Print a table of the report; `numbers` aligns all columns but the first to the right."""
     rich = make_table(table.title, *table.columns, numbers=numbers)
     for row in table.rows:
         rich.add_row(*row)
@@ -75,10 +70,9 @@ def make_table(title: str, *columns: str, numbers: bool = True) -> WrappedTable:
 
 
 class WrappedTable:
-    """A table that is wrapped between words only, for `rich.console.Console.print`.
+    """A table that is wrapped between words only, in parts where it is too wide even so.
 
-    Where the columns are too wide for the terminal even so, it is printed in parts, each with the
-    first column.
+    Each part has the first column.
     """
 
     def __init__(self, title: str, columns: Sequence[str], numbers: bool) -> None:
@@ -132,9 +126,8 @@ def _parts(cells: list[list[str]], width: int) -> Iterator[tuple[list[int], list
 def progress() -> Iterator[Callable[[str, int], Callable[..., None]]]:
     """Progress bars on stderr, if that is a terminal.
 
-    Yields:
-        A function from name and total to a function that advances the bar: by one, or to the
-        number that it is given; a second argument renames the bar.
+    Yields a function from name and total to one that advances the bar: by one, or to the number
+    given; a second argument renames the bar.
     """
     from rich.progress import MofNCompleteColumn, Progress
 

@@ -72,7 +72,7 @@ def sweep(
 
 
 def swept(options: Options, study: Path | None) -> int:
-    """Run the sweep that options and a study describe, and say what came out.
+    """Run the sweep that options and a study describe, and print what came out.
 
     Returns the exit code: 0, or 130 if the user stopped it. UserError if something in it isn't
     allowed, or a file can't be written.

@@ -111,11 +111,7 @@ BALLS: dict[str, Ball] = {ball.name: ball for ball in _PRESETS}
 
 
 def ball(name: str) -> Ball:
-    """The preset ball of this name.
-
-    Raises:
-        UserError: there is none.
-    """
+    """The preset ball of this name; UserError if there is none."""
     if name not in BALLS:
         raise UserError(f"there is no ball {name!r}: choose from {', '.join(BALLS)}")
     return BALLS[name]

@@ -41,8 +41,7 @@ PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_veloci
 class ImpactFmu(LoadedFmu):
     """ClubBallImpact.fmu, extracted and instantiated once, for use in a `with` block.
 
-    Raises:
-        UserError: the file is missing, damaged or another FMU.
+    UserError: the file is missing, damaged or another FMU.
     """
 
     def __init__(self, path: Path) -> None:
@@ -120,12 +119,8 @@ class ImpactFmu(LoadedFmu):
     def horizon(self, values: Mapping[str, Any]) -> np.ndarray:
         """A communication step (s) within which the bodies touch and separate, if they ever do.
 
-        Args:
-            values: inputs and parameters by name (SI units), numbers or arrays of one shape;
-                defaults for the others. They may be values that the FMU rejects.
-
-        Returns:
-            An array of the shape of the values.
+        The values (SI units; defaults for the others) are numbers or arrays of one shape, which is
+        that of the result. They may be values that the FMU rejects.
         """
         gap, club, ball = self._given(values, "gap", "club_speed", "ball_speed")
         approach = np.where(club > ball, gap / (club - ball), 0.0)
@@ -188,14 +183,9 @@ class ImpactFmu(LoadedFmu):
         return Named({"time": times, **self.sample(times, names)})
 
     def sample(self, times: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
-        """Record Real outputs at these times.
+        """Record Real outputs at these times (s); the first is the current communication point.
 
-        Args:
-            times: communication points, s; the first is the current one.
-            names: the outputs.
-
-        Returns:
-            The outputs (SI units) by name, arrays of the shape of `times`.
+        Returns them (SI units) by name, arrays of the shape of `times`.
         """
         references = self.references(names)
         table = np.empty((len(times), len(names)))

@@ -34,11 +34,7 @@ def has_closed_form(given: Mapping[str, float]) -> bool:
 def check_any_law(report: Report, name: str, given: Mapping[str, float], found: Metrics) -> None:
     """Check an impact by balances and by an integration of its right-hand side.
 
-    Args:
-        report: what the checks are added to.
-        name: of the case.
-        given: all inputs and parameters (SI units).
-        found: its metrics.
+    `given` are all inputs and parameters, `found` its metrics (SI units).
     """
     if np.isnan(found["contact_time"]):
         return

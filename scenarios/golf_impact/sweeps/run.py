@@ -209,11 +209,9 @@ class Sweep(ExitStack):
 def check_size(
     study: Study, workers: int | None = None, chunk: int = CHUNK, figures: bool = False
 ) -> None:
-    """Refuse what can't be done, before anything starts.
+    """UserError, before anything starts, for options out of range or too little free memory.
 
-    Raises:
-        UserError: one of these isn't allowed, or the memory that is free isn't enough for the study
-            (with its pictures and tables, if there will be `figures`).
+    With `figures` the study needs more.
     """
     if not 1 <= chunk <= LARGEST_CHUNK:
         raise UserError(f"--chunk {chunk} is refused: it must be 1 to {LARGEST_CHUNK:,}")
