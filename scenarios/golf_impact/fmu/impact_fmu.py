@@ -94,19 +94,9 @@ class ImpactFmu(LoadedFmu):
             raise UserError(f"{self.path} failed ({first_line(error)}{said})") from error
 
     def impact(self, outputs: Sequence[str] = METRICS, **values: Any) -> Named[float]:
-        """Compute an impact in one communication step.
+        """Compute an impact in one communication step; see `golf_impact.run_impact`.
 
-        Args:
-            outputs: the Real outputs to read at its end.
-            values: inputs and parameters by name (SI units); defaults for the others.
-
-        Returns:
-            The outputs by name (SI units). Results of a completed impact (S, COR, E, contact time,
-            contact displacement) are NaN if the bodies don't separate within `horizon`; if they
-            never touch, the times of touch and of maximum force are NaN as well.
-
-        Raises:
-            UserError: the FMU rejects a value, or has no variable of a name.
+        Results have no value if the bodies don't touch or separate within `horizon`.
         """
         self.start(**values)
         self.step(0.0, self.horizon(values).item())
@@ -149,18 +139,9 @@ class ImpactFmu(LoadedFmu):
     def trajectory(
         self, points: int = 301, names: Sequence[str] = PATH, **values: Any
     ) -> Named[np.ndarray]:
-        """Sample an impact over the contact, with a margin of a tenth of it before and after.
+        """Sample an impact over the contact, and over a tenth of it before and after.
 
-        Args:
-            points: number of samples.
-            names: the Real outputs to record.
-            values: inputs and parameters by name (SI units); defaults for the others.
-
-        Returns:
-            `time` (s) and the outputs (SI units) by name, arrays of shape (points,).
-
-        Raises:
-            UserError: the FMU rejects a value, or has no variable of a name.
+        See `golf_impact.run_trajectory`; `names` are its outputs.
         """
         end = self.impact(("touch_time", "contact_time"), **values)
         touch, contact = end["touch_time"], end["contact_time"]

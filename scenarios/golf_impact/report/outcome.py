@@ -26,11 +26,11 @@ KINDS: dict[Kind, str] = {
 
 @dataclass
 class Table:
-    """A table as it is printed: text cells, the first column naming the row."""
+    """A table as it is printed: cells of text (or rich.text.Text), the first one names the row."""
 
     title: str
     columns: list[str]
-    rows: list[list[str]]
+    rows: list[list[Any]]
 
 
 @dataclass(frozen=True)

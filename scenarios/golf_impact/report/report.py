@@ -183,15 +183,15 @@ class Report(Outcome):
 
         The last column is the error of the scheme; the printed numbers are also rounded.
         """
+        errors = [f"{(scheme[one] / exact[one] - 1) * 100:+.2f}" for one in printed]
         rows = [
             [
-                *(label(metric), number.text, format_value(metric, scheme[metric])),
-                *(
-                    format_value(metric, exact[metric]),
-                    f"{(scheme[metric] / exact[metric] - 1) * 100:+.2f}",
-                ),
+                label(one),
+                number.text,
+                *(format_value(one, of[one]) for of in (scheme, exact)),
+                error,
             ]
-            for metric, number in printed.items()
+            for (one, number), error in zip(printed.items(), errors, strict=True)
         ]
         self.table(title, ["", "printed", "its scheme", "exact", "error (%)"], rows)
 
