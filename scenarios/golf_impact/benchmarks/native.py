@@ -80,7 +80,7 @@ def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
 
 
 def _extracted(fmu: Path, folder: Path) -> list[str]:
-    """What the host is told of an extracted FMU."""
+    """The arguments of the host for an extracted FMU."""
     place = folder / f"extracted {fmu.stem}"
     fmpy.extract(str(fmu), str(place))
     (library,) = place.glob("binaries/linux64/[A-Z]*.so")

@@ -123,7 +123,7 @@ def swept(options: Options, study: Path | None) -> int:
 
 @contextmanager
 def _stop_asked() -> Iterator[threading.Event]:
-    """Set on Ctrl-C and SIGTERM, which are answered between cases: never inside the FMU's code."""
+    """Set on Ctrl-C and SIGTERM, which take effect between cases, never inside the FMU's code."""
     stop = threading.Event()
     # nohup has a signal ignored, and so it stays.
     heard = [n for n in SIGNALS if n == signal.SIGINT or signal.getsignal(n) != signal.SIG_IGN]
