@@ -38,7 +38,7 @@ _BALL = (
 
 
 #: Longest title in the summary of all scenarios: a line each at 80 columns.
-_TITLE = 47
+_TITLE = 46
 
 
 def run(
