@@ -96,16 +96,11 @@ def _bisect(function, low, high):
 def march(restitution, sliding, m_club, damped=True, steps=20_000):
     """Tangential force of a contact by explicit Euler steps: another method than Launch.fmu's.
 
-    Args:
-        restitution: COR.
-        sliding: speed of the face across the ball at touch, divided by the approach speed.
-        m_club: mass of a head that doesn't turn, kg.
-        damped: whether there is a tangential damper beside the tangential spring.
-        steps: number of steps.
+    `sliding` is the speed of the face across the ball at touch over the approach speed; the head
+    (kg) doesn't turn; `damped` adds a tangential damper to the spring.
 
-    Returns:
-        In columns: relative normal velocity and p divided by the approach speed, normal force and
-        tangential force on one scale, 1 where the contact slips.
+    Returns columns: relative normal velocity and p divided by the approach speed, normal force and
+    tangential force on one scale, 1 where the contact slips.
     """
     zeta = _bisect(lambda z: restitution - exp(-2.0 * z * acos(z) / sqrt(1.0 - z * z)), 0.0, 0.9)
     q = sqrt(1.0 - zeta * zeta)
@@ -215,41 +210,38 @@ def _show_range(report, shots):
     more = fast["backspin"] / slow["backspin"]
     report.check(claim, more > 1.0, f"{more:.3f} times as much at 50 m/s as at 35 m/s")
 
+    def plot(figures, title, name, unit, output, factor):
+        figure, (left, right) = figures.new_pair(title)
+        for friction, colour in zip(by_loft, (figures.SKY, figures.ORANGE, figures.BLUE)):
+            values = [shot[output] * factor for shot in by_loft[friction]]
+            left.plot(lofts, values, color=colour, label=f"friction {friction:g}")
+        for (loft, row), dashes in zip(by_friction.items(), ("-", "--", ":")):
+            values = [shot[output] * factor for shot in row]
+            right.plot(frictions, values, color=figures.BLACK, ls=dashes, label=f"loft {loft:g}°")
+        for axes, words in ((left, "spin loft (°)"), (right, "friction")):
+            axes.set(xlabel=words, ylabel=f"{name} ({unit})")
+        return figure, left, right
+
     @report.figure(
         "loft_backspin",
         "At high loft the contact slips throughout: friction limits the backspin, and the ball "
         "leaves closer to the face normal. Below that limit friction hardly matters.",
     )
     def backspin(figures):
-        figure, (left, right) = figures.new_pair("Backspin at 40 m/s")
-        colours = (figures.SKY, figures.ORANGE, figures.BLUE)
-        for friction, colour in zip(by_loft, colours):
-            rpm = [shot["backspin"] * 30.0 / pi for shot in by_loft[friction]]
-            left.plot(lofts, rpm, color=colour, label=f"friction {friction:g}")
-        for (loft, row), dashes in zip(by_friction.items(), ("-", "--", ":")):
-            rpm = [shot["backspin"] * 30.0 / pi for shot in row]
-            right.plot(frictions, rpm, color=figures.BLACK, ls=dashes, label=f"loft {loft:g}°")
-        left.set(xlabel="spin loft (°)", ylabel="backspin (rpm)")
-        right.set(xlabel="friction", ylabel="backspin (rpm)")
-        for axes in (left, right):
-            axes.legend(loc="upper left")
+        title, rpm = "Backspin at 40 m/s", 30.0 / pi
+        figure, left, right = plot(figures, title, "backspin", "rpm", "backspin", rpm)
+        left.legend(loc="upper left")
+        right.legend(loc="upper left")
         return figure
 
     @report.figure("loft_launch", "The ball leaves between path (0) and face normal (dotted).")
     def angle(figures):
-        figure, (left, right) = figures.new_pair("Launch angle at 40 m/s, attack angle 0")
-        colours = (figures.SKY, figures.ORANGE, figures.BLUE)
-        for friction, colour in zip(by_loft, colours):
-            angles = [degrees(shot["launch_angle"]) for shot in by_loft[friction]]
-            left.plot(lofts, angles, color=colour, label=f"friction {friction:g}")
+        title, degree = "Launch angle at 40 m/s, attack angle 0", degrees(1.0)
+        figure, left, right = plot(figures, title, "launch angle", "°", "launch_angle", degree)
         left.plot(lofts, lofts, color="0.5", ls=":", label="face normal")
-        for (loft, row), dashes in zip(by_friction.items(), ("-", "--", ":")):
-            angles = [degrees(shot["launch_angle"]) for shot in row]
-            right.plot(frictions, angles, color=figures.BLACK, ls=dashes, label=f"loft {loft:g}°")
-        left.set(xlabel="spin loft (°)", ylabel="launch angle (°)")
-        right.set(xlabel="friction", ylabel="launch angle (°)", ylim=(0, None))
-        for axes in (left, right):
-            axes.legend(loc="best")
+        right.set_ylim(0, None)
+        left.legend(loc="best")
+        right.legend(loc="best")
         return figure
 
 
@@ -341,11 +333,7 @@ def _strike_height(shots):
         _, shot = shots.lofted(speed, target, radians(attack), m_club=mass, height=height)
         return rpm - shot["backspin"] * 30.0 / pi
 
-    low, high = 0.001, 0.025
-    while high - low > 5e-5:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if too_little(middle) > 0.0 else (middle, high)
-    return high
+    return _bisect(too_little, 0.001, 0.025)
 
 
 def _undamped(shots, restitution, speed, attack, angle, m_club):

@@ -37,11 +37,7 @@ def sums(files: dict[str, bytes]) -> bytes:
 def write_archive(path: Path, files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> Path:
     """Write an archive with the same order, times and attributes on every machine.
 
-    Returns:
-        The file written; its folder is made if necessary.
-
-    Raises:
-        OSError: it can't be written.
+    Its folder is made if necessary. OSError: it can't be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with (
@@ -61,10 +57,7 @@ def write_archive(path: Path, files: dict[str, bytes], method: int = zipfile.ZIP
 def whole(path: Path) -> Iterator[BinaryIO]:
     """Open a file that gets its name at the end of the block, or is removed after an exception.
 
-    A link remains: its target is replaced.
-
-    Raises:
-        OSError: it can't be written, or the path is something else than a regular file.
+    A link remains: its target is replaced. OSError: it can't be written, or isn't a regular file.
     """
     final = plain(path)
     # Short, since the name itself may have the maximum length.
@@ -78,11 +71,7 @@ def whole(path: Path) -> Iterator[BinaryIO]:
 
 
 def plain(path: Path) -> Path:
-    """The path of a file to be written, with links resolved.
-
-    Raises:
-        OSError: it is a folder, a device, a pipe or a socket.
-    """
+    """The path of a file to be written, with links resolved; OSError unless it is a regular one."""
     final = Path(os.path.realpath(path))
     with suppress(FileNotFoundError):
         mode = os.stat(final).st_mode

@@ -15,11 +15,8 @@ _SYMTAB, _VERSYM, _VERNEED, _VERNEEDNUM = 6, 0x6FFFFFF0, 0x6FFFFFFE, 0x6FFFFFFF
 class _Library:
     """What the dynamic linker reads.
 
-    Attributes:
-        end: of what it loads, in the file.
-        start: of the dynamic section, in the file.
-        entries: of the dynamic section: tag and value.
-        value: of the last entry by tag.
+    `end` and `start` (of the dynamic section) are offsets in the file, `entries` tags and values of
+    that section, `value` the last one by tag.
     """
 
     def __init__(self, data: bytes) -> None:
@@ -70,13 +67,9 @@ def glibc(data: bytes) -> tuple[int, ...]:
 
 
 def older(data: bytes, symbol: str, version: str, instead: str) -> bytes:
-    """With an older version of one symbol; as it is, if others have that version too.
+    """A library with an older version of one symbol; unchanged if others have that version, too.
 
-    Args:
-        data: of the library.
-        symbol: its name.
-        version: which it asks for ("GLIBC_2.35").
-        instead: a version of the same symbol that other symbols of the library ask for.
+    `instead` is a version of the symbol that other symbols of the library need.
     """
     library = _Library(data)
     asked = {name: (at, number) for at, name, number in library.versions()}

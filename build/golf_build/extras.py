@@ -14,8 +14,7 @@ _ROOT = Path(__file__).resolve().parents[2]
 def install_command(extra: str) -> str:
     """The command that installs an extra into the current Python environment.
 
-    A checkout is installed again with the extra; where a wheel is installed, the command installs
-    the packages that the extra consists of.
+    Where a wheel is installed, it installs the packages that the extra consists of.
     """
     pip = Path(sys.executable).with_name("pip.exe" if os.name == "nt" else "pip")
     own = pip.is_file()

@@ -33,7 +33,7 @@ class Builder(NamedTuple):
         name: of the file, without .fmu.
         face: the module of its FMI adapter.
         entry: the module that the runtime loads; {package} is filled in.
-        tables: variables, units and more, the arguments of `described`.
+        tables: arguments of `described`.
     """
 
     fmi: int
@@ -64,17 +64,7 @@ class Builder(NamedTuple):
         return guid_of(fmu) == self.guid()
 
     def build(self, out: Path) -> Path:
-        """Build the FMU.
-
-        Args:
-            out: the .fmu file to write; its folder is made if necessary.
-
-        Returns:
-            The file written.
-
-        Raises:
-            OSError: the file can't be written.
-        """
+        """Write the FMU to this file, whose folder is made if necessary; OSError if it can't be."""
         return write_archive(out, self.files())
 
     def files(self) -> dict[str, bytes]:
@@ -153,13 +143,9 @@ def _license() -> bytes:
 
 @contextmanager
 def packaged(fmi: int, module: str, script: bytes, beside: dict[str, bytes]) -> Iterator[Path]:
-    """Package an FMU with pythonfmu or pythonfmu3; the file exists within a `with` block.
+    """Package an FMU with pythonfmu (FMI 2) or pythonfmu3, for the time of a `with` block.
 
-    Args:
-        fmi: 2 (pythonfmu) or 3 (pythonfmu3).
-        module: name of the module with the class.
-        script: its source.
-        beside: further sources, by relative path.
+    `script` is the source of the module with the class; `beside` has further sources by path.
     """
     # Imported here, since it is slow and most commands don't build.
     build_fmu = importlib.import_module(f"{RUNTIMES[fmi]}.builder").FmuBuilder.build_FMU

@@ -60,14 +60,14 @@ class StandaloneError(Exception):
 
 
 class PrivatePython(NamedTuple):
-    """What travels in a standalone FMU beside its loader.
+    """What is included in a standalone FMU beside its loader.
 
     Attributes:
-        library: the name that the loader asks for.
+        library: the name that the loader loads.
         files: by name; they lie beside the loader.
         licences: text by name.
-        modules: that are frozen in, and the extension modules.
-        glibc: the oldest glibc that all of them can do with.
+        modules: frozen ones and extension modules.
+        glibc: the oldest glibc that all of them run with.
     """
 
     library: str
@@ -81,11 +81,7 @@ class PrivatePython(NamedTuple):
 
 
 def compiler() -> list[str]:
-    """The command of a C compiler.
-
-    Raises:
-        StandaloneError: there is none.
-    """
+    """The command of a C compiler; StandaloneError if there is none."""
     if importlib.util.find_spec("ziglang") is not None:
         # An old glibc's symbols, whatever this machine has.
         return [sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-linux-gnu.2.17"]
@@ -99,11 +95,7 @@ def compiler() -> list[str]:
 
 
 def libpython() -> Path:
-    """The shared library of this Python.
-
-    Raises:
-        StandaloneError: it has none, or isn't one that can travel.
-    """
+    """The shared library of this Python; StandaloneError if none can be included."""
     import find_libpython
 
     machine = f"{platform.system()} {platform.machine()}"
@@ -221,11 +213,7 @@ def _compiled(files: dict[str, bytes], name: str, *options: str) -> bytes:
 
 @cache
 def private_python() -> PrivatePython:
-    """The Python that travels along.
-
-    Raises:
-        StandaloneError: this machine can't build it.
-    """
+    """The Python that is included; StandaloneError if this machine can't build it."""
     compiler()
     python, include = libpython(), _headers()
     # What the physics imports decides which modules these are; its own code is every FMU's.
@@ -297,11 +285,7 @@ def _licences(contents: dict[str, bytes], extensions: dict[str, Path]) -> dict[s
 def standalone(files: dict[str, bytes]) -> dict[str, bytes]:
     """The files of a plain FMU, made independent of a Python on the machine.
 
-    Args:
-        files: of the FMU, by name.
-
-    Raises:
-        StandaloneError: this machine can't build it.
+    StandaloneError: this machine can't build it.
     """
     python = private_python()
     (old,) = (name for name in files if re.fullmatch(r"binaries/[\w-]*linux[\w-]*/\w+\.so", name))
@@ -341,9 +325,7 @@ def standalone(files: dict[str, bytes]) -> dict[str, bytes]:
 def build(builder: Builder, out: Path) -> Path:
     """Build ClubBallImpact with a Python of its own.
 
-    Raises:
-        StandaloneError: this machine can't build it.
-        OSError: it can't be written.
+    StandaloneError: this machine can't build it. OSError: it can't be written.
     """
     return write_archive(out, standalone(builder.files()))
 

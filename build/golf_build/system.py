@@ -110,18 +110,9 @@ STEP_SIZE = 1e-4
 
 
 def build(folder: Path, standalone: bool = False) -> list[Path]:
-    """Build the system.
+    """Build the companions and the .ssp (the last one) in a folder, standalone or plain.
 
-    Args:
-        folder: where the companions and the .ssp go.
-        standalone: whether the FMUs bring a Python of their own.
-
-    Returns:
-        The files written, the .ssp last.
-
-    Raises:
-        OSError: one of them can't be written.
-        StandaloneError: this machine can't build standalone ones.
+    OSError: one can't be written. StandaloneError: this machine can't build standalone ones.
     """
     folder, suffix = folder.resolve(), alone.SUFFIX if standalone else ""
     plain = {name: _companion_files(name) for name in COMPANIONS}
@@ -149,10 +140,6 @@ def with_start_values(files: Mapping[str, bytes], values: Mapping[str, float]) -
     """A plain FMU with other start values: in its description, and set by every new instance.
 
     An importer that sets nothing, such as fmpy.ssp, which ignores parameter bindings, has them too.
-
-    Args:
-        files: of the FMU, by name.
-        values: start values of Real and Integer variables, by name.
     """
     changed = json.dumps([files["modelDescription.xml"].decode(), dict(values)]).encode()
     digest = hashlib.sha256(changed).hexdigest()
@@ -197,20 +184,7 @@ class {model}(original.{model}):
 
 
 def build_companion(name: str, out: Path, standalone: bool = False) -> Path:
-    """Build a companion.
-
-    Args:
-        name: one of COMPANIONS.
-        out: the file to write.
-        standalone: whether it brings a Python of its own.
-
-    Returns:
-        The file written.
-
-    Raises:
-        OSError: it can't be written.
-        StandaloneError: this machine can't build a standalone one.
-    """
+    """Build a companion (of COMPANIONS), standalone or plain; errors as of `build`."""
     files = _companion_files(name)
     return write_archive(out, alone.standalone(files) if standalone else files)
 

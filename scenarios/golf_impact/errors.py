@@ -6,14 +6,7 @@ class UserError(Exception):
 
 
 def missing_package(what: str, package: str, extra: str, otherwise: str = "") -> UserError:
-    """The error for a missing package.
-
-    Args:
-        what: needs the package.
-        package: isn't installed.
-        extra: of this project, that includes the package.
-        otherwise: an alternative, appended to the message.
-    """
+    """The error for a package of an extra that isn't installed; `otherwise` is an alternative."""
     # Imported here: usually nothing is missing.
     from golf_build.extras import install_command
 

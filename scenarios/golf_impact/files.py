@@ -19,22 +19,18 @@ from golf_impact.stopping import held
 _LARGEST_TEXT = 2**20
 
 
-def prepare(folder: Path, *names: str) -> Path:
-    """Make sure now that these files and others can be written into a folder; it isn't made yet.
+def prepare(folder: Path, *names: str) -> None:
+    """Check that these files and others can be written into a folder, which may not exist yet.
 
     Raises:
         UserError: it can't be made, or not be written into.
     """
     path = folder
     try:
-        for existing in (folder, *folder.absolute().parents):
-            try:
-                with tempfile.TemporaryFile(dir=existing):
-                    break
-            except FileNotFoundError:
-                # Not there, so look further up; but a link that leads nowhere is, and so is /proc.
-                if os.path.lexists(existing):
-                    raise
+        # A link that leads nowhere exists, too.
+        existing = next(f for f in (folder, *folder.absolute().parents) if os.path.lexists(f))
+        with tempfile.TemporaryFile(dir=existing):
+            pass
         for path in (folder / name for name in names):
             plain(path)
     except OSError as error:
@@ -42,18 +38,12 @@ def prepare(folder: Path, *names: str) -> Path:
         raise UserError(
             f"can't write {where}: {error.strerror}; choose another folder with --out"
         ) from error
-    return folder
 
 
 def write_together(
     folder: Path, files: Mapping[str, bytes], stale: Iterable[str] = ()
 ) -> list[Path]:
-    """Write files, content by name, into a folder: all or none.
-
-    The folder is made if need be. Stale files, those of an earlier run, are removed.
-
-    Returns:
-        The files written.
+    """Write files, content by name, into a folder, and remove stale ones: all or nothing.
 
     Raises:
         UserError: one of them can't be written; then all are as they were.
@@ -88,10 +78,10 @@ def _lock(folder: Path, stack: ExitStack) -> None:
 
 
 def read_text(path: Path) -> str:
-    """A text file that a user names; a mark of UTF-8 at its beginning is left out.
+    """A text file (UTF-8, perhaps with a byte order mark) that a user names.
 
     Raises:
-        UserError: it can't be read, is no text in UTF-8, or larger than any that is meant.
+        UserError: it can't be read, isn't UTF-8, or is larger than 1 MiB.
     """
     try:
         with open(path, "rb") as stream:

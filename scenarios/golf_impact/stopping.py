@@ -13,16 +13,13 @@ from contextlib import contextmanager, suppress
 #: What requests the end: a terminal and a system that shuts down send them to all processes.
 SIGNALS = tuple(one for one in signal.Signals if one.name in ("SIGINT", "SIGTERM", "SIGHUP"))
 
-_owner = 0
-_scratch: str | None = None
+_scratch = ""
 _holding = 0
 _requested = False
 
 
 def listen() -> None:
     """Handle these signals from now on, but for those that the caller ignores (nohup)."""
-    global _owner
-    _owner = os.getpid()
     for number in SIGNALS:
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, _handle)
@@ -46,10 +43,9 @@ def scratch_folder() -> Iterator[None]:
         yield
     finally:
         _remove_scratch()
-        tempfile.tempdir = before
-        if variable is None:
-            del os.environ["TMPDIR"]
-        else:
+        _scratch, tempfile.tempdir = "", before
+        del os.environ["TMPDIR"]
+        if variable is not None:
             os.environ["TMPDIR"] = variable
 
 
@@ -57,18 +53,15 @@ def temporary_folder() -> str:
     """Where this system keeps temporary files."""
     import tempfile
 
-    return os.path.dirname(_scratch) if _scratch else tempfile.gettempdir()
+    return os.path.dirname(_scratch) or tempfile.gettempdir()
 
 
 def _remove_scratch() -> None:
-    global _scratch
-    if _scratch is not None and os.getpid() == _owner:
-        import shutil
+    import shutil
 
-        # A child that hasn't ended yet may write into it once more.
-        for _ in range(3):
-            shutil.rmtree(_scratch, ignore_errors=True)
-        _scratch = None
+    # A child that hasn't ended yet may write into it once more.
+    for _ in range(3 if _scratch else 0):
+        shutil.rmtree(_scratch, ignore_errors=True)
 
 
 @contextmanager
@@ -80,24 +73,20 @@ def held() -> Iterator[None]:
         yield
     finally:
         _holding -= 1
-        if _requested and not _holding:
-            _leave()
+        if _requested:
+            _handle()
 
 
-def _handle(number: int, frame: object) -> None:
+def _handle(*_: object) -> None:
     global _requested
     _requested = True
-    if not _holding:
-        _leave()
-
-
-def _leave() -> None:
+    if _holding:
+        return
     for number in SIGNALS:
         signal.signal(number, signal.SIG_IGN)
-    if os.getpid() == _owner:
-        _remove_scratch()
-        # The line of a progress bar is cleared, and the cursor that it hid is shown.
-        with suppress(OSError):
-            clear = b"\r\x1b[2K\x1b[?25h" if os.isatty(2) else b""
-            os.write(2, clear + b"Stopped; nothing half-written is left.\n")
+    _remove_scratch()
+    # The line of a progress bar is cleared, and the cursor that it hid is shown.
+    with suppress(OSError):
+        clear = b"\r\x1b[2K\x1b[?25h" if os.isatty(2) else b""
+        os.write(2, clear + b"Stopped; nothing half-written is left.\n")
     os._exit(130)

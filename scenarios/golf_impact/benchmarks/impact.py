@@ -49,9 +49,8 @@ def other_ways(
 ) -> dict[str, float]:
     """An impact by each way, under law 2 and law 1 (`…_law1`).
 
-    Returns:
-        By key: times in µs (`…_us`), worst errors, `impact_speedup_over_…` (another way's time over
-        ours) and, for compiled FMUs, `impact_over_…` (ours over theirs).
+    By key: times in µs (`…_us`), worst errors, `impact_speedup_over_…` (another way's time over
+    ours) and, for compiled FMUs, `impact_over_…` (ours over theirs).
     """
     figures: dict[str, float] = {}
     for law, suffix in ((2, ""), (1, "_law1")):

@@ -71,9 +71,8 @@ LIMITS = (
 def missed(figures: Mapping[str, float]) -> tuple[list[str], list[str]]:
     """The keys of missed targets, and of those that can't be judged: the machine was busy.
 
-    Args:
-        figures: by key, a `Ratio` with the spread of its rounds; those of compiled FMUs may be
-            missing.
+    Figures are by key, each a `Ratio` with the spread of its rounds; those of compiled FMUs may be
+    missing.
     """
     keys = [one.key for one in LIMITS if one.key in figures and not one.met(figures[one.key])]
     busy = [key for key in keys if getattr(figures[key], "spread", 0.0) > MOST_SPREAD]

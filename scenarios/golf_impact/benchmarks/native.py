@@ -23,13 +23,9 @@ _OUTPUTS = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball
 
 
 def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
-    """Build both, run both, several times in turns; the medians.
+    """Both FMUs' medians by key, their ratio, and the largest one that is wanted; run in turns.
 
-    Returns:
-        By key: both FMUs' values, their ratio, and the largest one that is wanted.
-
-    Raises:
-        UserError: this machine can't build the standalone FMU, or has no libpython.
+    UserError: this machine can't build the standalone FMU, or has no libpython.
     """
     try:
         standalone.private_python()
@@ -84,7 +80,7 @@ def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
 
 
 def _extracted(fmu: Path, folder: Path) -> list[str]:
-    """What the host is told of an extracted FMU."""
+    """The arguments of the host for an extracted FMU."""
     place = folder / f"extracted {fmu.stem}"
     fmpy.extract(str(fmu), str(place))
     (library,) = place.glob("binaries/linux64/[A-Z]*.so")

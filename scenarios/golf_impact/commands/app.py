@@ -80,14 +80,7 @@ def _refuse_empty(arguments: list[str]) -> None:
 
 
 def one_line(arguments: list[str]) -> int:
-    """Run a command; errors that a user can correct become one line on stderr.
-
-    Args:
-        arguments: those of the command line.
-
-    Returns:
-        The exit code; 2 after such an error.
-    """
+    """Run a command; errors that a user can correct become one line on stderr, exit code 2."""
     stopping.listen()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -133,14 +126,11 @@ def _code_of(arguments: list[str]) -> int:
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:
-    """Run the command and end the process.
+    """Run the command (by default that of the command line) and end the process.
 
     It ends here, without the interpreter's shutdown: pythonfmu's library, in an FMU that pythonfmu
     has packaged unchanged, accesses freed memory then and aborts once in some hundred times (see
     host.at_exit in fmu_src).
-
-    Args:
-        arguments: by default those of the command line.
     """
     code = one_line(sys.argv[1:] if arguments is None else arguments)
     for stream in (sys.stdout, sys.stderr):

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from golf_impact.commands.console import RESULTS, make_table, out, print_paragraphs, progress, say
+from golf_impact.commands.console import RESULTS, print_paragraphs, print_table, progress, say
 from golf_impact.errors import missing_package
 
 EPILOG = "Example: golf-impact bench --quick --out bench"
@@ -80,13 +80,16 @@ def _native(quick: bool, folder: Path) -> int:
     from golf_impact.files import as_json, prepare, write_together
 
     prepare(folder, "bench_native.json")
+    from golf_impact.report.outcome import Table
+
     figures = standalone_and_plain(quick)
     title = "In a native host: standalone, and plain with LD_PRELOAD"
-    table = make_table(title, "", "standalone", "plain", "ratio", "at most", "")
-    for one in figures.values():
-        numbers = (f"{one[name]:.3g}" for name in ("standalone", "plain", "ratio", "limit"))
-        table.add_row(one["meaning"], *numbers, verdict(one["passed"]))
-    out.print(table)
+    names = ("standalone", "plain", "ratio", "limit")
+    rows = [
+        [one["meaning"], *(f"{one[name]:.3g}" for name in names), verdict(one["passed"])]
+        for one in figures.values()
+    ]
+    print_table(Table(title, ["", *names[:3], "at most", ""], rows))
     passed = all(one["passed"] for one in figures.values())
     results = {"quick": quick, "passed": passed, "figures": figures}
     write_together(folder, {"bench_native.json": as_json(results)})
@@ -95,11 +98,7 @@ def _native(quick: bool, folder: Path) -> int:
 
 
 def need(command: str, *packages: str) -> None:
-    """See that these packages are there.
-
-    Raises:
-        UserError: one isn't.
-    """
+    """UserError unless these packages are installed."""
     for name in packages:
         try:
             __import__(name)
@@ -147,6 +146,7 @@ _WAYS = {
 
 def _show(results: dict[str, Any]) -> None:
     from golf_impact.benchmarks.limits import CALLS, SWEEPS
+    from golf_impact.report.outcome import Table
 
     about, figures = results["machine"], results["figures"]
     versions = [f"{name} {about[name]}" for name in ("fmpy", "pythonfmu", "numpy", "scipy")]
@@ -160,39 +160,36 @@ def _show(results: dict[str, Any]) -> None:
             return "", ""
         return target["limit"], verdict(target["passed"], busy=key in results["machine_busy"])
 
-    table = make_table(
-        "S, COR and E of one impact", "", "law", "error", "µs", "ratio", "target", ""
-    )
+    rows: list[list[Any]] = []
     for way, (name, kind) in _WAYS.items():
         for law, suffix in ((2, ""), (1, "_law1")):
             if f"impact_by_{way}_us" in figures:
                 error = figures.get(f"impact_by_{way}{suffix}_error")
                 key = f"{kind}{way}{suffix}"
-                table.add_row(
-                    name, str(law), "" if error is None else f"{error:.0e}",
-                    f"{figures[f'impact_by_{way}{suffix}_us']:.1f}",
-                    f"{figures[key]:.3g}" if kind else "", *judged(key),
-                )  # fmt: skip
-    out.print(table)
+                time = figures[f"impact_by_{way}{suffix}_us"]
+                cells = ["" if error is None else f"{error:.0e}", f"{time:.1f}"]
+                ratio = f"{figures[key]:.3g}" if kind else ""
+                rows.append([name, str(law), *cells, ratio, *judged(key)])
+    columns = ["", "law", "error", "µs", "ratio", "target", ""]
+    print_table(Table("S, COR and E of one impact", columns, rows))
     for title, limits in (("FMI calls, and other runs", CALLS), ("Accuracy and sweeps", SWEEPS)):
-        table = make_table(title, "", "figure", "target", "")
-        for one in limits:
-            row = f"{one.key}\n  {one.meaning}"
-            table.add_row(row, f"{figures[one.key]:.3g}", *judged(one.key))
+        rows = [
+            [f"{one.key}\n  {one.meaning}", f"{figures[one.key]:.3g}", *judged(one.key)]
+            for one in limits
+        ]
         if limits is SWEEPS:
-            for key, value in figures.items():
-                if key.startswith("sweep_") and key not in results["targets"]:
-                    table.add_row(key, f"{value:.3g}")
-        out.print(table)
-    columns = ("", "law", "order", "error at coarsest", "µs", "error at finest", "µs")
-    table = make_table("Run time against error, by step size or tolerance", *columns)
+            rest = (key for key in figures if key.startswith("sweep_"))
+            rows += [[k, f"{figures[k]:.3g}", "", ""] for k in rest if k not in results["targets"]]
+        print_table(Table(title, ["", "figure", "target", ""], rows))
+    rows = []
     for series in zip(*results["run_time_vs_error"].values(), strict=True):
         for law, one in enumerate(series, 1):
             order = "" if one["order"] is None else f"{one['order']:.2f}"
             errors, micro = one["errors"], [1e6 * seconds for seconds in one["seconds"]]
             ends = (cell for n in (0, -1) for cell in (f"{errors[n]:.0e}", f"{micro[n]:.0f}"))
-            table.add_row(one["method"], str(law), order, *ends)
-    out.print(table)
+            rows.append([one["method"], str(law), order, *ends])
+    columns = ["", "law", "order", "error at coarsest", "µs", "error at finest", "µs"]
+    print_table(Table("Run time against error, by step size or tolerance", columns, rows))
     where = results["worst_error_is_of"]
     worst = (
         f"Worst error {results['worst_error']:.2g}: {where.get('output')} of {where.get('case')}, "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,9 +10,6 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 if TYPE_CHECKING:
-    from rich.console import ConsoleOptions, RenderResult
-    from rich.text import Text
-
     from golf_impact.report.outcome import Table
 
 #: The default of --out.
@@ -57,52 +54,24 @@ def print_entries(title: str, entries: Mapping[str, Iterable[str]]) -> None:
 
 
 def print_table(table: Table, numbers: bool = True) -> None:
-    """Print a table of the report.
+    """Print a table; `numbers` aligns all columns but the first to the right.
 
-    Args:
-        table: the table.
-        numbers: whether all columns but the first are aligned to the right.
+    It is wrapped between words only. Where it is too wide even so, it is printed in parts, each
+    with the first column.
     """
-    rich = make_table(table.title, *table.columns, numbers=numbers)
-    for row in table.rows:
-        rich.add_row(*row)
-    out.print(rich)
+    from rich.table import Table as RichTable
 
-
-def make_table(title: str, *columns: str, numbers: bool = True) -> WrappedTable:
-    """An empty table for the terminal; arguments as those of `print_table`."""
-    return WrappedTable(title, columns, numbers)
-
-
-class WrappedTable:
-    """A table that is wrapped between words only, for `rich.console.Console.print`.
-
-    Where the columns are too wide for the terminal even so, it is printed in parts, each with the
-    first column.
-    """
-
-    def __init__(self, title: str, columns: Sequence[str], numbers: bool) -> None:
-        self._title, self._columns, self._numbers = title, columns, numbers
-        self._rows: list[tuple[str | Text, ...]] = []
-
-    def add_row(self, *cells: str | Text) -> None:
-        """Add a row with a cell for each column."""
-        self._rows.append(cells)
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        from rich.table import Table as RichTable
-
-        cells = [list(map(str, cells)) for cells in zip(self._columns, *self._rows, strict=True)]
-        title: str | None = self._title or None
-        for columns, widths in _parts(cells, options.max_width):
-            rich = RichTable(title=title, title_justify="left", title_style="bold")
-            for n, width in zip(columns, widths, strict=True):
-                justify = "right" if self._numbers and n else "left"
-                rich.add_column(self._columns[n], justify=justify, width=width)  # type: ignore[arg-type]
-            for row in self._rows:
-                rich.add_row(*(row[n] for n in columns))
-            yield rich
-            title = None
+    cells = [list(map(str, column)) for column in zip(table.columns, *table.rows, strict=True)]
+    title = table.title or None
+    for columns, widths in _parts(cells, out.width):
+        rich = RichTable(title=title, title_justify="left", title_style="bold")
+        for n, width in zip(columns, widths, strict=True):
+            right = numbers and n
+            rich.add_column(table.columns[n], justify="right" if right else "left", width=width)
+        for row in table.rows:
+            rich.add_row(*(row[n] for n in columns))
+        out.print(rich)
+        title = None
 
 
 def _parts(cells: list[list[str]], width: int) -> Iterator[tuple[list[int], list[int]]]:
@@ -132,9 +101,8 @@ def _parts(cells: list[list[str]], width: int) -> Iterator[tuple[list[int], list
 def progress() -> Iterator[Callable[[str, int], Callable[..., None]]]:
     """Progress bars on stderr, if that is a terminal.
 
-    Yields:
-        A function from name and total to a function that advances the bar: by one, or to the
-        number that it is given; a second argument renames the bar.
+    Yields a function from name and total to one that advances the bar: by one, or to the number
+    given; a second argument renames the bar.
     """
     from rich.progress import MofNCompleteColumn, Progress
 

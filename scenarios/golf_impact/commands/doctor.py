@@ -29,9 +29,6 @@ print(json.dumps([float(rows[-1][1]), float(rows[-1][2])]))
 
 _COLOURS = {"ok": "green", "warning": "yellow", "problem": "red"}
 
-#: A level of these, and what was found.
-Finding = tuple[str, str]
-
 
 def doctor(
     fmu: Annotated[
@@ -41,24 +38,24 @@ def doctor(
     """Check whether the FMU loads on this machine, and show how native hosts load it."""
     from rich.text import Text
 
-    status = 0
+    levels = []
     for level, text in examine(fmu):
         line = Text(f"{level:<8} ", _COLOURS[level]).append(text, "default")
         out.print(line, soft_wrap=True, highlight=False)
-        status |= level == "problem"
-    return int(status)
+        levels.append(level)
+    return int("problem" in levels)
 
 
-def examine(fmu: Path | None = None) -> Iterator[Finding]:
-    """Findings about this Python, an FMU and native hosts; errors are findings, too.
+def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
+    """Level and text of each finding about this Python, an FMU and native hosts, errors included.
 
-    The FMU is that of the present sources if none is given, built if need be.
+    The FMU is that of the current sources if none is given, built if necessary.
     """
     names = ("golf-impact", "fmpy", "pythonfmu")
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
     machine = f"{platform.system()} {platform.machine()}"
-    known = machine in ("Linux x86_64", "Windows AMD64")
     about = f"Python {platform.python_version()} ({sys.executable}), {versions}, {machine}"
+    known = machine in ("Linux x86_64", "Windows AMD64")
     yield ("ok", about) if known else ("problem", f"{about}: pythonfmu has no binary for it")
     folder = temporary_folder()
     if odd := find_odd_characters(folder):
@@ -73,35 +70,31 @@ def examine(fmu: Path | None = None) -> Iterator[Finding]:
             from golf_impact.fmu.file import current_fmu
 
             fmu = current_fmu()[0]
-        why = find_flaw(fmu)
-        if why is not None:
+        if why := find_flaw(fmu):
             yield "problem", f"FMU: {why}"
             return
-        yield _load(fmu)
+        command = [sys.executable, "-c", _LOAD, str(fmu)]
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace")
+        code = done.returncode
+        if code:
+            ended = f"signal {-code}" if code < 0 else f"exit {code}"
+            why = last_line(done.stderr)
+            yield "problem", f"FMU: {fmu} can't be run here ({ended}): {why}"
+        else:
+            smash, cor = json.loads(done.stdout.splitlines()[-1])
+            yield "ok", f"FMU: {fmu} loads and runs here (S = {smash:.6g}, COR = {cor:.6g})"
         yield from _native(fmu)
     except Exception as error:  # an examination reports what it meets
         yield "warning", f"FMU: couldn't be examined: {last_line(error)}"
 
 
-def _load(fmu: Path) -> Finding:
-    done = subprocess.run(
-        [sys.executable, "-c", _LOAD, str(fmu)], capture_output=True, text=True, errors="replace"
-    )
-    if done.returncode == 0:
-        smash, restitution = json.loads(done.stdout.splitlines()[-1])
-        return "ok", f"FMU: {fmu} loads and runs here (S = {smash:.6g}, COR = {restitution:.6g})"
-    ended = f"signal {-done.returncode}" if done.returncode < 0 else f"exit {done.returncode}"
-    return "problem", f"FMU: {fmu} can't be run here ({ended}): {last_line(done.stderr)}"
-
-
-def _native(fmu: Path) -> Iterator[Finding]:
+def _native(fmu: Path) -> Iterator[tuple[str, str]]:
     from golf_build import standalone
 
     if sys.platform == "win32":
         yield "ok", f"native hosts: set PATH={sys.base_prefix};%PATH%  (python3.dll is there)"
         return
     if oldest := standalone.glibc_of(fmu):
-        # It has a Python of its own.
         here = platform.libc_ver()[1] or "0"
         enough = tuple(map(int, here.split("."))) >= oldest
         text = f"glibc {'.'.join(map(str, oldest))} or newer, and nothing of Python (here: {here})"
@@ -115,11 +108,10 @@ def _native(fmu: Path) -> Iterator[Finding]:
     for file in libpython_files():
         if wrong := preloaded(file, fmu):
             yield "warning", f"libpython: {file} can't be used: {wrong}"
-        else:
-            home = shlex.quote(sys.base_prefix)
-            preload = f"LD_PRELOAD={shlex.quote(str(file))} PYTHONHOME={home}"
-            yield "ok", f"native hosts: {preload} your-host"
-            return
+            continue
+        preload = f"LD_PRELOAD={shlex.quote(str(file))} PYTHONHOME={shlex.quote(sys.base_prefix)}"
+        yield "ok", f"native hosts: {preload} your-host"
+        return
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     yield (
         "warning",

@@ -39,7 +39,7 @@ _BALL = (
 
 
 #: Longest title in the summary of all scenarios: a line each at 80 columns.
-_TITLE = 47
+_TITLE = 46
 
 
 def run(
@@ -115,11 +115,7 @@ def run(
 
 
 def fmu_file(given: Path | None) -> Path:
-    """The FMU that a user names, or that of the current sources, built if necessary.
-
-    Raises:
-        UserError: the given one can't be used.
-    """
+    """The FMU that a user names (UserError if it can't be used), or that of the current sources."""
     from golf_impact.fmu.file import check_fmu, current_fmu
 
     if given is not None:
@@ -161,11 +157,7 @@ def as_typed(pairs: list[str]) -> Iterator[None]:
 
 
 def values_of(pairs: list[str]) -> dict[str, float]:
-    """Parse options --set NAME=VALUE: numbers by name.
-
-    Raises:
-        UserError: a value isn't a number, an option has another form, or a name is given twice.
-    """
+    """Numbers by name of options --set NAME=VALUE; UserError for another form, or a name twice."""
     values = {}
     for name, text in pairs_of(pairs, "VALUE", "k=8e5", "write it once").items():
         try:
@@ -178,16 +170,9 @@ def values_of(pairs: list[str]) -> dict[str, float]:
 
 
 def pairs_of(pairs: list[str], what: str, example: str, once: str) -> dict[str, str]:
-    """Parse options --set NAME=TEXT: texts by name.
+    """Texts by name of options --set NAME=TEXT; UserError for another form, or a name twice.
 
-    Args:
-        pairs: the options' arguments.
-        what: the form of a text, for error messages.
-        example: a valid argument, for error messages.
-        once: what to do instead of giving a name twice, for error messages.
-
-    Raises:
-        UserError: an option has another form, or a name is given twice.
+    `what`, `example` and `once` (in place of a name twice) are for error messages.
     """
     texts: dict[str, str] = {}
     for pair in pairs:
@@ -235,11 +220,7 @@ def _summarize(outcomes: "dict[str, Outcome]") -> None:
 
 
 def _conclude(outcomes: "dict[str, Outcome]") -> int:
-    """Print failed checks and totals.
-
-    Returns:
-        The exit code: 1 if a check failed.
-    """
+    """Print failed checks and totals; the exit code is 1 if a check failed."""
     checks = [(name, check) for name, outcome in outcomes.items() for check in outcome.checks]
     failed = [(name, check) for name, check in checks if not check.passed]
     for name, check in failed:

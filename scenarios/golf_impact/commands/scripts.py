@@ -26,13 +26,9 @@ def load_scenarios() -> dict[str, ModuleType]:
 
 
 def load_scenario(given: str) -> ModuleType:
-    """Load a scenario: a module with TITLE and `run(fmu)`.
+    """Load a scenario by name or path: a module with TITLE and `run(fmu)`.
 
-    Args:
-        given: its name, or the path of a script.
-
-    Raises:
-        UserError: there is no such scenario, or it can't be loaded.
+    UserError: there is no such scenario, or it can't be loaded.
     """
     if not given.endswith(".py") and given not in list_names():
         known = ", ".join(list_names())

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from golf_impact.commands.bench import need, verdict
-from golf_impact.commands.console import RESULTS, make_table, out, print_paragraphs, progress, say
+from golf_impact.commands.console import RESULTS, print_paragraphs, print_table, progress, say
 
 EPILOG = "Example: golf-impact stress --quick --seed 7"
 
@@ -65,17 +65,15 @@ def _conclusion(results: dict[str, Any]) -> list[str]:
 
 
 def _show(results: dict[str, Any]) -> None:
-    title = f"Stress, seed {results['seed']}: worst cases"
-    table = make_table(title, "check", "worst", "tolerance", "count", "")
+    from golf_impact.report.outcome import Table
+
+    rows = []
     for name, check in results["checks"].items():
-        table.add_row(
-            f"{name}\n  {check['claim']}",
-            f"{check['worst']:.2g}",
-            f"{check['tolerance']:.2g}",
-            str(check["count"]),
-            verdict(check["passed"], check["failures"]),
-        )
-    out.print(table)
+        numbers = f"{check['worst']:.2g}", f"{check['tolerance']:.2g}", str(check["count"])
+        passed = verdict(check["passed"], check["failures"])
+        rows.append([f"{name}\n  {check['claim']}", *numbers, passed])
+    title = f"Stress, seed {results['seed']}: worst cases"
+    print_table(Table(title, ["check", "worst", "tolerance", "count", ""], rows))
     name, check = max(results["checks"].items(), key=lambda item: _beside_tolerance(item[1]))
     worst = (
         f"The worst case, beside what is allowed: {name}, {check['worst']:.2g}, at "

@@ -72,7 +72,7 @@ def sweep(
 
 
 def swept(options: Options, study: Path | None) -> int:
-    """Run the sweep that options and a study describe, and say what came out.
+    """Run the sweep that options and a study describe, and print what came out.
 
     Returns the exit code: 0, or 130 if the user stopped it. UserError if something in it isn't
     allowed, or a file can't be written.
@@ -123,7 +123,7 @@ def swept(options: Options, study: Path | None) -> int:
 
 @contextmanager
 def _stop_asked() -> Iterator[threading.Event]:
-    """Set on Ctrl-C and SIGTERM, which are answered between cases: never inside the FMU's code."""
+    """Set on Ctrl-C and SIGTERM, which take effect between cases, never inside the FMU's code."""
     stop = threading.Event()
     # nohup has a signal ignored, and so it stays.
     heard = [n for n in SIGNALS if n == signal.SIGINT or signal.getsignal(n) != signal.SIG_IGN]

@@ -47,12 +47,8 @@ def undefined_results(touched: bool, separated: bool) -> dict[str, NoValue]:
     """The outputs without a value at the end of a run, by name, each with the reason.
 
     The FMU's outputs are results so far: a contact time that grows with the simulated time, or a
-    coefficient of restitution of 0, which means perfectly plastic. At the end of a run without a
-    contact or without a separation these say nothing about an impact.
-
-    Args:
-        touched: whether the bodies have touched (the FMU's output of this name).
-        separated: whether they have separated (likewise).
+    coefficient of restitution of 0, which means perfectly plastic. Without a contact (`touched`) or
+    a separation (`separated`) these say nothing about an impact.
     """
     if separated:
         return {}
@@ -143,11 +139,7 @@ def format_options(values: Mapping[str, float]) -> str:
 
 
 def describe_contact(values: Mapping[str, float]) -> str:
-    """Contact law, stiffness and damping of a case in words, e.g. "law 2, k = 1 MN/m, b = 9 N·s/m".
-
-    Args:
-        values: law, k, b, exponent, restitution_at_rest and restitution_slope (SI units).
-    """
+    """Contact law, stiffness and damping of a case (SI units) in words."""
     factor, unit = choose_prefix("N/m", values["k"])
     words = [f"law {values['law']:g}", f"k = {values['k'] * factor:.4g} {unit}"]
     if values["exponent"] != 1.0:
@@ -161,11 +153,7 @@ def describe_contact(values: Mapping[str, float]) -> str:
 
 
 def check_masses(masses: Mapping[str, float]) -> list[str]:
-    """Warnings about masses that were probably given in grams.
-
-    Args:
-        masses: masses (kg) by the text that stands before them on the command line.
-    """
+    """Warnings about masses (kg, by what stands before them) that were probably given in grams."""
     return [
         f"{given}{mass:g} is taken in kg: write {given}{mass / 1e3:g} for {mass:g} g."
         for given, mass in masses.items()

@@ -15,13 +15,10 @@ _LARGEST = 64 * 2**20
 
 
 def find_flaw(path: Path) -> str | None:
-    """Find what is wrong with an .fmu file as an archive.
+    """What is wrong with an .fmu file as an archive, in one line that says what to do; or None.
 
     Rejected are names that lead out of the folder, links, contents that are too large, damage, and
     files that differ from the list of those that it was built with, if there is such a list.
-
-    Returns:
-        A message in one line that says what to do; None if nothing is wrong.
     """
     try:
         mode = path.stat().st_mode
@@ -81,11 +78,7 @@ def find_odd_characters(folder: Path | str) -> str:
 
 
 def check_temporary_folder() -> None:
-    """Check that an FMU can be loaded from the temporary folder.
-
-    Raises:
-        UserError: pythonfmu would crash there.
-    """
+    """UserError if pythonfmu would crash in the temporary folder."""
     folder = tempfile.gettempdir()
     if find_odd_characters(folder):
         raise UserError(

@@ -51,15 +51,9 @@ def default_path(builder: packaging.Builder, standalone: bool = False) -> Path:
 
 
 def build_fmu(out: Path | None = None, fmi: int = 2, standalone: bool = False) -> Path:
-    """Build the FMU.
+    """Build the FMU for FMI 2 or 3, by default at `default_path`.
 
-    Args:
-        out: the file to write; `default_path` by default.
-        fmi: the version of FMI, 2 or 3.
-        standalone: whether it includes a Python interpreter.
-
-    Raises:
-        UserError: the file can't be written, or this machine can't build a standalone one.
+    UserError: the file can't be written, or this machine can't build a standalone one.
     """
     out = default_path(BUILDERS[fmi], standalone) if out is None else out
     # Not Path.is_dir, which raises without permission to read.
@@ -86,12 +80,9 @@ def building(where: str) -> Iterator[None]:
 
 
 def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
-    """The FMU of the current sources, built if necessary.
+    """The FMU of the current sources, and why it was built; None if it existed.
 
     If it can't be written to its default path, it is built for this process only.
-
-    Returns:
-        The file, and why it was built; None if it existed.
     """
     builder = BUILDERS[fmi]
     path = default_path(builder)
@@ -113,8 +104,7 @@ def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
 def check_fmu(path: Path) -> Path:
     """Check an FMU that a user names; unless it is that of the current sources, by running it.
 
-    Raises:
-        UserError: it is damaged, another FMU, or can't be run here.
+    UserError: it is damaged, another FMU, or can't be run here.
     """
     from golf_impact.fmu.impact_fmu import ImpactFmu
 

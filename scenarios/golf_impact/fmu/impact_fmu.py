@@ -41,8 +41,7 @@ PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_veloci
 class ImpactFmu(LoadedFmu):
     """ClubBallImpact.fmu, extracted and instantiated once, for use in a `with` block.
 
-    Raises:
-        UserError: the file is missing, damaged or another FMU.
+    UserError: the file is missing, damaged or another FMU.
     """
 
     def __init__(self, path: Path) -> None:
@@ -95,19 +94,9 @@ class ImpactFmu(LoadedFmu):
             raise UserError(f"{self.path} failed ({first_line(error)}{said})") from error
 
     def impact(self, outputs: Sequence[str] = METRICS, **values: Any) -> Named[float]:
-        """Compute an impact in one communication step.
+        """Compute an impact in one communication step; see `golf_impact.run_impact`.
 
-        Args:
-            outputs: the Real outputs to read at its end.
-            values: inputs and parameters by name (SI units); defaults for the others.
-
-        Returns:
-            The outputs by name (SI units). Results of a completed impact (S, COR, E, contact time,
-            contact displacement) are NaN if the bodies don't separate within `horizon`; if they
-            never touch, the times of touch and of maximum force are NaN as well.
-
-        Raises:
-            UserError: the FMU rejects a value, or has no variable of a name.
+        Results have no value if the bodies don't touch or separate within `horizon`.
         """
         self.start(**values)
         self.step(0.0, self.horizon(values).item())
@@ -120,12 +109,8 @@ class ImpactFmu(LoadedFmu):
     def horizon(self, values: Mapping[str, Any]) -> np.ndarray:
         """A communication step (s) within which the bodies touch and separate, if they ever do.
 
-        Args:
-            values: inputs and parameters by name (SI units), numbers or arrays of one shape;
-                defaults for the others. They may be values that the FMU rejects.
-
-        Returns:
-            An array of the shape of the values.
+        The values (SI units; defaults for the others) are numbers or arrays of one shape, which is
+        that of the result. They may be values that the FMU rejects.
         """
         gap, club, ball = self._given(values, "gap", "club_speed", "ball_speed")
         approach = np.where(club > ball, gap / (club - ball), 0.0)
@@ -154,18 +139,9 @@ class ImpactFmu(LoadedFmu):
     def trajectory(
         self, points: int = 301, names: Sequence[str] = PATH, **values: Any
     ) -> Named[np.ndarray]:
-        """Sample an impact over the contact, with a margin of a tenth of it before and after.
+        """Sample an impact over the contact, and over a tenth of it before and after.
 
-        Args:
-            points: number of samples.
-            names: the Real outputs to record.
-            values: inputs and parameters by name (SI units); defaults for the others.
-
-        Returns:
-            `time` (s) and the outputs (SI units) by name, arrays of shape (points,).
-
-        Raises:
-            UserError: the FMU rejects a value, or has no variable of a name.
+        See `golf_impact.run_trajectory`; `names` are its outputs.
         """
         end = self.impact(("touch_time", "contact_time"), **values)
         touch, contact = end["touch_time"], end["contact_time"]
@@ -188,14 +164,9 @@ class ImpactFmu(LoadedFmu):
         return Named({"time": times, **self.sample(times, names)})
 
     def sample(self, times: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
-        """Record Real outputs at these times.
+        """Record Real outputs at these times (s); the first is the current communication point.
 
-        Args:
-            times: communication points, s; the first is the current one.
-            names: the outputs.
-
-        Returns:
-            The outputs (SI units) by name, arrays of the shape of `times`.
+        Returns them (SI units) by name, arrays of the shape of `times`.
         """
         references = self.references(names)
         table = np.empty((len(times), len(names)))

@@ -19,17 +19,10 @@ def libpython_files() -> list[Path]:
 
 
 def preloaded(libpython: Path, fmu: Path) -> str | None:
-    """What is wrong with a library as a native host would load it, or None.
-
-    That is by the dynamic linker, with nothing of Python around; the binary of the FMU must find
-    all that it needs there.
-    """
+    """What is wrong with a library as the dynamic linker of a native host loads it, or None."""
     # LD_PRELOAD takes no spaces, which the user's temporary folder may have.
     place = "/tmp" if " " in tempfile.gettempdir() else None
-    with (
-        tempfile.TemporaryDirectory(prefix="golf-impact-doctor-", dir=place) as folder,
-        zipfile.ZipFile(fmu) as archive,
-    ):
+    with tempfile.TemporaryDirectory(dir=place) as folder, zipfile.ZipFile(fmu) as archive:
         # The folder's names in FMI 2.0 and 3.0.
         inside = re.compile(r"binaries/(linux64|x86_64-linux)/.*\.so")
         name = next(filter(inside.fullmatch, archive.namelist()), None)
@@ -43,5 +36,5 @@ def preloaded(libpython: Path, fmu: Path) -> str | None:
 
 
 def last_line(error: object) -> str:
-    """Of what a program or an exception says."""
+    """The last line of a program's or an exception's message."""
     return (str(error).strip() or "no message").splitlines()[-1]

@@ -116,11 +116,7 @@ class LoadedFmu:
         )
 
     def references(self, names: Sequence[str]) -> list[int]:
-        """The value references of variables.
-
-        Raises:
-            UserError: the FMU has no variable of a name.
-        """
+        """The value references of variables; UserError if there is none of a name."""
         for name in names:
             if name not in self.variables:
                 outputs = [n for n, v in self.variables.items() if v.causality == "output"]
@@ -134,10 +130,7 @@ class LoadedFmu:
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
         """Begin a run and stop in initialization mode, where more values can be set.
 
-        A value that the FMU rejects is a message, not an error.
-
-        Raises:
-            UserError: the FMU has no variable of a name.
+        A value that the FMU rejects is a message; UserError for a name that it doesn't have.
         """
         slave = self.slave
         slave.setFMUstate(self._fresh)
@@ -156,8 +149,7 @@ class LoadedFmu:
     def start(self, **values: float) -> None:
         """Begin a run with these inputs and parameters (SI units; defaults for the others).
 
-        Raises:
-            UserError: the FMU rejects a value, or has no variable of a name.
+        UserError: the FMU rejects a value, or has no variable of a name.
         """
         self.messages.clear()
         self.begin(values)
@@ -168,8 +160,7 @@ class LoadedFmu:
     def set(self, values: dict[str, float], slave: FMU2Slave | None = None) -> None:
         """Set inputs and parameters (SI units), by default of `self.slave`.
 
-        Raises:
-            UserError: the FMU has no such input or parameter, or it takes whole numbers only.
+        UserError: the FMU has no such input or parameter, or it takes whole numbers only.
         """
         slave = self.slave if slave is None else slave
         for name, value in values.items():
@@ -188,15 +179,7 @@ class LoadedFmu:
                 slave.setReal([variable.valueReference], [value])
 
     def step(self, point: float, size: float) -> None:
-        """Make one communication step.
-
-        Args:
-            point: the current communication point, s.
-            size: the communication step size, s.
-
-        Raises:
-            UserError: the FMU discards it.
-        """
+        """Make a communication step of `size` s from `point`, s; UserError if it is discarded."""
         try:
             self.slave.doStep(point, size)
         except FMICallException as error:
@@ -207,8 +190,7 @@ class LoadedFmu:
     def read(self, names: Sequence[str]) -> Named[float]:
         """Values of Real variables at this communication point, by name (SI units).
 
-        Raises:
-            UserError: the FMU has no variable of a name, or it isn't Real.
+        UserError: the FMU has no variable of a name, or it isn't Real.
         """
         references = self.references(names)
         for name in names:
@@ -259,11 +241,7 @@ class LoadedFmu3(LoadedFmu):
     def simulate(
         self, instance: FMU3Model | FMU3Slave, outputs: Sequence[str], **options: Any
     ) -> dict[str, float]:
-        """Run fmpy.simulate_fmu in one of the two instances.
-
-        Returns:
-            The outputs at its end, by name (SI units).
-        """
+        """Run fmpy.simulate_fmu in one of the two instances: the outputs at its end (SI units)."""
         self.restore_initial_state(instance)
         rows = fmpy.simulate_fmu(
             self.folder,

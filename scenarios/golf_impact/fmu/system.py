@@ -14,11 +14,7 @@ from golf_impact.fmu.loaded import LoadedFmu
 
 
 def build_system(folder: Path, standalone: bool = False) -> list[Path]:
-    """Build the companion FMUs and the .ssp.
-
-    Raises:
-        UserError: a file can't be written.
-    """
+    """Build the companion FMUs and the .ssp; UserError if a file can't be written."""
     with building(f"into {folder}"):
         return system.build(folder, standalone)
 

@@ -26,11 +26,7 @@ def compiler() -> str | None:
 
 
 def compiled_fmu(method: str, folder: Path) -> Path:
-    """The FMU of a method of `SUB_STEP`, built in a folder.
-
-    Raises:
-        UserError: the compiler is missing or fails.
-    """
+    """The FMU of a method of `SUB_STEP`, built in a folder; UserError if the compiler fails."""
     name, source = f"compiled_{method}", Path(__file__).with_name("compiled.c")
     library, headers = folder / f"{name}.so", Path(fmpy.__file__).with_name("c-code")
     flags = ["-O2", "-ffp-contract=off", "-shared", "-fPIC", f"-DORDER={_ORDER[method]}"]

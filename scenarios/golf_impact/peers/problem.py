@@ -1,4 +1,4 @@
-"""The question every peer answers, and the form of the answer. SI units."""
+"""The impact that every peer solves, and its results. SI units."""
 
 from __future__ import annotations
 

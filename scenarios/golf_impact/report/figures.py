@@ -31,20 +31,14 @@ plt.style.use(Path(__file__).with_suffix(".mplstyle"))
 
 
 def new(title: str, size: tuple[float, float] = (7.2, 4.4), case: str = "") -> tuple[Figure, Axes]:
-    """A figure with one pair of axes.
-
-    Args:
-        title: of the figure.
-        size: width and height, inches.
-        case: the impact that it shows, on a second line (see `Report.describe`).
-    """
+    """A figure (size in inches) with one pair of axes; `case` is the second line of its title."""
     figure, axes = plt.subplots(figsize=size)
     axes.set_title(f"{title}\n{case}" if case else title)
     return figure, axes
 
 
 def new_pair(title: str, case: str = "") -> tuple[Figure, tuple[Axes, Axes]]:
-    """A figure with two pairs of axes side by side; its arguments are those of `new`."""
+    """A figure with two pairs of axes side by side; `case` is the second line of its title."""
     figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.6 if case else 4.4))
     words = f"{title}\n{case}" if case else title
     figure.suptitle(words, x=0.01, ha="left", fontweight="bold")
@@ -70,11 +64,7 @@ def plot_forces(
 ) -> Figure:
     """Contact force over time of several impacts, with their peaks marked.
 
-    Args:
-        title: of the figure.
-        case: what the impacts have in common, on a second line.
-        curves: of each impact the name of its style, its label, its metrics and its trajectory
-            (SI units).
+    Each curve has the name of its style, a label, metrics and a trajectory (SI units).
     """
     figure, axes = new(title, case=case)
     for style, words, metrics, path in curves:
@@ -103,13 +93,7 @@ def set_run_time_axes(axes: Axes, error: str) -> None:
 
 
 def name_axis(axis: Axis, words: str, unit: str | None) -> None:
-    """Label an axis after its data (SI units) are plotted; its unit gets a prefix (MN/m).
-
-    Args:
-        axis: of a plot.
-        words: the quantity.
-        unit: the SI unit by its FMI name; None or "1" if there is none.
-    """
+    """Label an axis after its data (SI units) are plotted; its unit gets a prefix (MN/m)."""
     linear = axis.get_scale() == "linear"
     factor, unit = choose_prefix(unit, max(map(abs, axis.get_view_interval())) if linear else 1.0)
     axis.set_label_text(f"{words} ({unit})" if unit else words)
@@ -120,9 +104,7 @@ def name_axis(axis: Axis, words: str, unit: str | None) -> None:
 def add_legend_above(axes: Axes, columns: int = 4) -> None:
     """A legend between title and axes, where it doesn't cover the data.
 
-    Args:
-        axes: whose lines have labels.
-        columns: largest number of columns; fewer if the labels are long.
+    It has fewer `columns` if the labels are long.
     """
     labels = axes.get_legend_handles_labels()[1]
     letters = 0.11 * axes.bbox.width

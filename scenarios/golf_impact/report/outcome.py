@@ -26,11 +26,11 @@ KINDS: dict[Kind, str] = {
 
 @dataclass
 class Table:
-    """A table as it is printed: text cells, the first column naming the row."""
+    """A table as it is printed: cells of text (or rich.text.Text), the first one names the row."""
 
     title: str
     columns: list[str]
-    rows: list[list[str]]
+    rows: list[list[Any]]
 
 
 @dataclass(frozen=True)
@@ -85,14 +85,7 @@ class Outcome:
     words: list[str] = field(default_factory=list)
 
     def check(self, claim: str, passed: bool, detail: str = "", kind: Kind = "statements") -> None:
-        """Record a claim and whether it holds.
-
-        Args:
-            claim: says what is compared with what.
-            passed: whether the claim holds.
-            detail: the numbers behind it.
-            kind: what the FMU's result is compared with, see `KINDS`.
-        """
+        """Record a claim, which says what is compared with what; `detail` has the numbers."""
         self.checks.append(Check(claim, bool(passed), detail, kind))
 
     def check_close(
@@ -106,13 +99,7 @@ class Outcome:
     ) -> None:
         """Record whether a value is within an absolute tolerance of the expected one.
 
-        Args:
-            claim: says what is compared with what.
-            value: a result of the FMU.
-            expected: what it is compared with, in the same unit.
-            tolerance: largest allowed difference, in the same unit.
-            why: the reason for the tolerance.
-            kind: what the FMU's result is compared with, see `KINDS`.
+        `claim` says what is compared with what, `why` is the reason for the tolerance.
         """
         error = abs(value - expected)
         detail = f"{value:.10g} against {expected:.10g}: error {error:.2g}, allowed {tolerance:.2g}"

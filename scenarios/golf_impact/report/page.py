@@ -23,20 +23,10 @@ def write_outcomes(
     prefix: str = "",
     tick: Callable[[], object] = lambda: None,
 ) -> Path:
-    """Write results.json, trajectories as CSV, figures as PNG, and report.html.
+    """Write results.json, trajectories as CSV, figures as PNG, and report.html; the latter's path.
 
-    Without figures, those that an earlier run wrote for the same outcomes are removed.
-
-    Args:
-        folder: is made if it doesn't exist.
-        outcomes: by name of the scenario.
-        guid: of the FMU.
-        with_figures: whether figures are plotted.
-        prefix: of the names results.json and report.html.
-        tick: is called after each figure.
-
-    Returns:
-        The report.
+    Without figures, those that an earlier run wrote for the same outcomes are removed. `prefix` is
+    of the names results.json and report.html; `tick` is called after each figure.
 
     Raises:
         UserError: a file can't be written; then all are as they were.
@@ -68,13 +58,7 @@ def write_outcomes(
 def render_page(
     outcomes: Mapping[str, Outcome], images: Mapping[str, Mapping[str, bytes]], guid: str
 ) -> bytes:
-    """Render report.html, one self-contained file.
-
-    Args:
-        outcomes: by name of the scenario.
-        images: PNG by name of the scenario and of the figure.
-        guid: of the FMU.
-    """
+    """Render report.html, one self-contained file; images are PNG by scenario and name."""
     shown = {
         name: [_figure(outcomes[name], *item) for item in of_outcome.items()]
         for name, of_outcome in images.items()

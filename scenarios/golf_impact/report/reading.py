@@ -44,14 +44,9 @@ def tables() -> list[Table]:
 
 
 def locate(file: str, beginning: str) -> str:
-    """File and line of the first line of code that begins like this, as `path:number`.
+    """`path:number` of the first line of code that begins like this, indentation aside.
 
-    Args:
-        file: a path below fmu_src/ or scenarios/ of the repository.
-        beginning: of the line, indentation aside.
-
-    Raises:
-        LookupError: there is no such file or line.
+    The file is below fmu_src/ or scenarios/. LookupError: there is no such file or line.
     """
     package, _, inside = file.partition("/")
     if package == "golf_physics":

@@ -29,15 +29,10 @@ _GIVEN = (
 
 
 def derive_metrics(outputs: Mapping[str, float], given: Mapping[str, float]) -> Metrics:
-    """The metrics of an impact: the FMU's outputs, and what follows from them.
+    """The metrics of an impact by the names of results.json (SI units).
 
-    Args:
-        outputs: velocities and contact_displacement at least; momentum and kinetic_energy, if they
-            are there, are the final ones (SI units).
-        given: masses, diameter and initial speeds (SI units).
-
-    Returns:
-        The metrics by the names of results.json (SI units).
+    Of the outputs, velocities and contact_displacement are needed; momentum and kinetic_energy are
+    used if they are there. `given` has masses, diameter and initial speeds.
     """
     m_club, m_ball = given["m_club"], given["m_ball"]
     u_club, u_ball = given["club_speed"], given["ball_speed"]
@@ -60,11 +55,7 @@ def derive_metrics(outputs: Mapping[str, float], given: Mapping[str, float]) -> 
 
 
 class Report(Outcome):
-    """The outcome of a scenario while it is being built.
-
-    Attributes:
-        fmu: the FMU that runs the impacts.
-    """
+    """The outcome of a scenario while it is being built; `fmu` runs the impacts."""
 
     def __init__(self, title: str, fmu: ImpactFmu) -> None:
         super().__init__(title)
@@ -167,11 +158,7 @@ class Report(Outcome):
         self.check(claim, holds(values), " → ".join(f"{value:.6g}" for value in values), kind)
 
     def each(self, metric: str) -> list[float]:
-        """A metric of all cases so far, in order (SI units).
-
-        Raises:
-            UserError: there is no such metric.
-        """
+        """A metric of all cases so far, in order (SI units); UserError if there is none."""
         return [metrics[metric] for metrics in self.cases.values()]
 
     # Present
@@ -196,29 +183,25 @@ class Report(Outcome):
 
         The last column is the error of the scheme; the printed numbers are also rounded.
         """
+        errors = [f"{(scheme[one] / exact[one] - 1) * 100:+.2f}" for one in printed]
         rows = [
             [
-                *(label(metric), number.text, format_value(metric, scheme[metric])),
-                *(
-                    format_value(metric, exact[metric]),
-                    f"{(scheme[metric] / exact[metric] - 1) * 100:+.2f}",
-                ),
+                label(one),
+                number.text,
+                *(format_value(one, of[one]) for of in (scheme, exact)),
+                error,
             ]
-            for metric, number in printed.items()
+            for (one, number), error in zip(printed.items(), errors, strict=True)
         ]
         self.table(title, ["", "printed", "its scheme", "exact", "error (%)"], rows)
 
     def figure(
         self, name: str, caption: str = ""
     ) -> Callable[[Callable[[Any], Any]], Callable[[Any], Any]]:
-        """Decorate a function that plots a figure.
+        """Decorate a function that plots a figure; its name is that of the file, without suffix.
 
         The function is called with the module `golf_impact.report.figures` when figures are
-        written, and returns a matplotlib figure.
-
-        Args:
-            name: of the file, without suffix.
-            caption: what the figure shows, in a sentence.
+        written, and returns a matplotlib figure. The caption says in a sentence what it shows.
         """
 
         def keep(draw: Callable[[Any], Any]) -> Callable[[Any], Any]:

@@ -1,4 +1,4 @@
-"""Takes the FMU through an impact, by any steps, and notes what it says."""
+"""Runs an impact through the FMU in steps of any sizes and records its outputs."""
 
 from functools import cached_property
 from typing import Any

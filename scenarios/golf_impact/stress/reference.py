@@ -344,11 +344,8 @@ def outputs_after(
 ) -> dict[int, dict[str, Real]]:
     """Every output after the chosen ones of all steps, by their number from 0 on.
 
-    Args:
-        impact: what happens.
-        steps: of each segment, s; multiples of one unit, so that their sums are exact.
-        chosen: numbers of steps.
-        stretched: factor of all times.
+    Steps (s) of a segment are multiples of one unit, so that their sums are exact; `stretched` is a
+    factor of all times.
     """
     exact = Reference({**impact.values, "start_time": impact.start_time})
     told: dict[int, dict[str, Real]] = {}

@@ -93,8 +93,7 @@ Axis = Grid | Distribution
 def axis(name: str, given: Any) -> Axis:
     """The axis that a user wrote: text as in `--set NAME=text`, a number or a list.
 
-    Raises:
-        UserError: it is no axis: unknown form, `lo > hi`, a logarithm of nothing, no values, NaN.
+    UserError: it is no axis: unknown form, `lo > hi`, a logarithm of nothing, no values, NaN.
     """
     if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str):
         given = ",".join(map(str, given))

@@ -148,11 +148,8 @@ def _blocked(signals: set[signal.Signals]) -> Iterator[None]:
 def dask_executor(scheduler: str, workers: int | None = None) -> Iterator[Executor]:
     """Dask's executor of a cluster: an existing one by its address ("tcp://host:8786"), or "local".
 
-    A local one is made here, of so many workers or as many as there are processors. Workers need
-    this package with its extra `cluster`. Dask runs the chunks of a dead worker elsewhere.
-
-    Raises:
-        UserError: Dask is missing, or the cluster can't be reached or gives up.
+    A local one has so many workers, or as many as there are processors. Dask runs the chunks of a
+    dead worker elsewhere. UserError: Dask is missing, or the cluster can't be reached or gives up.
     """
     try:
         import distributed

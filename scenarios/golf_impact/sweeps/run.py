@@ -184,7 +184,7 @@ class Sweep(ExitStack):
                 future.cancel()
 
     def _draw_samples(self) -> None:
-        """Before the clock starts, and beside this thread, which listens whether to stop."""
+        """Before the clock starts, in a thread beside this one, which checks whether to stop."""
         drawn: Future = Future()
 
         def draw() -> None:
@@ -209,11 +209,9 @@ class Sweep(ExitStack):
 def check_size(
     study: Study, workers: int | None = None, chunk: int = CHUNK, figures: bool = False
 ) -> None:
-    """Refuse what can't be done, before anything starts.
+    """UserError, before anything starts, for options out of range or too little free memory.
 
-    Raises:
-        UserError: one of these isn't allowed, or the memory that is free isn't enough for the study
-            (with its pictures and tables, if there will be `figures`).
+    With `figures` the study needs more.
     """
     if not 1 <= chunk <= LARGEST_CHUNK:
         raise UserError(f"--chunk {chunk} is refused: it must be 1 to {LARGEST_CHUNK:,}")
@@ -244,7 +242,7 @@ def run_sweep(
         study: what to compute; see `Study.of`.
         out: a .csv or .parquet file. It gets its name when it is whole.
         fmu: the .fmu file; by default that of the present sources, built if need be.
-        stop: asked between chunks whether to end.
+        stop: called between chunks; returns whether to end.
         options:
             executor: any executor of the interface of concurrent.futures, such as that of a Dask
                 client or an MPI pool; its processes need this package, and get the FMU with each

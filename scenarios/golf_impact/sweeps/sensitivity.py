@@ -33,10 +33,8 @@ def sensitivity(study: Study, drawn: np.ndarray, outputs_of: _Model) -> Sensitiv
     The design needs impacts of its own, and independent distributions: no grid beside them, and no
     case that the FMU refuses. None if the output is the same in all cases.
 
-    Args:
-        study: its distributions are the variables.
-        drawn: the output in all cases, shape (cases,); NaN where refused.
-        outputs_of: the same output for columns of all swept variables.
+    `drawn` is the output in all cases, shape (cases,), NaN where refused; `outputs_of` gives it for
+    columns of all swept variables.
     """
     usable = np.flatnonzero(np.isfinite(drawn))
     if len(usable) < 3:

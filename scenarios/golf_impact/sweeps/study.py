@@ -131,12 +131,9 @@ class Study:
         return self.columns_at(np.arange(start, stop))
 
     def columns_at(self, index: np.ndarray) -> dict[str, np.ndarray]:
-        """The values of the swept variables in the cases of these numbers (from 0).
+        """Arrays of the swept variables' values in the cases of these numbers (from 0), by name.
 
         Each is a function of the case's number alone: chunks of any size give the same.
-
-        Returns:
-            By variable, arrays of the index's shape.
         """
         columns: dict[str, np.ndarray] = {}
         stride = self.number_of_samples

@@ -18,7 +18,7 @@ else:
 
 @dataclass(frozen=True)
 class Options:
-    """What a sweep is told by the options of `golf-impact sweep`, or a study; None: not given.
+    """The options of `golf-impact sweep`, or the keys of a study; None: not given.
 
     `sets` are the swept variables in order, as `Study.of` takes them.
     """
@@ -83,7 +83,7 @@ def read_study(path: Path) -> Options:
 
 
 def _check_numbers(value: Any) -> None:
-    """Raises ValueError for an integer beyond 64 bits, which TOML doesn't know."""
+    """Raises ValueError for an integer beyond 64 bits, which TOML doesn't have."""
     if isinstance(value, (dict, list)):
         for item in value.values() if isinstance(value, dict) else value:
             _check_numbers(item)

@@ -92,7 +92,7 @@ _FORMATS: dict[str, type[Csv] | type[Parquet]] = {".csv": Csv, ".parquet": Parqu
 def table_file(path: Path, study: Study, plan: Plan) -> Iterator[Csv | Parquet]:
     """What writes the file, for a `with` block: whole under its name then, or not there.
 
-    UserError if the file can't be written; `check_path` tells what is to be known before.
+    UserError if the file can't be written; `check_path` checks it beforehand.
     """
     try:
         with whole(path) as stream:
