@@ -95,11 +95,7 @@ def pytest_collection_modifyitems(config, items):
 
 
 #: Tasks of the C host with an instance, and their arguments; each ends with the impact of LAW_1.
-HOST_TASKS = [
-    ("migrate",),
-    ("gone", "50"),
-    ("fork",),
-]
+HOST_TASKS = [("migrate",), ("gone", "50"), ("fork",)]
 
 
 @pytest.fixture(scope="session")

@@ -183,8 +183,7 @@ def test_outputs_cannot_be_set(fmu):
 
 
 @pytest.mark.parametrize(
-    "values",
-    [{"k": 1e300}, {"m_ball": 1e-300}, {"club_speed": 1e200}, {"b": 1e300}, {"k": 5e-324}],
+    "values", [{"k": 1e300}, {"m_ball": 1e-300}, {"club_speed": 1e200}, {"b": 1e300}, {"k": 5e-324}]
 )
 def test_values_that_overflow_together(fmu, values):
     """Allowed separately, but results leave the range of a double: rejected with the numbers."""
