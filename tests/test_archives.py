@@ -1,7 +1,6 @@
 """Damaged, foreign and malicious .fmu files: an error in one line, exit code 2, no file left."""
 
 import hashlib
-import json
 import os
 import shutil
 import stat
@@ -429,11 +428,3 @@ def test_the_list_of_files(tmp_path, fmu_path, files):
         assert hashlib.sha256(files[name]).hexdigest() == expected
     if shutil.which("sha256sum"):
         subprocess.run(["sha256sum", "--quiet", "-c", SUMS], cwd=tmp_path, check=True)
-
-
-def test_results_from_a_given_fmu(tmp_path, fmu_path):
-    done = subprocess.run(
-        [COMMAND, "run", "table1", "--fmu", fmu_path, "--out", tmp_path], capture_output=True
-    )
-    assert done.returncode == 0
-    assert "table1" in json.loads((tmp_path / "results.json").read_text())

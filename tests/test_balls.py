@@ -5,7 +5,6 @@ import json
 import pytest
 from command import golf_here, refused
 
-from golf_impact.errors import UserError
 from golf_impact.facts.balls import BALLS, ball, rating_stiffness
 from golf_impact.facts.measured import MPH
 
@@ -16,11 +15,6 @@ def test_each_ball(fmu, name):
     assert BALLS[name].source
     outputs = fmu.impact(("coefficient_of_restitution",), **ball(name).values)
     assert 0.5 < outputs["coefficient_of_restitution"] < 1.0
-
-
-def test_an_unknown_ball():
-    with pytest.raises(UserError, match="document, document-old, roh-lee"):
-        ball("cannon")
 
 
 @pytest.mark.parametrize(

@@ -22,11 +22,6 @@ HERE = Path(__file__).resolve().parent
 MACHINE = HERE / "call_order_machine.py"
 
 
-@pytest.fixture(scope="module")
-def extracted(fmu_path, tmp_path_factory):
-    return fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted")))
-
-
 def last_sequence(trace):
     """The calls of the sequence that a trace ends in."""
     calls = [line for line in trace.splitlines() if not line.startswith("=")]
@@ -85,17 +80,12 @@ def test_every_order_of_calls(trace):
     assert statuses == {"0", "2", "3"}
 
 
-def test_a_c_host_gets_the_same_answers(trace, extracted, libpython, compiler, tmp_path):
-    program = tmp_path / "replay"
-    headers = Path(fmpy.__file__).parent / "c-code"
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{headers}"]
-    source = HERE / "native_host" / "replay.c"
-    subprocess.run([compiler, *flags, source, "-o", program, "-ldl"], check=True)
+def test_a_c_host_gets_the_same_answers(trace, extracted, libpython, compiled):
     lines = trace.splitlines()
     calls = [line for line in lines if not line.startswith("=")]
     expected = [numbers(line[2:]) for line in lines if line.startswith("=")]
     done = subprocess.run(
-        [program, extracted, fmpy.read_model_description(extracted).guid],
+        [compiled("replay"), extracted, fmpy.read_model_description(extracted).guid],
         input="\n".join(calls) + "\n",
         env={"PATH": os.defpath, "LD_PRELOAD": str(libpython)},
         capture_output=True,

@@ -6,9 +6,9 @@ import math
 import fmpy
 import numpy as np
 import pytest
-from companions import get, put
 from conftest import HERE, some
 from fmpy.fmi1 import FMICallException
+from instances import get, put
 from scipy.integrate import solve_ivp
 
 CASES = json.loads((HERE / "data" / "launch.json").read_text())["cases"]

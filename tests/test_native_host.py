@@ -1,16 +1,14 @@
 """A small C host loads the FMU; test_hosts.py has real ones."""
 
 import os
-import subprocess
 from pathlib import Path
 
 import fmpy
 import pytest
+from command import run
 from conftest import HOST_TASKS, LAW_1
 
 from golf_impact.commands import doctor
-
-HERE = Path(__file__).resolve().parent
 
 
 @pytest.fixture(scope="module")
@@ -22,33 +20,19 @@ def extracted(fmu_path, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def host(compiler, libpython, freed, extracted, tmp_path_factory):
-    program = tmp_path_factory.mktemp("host") / "host"
-    description = fmpy.read_model_description(str(extracted))
-    macros = [f"-DVR_{v.name}={v.valueReference}" for v in description.modelVariables]
-    headers = Path(fmpy.__file__).parent / "c-code"
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{headers}"]
-    source = HERE / "native_host" / "host.c"
-    command = [compiler, *flags, *macros, str(source), "-o", str(program), "-ldl", "-pthread"]
-    subprocess.run(command, check=True)
+def host(compiled, libpython, freed, extracted):
+    program = compiled("host")
+    guid = fmpy.read_model_description(str(extracted)).guid
 
-    def run(*task, preload=True, strict=False, **environment):
+    def host(*task, preload=True, strict=False, **environment):
         if preload:
             environment |= {"LD_PRELOAD": f"{libpython}:{freed}" if strict else str(libpython)}
-        arguments = [program, extracted, description.guid, *task]
-        done = subprocess.run(
-            [str(a) for a in arguments],
-            env={"PATH": os.defpath, **environment},
-            capture_output=True,
-            text=True,
-            timeout=100,
-        )
-        assert done.returncode == 0, done.stderr
+        done = run(program, extracted, guid, *task, env={"PATH": os.defpath, **environment})
         *lines, last = done.stdout.splitlines()
         assert last == "done"
         return {name: float(value) for name, value in map(str.split, lines)}
 
-    return run
+    return host
 
 
 # 1e-12 as everywhere; measured: equal to the last bit.

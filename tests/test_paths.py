@@ -243,6 +243,8 @@ def test_files_in_place_of_folders_and_vice_versa(tmp_path):
     file.write_text("mine")
     for out in (file, file / "below"):
         refused(golf_here("run", "table1", "--out", out, cwd=tmp_path), "Not a directory", "--out")
+    refused(golf_here("build", "--out", file / "below" / "x.fmu"), "x.fmu")
+    refused(golf_here("build", "--out", tmp_path), "folder")
     assert file.read_text() == "mine"
     (tmp_path / "out" / "report.html").mkdir(parents=True)
     refused(golf_here("run", "table1", "--out", "out", cwd=tmp_path), "report.html", "folder")
@@ -471,7 +473,3 @@ def test_figures_of_an_earlier_run_are_removed_without_figures(tmp_path):
     assert "replaces an earlier one" in second.stdout
     ends = (".csv", "_results.json", "_report.html")
     assert names(tmp_path / "out") == {f"{stem}{end}" for end in ends}
-
-
-def test_a_value_given_twice(tmp_path):
-    refused(golf_here("run", "--set", "k=1", "--set", "k=2", cwd=tmp_path), "k is given twice")

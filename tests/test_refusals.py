@@ -2,16 +2,14 @@
 
 import ctypes
 import json
-import os
-import subprocess
-import sys
 from contextlib import contextmanager
 
 import fmpy
 import pytest
-from conftest import some
+from command import run_python
+from conftest import HERE, some
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
+from instances import begin, discard, make_instance
 
 from golf_impact.fmu.system import build_system
 
@@ -49,9 +47,7 @@ except Exception as error:
     print(error)
 """
     given = json.dumps([str(fmu), start, options])
-    command = [sys.executable, "-c", program, given]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100)
-    assert done.returncode == 0, done.stderr
+    done = run_python(program, given)
     return done.stdout, done.stderr
 
 
@@ -107,26 +103,9 @@ def test_each_refusal_is_written_once(fmus, capfd):
 @contextmanager
 def instance(fmu, **values):
     """An initialized instance."""
-    folder = fmpy.extract(str(fmu))
-    description = fmpy.read_model_description(folder)
-    slave = FMU2Slave(
-        guid=description.guid,
-        unzipDirectory=folder,
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        instanceName="one",
-    )
-    slave.references = {v.name: v.valueReference for v in description.modelVariables}
-    slave.reals = [v.valueReference for v in description.modelVariables if v.type == "Real"]
-    slave.instantiate()
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    for name, value in values.items():
-        set_ = slave.setBoolean if type(value) is bool else slave.setReal
-        set_([slave.references[name]], [value])
-    slave.exitInitializationMode()
+    slave = begin(make_instance(fmpy.extract(str(fmu))), **values)
     yield slave
-    slave.terminate()
-    slave.freeInstance()
+    discard(slave)
 
 
 # States of companions
@@ -253,10 +232,7 @@ with instance(sys.argv[1]) as slave:
     libm.fedisableexcept(1)
     print(trapping)
 """
-    here = os.path.dirname(__file__)
-    command = [sys.executable, "-c", program, str(standalone_path), here]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100)
-    assert done.returncode == 0, (done.returncode, done.stderr)
+    done = run_python(program, standalone_path, HERE)
     assert done.stdout.splitlines()[-1] == "1"
 
 
@@ -297,11 +273,8 @@ print(dict(seen))
 @pytest.mark.parametrize("name", ["fmi2", "Swing"])
 @pytest.mark.parametrize("times", some(1, [20, 300]))
 def test_ctrl_c_is_a_keyboard_interrupt(fmus, name, times):
-    here = os.path.dirname(__file__)
-    command = [sys.executable, "-c", _INTERRUPTED, str(fmus[name]), here, str(times)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100)
-    assert done.stdout == f"{{'KeyboardInterrupt': {times}}}\n", (done.stdout, done.stderr[-2000:])
-    assert done.returncode == 0
+    done = run_python(_INTERRUPTED, fmus[name], HERE, times)
+    assert done.stdout == f"{{'KeyboardInterrupt': {times}}}\n", done.stderr[-2000:]
 
 
 def test_a_hosts_own_handler_stays(fmus):
@@ -313,5 +286,4 @@ mine = signal.signal(signal.SIGINT, print) and signal.getsignal(signal.SIGINT)
 with instance(sys.argv[1]) as slave:
     assert signal.getsignal(signal.SIGINT) is mine
 """
-    command = [sys.executable, "-c", program, str(fmus["fmi2"]), os.path.dirname(__file__)]
-    subprocess.run(command, check=True, timeout=100)
+    run_python(program, fmus["fmi2"], HERE)

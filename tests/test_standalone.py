@@ -14,9 +14,10 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import HOST_TASKS, LAW_1
-from fmpy.fmi3 import FMU3Slave
+from command import golf_here, run, run_python
+from conftest import HEADERS, HOST_TASKS, LAW_1
 from golf_physics.variables import VARIABLES
+from instances import begin, discard, make_instance
 from test_hosts import tool
 
 from golf_build import elf, standalone
@@ -27,7 +28,6 @@ from golf_impact.fmu.file import build_fmu
 from golf_impact.fmu.system import build_system, run_ssp
 
 HERE = Path(__file__).resolve().parent
-HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 
 @pytest.fixture(scope="module")
@@ -48,33 +48,12 @@ def guid(folder):
 
 
 @pytest.fixture(scope="module")
-def compiled(compiler, standalone_path, tmp_path_factory):
-    """A C host of tests/native_host, compiled."""
-    folder = tmp_path_factory.mktemp("hosts")
-    description = fmpy.read_model_description(str(standalone_path))
-    macros = [f"-DVR_{v.name}={v.valueReference}" for v in description.modelVariables]
-
-    def compiled(name):
-        program = folder / name
-        flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{HEADERS}", *macros]
-        source = HERE / "native_host" / f"{name}.c"
-        libraries = ["-o", str(program), "-ldl", "-pthread"]
-        subprocess.run([compiler, *flags, str(source), *libraries], check=True)
-        return program
-
-    return compiled
-
-
-@pytest.fixture(scope="module")
 def host(compiled):
     return compiled("host")
 
 
 def outputs(*command, **options):
-    done = subprocess.run(
-        list(map(str, command)), capture_output=True, text=True, timeout=100, **options
-    )
-    assert done.returncode == 0, done.stderr
+    done = run(*command, **options)
     # libcosim writes its log there, too.
     *lines, last = (line for line in done.stdout.splitlines() if not line.startswith("["))
     assert last == "done"
@@ -131,7 +110,7 @@ def test_fmi_library_there(bare_root, standalone_path, standalone_fmi3_path):
     ]
     for task in (["run"], ["k"], ["state"], ["mix"], ["threads", "3"]):
         command = [*enter, "/fmi library", *task, *fmus]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=100, env={})
+        done = run(*command, env={})
         assert done.stdout.endswith("done\n"), (task, done.stderr)
         assert not re.search(r"(error|worst).* (?!0\.0e)\S+$", done.stdout, re.MULTILINE)
 
@@ -168,14 +147,7 @@ def test_the_private_python_has_the_plain_fmus_numbers(
     preloaded = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
     for fmu, env in ((standalone_path, {}), (fmu_path, preloaded)):
         folder = extracted(fmu, tmp_path / fmu.stem)
-        done = subprocess.run(
-            [program, folder, guid(folder)],
-            input="\n".join(lines),
-            capture_output=True,
-            text=True,
-            env=env,
-            timeout=300,
-        )
+        done = run(program, folder, guid(folder), input="\n".join(lines), env=env, timeout=300)
         assert done.stdout.endswith("done\n"), done.stderr[-2000:]
         answers.append(done.stdout.splitlines())
     assert len(answers[0]) == len(lines) + 1 > 1000
@@ -239,7 +211,7 @@ def test_a_host_that_shows_a_python_that_does_not_run(host, libpython, standalon
 def several(compiled):
     program = compiled("several")
 
-    def run(folders, *options, **settings):
+    def several(folders, *options, **settings):
         jobs = [
             text
             for folder in folders
@@ -247,7 +219,7 @@ def several(compiled):
         ]
         return outputs(program, *options, *jobs, **settings)
 
-    return run
+    return several
 
 
 @pytest.mark.ci
@@ -301,10 +273,7 @@ print(*map(float, row), len(libraries))
 
 
 def in_python(python, fmu, **options):
-    done = subprocess.run(
-        [python, "-c", _IN_PYTHON, str(fmu)], capture_output=True, text=True, timeout=100, **options
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
+    done = run(python, "-c", _IN_PYTHON, fmu, **options)
     *values, libraries = map(float, done.stdout.split())
     assert values == pytest.approx([LAW_1["smash_factor"], LAW_1["ball_velocity"]], rel=1e-9)
     return libraries
@@ -323,8 +292,7 @@ def other_pythons():
 def is_reused(python):
     """From 3.10 on they are; an older one gets the private one beside it."""
     code = "import sys; print(sys.version_info >= (3, 10))"
-    done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=True)
-    return done.stdout.strip() == "True"
+    return run(python, "-c", code).stdout.strip() == "True"
 
 
 @pytest.mark.ci
@@ -334,13 +302,7 @@ def test_other_pythons_by_ctypes(standalone_path, python, tmp_path):
     variables = fmpy.read_model_description(str(folder)).modelVariables
     references = {v.name: str(v.valueReference) for v in variables}
     words = [folder, guid(folder), references["smash_factor"], references["ball_velocity"]]
-    done = subprocess.run(
-        [python, HERE / "native_host" / "python_host.py", *words],
-        capture_output=True,
-        text=True,
-        timeout=100,
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
+    done = run(python, HERE / "native_host" / "python_host.py", *words)
     *values, libraries = map(float, done.stdout.split())
     assert values == [LAW_1["smash_factor"], LAW_1["ball_velocity"]]
     assert libraries == (0 if is_reused(python) else 1)
@@ -416,32 +378,15 @@ def test_a_host_that_allows_no_early_return_gets_none(standalone_fmi3_path):
 @pytest.fixture
 def slave(standalone_fmi3_path, tmp_path):
     """An FMI 3.0 instance that starts 3.5 mm before touch, under law 2."""
-    folder = str(extracted(standalone_fmi3_path, tmp_path / "fmu"))
-    description = fmpy.read_model_description(folder)
-    references = {v.name: v.valueReference for v in description.modelVariables}
+    folder = extracted(standalone_fmi3_path, tmp_path / "fmu")
     made = []
 
     def slave(logging=False, **modes):
-        one = FMU3Slave(
-            guid=description.guid,
-            unzipDirectory=folder,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName="one",
-        )
-        one.messages = []
-        said = {"logMessage": lambda *words: one.messages.append(words)}
-        one.instantiate(loggingOn=logging, **said, **modes)
-        one.setInt64([references["law"]], [2])
-        one.setFloat64([references["gap"]], [0.0035])
-        one.enterInitializationMode()
-        one.exitInitializationMode()
-        made.append(one)
-        return one
+        made.append(make_instance(folder, loggingOn=logging, **modes))
+        return begin(made[-1], law=2, gap=0.0035)
 
     yield slave
-    for one in made:
-        one.terminate()
-        one.freeInstance()
+    discard(*made)
 
 
 TOUCH, LAW_2_CONTACT = 1e-4, 6.010445569987614e-4
@@ -541,14 +486,10 @@ def test_the_modules_are_these(standalone_path):
 
 @pytest.mark.ci
 def test_it_is_reproducible(standalone_path, tmp_path):
-    code = "from golf_impact.__main__ import main; main()"
     again = tmp_path / "again.fmu"
-    subprocess.run(
-        [sys.executable, "-c", code, "build", "--standalone", "--out", str(again)],
-        check=True,
-        capture_output=True,
-        env={**os.environ, "PYTHONHASHSEED": "7"},
-    )
+    program = "from golf_impact.__main__ import main; main()"
+    env = {**os.environ, "PYTHONHASHSEED": "7"}
+    run_python(program, "build", "--standalone", "--out", again, env=env)
     assert again.read_bytes() == standalone_path.read_bytes()
 
 
@@ -605,10 +546,7 @@ def test_the_loader_compiles_without_warnings(target, source, tmp_path):
 
 @pytest.mark.ci
 def test_bench_native(standalone_path, libpython, tmp_path):
-    command = Path(sys.executable).with_name("golf-impact")
-    done = subprocess.run(
-        [command, "bench", "--native", "--quick", "--out", tmp_path], capture_output=True, text=True
-    )
+    done = golf_here("bench", "--native", "--quick", "--out", tmp_path)
     # 1 on a busy machine: how fast it is isn't tested.
     assert done.returncode in (0, 1), done.stderr
     figures = json.loads((tmp_path / "bench_native.json").read_text())["figures"]
