@@ -7,18 +7,18 @@ from instances import begin, discard, make_instance
 from golf_impact.fmu import system
 
 
-@pytest.fixture(scope="module")
-def files(tmp_path_factory):
+@pytest.fixture(scope="session")
+def files(system_files):
     """Swing.fmu, Launch.fmu, BallFlight.fmu and GolfSwing.ssp."""
-    return system.build_system(tmp_path_factory.mktemp("system"))
+    return system_files()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def ssp(files):
     return files[-1]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def drive(ssp, tmp_path_factory):
     """The four FMUs inside the .ssp by the names of the components."""
     return system.extract_fmus(ssp, tmp_path_factory.mktemp("drive"))

@@ -13,10 +13,12 @@ import pytest
 from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
-from golf_build import standalone
+from golf_build import standalone as standalone_build
+from golf_build.system import COMPANIONS
 from golf_impact.commands import doctor
 from golf_impact.fmu.file import build_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.fmu.system import build_system
 
 pytest_plugins = ["companions"]
 
@@ -110,11 +112,11 @@ def once(tmp_path_factory):
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
 
-    def once(name, **how):
+    def once(name, build=build_fmu, **how):
         path = folder / "built" / Path(name).stem / name
         path.parent.mkdir(parents=True, exist_ok=True)
         with FileLock(path.with_suffix(".lock")):
-            return path if path.exists() else build_fmu(path, **how)
+            return path if path.exists() else build(path, **how)
 
     return once
 
@@ -133,6 +135,26 @@ def fmi3_path(once, request):
 
 
 @pytest.fixture(scope="session")
+def system_files(once):
+    """A function that gives Swing.fmu, Launch.fmu, BallFlight.fmu and GolfSwing.ssp."""
+
+    def build(folder, **how):
+        # Under another name until all of them are there.
+        build_system(folder.with_name("unfinished"), **how)
+        return folder.with_name("unfinished").rename(folder)
+
+    def system_files(standalone=False):
+        folder = once("system standalone" if standalone else "system", build, standalone=standalone)
+        suffix = standalone_build.SUFFIX if standalone else ""
+        return [
+            *(folder / f"{name}{suffix}.fmu" for name in COMPANIONS),
+            folder / f"GolfSwing{suffix}.ssp",
+        ]
+
+    return system_files
+
+
+@pytest.fixture(scope="session")
 def extracted(fmu_path, tmp_path_factory):
     """The FMU's folder."""
     return fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted")))
@@ -142,8 +164,8 @@ def extracted(fmu_path, tmp_path_factory):
 def _can_build_standalone():
     """Skips where this machine has no libpython or no compiler."""
     try:
-        standalone.private_python()
-    except standalone.StandaloneError as error:
+        standalone_build.private_python()
+    except standalone_build.StandaloneError as error:
         pytest.skip(str(error))
 
 

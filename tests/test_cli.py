@@ -1,12 +1,11 @@
 """The command line of golf-impact."""
 
 import json
-import subprocess
 import sys
 import zipfile
 
 import pytest
-from command import COMMAND, golf, golf_here, refused
+from command import COMMAND, golf, golf_here, refused, run, run_python
 
 from golf_impact.facts.balls import BALLS
 from golf_impact.report import figures
@@ -52,8 +51,7 @@ def test_no_figures_needs_no_matplotlib(tmp_path):
         "assert app.one_line(sys.argv[1:]) == 0\n"
         "assert 'matplotlib' not in sys.modules"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    run_python(code)
 
 
 def test_a_case_of_ones_own(tmp_path):
@@ -205,13 +203,15 @@ def test_a_scenario_of_ones_own(tmp_path, alone):
     script, out = tmp_path / "my scenario.py", tmp_path / "out"
     script.write_text(MINE)
     command = [sys.executable, script] if alone else [COMMAND, "run", script, "table1"]
-    done = subprocess.run([*command, "--out", out], capture_output=True, text=True, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = run(*command, "--out", out, cwd=tmp_path)
     assert "A conclusion." in done.stdout
     results = json.loads((out / "results.json").read_text())
     assert list(results) == (["my scenario"] if alone else ["my scenario", "table1"])
     assert list(results["my scenario"]) == ["soft", "hard"]
     assert (out / "mine.png").read_bytes().startswith(b"\x89PNG")
+
+
+RUN = "TITLE = 'mine'\ndef run(fmu):\n    "
 
 
 @pytest.mark.parametrize(
@@ -224,20 +224,14 @@ def test_a_scenario_of_ones_own(tmp_path, alone):
         ("run = print", ("mine.py is not a scenario", 'TITLE = "..."')),
         ("TITLE = 'mine'", ("mine.py is not a scenario", "run(fmu)")),
         ("TITLE = 'mine'\nrun = print", ("mine.py", "returns None", "Report")),
-        ("TITLE = 'mine'\ndef run(fmu):\n    return 1 / 0", ("line 3", "ZeroDivisionError")),
-        ("TITLE = 'mine'\ndef run(fmu):\n    fmu.impact(k=-1.0)", ("line 3: k = -1.0",)),
+        (RUN + "return 1 / 0", ("line 3", "ZeroDivisionError")),
+        (RUN + "fmu.impact(k=-1.0)", ("line 3: k = -1.0",)),
         (
-            "TITLE = 'mine'\ndef run(fmu):\n    fmu.impact()['cor']",
+            RUN + "fmu.impact()['cor']",
             ("line 3", "'cor'", "smash_factor, coefficient_of_restitution"),
         ),
-        (
-            "TITLE = 'mine'\ndef run(fmu):\n    fmu.impact(['separated'])",
-            ("line 3", "separated is Boolean"),
-        ),
-        (
-            "TITLE = 'mine'\ndef run(fmu):\n    fmu.trajectory(names=['forc'])",
-            ("line 3", "'forc'", "force, club_position"),
-        ),
+        (RUN + "fmu.impact(['separated'])", ("line 3", "separated is Boolean")),
+        (RUN + "fmu.trajectory(names=['forc'])", ("line 3", "'forc'", "force, club_position")),
     ],
 )
 def test_a_script_that_is_no_scenario(tmp_path, text, words):
@@ -336,6 +330,9 @@ def test_a_terminal_without_greek_letters(tmp_path):
         (("sweep", "--seed", "abc"), ("--seed",)),
         (("run", ":100:"), (":100:",)),
         (("sweep", "--set", "k=log:-1:1:5", "--out", "x.csv"), ("k=log:-1:1:5",)),
+        (("sweep", "--set", "k=2:1:5", "--out", "x.csv"), ("above its end",)),
+        (("sweep", "--set", "k=1", "--set", "k=2", "--out", "x.csv"), ("twice",)),
+        (("sweep", "--set", "k=1e6"), ("--out FILE.csv",)),
     ],
 )
 def test_one_line_for_any_mistake(arguments, words, tmp_path):

@@ -2,11 +2,11 @@
 
 import json
 import random
-import subprocess
 import sys
 
 import fmpy
 import pytest
+from command import run_python
 from conftest import HERE, numbers, reference_cases
 from fmpy.validation import validate_fmu
 from golf_physics.variables import VARIABLES
@@ -95,7 +95,7 @@ def test_the_fmu_needs_no_numpy(fmu_path, tmp_path):
         f"before = set(sys.modules); import {entry}; "
         "print(*(m for m in sys.modules if m not in before))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = run_python(code)
     modules = {name.split(".")[0] for name in done.stdout.split()}
     ours = {name for name in modules if name.startswith(("golf_physics_", "club_ball_impact_"))}
     assert len(ours) == 2

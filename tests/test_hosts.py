@@ -16,8 +16,6 @@ import fmpy
 import pytest
 from conftest import EXPECTED, some
 
-from golf_impact.fmu.system import build_system
-
 FILES = ("fmu_path", "fmi3_path", "standalone_path", "standalone_fmi3_path")
 LAW_2_CONTACT = 6.010445569987614e-4
 
@@ -51,11 +49,9 @@ def run(libpython):
 
 
 @pytest.fixture(scope="module")
-def systems(fmu_path, standalone_path, tmp_path_factory):
-    """Swing and BallFlight, plain and standalone."""
-    folder = tmp_path_factory.mktemp("companions")
-    plain = build_system(folder / "plain")[:-1]
-    return plain, build_system(folder / "alone", standalone=True)[:-1]
+def systems(system_files, standalone_path):
+    """The companions, plain and standalone."""
+    return system_files()[:-1], system_files(standalone=True)[:-1]
 
 
 def is_standalone(path):

@@ -207,16 +207,13 @@ def test_fmutool_finds_it_compliant(fmu_path):
     assert "No semantic error" in said
 
 
-def test_what_omsimulator_reads(fmu_path, tmp_path):
+def test_what_omsimulator_reads(fmu_path, ssp):
     """It aborts without its annotation in the system, and finds a loop without the dependencies."""
-    from golf_impact.fmu.system import build_system
-
     spaces = {
         "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
         "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
         "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
     }
-    *_, ssp = build_system(tmp_path)
     with zipfile.ZipFile(ssp) as archive:
         root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
     system = root.find("ssd:System", spaces)
@@ -244,11 +241,9 @@ def test_what_omsimulator_reads(fmu_path, tmp_path):
 
 @pytest.mark.importers
 @pytest.mark.parametrize("step", STEPS[:2])
-def test_a_container_with_another_fmu(fmu_path, tmp_path, step):
-    from golf_build.system import build_companion
-
+def test_a_container_with_another_fmu(fmu_path, files, tmp_path, step):
     shutil.copy(fmu_path, tmp_path / "ClubBallImpact.fmu")
-    build_companion("BallFlight", tmp_path / "BallFlight.fmu")
+    shutil.copy(files[2], tmp_path / "BallFlight.fmu")
     links = ("ball_velocity", "separated", "touch_time", "contact_time")
     lines = [
         "rule;from_fmu;from_port;to_fmu;to_port",

@@ -12,22 +12,22 @@ from golf_impact.commands import doctor
 
 
 @pytest.fixture(scope="module")
-def extracted(fmu_path, tmp_path_factory):
+def folder(fmu_path, tmp_path_factory):
     # A host that passes the address as it is may even have these: it is escapes that do harm.
-    folder = tmp_path_factory.mktemp("native host #")
-    fmpy.extract(str(fmu_path), str(folder))
-    return folder
+    place = tmp_path_factory.mktemp("native host #")
+    fmpy.extract(str(fmu_path), str(place))
+    return place
 
 
 @pytest.fixture(scope="module")
-def host(compiled, libpython, freed, extracted):
+def host(compiled, libpython, freed, folder):
     program = compiled("host")
-    guid = fmpy.read_model_description(str(extracted)).guid
+    guid = fmpy.read_model_description(str(folder)).guid
 
     def host(*task, preload=True, strict=False, **environment):
         if preload:
             environment |= {"LD_PRELOAD": f"{libpython}:{freed}" if strict else str(libpython)}
-        done = run(program, extracted, guid, *task, env={"PATH": os.defpath, **environment})
+        done = run(program, folder, guid, *task, env={"PATH": os.defpath, **environment})
         *lines, last = done.stdout.splitlines()
         assert last == "done"
         return {name: float(value) for name, value in map(str.split, lines)}

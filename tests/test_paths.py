@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
-from command import COMMAND, golf, golf_here, refused
+from command import COMMAND, golf, golf_here, refused, run_python
 
 from golf_impact.files import write_together
 
@@ -144,14 +144,7 @@ def test_no_home(tmp_path, cache):
     cwd = tmp_path / "cwd"
     cwd.mkdir()
     clean = {key: value for key, value in os.environ.items() if key != "HOME"}
-    done = subprocess.run(
-        [sys.executable, "-c", start, "run", "table1", "--out", "out"],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env=clean | env,
-    )
-    assert done.returncode == 0, done.stderr
+    done = run_python(start, "run", "table1", "--out", "out", cwd=cwd, env=clean | env)
     (line,) = done.stderr.splitlines()
     assert line.startswith("Built ")
     assert names(cwd) == {"out"}

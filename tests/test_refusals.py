@@ -11,15 +11,11 @@ from conftest import HERE, some
 from fmpy.fmi1 import FMICallException
 from instances import begin, discard, make_instance
 
-from golf_impact.fmu.system import build_system
-
 
 @pytest.fixture(scope="module")
-def fmus(fmu_path, fmi3_path, request, tmp_path_factory):
+def fmus(fmu_path, fmi3_path, request, system_files):
     """Every plain FMU, or with --standalone every standalone one."""
-    alone = request.config.getoption("--standalone")
-    folder = tmp_path_factory.mktemp("system")
-    *companions, _ = build_system(folder, standalone=alone)
+    *companions, _ = system_files(standalone=request.config.getoption("--standalone"))
     named = {file.name.split(".")[0]: file for file in companions}
     return {"fmi2": fmu_path, "fmi3": fmi3_path, **named}
 

@@ -25,16 +25,15 @@ from golf_build.extras import install_command
 from golf_build.packaging import fmu_source
 from golf_build.system import COMPANIONS
 from golf_impact.fmu.file import build_fmu
-from golf_impact.fmu.system import build_system, run_ssp
+from golf_impact.fmu.system import run_ssp
 
 HERE = Path(__file__).resolve().parent
 
 
 @pytest.fixture(scope="module")
-def system(standalone_path):
-    """Paths of the three FMUs and of the .ssp."""
-    folder = standalone_path.parent
-    return [standalone_path, *build_system(folder, standalone=True)]
+def system(standalone_path, system_files):
+    """Paths of the four FMUs and of the .ssp."""
+    return [standalone_path, *system_files(standalone=True)]
 
 
 def extracted(fmu, folder):
@@ -322,15 +321,14 @@ def test_fmpy_on_other_pythons(standalone_path, python, tmp_path):
 
 
 @pytest.mark.ci
-def test_libcosims_library_runs_the_system(compiled, system, tmp_path):
+def test_libcosims_library_runs_the_system(compiled, system, system_files, tmp_path):
     package = pytest.importorskip("libcosimpy", reason="pip install 'golf-impact[interop]'")
     library = Path(package.__file__).parent / "libcosimc" / "libcosimc.so"
     folder = tmp_path / "ssp"
     shutil.unpack_archive(str(system[4]), folder, "zip")
     answers = outputs(compiled("cosim"), library, folder, 9700, env={"TMPDIR": str(tmp_path)})
     # The drive by fmpy.ssp, with the plain FMUs; 1e-12 as in test_system.py.
-    *_, plain = build_system(tmp_path / "plain")
-    expected = run_ssp(plain, 1e-3, 0.967)["ClubBallImpact.smash_factor"][-1]
+    expected = run_ssp(system_files()[-1], 1e-3, 0.967)["ClubBallImpact.smash_factor"][-1]
     assert answers["smash_factor"] == pytest.approx(expected, rel=1e-12)
 
 
