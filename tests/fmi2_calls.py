@@ -183,25 +183,22 @@ class Player:
 
     def _extra(self, i, name):
         slave = self._slaves[i]
-        c = slave.component
-        references, orders = (fmi2ValueReference * 1)(0), (c_int * 1)(1)
+        references = (fmi2ValueReference * 1)(0)
         values = (c_double * 1)(1.0)
-        {
-            "CancelStep": lambda: slave.fmi2CancelStep(c),
-            "GetStatus": lambda: slave.fmi2GetStatus(c, 0, byref(fmi2Status())),
-            "GetIntegerStatus": lambda: slave.fmi2GetIntegerStatus(c, 0, byref(c_int())),
-            "GetBooleanStatus": lambda: slave.fmi2GetBooleanStatus(c, 3, byref(c_int())),
-            "GetStringStatus": lambda: slave.fmi2GetStringStatus(c, 1, byref(fmi2String())),
-            "SetRealInputDerivatives": lambda: slave.fmi2SetRealInputDerivatives(
-                c, references, 1, orders, values
-            ),
-            "GetRealOutputDerivatives": lambda: slave.fmi2GetRealOutputDerivatives(
-                c, references, 1, orders, values
-            ),
-            "GetDirectionalDerivative": lambda: slave.fmi2GetDirectionalDerivative(
-                c, references, 1, references, 1, values, values
-            ),
-        }[name]()
+        of_inputs = (references, 1, (c_int * 1)(1), values)
+        getattr(slave, f"fmi2{name}")(
+            slave.component,
+            *{
+                "CancelStep": (),
+                "GetStatus": (0, byref(fmi2Status())),
+                "GetIntegerStatus": (0, byref(c_int())),
+                "GetBooleanStatus": (3, byref(c_int())),
+                "GetStringStatus": (1, byref(fmi2String())),
+                "SetRealInputDerivatives": of_inputs,
+                "GetRealOutputDerivatives": of_inputs,
+                "GetDirectionalDerivative": (references, 1, references, 1, values, values),
+            }[name],
+        )
 
     def _log(self, i, on):
         self._slaves[i].setDebugLogging(int(on), ["logAll", "", "no such category"])

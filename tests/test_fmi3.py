@@ -60,7 +60,7 @@ def make(extracted):
 
 
 @pytest.mark.plain
-def test_it_is_reproducible_and_knows_when_it_is_out_of_date(fmi3_path, fmu_path, tmp_path):
+def test_it_is_reproducible_and_recognized_as_current(fmi3_path, fmu_path, tmp_path):
     again = build_fmu(tmp_path / "again.fmu", fmi=3)
     assert again.read_bytes() == fmi3_path.read_bytes()
     assert BUILDERS[3].is_current(again)
@@ -69,7 +69,7 @@ def test_it_is_reproducible_and_knows_when_it_is_out_of_date(fmi3_path, fmu_path
     assert BUILDERS[2].digest() != BUILDERS[3].digest()
 
 
-def test_fmpy_finds_nothing_to_complain_about(fmi3_path):
+def test_fmpy_finds_no_problem(fmi3_path):
     assert validate_fmu(str(fmi3_path)) == []
 
 
@@ -118,7 +118,7 @@ def fmi2(fmu_path, tmp_path_factory):
     """A function that steps the FMI 2.0 FMU through a case."""
     slave = make_instance(fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted2"))))
 
-    def course(points, changes, **values):
+    def path(points, changes, **values):
         slave.reset()
         begin(slave, points[0], **values)
         seen = []
@@ -128,7 +128,7 @@ def fmi2(fmu_path, tmp_path_factory):
             seen.append((get(slave, *OUTPUTS), slave.getBoolean(slave.flags)))
         return seen
 
-    yield course
+    yield path
     discard(slave)
 
 
@@ -181,7 +181,7 @@ def announced(slave):
 @pytest.mark.parametrize("start", [0.0, -3.0, 1000.0])
 def test_events_are_announced_at_the_exact_time(make, start):
     slave = begin(make(), start, gap=0.0035, law=2)
-    assert announced(slave) is None  # nobody has told it the time yet
+    assert announced(slave) is None  # before the first step its time is unknown
     slave.doStep(start, 1e-6)
     touch = announced(slave)
     # 4e-16 · A/T of the design's tolerances, and a double of the host's time.
@@ -201,7 +201,7 @@ def test_events_are_announced_at_the_exact_time(make, start):
     assert get(slave, *CRITERIA) == pytest.approx(EXPECTED[2], rel=1e-12)
 
 
-def test_an_announcement_counts_with_what_has_been_set_since_the_step(make):
+def test_an_announcement_includes_inputs_set_since_the_step(make):
     slave = begin(make(), law=2, b=0.0)
     slave.doStep(0.0, 1e-4)
     soft = announced(slave)
@@ -301,7 +301,7 @@ def test_inputs_may_jump_in_contact(extracted, fmu):
 
 @pytest.mark.parametrize("name", ["law 1", "law 2", "power law", "COR line"])
 def test_the_equations_are_those_of_the_phases(make, name):
-    """At any state on the exact course, the equations give the phases' force and accelerations."""
+    """At any state of the exact solution, the equations give its force and accelerations."""
     slave, model = begin(make(), **KINDS[name]), begin(make(FMU3Model), **KINDS[name])
     read = ("force", "club_acceleration", "ball_acceleration", *INDICATORS)
     states, derivatives = (fmpy.fmi3.fmi3Float64 * 4)(), (fmpy.fmi3.fmi3Float64 * 4)()
@@ -413,17 +413,17 @@ def test_state(make, kind, serialized):
         first.freeFMUState(saved)
         saved = second.deserializeFMUState(data)
     second.setFMUState(saved)
-    courses = []
+    paths = []
     for instance in (first, second):
-        course = []
+        path = []
         for n in range(4, 12):
             advance(instance, n)
-            course.append(repr(get_all(instance)))
-        courses.append(course)
-    assert courses[0] == courses[1]
+            path.append(repr(get_all(instance)))
+        paths.append(path)
+    assert paths[0] == paths[1]
     first.setFMUState(saved)
     advance(first, 4)
-    assert repr(get_all(first)) == courses[0][0]
+    assert repr(get_all(first)) == paths[0][0]
     second.freeFMUState(saved)
 
 
@@ -517,7 +517,7 @@ def test_a_restitution_out_of_reach_stops_a_solver(make, gap):
     assert all(math.isnan(value) for value in states)
 
 
-def test_nothing_that_a_host_asks_is_fatal(make):
+def test_no_call_is_fatal(make):
     slave = begin(make())
     for kind in ("Float64", "Int32", "Int64", "UInt64", "Boolean"):
         for reference in (0, 8, 20, 13, 999, 2**32 - 1):

@@ -150,12 +150,12 @@ def test_fmusim_event_mode(request, simulate, path, early):
 @pytest.mark.parametrize("path", FILES)
 def test_fmusim_shows_a_refused_start_value(request, simulate, path):
     fmu = request.getfixturevalue(path)
-    said = "k = -1.0 N/m is refused: it must be a finite number > 0"
+    message = "k = -1.0 N/m is refused: it must be a finite number > 0"
     # Error from the standalone ones, Discard from the plain one for FMI 3.0; fmusim takes the
     # Discard of FMI 2.0 for the end of the simulation.
     code = 3 if is_standalone(fmu) else 2 if path == "fmi3_path" else 0
     _, done = simulate(fmu, code=code, k=-1)
-    assert said in done.stderr + done.stdout
+    assert message in done.stderr + done.stdout
     if path == "fmu_path":
         assert done.stderr.count("k = -1.0") == 1
     _, done = simulate(fmu, k=2e6)
@@ -214,8 +214,8 @@ def test_one_after_the_other(request, host, changed_k):
     lines = host("run", *files(request))
     assert len(errors(lines)) == 24
     assert max(map(abs, errors(lines))) <= 1e-14
-    answers = [float(line.rpartition(" ")[2]) for line in host("k", *files(request))]
-    assert answers == pytest.approx([changed_k["smash_factor"]] * 4, rel=1e-13)
+    results = [float(line.rpartition(" ")[2]) for line in host("k", *files(request))]
+    assert results == pytest.approx([changed_k["smash_factor"]] * 4, rel=1e-13)
 
 
 def test_state(request, host):

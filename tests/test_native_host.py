@@ -55,7 +55,7 @@ def test_a_host_may_load_libpython_itself(host, libpython):
     same(host("impact", "1e-4", preload=False, LIBPYTHON=str(libpython)))
 
 
-def test_without_libpython_the_linker_says_so(host):
+def test_without_libpython_the_linker_reports_it(host):
     with pytest.raises(AssertionError, match="undefined symbol"):
         host("impact", preload=False)
 
@@ -100,7 +100,7 @@ def test_doctor_never_fails(fmu_path, tmp_path, monkeypatch, capsys):
         ),
     ],
 )
-def test_doctor_knows_the_folders_that_pythonfmu_crashes_in(
+def test_doctor_recognizes_folders_that_pythonfmu_crashes_in(
     folder, odd, fmu_path, tmp_path, monkeypatch, capsys
 ):
     place = tmp_path / folder

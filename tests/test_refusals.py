@@ -1,4 +1,4 @@
-"""What a host gets to see and to hear: refused values, refused calls, damaged states, Ctrl-C."""
+"""Messages to hosts and recovery: refused values, refused calls, damaged states, Ctrl-C."""
 
 import ctypes
 import json
@@ -77,7 +77,7 @@ def test_with_logging_on_the_logger_alone_has_it(fmus, name):
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_of_accepted_values_nothing_is_said(fmus, name):
+def test_accepted_values_print_nothing(fmus, name):
     variable, *_ = BAD[name]
     assert simulate(fmus[name], {variable: 0.4}) == ("", "")
 
@@ -157,7 +157,7 @@ def test_a_state_of_another_companion_is_refused(fmus):
 
 @pytest.fixture
 def loaded(standalone_path):
-    """An instance of the standalone FMU, and what its logger says."""
+    """An instance of the standalone FMU."""
     with instance(standalone_path) as slave:
         yield slave
 
@@ -203,7 +203,7 @@ def test_a_wrong_token_is_refused(standalone_fmi3_path):
         slave.instantiate()
 
 
-def test_out_of_memory_says_so(loaded):
+def test_out_of_memory_is_reported(loaded):
     made, said = instantiate(loaded, 1, loaded.guid.encode())
     references, values = (ctypes.c_uint * 1)(0), (ctypes.c_double * 1)()
     with pytest.raises(FMICallException):

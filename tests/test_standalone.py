@@ -197,7 +197,7 @@ def test_a_host_that_starts_its_own_python_afterwards(host, libpython, standalon
     assert outputs(host, folder, guid(folder), "later", libpython, env=env) == LAW_1
 
 
-def test_a_host_that_shows_a_python_that_does_not_run(host, libpython, standalone_path, tmp_path):
+def test_a_host_with_a_python_that_does_not_run(host, libpython, standalone_path, tmp_path):
     folder = extracted(standalone_path, tmp_path / "fmu")
     env = {"LD_PRELOAD": str(libpython)}
     assert outputs(host, folder, guid(folder), "impact", "1e-4", env=env) == LAW_1
@@ -393,7 +393,7 @@ TOUCH, LAW_2_CONTACT = 1e-4, 6.010445569987614e-4
 @pytest.mark.ci
 @pytest.mark.parametrize("event_mode", [True, False])
 @pytest.mark.parametrize("early", [True, False])
-def test_what_a_step_tells_of_an_event(slave, event_mode, early):
+def test_the_event_that_a_step_reports(slave, event_mode, early):
     """An event is the host's to handle where a step ends with it, not where the step went on."""
     one = slave(eventModeUsed=event_mode, earlyReturnAllowed=early)
     assert one.doStep(0.0, 5e-5) == (False, False, False, 5e-5)
@@ -404,7 +404,7 @@ def test_what_a_step_tells_of_an_event(slave, event_mode, early):
 
 @pytest.mark.ci
 @pytest.mark.parametrize("event_mode", [True, False])
-def test_an_event_at_the_end_of_a_step_is_told(slave, event_mode):
+def test_an_event_at_the_end_of_a_step_is_reported(slave, event_mode):
     watched = slave(eventModeUsed=True, earlyReturnAllowed=True)
     point, ends = 0.0, []
     while len(ends) < 2:
@@ -555,7 +555,7 @@ def test_bench_native(standalone_path, libpython, tmp_path):
     assert figures["size_mb"]["standalone"] <= 5.0
 
 
-def said_of_native_hosts(fmu):
+def lines_on_native_hosts(fmu):
     from golf_impact.commands import doctor
 
     return [text for _, text in doctor.examine(fmu) if text.startswith("native")]
@@ -563,8 +563,8 @@ def said_of_native_hosts(fmu):
 
 @pytest.mark.ci
 @pytest.mark.parametrize("fmu", ["standalone_path", "standalone_fmi3_path"])
-def test_doctor_tells_which_glibc_a_standalone_fmu_needs(request, fmu):
-    (said,) = said_of_native_hosts(request.getfixturevalue(fmu))
+def test_doctor_gives_the_glibc_that_a_standalone_fmu_needs(request, fmu):
+    (said,) = lines_on_native_hosts(request.getfixturevalue(fmu))
     oldest = ".".join(map(str, standalone.private_python().glibc))
     assert f"glibc {oldest} or newer, and nothing of Python" in said
 
@@ -572,7 +572,7 @@ def test_doctor_tells_which_glibc_a_standalone_fmu_needs(request, fmu):
 @pytest.mark.ci
 @pytest.mark.parametrize("fmu", ["fmu_path", "fmi3_path"])
 def test_doctor_recommends_it_before_libpython(request, fmu, standalone_path, libpython):
-    recommended, line = said_of_native_hosts(request.getfixturevalue(fmu))
+    recommended, line = lines_on_native_hosts(request.getfixturevalue(fmu))
     assert "golf-impact build --standalone" in recommended
     assert f"LD_PRELOAD={libpython}" in line
 

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet
 import pytest
-from command import COMMAND, golf_here
+from command import COMMAND, golf_here, run, run_python
 from conftest import some
 from matplotlib.contour import ContourSet
 
@@ -102,7 +102,7 @@ def test_values_as_a_study_gives_them():
         ("ball", "golf", "choose from"),
     ],
 )
-def test_axes_that_are_none(name, text, words):
+def test_invalid_axes(name, text, words):
     with pytest.raises(UserError, match=words):
         axis(name, text)
 
@@ -125,7 +125,7 @@ def test_axes_that_are_none(name, text, words):
         ),
     ],
 )
-def test_studies_that_are_none(arguments, words):
+def test_invalid_studies(arguments, words):
     with pytest.raises(UserError, match=words):
         Study.of(**arguments)
 
@@ -431,16 +431,13 @@ def test_workers_that_are_killed(fmu_path, tmp_path, kills):
     path.write_text("earlier")
     script.write_text(KILLER)
     moments = [4_000, 20_000, 40_000][:kills]
-    done = subprocess.run(
-        [sys.executable, script, path, fmu_path, *map(str, moments)],
-        capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
+    command = (sys.executable, script, path, fmu_path, *moments)
+    done = run(*command, code=int(kills == 3), timeout=300)
     if kills == 2:
-        assert (done.returncode, done.stderr) == (0, "")
+        assert done.stderr == ""
         run_sweep(Study.of({"k": "1e6:2e6:60000"}), tmp_path / "alone.csv", fmu=fmu_path)
         assert path.read_bytes() == (tmp_path / "alone.csv").read_bytes()
     else:
-        assert done.returncode == 1
         (line,) = done.stderr.splitlines()
         assert line.startswith("worker processes ended unexpectedly 3 times")
         assert path.read_text() == "earlier"
@@ -462,7 +459,7 @@ def processes_of(session):
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
 @pytest.mark.parametrize("scheduler", some(1, [None, "local"]))
 def test_a_parent_that_is_killed(fmu_path, tmp_path, scheduler):
-    """Its workers end, without a word, and the file is as it was."""
+    """Its workers end without output, and the file is unchanged."""
     path = tmp_path / "x.csv"
     path.write_text("earlier")
     process = sweep_in_a_session(path, fmu_path, 2, scheduler)
@@ -504,8 +501,7 @@ def test_a_full_disk(fmu_path, tmp_path, suffix):
         f"sys.argv = ['x', 'sweep', '--set', 'k=1e6:2e6:20000', '--out', {str(path)!r}, '--fmu', "
         f"{str(fmu_path)!r}]\nfrom golf_impact.commands.app import main\nmain()"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 2
+    done = run_python(code, code=2)
     assert done.stderr.startswith(f"Error: can't write {path}: File too large")
     assert done.stderr.count("\n") == 1
     assert path.read_text() == "earlier"
@@ -521,9 +517,9 @@ HUGE = {
 
 @pytest.mark.parametrize("given", HUGE.values(), ids=HUGE)
 def test_what_needs_more_memory_than_there_is(tmp_path, monkeypatch, given):
-    """It is told before anything starts, with what it would need and what there is."""
+    """Rejected before anything starts, with the memory needed and the memory free."""
     monkeypatch.setattr(running, "free_bytes", lambda: 10**9)
-    # The FMU that is named isn't there, but so far nobody gets.
+    # The FMU doesn't exist, but is not needed yet.
     here = Options(out=tmp_path / "x.csv", fmu=tmp_path / "none.fmu", **given)
     with pytest.raises(UserError, match=r"cases need [0-9.]+ GB of memory, and 1.0 GB are free"):
         swept(here, None)
@@ -543,7 +539,7 @@ def test_a_study_that_fits_into_memory_and_one_that_just_does_not(monkeypatch):
 
 
 @pytest.mark.parametrize("design", ["random", "lhs", "sobol"])
-def test_samples_take_no_more_memory_than_is_told(design):
+def test_samples_take_no_more_memory_than_estimated(design):
     study = Study.of({"k": "normal:1:2", "b": "uniform:0:1"}, None, 2**16, 0, design)
     study.columns(0, 1)  # so that SciPy is there
     study = replace(study)
@@ -623,10 +619,9 @@ def test_the_command(fmu_path, tmp_path):
 
 
 def test_the_club_fitting_study(fmu_path, tmp_path):
-    study = STUDIES / "club_fitting.toml"
-    out = tmp_path / "fit.csv"
-    assert swept(options(fmu_path, out, {"club_speed": "40,50"}), study) == 0
-    header, rows = table(out)
+    given = options(fmu_path, tmp_path / "fit.csv", {"club_speed": "40,50"})
+    assert swept(given, STUDIES / "club_fitting.toml") == 0
+    header, rows = table(tmp_path / "fit.csv")
     assert header[:4] == ["ball", "club_speed", "m_club", "contact_time"]
     assert len(rows) == 12
     assert all(cell for row in rows for cell in row)
@@ -634,14 +629,12 @@ def test_the_club_fitting_study(fmu_path, tmp_path):
 
 
 def test_the_tolerance_study(fmu_path, tmp_path):
-    out = tmp_path / "tolerance.csv"
-    given = options(fmu_path, out, {"ball_speed": -1}, samples=64, seed=2)
+    given = options(fmu_path, tmp_path / "x.csv", {"ball_speed": -1}, samples=64, seed=2)
     assert swept(given, STUDIES / "tolerance.toml") == 0
-    header, rows = table(out)
+    header, rows = table(tmp_path / "x.csv")
     assert header[:7] == ["club_speed", "law", "k", "b", "m_ball", "ball_speed", "ball_velocity"]
     assert len(rows) == 64
-    page = (tmp_path / "tolerance.html").read_text()
-    assert "First-order Sobol indices" in page
+    assert "First-order Sobol indices" in (tmp_path / "x.html").read_text()
 
 
 @pytest.mark.parametrize(
@@ -679,10 +672,10 @@ def test_the_command_line_wins_over_a_study(tmp_path):
         'compare = true\n[set]\nk = "normal:1:2"\nb = [1, 2]\n'
     )
     given = Options(sets={"gap": "1", "k": "1,2"}, samples=7, out=Path("b.csv"))
-    told = given.over(read_study(path))
-    assert list(told.sets.items()) == [("k", "1,2"), ("b", [1, 2]), ("gap", "1")]
-    assert (told.samples, told.seed, told.workers, told.outputs) == (7, 3, 2, ("force",))
-    assert (told.out, told.figures, told.compare) == (Path("b.csv"), False, True)
+    used = given.over(read_study(path))
+    assert list(used.sets.items()) == [("k", "1,2"), ("b", [1, 2]), ("gap", "1")]
+    assert (used.samples, used.seed, used.workers, used.outputs) == (7, 3, 2, ("force",))
+    assert (used.out, used.figures, used.compare) == (Path("b.csv"), False, True)
 
 
 PICTURES = {
@@ -850,9 +843,7 @@ def test_the_step_is_that_of_one_impact(fmu):
     values["exponent"] = rng.uniform(1, 12, 200)
     steps = fmu.horizon({"law": 2, **values})
     for n in range(200):
-        assert steps[n] == fmu.horizon(
-            {"law": 2} | {v: values[v][n].item() for v in values if v != "law"}
-        )
+        assert steps[n] == fmu.horizon({"law": 2} | {v: values[v][n].item() for v in values})
 
 
 def test_a_step_long_enough_for_any_exponent(fmu):

@@ -557,7 +557,7 @@ def test_a_parameter_is_fixed_after_initialization(companion):
         ({"torque_rise_time": 0.0}, {"torque_rise_time": 0.01}),
     ],
 )
-def test_a_swing_that_cannot_be_is_refused_until_corrected(companion, values, correction):
+def test_an_impossible_swing_is_refused_until_corrected(companion, values, correction):
     swing = companion("Swing", **values)
     with pytest.raises(FMICallException):
         swing.doStep(0.0, 1e-3)
@@ -568,7 +568,7 @@ def test_a_swing_that_cannot_be_is_refused_until_corrected(companion, values, co
 
 
 @pytest.mark.parametrize("step", [0.0, -1e-3, math.nan, math.inf, 0.49])
-def test_a_step_that_cannot_be_is_refused(companion, step):
+def test_an_invalid_step_is_refused(companion, step):
     swing = companion("Swing")
     with pytest.raises(FMICallException):
         swing.doStep(0.0, step)
