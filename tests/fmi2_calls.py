@@ -43,6 +43,14 @@ _TYPES = {
     "string": ("String", fmi2String),
 }
 
+#: Calls without arguments.
+_SIMPLE = {
+    "enter": "enterInitializationMode",
+    "exit": "exitInitializationMode",
+    "end": "terminate",
+    "reset": "reset",
+}
+
 
 def written(value):
     """A value as it stands in a line."""
@@ -83,7 +91,10 @@ class Player:
         self._note(" ".join(words))
         call, *rest = words
         try:
-            status, values = OK, getattr(self, f"_{call}")(*rest) or []
+            if call in _SIMPLE:
+                status, values = OK, getattr(self._slaves[rest[0]], _SIMPLE[call])() or []
+            else:
+                status, values = OK, getattr(self, f"_{call}")(*rest) or []
         except FMICallException as error:
             status, values = error.status, []
         self._note(" ".join(("=", str(status), *map(written, values))))
@@ -120,18 +131,6 @@ class Player:
 
     def _setup(self, i, start):
         self._slaves[i].setupExperiment(startTime=_number(start))
-
-    def _enter(self, i):
-        self._slaves[i].enterInitializationMode()
-
-    def _exit(self, i):
-        self._slaves[i].exitInitializationMode()
-
-    def _end(self, i):
-        self._slaves[i].terminate()
-
-    def _reset(self, i):
-        self._slaves[i].reset()
 
     def _set(self, i, type_, *pairs):
         name, ctype = _TYPES[type_]

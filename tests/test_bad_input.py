@@ -100,25 +100,24 @@ def test_out_of_range_in_mid_contact(fmu, name, value, allowed):
     assert after == fmu.read(METRICS)
 
 
-@pytest.mark.parametrize("size", [0.0, -1e-6, math.nan, math.inf, -math.inf])
-def test_step_sizes(fmu, size):
+STEPS = [
+    *((1e-4, size, "step size") for size in (0.0, -1e-6, math.nan, math.inf, -math.inf)),
+    *(
+        (point, 1e-4, "communication point")
+        for point in (0.0, 2e-4, 1.5e-4, -1e-4, math.nan, math.inf)
+    ),
+]
+
+
+@pytest.mark.parametrize(("point", "size", "reason"), STEPS)
+def test_invalid_steps(fmu, point, size, reason):
     begin(fmu)
     fmu.end_initialization()
     fmu.slave.doStep(0.0, 1e-4)
-    assert is_discarded(fmu, 1e-4, size)
-    assert "step size" in fmu.messages[-1]
-    fmu.slave.doStep(1e-4, 1.0)
+    assert is_discarded(fmu, point, size)
+    assert reason in fmu.messages[-1]
+    fmu.slave.doStep(1e-4 * (1.0 + 1e-9), 1.0)
     assert fmu.read(METRICS) == pytest.approx(fmu.impact(), rel=1e-13)
-
-
-@pytest.mark.parametrize("point", [0.0, 2e-4, 1.5e-4, -1e-4, math.nan, math.inf])
-def test_a_communication_point_that_jumps(fmu, point):
-    begin(fmu)
-    fmu.end_initialization()
-    fmu.slave.doStep(0.0, 1e-4)
-    assert is_discarded(fmu, point)
-    assert "communication point" in fmu.messages[-1]
-    fmu.slave.doStep(1e-4 * (1.0 + 1e-9), 1e-4)
 
 
 def test_any_communication_point_after_a_restored_state(fmu):

@@ -34,14 +34,6 @@ def test_the_tour_ball(fmu):
     assert outputs["contact_time"] == pytest.approx(475e-6, rel=1e-9)
 
 
-@pytest.mark.parametrize("speed", [20.0, 35.0, 60.0])
-def test_a_restitution_that_decreases_with_speed(fmu, speed):
-    outputs = fmu.impact(
-        ("coefficient_of_restitution",), club_speed=speed, **BALLS["penner"].values
-    )
-    assert outputs["coefficient_of_restitution"] == pytest.approx(0.86 - 0.0029 * speed, rel=1e-12)
-
-
 def test_run_with_a_ball(tmp_path):
     """--set overrides the values of the preset."""
     done = golf_here(

@@ -78,26 +78,6 @@ def test_the_command_that_installs_an_extra(monkeypatch, tmp_path, extra):
     }
 
 
-def test_the_examples_write_ignored_files_only():
-    """git ignores the files that the commands in the READMEs write."""
-    texts = "".join(path.read_text("utf-8") for path in (*ROOT.glob("*.md"), *ROOT.glob("*/*.md")))
-    names = set(re.findall(r"--out ([\w./-]+)", texts))
-    names |= set(re.findall(r'"([\w-]+\.(?:csv|parquet))"', texts))
-    names.discard("FILE")  # stands for any name
-    assert names
-    beside = (".png", ".html")
-    written = {str(Path(name).with_suffix(suffix)) for name in names for suffix in beside}
-    written |= names | {"golf-impact-results/report.html"}
-    git = ["git", "-C", str(ROOT), "check-ignore", "--no-index", *sorted(written)]
-    try:
-        done = subprocess.run(git, capture_output=True, text=True)
-    except OSError:
-        pytest.skip("git isn't installed")
-    if done.returncode == 128:
-        pytest.skip("this is no checkout")
-    assert set(done.stdout.split()) == written
-
-
 def tree(folder):
     return (ROOT / folder).rglob("*.py")
 
@@ -168,18 +148,3 @@ def test_an_installed_copy(tmp_path, made, fmu_path, kind):
     theirs = subprocess.run([python, "-c", version], capture_output=True, text=True).stdout.strip()
     if theirs == importlib.metadata.version("pythonfmu"):
         assert built[0].read_bytes() == fmu_path.read_bytes()
-
-
-@pytest.mark.nightly
-def test_no_known_vulnerabilities(tmp_path, made):
-    python = environment(tmp_path / "environment")
-    pip(python, made[".whl"], "pip-audit")
-    done = subprocess.run(
-        [python, "-m", "pip_audit", "--skip-editable", "--progress-spinner", "off"],
-        capture_output=True,
-        text=True,
-    )
-    # What isn't known there is skipped without an error; numpy is known everywhere.
-    if "Error" in done.stderr or re.search("numpy.*could not be audited", done.stdout):
-        pytest.skip("the list of vulnerabilities can't be had here")
-    assert done.returncode == 0, done.stdout + done.stderr

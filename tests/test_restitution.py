@@ -102,13 +102,6 @@ def test_stiffness_that_changes_keeps_the_damping_ratio(fmu, exponent):
     assert by_line == pytest.approx(fmu.read(METRICS), rel=1e-13)
 
 
-def test_smash_factor_follows_the_measured_line(fmu):
-    for speed in (20.0, 35.0, 50.0, 70.0):
-        smash_factor = fmu.impact(["smash_factor"], **LINE, club_speed=speed)["smash_factor"]
-        expected = (1.0 + AT_REST - SLOPE * speed) / (1.0 + M_BALL / M_CLUB)
-        assert smash_factor == pytest.approx(expected, rel=1e-14)
-
-
 @pytest.mark.parametrize("gap", [0.0, 0.05])
 @pytest.mark.parametrize("look", [False, True])
 def test_a_restitution_out_of_reach_is_refused_at_touch(fmu, gap, look):

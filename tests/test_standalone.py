@@ -18,7 +18,6 @@ from command import golf_here, run, run_python
 from conftest import HEADERS, HOST_TASKS, LAW_1
 from golf_physics.variables import VARIABLES
 from instances import begin, discard, make_instance
-from test_hosts import tool
 
 from golf_build import elf, standalone
 from golf_build.extras import install_command
@@ -97,21 +96,6 @@ TASKS = [("impact", "1e-3"), *HOST_TASKS, ("signals",), ("exit", "3")]
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task[0])
 def test_in_a_root_with_nothing_but_libc(bare, task):
     assert bare(*task) == LAW_1
-
-
-@pytest.mark.ci
-def test_fmi_library_there(bare_root, standalone_path, standalone_fmi3_path):
-    root, enter = bare_root
-    shutil.copy(tool("host"), root / "fmi library")
-    (root / "tmp").mkdir()
-    fmus = [
-        f"/{Path(shutil.copy(fmu, root)).name}" for fmu in (standalone_path, standalone_fmi3_path)
-    ]
-    for task in (["run"], ["k"], ["state"], ["mix"], ["threads", "3"]):
-        command = [*enter, "/fmi library", *task, *fmus]
-        done = run(*command, env={})
-        assert done.stdout.endswith("done\n"), (task, done.stderr)
-        assert not re.search(r"(error|worst).* (?!0\.0e)\S+$", done.stdout, re.MULTILINE)
 
 
 # The numbers
@@ -234,13 +218,6 @@ def test_four_fmus_started_at_once_share_one_python(several, system, tmp_path):
 
 
 @pytest.mark.ci
-def test_beside_the_plain_fmu(several, system, fmu_path, libpython, tmp_path):
-    folders = [extracted(fmu, tmp_path / fmu.stem) for fmu in (*system[:3], fmu_path)]
-    env = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
-    assert several(folders, env=env)["steps"] == 1600
-
-
-@pytest.mark.ci
 def test_an_extraction_may_go_while_others_run(several, system, tmp_path):
     fmus = [system[0], system[0], system[1], system[0]]
     folders = [extracted(fmu, tmp_path / str(n)) for n, fmu in enumerate(fmus)]
@@ -271,15 +248,11 @@ print(*map(float, row), len(libraries))
 """
 
 
-def in_python(python, fmu, **options):
-    done = run(python, "-c", _IN_PYTHON, fmu, **options)
+def test_fmpy_on_this_python_gets_no_second_one(standalone_path):
+    done = run_python(_IN_PYTHON, standalone_path)
     *values, libraries = map(float, done.stdout.split())
     assert values == pytest.approx([LAW_1["smash_factor"], LAW_1["ball_velocity"]], rel=1e-9)
-    return libraries
-
-
-def test_fmpy_on_this_python_gets_no_second_one(standalone_path):
-    assert in_python(sys.executable, standalone_path) == 0
+    assert libraries == 0
 
 
 def other_pythons():
@@ -305,16 +278,6 @@ def test_other_pythons_by_ctypes(standalone_path, python, tmp_path):
     *values, libraries = map(float, done.stdout.split())
     assert values == [LAW_1["smash_factor"], LAW_1["ball_velocity"]]
     assert libraries == (0 if is_reused(python) else 1)
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("python", other_pythons())
-def test_fmpy_on_other_pythons(standalone_path, python, tmp_path):
-    pip = subprocess.run([python, "-m", "venv", tmp_path / "venv"], capture_output=True)
-    own = tmp_path / "venv" / "bin" / "python"
-    if pip.returncode or subprocess.run([own, "-m", "pip", "install", "-q", "fmpy"]).returncode:
-        pytest.skip(f"{python} can't have fmpy")
-    assert in_python(own, standalone_path) == (0 if is_reused(python) else 1)
 
 
 # libcosim without Python
