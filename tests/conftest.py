@@ -277,3 +277,9 @@ def numbers(few, more, many):
         return [] if n < few else [pytest.mark.ci] if n < more else [pytest.mark.nightly]
 
     return [pytest.param(n, marks=marks(n)) for n in range(many)]
+
+
+def repeated(few, more, many):
+    """Numbers of repetitions for `parametrize`: in every run, with --ci and nightly."""
+    marks = ([], [pytest.mark.ci], [pytest.mark.nightly])
+    return [pytest.param(n, marks=mark) for n, mark in zip((few, more, many), marks)]

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import EXPECTED, some
+from conftest import EXPECTED, repeated
 
 FILES = ("fmu_path", "fmi3_path", "standalone_path", "standalone_fmi3_path")
 LAW_2_CONTACT = 6.010445569987614e-4
@@ -236,7 +236,7 @@ PAIRS = {
 
 
 @pytest.mark.parametrize("names", PAIRS.values(), ids=PAIRS)
-@pytest.mark.parametrize("times", some(1, [2, 20]))
+@pytest.mark.parametrize("times", repeated(2, 6, 20))
 def test_several_at_once(request, host, names, times):
     for _ in range(times):
         lines = host("mix", *files(request, names))
@@ -245,7 +245,7 @@ def test_several_at_once(request, host, names, times):
         assert lines[-1] == "closed"
 
 
-@pytest.mark.parametrize("times", some(1, [1, 20]))
+@pytest.mark.parametrize("times", repeated(1, 5, 20))
 def test_companions_at_once(systems, fmu_path, host, times):
     plain, alone = systems
     for _ in range(times):
@@ -262,7 +262,7 @@ def test_threads(request, host):
     assert errors(lines) == pytest.approx([0.0] * 2, abs=1e-14)
 
 
-@pytest.mark.parametrize("times", some(1, [5, 50]))
+@pytest.mark.parametrize("times", repeated(3, 15, 50))
 def test_reload(request, host, systems, times):
     host("reload", times, *files(request), *systems[0], *systems[1])
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import fmpy
 import pytest
 from command import run_python
-from conftest import HERE, some
+from conftest import HERE, repeated
 from fmpy.fmi1 import FMICallException
 from instances import begin, discard, make_instance
 
@@ -267,7 +267,7 @@ print(dict(seen))
 
 
 @pytest.mark.parametrize("name", ["fmi2", "Swing"])
-@pytest.mark.parametrize("times", some(1, [20, 300]))
+@pytest.mark.parametrize("times", repeated(20, 60, 300))
 def test_ctrl_c_is_a_keyboard_interrupt(fmus, name, times):
     done = run_python(_INTERRUPTED, fmus[name], HERE, times)
     assert done.stdout == f"{{'KeyboardInterrupt': {times}}}\n", done.stderr[-2000:]

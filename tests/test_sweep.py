@@ -416,7 +416,7 @@ def kill(done):
         os.kill(multiprocessing.active_children()[0].pid, 9)
 
 if __name__ == "__main__":
-    study = Study.of({"k": "1e6:2e6:60000"})
+    study = Study.of({"k": "1e6:2e6:30000"})
     try:
         run_sweep(study, sys.argv[1], fmu=sys.argv[2], workers=2, progress=kill)
     except UserError as error:
@@ -430,12 +430,12 @@ def test_workers_that_are_killed(fmu_path, tmp_path, kills):
     path, script = tmp_path / "x.csv", tmp_path / "killer.py"
     path.write_text("earlier")
     script.write_text(KILLER)
-    moments = [4_000, 20_000, 40_000][:kills]
+    moments = [4_000, 10_000, 20_000][:kills]
     command = (sys.executable, script, path, fmu_path, *moments)
     done = run(*command, code=int(kills == 3), timeout=300)
     if kills == 2:
         assert done.stderr == ""
-        run_sweep(Study.of({"k": "1e6:2e6:60000"}), tmp_path / "alone.csv", fmu=fmu_path)
+        run_sweep(Study.of({"k": "1e6:2e6:30000"}), tmp_path / "alone.csv", fmu=fmu_path)
         assert path.read_bytes() == (tmp_path / "alone.csv").read_bytes()
     else:
         (line,) = done.stderr.splitlines()

@@ -682,7 +682,7 @@ def check_the_drive(values):
     assert 220.0 < values["BallFlight.carry"] < 270.0
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", some(2, range(4)))
 def test_any_steps_give_the_same_drive(drive, by_our_host, seed):
     path = system.run_system(drive, sequences(seed))
     last = {name: float(path[name][-1]) for name in READ}
