@@ -55,12 +55,6 @@ def test_simulate_fmu(extracted, step, law):
     same((rows[name][-1] for name in CRITERIA), law)
 
 
-def test_no_variable_is_of_a_type_that_an_importer_leaves_out(extracted):
-    # libcosim 0.10 and ecos 0.7 ignore variables of type Enumeration.
-    description = fmpy.read_model_description(extracted)
-    assert {v.type for v in description.modelVariables} == {"Real", "Integer", "Boolean"}
-
-
 @pytest.mark.parametrize("step", STEPS)
 def test_low_level(extracted, step):
     slave = make_instance(extracted)

@@ -100,23 +100,6 @@ def test_a_read_only_checkout(nobody):
     refused(golf("build", cwd=folder, **options), "build/ClubBallImpact.fmu", "Permission denied")
 
 
-@pytest.mark.ci
-def test_a_cache_without_permission_to_read(nobody):
-    """HOME of another user."""
-    folder, options = nobody
-    closed = folder / "closed"
-    closed.mkdir()
-    env = installed(folder / "site")
-    packages = options["env"]["PYTHONPATH"].split(os.pathsep)[-1]
-    env["PYTHONPATH"] += os.pathsep + packages
-    closed.chmod(0o700 if options.get("user") else 0)
-    options |= {"env": env | {"XDG_CACHE_HOME": str(closed)}}
-    done = golf("run", "table1", "--out", folder / "own" / "out", cwd=folder, **options)
-    assert done.returncode == 0, done.stderr
-    assert "Permission denied" in done.stderr
-    assert "for this run only" in done.stderr
-
-
 def test_a_working_folder_without_permission_to_write(nobody):
     folder, options = nobody
     refused(golf("run", "table1", cwd=folder, **options), "golf-impact-results", "--out")

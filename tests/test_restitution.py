@@ -32,17 +32,8 @@ def exact_restitution(zeta):
 @pytest.mark.parametrize(
     "coefficient",
     [
-        1.0,
-        1.0 - 2.0**-53,
-        1.0 - 1e-9,
-        0.93,
-        0.7585,
-        0.3,
-        math.exp(-2.0),
-        0.1353,
-        1e-3,
-        1e-12,
-        1e-29,
+        *(1.0, 1.0 - 2.0**-53, 1.0 - 1e-9, 0.93, 0.7585, 0.3),
+        *(math.exp(-2.0), 0.1353, 1e-3, 1e-12, 1e-29),
     ],
 )
 def test_damping_ratio(coefficient):

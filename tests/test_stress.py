@@ -9,7 +9,6 @@ import pytest
 from conftest import reference_cases, some
 
 from golf_impact.commands.stress import _beside_tolerance, _show, stress
-from golf_impact.errors import UserError
 from golf_impact.peers import problem
 from golf_impact.peers.problem import Case, Outcome
 from golf_impact.peers.stepping import METHODS
@@ -240,9 +239,3 @@ def test_right_outputs_pass():
 def test_cases_of_the_map_have_the_damping_they_say():
     assert cases.damping_ratio(asdict(Case(law=2))) == pytest.approx(0.0232, rel=0.01)
     assert cases.damping_ratio(asdict(stability._case(3.0))) == pytest.approx(3.0)
-
-
-def test_a_folder_that_cannot_be_written(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(UserError, match="choose another folder"):
-        stress(quick=True, folder=tmp_path / "file", seed=1)
