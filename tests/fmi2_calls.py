@@ -108,14 +108,6 @@ class Player:
         """What a bytes slot holds."""
         return self._bytes[str(slot)]
 
-    def take(self, slot):
-        """A state, to be given to another player."""
-        return self._states.pop(slot)
-
-    def give(self, slot, state):
-        """Put a state of another player into a slot."""
-        self._states[slot] = state
-
     def _new(self, i):
         slave = FMU2Slave(
             guid=self._description.guid,

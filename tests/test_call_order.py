@@ -128,33 +128,3 @@ def test_the_comparison_can_fail(extracted):
     with pytest.raises(AssertionError, match="force"):
         session.compare("0")
     session.clear()
-
-
-def test_a_state_of_another_fmu_is_refused(extracted, tmp_path):
-    """A pointer that isn't this FMU's state: refused, as long as it is a Python object at all."""
-    from fmi2_calls import DISCARD, OK, Player
-
-    from golf_impact.benchmarks import empty_fmu
-    from golf_impact.fmu.file import build_plain_fmu
-
-    other = fmpy.extract(
-        str(build_plain_fmu(Path(empty_fmu.__file__), tmp_path)), str(tmp_path / "other")
-    )
-    ours, theirs = Player(extracted), Player(other)
-    for player in (ours, theirs):
-        for call in (("new", 0), ("setup", 0, 0.0), ("enter", 0), ("exit", 0)):
-            assert player.play(*call)[0] == OK
-    theirs.play("save", 0, 0)
-    ours.give("0", theirs.take("0"))
-    assert ours.play("step", 0, 0.0, 1e-4)[0] == OK
-    assert ours.play("restore", 0, 0)[0] == OK
-    assert "this component didn't make" in ours.messages[-1]
-    assert ours.play("step", 0, 1e-4, 1e-4)[0] == DISCARD
-    assert ours.play("step", 0, 1e-4, 1e-4)[0] == OK
-    assert ours.play("pack", 0, 0, 0)[0] == OK
-    assert ours.state_bytes(0) == b""
-    theirs.give("0", ours.take("0"))
-    theirs.play("drop", 0, 0)
-    for player in (ours, theirs):
-        assert player.play("end", 0)[0] == OK
-        player.play("free", 0)

@@ -360,67 +360,6 @@ def test_standard_output_that_is_full_or_closed(tmp_path):
 # Two at once
 
 
-def together(tmp_path, *commands):
-    processes = [
-        subprocess.Popen(
-            [COMMAND, *map(str, command), "--out", tmp_path / "out"],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        for command in commands
-    ]
-    for process in processes:
-        _, said = process.communicate()
-        assert process.returncode == 0, said
-
-
-def one_runs_files(out, scripts):
-    """results.json, report.html and the trajectory are those of the same run.
-
-    Returns:
-        Its k (N/m) and the maximum force (N).
-    """
-    assert names(out) == {"results.json", "report.html", "one.csv"}
-    ((name, cases),) = json.loads((out / "results.json").read_text()).items()
-    k, force = scripts[name], cases["one"]["max_force"]
-    assert f"k = {k:g} N/m" in (out / "report.html").read_text()
-    # The largest sample of 301 lies just below the largest force.
-    rows = (out / "one.csv").read_text().splitlines()[1:]
-    largest = max(float(row.split(",")[1]) for row in rows)
-    assert force * 0.999 < largest <= force
-    return k, force
-
-
-STIFF = """
-from golf_impact.scenario import Report
-
-TITLE = "k = {k:g} N/m"
-
-
-def run(fmu):
-    report = Report(TITLE, fmu)
-    report.impact("one", k={k!r})
-    report.trajectories["one"] = fmu.trajectory(k={k!r})
-    return report
-"""
-
-
-@pytest.mark.parametrize(
-    "times", [pytest.param(2, marks=pytest.mark.ci), pytest.param(50, marks=pytest.mark.nightly)]
-)
-def test_two_runs_into_one_folder(tmp_path, times):
-    scripts = {"soft": 1e6, "hard": 2e6}
-    for name, k in scripts.items():
-        (tmp_path / f"{name}.py").write_text(STIFF.format(k=k))
-    commands = [("run", f"{name}.py", "--no-figures") for name in scripts]
-    forces = {}
-    for _ in range(times):
-        together(tmp_path, *commands)
-        k, force = one_runs_files(tmp_path / "out", scripts)
-        assert forces.setdefault(k, force) == force
-
-
 def test_concurrent_writes_into_a_folder_wait(tmp_path, monkeypatch):
     replace, in_the_middle = os.replace, threading.Event()
 

@@ -142,13 +142,14 @@ def test_a_damaged_state_is_refused_and_has_no_effect(fmus, name):
         other.freeFMUstate(copy)
 
 
-def test_a_state_of_another_companion_is_refused(fmus):
-    with instance(fmus["Swing"]) as swing, instance(fmus["BallFlight"]) as flight:
+@pytest.mark.parametrize("name", ["BallFlight", "fmi2"])
+def test_a_state_of_another_fmu_is_refused(fmus, name):
+    with instance(fmus["Swing"]) as swing, instance(fmus[name]) as other:
         state = swing.getFMUstate()
-        flight.setFMUstate(state)
+        other.setFMUstate(state)
         with pytest.raises(FMICallException):
-            flight.doStep(0.0, 1e-3)
-        flight.doStep(0.0, 1e-3)
+            other.doStep(0.0, 1e-3)
+        other.doStep(0.0, 1e-3)
         swing.freeFMUstate(state)
 
 
