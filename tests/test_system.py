@@ -682,9 +682,12 @@ def check_the_drive(values):
     assert 220.0 < values["BallFlight.carry"] < 270.0
 
 
-@pytest.mark.parametrize("seed", some(2, range(4)))
+@pytest.mark.parametrize("seed", range(4))
 def test_any_steps_give_the_same_drive(drive, by_our_host, seed):
-    path = system.run_system(drive, sequences(seed))
+    steps = sequences(seed)
+    # Long enough for the ball to be launched and the swing to have the impulse.
+    steps = steps[: np.searchsorted(np.cumsum(steps), 1.0 + 5.0 * steps.max()) + 1]
+    path = system.run_system(drive, steps)
     last = {name: float(path[name][-1]) for name in READ}
     expected = by_our_host(1e-3)
     check_the_drive(last)
