@@ -114,17 +114,6 @@ class Session:
         self._by_type = by_type
         names = {v.name: v.reference for v in self.variables.values()}
         self.names = names
-        self._moving = [
-            names[name]
-            for name in (
-                "force",
-                "club_position",
-                "ball_position",
-                "club_velocity",
-                "ball_velocity",
-                "compression",
-            )
-        ]
         self.models = {}
         self.states = {}
         self.bytes = {}

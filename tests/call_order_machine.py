@@ -45,19 +45,8 @@ USUAL = {
 }
 SIZES = (1e-4, 2.5e-5, 3e-6, 1e-4 / 3.0, 1e-3, 1e-9, 1.0)
 ODD_SIZES = (
-    0.0,
-    -0.0,
-    -1e-4,
-    math.nan,
-    math.inf,
-    -math.inf,
-    5e-324,
-    1e-200,
-    1e-15,
-    1e30,
-    1e100,
-    1e101,
-)
+    0.0, -0.0, -1e-4, math.nan, math.inf, -math.inf, 5e-324, 1e-200, 1e-15, 1e30, 1e100, 1e101,
+)  # fmt: skip
 ODD_REFERENCES = (35, 36, 1000, 2**31 - 1, 2**31, 2**32 - 2, 2**32 - 1)
 
 #: What a host reads at every step: force, positions and velocities.

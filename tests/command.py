@@ -1,4 +1,4 @@
-"""Calls of golf-impact: in a separate process, or in this one, which takes a tenth of the time."""
+"""Processes; calls of golf-impact in a separate one, or in this one in a tenth of the time."""
 
 import io
 import os
@@ -13,6 +13,19 @@ from golf_impact.commands import app
 from golf_impact.stopping import SIGNALS
 
 COMMAND = Path(sys.executable).with_name("golf-impact")
+
+
+def run(*command, code=0, timeout=100, **options):
+    """Run a process that must end with this exit code."""
+    words = list(map(str, command))
+    done = subprocess.run(words, capture_output=True, text=True, timeout=timeout, **options)
+    assert done.returncode == code, (done.returncode, done.stdout[-2000:], done.stderr[-4000:])
+    return done
+
+
+def run_python(program, *arguments, **options):
+    """Run a Python program, given as text, in a process of its own; see `run`."""
+    return run(sys.executable, "-c", program, *arguments, **options)
 
 
 def golf(*arguments, cwd=None, env=None, program=(COMMAND,), **options):

@@ -2,23 +2,23 @@
 
 import fmpy
 import pytest
-from fmpy.fmi2 import FMU2Slave
+from instances import begin, discard, make_instance
 
 from golf_impact.fmu import system
 
 
-@pytest.fixture(scope="module")
-def files(tmp_path_factory):
+@pytest.fixture(scope="session")
+def files(system_files):
     """Swing.fmu, Launch.fmu, BallFlight.fmu and GolfSwing.ssp."""
-    return system.build_system(tmp_path_factory.mktemp("system"))
+    return system_files()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def ssp(files):
     return files[-1]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def drive(ssp, tmp_path_factory):
     """The four FMUs inside the .ssp by the names of the components."""
     return system.extract_fmus(ssp, tmp_path_factory.mktemp("drive"))
@@ -26,31 +26,16 @@ def drive(ssp, tmp_path_factory):
 
 @pytest.fixture
 def instance(tmp_path):
-    """Instances of FMUs by path, terminated and freed at the end."""
+    """Initialized instances of FMUs by path, terminated and freed at the end."""
     slaves = []
 
     def made(path, **values):
-        description = fmpy.read_model_description(str(path))
         folder = fmpy.extract(str(path), str(tmp_path / f"{path.stem}{len(slaves)}"))
-        slave = FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=folder,
-            modelIdentifier=path.stem,
-            instanceName=path.stem,
-        )
-        slave.instantiate()
-        slaves.append(slave)
-        slave.references = {v.name: v.valueReference for v in description.modelVariables}
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        put(slave, **values)
-        slave.exitInitializationMode()
-        return slave
+        slaves.append(make_instance(folder, path.stem))
+        return begin(slaves[-1], **values)
 
     yield made
-    for slave in slaves:
-        slave.terminate()
-        slave.freeInstance()
+    discard(*slaves)
 
 
 @pytest.fixture
@@ -61,15 +46,3 @@ def companion(files, instance):
         return instance(next(file for file in files if file.stem == name), **values)
 
     return made
-
-
-def put(slave, **values):
-    for name, value in values.items():
-        if isinstance(value, bool):
-            slave.setBoolean([slave.references[name]], [value])
-        else:
-            slave.setReal([slave.references[name]], [value])
-
-
-def get(slave, *names):
-    return slave.getReal([slave.references[name] for name in names])

@@ -1,5 +1,6 @@
 """Fixtures for all tests: the built FMUs, and tables of reference cases."""
 
+import importlib.util
 import json
 import os
 import shutil
@@ -7,18 +8,24 @@ import subprocess
 import sys
 from pathlib import Path
 
+import fmpy
 import pytest
 from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
-from golf_build import standalone
+from golf_build import standalone as standalone_build
+from golf_build.system import COMPANIONS
 from golf_impact.commands import doctor
 from golf_impact.fmu.file import build_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.fmu.system import build_system
 
 pytest_plugins = ["companions"]
 
 HERE = Path(__file__).resolve().parent
+
+#: FMI's C headers.
+HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 #: S, COR and velocities (m/s) of the defaults by law, from the closed forms at 25 digits
 #: (data/impacts.json has the scenarios').
@@ -96,11 +103,7 @@ def pytest_collection_modifyitems(config, items):
 
 
 #: Tasks of the C host with an instance, and their arguments; each ends with the impact of LAW_1.
-HOST_TASKS = [
-    ("migrate",),
-    ("gone", "50"),
-    ("fork",),
-]
+HOST_TASKS = [("migrate",), ("gone", "50"), ("fork",)]
 
 
 @pytest.fixture(scope="session")
@@ -110,11 +113,11 @@ def once(tmp_path_factory):
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
 
-    def once(name, **how):
+    def once(name, build=build_fmu, **how):
         path = folder / "built" / Path(name).stem / name
         path.parent.mkdir(parents=True, exist_ok=True)
         with FileLock(path.with_suffix(".lock")):
-            return path if path.exists() else build_fmu(path, **how)
+            return path if path.exists() else build(path, **how)
 
     return once
 
@@ -133,11 +136,37 @@ def fmi3_path(once, request):
 
 
 @pytest.fixture(scope="session")
+def system_files(once):
+    """A function that gives Swing.fmu, Launch.fmu, BallFlight.fmu and GolfSwing.ssp."""
+
+    def build(folder, **how):
+        # Under another name until all of them are there.
+        build_system(folder.with_name("unfinished"), **how)
+        return folder.with_name("unfinished").rename(folder)
+
+    def system_files(standalone=False):
+        folder = once("system standalone" if standalone else "system", build, standalone=standalone)
+        suffix = standalone_build.SUFFIX if standalone else ""
+        return [
+            *(folder / f"{name}{suffix}.fmu" for name in COMPANIONS),
+            folder / f"GolfSwing{suffix}.ssp",
+        ]
+
+    return system_files
+
+
+@pytest.fixture(scope="session")
+def extracted(fmu_path, tmp_path_factory):
+    """The FMU's folder."""
+    return fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted")))
+
+
+@pytest.fixture(scope="session")
 def _can_build_standalone():
     """Skips where this machine has no libpython or no compiler."""
     try:
-        standalone.private_python()
-    except standalone.StandaloneError as error:
+        standalone_build.private_python()
+    except standalone_build.StandaloneError as error:
         pytest.skip(str(error))
 
 
@@ -167,24 +196,35 @@ def fmu(_loaded):
 
 
 @pytest.fixture(scope="session")
-def compiler():
-    """A C compiler's path."""
-    found = shutil.which("cc") or shutil.which("gcc")
-    if found is None:
+def compiled(extracted, tmp_path_factory):
+    """A function that compiles a file of tests/native_host and gives the program's path."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
         pytest.skip("there is no C compiler on this machine")
-    return found
+    folder = tmp_path_factory.mktemp("compiled")
+    variables = fmpy.read_model_description(extracted).modelVariables
+    macros = [f"-DVR_{v.name}={v.valueReference}" for v in variables]
+    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{HEADERS}", *macros]
+
+    def compiled(name, *options):
+        program = folder / name
+        if not program.exists():
+            source = HERE / "native_host" / f"{name}.c"
+            libraries = ["-ldl", "-pthread"]
+            subprocess.run(
+                [compiler, *flags, *options, source, "-o", program, *libraries], check=True
+            )
+        return program
+
+    return compiled
 
 
 @pytest.fixture(scope="session")
-def freed(compiler, tmp_path_factory):
+def freed(compiled):
     """A library to preload: access to pythonfmu's state after it is freed ends the process."""
     if sys.platform != "linux":
         pytest.skip("the library is of another kind there")
-    library = tmp_path_factory.mktemp("freed") / "freed.so"
-    source = HERE / "native_host" / "freed.c"
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
-    subprocess.run([compiler, *flags, str(source), "-o", str(library)], check=True)
-    return library
+    return compiled("freed", "-shared", "-fPIC")
 
 
 @pytest.fixture(scope="session")
@@ -194,6 +234,16 @@ def libpython(fmu_path):
         if doctor.preloaded(file, fmu_path) is None:
             return file
     pytest.skip("there is no shared libpython on this machine")
+
+
+def require(tool):
+    """Skip without this importer of the extra interop."""
+    if importlib.util.find_spec(tool) is None:
+        pytest.skip(f"{tool} isn't installed (pip install golf-impact[interop])")
+    if tool == "ecospy":
+        loads = subprocess.run([sys.executable, "-c", "import ecospy.lib"], capture_output=True)
+        if loads.returncode:
+            pytest.skip("ecospy can't be loaded: apt-get install libtbb12")
 
 
 def reference_cases(*files):
@@ -228,3 +278,9 @@ def numbers(few, more, many):
         return [] if n < few else [pytest.mark.ci] if n < more else [pytest.mark.nightly]
 
     return [pytest.param(n, marks=marks(n)) for n in range(many)]
+
+
+def repeated(few, more, many):
+    """Numbers of repetitions for `parametrize`: in every run, with --ci and nightly."""
+    marks = ([], [pytest.mark.ci], [pytest.mark.nightly])
+    return [pytest.param(n, marks=mark) for n, mark in zip((few, more, many), marks)]

@@ -43,6 +43,14 @@ _TYPES = {
     "string": ("String", fmi2String),
 }
 
+#: Calls without arguments.
+_SIMPLE = {
+    "enter": "enterInitializationMode",
+    "exit": "exitInitializationMode",
+    "end": "terminate",
+    "reset": "reset",
+}
+
 
 def written(value):
     """A value as it stands in a line."""
@@ -83,7 +91,10 @@ class Player:
         self._note(" ".join(words))
         call, *rest = words
         try:
-            status, values = OK, getattr(self, f"_{call}")(*rest) or []
+            if call in _SIMPLE:
+                status, values = OK, getattr(self._slaves[rest[0]], _SIMPLE[call])() or []
+            else:
+                status, values = OK, getattr(self, f"_{call}")(*rest) or []
         except FMICallException as error:
             status, values = error.status, []
         self._note(" ".join(("=", str(status), *map(written, values))))
@@ -96,14 +107,6 @@ class Player:
     def state_bytes(self, slot):
         """What a bytes slot holds."""
         return self._bytes[str(slot)]
-
-    def take(self, slot):
-        """A state, to be given to another player."""
-        return self._states.pop(slot)
-
-    def give(self, slot, state):
-        """Put a state of another player into a slot."""
-        self._states[slot] = state
 
     def _new(self, i):
         slave = FMU2Slave(
@@ -120,18 +123,6 @@ class Player:
 
     def _setup(self, i, start):
         self._slaves[i].setupExperiment(startTime=_number(start))
-
-    def _enter(self, i):
-        self._slaves[i].enterInitializationMode()
-
-    def _exit(self, i):
-        self._slaves[i].exitInitializationMode()
-
-    def _end(self, i):
-        self._slaves[i].terminate()
-
-    def _reset(self, i):
-        self._slaves[i].reset()
 
     def _set(self, i, type_, *pairs):
         name, ctype = _TYPES[type_]
@@ -183,25 +174,22 @@ class Player:
 
     def _extra(self, i, name):
         slave = self._slaves[i]
-        c = slave.component
-        references, orders = (fmi2ValueReference * 1)(0), (c_int * 1)(1)
+        references = (fmi2ValueReference * 1)(0)
         values = (c_double * 1)(1.0)
-        {
-            "CancelStep": lambda: slave.fmi2CancelStep(c),
-            "GetStatus": lambda: slave.fmi2GetStatus(c, 0, byref(fmi2Status())),
-            "GetIntegerStatus": lambda: slave.fmi2GetIntegerStatus(c, 0, byref(c_int())),
-            "GetBooleanStatus": lambda: slave.fmi2GetBooleanStatus(c, 3, byref(c_int())),
-            "GetStringStatus": lambda: slave.fmi2GetStringStatus(c, 1, byref(fmi2String())),
-            "SetRealInputDerivatives": lambda: slave.fmi2SetRealInputDerivatives(
-                c, references, 1, orders, values
-            ),
-            "GetRealOutputDerivatives": lambda: slave.fmi2GetRealOutputDerivatives(
-                c, references, 1, orders, values
-            ),
-            "GetDirectionalDerivative": lambda: slave.fmi2GetDirectionalDerivative(
-                c, references, 1, references, 1, values, values
-            ),
-        }[name]()
+        of_inputs = (references, 1, (c_int * 1)(1), values)
+        getattr(slave, f"fmi2{name}")(
+            slave.component,
+            *{
+                "CancelStep": (),
+                "GetStatus": (0, byref(fmi2Status())),
+                "GetIntegerStatus": (0, byref(c_int())),
+                "GetBooleanStatus": (3, byref(c_int())),
+                "GetStringStatus": (1, byref(fmi2String())),
+                "SetRealInputDerivatives": of_inputs,
+                "GetRealOutputDerivatives": of_inputs,
+                "GetDirectionalDerivative": (references, 1, references, 1, values, values),
+            }[name],
+        )
 
     def _log(self, i, on):
         self._slaves[i].setDebugLogging(int(on), ["logAll", "", "no such category"])

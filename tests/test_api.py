@@ -1,8 +1,6 @@
 """`import golf_impact`: its functions, and lazy imports."""
 
 import doctest
-import subprocess
-import sys
 
 import pytest
 
@@ -27,14 +25,6 @@ def test_the_example_in_the_docstring(tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir()] == ["k_b.csv"]
 
 
-def test_the_physics_imports_nothing_else():
-    code = "import sys, golf_physics.component; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-I", "-c", code], capture_output=True, text=True)
-    tops = {name.split(".")[0] for name in done.stdout.split()}
-    assert "golf_physics" in tops
-    assert not tops & {"golf_impact", "golf_build", "numpy", "fmpy", "pythonfmu"}
-
-
 def test_the_functions(fmu):
     values = {"law": 2, "club_speed": 40.0}
     assert golf_impact.run_impact(**values) == fmu.impact(**values)
@@ -47,14 +37,3 @@ def test_the_functions(fmu):
     }
     with pytest.raises(golf_impact.UserError, match=r"k = -1\.0"):
         golf_impact.run_impact(k=-1.0)
-
-
-def test_the_fmu_contains_none_of_it(fmu_path):
-    import zipfile
-
-    with zipfile.ZipFile(fmu_path) as archive:
-        ours = [name for name in archive.namelist() if name.startswith("resources/golf_physics_")]
-        (package,) = {name.split("/")[1] for name in ours}
-        text = archive.read(f"resources/{package}/__init__.py").decode()
-    assert golf_impact.__version__ in text
-    assert "golf_impact" not in text

@@ -1,16 +1,15 @@
 """Damaged, foreign and malicious .fmu files: an error in one line, exit code 2, no file left."""
 
 import hashlib
-import json
 import os
 import shutil
 import stat
 import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
 import pytest
+from command import golf, golf_here, refused
 
 from golf_build.packaging import bundled, guid_of
 from golf_impact.errors import UserError
@@ -18,9 +17,8 @@ from golf_impact.fmu.archive import find_flaw
 from golf_impact.fmu.file import BUILDERS, build_plain_fmu, check_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
 
-ROOT = Path(__file__).resolve().parent.parent
-COMMAND = Path(sys.executable).with_name("golf-impact")
 SUMS = "documentation/SHA256SUMS"
+LIBRARY = "binaries/linux64/ClubBallImpact.so"
 
 
 @pytest.fixture(scope="module")
@@ -50,24 +48,13 @@ def with_more(tmp_path, files, *more):
     return path
 
 
-def refused(fmu, *words, tmp_path, command=("run", "table1", "--fmu")):
+def refused_run(fmu, *words, tmp_path):
     """One line on stderr with these words, exit code 2, and no file written."""
     temporary, cwd = tmp_path / "temporary", tmp_path / "cwd"
     temporary.mkdir()
     cwd.mkdir()
-    done = subprocess.run(
-        [COMMAND, *command, fmu, "--out", "out"],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env={**os.environ, "TMPDIR": str(temporary)},
-    )
-    assert done.returncode == 2, (done.returncode, done.stderr)
-    assert done.stdout == ""
-    (line,) = done.stderr.splitlines()
-    assert line.startswith("Error: ")
-    for word in words:
-        assert word in line
+    command = ("run", "table1", "--fmu", fmu, "--out", "out")
+    refused(golf(*command, cwd=cwd, env={"TMPDIR": str(temporary)}), *words)
     assert list(temporary.iterdir()) == list(cwd.iterdir()) == []
 
 
@@ -129,24 +116,18 @@ def without_a_module(tmp_path, files, fmu):
     ids=lambda value: getattr(value, "__name__", ""),
 )
 def test_the_command(tmp_path, files, fmu_path, made, words):
-    refused(made(tmp_path, files, fmu_path), *words, tmp_path=tmp_path)
+    refused_run(made(tmp_path, files, fmu_path), *words, tmp_path=tmp_path)
 
 
 def test_a_sweep_rejects_them_as_well(tmp_path, files, fmu_path):
     fmu = zip_slip(tmp_path, files, fmu_path)
-    command = ("sweep", "--set", "k=1e6,2e6", "--no-figures", "--fmu")
-    done = subprocess.run(
-        [COMMAND, *command, fmu, "--out", tmp_path / "x.csv"], capture_output=True, text=True
-    )
-    assert done.returncode == 2
-    assert "'../outside.txt'" in done.stderr
+    command = ("sweep", "--set", "k=1e6,2e6", "--no-figures", "--fmu", fmu)
+    refused(golf_here(*command, "--out", tmp_path / "x.csv"), "'../outside.txt'")
     assert not (tmp_path / "x.csv").exists()
 
 
 def test_doctor_checks_the_file_before_it_runs(tmp_path, files, fmu_path):
-    done = subprocess.run(
-        [COMMAND, "doctor", zip_slip(tmp_path, files, fmu_path)], capture_output=True, text=True
-    )
+    done = golf_here("doctor", zip_slip(tmp_path, files, fmu_path))
     assert done.returncode == 1
     problems = [line for line in done.stdout.splitlines() if line.startswith("problem")]
     assert len(problems) == 1
@@ -156,21 +137,10 @@ def test_doctor_checks_the_file_before_it_runs(tmp_path, files, fmu_path):
 # The archive
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "../x",
-        "resources/../../x",
-        "/etc/x",
-        "//host/x",
-        "C:/x",
-        "C:x",
-        "..\\x",
-        "a\\..\\..\\x",
-        "a/..",
-        "line\nbreak",
-    ],
-)
+OUTSIDE = ("../x", "resources/../../x", "/etc/x", "//host/x", "C:/x", "C:x", "..\\x")
+
+
+@pytest.mark.parametrize("name", [*OUTSIDE, "a\\..\\..\\x", "a/..", "line\nbreak"])
 def test_names_that_lead_out_of_the_folder(tmp_path, files, name):
     path = with_more(tmp_path, files, (zipfile.ZipInfo(name), b"here"))
     why = find_flaw(path)
@@ -252,16 +222,13 @@ def test_a_missing_member(tmp_path, files, name):
 
 
 def test_no_archive_at_all(tmp_path):
-    empty = tmp_path / "empty.fmu"
+    empty, text, pipe = (tmp_path / f"{name}.fmu" for name in ("empty", "text", "pipe"))
     empty.write_bytes(b"")
-    text = tmp_path / "text.fmu"
     text.write_text("<fmiModelDescription/>")
-    nothing = packed(tmp_path / "nothing.fmu", {})
-    pipe = tmp_path / "pipe.fmu"
     os.mkfifo(pipe)
     assert "not a readable FMU" in find_flaw(empty)
     assert "not a readable FMU" in find_flaw(text)
-    assert "modelDescription.xml is missing" in find_flaw(nothing)
+    assert "modelDescription.xml is missing" in find_flaw(packed(tmp_path / "nothing.fmu", {}))
     assert "is a folder" in find_flaw(tmp_path)
     assert "is not a regular file" in find_flaw(pipe)
     assert "there is no FMU" in find_flaw(tmp_path / "none.fmu")
@@ -339,10 +306,8 @@ def entry_point(files):
         lambda files: {entry_point(files): b"this is no Python"},
         lambda files: {entry_point(files): b"raise RuntimeError"},
         lambda files: {entry_point(files): b"import os; os.abort()"},
-        lambda files: {"binaries/linux64/ClubBallImpact.so": b"no library"},
-        lambda files: {
-            "binaries/linux64/ClubBallImpact.so": files["binaries/linux64/ClubBallImpact.so"][:9999]
-        },
+        lambda files: {LIBRARY: b"no library"},
+        lambda files: {LIBRARY: files[LIBRARY][:9999]},
         lambda files: {"resources/slavemodule.txt": b"another_module"},
     ],
     ids=["syntax", "exception", "abort", "library", "half library", "other module"],
@@ -394,21 +359,14 @@ def test_the_list_of_files(tmp_path, fmu_path, files):
     module = entry_point(files)
     package = module.removesuffix(".py").replace("club_ball_impact", "golf_physics")
     ours = {
-        "modelDescription.xml",
-        "model.png",
-        "documentation/index.html",
-        "documentation/force.png",
-        "documentation/model.png",
-        "documentation/licenses/license.txt",
-        "documentation/licenses/pythonfmu.txt",
-        SUMS,
-        "resources/slavemodule.txt",
-        module,
+        *("modelDescription.xml", "model.png", SUMS, "resources/slavemodule.txt", module),
+        *(f"documentation/{name}" for name in ("index.html", "force.png", "model.png")),
+        *(f"documentation/licenses/{name}.txt" for name in ("license", "pythonfmu")),
         f"{package}/club_ball_impact.py",
     }
     ours |= {f"{package}/{name}" for name in bundled()}
     theirs = {
-        "binaries/linux64/ClubBallImpact.so": "resources/binaries/linux64/libpythonfmu-export.so",
+        LIBRARY: "resources/binaries/linux64/libpythonfmu-export.so",
         "binaries/win64/ClubBallImpact.dll": "resources/binaries/win64/pythonfmu-export.dll",
     }
     theirs |= {
@@ -429,11 +387,3 @@ def test_the_list_of_files(tmp_path, fmu_path, files):
         assert hashlib.sha256(files[name]).hexdigest() == expected
     if shutil.which("sha256sum"):
         subprocess.run(["sha256sum", "--quiet", "-c", SUMS], cwd=tmp_path, check=True)
-
-
-def test_results_from_a_given_fmu(tmp_path, fmu_path):
-    done = subprocess.run(
-        [COMMAND, "run", "table1", "--fmu", fmu_path, "--out", tmp_path], capture_output=True
-    )
-    assert done.returncode == 0
-    assert "table1" in json.loads((tmp_path / "results.json").read_text())

@@ -1,6 +1,5 @@
 """Invalid input: the old value remains, a message gives the reason, and the run can continue."""
 
-import json
 import math
 
 import pytest
@@ -101,25 +100,24 @@ def test_out_of_range_in_mid_contact(fmu, name, value, allowed):
     assert after == fmu.read(METRICS)
 
 
-@pytest.mark.parametrize("size", [0.0, -1e-6, math.nan, math.inf, -math.inf])
-def test_step_sizes(fmu, size):
+STEPS = [
+    *((1e-4, size, "step size") for size in (0.0, -1e-6, math.nan, math.inf, -math.inf)),
+    *(
+        (point, 1e-4, "communication point")
+        for point in (0.0, 2e-4, 1.5e-4, -1e-4, math.nan, math.inf)
+    ),
+]
+
+
+@pytest.mark.parametrize(("point", "size", "reason"), STEPS)
+def test_invalid_steps(fmu, point, size, reason):
     begin(fmu)
     fmu.end_initialization()
     fmu.slave.doStep(0.0, 1e-4)
-    assert is_discarded(fmu, 1e-4, size)
-    assert "step size" in fmu.messages[-1]
-    fmu.slave.doStep(1e-4, 1.0)
+    assert is_discarded(fmu, point, size)
+    assert reason in fmu.messages[-1]
+    fmu.slave.doStep(1e-4 * (1.0 + 1e-9), 1.0)
     assert fmu.read(METRICS) == pytest.approx(fmu.impact(), rel=1e-13)
-
-
-@pytest.mark.parametrize("point", [0.0, 2e-4, 1.5e-4, -1e-4, math.nan, math.inf])
-def test_a_communication_point_that_jumps(fmu, point):
-    begin(fmu)
-    fmu.end_initialization()
-    fmu.slave.doStep(0.0, 1e-4)
-    assert is_discarded(fmu, point)
-    assert "communication point" in fmu.messages[-1]
-    fmu.slave.doStep(1e-4 * (1.0 + 1e-9), 1e-4)
 
 
 def test_any_communication_point_after_a_restored_state(fmu):
@@ -131,29 +129,6 @@ def test_any_communication_point_after_a_restored_state(fmu):
     fmu.slave.doStep(7.0, 0.5)
     fmu.slave.freeFMUstate(state)
     assert fmu.read(["touch_time"])["touch_time"] == pytest.approx(7.01, abs=1e-14)
-
-
-def test_exponent_needs_law_2(fmu):
-    begin(fmu, exponent=1.5)
-    assert fmu.messages == []
-    fmu.end_initialization()
-    assert "exponent" in fmu.messages[0]
-    assert is_discarded(fmu)
-    set_real(fmu, "exponent", 1.0)
-    fmu.slave.doStep(0.0, 1.0)
-    assert fmu.read(METRICS) == fmu.impact()
-
-
-def test_a_parameter_is_fixed_after_initialization(fmu):
-    begin(fmu)
-    fmu.end_initialization()
-    set_real(fmu, "m_club", 0.3)
-    assert "m_club" in fmu.messages[0]
-    assert fmu.read(["m_club"])["m_club"] == 0.21
-    assert is_discarded(fmu)
-    set_real(fmu, "m_club", 0.21)
-    fmu.slave.doStep(0.0, 1.0)
-    assert fmu.read(METRICS) == fmu.impact()
 
 
 def test_calls_in_the_wrong_state(fmu):
@@ -171,106 +146,3 @@ def test_calls_in_the_wrong_state(fmu):
     set_real(fmu, "k", 2e6)
     assert "after the end of the run" in fmu.messages[-1]
     assert fmu.impact() == last
-
-
-def test_outputs_cannot_be_set(fmu):
-    begin(fmu)
-    set_real(fmu, "force", 1.0)
-    fmu.end_initialization()
-    assert is_discarded(fmu)
-    fmu.slave.doStep(0.0, 1.0)
-    assert fmu.read(METRICS) == fmu.impact()
-
-
-@pytest.mark.parametrize(
-    "values",
-    [{"k": 1e300}, {"m_ball": 1e-300}, {"club_speed": 1e200}, {"b": 1e300}, {"k": 5e-324}],
-)
-def test_values_that_overflow_together(fmu, values):
-    """Allowed separately, but results leave the range of a double: rejected with the numbers."""
-    begin(fmu, **values)
-    fmu.end_initialization()
-    assert "range of a double" in fmu.messages[0]
-    assert is_discarded(fmu)
-
-
-def serialized(fmu):
-    state = fmu.slave.getFMUstate()
-    data = fmu.slave.serializeFMUstate(state)
-    fmu.slave.freeFMUstate(state)
-    return data
-
-
-@pytest.mark.parametrize("law", [1, 2])
-@pytest.mark.parametrize("through_bytes", [False, True])
-def test_state_in_mid_contact(fmu, law, through_bytes):
-    names = [v for v in fmu.variables if fmu.variables[v].type == "Real"]
-
-    def finish():
-        fmu.slave.doStep(4e-4, 1e-4)
-        first = fmu.read(names)
-        set_real(fmu, "k", 1.3e6)
-        fmu.slave.doStep(5e-4, 1.0)
-        return first, fmu.read(names)
-
-    fmu.start(law=law, gap=0.001)
-    fmu.step(0.0, 1e-4)
-    set_real(fmu, "b", 20.0)
-    fmu.step(1e-4, 3e-4)
-    state = fmu.slave.getFMUstate()
-    data = serialized(fmu)
-    now = fmu.read(names)
-    straight = finish()
-    fmu.start(law=3 - law, m_club=0.3)
-    fmu.step(0.0, 2e-4)
-    if through_bytes:
-        fmu.slave.freeFMUstate(state)
-        state = fmu.slave.deSerializeFMUstate(data)
-    fmu.slave.setFMUstate(state)
-    assert fmu.read(names) == now
-    assert finish() == straight
-    fmu.slave.freeFMUstate(state)
-
-
-@pytest.mark.parametrize(
-    "data", [b"", b"nonsense", b"[]", b'["another component", 1]', b"\xff\xfe", b"null"]
-)
-def test_bytes_that_are_not_a_state(fmu, data):
-    begin(fmu)
-    fmu.end_initialization()
-    state = fmu.slave.deSerializeFMUstate(data)
-    fmu.slave.setFMUstate(state)
-    assert "state" in fmu.messages[-1]
-    assert is_discarded(fmu)
-    fmu.slave.doStep(0.0, 1.0)
-    assert fmu.read(METRICS) == fmu.impact()
-
-
-def test_a_state_is_json(fmu):
-    fmu.start(gap=1.0)
-    assert json.loads(serialized(fmu))[0].startswith("golf-impact state")
-
-
-def test_reset_is_a_new_instance(fmu):
-    slave = fmu.slave
-    fmu.start(law=2, k=2e6)
-    fmu.step(0.0, 1.0)
-    slave.reset()
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
-    slave.doStep(0.0, 1.0)
-    assert fmu.read(METRICS) == fmu.impact()
-
-
-@pytest.mark.parametrize("reference", [2**32 - 1, 2**32 - 2, 1000])
-def test_an_unknown_value_reference(fmu, reference):
-    """pythonfmu passes a large unsigned reference as a negative one."""
-    begin(fmu)
-    fmu.end_initialization()
-    fmu.slave.doStep(0.0, 1e-4)
-    fmu.slave.setReal([reference], [50.0])
-    assert "can't be set" in fmu.messages[-1]
-    assert fmu.read(["k", "b", "club_speed"]) == {"k": 1e6, "b": 9.0, "club_speed": 35.0}
-    assert is_discarded(fmu, 1e-4)
-    fmu.slave.doStep(1e-4, 1.0)

@@ -23,7 +23,6 @@ from golf_impact.benchmarks.impact import METRICS
 from golf_impact.benchmarks.limits import LIMITS, MOST_SPREAD, missed
 from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slope
 from golf_impact.commands.bench import bench
-from golf_impact.errors import UserError
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import stepping
 from golf_impact.peers.compiled import SUB_STEP, compiled_fmu, compiler
@@ -216,9 +215,3 @@ def test_slope_leaves_rounding_out():
     assert slope(steps, [1e-4, 1e-6, 1e-8, 1e-10]) == pytest.approx(2.0)
     assert slope(steps, [1e-4, 1e-6, 1e-8, 3e-16]) == pytest.approx(2.0)
     assert slope(steps, [math.inf, math.inf, 1e-8, 1e-10]) is None
-
-
-def test_a_folder_that_cannot_be_written(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(UserError, match="choose another folder"):
-        bench(quick=True, folder=tmp_path / "file")

@@ -22,11 +22,6 @@ HERE = Path(__file__).resolve().parent
 MACHINE = HERE / "call_order_machine.py"
 
 
-@pytest.fixture(scope="module")
-def extracted(fmu_path, tmp_path_factory):
-    return fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted")))
-
-
 def last_sequence(trace):
     """The calls of the sequence that a trace ends in."""
     calls = [line for line in trace.splitlines() if not line.startswith("=")]
@@ -85,17 +80,12 @@ def test_every_order_of_calls(trace):
     assert statuses == {"0", "2", "3"}
 
 
-def test_a_c_host_gets_the_same_answers(trace, extracted, libpython, compiler, tmp_path):
-    program = tmp_path / "replay"
-    headers = Path(fmpy.__file__).parent / "c-code"
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{headers}"]
-    source = HERE / "native_host" / "replay.c"
-    subprocess.run([compiler, *flags, source, "-o", program, "-ldl"], check=True)
+def test_a_c_host_gets_the_same_answers(trace, extracted, libpython, compiled):
     lines = trace.splitlines()
     calls = [line for line in lines if not line.startswith("=")]
     expected = [numbers(line[2:]) for line in lines if line.startswith("=")]
     done = subprocess.run(
-        [program, extracted, fmpy.read_model_description(extracted).guid],
+        [compiled("replay"), extracted, fmpy.read_model_description(extracted).guid],
         input="\n".join(calls) + "\n",
         env={"PATH": os.defpath, "LD_PRELOAD": str(libpython)},
         capture_output=True,
@@ -138,33 +128,3 @@ def test_the_comparison_can_fail(extracted):
     with pytest.raises(AssertionError, match="force"):
         session.compare("0")
     session.clear()
-
-
-def test_a_state_of_another_fmu_is_refused(extracted, tmp_path):
-    """A pointer that isn't this FMU's state: refused, as long as it is a Python object at all."""
-    from fmi2_calls import DISCARD, OK, Player
-
-    from golf_impact.benchmarks import empty_fmu
-    from golf_impact.fmu.file import build_plain_fmu
-
-    other = fmpy.extract(
-        str(build_plain_fmu(Path(empty_fmu.__file__), tmp_path)), str(tmp_path / "other")
-    )
-    ours, theirs = Player(extracted), Player(other)
-    for player in (ours, theirs):
-        for call in (("new", 0), ("setup", 0, 0.0), ("enter", 0), ("exit", 0)):
-            assert player.play(*call)[0] == OK
-    theirs.play("save", 0, 0)
-    ours.give("0", theirs.take("0"))
-    assert ours.play("step", 0, 0.0, 1e-4)[0] == OK
-    assert ours.play("restore", 0, 0)[0] == OK
-    assert "this component didn't make" in ours.messages[-1]
-    assert ours.play("step", 0, 1e-4, 1e-4)[0] == DISCARD
-    assert ours.play("step", 0, 1e-4, 1e-4)[0] == OK
-    assert ours.play("pack", 0, 0, 0)[0] == OK
-    assert ours.state_bytes(0) == b""
-    theirs.give("0", ours.take("0"))
-    theirs.play("drop", 0, 0)
-    for player in (ours, theirs):
-        assert player.play("end", 0)[0] == OK
-        player.play("free", 0)

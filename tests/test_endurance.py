@@ -5,18 +5,17 @@ A few with --ci; `pytest -m nightly` does them in full (about ten minutes).
 
 import json
 import os
-import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import fmpy
 import pytest
+from command import run
+from conftest import HERE
 
 from golf_impact.benchmarks import empty_fmu, empty_wide_fmu
 from golf_impact.fmu.file import build_plain_fmu
-
-HERE = Path(__file__).resolve().parent
 
 FEW = {"instances": 200, "cycles": 2000, "starts": 10}
 MANY = {"instances": 3000, "cycles": 100_000, "starts": 500}
@@ -41,13 +40,8 @@ def folders(fmu_path, tmp_path_factory):
 
 def ran(*arguments):
     """What a task printed; it must end as a process should."""
-    done = subprocess.run(
-        [sys.executable, "-X", "faulthandler", HERE / "endurance.py", *map(str, arguments)],
-        env=os.environ | {"PYTHONPATH": str(HERE.parent)},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, f"{arguments} ended with {done.returncode}: {done.stderr}"
+    command = [sys.executable, "-X", "faulthandler", HERE / "endurance.py", *arguments]
+    done = run(*command, env=os.environ | {"PYTHONPATH": str(HERE.parent)}, timeout=3600)
     return json.loads(done.stdout.splitlines()[-1])
 
 

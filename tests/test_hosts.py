@@ -14,9 +14,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import EXPECTED, some
-
-from golf_impact.fmu.system import build_system
+from conftest import EXPECTED, repeated
 
 FILES = ("fmu_path", "fmi3_path", "standalone_path", "standalone_fmi3_path")
 LAW_2_CONTACT = 6.010445569987614e-4
@@ -51,11 +49,9 @@ def run(libpython):
 
 
 @pytest.fixture(scope="module")
-def systems(fmu_path, standalone_path, tmp_path_factory):
-    """Swing and BallFlight, plain and standalone."""
-    folder = tmp_path_factory.mktemp("companions")
-    plain = build_system(folder / "plain")[:-1]
-    return plain, build_system(folder / "alone", standalone=True)[:-1]
+def systems(system_files, standalone_path):
+    """The companions, plain and standalone."""
+    return system_files()[:-1], system_files(standalone=True)[:-1]
 
 
 def is_standalone(path):
@@ -154,12 +150,12 @@ def test_fmusim_event_mode(request, simulate, path, early):
 @pytest.mark.parametrize("path", FILES)
 def test_fmusim_shows_a_refused_start_value(request, simulate, path):
     fmu = request.getfixturevalue(path)
-    said = "k = -1.0 N/m is refused: it must be a finite number > 0"
+    message = "k = -1.0 N/m is refused: it must be a finite number > 0"
     # Error from the standalone ones, Discard from the plain one for FMI 3.0; fmusim takes the
     # Discard of FMI 2.0 for the end of the simulation.
     code = 3 if is_standalone(fmu) else 2 if path == "fmi3_path" else 0
     _, done = simulate(fmu, code=code, k=-1)
-    assert said in done.stderr + done.stdout
+    assert message in done.stderr + done.stdout
     if path == "fmu_path":
         assert done.stderr.count("k = -1.0") == 1
     _, done = simulate(fmu, k=2e6)
@@ -218,8 +214,8 @@ def test_one_after_the_other(request, host, changed_k):
     lines = host("run", *files(request))
     assert len(errors(lines)) == 24
     assert max(map(abs, errors(lines))) <= 1e-14
-    answers = [float(line.rpartition(" ")[2]) for line in host("k", *files(request))]
-    assert answers == pytest.approx([changed_k["smash_factor"]] * 4, rel=1e-13)
+    results = [float(line.rpartition(" ")[2]) for line in host("k", *files(request))]
+    assert results == pytest.approx([changed_k["smash_factor"]] * 4, rel=1e-13)
 
 
 def test_state(request, host):
@@ -240,7 +236,7 @@ PAIRS = {
 
 
 @pytest.mark.parametrize("names", PAIRS.values(), ids=PAIRS)
-@pytest.mark.parametrize("times", some(1, [2, 20]))
+@pytest.mark.parametrize("times", repeated(2, 6, 20))
 def test_several_at_once(request, host, names, times):
     for _ in range(times):
         lines = host("mix", *files(request, names))
@@ -249,7 +245,7 @@ def test_several_at_once(request, host, names, times):
         assert lines[-1] == "closed"
 
 
-@pytest.mark.parametrize("times", some(1, [1, 20]))
+@pytest.mark.parametrize("times", repeated(1, 5, 20))
 def test_companions_at_once(systems, fmu_path, host, times):
     plain, alone = systems
     for _ in range(times):
@@ -266,7 +262,7 @@ def test_threads(request, host):
     assert errors(lines) == pytest.approx([0.0] * 2, abs=1e-14)
 
 
-@pytest.mark.parametrize("times", some(1, [5, 50]))
+@pytest.mark.parametrize("times", repeated(3, 15, 50))
 def test_reload(request, host, systems, times):
     host("reload", times, *files(request), *systems[0], *systems[1])
 

@@ -46,13 +46,3 @@ def test_all_names_of_the_scenario_interface_are_used():
         for name in all_
     }
     assert set(scenario.__all__) <= taken | {"ImpactFmu", "Metrics"}
-
-
-def test_only_scenarios_are_loaded_by_path():
-    loading = {
-        path.name
-        for folder in ("scenarios", "build", "fmu_src")
-        for path in (Path(__file__).parent.parent / folder).rglob("*.py")
-        if "spec_from_file_location" in path.read_text("utf-8")
-    }
-    assert loading == {"scripts.py"}

@@ -4,9 +4,7 @@ A step of 1e-3 s is longer than the whole contact. Tools with native libraries r
 their own.
 """
 
-import importlib.util
 import json
-import math
 import multiprocessing
 import shutil
 import subprocess
@@ -18,55 +16,26 @@ from xml.etree import ElementTree
 
 import fmpy
 import pytest
-from conftest import CRITERIA, EXPECTED
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
+from command import run as run_process
+from command import run_python
+from conftest import CRITERIA, EXPECTED, HERE, require
+from instances import begin, discard, get, make_instance
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = HERE.parent
 STEPS = (1e-3, 1e-4, 1e-6)
 STOP = 0.005
 
 
 def same(answers, law=1):
-    # 1e-12 as the issue has it; measured: 3e-16.
+    # Measured: 3e-16.
     assert list(answers) == pytest.approx(list(EXPECTED[law]), rel=1e-12, abs=0.0)
 
 
-@pytest.fixture(scope="module")
-def extracted(fmu_path, tmp_path_factory):
-    return fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted")))
-
-
-def instance(extracted, name="impact"):
-    description = fmpy.read_model_description(extracted)
-    slave = FMU2Slave(
-        guid=description.guid,
-        unzipDirectory=extracted,
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        instanceName=name,
-    )
-    slave.instantiate()
-    slave.references = {v.name: v.valueReference for v in description.modelVariables}
-    return slave
-
-
-def begin(slave, law=1):
-    slave.setupExperiment(startTime=0.0)
-    slave.setInteger([slave.references["law"]], [law])
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
-
-
 def run(slave, step=1e-3, law=1):
-    begin(slave, law)
+    begin(slave, law=law)
     for n in range(round(STOP / step)):
         slave.doStep(n * step, step)
-    return slave.getReal([slave.references[name] for name in CRITERIA])
-
-
-def discard(slave):
-    slave.terminate()
-    slave.freeInstance()
+    return get(slave, *CRITERIA)
 
 
 # fmpy
@@ -86,15 +55,9 @@ def test_simulate_fmu(extracted, step, law):
     same((rows[name][-1] for name in CRITERIA), law)
 
 
-def test_no_variable_is_of_a_type_that_an_importer_leaves_out(extracted):
-    # libcosim 0.10 and ecos 0.7 ignore variables of type Enumeration.
-    description = fmpy.read_model_description(extracted)
-    assert {v.type for v in description.modelVariables} == {"Real", "Integer", "Boolean"}
-
-
 @pytest.mark.parametrize("step", STEPS)
 def test_low_level(extracted, step):
-    slave = instance(extracted)
+    slave = make_instance(extracted)
     same(run(slave, step))
     slave.reset()
     same(run(slave, step, law=2), law=2)
@@ -102,20 +65,20 @@ def test_low_level(extracted, step):
 
 
 def test_several_instances_side_by_side(extracted):
-    slaves = [instance(extracted, f"impact {n}") for n in range(4)]
+    slaves = [make_instance(extracted, f"impact {n}") for n in range(40)]
     for n, slave in enumerate(slaves):
         begin(slave, law=1 + n % 2)
-    for m in range(500):
+    for m in range(50):
         for slave in slaves:
-            slave.doStep(m * 1e-5, 1e-5)
+            slave.doStep(m * 1e-4, 1e-4)
     for n, slave in enumerate(slaves):
-        answers = slave.getReal([slave.references[name] for name in CRITERIA])
+        answers = get(slave, *CRITERIA)
         same(answers, law=1 + n % 2)
         discard(slave)
 
 
 def one_run(extracted, law):
-    slave = instance(extracted)
+    slave = make_instance(extracted)
     answers = run(slave, 1e-5, law)
     discard(slave)
     return answers
@@ -149,8 +112,7 @@ if __name__ == "__main__":
 def test_processes(extracted, tmp_path, method):
     script = tmp_path / "processes.py"
     script.write_text(_PROCESSES)
-    command = [sys.executable, str(script), extracted, str(Path(__file__).parent), method]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100, cwd=ROOT)
+    done = run_process(sys.executable, script, extracted, HERE, method, cwd=ROOT)
     assert done.stdout.strip().endswith("done"), done.stderr[-2000:]
 
 
@@ -160,21 +122,21 @@ def test_a_forked_child_goes_on_with_its_copy(extracted):
     program = """
 import os, sys
 sys.path.insert(0, sys.argv[2])
-from test_interop import begin, discard, instance, same, CRITERIA
-slave = instance(sys.argv[1])
+from instances import begin, discard, get, make_instance
+from test_interop import CRITERIA, same
+slave = make_instance(sys.argv[1])
 begin(slave)
 slave.doStep(0.0, 2e-4)
 child = os.fork()
 slave.doStep(2e-4, 5e-3)
-same(slave.getReal([slave.references[name] for name in CRITERIA]))
+same(get(slave, *CRITERIA))
 discard(slave)
 if child == 0:
     os._exit(0)
 assert os.waitpid(child, 0)[1] == 0
 print("done")
 """
-    command = [sys.executable, "-c", program, extracted, str(Path(__file__).parent)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100, cwd=ROOT)
+    done = run_python(program, extracted, HERE, cwd=ROOT)
     assert done.stdout.strip() == "done", done.stderr[-2000:]
 
 
@@ -207,30 +169,16 @@ with EcosSimulationStructure() as structure:
 """
 
 
-def _missing(tool):
-    if importlib.util.find_spec(tool) is None:
-        return f"{tool} isn't installed (pip install golf-impact[interop])"
-    if tool == "ecospy":
-        done = subprocess.run([sys.executable, "-c", "import ecospy.lib"], capture_output=True)
-        return "ecospy can't be loaded: apt-get install libtbb12" if done.returncode else None
-    return None
-
-
 @pytest.mark.importers
 @pytest.mark.parametrize("law", [1, 2])
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize(("tool", "code"), [("libcosimpy", _COSIM), ("ecospy", _ECOS)])
 def test_other_importers(fmu_path, tool, code, step, law):
-    why = _missing(tool)
-    if why:
-        pytest.skip(why)
+    require(tool)
     given = json.dumps([str(fmu_path), step, round(STOP / step), law, CRITERIA])
     prelude = "import json, sys\nfmu, step, steps, law, names = json.loads(sys.argv[1])\n"
     program = f'{prelude}{code}\nprint("answers", json.dumps(list(answers)))'
-    done = subprocess.run(
-        [sys.executable, "-c", program, given], capture_output=True, text=True, timeout=100
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
+    done = run_python(program, given)
     # libcosim writes its log to stdout as well.
     (line,) = (text for text in done.stdout.splitlines() if text.startswith("answers "))
     same(json.loads(line.removeprefix("answers ")), law)
@@ -240,14 +188,9 @@ def test_other_importers(fmu_path, tool, code, step, law):
 
 
 def _toolbox(command, *arguments):
-    if importlib.util.find_spec("fmu_manipulation_toolbox") is None:
-        pytest.skip("fmu-manipulation-toolbox isn't installed (pip install golf-impact[interop])")
+    require("fmu_manipulation_toolbox")
     program = shutil.which(command, path=str(Path(sys.executable).parent))
-    assert program is not None
-    done = subprocess.run(
-        [program, *map(str, arguments)], capture_output=True, text=True, timeout=100
-    )
-    assert done.returncode == 0, done.stderr
+    done = run_process(program, *arguments)
     return done.stdout + done.stderr
 
 
@@ -258,22 +201,13 @@ def test_fmutool_finds_it_compliant(fmu_path):
     assert "No semantic error" in said
 
 
-def test_fmpy_finds_nothing_to_complain_about(fmu_path):
-    from fmpy.validation import validate_fmu
-
-    assert validate_fmu(str(fmu_path)) == []
-
-
-def test_what_omsimulator_reads(fmu_path, tmp_path):
+def test_what_omsimulator_reads(fmu_path, ssp):
     """It aborts without its annotation in the system, and finds a loop without the dependencies."""
-    from golf_impact.fmu.system import build_system
-
     spaces = {
         "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
         "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
         "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
     }
-    *_, ssp = build_system(tmp_path)
     with zipfile.ZipFile(ssp) as archive:
         root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
     system = root.find("ssd:System", spaces)
@@ -301,11 +235,9 @@ def test_what_omsimulator_reads(fmu_path, tmp_path):
 
 @pytest.mark.importers
 @pytest.mark.parametrize("step", STEPS[:2])
-def test_a_container_with_another_fmu(fmu_path, tmp_path, step):
-    from golf_build.system import build_companion
-
+def test_a_container_with_another_fmu(fmu_path, files, tmp_path, step):
     shutil.copy(fmu_path, tmp_path / "ClubBallImpact.fmu")
-    build_companion("BallFlight", tmp_path / "BallFlight.fmu")
+    shutil.copy(files[2], tmp_path / "BallFlight.fmu")
     links = ("ball_velocity", "separated", "touch_time", "contact_time")
     lines = [
         "rule;from_fmu;from_port;to_fmu;to_port",
@@ -324,10 +256,7 @@ rows = fmpy.simulate_fmu(fmu, stop_time=0.01, step_size=step, output_interval=st
 print(json.dumps([float(rows[name][-1]) for name in names]), flush=True)
 """
     given = json.dumps([str(tmp_path / "both.fmu"), step, [*CRITERIA, "carry"]])
-    done = subprocess.run(
-        [sys.executable, "-c", program, given], capture_output=True, text=True, timeout=100
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
+    done = run_python(program, given)
     *answers, carry = json.loads(done.stdout.splitlines()[-1])
     same(answers)
     assert carry == pytest.approx(156.80936501820162, rel=1e-12)
@@ -337,54 +266,12 @@ print(json.dumps([float(rows[name][-1]) for name in names]), flush=True)
 
 
 def test_a_host_that_frees_without_terminate(extracted):
-    slave = instance(extracted)
+    slave = make_instance(extracted)
     slave.freeInstance()
-    slave = instance(extracted)
+    slave = make_instance(extracted)
     begin(slave)
     slave.doStep(0.0, 1e-4)
     slave.freeInstance()
-    same(one_run(extracted, 1))
-
-
-def test_a_host_that_steps_after_terminate(extracted):
-    slave = instance(extracted)
-    run(slave)
-    slave.terminate()
-    with pytest.raises(FMICallException):
-        slave.doStep(STOP, 1e-3)
-    same(slave.getReal([slave.references[name] for name in CRITERIA]))
-    slave.freeInstance()
-
-
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_a_host_that_sets_nonsense_in_mid_contact(extracted, bad):
-    slave = instance(extracted)
-    begin(slave)
-    for n in range(250):
-        slave.doStep(n * 1e-6, 1e-6)
-    k = [slave.references["k"]]
-    slave.setReal(k, [bad])
-    for _ in range(3):
-        with pytest.raises(FMICallException):
-            slave.doStep(250e-6, 1e-6)
-    assert slave.getReal(k) == [1e6]
-    slave.setReal(k, [1e6])
-    for n in range(250, 5000):
-        slave.doStep(n * 1e-6, 1e-6)
-    same(slave.getReal([slave.references[name] for name in CRITERIA]))
-    discard(slave)
-
-
-@pytest.mark.ci
-def test_a_thousand_instances(extracted):
-    slaves = [instance(extracted, f"impact {n}") for n in range(1000)]
-    for slave in slaves[::100]:
-        same(run(slave))
-    for slave in slaves:
-        # Not all of them: most hosts that make so many don't.
-        if slave is slaves[-1] or slave in slaves[::100]:
-            slave.terminate()
-        slave.freeInstance()
     same(one_run(extracted, 1))
 
 
@@ -416,32 +303,25 @@ def test_another_build_in_the_same_process_runs_its_own_code(fmu_path, heavier, 
 import fmpy, json, sys
 sys.path.insert(0, sys.argv[2])
 import golf_physics.component  # the process has this one's sources, too
-from test_interop import begin, discard, instance, one_run
+from instances import begin, discard, get, make_instance
+from test_interop import one_run
 fmus = json.loads(sys.argv[1])
 folders = [fmpy.extract(fmu) for fmu in fmus]
-slaves = [instance(folder) for folder in folders]
+slaves = [make_instance(folder) for folder in folders]
 for slave in slaves:
     begin(slave)
 for n in range(50):
     for slave in slaves:
         slave.doStep(n * 1e-4, 1e-4)
-side_by_side = [slave.getReal([slave.references["smash_factor"]])[0] for slave in slaves]
+side_by_side = [get(slave, "smash_factor")[0] for slave in slaves]
 for slave in slaves:
     discard(slave)
 print(json.dumps([side_by_side, [one_run(folder, 1)[0] for folder in folders]]))
 """
     fmus = [str(fmu_path), str(heavier)]
     order = fmus if first == "this" else fmus[::-1]
-    command = [sys.executable, "-c", program, json.dumps(order), str(Path(__file__).parent)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100, cwd=ROOT)
-    assert done.returncode == 0, done.stderr[-2000:]
-    alone = subprocess.run(
-        [*command[:3], json.dumps([str(heavier)]), command[4]],
-        capture_output=True,
-        text=True,
-        timeout=100,
-        cwd=ROOT,
-    )
+    done = run_python(program, json.dumps(order), HERE, cwd=ROOT)
+    alone = run_python(program, json.dumps([str(heavier)]), HERE, cwd=ROOT)
     (other,), _ = json.loads(alone.stdout.splitlines()[-1])
     for answers in json.loads(done.stdout.splitlines()[-1]):
         this = answers[order.index(str(fmu_path))]

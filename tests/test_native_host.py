@@ -1,54 +1,38 @@
 """A small C host loads the FMU; test_hosts.py has real ones."""
 
 import os
-import subprocess
 from pathlib import Path
 
 import fmpy
 import pytest
+from command import run
 from conftest import HOST_TASKS, LAW_1
 
 from golf_impact.commands import doctor
 
-HERE = Path(__file__).resolve().parent
-
 
 @pytest.fixture(scope="module")
-def extracted(fmu_path, tmp_path_factory):
+def folder(fmu_path, tmp_path_factory):
     # A host that passes the address as it is may even have these: it is escapes that do harm.
-    folder = tmp_path_factory.mktemp("native host #")
-    fmpy.extract(str(fmu_path), str(folder))
-    return folder
+    place = tmp_path_factory.mktemp("native host #")
+    fmpy.extract(str(fmu_path), str(place))
+    return place
 
 
 @pytest.fixture(scope="module")
-def host(compiler, libpython, freed, extracted, tmp_path_factory):
-    program = tmp_path_factory.mktemp("host") / "host"
-    description = fmpy.read_model_description(str(extracted))
-    macros = [f"-DVR_{v.name}={v.valueReference}" for v in description.modelVariables]
-    headers = Path(fmpy.__file__).parent / "c-code"
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{headers}"]
-    source = HERE / "native_host" / "host.c"
-    command = [compiler, *flags, *macros, str(source), "-o", str(program), "-ldl", "-pthread"]
-    subprocess.run(command, check=True)
+def host(compiled, libpython, freed, folder):
+    program = compiled("host")
+    guid = fmpy.read_model_description(str(folder)).guid
 
-    def run(*task, preload=True, strict=False, **environment):
+    def host(*task, preload=True, strict=False, **environment):
         if preload:
             environment |= {"LD_PRELOAD": f"{libpython}:{freed}" if strict else str(libpython)}
-        arguments = [program, extracted, description.guid, *task]
-        done = subprocess.run(
-            [str(a) for a in arguments],
-            env={"PATH": os.defpath, **environment},
-            capture_output=True,
-            text=True,
-            timeout=100,
-        )
-        assert done.returncode == 0, done.stderr
+        done = run(program, folder, guid, *task, env={"PATH": os.defpath, **environment})
         *lines, last = done.stdout.splitlines()
         assert last == "done"
         return {name: float(value) for name, value in map(str.split, lines)}
 
-    return run
+    return host
 
 
 # 1e-12 as everywhere; measured: equal to the last bit.
@@ -71,7 +55,7 @@ def test_a_host_may_load_libpython_itself(host, libpython):
     same(host("impact", "1e-4", preload=False, LIBPYTHON=str(libpython)))
 
 
-def test_without_libpython_the_linker_says_so(host):
+def test_without_libpython_the_linker_reports_it(host):
     with pytest.raises(AssertionError, match="undefined symbol"):
         host("impact", preload=False)
 
@@ -116,7 +100,7 @@ def test_doctor_never_fails(fmu_path, tmp_path, monkeypatch, capsys):
         ),
     ],
 )
-def test_doctor_knows_the_folders_that_pythonfmu_crashes_in(
+def test_doctor_recognizes_folders_that_pythonfmu_crashes_in(
     folder, odd, fmu_path, tmp_path, monkeypatch, capsys
 ):
     place = tmp_path / folder

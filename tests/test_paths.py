@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
-from command import COMMAND, golf, golf_here, refused
+from command import COMMAND, golf, golf_here, refused, run_python
 
 from golf_impact.files import write_together
 
@@ -100,23 +100,6 @@ def test_a_read_only_checkout(nobody):
     refused(golf("build", cwd=folder, **options), "build/ClubBallImpact.fmu", "Permission denied")
 
 
-@pytest.mark.ci
-def test_a_cache_without_permission_to_read(nobody):
-    """HOME of another user."""
-    folder, options = nobody
-    closed = folder / "closed"
-    closed.mkdir()
-    env = installed(folder / "site")
-    packages = options["env"]["PYTHONPATH"].split(os.pathsep)[-1]
-    env["PYTHONPATH"] += os.pathsep + packages
-    closed.chmod(0o700 if options.get("user") else 0)
-    options |= {"env": env | {"XDG_CACHE_HOME": str(closed)}}
-    done = golf("run", "table1", "--out", folder / "own" / "out", cwd=folder, **options)
-    assert done.returncode == 0, done.stderr
-    assert "Permission denied" in done.stderr
-    assert "for this run only" in done.stderr
-
-
 def test_a_working_folder_without_permission_to_write(nobody):
     folder, options = nobody
     refused(golf("run", "table1", cwd=folder, **options), "golf-impact-results", "--out")
@@ -144,14 +127,7 @@ def test_no_home(tmp_path, cache):
     cwd = tmp_path / "cwd"
     cwd.mkdir()
     clean = {key: value for key, value in os.environ.items() if key != "HOME"}
-    done = subprocess.run(
-        [sys.executable, "-c", start, "run", "table1", "--out", "out"],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env=clean | env,
-    )
-    assert done.returncode == 0, done.stderr
+    done = run_python(start, "run", "table1", "--out", "out", cwd=cwd, env=clean | env)
     (line,) = done.stderr.splitlines()
     assert line.startswith("Built ")
     assert names(cwd) == {"out"}
@@ -243,6 +219,8 @@ def test_files_in_place_of_folders_and_vice_versa(tmp_path):
     file.write_text("mine")
     for out in (file, file / "below"):
         refused(golf_here("run", "table1", "--out", out, cwd=tmp_path), "Not a directory", "--out")
+    refused(golf_here("build", "--out", file / "below" / "x.fmu"), "x.fmu")
+    refused(golf_here("build", "--out", tmp_path), "folder")
     assert file.read_text() == "mine"
     (tmp_path / "out" / "report.html").mkdir(parents=True)
     refused(golf_here("run", "table1", "--out", "out", cwd=tmp_path), "report.html", "folder")
@@ -382,67 +360,6 @@ def test_standard_output_that_is_full_or_closed(tmp_path):
 # Two at once
 
 
-def together(tmp_path, *commands):
-    processes = [
-        subprocess.Popen(
-            [COMMAND, *map(str, command), "--out", tmp_path / "out"],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        for command in commands
-    ]
-    for process in processes:
-        _, said = process.communicate()
-        assert process.returncode == 0, said
-
-
-def one_runs_files(out, scripts):
-    """results.json, report.html and the trajectory are those of the same run.
-
-    Returns:
-        Its k (N/m) and the maximum force (N).
-    """
-    assert names(out) == {"results.json", "report.html", "one.csv"}
-    ((name, cases),) = json.loads((out / "results.json").read_text()).items()
-    k, force = scripts[name], cases["one"]["max_force"]
-    assert f"k = {k:g} N/m" in (out / "report.html").read_text()
-    # The largest sample of 301 lies just below the largest force.
-    rows = (out / "one.csv").read_text().splitlines()[1:]
-    largest = max(float(row.split(",")[1]) for row in rows)
-    assert force * 0.999 < largest <= force
-    return k, force
-
-
-STIFF = """
-from golf_impact.scenario import Report
-
-TITLE = "k = {k:g} N/m"
-
-
-def run(fmu):
-    report = Report(TITLE, fmu)
-    report.impact("one", k={k!r})
-    report.trajectories["one"] = fmu.trajectory(k={k!r})
-    return report
-"""
-
-
-@pytest.mark.parametrize(
-    "times", [pytest.param(2, marks=pytest.mark.ci), pytest.param(50, marks=pytest.mark.nightly)]
-)
-def test_two_runs_into_one_folder(tmp_path, times):
-    scripts = {"soft": 1e6, "hard": 2e6}
-    for name, k in scripts.items():
-        (tmp_path / f"{name}.py").write_text(STIFF.format(k=k))
-    commands = [("run", f"{name}.py", "--no-figures") for name in scripts]
-    forces = {}
-    for _ in range(times):
-        together(tmp_path, *commands)
-        k, force = one_runs_files(tmp_path / "out", scripts)
-        assert forces.setdefault(k, force) == force
-
-
 def test_concurrent_writes_into_a_folder_wait(tmp_path, monkeypatch):
     replace, in_the_middle = os.replace, threading.Event()
 
@@ -471,7 +388,3 @@ def test_figures_of_an_earlier_run_are_removed_without_figures(tmp_path):
     assert "replaces an earlier one" in second.stdout
     ends = (".csv", "_results.json", "_report.html")
     assert names(tmp_path / "out") == {f"{stem}{end}" for end in ends}
-
-
-def test_a_value_given_twice(tmp_path):
-    refused(golf_here("run", "--set", "k=1", "--set", "k=2", cwd=tmp_path), "k is given twice")

@@ -1,27 +1,21 @@
-"""What a host gets to see and to hear: refused values, refused calls, damaged states, Ctrl-C."""
+"""Messages to hosts and recovery: refused values, refused calls, damaged states, Ctrl-C."""
 
 import ctypes
 import json
-import os
-import subprocess
-import sys
 from contextlib import contextmanager
 
 import fmpy
 import pytest
-from conftest import some
+from command import run_python
+from conftest import HERE, repeated
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
-
-from golf_impact.fmu.system import build_system
+from instances import begin, discard, make_instance
 
 
 @pytest.fixture(scope="module")
-def fmus(fmu_path, fmi3_path, request, tmp_path_factory):
+def fmus(fmu_path, fmi3_path, request, system_files):
     """Every plain FMU, or with --standalone every standalone one."""
-    alone = request.config.getoption("--standalone")
-    folder = tmp_path_factory.mktemp("system")
-    *companions, _ = build_system(folder, standalone=alone)
+    *companions, _ = system_files(standalone=request.config.getoption("--standalone"))
     named = {file.name.split(".")[0]: file for file in companions}
     return {"fmi2": fmu_path, "fmi3": fmi3_path, **named}
 
@@ -49,9 +43,7 @@ except Exception as error:
     print(error)
 """
     given = json.dumps([str(fmu), start, options])
-    command = [sys.executable, "-c", program, given]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100)
-    assert done.returncode == 0, done.stderr
+    done = run_python(program, given)
     return done.stdout, done.stderr
 
 
@@ -85,7 +77,7 @@ def test_with_logging_on_the_logger_alone_has_it(fmus, name):
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_of_accepted_values_nothing_is_said(fmus, name):
+def test_accepted_values_print_nothing(fmus, name):
     variable, *_ = BAD[name]
     assert simulate(fmus[name], {variable: 0.4}) == ("", "")
 
@@ -107,26 +99,9 @@ def test_each_refusal_is_written_once(fmus, capfd):
 @contextmanager
 def instance(fmu, **values):
     """An initialized instance."""
-    folder = fmpy.extract(str(fmu))
-    description = fmpy.read_model_description(folder)
-    slave = FMU2Slave(
-        guid=description.guid,
-        unzipDirectory=folder,
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        instanceName="one",
-    )
-    slave.references = {v.name: v.valueReference for v in description.modelVariables}
-    slave.reals = [v.valueReference for v in description.modelVariables if v.type == "Real"]
-    slave.instantiate()
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    for name, value in values.items():
-        set_ = slave.setBoolean if type(value) is bool else slave.setReal
-        set_([slave.references[name]], [value])
-    slave.exitInitializationMode()
+    slave = begin(make_instance(fmpy.extract(str(fmu))), **values)
     yield slave
-    slave.terminate()
-    slave.freeInstance()
+    discard(slave)
 
 
 # States of companions
@@ -167,13 +142,14 @@ def test_a_damaged_state_is_refused_and_has_no_effect(fmus, name):
         other.freeFMUstate(copy)
 
 
-def test_a_state_of_another_companion_is_refused(fmus):
-    with instance(fmus["Swing"]) as swing, instance(fmus["BallFlight"]) as flight:
+@pytest.mark.parametrize("name", ["BallFlight", "fmi2"])
+def test_a_state_of_another_fmu_is_refused(fmus, name):
+    with instance(fmus["Swing"]) as swing, instance(fmus[name]) as other:
         state = swing.getFMUstate()
-        flight.setFMUstate(state)
+        other.setFMUstate(state)
         with pytest.raises(FMICallException):
-            flight.doStep(0.0, 1e-3)
-        flight.doStep(0.0, 1e-3)
+            other.doStep(0.0, 1e-3)
+        other.doStep(0.0, 1e-3)
         swing.freeFMUstate(state)
 
 
@@ -182,7 +158,7 @@ def test_a_state_of_another_companion_is_refused(fmus):
 
 @pytest.fixture
 def loaded(standalone_path):
-    """An instance of the standalone FMU, and what its logger says."""
+    """An instance of the standalone FMU."""
     with instance(standalone_path) as slave:
         yield slave
 
@@ -228,7 +204,7 @@ def test_a_wrong_token_is_refused(standalone_fmi3_path):
         slave.instantiate()
 
 
-def test_out_of_memory_says_so(loaded):
+def test_out_of_memory_is_reported(loaded):
     made, said = instantiate(loaded, 1, loaded.guid.encode())
     references, values = (ctypes.c_uint * 1)(0), (ctypes.c_double * 1)()
     with pytest.raises(FMICallException):
@@ -253,10 +229,7 @@ with instance(sys.argv[1]) as slave:
     libm.fedisableexcept(1)
     print(trapping)
 """
-    here = os.path.dirname(__file__)
-    command = [sys.executable, "-c", program, str(standalone_path), here]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100)
-    assert done.returncode == 0, (done.returncode, done.stderr)
+    done = run_python(program, standalone_path, HERE)
     assert done.stdout.splitlines()[-1] == "1"
 
 
@@ -295,13 +268,10 @@ print(dict(seen))
 
 
 @pytest.mark.parametrize("name", ["fmi2", "Swing"])
-@pytest.mark.parametrize("times", some(1, [20, 300]))
+@pytest.mark.parametrize("times", repeated(20, 60, 300))
 def test_ctrl_c_is_a_keyboard_interrupt(fmus, name, times):
-    here = os.path.dirname(__file__)
-    command = [sys.executable, "-c", _INTERRUPTED, str(fmus[name]), here, str(times)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100)
-    assert done.stdout == f"{{'KeyboardInterrupt': {times}}}\n", (done.stdout, done.stderr[-2000:])
-    assert done.returncode == 0
+    done = run_python(_INTERRUPTED, fmus[name], HERE, times)
+    assert done.stdout == f"{{'KeyboardInterrupt': {times}}}\n", done.stderr[-2000:]
 
 
 def test_a_hosts_own_handler_stays(fmus):
@@ -313,5 +283,4 @@ mine = signal.signal(signal.SIGINT, print) and signal.getsignal(signal.SIGINT)
 with instance(sys.argv[1]) as slave:
     assert signal.getsignal(signal.SIGINT) is mine
 """
-    command = [sys.executable, "-c", program, str(fmus["fmi2"]), os.path.dirname(__file__)]
-    subprocess.run(command, check=True, timeout=100)
+    run_python(program, fmus["fmi2"], HERE)

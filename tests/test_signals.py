@@ -10,8 +10,8 @@ import time
 from pathlib import Path
 
 import pytest
+from command import COMMAND, run_python
 
-COMMAND = Path(sys.executable).with_name("golf-impact")
 STOPPED = "Stopped; nothing half-written is left."
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks into /proc")
@@ -43,7 +43,7 @@ def answers(pid):
 
 
 def stopped(arguments, delay, number, temporary, cwd):
-    """Send the signal after a delay; the exit code: 130, or 0 or 1 if the command was faster."""
+    """Send a signal after a delay. Returns 130, or 0 or 1 if the command was faster."""
     process = begun(arguments, temporary, cwd)
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(delay)
@@ -125,35 +125,19 @@ def attack_bench(tmp_path, times, longest):
     )
 
 
-def test_run(tmp_path):
-    codes = attack_run(tmp_path, 5, 1.0)
-    assert codes.count(130) >= 1
-
-
-@pytest.mark.ci
-def test_build(tmp_path):
-    attack_build(tmp_path, 3, 0.8)
-
-
-@pytest.mark.ci
-def test_bench(tmp_path):
-    assert attack_bench(tmp_path, 2, 2.0) == [130, 130]
-
-
-@pytest.mark.nightly
-def test_run_at_200_moments(tmp_path):
-    codes = attack_run(tmp_path, 200, 2.0)
-    assert 20 <= codes.count(130) <= 200
-
-
-@pytest.mark.nightly
-def test_build_at_100_moments(tmp_path):
-    assert attack_build(tmp_path, 100, 1.2).count(130) >= 20
-
-
-@pytest.mark.nightly
-def test_bench_at_20_moments(tmp_path):
-    assert attack_bench(tmp_path, 20, 10.0).count(130) >= 10
+@pytest.mark.parametrize(
+    ("attacked", "times", "longest", "least"),
+    [
+        (attack_run, 5, 1.0, 1),
+        pytest.param(attack_build, 3, 0.8, 0, marks=pytest.mark.ci),
+        pytest.param(attack_bench, 2, 2.0, 2, marks=pytest.mark.ci),
+        pytest.param(attack_run, 200, 2.0, 20, marks=pytest.mark.nightly),
+        pytest.param(attack_build, 100, 1.2, 20, marks=pytest.mark.nightly),
+        pytest.param(attack_bench, 20, 10.0, 10, marks=pytest.mark.nightly),
+    ],
+)
+def test_a_command_stopped_at_any_moment(tmp_path, attacked, times, longest, least):
+    assert attacked(tmp_path, times, longest).count(130) >= least
 
 
 def test_inside_the_fmu(tmp_path):
@@ -179,14 +163,13 @@ with ImpactFmu(current_fmu()[0]) as fmu:
 print("not stopped")
 """
     for name in ("SIGINT", "SIGTERM"):
-        done = subprocess.run(
-            [sys.executable, "-c", code.replace("{signal}", name)],
-            capture_output=True,
-            text=True,
+        done = run_python(
+            code.replace("{signal}", name),
+            code=130,
             env={**os.environ, "TMPDIR": str(tmp_path)},
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
         )
-        assert (done.returncode, done.stdout) == (130, ""), done.stderr
+        assert done.stdout == ""
         assert done.stderr == f"{STOPPED}\n"
         assert list(tmp_path.iterdir()) == []
 
@@ -205,8 +188,6 @@ os.replace = late
 files.write_together(pathlib.Path(sys.argv[1]), {"a": b"1", "b": b"2"})
 print("not stopped")
 """
-    done = subprocess.run(
-        [sys.executable, "-c", code, tmp_path / "out"], capture_output=True, text=True
-    )
-    assert (done.returncode, done.stdout) == (130, ""), done.stderr
+    done = run_python(code, tmp_path / "out", code=130)
+    assert done.stdout == ""
     assert content(tmp_path / "out") == {"a": b"1", "b": b"2"}

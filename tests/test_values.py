@@ -290,6 +290,7 @@ def test_any_double(driver, values, later, size):
     [
         {"law": 2, "exponent": 12.0, "reference_compression": 5e-211, "k": 1e-82, "m_club": 1e77},
         {"law": 2, "exponent": 12.0, "reference_compression": 1e-300},
+        *({"k": 1e300}, {"m_ball": 1e-300}, {"club_speed": 1e200}, {"b": 1e300}, {"k": 5e-324}),
         {"law": 1, "k": 2e250, "m_club": 2.3e88, "m_ball": 2.5e73, "b": 5e175, "club_speed": 6e60},
     ],
     ids=str,

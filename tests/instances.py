@@ -1,0 +1,72 @@
+"""Instances of FMUs by fmpy, for tests that make the FMI calls themselves."""
+
+import fmpy
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
+
+
+def make_instance(folder, name="one", kind=None, **options):
+    """Instantiate an extracted FMU for co-simulation, or as `kind`.
+
+    Returns:
+        The instance, with `references` by variable name, value references `reals` and `flags`, and
+        the logger's `messages`.
+    """
+    description = fmpy.read_model_description(str(folder), validate=False)
+    fmi3 = description.fmiVersion == "3.0"
+    slave = (kind or (FMU3Slave if fmi3 else FMU2Slave))(
+        guid=description.guid,
+        unzipDirectory=str(folder),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName=name,
+    )
+    variables = description.modelVariables
+    slave.references = {v.name: v.valueReference for v in variables}
+    slave.reals = [v.valueReference for v in variables if v.type in ("Real", "Float64")]
+    slave.flags = [v.valueReference for v in variables if v.type == "Boolean"]
+    slave.messages = []
+    if fmi3:
+        options["logMessage"] = lambda *words: slave.messages.append(words[-1].decode())
+    slave.instantiate(**options)
+    return slave
+
+
+def begin(slave, start=0.0, **values):
+    """From instantiation to stepping."""
+    if isinstance(slave, FMU2Slave):
+        slave.setupExperiment(startTime=start)
+        slave.enterInitializationMode()
+    else:
+        slave.enterInitializationMode(startTime=start)
+    put(slave, **values)
+    slave.exitInitializationMode()
+    return slave
+
+
+def put(slave, **values):
+    fmi2 = isinstance(slave, FMU2Slave)
+    for name, value in values.items():
+        if isinstance(value, bool):
+            set_ = slave.setBoolean
+        elif name == "law":
+            set_ = slave.setInteger if fmi2 else slave.setInt64
+        else:
+            set_ = slave.setReal if fmi2 else slave.setFloat64
+        set_([slave.references[name]], [value])
+
+
+def get(slave, *names):
+    references = [slave.references[name] for name in names]
+    return (slave.getReal if isinstance(slave, FMU2Slave) else slave.getFloat64)(references)
+
+
+def get_all(slave):
+    """All real and all Boolean variables."""
+    real = slave.getReal if isinstance(slave, FMU2Slave) else slave.getFloat64
+    return real(slave.reals), slave.getBoolean(slave.flags)
+
+
+def discard(*slaves):
+    for slave in slaves:
+        slave.terminate()
+        slave.freeInstance()
