@@ -5,7 +5,6 @@ from operator import attrgetter
 from typing import Any
 
 from .laws import LAWS
-from .laws import contact as laws
 from .laws.contact import Inputs
 from .variables import VARIABLES, Variable
 
@@ -19,10 +18,9 @@ _NAMES = tuple(row.name for row in VARIABLES if row.causality == "parameter")
 _values = attrgetter(*_NAMES)
 
 
-class Parameters(laws.Parameters):
+class Parameters:
     """The values, in the table's order, that stay fixed from the end of initialization on."""
 
-    # Not a named tuple: an attribute of one costs a look-up.
     __slots__ = (*_NAMES, "contact_law", "ordinary")
 
     def __init__(self, *values: Any) -> None:
@@ -32,7 +30,6 @@ class Parameters(laws.Parameters):
             self.exponent, self.reference_compression, self.restitution_at_rest,
             self.restitution_slope,
         ) = values  # fmt: skip
-        #: What `law` stands for.
         self.contact_law = LAWS[self.law]
         #: Far inside all bounds: no ordinary inputs lead out of them.
         self.ordinary = (

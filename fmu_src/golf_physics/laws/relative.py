@@ -1,17 +1,23 @@
 """Law 2: a spring and a damper between the bodies (Kelvin–Voigt).
 
-The contact force is F = k d + b d', with d the compression and d' the closing speed. It acts on
-both bodies alike, so momentum is conserved, and contact ends when the force has fallen to zero:
-the bodies can push but not pull (Schwager & Pöschel, Granular Matter 9, 465–469, 2007). With an
-exponent the spring stiffens, and a contact is a `PowerLawContact`.
+The contact force F = k d + b d', with the compression d and the closing speed d', acts on both
+bodies alike, so momentum is conserved. Contact ends when it has fallen to zero: the bodies can push
+but not pull (Schwager & Pöschel, Granular Matter 9, 465–469, 2007). With an exponent the spring
+stiffens, and a contact is a `PowerLawContact`.
 """
 
-from math import inf, sqrt
+from __future__ import annotations
 
-from .contact import ContactPhase, InitialState, Inputs, Parameters
-from .linear_law import LinearLaw, linear_contact
+from math import inf, sqrt
+from typing import TYPE_CHECKING
+
+from .contact import ContactPhase, InitialState, Inputs
+from .law import LinearLaw
 from .power_law import PowerLawContact
 from .restitution import LEAST, damping_ratio, restitution
+
+if TYPE_CHECKING:
+    from ..parameters import Parameters
 
 #: A larger exponent makes powers of ordinary lengths overflow.
 _STEEPEST = 12.0
@@ -29,15 +35,13 @@ class RelativeLaw(LinearLaw):
     def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
         """Powers must stay in the range of a double."""
         n, length = p.exponent, p.reference_compression
-        if n == 1.0:
-            return None
         closing = inputs[2] - p.ball_speed
         if n > _STEEPEST:
             return (
                 f"exponent = {n!r} is refused: beyond {_STEEPEST:g} forces leave the range of a "
                 "double"
             )
-        if closing <= 0.0:
+        if n == 1.0 or closing <= 0.0:
             return None
         # The compression that this speed leads to, and its rate.
         m = 0.5 * (n + 1.0)
@@ -58,7 +62,7 @@ class RelativeLaw(LinearLaw):
         closing = club_speed - p.ball_speed
         if not p.restitution_at_rest or closing <= 0.0:
             return None
-        coefficient = restitution(p, closing)
+        coefficient = restitution(p.restitution_at_rest, p.restitution_slope, closing)
         if LEAST <= coefficient <= 1.0:
             return None
         return (
@@ -71,16 +75,15 @@ class RelativeLaw(LinearLaw):
 
     def damping(self, p: Parameters, k: float, closing: float) -> float:
         # Outputs may be read before a step is refused for a COR out of range.
-        zeta = damping_ratio(max(restitution(p, closing), LEAST))
+        coefficient = restitution(p.restitution_at_rest, p.restitution_slope, closing)
+        zeta = damping_ratio(max(coefficient, LEAST))
         mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
         return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
     def contact(self, p: Parameters, k: float, b: float, start: InitialState) -> ContactPhase:
-        if p.exponent != 1.0:
-            return PowerLawContact(
-                k, b, p.m_club, p.m_ball, start, p.exponent, p.reference_compression
-            )
-        return linear_contact(k, b, 0.0, p.m_club, p.m_ball, start)
+        if p.exponent == 1.0:
+            return super().contact(p, k, b, start)
+        return PowerLawContact(k, b, p.m_club, p.m_ball, start, p.exponent, p.reference_compression)
 
     def damper(self, b: float) -> float:
         return b

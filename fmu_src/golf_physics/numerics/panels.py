@@ -73,16 +73,8 @@ class Panel:
     It is expanded about a zero of x or, away from those, about its own beginning; s is the σ from
     there (negative if the zero is ahead), H the largest |s|, and |s| = H v^r with r = m or 1. With
     g = (x/|s|)^(-P) or x^(-P), which is analytic, the time to or from s = 0 is H^(1/r) v G / ω,
-    where s G' + G/r = g.
-
-    Args:
-        motion: the oscillator.
-        m: (n + 1)/2.
-        omega: 1/s.
-        origin: x and u at s = 0.
-        first, last: s where the panel begins and ends.
-        stop: σ since the start of the phase where it ends.
-        t: when it begins, s since the start of the phase.
+    where s G' + G/r = g. m is (n + 1)/2; `origin` has x and u at s = 0; the panel lies between s =
+    `first` and `last`, begins at the time t and ends at σ = `stop` (since the start of the phase).
     """
 
     def __init__(
