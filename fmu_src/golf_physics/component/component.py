@@ -1,9 +1,8 @@
 """One instance: its variables, modes and clock.
 
-A communication step only advances the clock. Outputs are evaluated when they are read. Bad input is
-reported by a message and a refused step, never by an exception: an FMI adapter could only make it
-fatal. A refused call changes nothing: what follows from a call is computed first, and takes effect
-only as a whole.
+A communication step only advances the clock; outputs are evaluated when they are read. Bad input
+is reported by a message and a refused step, never by an exception, which would be fatal in FMI. A
+refused call changes nothing: its effects are computed first, and take place only as a whole.
 """
 
 from collections.abc import Callable
@@ -40,11 +39,7 @@ _OUT_OF_RANGE = "this impact leaves the range of a double"
 
 
 class Component:
-    """An instance between instantiation and termination.
-
-    Args:
-        report: called with a message whenever something is refused.
-    """
+    """An instance; `report` is called with a message whenever something is refused."""
 
     __slots__ = (
         "_anchored", "_count", "_mode", "_moving", "_now", "_once", "_outputs", "_pick", "_point",
@@ -64,19 +59,16 @@ class Component:
         self._refused: dict[str, str] = {}
         #: Why the next step is refused: calls that nothing can correct.
         self._once: tuple[str, ...] = ()
-        #: The impact and the steps since its inputs or the step size changed. Before stepping: a
-        #: preview for the present values, computed on demand.
+        #: The impact and the steps since its inputs or the step size changed, and how many of them
+        #: were accepted. Before stepping: for the present values, computed on demand.
         self._segment = NO_SEGMENT
-        #: How many of these steps have been accepted.
         self._count = 0.0
-        #: The last accepted step size, s, as long as another such step needs no check of anything
-        #: but the communication point; or NaN.
+        #: The last step size, s, if another such step needs only its communication point checked.
         self._size = nan
-        #: The host's time at the start of the run, s.
-        self.start_time = 0.0
-        #: The host's time when the clock stood at 0, s.
-        self.origin = 0.0
-        #: Where the host's next step is expected to begin, s; anywhere after a restore.
+        #: The host's time at the start of the run and when the clock stood at 0, s.
+        self.start_time = self.origin = 0.0
+        #: Where the host's next step is expected to begin, s; unless anchored (after a restore),
+        #: anywhere.
         self._point = 0.0
         self._anchored = True
         #: Whether every step must be checked: a touch is ahead that would be refused.
@@ -85,8 +77,7 @@ class Component:
         self._now: State | None = None
         #: A state that has been evaluated, and the impact at its instant.
         self._present: tuple[State | None, Any] = None, None
-        #: The last list of references read, if all of them are of the state, and how to pick them
-        #: from it (None: they come first); else the outputs.
+        #: The last list of references read: see `outputs.Reading`.
         self._moving: list[int] | None = None
         self._pick: Callable[[State], list[float]] | None = None
         self._outputs: tuple[list[int], tuple[Output, ...]] = [], ()
@@ -111,11 +102,9 @@ class Component:
             self._refuse_once("a second initialization is refused: reset the instance first")
 
     def exit_initialization(self) -> bool:
-        """From here on parameters are fixed, as soon as they can be used.
+        """Fix the parameters, as soon as they can be used.
 
-        Returns:
-            Whether all start values can be used; if not, steps are refused until they are
-            corrected.
+        Returns whether all start values can be used; if not, steps are refused until they can.
         """
         if self._mode != INITIALIZATION:
             self._refuse_once("the end of an initialization that wasn't entered is refused")
@@ -148,20 +137,15 @@ class Component:
         self._now = None
 
     def _split(self) -> tuple[Parameters, Inputs]:
-        values = self.values
-        return Parameters(*values[INPUTS:]), (values[0], values[1], values[2])
+        k, b, club_speed, *parameters = self.values
+        return Parameters(*parameters), (k, b, club_speed)
 
     # Steps
 
     def step(self, point: float, size: float) -> bool:
-        """One communication step.
+        """One communication step from the host's communication point on, both in s.
 
-        Args:
-            point: the host's communication point, s.
-            size: communication step size, s, > 0.
-
-        Returns:
-            Whether the step was accepted; if not, a message says why, and nothing has changed.
+        Returns whether it was accepted; if not, a message says why, and nothing has changed.
         """
         if size == self._size and (
             point == self._point or abs(point - self._point) <= _POINT_TOLERANCE * size
@@ -196,11 +180,7 @@ class Component:
         return self._segment.instant(self._count)
 
     def _check(self, point: float, size: float) -> Segment | str:
-        """What a step after equal ones needn't check.
-
-        Returns:
-            The segment that the step belongs to, or why the step is refused.
-        """
+        """The segment that a step belongs to, or why it is refused."""
         if not 0.0 < size <= 1e100:
             return f"communication step size = {size!r} s is refused: it must be > 0 and finite"
         if self._mode != STEPPING:
@@ -275,13 +255,7 @@ class Component:
     # Values
 
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
-        """Set inputs and parameters; what is refused keeps its value.
-
-        Args:
-            references: value references.
-            values: one for each.
-            type_: the type that the host believes they have.
-        """
+        """Set inputs and parameters that the host takes for this type; refused ones keep theirs."""
         for reference, value in zip(references, values):
             # Inputs first: a host may set them at every step.
             if (
@@ -321,10 +295,7 @@ class Component:
         return False
 
     def reals(self, references: list[int]) -> list[float]:
-        """Values of Real variables.
-
-        The list may go on after the values asked for; it must not be changed.
-        """
+        """Values of Real variables; the list may go on after them, and must not be changed."""
         if references == self._moving:
             # The fast read, in 2/3 of the time: from the dense output of the contact.
             now = self._now
