@@ -90,7 +90,7 @@ class Impact:
         return added(self.high, self.low, duration) if duration else (self.high, self.low)
 
     def _follow(self) -> "Impact":
-        """The impact from the next phase on, remembered as it never changes."""
+        """The impact from the next phase on, which is then remembered."""
         raise NotImplementedError
 
     def with_inputs(self, inputs: Inputs, high: float, low: float) -> "Impact":
@@ -114,8 +114,6 @@ class Impact:
         """Contact force, positions, velocities and compression at an instant of the phase."""
         raise NotImplementedError
 
-    # Results so far, at an instant of the phase
-
     def contact_until(self, high: float, low: float) -> "tuple[Contact, float] | None":
         """The last contact phase, and how long it has lasted, s."""
         return None
@@ -125,7 +123,7 @@ class Impact:
         return 0.0
 
     def impulse_of_step(self, high: float, low: float, step: float) -> float:
-        """Impulse of the contact force over the last `step` seconds, N.s, to full relative accuracy."""
+        """Impulse of the contact force over the last `step` seconds, N.s, however short it is."""
         last = self.contact_until(high, low)
         if last is None:
             return 0.0
@@ -136,14 +134,13 @@ class Impact:
         lost = (high - (before + back)) + (back - step)
         begin = (before - self.high) + ((low - self.low) + lost)
         if contact is self and begin > 0.0:
-            # The step itself is known better than the difference of two times.
             return contact.phase.impulse(begin, step) if begin < end else 0.0
         begin = max(0.0, begin if contact is self else begin + end)
         return contact.phase.impulse(begin, end - begin) if begin < end else 0.0
 
     def packed(self) -> list:
         """The impact as numbers and lists of numbers, for `unpacked` in another process."""
-        return [type(self).__name__, self.parameters.values(), self.inputs, self.high, self.low]
+        return [type(self).__name__, self.parameters.values, self.inputs, self.high, self.low]
 
 
 class _Free(Impact):
@@ -327,8 +324,6 @@ class Contact(Impact):
     def contact_displacement(self, state: State) -> float:
         return state[2] - self.touch.x_ball
 
-    # Results until t, s since the start of the phase
-
     def contact_time(self, t: float) -> float:
         return self.before.contact_time + t
 
@@ -346,6 +341,7 @@ class Contact(Impact):
         return max(self.before.max_compression, self.phase.peak_compression(t))
 
     def impulse(self, t: float, state: State | None = None) -> float:
+        """Impulse of the contact force until t, s since the start of the phase, N.s."""
         return self.before.impulse + self.phase.impulse(0.0, t)
 
     def packed(self) -> list:

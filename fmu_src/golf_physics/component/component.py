@@ -82,8 +82,6 @@ class Component:
         self._pick: Callable[[State], list[float]] | None = None
         self._outputs: tuple[list[int], tuple[Output, ...]] = [], ()
 
-    # Modes
-
     def set_up(self, start_time: float) -> None:
         """The host's time at the start, s."""
         if self._mode != INSTANTIATED:
@@ -132,15 +130,11 @@ class Component:
 
     def _go_on(self, segment: Segment, count: float) -> None:
         """From here on the instant is that after so many steps of this segment."""
-        self._segment = segment
-        self._count = count
-        self._now = None
+        self._segment, self._count, self._now = segment, count, None
 
     def _split(self) -> tuple[Parameters, Inputs]:
         k, b, club_speed, *parameters = self.values
         return Parameters(*parameters), (k, b, club_speed)
-
-    # Steps
 
     def step(self, point: float, size: float) -> bool:
         """One communication step from the host's communication point on, both in s.
@@ -159,12 +153,7 @@ class Component:
             self._size = nan
             self._report(segment)
             return False
-        if segment is self._segment:
-            self._count += 1.0
-        else:
-            self._segment = segment
-            self._count = 1.0
-        self._now = None
+        self._go_on(segment, self._count + 1.0 if segment is self._segment else 1.0)
         self._size = nan if self._watched else size
         self._point = point + size
         self._anchored = True
@@ -183,10 +172,14 @@ class Component:
         """The segment that a step belongs to, or why it is refused."""
         if not 0.0 < size <= 1e100:
             return f"communication step size = {size!r} s is refused: it must be > 0 and finite"
-        if self._mode != STEPPING:
-            problem = self._not_stepping()
-            if problem is not None:
-                return problem
+        if self._mode == BLOCKED:
+            problem = self._begin()
+            if problem:
+                return f"steps are refused until this is corrected: {problem}"
+        elif self._mode == TERMINATED:
+            return "a step after the end of the run is refused: reset the instance first"
+        elif self._mode != STEPPING:
+            return "a step before the end of initialization is refused"
         if self._refused or self._once:
             problems = "; ".join((*self._refused.values(), *self._once))
             self._once = ()
@@ -206,8 +199,8 @@ class Component:
             touch = impact.at(high, low).touch
             if touch is None or touch.high >= high:
                 origin = point - high
-        values = self.values
-        inputs = values[0], values[1], values[2]
+        k, b, club_speed, *_ = self.values
+        inputs = k, b, club_speed
         watched = False
         if impact.parameters.restitution_at_rest:
             watched, problem = impact.refusal_of_touch(high, low, inputs, size)
@@ -220,23 +213,12 @@ class Component:
             try:
                 impact = impact.with_inputs(inputs, high, low)
             except (ArithmeticError, ValueError) as error:
-                k, b, _ = inputs
                 return f"k = {k!r}, b = {b!r} are refused: {_OUT_OF_RANGE} ({error})"
         self._watched = watched
         self.origin = origin
         if size == segment.size and impact is segment.impact:
             return segment
         return Segment(impact, high, low, size)
-
-    def _not_stepping(self) -> str | None:
-        if self._mode == BLOCKED:
-            problem = self._begin()
-            return problem and f"steps are refused until this is corrected: {problem}"
-        if self._mode == TERMINATED:
-            return "a step after the end of the run is refused: reset the instance first"
-        return "a step before the end of initialization is refused"
-
-    # Refusals
 
     def _refuse(self, name: str, message: str) -> None:
         self._refused = {**self._refused, name: message}
@@ -251,8 +233,6 @@ class Component:
         self._once = (*self._once, message)[-8:]
         self._size = nan
         self._report(message)
-
-    # Values
 
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
         """Set inputs and parameters that the host takes for this type; refused ones keep theirs."""
@@ -363,8 +343,6 @@ class Component:
         self._now = now
         return now
 
-    # State
-
     def snapshot(self) -> tuple:
         """Everything, for `restore` in any instance of this process."""
         return state.OWN, tuple(self.values), *_plain(self)
@@ -395,11 +373,6 @@ class Component:
         """The snapshot that became these bytes, or None if they are none of this component's."""
         return state.unpacked(data, cls._unpack_more)
 
-    @staticmethod
-    def _pack_more(more: tuple) -> list:
-        """What a subclass adds to a snapshot, as numbers and lists of numbers."""
-        return []
-
-    @staticmethod
-    def _unpack_more(more: list) -> tuple:
-        return ()
+    #: What a subclass adds to a snapshot, to and from numbers and lists of numbers.
+    _pack_more: Any = staticmethod(list)
+    _unpack_more: Any = staticmethod(tuple)

@@ -49,7 +49,7 @@ class SolvedImpact(NamedTuple):
         return self.touch is not None
 
     def solver_state(self, states: Sequence[float]) -> State:
-        """As `state`, but force and compression continue smoothly below 0 until the event."""
+        """The state; force and compression continue smoothly below 0 until the event."""
         x_club, x_ball, v_club, v_ball = states
         if self.touch is None:
             v_club = self.inputs[2]
@@ -65,7 +65,6 @@ class SolvedImpact(NamedTuple):
         return [max(0.0, force), *moving, max(0.0, compression)]
 
     def with_inputs(self, inputs: Inputs) -> "SolvedImpact":
-        """The impact with other inputs from this instant on, which a solver may only be trying."""
         p = self.parameters
         k, b, _ = inputs
         if p.restitution_at_rest and self.touch is not None:
@@ -130,7 +129,7 @@ class SolvedImpact(NamedTuple):
         return nan
 
     def packed(self) -> list:
-        return [self.parameters.values(), *self[1:]]
+        return [self.parameters.values, *self[1:]]
 
     @staticmethod
     def unpacked(packed: Sequence) -> "SolvedImpact":
@@ -248,8 +247,6 @@ class HybridComponent(Component):
                 self._solved = solved.with_inputs(inputs)
             self._now = None
 
-    # Event mode
-
     def update(self) -> tuple[bool, bool, float | None]:
         """Handle the events of this instant.
 
@@ -319,8 +316,6 @@ class HybridComponent(Component):
                 if when == end or (early and when > point):
                     return self.step(point, size if when == end else when - point), True, when
         return self.step(point, size), False, end
-
-    # Model Exchange
 
     def _solving(self) -> tuple[SolvedImpact, list[float]]:
         """The impact to solve and its states; before stepping, those of the present values."""

@@ -26,10 +26,7 @@ class Segment:
     __slots__ = ("high", "impact", "low", "reader", "size")
 
     def __init__(self, impact: Impact, high: float, low: float, size: float) -> None:
-        self.impact = impact
-        self.high = high
-        self.low = low
-        self.size = size
+        self.impact, self.high, self.low, self.size = impact, high, low, size
         #: Found on demand, and a function of the values above alone.
         self.reader: _Reader = _NO_READER
 

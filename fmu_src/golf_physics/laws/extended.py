@@ -34,12 +34,9 @@ from .linear import LinearContact, Row
 _DIGITS, _MANY_DIGITS = 57, 95
 _HEAVY, _UNEQUAL, _FAST = 5e4, 1e8, 1e5
 
-#: A damping ratio as small as this changes no bit of any result.
-_LEAST_DAMPING = Decimal(10) ** -30
-
-#: A pair of rates nearer than this (relative, squared) is replaced by two real ones that are so far
-#: apart: that changes no bit either.
-_APART = Decimal(10) ** -30
+#: A smaller damping ratio is replaced by this one, and a pair of rates that are nearer (relative,
+#: squared) by two real ones so far apart: that changes no bit of any result.
+_LEAST_DAMPING = _APART = Decimal(10) ** -30
 
 _ZERO, _INFINITY = Decimal(0), Decimal("Infinity")
 
@@ -123,14 +120,12 @@ class ExtendedContact(LinearContact):
         self._fast = h if square > 0 else h + second
         self._slow = h if square > 0 else c / self._fast
 
-    # Rows
-
     def _basis(self, t: Decimal) -> Row:
         """The three functions that a row has coefficients of."""
         r, _, second = self._rates
         slow = self._exp(-self._slow * t)
         if self._sign > 0:
-            # Once nothing is left, an angle may have too many turns for its digits.
+            # Once nothing is left, the angle may exceed its digits.
             cosine, sine = self._cos_sin(second * t) if slow else (slow, slow)
             return self._exp(-r * t), slow * cosine, slow * sine
         fast = self._exp(-self._fast * t)
@@ -182,8 +177,6 @@ class ExtendedContact(LinearContact):
             slope = self._slope(self._rows[name])
             return [float(t) for t, falls in self._sign_changes(slope, end) if falls]
 
-    # Zeros
-
     def _extrema(self, row: Row) -> Iterator[Decimal]:
         """The extrema of e^(rt) f, s, in order."""
         r, h, second = self._rates
@@ -201,11 +194,6 @@ class ExtendedContact(LinearContact):
             yield angle / second
             angle += PI
 
-    def _sign_at_last(self, row: Row) -> Decimal:
-        """A number with the sign of f after a long time, for a pair of real rates."""
-        a, c, s = row
-        return a if a and self._rates[0] < self._slow else c + s
-
     def _sign_changes(self, row: Row, end: Decimal) -> Iterator[tuple[Decimal, bool]]:
         """The zeros of a row up to `end`, s, and whether it falls there; in order."""
         slope = self._slope(row)
@@ -214,9 +202,11 @@ class ExtendedContact(LinearContact):
         positive = first > 0
         points = self._extrema(row)
         low = _ZERO
+        # A number with the sign of f after a long time, for a pair of real rates.
+        last = row[0] if row[0] and self._rates[0] < self._slow else row[1] + row[2]
         while low < end:
             high = min(next(points, end), end)
-            later = self._sign_at_last(row) if high == _INFINITY else self._at(high, row)[0]
+            later = last if high == _INFINITY else self._at(high, row)[0]
             if later and (later > 0) != positive:
                 if high == _INFINITY:
                     high = 2 * low + 1 / self._fast

@@ -11,6 +11,7 @@ from __future__ import annotations
 from math import inf, sqrt
 from typing import TYPE_CHECKING
 
+from .closed_form import linear_contact
 from .contact import ContactPhase, InitialState, Inputs
 from .law import LinearLaw
 from .power_law import PowerLawContact
@@ -35,13 +36,15 @@ class RelativeLaw(LinearLaw):
     def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
         """Powers must stay in the range of a double."""
         n, length = p.exponent, p.reference_compression
+        if n == 1.0:
+            return None
         closing = inputs[2] - p.ball_speed
         if n > _STEEPEST:
             return (
                 f"exponent = {n!r} is refused: beyond {_STEEPEST:g} forces leave the range of a "
                 "double"
             )
-        if n == 1.0 or closing <= 0.0:
+        if closing <= 0.0:
             return None
         # The compression that this speed leads to, and its rate.
         m = 0.5 * (n + 1.0)
@@ -82,7 +85,7 @@ class RelativeLaw(LinearLaw):
 
     def contact(self, p: Parameters, k: float, b: float, start: InitialState) -> ContactPhase:
         if p.exponent == 1.0:
-            return super().contact(p, k, b, start)
+            return linear_contact(k, b, 0.0, p.m_club, p.m_ball, start)
         return PowerLawContact(k, b, p.m_club, p.m_ball, start, p.exponent, p.reference_compression)
 
     def damper(self, b: float) -> float:

@@ -1,7 +1,6 @@
 """exp, cos and sin of decimals: `decimal` has no cosine, and its exp is several times as slow."""
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, localcontext
 from functools import cache
 from math import log10
@@ -21,13 +20,7 @@ _VANISHED = Decimal(-(10**18))
 
 
 @cache
-def arithmetic(
-    digits: int,
-) -> tuple[
-    Callable[[], AbstractContextManager],
-    Callable[[Decimal], Decimal],
-    Callable[[Decimal], tuple[Decimal, Decimal]],
-]:
+def arithmetic(digits: int) -> tuple[Callable, Callable, Callable]:
     """Of decimals with so many digits, at most 120: a context manager under which they have them;
     e^x and cosine and sine of an angle (rad), to be called under it.
     """

@@ -11,9 +11,8 @@ LEAST = 1e-290
 class Oscillator:
     """The motion x' = u, u' = -x - 2ζu, whichever way it is damped.
 
-    Two decaying basis functions carry it, (C, S) = exp(-ζσ)·(cos Ωσ, sin Ωσ / Ω) up to critical
-    damping, and from there on, with the rates λ₁ < λ₂ and Δ = λ₂ - λ₁ = 2Ω,
-    exp(-λ₁σ)·(1, (1 - exp(-Δσ))/Δ): accurate where the two rates meet.
+    Basis functions: (C, S) = exp(-ζσ)·(cos Ωσ, sin Ωσ / Ω) up to critical damping; beyond, with the
+    rates λ₁ < λ₂ and Δ = λ₂ - λ₁ = 2Ω, exp(-λ₁σ)·(1, (1 - exp(-Δσ))/Δ): accurate where they meet.
     """
 
     __slots__ = ("fast", "frequency", "oscillates", "slow", "zeta")
