@@ -271,7 +271,11 @@ class Contact(Impact):
         if p.restitution_at_rest:
             b = law.damping(p, k, touch.club_speed - p.ball_speed)
         if (k, b) == (self.k, self.b):
-            return self._relabelled(inputs)
+            other = Contact.__new__(Contact)
+            for name in ("parameters", "high", "low", "touch", "duration", *Contact.__slots__):
+                setattr(other, name, getattr(self, name))
+            other.inputs, other._following = inputs, None
+            return other
         _, x_club, x_ball, v_club, v_ball, d = self.state(high, low)
         t = self.elapsed(high, low)
         closing = self.phase.closing(t) if t else self.initial.closing
@@ -281,14 +285,6 @@ class Contact(Impact):
             before = Results(self.contact_time(t), *peaks, self.impulse(t))
             return Contact(p, inputs, high, low, touch, k, b, start, before)
         return Flight(self, inputs, high, low, t, (x_ball, v_club, v_ball, d, closing))
-
-    def _relabelled(self, inputs: Inputs) -> Impact:
-        """The same contact under inputs that make no difference to it."""
-        other = Contact.__new__(Contact)
-        for name in ("parameters", "high", "low", "touch", "duration", *Contact.__slots__):
-            setattr(other, name, getattr(self, name))
-        other.inputs, other._following = inputs, None
-        return other
 
     def clamped(self, state: State, t: float) -> State:
         """A state of the dense output as a host may see it, t s after the start of the phase.

@@ -153,7 +153,9 @@ class Component:
             self._size = nan
             self._report(segment)
             return False
-        self._go_on(segment, self._count + 1.0 if segment is self._segment else 1.0)
+        self._count = self._count + 1.0 if segment is self._segment else 1.0
+        self._segment = segment
+        self._now = None
         self._size = nan if self._watched else size
         self._point = point + size
         self._anchored = True
@@ -199,8 +201,8 @@ class Component:
             touch = impact.at(high, low).touch
             if touch is None or touch.high >= high:
                 origin = point - high
-        k, b, club_speed, *_ = self.values
-        inputs = k, b, club_speed
+        values = self.values
+        inputs = k, b, _ = values[0], values[1], values[2]
         watched = False
         if impact.parameters.restitution_at_rest:
             watched, problem = impact.refusal_of_touch(high, low, inputs, size)

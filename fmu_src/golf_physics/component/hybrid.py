@@ -159,10 +159,7 @@ def touch_indicator(impact: Any, state: State) -> float:
 
 
 def separation_indicator(impact: Any, state: State) -> float:
-    """Above 0 until the force has gone, then below 0 for good.
-
-    A root of the force, because a power law's own zero is too flat to be located well.
-    """
+    """Above 0 until the force has gone, then below 0: a root, as a power law's zero is too flat."""
     if impact.touch is None:
         return 1.0
     if not impact.in_contact:
@@ -212,7 +209,6 @@ class HybridComponent(Component):
         return super().instant() if self._solved is None else (self._time, 0.0)
 
     def time(self) -> float:
-        """The host's time, s."""
         high, low = self.instant()
         return self.origin + (high + low)
 
@@ -235,7 +231,7 @@ class HybridComponent(Component):
         return self._now
 
     def unclamped(self, state: State) -> State:
-        """The state that the equations of Model Exchange have."""
+        """Without the lower limit of 0 that a host sees in Model Exchange."""
         return state if self._solved is None else self._solved.solver_state(self._states)
 
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable
 from operator import itemgetter
 from typing import NamedTuple
 
-#: Until this time (in units of 1/rate) after touch, compression and force are evaluated separately:
-#: the closed form suffers from cancellation there.
+#: Until this time (in units of 1/rate) after touch, compression and force are evaluated separately,
+#: as the closed form suffers from cancellation.
 EARLY = 1e-3
 
 #: Of a value, relative.

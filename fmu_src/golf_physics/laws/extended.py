@@ -13,10 +13,9 @@ Newton's form of the exponential needs no eigenvectors:
     x(t) = E x(0) + S y + G z,  y = (A + r) x(0),  z = (A + 2h - r) y,
     E = e^(-rt),  S = e^(-ht) sin(Rt)/R,  G = (E - e^(-ht) cos Rt - (h - r) S)/((h - r)² + R²),
 
-with sinh and cosh where R² < 0; collected by E, cos and sin it is a row for each quantity. Where
-e^(rt) f of a row f has an extremum, the real mode's term vanishes, so the extrema are known in
-closed form; between two of them f has at most one zero (Rolle's theorem). So every zero is
-bracketed before it is located, and none is missed.
+with sinh and cosh where R² < 0; collected by E, cos and sin it is a row for each quantity. The
+derivative of e^(rt) f, for a row f, has no real mode, so its extrema are known in closed form.
+Between two of them f has at most one zero (Rolle's theorem), which is bracketed: none is missed.
 """
 
 from collections.abc import Iterator
@@ -29,8 +28,8 @@ from ..numerics.zeros import zero_between
 from .contact import EndState, InitialState, State
 from .linear import LinearContact, Row
 
-#: Digits; and those for a damping ratio, a ratio of the masses or one of the speeds to the closing
-#: speed that are beyond these: then up to 70 cancel.
+#: Digits; and those for a ratio of damping, masses or speeds (to the closing speed) beyond these:
+#: then up to 70 cancel.
 _DIGITS, _MANY_DIGITS = 57, 95
 _HEAVY, _UNEQUAL, _FAST = 5e4, 1e8, 1e5
 
@@ -232,8 +231,7 @@ class ExtendedContact(LinearContact):
         growth = r - h
         if not oscillates or growth <= 0:
             return _INFINITY
-        # e^(rt) F oscillates about the real mode's coefficient with a growing amplitude: after how
-        # many periods does it reach zero?
+        # e^(rt) F oscillates about the real mode's coefficient with a growing amplitude.
         points = self._extrema(force)
         extrema = next(points), next(points)
         lowest, when = min((self._exp(r * t) * self._at(t, force)[0], t) for t in extrema)

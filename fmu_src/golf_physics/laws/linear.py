@@ -9,9 +9,8 @@ have one real rate -r (0 without drag) and a pair of rates -h ± iR. Every quant
 
     a e^(-rt) + c e^(-ht) cos Rt + s e^(-ht) sin Rt.
 
-Sums, derivatives and integrals of rows are rows, and every event is a zero of a row: contact ends
-when the force falls to zero, the force peaks when its derivative does, the compression when the
-closing speed does. `closed_form.ClosedFormContact` evaluates rows in double precision,
+Sums, derivatives and integrals of rows are rows, and every event is a zero of a row, or of its
+derivative. `closed_form.ClosedFormContact` evaluates rows in double precision,
 `extended.ExtendedContact` in extended precision.
 """
 

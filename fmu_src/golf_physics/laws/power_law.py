@@ -15,9 +15,8 @@ from ..numerics.gauss import GAUSS_5
 from ..numerics.panels import LEAST, Oscillator, Panel
 from .contact import ContactPhase, InitialState, State
 
-#: Where panels meet, as phases Ωσ since the last zero of x. The other zeros of x are pi apart along
-#: the real axis, or along the imaginary one above critical damping; they keep a distance from a
-#: panel at which its coefficients fall as 7^-j or faster.
+#: Where panels meet, as phases Ωσ since the last zero of x. Its other zeros (pi apart, along the
+#: imaginary axis above critical damping) are so far away that coefficients fall as 7^-j or faster.
 _CUTS_BELOW_CRITICAL = 0.385 * pi, 0.615 * pi
 _CUTS_ABOVE_CRITICAL = tuple(1.6**n for n in range(1, 16))
 
@@ -34,10 +33,8 @@ class PowerLawContact(ContactPhase):
     With m = (n+1)/2, P = (n-1)/(n+1) and any length L, x = (d/L)^m, dσ = ω (d/L)^(m-1) dt and
     ω² = m k (L/d_r)^(n-1)/μ give x' = u = m d'/(ωL), u' = -x - 2ζu and F ~ x^P (x + 2ζu). All
     events are at known ratios u/x, and σ is closed form at any ratio. The time, ∫ x^(-P) dσ / ω,
-    is tabulated once, on one to three panels (up to seven at heavy damping).
-
-    k and b hold at the reference compression d_r (m, > 0); the exponent is n > 1.
-    From a start without a force, and not of a first touch, the phase has duration 0.
+    is tabulated once, on one to three panels (up to seven at heavy damping). From a start without
+    a force, and not of a first touch, the phase has duration 0.
     """
 
     #: Unbounded: the force has a kink at d = 0.

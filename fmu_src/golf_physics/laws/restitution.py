@@ -27,8 +27,7 @@ def restitution(at_rest: float, slope: float, closing: float) -> float:
 def damping_ratio(coefficient: float) -> float:
     """ζ of law 2 for a coefficient of restitution above 0 and at most 1.
 
-    Newton's method on ζ·s(ζ) = -ln(COR)/2. The left side is concave and rises, at first as ζπ/2:
-    from the start below its root every iterate stays below it.
+    Newton's method on ζ·s(ζ) = -ln(COR)/2, concave and rising: every iterate stays below the root.
     """
     half = -0.5 * log(coefficient)
     zeta = abs(2.0 * half / pi)

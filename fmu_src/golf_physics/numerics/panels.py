@@ -1,4 +1,4 @@
-"""The power law in its own time σ: a linear oscillator; and time as a function of σ, on panels."""
+"""The power law in its scaled time σ: a linear oscillator, and time as a function of σ."""
 
 from math import atan2, cos, exp, expm1, hypot, log, log1p, sin, sqrt
 

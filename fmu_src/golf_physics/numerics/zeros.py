@@ -52,8 +52,7 @@ def zero_between(
 def offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
     """X such that r = drag + x is the root between this drag rate and the other, drag + span.
 
-    Solves (span - x)(p + r x) = q x by Newton's method; up to a damping ratio of 0.7 it needs three
-    steps at most, and no bracket.
+    By Newton's method on (span - x)(p + r x) = q x: three steps up to a damping ratio of 0.7.
     """
     x = p * span
     x += x * q * span * (drag + x)
@@ -73,10 +72,9 @@ def offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
 def first_downward_zero(growth: float, real: float, cosine: float, sine: float) -> float | None:
     """The first downward zero of real·e^(growth·θ) + cosine·cos θ + sine·sin θ, rad.
 
-    Divided by e^(growth·θ) the function falls from its first maximum on until its minimum, half a
-    period later. Newton's method is confined to that interval, with Chebyshev's correction at the
-    start and at the end: None if it has no zero, or one that grazes (`_GRAZING`). growth is below
-    1, so that nothing overflows.
+    Divided by e^(growth·θ) it falls from its first maximum until its minimum, half a period later.
+    Newton's method is confined to that interval, with Chebyshev's correction at the start and at
+    the end: None if it has no zero, or one that grazes (`_GRAZING`). growth is below 1.
     """
     if not real:
         angle = atan2(cosine, -sine)
