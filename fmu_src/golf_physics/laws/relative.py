@@ -6,8 +6,6 @@ but not pull (Schwager & Pöschel, Granular Matter 9, 465–469, 2007). With an 
 stiffens, and a contact is a `PowerLawContact`.
 """
 
-from __future__ import annotations
-
 from math import inf, sqrt
 from typing import TYPE_CHECKING
 
@@ -33,7 +31,7 @@ class RelativeLaw(LinearLaw):
     name = "relative"
     description = "A spring and a damper between the bodies: conserves momentum"
 
-    def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
+    def refusal(self, p: "Parameters", inputs: Inputs) -> str | None:
         """Powers must stay in the range of a double."""
         n, length = p.exponent, p.reference_compression
         if n == 1.0:
@@ -60,7 +58,7 @@ class RelativeLaw(LinearLaw):
             f"which they do above {1.0 / _LARGEST:g} s"
         )
 
-    def refusal_of_touch(self, p: Parameters, club_speed: float) -> str | None:
+    def refusal_of_touch(self, p: "Parameters", club_speed: float) -> str | None:
         """A coefficient of restitution that falls with speed must stay in 0…1."""
         closing = club_speed - p.ball_speed
         if not p.restitution_at_rest or closing <= 0.0:
@@ -76,14 +74,14 @@ class RelativeLaw(LinearLaw):
             "or another restitution line at the start"
         )
 
-    def damping(self, p: Parameters, k: float, closing: float) -> float:
+    def damping(self, p: "Parameters", k: float, closing: float) -> float:
         # Outputs may be read before a step is refused for a COR out of range.
         coefficient = restitution(p.restitution_at_rest, p.restitution_slope, closing)
         zeta = damping_ratio(max(coefficient, LEAST))
         mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
         return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
-    def contact(self, p: Parameters, k: float, b: float, start: InitialState) -> ContactPhase:
+    def contact(self, p: "Parameters", k: float, b: float, start: InitialState) -> ContactPhase:
         if p.exponent == 1.0:
             return linear_contact(k, b, 0.0, p.m_club, p.m_ball, start)
         return PowerLawContact(k, b, p.m_club, p.m_ball, start, p.exponent, p.reference_compression)
@@ -91,7 +89,9 @@ class RelativeLaw(LinearLaw):
     def damper(self, b: float) -> float:
         return b
 
-    def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
+    def force(
+        self, p: "Parameters", k: float, b: float, compression: float, closing: float
+    ) -> float:
         n = p.exponent
         if n == 1.0:
             return k * compression + b * closing
