@@ -7,10 +7,9 @@ separation varies with the root of the distance from the border. Reference: 80-d
 import math
 
 import pytest
-from golf_physics.laws.closed_form import ClosedFormContact
+from golf_physics.laws.closed_form import ClosedFormContact, linear_contact
 from golf_physics.laws.contact import InitialState
 from golf_physics.laws.extended import ExtendedContact
-from golf_physics.laws.linear_law import linear_contact
 from golf_physics.numerics import zeros
 
 from golf_impact.stress.reference import Reference

@@ -19,7 +19,7 @@ import mpmath
 import pytest
 from fmpy.fmi2 import FMU2Slave
 from golf_physics.laws import LAWS
-from golf_physics.laws.linear_law import LinearLaw
+from golf_physics.laws.law import LinearLaw
 from golf_physics.parameters import Parameters
 from scipy.integrate import solve_ivp
 
@@ -228,7 +228,7 @@ def test_documents_name_it(fmus, law):
 _SPLIT = '''"""Law 3: in contact a damper that the equations don't have."""
 
 from .extended import ExtendedContact
-from .linear_law import LinearLaw
+from .law import LinearLaw
 
 
 class SplitLaw(LinearLaw):

@@ -1,7 +1,6 @@
 """One impact as a sequence of exact phases: approach, contact, flight.
 
-An impact is a value. Each phase evaluates the state at any time since its start in closed form and
-has a known duration. `at` returns the impact from the phase that holds an instant on, `with_inputs`
+An impact is a value: `at` returns the impact from the phase that holds an instant on, `with_inputs`
 the impact that other inputs lead to; neither changes anything. Instants are pairs (high, low) whose
 sum is the time since the start, s: an instant a nanosecond into a contact that began after a long
 approach is exact.
@@ -41,15 +40,13 @@ class Touch(NamedTuple):
 
 
 class Results(NamedTuple):
-    """Results of the contact so far: contact time (s), largest force (N) and its time since touch
-    (s), largest compression (m), impulse of the force (N.s).
-    """
+    """Results of the contact so far."""
 
-    contact_time: float = 0.0
-    max_force: float = 0.0
-    time_of_max_force: float = 0.0
-    max_compression: float = 0.0
-    impulse: float = 0.0
+    contact_time: float = 0.0  #: s
+    max_force: float = 0.0  #: N
+    time_of_max_force: float = 0.0  #: since first touch, s
+    max_compression: float = 0.0  #: m
+    impulse: float = 0.0  #: of the force, N.s
 
 
 _NONE_YET = Results()
@@ -93,16 +90,14 @@ class Impact:
         return added(self.high, self.low, duration) if duration else (self.high, self.low)
 
     def _follow(self) -> "Impact":
-        """The impact from the next phase on; found once, as it never changes."""
+        """The impact from the next phase on, which is then remembered."""
         raise NotImplementedError
 
     def with_inputs(self, inputs: Inputs, high: float, low: float) -> "Impact":
         """The impact with these inputs from this instant on, the start of a communication step.
 
-        A touch at this very instant hasn't been passed yet, so it is decided anew.
-
-        Raises:
-            ArithmeticError, ValueError: the contact that follows leaves the range of a double.
+        A touch at this very instant hasn't been passed yet, so it is decided anew. Raises
+        ArithmeticError or ValueError if the contact that follows leaves the range of a double.
         """
         return self.at(high, low)._with_inputs(inputs, high, low)
 
@@ -119,8 +114,6 @@ class Impact:
         """Contact force, positions, velocities and compression at an instant of the phase."""
         raise NotImplementedError
 
-    # Results so far, at an instant of the phase
-
     def contact_until(self, high: float, low: float) -> "tuple[Contact, float] | None":
         """The last contact phase, and how long it has lasted, s."""
         return None
@@ -130,30 +123,24 @@ class Impact:
         return 0.0
 
     def impulse_of_step(self, high: float, low: float, step: float) -> float:
-        """Impulse of the contact force over the last `step` seconds, N.s.
-
-        Accurate relative to the step, not to the whole impulse: the mean force over a nanosecond is
-        as good as the one over a millisecond.
-        """
+        """Impulse of the contact force over the last `step` seconds, N.s, however short it is."""
         last = self.contact_until(high, low)
         if last is None:
             return 0.0
         contact, end = last
-        # The beginning of the step, computed from the start of the present phase: with a step far
-        # longer than the contact, the difference of two late times would lose all digits.
+        # From the start of the phase: the difference of two late times would lose all digits.
         before = high - step
         back = high - before
         lost = (high - (before + back)) + (back - step)
         begin = (before - self.high) + ((low - self.low) + lost)
         if contact is self and begin > 0.0:
-            # The step itself is known better than the difference of two times.
             return contact.phase.impulse(begin, step) if begin < end else 0.0
         begin = max(0.0, begin if contact is self else begin + end)
         return contact.phase.impulse(begin, end - begin) if begin < end else 0.0
 
     def packed(self) -> list:
         """The impact as numbers and lists of numbers, for `unpacked` in another process."""
-        return [type(self).__name__, self.parameters.values(), self.inputs, self.high, self.low]
+        return [type(self).__name__, self.parameters.values, self.inputs, self.high, self.low]
 
 
 class _Free(Impact):
@@ -161,10 +148,9 @@ class _Free(Impact):
 
     __slots__ = ("motion",)
 
-    #: At the start of the phase: position of the ball (m), velocities of club and ball (m/s), how
-    #: far the club face is past the ball's near side (m; below 0 before touch), its rate of change.
+    #: At the start of the phase; the compression is below 0 before touch.
     motion: EndState
-    #: Of the fourth, below the resolution of a double, m.
+    #: Of the compression, below the resolution of a double, m.
     low_part = 0.0
 
     def state(self, high: float, low: float) -> State:
@@ -254,13 +240,8 @@ class Approach(_Free):
 
 
 class Contact(Impact):
-    """The bodies in contact, from touch or from a change of k or b on.
-
-    Args:
-        parameters, inputs, high, low, touch: see `Impact`.
-        k, b: contact stiffness (N/m) and damping (N.s/m) that act.
-        initial: the state at the start of the phase.
-        before: the results of the contact phases before.
+    """The bodies in contact, from touch or from a change of k or b on; `before` has the results of
+    the contact phases before. k (N/m) and b (N.s/m) are those that act.
     """
 
     __slots__ = ("b", "before", "initial", "k", "phase")
@@ -290,29 +271,26 @@ class Contact(Impact):
         if p.restitution_at_rest:
             b = law.damping(p, k, touch.club_speed - p.ball_speed)
         if (k, b) == (self.k, self.b):
-            return self._relabelled(inputs)
+            other = Contact.__new__(Contact)
+            for name in ("parameters", "high", "low", "touch", "duration", *Contact.__slots__):
+                setattr(other, name, getattr(self, name))
+            other.inputs, other._following = inputs, None
+            return other
         _, x_club, x_ball, v_club, v_ball, d = self.state(high, low)
         t = self.elapsed(high, low)
         closing = self.phase.closing(t) if t else self.initial.closing
         if law.force(p, k, b, d, closing) > 0.0 or (not d and closing > 0.0):
             start = InitialState(x_club, d, v_club, v_ball, closing)
-            return Contact(p, inputs, high, low, touch, k, b, start, self.results(t))
+            peaks = *self.peak_force(t), self.peak_compression(t)
+            before = Results(self.contact_time(t), *peaks, self.impulse(t))
+            return Contact(p, inputs, high, low, touch, k, b, start, before)
         return Flight(self, inputs, high, low, t, (x_ball, v_club, v_ball, d, closing))
-
-    def _relabelled(self, inputs: Inputs) -> Impact:
-        """The same contact under inputs that make no difference to it."""
-        other = Contact.__new__(Contact)
-        for name in ("parameters", "high", "low", "touch", "duration", *Contact.__slots__):
-            setattr(other, name, getattr(self, name))
-        other.inputs, other._following = inputs, None
-        return other
 
     def clamped(self, state: State, t: float) -> State:
         """A state of the dense output as a host may see it, t s after the start of the phase.
 
-        Within a rounding error of touch or separation, force and compression may be below 0, but
-        bodies push, they don't pull. A phase begins exactly at its initial state. Just after touch
-        compression and force are evaluated separately.
+        Exact at the start; just after touch compression and force are evaluated separately; and
+        neither is below 0, whatever the rounding: bodies push, they don't pull.
         """
         if not t:
             x_club, compression, v_club, v_ball, closing = self.initial
@@ -342,8 +320,6 @@ class Contact(Impact):
     def contact_displacement(self, state: State) -> float:
         return state[2] - self.touch.x_ball
 
-    # Results until t, s since the start of the phase
-
     def contact_time(self, t: float) -> float:
         return self.before.contact_time + t
 
@@ -351,8 +327,7 @@ class Contact(Impact):
         """The largest contact force, N, and its time since first touch, s."""
         time, most, when, _, _ = self.before
         force, later = self.phase.peak_force(t)
-        # Where k or b changes just before the peak, both phases have it to the last digits: if the
-        # force goes on rising, the later one counts.
+        # k or b changed just before the peak: if the force goes on rising, the later phase counts.
         rising = later > 0.0 and when == time
         if force > most or (rising and force >= most * (1.0 - 1e-15)):
             return max(force, most), time + later
@@ -362,12 +337,8 @@ class Contact(Impact):
         return max(self.before.max_compression, self.phase.peak_compression(t))
 
     def impulse(self, t: float, state: State | None = None) -> float:
+        """Impulse of the contact force until t, s since the start of the phase, N.s."""
         return self.before.impulse + self.phase.impulse(0.0, t)
-
-    def results(self, t: float) -> Results:
-        """All of them."""
-        peaks = *self.peak_force(t), self.peak_compression(t)
-        return Results(self.contact_time(t), *peaks, self.impulse(t))
 
     def packed(self) -> list:
         return [*super().packed(), self.touch, self.k, self.b, self.initial, self.before]

@@ -1,11 +1,9 @@
 """The values that the component accepts, each one and together, and why it rejects others."""
 
 from math import inf, sqrt
-from operator import attrgetter
 from typing import Any
 
 from .laws import LAWS
-from .laws import contact as laws
 from .laws.contact import Inputs
 from .variables import VARIABLES, Variable
 
@@ -16,33 +14,28 @@ _SMALLEST, _LARGEST = 1e-75, 1e75
 _RATIO = 1e15
 
 _NAMES = tuple(row.name for row in VARIABLES if row.causality == "parameter")
-_values = attrgetter(*_NAMES)
 
 
-class Parameters(laws.Parameters):
+class Parameters:
     """The values, in the table's order, that stay fixed from the end of initialization on."""
 
-    # Not a named tuple: an attribute of one costs a look-up.
-    __slots__ = (*_NAMES, "contact_law", "ordinary")
+    __slots__ = (*_NAMES, "contact_law", "ordinary", "values")
 
     def __init__(self, *values: Any) -> None:
+        #: What it is made from.
+        self.values = values
         # At once: a loop over the names would take four times as long.
         (
             self.m_club, self.m_ball, self.ball_diameter, self.ball_speed, self.gap, self.law,
             self.exponent, self.reference_compression, self.restitution_at_rest,
             self.restitution_slope,
         ) = values  # fmt: skip
-        #: What `law` stands for.
         self.contact_law = LAWS[self.law]
         #: Far inside all bounds: no ordinary inputs lead out of them.
         self.ordinary = (
             1e-6 < self.m_club < 1e6 and 1e-6 < self.m_ball < 1e6 and self.gap < 1e30
             and abs(self.ball_speed) < 1e30
         )  # fmt: skip
-
-    def values(self) -> tuple:
-        """What it is made from."""
-        return _values(self)
 
 
 INPUTS = 3
@@ -63,11 +56,7 @@ def refusal(variable: Variable, value: object) -> str:
 
 
 def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
-    """Why these values, each of them allowed, are rejected together; or None.
-
-    At the ends of a double's range they may leave it when they are combined, and the law may reject
-    them.
-    """
+    """Why these values, each of them allowed, are rejected together; or None."""
     p = parameters
     k, b, club_speed = inputs
     # The fast path: a host may set inputs at every step.

@@ -17,20 +17,16 @@ class Unit(NamedTuple):
 
 
 class Variable(NamedTuple):
-    """One variable: its attributes in FMI and its allowed values.
-
-    `low` and `high` are the least and greatest allowed values (inclusive), `allowed` the same in
-    words. Outputs are not checked; their `low` is the minimum in the model description.
-    """
+    """One variable: its attributes in FMI and its allowed values."""
 
     name: str
     causality: str
     type: str
     unit: str
     start: float | int | None
-    low: float
+    low: float  #: least allowed value; of an output, the minimum in the model description
     high: float
-    allowed: str
+    allowed: str  #: in words
     nominal: float | None
     display: str | None
     description: str

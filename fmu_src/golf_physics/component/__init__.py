@@ -1,5 +1,5 @@
 """One instance of the component, for any interface.
 
-`component` steps, sets and reads; `outputs` is what each output is; `state` keeps and restores an
-instance; `hybrid` and `solved` are Model Exchange, which only FMI 3.0 has.
+`component` steps, sets and reads; `outputs` defines each output; `state` serializes an instance;
+`hybrid` adds Model Exchange, which only FMI 3.0 has.
 """

@@ -1,9 +1,8 @@
 """One instance: its variables, modes and clock.
 
-A communication step only advances the clock. Outputs are evaluated when they are read. Bad input is
-reported by a message and a refused step, never by an exception: an FMI adapter could only make it
-fatal. A refused call changes nothing: what follows from a call is computed first, and takes effect
-only as a whole.
+A communication step only advances the clock; outputs are evaluated when they are read. Bad input
+is reported by a message and a refused step, never by an exception, which would be fatal in FMI. A
+refused call changes nothing: its effects are computed first, and take place only as a whole.
 """
 
 from collections.abc import Callable
@@ -40,11 +39,7 @@ _OUT_OF_RANGE = "this impact leaves the range of a double"
 
 
 class Component:
-    """An instance between instantiation and termination.
-
-    Args:
-        report: called with a message whenever something is refused.
-    """
+    """An instance; `report` is called with a message whenever something is refused."""
 
     __slots__ = (
         "_anchored", "_count", "_mode", "_moving", "_now", "_once", "_outputs", "_pick", "_point",
@@ -64,19 +59,16 @@ class Component:
         self._refused: dict[str, str] = {}
         #: Why the next step is refused: calls that nothing can correct.
         self._once: tuple[str, ...] = ()
-        #: The impact and the steps since its inputs or the step size changed. Before stepping: a
-        #: preview for the present values, computed on demand.
+        #: The impact and the steps since its inputs or the step size changed, and how many of them
+        #: were accepted. Before stepping: for the present values, computed on demand.
         self._segment = NO_SEGMENT
-        #: How many of these steps have been accepted.
         self._count = 0.0
-        #: The last accepted step size, s, as long as another such step needs no check of anything
-        #: but the communication point; or NaN.
+        #: The last step size, s, if another such step needs only its communication point checked.
         self._size = nan
-        #: The host's time at the start of the run, s.
-        self.start_time = 0.0
-        #: The host's time when the clock stood at 0, s.
-        self.origin = 0.0
-        #: Where the host's next step is expected to begin, s; anywhere after a restore.
+        #: The host's time at the start of the run and when the clock stood at 0, s.
+        self.start_time = self.origin = 0.0
+        #: Where the host's next step is expected to begin, s; unless anchored (after a restore),
+        #: anywhere.
         self._point = 0.0
         self._anchored = True
         #: Whether every step must be checked: a touch is ahead that would be refused.
@@ -85,13 +77,10 @@ class Component:
         self._now: State | None = None
         #: A state that has been evaluated, and the impact at its instant.
         self._present: tuple[State | None, Any] = None, None
-        #: The last list of references read, if all of them are of the state, and how to pick them
-        #: from it (None: they come first); else the outputs.
+        #: The last list of references read: see `outputs.Reading`.
         self._moving: list[int] | None = None
         self._pick: Callable[[State], list[float]] | None = None
         self._outputs: tuple[list[int], tuple[Output, ...]] = [], ()
-
-    # Modes
 
     def set_up(self, start_time: float) -> None:
         """The host's time at the start, s."""
@@ -111,11 +100,9 @@ class Component:
             self._refuse_once("a second initialization is refused: reset the instance first")
 
     def exit_initialization(self) -> bool:
-        """From here on parameters are fixed, as soon as they can be used.
+        """Fix the parameters, as soon as they can be used.
 
-        Returns:
-            Whether all start values can be used; if not, steps are refused until they are
-            corrected.
+        Returns whether all start values can be used; if not, steps are refused until they can.
         """
         if self._mode != INITIALIZATION:
             self._refuse_once("the end of an initialization that wasn't entered is refused")
@@ -143,25 +130,16 @@ class Component:
 
     def _go_on(self, segment: Segment, count: float) -> None:
         """From here on the instant is that after so many steps of this segment."""
-        self._segment = segment
-        self._count = count
-        self._now = None
+        self._segment, self._count, self._now = segment, count, None
 
     def _split(self) -> tuple[Parameters, Inputs]:
-        values = self.values
-        return Parameters(*values[INPUTS:]), (values[0], values[1], values[2])
-
-    # Steps
+        k, b, club_speed, *parameters = self.values
+        return Parameters(*parameters), (k, b, club_speed)
 
     def step(self, point: float, size: float) -> bool:
-        """One communication step.
+        """One communication step from the host's communication point on, both in s.
 
-        Args:
-            point: the host's communication point, s.
-            size: communication step size, s, > 0.
-
-        Returns:
-            Whether the step was accepted; if not, a message says why, and nothing has changed.
+        Returns whether it was accepted; if not, a message says why, and nothing has changed.
         """
         if size == self._size and (
             point == self._point or abs(point - self._point) <= _POINT_TOLERANCE * size
@@ -175,11 +153,8 @@ class Component:
             self._size = nan
             self._report(segment)
             return False
-        if segment is self._segment:
-            self._count += 1.0
-        else:
-            self._segment = segment
-            self._count = 1.0
+        self._count = self._count + 1.0 if segment is self._segment else 1.0
+        self._segment = segment
         self._now = None
         self._size = nan if self._watched else size
         self._point = point + size
@@ -196,17 +171,17 @@ class Component:
         return self._segment.instant(self._count)
 
     def _check(self, point: float, size: float) -> Segment | str:
-        """What a step after equal ones needn't check.
-
-        Returns:
-            The segment that the step belongs to, or why the step is refused.
-        """
+        """The segment that a step belongs to, or why it is refused."""
         if not 0.0 < size <= 1e100:
             return f"communication step size = {size!r} s is refused: it must be > 0 and finite"
-        if self._mode != STEPPING:
-            problem = self._not_stepping()
-            if problem is not None:
-                return problem
+        if self._mode == BLOCKED:
+            problem = self._begin()
+            if problem:
+                return f"steps are refused until this is corrected: {problem}"
+        elif self._mode == TERMINATED:
+            return "a step after the end of the run is refused: reset the instance first"
+        elif self._mode != STEPPING:
+            return "a step before the end of initialization is refused"
         if self._refused or self._once:
             problems = "; ".join((*self._refused.values(), *self._once))
             self._once = ()
@@ -227,7 +202,7 @@ class Component:
             if touch is None or touch.high >= high:
                 origin = point - high
         values = self.values
-        inputs = values[0], values[1], values[2]
+        inputs = k, b, _ = values[0], values[1], values[2]
         watched = False
         if impact.parameters.restitution_at_rest:
             watched, problem = impact.refusal_of_touch(high, low, inputs, size)
@@ -240,23 +215,12 @@ class Component:
             try:
                 impact = impact.with_inputs(inputs, high, low)
             except (ArithmeticError, ValueError) as error:
-                k, b, _ = inputs
                 return f"k = {k!r}, b = {b!r} are refused: {_OUT_OF_RANGE} ({error})"
         self._watched = watched
         self.origin = origin
         if size == segment.size and impact is segment.impact:
             return segment
         return Segment(impact, high, low, size)
-
-    def _not_stepping(self) -> str | None:
-        if self._mode == BLOCKED:
-            problem = self._begin()
-            return problem and f"steps are refused until this is corrected: {problem}"
-        if self._mode == TERMINATED:
-            return "a step after the end of the run is refused: reset the instance first"
-        return "a step before the end of initialization is refused"
-
-    # Refusals
 
     def _refuse(self, name: str, message: str) -> None:
         self._refused = {**self._refused, name: message}
@@ -272,16 +236,8 @@ class Component:
         self._size = nan
         self._report(message)
 
-    # Values
-
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
-        """Set inputs and parameters; what is refused keeps its value.
-
-        Args:
-            references: value references.
-            values: one for each.
-            type_: the type that the host believes they have.
-        """
+        """Set inputs and parameters that the host takes for this type; refused ones keep theirs."""
         for reference, value in zip(references, values):
             # Inputs first: a host may set them at every step.
             if (
@@ -321,10 +277,7 @@ class Component:
         return False
 
     def reals(self, references: list[int]) -> list[float]:
-        """Values of Real variables.
-
-        The list may go on after the values asked for; it must not be changed.
-        """
+        """Values of Real variables; the list may go on after them, and must not be changed."""
         if references == self._moving:
             # The fast read, in 2/3 of the time: from the dense output of the contact.
             now = self._now
@@ -392,8 +345,6 @@ class Component:
         self._now = now
         return now
 
-    # State
-
     def snapshot(self) -> tuple:
         """Everything, for `restore` in any instance of this process."""
         return state.OWN, tuple(self.values), *_plain(self)
@@ -424,11 +375,6 @@ class Component:
         """The snapshot that became these bytes, or None if they are none of this component's."""
         return state.unpacked(data, cls._unpack_more)
 
-    @staticmethod
-    def _pack_more(more: tuple) -> list:
-        """What a subclass adds to a snapshot, as numbers and lists of numbers."""
-        return []
-
-    @staticmethod
-    def _unpack_more(more: list) -> tuple:
-        return ()
+    #: What a subclass adds to a snapshot, to and from numbers and lists of numbers.
+    _pack_more: Any = staticmethod(list)
+    _unpack_more: Any = staticmethod(tuple)

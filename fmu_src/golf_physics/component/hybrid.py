@@ -1,22 +1,176 @@
-"""A component whose motion the host's solver may find: what FMI 3.0 has beside stepping.
+"""Model Exchange, which FMI 3.0 has beside stepping: a host's solver finds the motion.
 
-An instance isn't told which of the two it is for. The first call that only Model Exchange has
-decides; from then on the host's time and states count, and steps are refused.
+An instance isn't told which of the two it is for: the first call that only Model Exchange has
+decides. From then on the host's time and states count, and steps are refused.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from math import inf, isfinite, nan, nextafter
-from typing import Any
+from typing import Any, NamedTuple
 
-from ..impact import added
+from ..impact import Touch, added
 from ..laws.contact import State
-from ..parameters import INPUTS
+from ..parameters import INPUTS, Inputs, Parameters
 from ..variables import MORE_VARIABLES, VARIABLES
 from . import state
 from .component import BLOCKED, STEPPING, Component
 from .outputs import OUTPUTS, Output, readings
 from .segment import NO_SEGMENT, Segment
-from .solved import SolvedImpact, accelerations, separation_indicator, touch_indicator
+
+#: Added to an indicator that may be exactly 0 before its event: solvers look for changes of sign.
+_ABOVE_ZERO = 1e-18
+
+
+class SolvedImpact(NamedTuple):
+    """An impact from its last event on; the host's solver has the states: positions (m) and
+    velocities (m/s), each of club and ball. Outputs read its results as those of `Impact`.
+    """
+
+    parameters: Parameters
+    inputs: Inputs
+    k: float  #: of the contact, N/m
+    b: float  #: of the contact, N.s/m
+    touch: Touch | None = None  #: in the host's time
+    in_contact: bool = False
+    refusal_of_touch: str | None = None  #: why the law rejects the touch that there was
+    dragged: float = 0.0  #: momentum that drag has taken from the ball until the last event, N.s
+    drag: float = 0.0  #: its coefficient from then on, N.s/m
+    x_ball: float = 0.0  #: position of the ball then, m
+    ended: tuple[float, float] = (0.0, 0.0)  #: contact time (s) and x_ball at the end of contact
+
+    @staticmethod
+    def start(parameters: Parameters, inputs: Inputs) -> "tuple[SolvedImpact, list[float]]":
+        """The impact at the start, and the states."""
+        states = [-parameters.gap, 0.0, inputs[2], parameters.ball_speed]
+        return SolvedImpact(parameters, inputs, *inputs[:2]), states
+
+    @property
+    def touched(self) -> bool:
+        return self.touch is not None
+
+    def solver_state(self, states: Sequence[float]) -> State:
+        """The state; force and compression continue smoothly below 0 until the event."""
+        x_club, x_ball, v_club, v_ball = states
+        if self.touch is None:
+            v_club = self.inputs[2]
+        compression = x_club - x_ball
+        force = 0.0
+        if self.in_contact:
+            p = self.parameters
+            force = p.contact_law.force(p, self.k, self.b, compression, v_club - v_ball)
+        return [force, x_club, x_ball, v_club, v_ball, compression]
+
+    def state(self, states: Sequence[float]) -> State:
+        force, *moving, compression = self.solver_state(states)
+        return [max(0.0, force), *moving, max(0.0, compression)]
+
+    def with_inputs(self, inputs: Inputs) -> "SolvedImpact":
+        p = self.parameters
+        k, b, _ = inputs
+        if p.restitution_at_rest and self.touch is not None:
+            b = p.contact_law.damping(p, k, self.touch.club_speed - p.ball_speed)
+        return self._replace(inputs=inputs, k=k, b=b)
+
+    def after_event(self, time: float, states: list[float]) -> tuple["SolvedImpact", list[float]]:
+        """The impact and the states after what happens at this instant of the host's time (s)."""
+        x_club, x_ball, _, v_ball = states
+        p, impact = self.parameters, self
+        if self.touch is None:
+            club_speed = self.inputs[2]
+            states = [x_club, x_ball, club_speed, v_ball]
+            if x_club >= x_ball and club_speed > v_ball:
+                refusal = p.contact_law.refusal_of_touch(p, club_speed)
+                touch = Touch(time, 0.0, x_ball, club_speed)
+                impact = self._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
+                if refusal is None:
+                    impact = impact.with_inputs(self.inputs)
+                impact = impact._with_drag(states)
+        elif self.in_contact:
+            impact = self._with_drag(states)
+            if separation_indicator(self, self.solver_state(states)) <= 0.0:
+                ended = time - self.touch.high, x_ball
+                impact = impact._replace(ended=ended, in_contact=False)
+        return impact, states
+
+    def _with_drag(self, states: list[float]) -> "SolvedImpact":
+        """Sums up the drag on the ball until here, where its coefficient may change."""
+        dragged = self.dragged + self.drag * (states[1] - self.x_ball)
+        drag = self.parameters.contact_law.drag(self.b)
+        return self._replace(dragged=dragged, drag=drag, x_ball=states[1])
+
+    def contact_until(self, high: float, low: float) -> "tuple[SolvedImpact, float]":
+        in_contact = self.in_contact and self.touch is not None
+        return self, (high + low - self.touch.high if in_contact else self.ended[0])  # type: ignore[union-attr]
+
+    def contact_displacement(self, state: State) -> float:
+        if self.touch is None:
+            return 0.0
+        return (state[2] if self.in_contact else self.ended[1]) - self.touch.x_ball
+
+    def contact_time(self, t: float) -> float:
+        return t
+
+    def impulse(self, t: float, state: State) -> float:
+        """N.s: the ball's momentum and what drag has taken, with b constant between events."""
+        p = self.parameters
+        gained = p.m_ball * (state[4] - p.ball_speed)
+        dragging = self.drag * (state[2] - self.x_ball) if self.in_contact else 0.0
+        return gained + self.dragged + dragging
+
+    # NaN: which of the states have been passed is unknown, and there are no steps.
+
+    def peak_force(self, t: float) -> tuple[float, float]:
+        return nan, nan
+
+    def peak_compression(self, t: float) -> float:
+        return nan
+
+    def impulse_of_step(self, high: float, low: float, step: float) -> float:
+        return nan
+
+    def packed(self) -> list:
+        return [self.parameters.values, *self[1:]]
+
+    @staticmethod
+    def unpacked(packed: Sequence) -> "SolvedImpact":
+        values, inputs, k, b, touch, *rest, ended = packed
+        touch = None if touch is None else Touch(*touch)
+        return SolvedImpact._make(
+            (Parameters(*values), tuple(inputs), k, b, touch, *rest, tuple(ended))
+        )
+
+
+def accelerations(impact: Any, state: State) -> tuple[float, float]:
+    """Of club and ball (m/s²), in an `Impact` or a `SolvedImpact`, as the indicators below."""
+    if not impact.in_contact:
+        return 0.0, 0.0
+    p = impact.parameters
+    force, _, _, v_club, v_ball, _ = state
+    drag = p.contact_law.drag(impact.b)
+    return -(force + drag * v_club) / p.m_club, (force - drag * v_ball) / p.m_ball
+
+
+def touch_indicator(impact: Any, state: State) -> float:
+    """Above 0 until the gap is closed and the bodies are closing, then -1."""
+    if impact.touch is not None:
+        return -1.0
+    _, x_club, x_ball, v_club, v_ball, _ = state
+    return max(x_ball - x_club, v_ball - v_club) + _ABOVE_ZERO
+
+
+def separation_indicator(impact: Any, state: State) -> float:
+    """Above 0 until the force has gone, then below 0: a root, as a power law's zero is too flat."""
+    if impact.touch is None:
+        return 1.0
+    if not impact.in_contact:
+        return -1.0
+    root = abs(state[0]) ** (1.0 / impact.parameters.exponent)
+    # The force is 0 at touch, too; but then the bodies still close at their approach speed.
+    force, _, _, v_club, v_ball, _ = state
+    approach = impact.touch.club_speed - impact.parameters.ball_speed
+    over = force <= 0.0 and v_club - v_ball < 0.5 * approach
+    return -root - _ABOVE_ZERO if over else root + _ABOVE_ZERO
+
 
 #: What FMI 2.0 doesn't have.
 _MORE: dict[str, Output] = {
@@ -29,11 +183,7 @@ _MORE: dict[str, Output] = {
 
 
 class HybridComponent(Component):
-    """An instance for co-simulation with event mode, or for Model Exchange.
-
-    Args:
-        report: called with a message whenever something is refused.
-    """
+    """An instance for co-simulation with event mode, or for Model Exchange."""
 
     __slots__ = ("_solved", "_started", "_states", "_time")
 
@@ -41,8 +191,8 @@ class HybridComponent(Component):
 
     def __init__(self, report: Callable[[str], None]) -> None:
         super().__init__(report)
-        #: Model Exchange: the impact, the states and the time that the host's solver is at, and
-        #: whether the host's time at the start is known, or can't be set any more.
+        #: Model Exchange: the impact; the states and the time of the host's solver; whether the
+        #: start time is fixed.
         self._solved: SolvedImpact | None = None
         self._states: list[float] = []
         self._time = nan
@@ -59,7 +209,6 @@ class HybridComponent(Component):
         return super().instant() if self._solved is None else (self._time, 0.0)
 
     def time(self) -> float:
-        """The host's time, s."""
         high, low = self.instant()
         return self.origin + (high + low)
 
@@ -82,11 +231,10 @@ class HybridComponent(Component):
         return self._now
 
     def unclamped(self, state: State) -> State:
-        """The state that the equations of Model Exchange have."""
+        """Without the lower limit of 0 that a host sees in Model Exchange."""
         return state if self._solved is None else self._solved.solver_state(self._states)
 
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
-        """Set inputs and parameters; what is refused keeps its value. See `Component`."""
         super().set_values(references, values, type_)
         solved = self._solved
         if solved is not None:
@@ -95,15 +243,11 @@ class HybridComponent(Component):
                 self._solved = solved.with_inputs(inputs)
             self._now = None
 
-    # Event mode
-
     def update(self) -> tuple[bool, bool, float | None]:
         """Handle the events of this instant.
 
-        Returns:
-            Whether the host must stop, since values were refused; whether its solver must start
-            anew, since a state or a derivative has jumped; and, while stepping, the host's time (s)
-            of the next touch or separation, if one is due under the present inputs.
+        Returns whether the host must stop, since values were refused; whether its solver must start
+        anew; while stepping, the host's time (s) of the next touch or separation, if one is due.
         """
         problem = self._begin() if self._mode == BLOCKED else None
         if problem is None and self._mode != STEPPING:
@@ -143,8 +287,7 @@ class HybridComponent(Component):
                 left = nextafter(impact.duration - impact.elapsed(high, low), inf)
                 if left == inf:
                     return
-                # The event belongs to a step that ends there, so the difference that the host takes
-                # as its step must not be shorter, whatever its rounding.
+                # A step that ends there must not be shorter, whatever the host's rounding.
                 when = point + left
                 while when - point < left:
                     when = nextafter(when, inf)
@@ -155,16 +298,10 @@ class HybridComponent(Component):
             return
 
     def step_to_event(self, point: float, size: float, early: bool) -> tuple[bool, bool, float]:
-        """One communication step, or as much of it as there is until touch or separation.
+        """One communication step; if early return is allowed, only until touch or separation.
 
-        Args:
-            point: the host's communication point, s.
-            size: communication step size, s, > 0.
-            early: whether early return is allowed.
-
-        Returns:
-            Whether it was accepted, see `step`; whether it ends with an event; where it ends, s.
-            An event inside a step that goes on is over when the step ends, and isn't reported.
+        Returns whether it was accepted, see `step`; whether it ends with an event; where it ends,
+        s. An event inside a step that goes on is over when the step ends, and isn't reported.
         """
         end = point + size
         # A point or a size that isn't a number is refused below.
@@ -175,8 +312,6 @@ class HybridComponent(Component):
                 if when == end or (early and when > point):
                     return self.step(point, size if when == end else when - point), True, when
         return self.step(point, size), False, end
-
-    # Model Exchange
 
     def _solving(self) -> tuple[SolvedImpact, list[float]]:
         """The impact to solve and its states; before stepping, those of the present values."""
@@ -209,7 +344,7 @@ class HybridComponent(Component):
         return self._solving()[1]
 
     def set_states(self, states: list[float]) -> None:
-        """The states that the host's solver is at; the list is kept."""
+        """Of the host's solver; the list is kept."""
         self._solving()
         if self._solved is not None:
             self._started = True
@@ -229,8 +364,6 @@ class HybridComponent(Component):
         solved, states = self._solving()
         now = solved.solver_state(states)
         return [touch_indicator(solved, now), separation_indicator(solved, now)]
-
-    # State
 
     def snapshot(self) -> tuple:
         solving = self._solved, self._states, self._time, self._started

@@ -15,8 +15,7 @@ from ..laws.contact import State
 from ..parameters import SETTABLE
 from ..variables import Variable
 
-#: Its arguments: the impact, its state, and the instance for its clock (`instant`, `last_step`,
-#: `start_time`, `origin`, `values`, `unknown`).
+#: Of the impact, its state, and the instance (for its clock and values).
 Output = Callable[[Any, State, Any], Any]
 
 
@@ -105,7 +104,6 @@ OUTPUTS: dict[str, Output] = {
 
 #: The value references of what a phase's state is, in its order.
 MOVING = range(SETTABLE, SETTABLE + 6)
-
 
 #: How to read a list of references: they themselves and how to pick their values from the state,
 #: if all are of the state (None: they are its first ones); else None twice, and the outputs.

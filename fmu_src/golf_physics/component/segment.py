@@ -9,9 +9,8 @@ from ..laws.contact import EARLY, State
 #: Next to touch and separation (relative) force and compression may be all rounding error.
 _CLOSE = 1e-12
 
-#: The dense output of a contact, over a time of its own; the steps before the contact began, that
-#: time there and how much of it passes in a step; between which of its times the dense output is
-#: the state.
+#: The dense output of a contact; the number of steps before the contact began, the scaled time
+#: there and that of a step; between which of its times the dense output is the state.
 _Reader = tuple[Callable[[float], State], float, float, float, float, float]
 
 
@@ -20,21 +19,14 @@ def _nowhere(t: float) -> State:
 
 
 class Segment:
-    """Communication steps of one size from one instant on, without a change of inputs; a value.
-
-    Args:
-        impact: at the first step's beginning or before.
-        high, low: the instant of that, s.
-        size: communication step size, s; 0 before the first step.
+    """Communication steps of one size (s; 0 before the first one) from one instant on, without a
+    change of inputs. `impact` is that at the instant or before. A value.
     """
 
     __slots__ = ("high", "impact", "low", "reader", "size")
 
     def __init__(self, impact: Impact, high: float, low: float, size: float) -> None:
-        self.impact = impact
-        self.high = high
-        self.low = low
-        self.size = size
+        self.impact, self.high, self.low, self.size = impact, high, low, size
         #: Found on demand, and a function of the values above alone.
         self.reader: _Reader = _NO_READER
 
@@ -53,8 +45,7 @@ class Segment:
     def state(self, count: float) -> tuple[State, Impact]:
         """The state after so many steps, where `reader` isn't valid, and the impact there.
 
-        Raises:
-            ArithmeticError, ValueError: the contact leaves the range of a double.
+        Raises ArithmeticError or ValueError if the contact leaves the range of a double.
         """
         high, low = self.instant(count)
         impact = self.impact.at(high, low)
@@ -70,8 +61,7 @@ class Segment:
         offset = (self.high - impact.high) + (self.low - impact.low)
         first = 0.0
         if offset < 0.0 and self.size:
-            # Steps that were over before the phase began would only cost digits of its own time. A
-            # phase that begins on a communication point begins there to the last bits.
+            # Steps before the phase began would only cost digits.
             first = float(ceil(-offset / self.size - 1e-9))
             high, low = self.instant(first)
             offset = (high - impact.high) + (low - impact.low)

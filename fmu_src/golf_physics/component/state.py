@@ -9,11 +9,10 @@ from ..parameters import SETTABLE, conflict
 from ..variables import VARIABLES
 from .segment import NO_SEGMENT, Segment
 
-#: First item of a serialized state: another layout must have another one.
+#: First item of a serialized state; it changes with the layout.
 _FORMAT = "golf-impact state 6"
 
-#: First item of every snapshot: those of another version of this component, loaded in the same
-#: process, have another one.
+#: First item of every snapshot; another version of this component in the process has another one.
 OWN = object()
 
 #: Items of a snapshot, before what a subclass adds; the last one is the segment.
@@ -31,7 +30,7 @@ def _with_checksum(body: bytes) -> bytes:
 
 
 def packed(snapshot: tuple, pack_more: Callable[[tuple], list]) -> bytes:
-    """A snapshot as bytes: a JSON list whose last item is a checksum."""
+    """A snapshot as bytes: a JSON list that ends with a checksum."""
     if not is_own(snapshot):
         return b""
     _, *plain, segment = snapshot[:LENGTH]
@@ -45,7 +44,6 @@ def packed(snapshot: tuple, pack_more: Callable[[tuple], list]) -> bytes:
 def unpacked(data: bytes, unpack_more: Callable[[list], tuple]) -> tuple | None:
     """The snapshot that became these bytes, or None if they are none of this component's."""
     try:
-        # Checked before anything else is: damaged bytes could stand for any numbers.
         body = data.rpartition(b", ")[0]
         if data != _with_checksum(body):
             return None

@@ -5,7 +5,7 @@ The drag acts on absolute velocities, so momentum is lost to the surroundings, t
 on the frame of reference, and heavy damping can keep the bodies together for ever.
 """
 
-from .linear_law import LinearLaw
+from .law import LinearLaw
 
 
 class AbsoluteLaw(LinearLaw):

@@ -1,14 +1,15 @@
 """An underdamped linear contact in double precision: nearly every impact in golf.
 
-Where double precision loses digits, `linear_law.linear_contact` takes `ExtendedContact` instead.
+Where double precision loses digits, `linear_contact` takes `ExtendedContact` instead.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from functools import partial
 from math import atan2, cos, exp, expm1, sin, sqrt
 
 from ..numerics.gauss import integral
 from ..numerics.zeros import first_downward_zero, offset_of_real_root
-from .contact import EARLY, EndState, InitialState, State
+from .contact import EARLY, ContactPhase, EndState, InitialState, State
 from .extended import ExtendedContact
 from .linear import LinearContact, Row
 
@@ -32,17 +33,11 @@ class ClosedFormContact(LinearContact):
     the drags 2ζp of the club and 2ζq of the ball. Without drag the centre of mass moves uniformly,
     and the compression is a damped oscillation.
 
-    Args:
-        k: N/m. damper, drag: N.s/m; one of them is 0.
-        m_club, m_ball: kg.
-        start: the initial state.
-
-    `duration` is 0 where double precision loses digits: the rates nearly meet, the real mode
-    nearly cancels the pair, the force hardly reaches 0, or contact doesn't end with the first half
-    period.
+    k is in N/m, damper and drag in N.s/m (one of them is 0), masses are in kg. `duration` is 0
+    where double precision loses digits: the rates nearly meet, the real mode nearly cancels the
+    pair, the force hardly reaches 0, or contact doesn't end with the first half period.
     """
 
-    #: s from the start of the phase until contact ends.
     duration = 0.0
 
     def __init__(
@@ -55,7 +50,6 @@ class ClosedFormContact(LinearContact):
         p = m_ball / total
         q = m_club / total
         mu = m_club * p
-        #: The fastest rate of change in the phase, 1/s.
         self.rate = omega = sqrt(k / mu)
         zeta = (damper or drag) / (2.0 * mu * omega)
         d = omega * compression
@@ -89,9 +83,8 @@ class ClosedFormContact(LinearContact):
             r = drag_club + x if x > 0.0 else drag_ball - y
             h = 0.5 * (drag_club + y)
             second = sqrt(4.0 * zeta * p * q / r - h * h)
-            # The state (d, v_club, v_ball) is a·(x, p, u), the real mode, and the rest, which is
-            # left for the pair. (-q x, q, u) is the mode's left eigenvector, and (s0, s1, s2) is
-            # (A + h)·rest / R.
+            # (d, v_club, v_ball) is a·(x, p, u), the real mode with the left eigenvector
+            # (-q x, q, u), and the rest, the pair; (s0, s1, s2) is (A + h)·rest / R.
             a = (q * (v_club - x * d) + u * v_ball) / (q * (p - x * x) + u * u)
             a0, a1, a2 = a * x, a * p, a * u
             c0, c1, c2 = d - a0, v_club - a1, v_ball - a2
@@ -111,9 +104,12 @@ class ClosedFormContact(LinearContact):
         )  # fmt: skip
 
     _rates = property(lambda self: self._motion[:3])
-    _force = property(lambda self: self._motion[3:6])
-    _d = property(lambda self: self._motion[6:9])
-    _w = property(lambda self: self._slope(self._motion[6:9]))
+
+    def _row(self, name: str) -> Row:
+        if name == "force":
+            return self._motion[3:6]
+        d = self._motion[6:9]
+        return d if name == "d" else self._slope(d)
 
     def dense_output(self) -> tuple[Callable[[float], State], float]:
         """The dense output over the angle Rt."""
@@ -167,18 +163,17 @@ class ClosedFormContact(LinearContact):
             return integral(self.closing, t, t)
         return super().compression(t)
 
-    def _values(self, rows: Iterable[Row], t: float) -> list[float]:
+    def _value(self, name: str, t: float) -> float:
         r, h, frequency = self._rates
-        e = exp(-r * t)
-        size = exp(-h * t)
-        cosine, sine = size * cos(frequency * t), size * sin(frequency * t)
-        return [a * e + c * cosine + s * sine for a, c, s in rows]
+        a, c, s = self._row(name)
+        size, angle = exp(-h * t), frequency * t
+        return a * exp(-r * t) + c * (size * cos(angle)) + s * (size * sin(angle))
 
-    def _integral(self, row: Row, begin: float, width: float) -> float:
+    def impulse(self, begin: float, width: float) -> float:
         if width * self.rate <= 0.5:
-            return integral(lambda t: self._values((row,), t)[0], begin + width, width)
+            return integral(partial(self._value, "force"), begin + width, width)
         r, h, frequency = self._rates
-        a, c, s = row
+        a, c, s = self._row("force")
         # The pair's coefficients from the beginning on.
         size, angle = exp(-h * begin), frequency * begin
         cosine, sine = size * cos(angle), size * sin(angle)
@@ -191,16 +186,25 @@ class ClosedFormContact(LinearContact):
         real = -a * exp(-r * begin) * expm1(-r * width) / r if r else a * width
         return pair / (h * h + frequency * frequency) + real
 
-    def _find_maxima(self, row: Row) -> list[tuple[float, float]]:
+    def _find_maxima(self, name: str) -> list[float]:
         """The only one, before the end of the half period, unless the row falls from the start."""
-        a, c, s = slope = self._slope(row)
-        if sum(slope[:2]) <= 0.0:
+        a, c, s = self._slope(self._row(name))
+        if a + c <= 0.0:
             return []
         r, h, frequency = self._rates
         angle = first_downward_zero((h - r) / frequency, a, c, s)
         if angle is None:
             # The slope hardly reaches 0.
-            exact = ExtendedContact(*self._arguments, self._start)
-            return exact._find_maxima(exact._force if row == self._force else exact._d)
-        when = angle / frequency
-        return [(when, self._values((row,), when)[0])]
+            return ExtendedContact(*self._arguments, self._start)._find_maxima(name)
+        return [angle / frequency]
+
+
+def linear_contact(
+    k: float, damper: float, drag: float, m_club: float, m_ball: float, start: InitialState
+) -> ContactPhase:
+    """The contact phase from `start` on, in double precision where that suffices."""
+    if not (damper and drag):
+        contact = ClosedFormContact(k, damper, drag, m_club, m_ball, start)
+        if contact.duration:
+            return contact
+    return ExtendedContact(k, damper, drag, m_club, m_ball, start)

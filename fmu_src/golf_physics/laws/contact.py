@@ -1,10 +1,11 @@
-"""The interface of contact laws and of contact phases: arguments and return values."""
+"""Contact phases: their interface, and what all of them share."""
 
 from collections.abc import Callable, Iterable
-from typing import NamedTuple, Protocol
+from operator import itemgetter
+from typing import NamedTuple
 
-#: Until this time (in units of 1/rate) after touch, compression and force are evaluated separately:
-#: the closed form suffers from cancellation there.
+#: Until this time (in units of 1/rate) after touch, compression and force are evaluated separately,
+#: as the closed form suffers from cancellation.
 EARLY = 1e-3
 
 #: Of a value, relative.
@@ -13,95 +14,87 @@ _ROUNDING = 4e-15
 #: k (N/m), b (N.s/m) and club_speed (m/s): what a host may change at every communication point.
 Inputs = tuple[float, float, float]
 
-
-class Parameters(Protocol):
-    """The values that stay fixed from the end of initialization on; see the table of variables."""
-
-    __slots__ = ()
-
-    m_club: float
-    m_ball: float
-    ball_diameter: float
-    ball_speed: float
-    gap: float
-    law: int
-    exponent: float
-    reference_compression: float
-    restitution_at_rest: float
-    restitution_slope: float
-
-
 #: Force (N), positions of club and ball (m), their velocities (m/s), compression (m).
 State = list[float]
-
-
-class InitialState(NamedTuple):
-    """The bodies at the start of a contact phase.
-
-    Attributes:
-        x_club: position of the club face, m.
-        compression: how far it is past the ball's rest shape, m, >= 0.
-        v_club, v_ball: velocities, m/s.
-        closing: v_club - v_ball, m/s; given separately because the difference may lose digits.
-    """
-
-    x_club: float
-    compression: float
-    v_club: float
-    v_ball: float
-    closing: float
-
 
 #: Position of the ball (m), velocities of club and ball (m/s), compression (m), and its rate of
 #: change (m/s).
 EndState = tuple[float, float, float, float, float]
 
 
-class ContactPhase(Protocol):
+class InitialState(NamedTuple):
+    """The bodies at the start of a contact phase."""
+
+    x_club: float  #: position of the club face, m
+    compression: float  #: m, >= 0
+    v_club: float  #: velocities, m/s
+    v_ball: float
+    closing: float  #: v_club - v_ball, m/s: their difference may lose digits
+
+
+class ContactPhase:
     """Contact under constant k and b, from its initial state until the contact force is zero.
 
     Times are s since the start of the phase, at most `duration`. A phase is a value: methods return
     the same results in any order of calls.
     """
 
-    #: s until contact ends; inf if it never does.
-    duration: float
-    #: The fastest rate of change in the phase, 1/s.
-    rate: float
+    duration: float  #: s until contact ends; inf if it never does
+    rate: float  #: the fastest rate of change, 1/s
 
     def dense_output(self) -> tuple[Callable[[float], State], float]:
         """A function from scaled time to the state, and the time scale in 1/s."""
+        return self._state, 1.0
 
     def end(self) -> EndState:
         """The bodies when contact ends."""
+        _, _, x_ball, v_club, v_ball, d = self._state(self.duration)
+        return x_ball, v_club, v_ball, max(0.0, d), self.closing(self.duration)
 
     def compression(self, t: float) -> float:
         """Compression, m, to full relative accuracy just after touch."""
+        return self._value("d", t)
 
     def closing(self, t: float) -> float:
         """Closing speed v_club - v_ball, m/s, to full relative accuracy."""
+        return self._value("w", t)
 
     def impulse(self, begin: float, width: float) -> float:
         """Impulse of the contact force over [begin, begin + width], N.s."""
+        raise NotImplementedError
 
     def peak_force(self, t: float) -> tuple[float, float]:
         """The largest contact force on [0, t], N, and its time."""
+        return self._largest("force", t)
 
     def peak_compression(self, t: float) -> float:
         """The largest compression on [0, t], m."""
+        return self._largest("d", t)[0]
 
+    def _largest(self, name: str, t: float) -> tuple[float, float]:
+        found = self.__dict__.setdefault("_maxima", {})
+        if name not in found:
+            found[name] = [(self._value(name, when), when) for when in self._find_maxima(name)]
+        largest, when = self._value(name, 0.0), 0.0
+        passed = [point for point in found[name] if point[1] <= t]
+        if passed:
+            top = max(passed, key=itemgetter(0))
+            # A maximum just after the start is as large as the start to the last digits.
+            if top[0] >= largest - _ROUNDING * abs(largest):
+                largest, when = top
+        now = self._value(name, t)
+        # Just after a maximum, rounding must not move its time.
+        return (now, t) if now > largest + _ROUNDING * abs(largest) else (largest, when)
 
-def largest_until(
-    t: float, value: Callable[[float], float], maxima: Iterable[tuple[float, float]]
-) -> tuple[float, float]:
-    """The largest value on [0, t] and its time, from the maxima (time, value) inside the phase."""
-    largest, when = value(0.0), 0.0
-    passed = [point for point in maxima if point[0] <= t]
-    if passed:
-        later, top = max(passed, key=lambda point: point[1])
-        # A maximum just after the start is as large as the start to the last digits.
-        if top >= largest - _ROUNDING * abs(largest):
-            largest, when = top, later
-    now = value(t)
-    # Just after a maximum, rounding must not move its time.
-    return (now, t) if now > largest + _ROUNDING * abs(largest) else (largest, when)
+    # For each kind of phase. Quantities by name: the contact force ("force", N), the compression
+    # ("d", m), the closing speed ("w", m/s)
+
+    def _state(self, t: float) -> State:
+        raise NotImplementedError
+
+    def _value(self, name: str, t: float) -> float:
+        raise NotImplementedError
+
+    def _find_maxima(self, name: str) -> Iterable[float]:
+        """When a quantity has a maximum inside the phase."""
+        raise NotImplementedError

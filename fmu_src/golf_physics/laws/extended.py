@@ -1,10 +1,8 @@
 """Any linear contact in extended precision: one form for every rate, damping and initial state.
 
 The closed forms of a linear contact cancel where two rates meet, where drag is heavy, or where the
-bodies move much faster than they close. In double precision each of these needs a form of its own,
-and each border between two forms is a source of errors. With 57 digits a cancellation of 40 is
-harmless, and one form serves them all. It is slower than `ClosedFormContact`, which is used
-wherever double precision suffices.
+bodies move much faster than they close. In double precision each of these needs a form of its own;
+with 57 digits a cancellation of 40 is harmless, and one form serves them all.
 
 The state is x = (d, w, V): compression, closing speed, velocity of the centre of mass. It obeys
 
@@ -15,13 +13,12 @@ Newton's form of the exponential needs no eigenvectors:
     x(t) = E x(0) + S y + G z,  y = (A + r) x(0),  z = (A + 2h - r) y,
     E = e^(-rt),  S = e^(-ht) sin(Rt)/R,  G = (E - e^(-ht) cos Rt - (h - r) S)/((h - r)² + R²),
 
-with sinh and cosh where R² < 0; collected by E, cos and sin it is a row for each quantity. Where
-e^(rt) f of a row f has an extremum, the real mode's term vanishes, so the extrema are known in
-closed form; between two of them f has at most one zero (Rolle's theorem). So every zero is
-bracketed before it is located, and none is missed.
+with sinh and cosh where R² < 0; collected by E, cos and sin it is a row for each quantity. The
+derivative of e^(rt) f, for a row f, has no real mode, so its extrema are known in closed form.
+Between two of them f has at most one zero (Rolle's theorem), which is bracketed: none is missed.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from decimal import Decimal
 from math import atan2, pi, sqrt
 from typing import Any
@@ -31,31 +28,20 @@ from ..numerics.zeros import zero_between
 from .contact import EndState, InitialState, State
 from .linear import LinearContact, Row
 
-#: Digits; and those for a damping ratio, a ratio of the masses or one of the speeds to the closing
-#: speed that are beyond these: then up to 70 cancel.
+#: Digits; and those for a ratio of damping, masses or speeds (to the closing speed) beyond these:
+#: then up to 70 cancel.
 _DIGITS, _MANY_DIGITS = 57, 95
 _HEAVY, _UNEQUAL, _FAST = 5e4, 1e8, 1e5
 
-#: A damping ratio as small as this changes no bit of any result.
-_LEAST_DAMPING = Decimal(10) ** -30
-
-#: A pair of rates nearer than this (relative, squared) is replaced by two real ones that are so far
-#: apart: that changes no bit either.
-_APART = Decimal(10) ** -30
+#: A smaller damping ratio is replaced by this one, and a pair of rates that are nearer (relative,
+#: squared) by two real ones so far apart: that changes no bit of any result.
+_LEAST_DAMPING = _APART = Decimal(10) ** -30
 
 _ZERO, _INFINITY = Decimal(0), Decimal("Infinity")
 
 
 class ExtendedContact(LinearContact):
-    """A contact phase of a linear law; see `LinearContact`.
-
-    Args:
-        k: N/m.
-        damper: damping between the bodies, N.s/m, >= 0.
-        drag: on each body, N.s/m, >= 0.
-        m_club, m_ball: kg.
-        start: the initial state.
-    """
+    """A contact with stiffness k (N/m), damper and drag (N.s/m, >= 0) and these masses (kg)."""
 
     def __init__(
         self, k: float, damper: float, drag: float, m_club: float, m_ball: float,
@@ -92,7 +78,6 @@ class ExtendedContact(LinearContact):
         minors, product = alpha * gamma - beta * delta + omega_squared, omega_squared * gamma
         r = _real_root(trace, minors, product, slow, fast)
         self._find_pair(r, (trace - r) / 2, product / r if r else minors)
-        #: The fastest rate of change in the phase, 1/s.
         self.rate = float(max(trace, omega_squared.sqrt()))
 
         def shifted(x: Row, rate: Decimal) -> Row:
@@ -115,14 +100,13 @@ class ExtendedContact(LinearContact):
         # outlast all else.
         real = [e + f * g for e, f in zip(x, z)] if drag else (_ZERO, _ZERO, x[2])
         # The first two coefficients add up to the initial value, exactly where that is 0.
-        self._d, self._w, mean = [
+        d_row, w_row, mean = [
             (a, e - a, (s - (h - r) * f * g) / second) for a, e, s, f in zip(real, x, y, z)
         ]
-        self._force = _sum(k, self._d, damper, self._w)
-        self._v_ball = _sum(1, mean, -q, self._w)
+        self._rows = {"force": _sum(k, d_row, damper, w_row), "d": d_row, "w": w_row}
+        self._v_ball = _sum(1, mean, -q, w_row)
         self._x_ball = Decimal(start.x_club) - d
         self._end = self._end_of_contact()
-        #: s from the start of the phase until contact ends; inf if it never does.
         self.duration = float(self._end)
 
     def _find_pair(self, r: Decimal, h: Decimal, c: Decimal) -> None:
@@ -135,14 +119,12 @@ class ExtendedContact(LinearContact):
         self._fast = h if square > 0 else h + second
         self._slow = h if square > 0 else c / self._fast
 
-    # Rows
-
     def _basis(self, t: Decimal) -> Row:
         """The three functions that a row has coefficients of."""
         r, _, second = self._rates
         slow = self._exp(-self._slow * t)
         if self._sign > 0:
-            # Once nothing is left, an angle may have too many turns for its digits.
+            # Once nothing is left, the angle may exceed its digits.
             cosine, sine = self._cos_sin(second * t) if slow else (slow, slow)
             return self._exp(-r * t), slow * cosine, slow * sine
         fast = self._exp(-self._fast * t)
@@ -152,9 +134,12 @@ class ExtendedContact(LinearContact):
         e, c, s = self._basis(t)
         return [row[0] * e + row[1] * c + row[2] * s for row in rows]
 
-    def _values(self, rows: Iterable[Row], t: float | Decimal) -> list[float]:
+    def _row(self, name: str) -> Row:
+        return self._rows[name]
+
+    def _value(self, name: str, t: float | Decimal) -> float:
         with self._in_use():
-            return [float(value) for value in self._at(Decimal(t), *rows)]
+            return float(self._at(Decimal(t), self._rows[name])[0])
 
     def _antiderivative(self, row: Row) -> tuple[Decimal, Row]:
         """The rate of the term that is linear in time, and a row."""
@@ -164,9 +149,9 @@ class ExtendedContact(LinearContact):
         pair = pair[0] / self._product, pair[1] / self._product
         return (_ZERO, (-a / r, *pair)) if r else (a, (_ZERO, *pair))
 
-    def _integral(self, row: Row, begin: float, width: float) -> float:
+    def impulse(self, begin: float, width: float) -> float:
         with self._in_use():
-            rate, row = self._antiderivative(row)
+            rate, row = self._antiderivative(self._rows["force"])
             first, time = Decimal(begin), Decimal(width)
             return float(rate * time + self._at(first + time, row)[0] - self._at(first, row)[0])
 
@@ -174,27 +159,22 @@ class ExtendedContact(LinearContact):
         with self._in_use():
             t = Decimal(t)
             rate, position = self._antiderivative(self._v_ball)
-            rows = self._force, self._d, self._w, self._v_ball, position
+            rows = *self._rows.values(), self._v_ball, position
             force, d, w, v_ball, moved = self._at(t, *rows)
             x_ball = self._x_ball + rate * t + (moved - position[0] - position[1])
             return [float(x) for x in (force, x_ball + d, x_ball, v_ball + w, v_ball, d)]
 
-    def dense_output(self) -> tuple[Callable[[float], State], float]:
-        return self._state, 1.0
-
     def end(self) -> EndState:
         _, _, x_ball, v_club, v_ball, d = self._state(self._end)
         # Law 1's compression is 0 but for the last of many digits.
-        return x_ball, v_club, v_ball, max(0.0, d), self._values((self._w,), self._end)[0]
+        return x_ball, v_club, v_ball, max(0.0, d), self._value("w", self._end)
 
-    def _find_maxima(self, row: Row) -> list[tuple[float, float]]:
+    def _find_maxima(self, name: str) -> list[float]:
         with self._in_use():
             # Every oscillation was larger a period before.
             end = min(self._end, 3 * PI / self._rates[2]) if self._sign > 0 else self._end
-            tops = [t for t, falls in self._sign_changes(self._slope(row), end) if falls]
-            return [(float(t), float(self._at(t, row)[0])) for t in tops]
-
-    # Zeros
+            slope = self._slope(self._rows[name])
+            return [float(t) for t, falls in self._sign_changes(slope, end) if falls]
 
     def _extrema(self, row: Row) -> Iterator[Decimal]:
         """The extrema of e^(rt) f, s, in order."""
@@ -213,11 +193,6 @@ class ExtendedContact(LinearContact):
             yield angle / second
             angle += PI
 
-    def _sign_at_last(self, row: Row) -> Decimal:
-        """A number with the sign of f after a long time, for a pair of real rates."""
-        a, c, s = row
-        return a if a and self._rates[0] < self._slow else c + s
-
     def _sign_changes(self, row: Row, end: Decimal) -> Iterator[tuple[Decimal, bool]]:
         """The zeros of a row up to `end`, s, and whether it falls there; in order."""
         slope = self._slope(row)
@@ -226,9 +201,11 @@ class ExtendedContact(LinearContact):
         positive = first > 0
         points = self._extrema(row)
         low = _ZERO
+        # A number with the sign of f after a long time, for a pair of real rates.
+        last = row[0] if row[0] and self._rates[0] < self._slow else row[1] + row[2]
         while low < end:
             high = min(next(points, end), end)
-            later = self._sign_at_last(row) if high == _INFINITY else self._at(high, row)[0]
+            later = last if high == _INFINITY else self._at(high, row)[0]
             if later and (later > 0) != positive:
                 if high == _INFINITY:
                     high = 2 * low + 1 / self._fast
@@ -247,15 +224,14 @@ class ExtendedContact(LinearContact):
     def _end_of_contact(self) -> Decimal:
         """The first downward zero of the force, s."""
         r, h, second = self._rates
-        oscillates, force = self._sign > 0, self._force
+        oscillates, force = self._sign > 0, self._rows["force"]
         # The first downward zero of e^(rt) F lies within three half periods.
         for when, _ in self._sign_changes(force, 3 * PI / second if oscillates else _INFINITY):
             return when
         growth = r - h
         if not oscillates or growth <= 0:
             return _INFINITY
-        # e^(rt) F oscillates about the real mode's coefficient with a growing amplitude: after how
-        # many periods does it reach zero?
+        # e^(rt) F oscillates about the real mode's coefficient with a growing amplitude.
         points = self._extrema(force)
         extrema = next(points), next(points)
         lowest, when = min((self._exp(r * t) * self._at(t, force)[0], t) for t in extrema)

@@ -1,10 +1,9 @@
 """A contact phase from the force and the drag alone, integrated numerically.
 
-The phase is divided into panels. On a panel the accelerations are Chebyshev series, found by Picard
-iteration at the Chebyshev nodes (Clenshaw & Norton, Comput. J. 6, 88–92, 1963); their integrals are
-the motion, so dense output comes with the solution. A panel is halved until its series has
-converged, so panels become short where the force has a kink, as a power of the compression has at
-touch and at the end of contact.
+On each of its panels the accelerations are Chebyshev series, found by Picard iteration at the
+Chebyshev nodes (Clenshaw & Norton, Comput. J. 6, 88–92, 1963); their integrals are the motion, and
+so the dense output. A panel is halved until its series has converged: panels become short where the
+force has a kink, as a power of the compression has at touch and at the end of contact.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,7 +14,7 @@ from operator import mul
 from ..numerics import chebyshev
 from ..numerics.chebyshev import NODES, ORDER, Series, evaluate, integrate, interpolate
 from ..numerics.gauss import integral
-from .contact import ContactPhase, EndState, InitialState, State, largest_until
+from .contact import ContactPhase, InitialState, State
 
 #: Iterations on a panel before it is halved.
 _ITERATIONS = 30
@@ -49,10 +48,8 @@ _ONCE, _TWICE = _from_start(1), _from_start(2)
 
 
 class _Panel:
-    """An interval of a contact from `begin` on, and the series of the motion on it, by name.
-
-    d, w: compression (m), closing speed (m/s). v_ball, x_ball: velocity (m/s) and position (m) of
-    the ball. force: N. impulse: of the force since the start of the phase, N.s.
+    """An interval of a contact, and the series on it: compression d (m), closing speed w (m/s),
+    v_ball (m/s) and x_ball (m), the force (N) and its impulse since the start of the phase (N.s).
     """
 
     def __init__(self, begin: float, width: float, **series: Series) -> None:
@@ -77,22 +74,14 @@ def _bisect(low: float, high: float, f: Callable[[float], float]) -> float:
 
 
 class IntegratedContact(ContactPhase):
-    """A contact phase under any force; see `ContactPhase`.
+    """A contact phase under any force (N) of compression (m) and closing speed (m/s).
 
-    Args:
-        force: contact force (N) from compression (m) and closing speed (m/s); it continues smoothly
-            below 0.
-        drag: on each body, N.s/m.
-        m_club, m_ball: kg.
-        start: the initial state.
-
-    Raises:
-        ArithmeticError: the force isn't a finite number.
+    drag on each body is in N.s/m, masses are in kg. Raises ArithmeticError if the force isn't a
+    finite number.
     """
 
-    #: s from the start of the phase until contact ends; inf if it never does.
     duration = inf
-    #: The fastest rate of change in the phase, 1/s: the force may have a kink at touch.
+    #: Unbounded: the force may have a kink at touch.
     rate = inf
 
     def __init__(
@@ -102,7 +91,6 @@ class IntegratedContact(ContactPhase):
         self._law, self._drag, self._m_club, self._m_ball = force, drag, m_club, m_ball
         self._mu = m_club * (m_ball / (m_club + m_ball))
         self._panels: list[_Panel] = []
-        self._maxima: dict[str, list[tuple[float, float]]] = {}
         x_club, d, _, v_ball, w = start
         motion = {"d": d, "w": w, "v_ball": v_ball, "x_ball": x_club - d, "impulse": 0.0}
         self._speed = abs(w)
@@ -116,8 +104,6 @@ class IntegratedContact(ContactPhase):
             self.duration = self._end_on(panel)
             motion = {name: evaluate(panel.series[name], 1.0) for name in motion}
             t, width = panel.end, 2.0 * width
-
-    # Integration
 
     def _force(self, compression: float, closing: float) -> float:
         force = self._law(compression, closing)
@@ -209,8 +195,6 @@ class IntegratedContact(ContactPhase):
             low = high
         return inf
 
-    # The solution
-
     def _at(self, t: float, *names: str) -> list[float]:
         panel = next((panel for panel in self._panels if t < panel.end), self._panels[-1])
         if self.duration == inf and t > panel.end:
@@ -224,45 +208,19 @@ class IntegratedContact(ContactPhase):
         d, w, v_ball, x_ball = self._at(t, "d", "w", "v_ball", "x_ball")
         return [self._force(d, w), x_ball + d, x_ball, v_ball + w, v_ball, d]
 
-    def _force_at(self, t: float) -> float:
-        return self._force(*self._at(t, "d", "w"))
-
-    def dense_output(self) -> tuple[Callable[[float], State], float]:
-        return self._state, 1.0
-
-    def end(self) -> EndState:
-        _, _, x_ball, v_club, v_ball, d = self._state(self.duration)
-        return x_ball, v_club, v_ball, max(0.0, d), self.closing(self.duration)
-
-    def compression(self, t: float) -> float:
-        return self._at(t, "d")[0]
-
-    def closing(self, t: float) -> float:
-        return self._at(t, "w")[0]
+    def _value(self, name: str, t: float) -> float:
+        return self._force(*self._at(t, "d", "w")) if name == "force" else self._at(t, name)[0]
 
     def impulse(self, begin: float, width: float) -> float:
         if width < _SHORT * min(self.duration, self._panels[-1].end):
-            return integral(self._force_at, begin + width, width)
+            return integral(partial(self._value, "force"), begin + width, width)
         return self._at(begin + width, "impulse")[0] - self._at(begin, "impulse")[0]
 
-    def peak_force(self, t: float) -> tuple[float, float]:
-        return self._largest("force", self._force_at, t)
-
-    def peak_compression(self, t: float) -> float:
-        return self._largest("d", self.compression, t)[0]
-
-    def _largest(self, name: str, value: Callable[[float], float], t: float) -> tuple[float, float]:
-        maxima = self._maxima.get(name)
-        if maxima is None:
-            maxima = self._maxima[name] = [(when, value(when)) for when in self._find_maxima(name)]
-        return largest_until(t, value, maxima)
-
     def _find_maxima(self, name: str) -> Iterator[float]:
-        """When a quantity stops rising, s."""
         rising = False
         for panel in self._panels:
-            series = {"slope": chebyshev.differentiate(panel.series[name])}
-            slope = partial(_Panel(panel.begin, panel.end - panel.begin, **series).at, "slope")
+            panel.series["slope"] = chebyshev.differentiate(panel.series[name])
+            slope = partial(panel.at, "slope")
             low, *times = panel.times()
             for high in (low, *(min(time, self.duration) for time in times)):
                 rises = slope(high) > 0.0

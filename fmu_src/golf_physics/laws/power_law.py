@@ -1,25 +1,22 @@
 """The power law: a spring that stiffens and a matching damper between the bodies (n > 1).
 
 The contact force is F = k d_r (d/d_r)^n + b (d/d_r)^((n-1)/2) d', with d the compression, d' the
-closing speed and d_r the compression at which k and b hold. It acts on both bodies alike, so
-momentum is conserved, and contact ends when the force has fallen to zero (as Schwager & Pöschel,
-Granular Matter 9, 465–469, 2007, end it for n = 1). The damper is that of Tsuji, Tanaka & Ishida
-(Powder Technology 71, 239–250, 1992, there with n = 3/2) for any n. With it x ~ d^((n+1)/2) is a
-linear damped oscillator in a time of its own, dσ ~ d^((n-1)/2) dt, so the coefficient of
-restitution doesn't depend on speed. Everything is closed form in σ; only t is an integral over σ.
+closing speed and d_r the compression at which k and b hold; contact ends when it has fallen to
+zero. The damper is that of Tsuji, Tanaka & Ishida (Powder Technology 71, 239–250, 1992, there with
+n = 3/2) for any n. With it x ~ d^((n+1)/2) is a linear damped oscillator in a scaled time σ,
+dσ ~ d^((n-1)/2) dt, so the coefficient of restitution is independent of speed. Everything is closed
+form in σ; only t is an integral over σ.
 """
 
-from collections.abc import Callable
 from itertools import pairwise
 from math import atan2, exp, hypot, inf, pi, sqrt
 
 from ..numerics.gauss import GAUSS_5
 from ..numerics.panels import LEAST, Oscillator, Panel
-from .contact import ContactPhase, EndState, InitialState, State
+from .contact import ContactPhase, InitialState, State
 
-#: Where panels meet, as phases Ωσ since the last zero of x. The other zeros of x are pi apart along
-#: the real axis, or along the imaginary one above critical damping; they keep a distance from a
-#: panel at which its coefficients fall as 7^-j or faster.
+#: Where panels meet, as phases Ωσ since the last zero of x. Its other zeros (pi apart, along the
+#: imaginary axis above critical damping) are so far away that coefficients fall as 7^-j or faster.
 _CUTS_BELOW_CRITICAL = 0.385 * pi, 0.615 * pi
 _CUTS_ABOVE_CRITICAL = tuple(1.6**n for n in range(1, 16))
 
@@ -31,16 +28,17 @@ _LEAST_SPEED = 1e-150
 
 
 class PowerLawContact(ContactPhase):
-    """One contact phase under constant k and b: closed form, but for the time by quadrature.
+    """A contact phase in closed form, but for the time by quadrature.
 
     With m = (n+1)/2, P = (n-1)/(n+1) and any length L, x = (d/L)^m, dσ = ω (d/L)^(m-1) dt and
     ω² = m k (L/d_r)^(n-1)/μ give x' = u = m d'/(ωL), u' = -x - 2ζu and F ~ x^P (x + 2ζu). All
     events are at known ratios u/x, and σ is closed form at any ratio. The time, ∫ x^(-P) dσ / ω,
-    is tabulated once, on one to three panels (up to seven at heavy damping).
-
-    k and b hold at the reference compression d_r (m, > 0); the exponent is n > 1.
-    From a start without a force, and not of a first touch, the phase has duration 0.
+    is tabulated once, on one to three panels (up to seven at heavy damping). From a start without
+    a force, and not of a first touch, the phase has duration 0.
     """
+
+    #: Unbounded: the force has a kink at d = 0.
+    rate = inf
 
     def __init__(
         self, k: float, b: float, m_club: float, m_ball: float, start: InitialState,
@@ -73,16 +71,14 @@ class PowerLawContact(ContactPhase):
         self._powers = m, power
         self._scales = length, speed, omega, mu * omega * speed
         self._panels: list[Panel] = []
+        #: The largest force (N) and its time (s), once found.
         self._peak: tuple[float, float] | None = None
-        #: The fastest rate of change in the phase, 1/s: unbounded, the force has a kink at d = 0.
-        self.rate = inf
         #: Contact force (N), compression (m) and closing speed (m/s).
         self._initial = self._force(d / length, drive), d, w
         if omega > LEAST and (drive > 0.0 or (x == 0.0 and u > 0.0)):
             u = self._lay_out()
             d, w = length * (-2.0 * motion.zeta * u) ** (1.0 / m), speed * u
         self._final = 0.0, d, w
-        #: s from the start of the phase until contact ends.
         self.duration = self._panels[-1].end if self._panels else 0.0
 
     def _lay_out(self) -> float:
@@ -128,9 +124,6 @@ class PowerLawContact(ContactPhase):
         force = self._scales[3] * relative ** (self._powers[0] - 1.0) * drive
         return force if force > 0.0 else 0.0
 
-    def dense_output(self) -> tuple[Callable[[float], State], float]:
-        return self._state, 1.0
-
     def _state(self, t: float) -> State:
         x_club, d0, v_club, v_ball, w0 = self._bodies
         p, q, _ = self._masses
@@ -138,16 +131,8 @@ class PowerLawContact(ContactPhase):
         x = x_club + ((p * v_ball + q * v_club) * t - p * (d0 - d))
         return [force, x, x - d, v_club - p * (w0 - w), v_ball + q * (w0 - w), d]
 
-    def end(self) -> EndState:
-        """The force is 0, the ball not yet round."""
-        _, _, x_ball, v_club, v_ball, compression = self._state(self.duration)
-        return x_ball, v_club, v_ball, compression, self._final[2]
-
-    def compression(self, t: float) -> float:
-        return self._relative_motion(t)[1]
-
-    def closing(self, t: float) -> float:
-        return self._relative_motion(t)[2]
+    def _value(self, name: str, t: float) -> float:
+        return self._relative_motion(t)[("force", "d", "w").index(name)]
 
     def _relative_motion(self, t: float) -> tuple[float, float, float]:
         """Contact force (N), compression (m) and closing speed (m/s)."""
@@ -171,9 +156,8 @@ class PowerLawContact(ContactPhase):
         if span * max(1.0, motion.fast) > 0.1:
             lost = motion.after(x, u, first)[1] - motion.after(x, u, last)[1]
             return self._masses[2] * speed * lost
-        # ∫ F dt is ∫ (x + 2ζu) dσ up to a factor. Over a short time the rounding of σ would show;
-        # it cancels in the quotient of that and of t = ∫ x^(-P) dσ (which isn't smooth at x = 0,
-        # but there σ is exact relative to itself).
+        # ∫ F dt is ∫ (x + 2ζu) dσ up to a factor. Over a short time the rounding of σ cancels in
+        # the quotient of that and of t = ∫ x^(-P) dσ (not smooth at x = 0, but σ is exact there).
         points = [
             (0.5 * weight, motion.after(x, u, first + (0.5 + 0.5 * at) * span))
             for at, weight in GAUSS_5
@@ -201,9 +185,8 @@ class PowerLawContact(ContactPhase):
         return (largest, when) if t >= when else (self._relative_motion(t)[0], t)
 
     def _find_peak(self) -> tuple[float, float]:
-        # F' = 0 is 2ζP r² + (1 + P - 4ζ²) r - 2ζ = 0 with r = u/x. Along the motion r only falls,
-        # so F rises until r is at the one root that isn't negative, and falls from there on (the
-        # other root lies beyond the end, r = -1/2ζ).
+        # F' = 0 is 2ζP r² + (1 + P - 4ζ²) r - 2ζ = 0 with r = u/x, which only falls: F rises until
+        # r is at the root that isn't negative (the other lies beyond the end, r = -1/2ζ).
         x, u = self._start
         zeta = self._motion.zeta
         m, power = self._powers

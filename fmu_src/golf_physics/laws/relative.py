@@ -1,17 +1,22 @@
 """Law 2: a spring and a damper between the bodies (Kelvin–Voigt).
 
-The contact force is F = k d + b d', with d the compression and d' the closing speed. It acts on
-both bodies alike, so momentum is conserved, and contact ends when the force has fallen to zero:
-the bodies can push but not pull (Schwager & Pöschel, Granular Matter 9, 465–469, 2007). With an
-exponent the spring stiffens, and a contact is a `PowerLawContact`.
+The contact force F = k d + b d', with the compression d and the closing speed d', acts on both
+bodies alike, so momentum is conserved. Contact ends when it has fallen to zero: the bodies can push
+but not pull (Schwager & Pöschel, Granular Matter 9, 465–469, 2007). With an exponent the spring
+stiffens, and a contact is a `PowerLawContact`.
 """
 
 from math import inf, sqrt
+from typing import TYPE_CHECKING
 
-from .contact import ContactPhase, InitialState, Inputs, Parameters
-from .linear_law import LinearLaw, linear_contact
+from .closed_form import linear_contact
+from .contact import ContactPhase, InitialState, Inputs
+from .law import LinearLaw
 from .power_law import PowerLawContact
 from .restitution import LEAST, damping_ratio, restitution
+
+if TYPE_CHECKING:
+    from ..parameters import Parameters
 
 #: A larger exponent makes powers of ordinary lengths overflow.
 _STEEPEST = 12.0
@@ -26,7 +31,7 @@ class RelativeLaw(LinearLaw):
     name = "relative"
     description = "A spring and a damper between the bodies: conserves momentum"
 
-    def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
+    def refusal(self, p: "Parameters", inputs: Inputs) -> str | None:
         """Powers must stay in the range of a double."""
         n, length = p.exponent, p.reference_compression
         if n == 1.0:
@@ -53,12 +58,12 @@ class RelativeLaw(LinearLaw):
             f"which they do above {1.0 / _LARGEST:g} s"
         )
 
-    def refusal_of_touch(self, p: Parameters, club_speed: float) -> str | None:
+    def refusal_of_touch(self, p: "Parameters", club_speed: float) -> str | None:
         """A coefficient of restitution that falls with speed must stay in 0…1."""
         closing = club_speed - p.ball_speed
         if not p.restitution_at_rest or closing <= 0.0:
             return None
-        coefficient = restitution(p, closing)
+        coefficient = restitution(p.restitution_at_rest, p.restitution_slope, closing)
         if LEAST <= coefficient <= 1.0:
             return None
         return (
@@ -69,23 +74,24 @@ class RelativeLaw(LinearLaw):
             "or another restitution line at the start"
         )
 
-    def damping(self, p: Parameters, k: float, closing: float) -> float:
+    def damping(self, p: "Parameters", k: float, closing: float) -> float:
         # Outputs may be read before a step is refused for a COR out of range.
-        zeta = damping_ratio(max(restitution(p, closing), LEAST))
+        coefficient = restitution(p.restitution_at_rest, p.restitution_slope, closing)
+        zeta = damping_ratio(max(coefficient, LEAST))
         mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
         return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
-    def contact(self, p: Parameters, k: float, b: float, start: InitialState) -> ContactPhase:
-        if p.exponent != 1.0:
-            return PowerLawContact(
-                k, b, p.m_club, p.m_ball, start, p.exponent, p.reference_compression
-            )
-        return linear_contact(k, b, 0.0, p.m_club, p.m_ball, start)
+    def contact(self, p: "Parameters", k: float, b: float, start: InitialState) -> ContactPhase:
+        if p.exponent == 1.0:
+            return linear_contact(k, b, 0.0, p.m_club, p.m_ball, start)
+        return PowerLawContact(k, b, p.m_club, p.m_ball, start, p.exponent, p.reference_compression)
 
     def damper(self, b: float) -> float:
         return b
 
-    def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
+    def force(
+        self, p: "Parameters", k: float, b: float, compression: float, closing: float
+    ) -> float:
         n = p.exponent
         if n == 1.0:
             return k * compression + b * closing

@@ -9,8 +9,6 @@ Matter 9, 465–469, 2007). So ζ is chosen at touch.
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
 from math import asinh, atan2, log, pi, sqrt
 
-from .contact import Parameters
-
 #: A lower COR would need more damping than leaves anything of the spring beside it.
 LEAST = 1e-29
 
@@ -20,21 +18,16 @@ _EXACT = Context(prec=40, Emax=MAX_EMAX, Emin=MIN_EMIN)
 _CRITICAL = 1e-4
 
 
-def restitution(p: Parameters, closing: float) -> float:
-    """COR at an approach speed (m/s), by the line of the parameters; at most 0 out of its range."""
+def restitution(at_rest: float, slope: float, closing: float) -> float:
+    """at_rest - slope · closing, the COR at this approach speed (m/s); at most 0 out of range."""
     # One rounding: near 0 the difference is made of what a double loses of the product.
-    slope, speed, at_rest = -p.restitution_slope, closing, p.restitution_at_rest
-    return float(_EXACT.fma(Decimal(slope), Decimal(speed), Decimal(at_rest)))
+    return float(_EXACT.fma(Decimal(-slope), Decimal(closing), Decimal(at_rest)))
 
 
 def damping_ratio(coefficient: float) -> float:
-    """ζ of law 2 for a coefficient of restitution.
+    """ζ of law 2 for a coefficient of restitution above 0 and at most 1.
 
-    Newton's method on ζ·s(ζ) = -ln(COR)/2. The left side is concave and rises, at first as ζπ/2:
-    from the start below its root every iterate stays below it.
-
-    Args:
-        coefficient: above 0, at most 1.
+    Newton's method on ζ·s(ζ) = -ln(COR)/2, concave and rising: every iterate stays below the root.
     """
     half = -0.5 * log(coefficient)
     zeta = abs(2.0 * half / pi)

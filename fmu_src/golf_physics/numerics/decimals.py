@@ -1,11 +1,6 @@
-"""exp, cos and sin of decimals, fast enough to be asked for at every read.
-
-`decimal`'s own exp takes several times as long, and it has no cosine. Each function works under
-the precision that it was made for: see `arithmetic`.
-"""
+"""exp, cos and sin of decimals: `decimal` has no cosine, and its exp is several times as slow."""
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, localcontext
 from functools import cache
 from math import log10
@@ -23,18 +18,12 @@ _HALVINGS, _THIRDS = 12, 4
 #: Below this, e^x is less than a decimal's exponent can tell.
 _VANISHED = Decimal(-(10**18))
 
-#: Of one precision: a context manager under which decimals have it, whatever the host has set;
-#: e^x; cosine and sine of an angle, rad.
-Arithmetic = tuple[
-    Callable[[], AbstractContextManager],
-    Callable[[Decimal], Decimal],
-    Callable[[Decimal], tuple[Decimal, Decimal]],
-]
-
 
 @cache
-def arithmetic(digits: int) -> Arithmetic:
-    """Decimals with so many digits, at most 120."""
+def arithmetic(digits: int) -> tuple[Callable, Callable, Callable]:
+    """Of decimals with so many digits, at most 120: a context manager under which they have them;
+    e^x and cosine and sine of an angle (rad), to be called under it.
+    """
     context = Context(prec=digits, Emax=MAX_EMAX, Emin=MIN_EMIN)
     with localcontext(context):
         ln_ten, two_pi = Decimal(10).ln(), 2 * PI

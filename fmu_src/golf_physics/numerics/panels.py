@@ -1,4 +1,4 @@
-"""The power law in its own time σ: a linear oscillator; and time as a function of σ, on panels."""
+"""The power law in its scaled time σ: a linear oscillator, and time as a function of σ."""
 
 from math import atan2, cos, exp, expm1, hypot, log, log1p, sin, sqrt
 
@@ -11,9 +11,8 @@ LEAST = 1e-290
 class Oscillator:
     """The motion x' = u, u' = -x - 2ζu, whichever way it is damped.
 
-    Two decaying basis functions carry it, (C, S) = exp(-ζσ)·(cos Ωσ, sin Ωσ / Ω) up to critical
-    damping, and from there on, with the rates λ₁ < λ₂ and Δ = λ₂ - λ₁ = 2Ω,
-    exp(-λ₁σ)·(1, (1 - exp(-Δσ))/Δ): accurate where the two rates meet.
+    Basis functions: (C, S) = exp(-ζσ)·(cos Ωσ, sin Ωσ / Ω) up to critical damping; beyond, with the
+    rates λ₁ < λ₂ and Δ = λ₂ - λ₁ = 2Ω, exp(-λ₁σ)·(1, (1 - exp(-Δσ))/Δ): accurate where they meet.
     """
 
     __slots__ = ("fast", "frequency", "oscillates", "slow", "zeta")
@@ -73,16 +72,8 @@ class Panel:
     It is expanded about a zero of x or, away from those, about its own beginning; s is the σ from
     there (negative if the zero is ahead), H the largest |s|, and |s| = H v^r with r = m or 1. With
     g = (x/|s|)^(-P) or x^(-P), which is analytic, the time to or from s = 0 is H^(1/r) v G / ω,
-    where s G' + G/r = g.
-
-    Args:
-        motion: the oscillator.
-        m: (n + 1)/2.
-        omega: 1/s.
-        origin: x and u at s = 0.
-        first, last: s where the panel begins and ends.
-        stop: σ since the start of the phase where it ends.
-        t: when it begins, s since the start of the phase.
+    where s G' + G/r = g. m is (n + 1)/2; `origin` has x and u at s = 0; the panel lies between s =
+    `first` and `last`, begins at the time t and ends at σ = `stop` (since the start of the phase).
     """
 
     def __init__(

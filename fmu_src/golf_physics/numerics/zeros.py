@@ -13,8 +13,7 @@ _NEWTON_STEPS = range(40)
 #: A zero grazes if the slope there is less than this part of the pair's amplitude. At a zero the
 #: real term is no larger than the pair, so rounding makes an error of at most some 4 ulp, 9e-16 of
 #: the amplitude, and moves the zero by that over the slope: here by 1.4e-14. With less slope double
-#: precision neither gives the time to the accuracy of everything else nor decides whether there is
-#: a zero at all.
+#: precision loses the time, and finally whether there is a zero at all.
 _GRAZING = 1.0 / 16.0
 
 
@@ -22,13 +21,9 @@ def zero_between(
     value: Callable[[Decimal], tuple[Decimal, Decimal, Decimal]], low: Decimal, high: Decimal,
     falls: bool,
 ) -> Decimal:  # fmt: skip
-    """The only zero between low and high, by Halley's method; where that fails, by halving.
+    """The only zero between low >= 0 and high, by Halley's method; where that fails, by halving.
 
-    Args:
-        value: gives f, f' and f''.
-        low: >= 0.
-        high: above low.
-        falls: whether f is above 0 just after low, and below 0 at high; or the other way round.
+    `value` gives f, f' and f''; f `falls` if it is above 0 just after low and below 0 at high.
     """
     half = Decimal("0.5")
     t, before = (low + high) / 2, high
@@ -57,8 +52,7 @@ def zero_between(
 def offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
     """X such that r = drag + x is the root between this drag rate and the other, drag + span.
 
-    Solves (span - x)(p + r x) = q x by Newton's method; up to a damping ratio of 0.7 it needs three
-    steps at most, and no bracket.
+    By Newton's method on (span - x)(p + r x) = q x: three steps up to a damping ratio of 0.7.
     """
     x = p * span
     x += x * q * span * (drag + x)
@@ -78,12 +72,9 @@ def offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
 def first_downward_zero(growth: float, real: float, cosine: float, sine: float) -> float | None:
     """The first downward zero of real·e^(growth·θ) + cosine·cos θ + sine·sin θ, rad.
 
-    Divided by e^(growth·θ) the function falls from its first maximum on until its minimum, half a
-    period later. Newton's method is confined to that interval, with Chebyshev's correction at the
-    start and at the end. growth is below 1, so that nothing overflows.
-
-    Returns:
-        None if there is no zero in the interval, or if it grazes: see `_GRAZING`.
+    Divided by e^(growth·θ) it falls from its first maximum until its minimum, half a period later.
+    Newton's method is confined to that interval, with Chebyshev's correction at the start and at
+    the end: None if it has no zero, or one that grazes (`_GRAZING`). growth is below 1.
     """
     if not real:
         angle = atan2(cosine, -sine)

@@ -187,16 +187,16 @@ READINGS = (
         "The spring force depends on the position of the club alone, as if the spring were fixed "
         "to the ground; the ball doesn't occur.",
         "m_C x_C'' = −k d − b x_C' with the compression d = x_C − x_B.",
-        "golf_physics/laws/linear_law.py",
-        "def force",
+        "golf_physics/laws/law.py",
+        "return k * compression",
     ),
     Reading(
         "m_B x_B'' + b x_B' + k x_C = 0",
         "k x_C again, with the same sign as on the club: the ball would be pulled back, and the "
         "two forces would not be opposite and equal.",
         "m_B x_B'' = +k d − b x_B': the reaction to the force on the club.",
-        "golf_physics/laws/linear_law.py",
-        "def force",
+        "golf_physics/laws/law.py",
+        "return k * compression",
     ),
     Reading(
         "b dx_C/dt and b dx_B/dt",
