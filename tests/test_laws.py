@@ -104,7 +104,12 @@ def exact(number):
     end = mp.findroot(
         lambda t: force(path(t)), (points[after - 1], points[after]), solver="anderson"
     )
-    _, x_ball, v_club, v_ball, impulse = path(end)
+    return outputs_at_the_end(path(end), end, m_club, m_ball)
+
+
+def outputs_at_the_end(state, end, m_club, m_ball):
+    """From the state at separation: positions and velocities of both, impulse."""
+    _, x_ball, v_club, v_ball, impulse = state
     return {
         "club_velocity": v_club,
         "ball_velocity": v_ball,
@@ -134,15 +139,7 @@ def integrated(law, parameters):
     start = [0.0, 0.0, CLUB_SPEED, 0.0, 0.0]
     solution = solve_ivp(slopes, (0.0, END), start, events=over, **tolerances)
     (end,), (state,) = solution.t_events[0], solution.y_events[0]
-    _, x_ball, v_club, v_ball, impulse = state
-    return {
-        "club_velocity": v_club,
-        "ball_velocity": v_ball,
-        "ball_position": x_ball + v_ball * (END - end),
-        "contact_time": end,
-        "impulse": impulse,
-        "kinetic_energy": (M_CLUB * v_club**2 + M_BALL * v_ball**2) / 2,
-    }
+    return outputs_at_the_end(state, end, M_CLUB, M_BALL)
 
 
 SCALES = {
