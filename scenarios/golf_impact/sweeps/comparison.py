@@ -15,7 +15,7 @@ import fmpy
 import numpy as np
 
 from golf_impact.errors import UserError
-from golf_impact.sweeps.chunk import run_chunk
+from golf_impact.sweeps.chunk import instance_of, run_chunk
 from golf_impact.sweeps.impacts import impacts
 from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.table_file import table_file
@@ -40,11 +40,10 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
     UserError if the FMU refuses all cases tried.
     """
     study, plan = sweep.study, sweep.plan
-    # Evenly from all; where there are fewer, again and again.
-    index = np.arange(_CASES)
-    index = index * study.cases // _CASES if study.cases > _CASES else index % study.cases
-    values = plan.values(study.columns_at(index))
-    expected, _, reason = impacts(sweep.instance, plan, values)
+    # Evenly from all; where there are fewer, some several times.
+    index = np.linspace(0, study.cases - 1, _CASES).astype(int)
+    values = plan.values(study.columns(index))
+    expected, _, reason = impacts(instance_of(sweep.file), plan, values)
     usable = np.flatnonzero(~np.isnan(expected).any(axis=1))
     if not len(usable):
         raise UserError(f"there is nothing to compare: no case has all outputs {reason}".strip())
@@ -59,9 +58,9 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
 
         def swept() -> float:
             begin = perf_counter()
-            columns = study.columns_at(index)
-            with table_file(Path(folder, "sweep.csv"), study, plan) as table:
-                table.write(columns, run_chunk(sweep.file, plan, True, columns))
+            columns = study.columns(index)
+            with table_file(Path(folder, "sweep.csv"), study, plan) as write:
+                write(columns, run_chunk(sweep.file, plan, True, columns))
             return (perf_counter() - begin) / len(index)
 
         def looped() -> float:
