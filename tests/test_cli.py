@@ -16,8 +16,8 @@ def test_version_and_help():
     from golf_impact import __version__
 
     assert golf_here("--version").stdout == f"golf-impact {__version__}\n"
-    for command in ((), ("run",), ("build",), ("list",), ("calibrate",), ("sweep",)):
-        done = golf_here(*command, "--help")
+    for arguments in ((), *((name, "--help") for name in ("run", "build", "calibrate", "sweep"))):
+        done = golf_here(*arguments)
         assert done.returncode == 0
         assert "Usage" in done.stdout
 
@@ -339,9 +339,3 @@ def test_one_line_for_any_mistake(arguments, words, tmp_path):
     done = golf_here(*arguments, cwd=tmp_path)
     refused(done, *words)
     assert len(done.stderr.strip().splitlines()) == 1
-
-
-def test_no_arguments_show_help():
-    done = golf()
-    assert done.returncode == 2
-    assert "Usage" in done.stdout + done.stderr

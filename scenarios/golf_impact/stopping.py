@@ -35,32 +35,22 @@ def scratch_folder() -> Iterator[None]:
     # Not at the top: signals are handled before anything slow is imported.
     import tempfile
 
-    before, variable = tempfile.tempdir, os.environ.get("TMPDIR")
-    with held():
-        _scratch = tempfile.mkdtemp(prefix="golf-impact-run-")
+    before, variables = tempfile.tempdir, dict(os.environ)
+    _scratch = tempfile.mkdtemp(prefix="golf-impact-run-")
     tempfile.tempdir = os.environ["TMPDIR"] = _scratch
     try:
         yield
     finally:
         _remove_scratch()
-        _scratch, tempfile.tempdir = "", before
-        del os.environ["TMPDIR"]
-        if variable is not None:
-            os.environ["TMPDIR"] = variable
-
-
-def temporary_folder() -> str:
-    """Where this system keeps temporary files."""
-    import tempfile
-
-    return os.path.dirname(_scratch) or tempfile.gettempdir()
+        tempfile.tempdir = before
+        os.environ.pop("TMPDIR")
+        os.environ.update(variables)
 
 
 def _remove_scratch() -> None:
     import shutil
 
-    # A child that hasn't ended yet may write into it once more.
-    for _ in range(3 if _scratch else 0):
+    if _scratch:
         shutil.rmtree(_scratch, ignore_errors=True)
 
 
