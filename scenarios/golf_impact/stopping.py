@@ -56,7 +56,7 @@ def _remove_scratch() -> None:
 
 @contextmanager
 def held() -> Iterator[None]:
-    """Signals that come within this block are handled at its end; keep it short."""
+    """Signals are handled at the end of this block: keep it short, or check `is_requested`."""
     global _holding
     _holding += 1
     try:
@@ -65,6 +65,11 @@ def held() -> Iterator[None]:
         _holding -= 1
         if _requested:
             _handle()
+
+
+def is_requested() -> bool:
+    """Whether there was a signal, which is held back."""
+    return _requested
 
 
 def _handle(*_: object) -> None:

@@ -103,8 +103,6 @@ def _code_of(arguments: list[str]) -> int:
         context = getattr(error, "ctx", None)
         where = f" (see {context.command_path} --help)" if context else ""
         raise UserError(f"{words().rstrip('.')}{where}") from None
-    if code == 130:
-        warn("Stopped; nothing half-written is left.", style="red")
     return code if isinstance(code, int) else 0
 
 

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,10 +10,9 @@ from typer import Argument, Context, Option
 from golf_impact.commands.console import err, progress, say, warn
 from golf_impact.commands.run import fmu_file, pairs_of
 from golf_impact.errors import UserError, missing_package
-from golf_impact.stopping import SIGNALS
+from golf_impact.stopping import held, is_requested
 
 if TYPE_CHECKING:
-    from golf_impact.report.outcome import Outcome
     from golf_impact.sweeps.run import Summary, Sweep
 
 EPILOG = (
@@ -94,39 +89,25 @@ def _run(
     if figures:
         prepare(file.parent, file.with_suffix(".png").name, file.with_suffix(".html").name)
     with Sweep(study, fmu_file(Path(fmu) if fmu else None)) as running:
-        try:
-            with _stop_asked() as stop, progress() as begin:
-                move = begin("sweep", study.cases)
-                summary = running.run(file, progress=move, stop=stop.is_set, **how)
-        except Stopped as stopped:
-            state = "is as it was" if file.exists() else "was not written"
-            warn(f"{stopped.done:,} of {study.cases:,} cases were done; {file} {state}.")
-            return 130
+        # Ctrl-C and SIGTERM end the sweep between chunks, and the process at the end of this block.
+        with held():
+            try:
+                with progress() as begin:
+                    move = begin("sweep", study.cases)
+                    summary = running.run(file, progress=move, stop=is_requested, **how)
+            except Stopped as stopped:
+                state = "is as it was" if file.exists() else "was not written"
+                warn(f"{stopped.done:,} of {study.cases:,} cases were done; {file} {state}.")
+                return 130
         words = _describe(summary, **how)
         for line in words:
             say(line)
         if compare:
             words.append(_compare(running))
         if figures:
-            outcome, indices = _outcome(running, summary, words)
-            for path in _draw(running, summary, outcome, indices):
+            for path in _write_report(running, summary, words):
                 say(path)
     return 0
-
-
-@contextmanager
-def _stop_asked() -> Iterator[threading.Event]:
-    """Set on Ctrl-C and SIGTERM, which take effect between cases, never inside the FMU's code."""
-    stop = threading.Event()
-    # nohup has a signal ignored, and so it stays.
-    before = {n: signal.getsignal(n) for n in SIGNALS if signal.getsignal(n) != signal.SIG_IGN}
-    for number in before:
-        signal.signal(number, lambda *_: stop.set())
-    try:
-        yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _describe(
@@ -164,49 +145,38 @@ def _compare(sweep: Sweep) -> str:
     return words
 
 
-def _outcome(
-    sweep: Sweep, summary: Summary, words: list[str]
-) -> tuple[Outcome, dict[str, float] | None]:
-    """The tables of the page, and Sobol indices, where there are some."""
+def _write_report(sweep: Sweep, summary: Summary, words: list[str]) -> list[Path]:
+    """The picture beside the data, and the page with it."""
     import numpy as np
 
+    from golf_impact.files import write_together
+    from golf_impact.report.figures import to_png
     from golf_impact.report.outcome import Outcome, Table
+    from golf_impact.report.page import render_page
+    from golf_impact.sweeps.pictures import draw
     from golf_impact.sweeps.sensitivity import sobol_indices
 
+    path, name, drawn = summary.path, sweep.study.outputs[0], summary.drawn
     rows = [[one.name, one.text] for one in sweep.study.axes]
     tables = [Table("Swept variables (SI units)", ["", "values"], rows)]
-    outcome = Outcome(f"Sweep {summary.path.name}", tables=tables, words=words)
-    name, drawn = sweep.study.outputs[0], summary.drawn
     usable = drawn[np.isfinite(drawn)]
     if len(usable):
         columns = ["", "least", "5 %", "median", "95 %", "greatest", "mean", "standard deviation"]
         values = (*np.percentile(usable, (0, 5, 50, 95, 100)), usable.mean(), usable.std())
         row = [name, *(f"{value:.6g}" for value in values)]
         tables.append(Table(f"{name} over all cases", columns, [row]))
+    indices = None
     try:
         indices = sobol_indices(sweep.study, drawn, sweep.first_output)
     except ImportError:
         words.append(f"{missing_package('the table of sensitivities', 'SciPy', 'sweep')}.")
-        return outcome, None
     if indices is not None:
         rows = [[one, f"{value:.4f}"] for one, value in indices.items()]
         title = f"What {name} depends on: shares of its variance that each variable explains"
         tables.append(Table(title, ["", "first-order Sobol index"], rows))
-    return outcome, indices
-
-
-def _draw(
-    sweep: Sweep, summary: Summary, outcome: Outcome, indices: dict[str, float] | None
-) -> list[Path]:
-    """The picture beside the data, and the page with it."""
-    from golf_impact.files import write_together
-    from golf_impact.report.figures import to_png
-    from golf_impact.report.page import render_page
-    from golf_impact.sweeps.pictures import draw
-
-    figure = draw(sweep.study, summary.drawn, sweep.fmu.variables, indices)
+    outcome = Outcome(f"Sweep {path.name}", tables=tables, words=words)
+    figure = draw(sweep.study, drawn, sweep.fmu.variables, indices)
     images = {} if figure is None else {outcome.title: to_png(figure)}
-    path = summary.path
     files = {path.with_suffix(".png").name: image for image in images.values()}
-    report = render_page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
-    return write_together(path.parent, files | {path.with_suffix(".html").name: report})
+    page = render_page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
+    return write_together(path.parent, files | {path.with_suffix(".html").name: page})
