@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,10 +29,6 @@ class Grid:
     name: str
     text: str  # as the user wrote it
     values: np.ndarray
-
-    @property
-    def varies(self) -> bool:
-        return len(self.values) > 1
 
 
 @dataclass(frozen=True)
@@ -75,7 +71,11 @@ def axis(name: str, given: Any) -> Axis:
         return Grid(name, text, np.array(names, dtype=object))
     try:
         made = _axis(name, text)
-        return _whole(made) if name == "law" else made
+        if name != "law":
+            return made
+        if isinstance(made, Distribution) or (made.values % 1.0).any() or max(made.values) > 1e9:
+            raise ValueError("not whole numbers")
+        return Grid(name, text, made.values.astype(np.int64))
     except ValueError as error:
         why = LAWS_IN_WORDS if name == "law" else error
         raise UserError(f"{name}={text} is refused: {why}") from None
@@ -104,13 +104,6 @@ def _axis(name: str, text: str) -> Axis:
         raise ValueError(f"the count {number:g} must be a whole number, 1 to {_MOST_VALUES:,}")
     spaced = np.geomspace if word == "log" else np.linspace
     return Grid(name, text, spaced(low, high, int(number)))
-
-
-def _whole(law: Axis) -> Grid:
-    """The axis of `law` with integers; ValueError if they aren't."""
-    if isinstance(law, Distribution) or (law.values % 1.0).any() or (abs(law.values) > 1e9).any():
-        raise ValueError
-    return replace(law, values=law.values.astype(np.int64))
 
 
 def _number(text: str) -> float:

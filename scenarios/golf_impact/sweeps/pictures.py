@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -79,7 +79,7 @@ def _lines(
     if named:
         figure.autofmt_xdate(rotation=20)
     else:
-        _scale(axes.set_xscale, x)
+        axes.set_xscale(_scale(along))
         _name(axes.xaxis, along.name, units)
     _name(axes.yaxis, study.outputs[0], units)
     if by or many:
@@ -95,8 +95,7 @@ def _map(
     values = np.ma.masked_invalid(levels[1].T)
     image = axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", rasterized=True)
     bar = figure.colorbar(image, ax=axes, pad=0.02)
-    _scale(axes.set_xscale, x)
-    _scale(axes.set_yscale, y)
+    axes.set(xscale=_scale(along), yscale=_scale(up))
     _name(axes.xaxis, along.name, units)
     _name(axes.yaxis, up.name, units)
     _name(bar.ax.yaxis, study.outputs[0], units)
@@ -197,17 +196,13 @@ def _name(axis: Axis, name: str, units: Mapping[str, Any]) -> None:
     figures.name_axis(axis, _words(name), units[name])
 
 
+def _scale(one: Grid) -> str:
+    return "log" if one.text.startswith("log:") else "linear"
+
+
 def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
 def _capital(name: str) -> str:
     return _words(name[:1].upper() + name[1:])
-
-
-def _scale(set_scale: Callable[[str], object], values: np.ndarray) -> None:
-    """Logarithmic for values that are given so: positive, in equal ratios."""
-    if len(values) < 3 or values[0] <= 0.0 or values[-1] < 5.0 * values[0]:
-        return
-    if np.allclose(values[1:] / values[:-1], values[1] / values[0]):
-        set_scale("log")

@@ -15,14 +15,13 @@ from typing import Any
 import numpy as np
 
 from golf_impact.errors import UserError
-from golf_impact.files import prepare
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.sweeps.chunk import Chunk, FmuFile, instance_of, release, run_chunk
 from golf_impact.sweeps.executors import opened
 from golf_impact.sweeps.impacts import impacts, plan
 from golf_impact.sweeps.study import Study
-from golf_impact.sweeps.table_file import check_suffix, table_file
+from golf_impact.sweeps.table_file import table_file
 from golf_impact.timing import free_bytes
 
 #: Cases of a chunk: some 40 ms of work.
@@ -105,8 +104,6 @@ class Sweep:
     ) -> Summary:
         """Write one row a case; arguments, result and errors as of `run_sweep`."""
         out, cases = Path(out), self.study.cases
-        check_suffix(out)
-        prepare(out.parent, out.name)
         for option, number, most in (
             ("--chunk", chunk, _LARGEST_CHUNK),
             ("--workers", 1 if workers is None else workers, _MOST_WORKERS),

@@ -106,7 +106,7 @@ class Study:
     @property
     def varied_grid(self) -> tuple[Grid, ...]:
         """Those of them with more than one value."""
-        return tuple(one for one in self.grid if one.varies)
+        return tuple(one for one in self.grid if len(one.values) > 1)
 
     @property
     def distributions(self) -> tuple[Distribution, ...]:

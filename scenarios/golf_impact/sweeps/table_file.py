@@ -67,29 +67,20 @@ def _parquet(stream: BinaryIO, study: Study, plan: Plan) -> Iterator[Write]:
     pyarrow.default_memory_pool().release_unused()
 
 
-#: What writes a file, by its suffix.
-_FORMATS = {".csv": _csv, ".parquet": _parquet}
-
-
 @contextmanager
 def table_file(path: Path, study: Study, plan: Plan) -> Iterator[Write]:
     """What writes the file, for a `with` block: whole under its name then, or not there.
 
     UserError if the file can't be written.
     """
+    open_table = {".csv": _csv, ".parquet": _parquet}.get(path.suffix.lower())
+    if open_table is None:
+        raise UserError(f"--out {path} is refused: its name must end in .csv or .parquet")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with whole(path) as stream, _FORMATS[path.suffix.lower()](stream, study, plan) as write:
+        with whole(path) as stream, open_table(stream, study, plan) as write:
             yield write
     except OSError as error:
         raise UserError(
             f"can't write {path}: {error.strerror or error}; a file there stays as it was"
         ) from error
-
-
-def check_suffix(path: Path) -> None:
-    """UserError if this isn't the name of a table."""
-    if path.suffix.lower() not in _FORMATS:
-        raise UserError(
-            f"--out {path} is refused: the name of the file must end in {' or '.join(_FORMATS)}"
-        )
