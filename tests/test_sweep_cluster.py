@@ -14,7 +14,7 @@ import pytest
 from command import COMMAND, golf_here
 
 from golf_impact.errors import UserError
-from golf_impact.sweeps import Stopped, Study, executors, run_sweep
+from golf_impact.sweeps import Study, executors, run_sweep
 
 SETS = {"k": "normal:1e6:5e5", "b": "0,9", "law": "1,2"}
 
@@ -77,20 +77,6 @@ def test_a_cluster_whose_worker_dies(alone, fmu_path, tmp_path, workers):
     run_sweep(study(), tmp_path / "y.csv", scheduler=address, fmu=fmu_path, chunk=100)
     assert (tmp_path / "y.csv").read_bytes() == alone
     assert victim not in {worker.pid for worker in workers.workers.values()}
-
-
-def test_stopping(fmu_path, tmp_path, workers):
-    out = tmp_path / "x.csv"
-    out.write_text("earlier")
-    done = []
-    with pytest.raises(Stopped) as stopped:
-        run_sweep(
-            study(), out, scheduler=workers.scheduler_address, fmu=fmu_path, chunk=100,
-            progress=done.append, stop=lambda: bool(done),
-        )  # fmt: skip
-    assert stopped.value.done == 100
-    assert out.read_text() == "earlier"
-    assert [path.name for path in tmp_path.iterdir()] == ["x.csv"]
 
 
 def test_the_executor_of_a_client(alone, fmu_path, tmp_path, workers):
