@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from contextlib import AbstractContextManager, closing
 from dataclasses import dataclass
@@ -110,13 +110,13 @@ class Sweep:
         ):
             if not 1 <= number <= most:
                 raise UserError(f"{option} {number} is refused: it must be 1 to {most:,}")
-        executors = partial(opened, executor, scheduler, workers)
+        pools = (opened(executor, scheduler, workers) for _ in range(_POOLS))
         drawn = np.empty(cases)
         refused, first, done = 0, None, 0
         begin = time.perf_counter()
         with (
             table_file(out, self.study, self.plan) as write,
-            closing(self._chunks(executors, chunk, out.suffix.lower() == ".csv", stop)) as chunks,
+            closing(self._chunks(pools, chunk, out.suffix.lower() == ".csv", stop)) as chunks,
         ):
             for columns, part in chunks:
                 write(columns, part)
@@ -131,19 +131,19 @@ class Sweep:
 
     def _chunks(
         self,
-        executors: Callable[[], AbstractContextManager[Executor]],
+        pools: Iterable[AbstractContextManager[Executor]],
         size: int,
         as_text: bool,
         stop: Callable[[], bool],
     ) -> Generator[tuple[Columns, Chunk], None, None]:
-        """Columns and results of all chunks in order, those of a broken executor by a new one."""
+        """Columns and results of all chunks in order, those of a broken pool by the next one."""
         done, cases = 0, self.study.cases
-        for _ in range(_POOLS):
+        for pool in pools:
             starts = iter(range(done, cases, size))
             #: Begun some time before it is their turn.
             under_way: deque[tuple[Columns, Future[Chunk]]] = deque()
             try:
-                with executors() as executor:
+                with pool as executor:
                     while done < cases:
                         for start in starts:
                             columns = self.study.columns(np.arange(start, min(start + size, cases)))
