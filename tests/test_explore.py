@@ -55,7 +55,7 @@ CASES = {
 
 @pytest.fixture(scope="module")
 def fmus(_loaded):
-    with companions(_loaded) as (fmus, _):
+    with companions(_loaded) as fmus:
         yield fmus
 
 
@@ -488,11 +488,11 @@ const python = await loadPyodide()
 python.FS.writeFile("/physics.zip", readFileSync("physics.zip"))
 python.globals.set("cases", readFileSync(0, "utf-8"))
 console.log(python.runPython(`
-import json, re, sys, zipfile
+import json, sys
 sys.path.insert(0, "/physics.zip")
 from golf_explore.in_browser import Instance, RefusedError
-names = zipfile.ZipFile("/physics.zip").namelist()
-instance = Instance(next(name.split("/")[0] for name in names if name.startswith("golf_physics")))
+arguments, cases = json.loads(cases)
+instance = Instance(*arguments)
 def run(values, outputs, step):
     try:
         instance.start(**values)
@@ -500,7 +500,7 @@ def run(values, outputs, step):
         return instance.read(outputs)
     except RefusedError as error:
         return str(error)
-json.dumps([run(*case) for case in json.loads(cases)])
+json.dumps([run(*case) for case in cases])
 `))
 """
 
@@ -523,7 +523,7 @@ def test_the_physics_in_webassembly(exported, fmu):
     assert len(cases) > 50
     done = subprocess.run(
         [node, "--input-type=module", "-e", _IN_NODE],
-        input=json.dumps(cases),
+        input=json.dumps([exporting.arguments_of(fmu), cases]),
         capture_output=True,
         text=True,
         cwd=exported,

@@ -153,12 +153,12 @@ CLUBS = tuple(map(_club, TOUR, _LOFTS))
 
 
 @contextmanager
-def companions(fmu: ImpactFmu) -> Iterator[tuple[tuple[LoadedFmu, ...], list[Path]]]:
-    """ClubBallImpact, Launch and BallFlight in use, and the files of the latter two."""
+def companions(fmu: ImpactFmu) -> Iterator[tuple[LoadedFmu, ...]]:
+    """ClubBallImpact, Launch and BallFlight in use."""
     with TemporaryDirectory(prefix="golf-impact-") as folder:
         _, *files, _ = build_system(Path(folder))
         with LoadedFmu(files[0]) as launch, LoadedFmu(files[1]) as flight:
-            yield (fmu, launch, flight), files
+            yield fmu, launch, flight
 
 
 def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:

@@ -1,13 +1,12 @@
 """What the page shows of a case: one function from values to paths, ranges, labels and readouts.
 
-It needs the standard library only and an instance of the FMU, or of what is inside it: locally
-`ImpactFmu`, in an exported page `in_browser.Instance`.
+It needs the standard library only, so that it runs in an exported page, too.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 from urllib.parse import urlencode
 
 METRICS = (
@@ -22,7 +21,7 @@ PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_veloci
 MAXIMA = ("max_force", "time_of_max_force", "max_compression", "compression_over_diameter")
 
 #: Communication points before touch, in contact, after it.
-POINTS = (12, 160, 28)
+POINTS = (8, 100, 16)
 
 #: What is shown over one variable, at how many of its values.
 SWEPT_METRICS = ("smash_factor", "coefficient_of_restitution")
@@ -35,7 +34,7 @@ FROM_IMPACT = ("ball_velocity", "club_velocity", "smash_factor", "coefficient_of
 #: Of the shot: outputs of Launch.fmu and BallFlight.fmu; points of the flight that is drawn.
 LAUNCH = ("ball_speed", "launch_angle", "backspin")
 FLIGHT = ("carry", "apex", "flight_time")
-FLIGHT_POINTS = 60
+FLIGHT_POINTS = 30
 
 _DEGREE = math.pi / 180.0
 
@@ -74,21 +73,11 @@ _PRINTED_UNITS = {
 }
 
 
-class Instance(Protocol):
-    """An instance of an FMU; `set` is of the companions, `read_flag` of ClubBallImpact."""
-
-    def start(self, **values: float) -> None: ...
-    def set(self, values: Mapping[str, float]) -> None: ...
-    def step(self, point: float, size: float) -> None: ...
-    def read(self, names: Sequence[str]) -> dict[str, float]: ...
-    def read_flag(self, name: str) -> bool: ...
-
-
 class Evaluator:
     """Computes what the page shows, from its requests.
 
     Args:
-        instances: of ClubBallImpact, Launch and BallFlight.
+        instances: of ClubBallImpact, Launch and BallFlight: `LoadedFmu` or `in_browser.Instance`.
         refusal: the exception that they raise where they refuse a value.
         facts: start values (`defaults`), `speeds` by unit in m/s, `quantities` and `examples`.
     """
@@ -96,9 +85,6 @@ class Evaluator:
     def __init__(
         self, instances: Sequence[Any], refusal: type[Exception], facts: Mapping[str, Any]
     ) -> None:
-        self.instance: Instance
-        self.launch: Instance
-        self.flight: Instance
         self.instance, self.launch, self.flight = instances
         self.refusal, self.facts = refusal, facts
         self.defaults: dict[str, float] = facts["defaults"]
@@ -141,8 +127,10 @@ class Evaluator:
         instance, v = self.instance, values
         instance.start(**self.changed(values))
         closing = v["club_speed"] - v["ball_speed"]
-        horizon = max(1.0, 20.0 * _half_period(v)) + (v["gap"] / closing if closing > 0.0 else 0.0)
-        instance.step(0.0, horizon if math.isfinite(horizon) else 1.0)
+        approach = v["gap"] / closing if closing > 0.0 else 0.0
+        instance.step(
+            0.0, 1.0 + 20.0 * _half_period(v) + (approach if approach < math.inf else 0.0)
+        )
         m = instance.read(METRICS)
         if not all(map(math.isfinite, m.values())):
             raise ValueError("This impact leaves the range of double precision.")
@@ -308,34 +296,25 @@ def nice(limit: float) -> float:
 
 
 def _half_period(values: Mapping[str, float]) -> float:
-    """The contact time without damping, s: π √(μ/k), or nearly so with an exponent."""
+    """The contact time without damping of a linear contact, s: π √(μ/k)."""
     mu = 1.0 / (1.0 / values["m_club"] + 1.0 / values["m_ball"])
-    n, period = values["exponent"], math.pi * math.sqrt(mu / values["k"])
-    closing = abs(values["club_speed"] - values["ball_speed"])
-    if n <= 1.0 or not closing:
-        return period
-    # Kinetic energy μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d.
-    length = values["reference_compression"]
-    ratio = closing * period / (math.pi * length)
-    compression = length * (0.5 * (n + 1.0) * ratio * ratio) ** (1.0 / (n + 1.0))
-    return math.pi * compression / closing
+    return math.pi * math.sqrt(mu / values["k"])
 
 
 def _times(contact: float, end: float, peak: float) -> list[float]:
-    """Since touch: just before and after it, closer at both ends of contact, its peak, its end."""
+    """Instants since touch: before it, closer at both ends of contact, its peak, after it; s."""
     before, within, after = POINTS
     close = 1e-6 * contact
-    shares = [n / (within - 1) for n in range(within)]
-    inside = [
-        contact * (0.5 * share + 0.25 * (1.0 - math.cos(math.pi * share))) for share in shares
-    ]
+    times = [-0.1 * end + n / (before - 1) * (0.1 * end - close) for n in range(before)]
+    for n in range(within):
+        share = n / (within - 1)
+        times.append(contact * (0.5 * share + 0.25 * (1.0 - math.cos(math.pi * share))))
+    times[before] = close
+    times += [contact + n / (after - 1) * (end - contact) for n in range(1, after)]
     if 0.0 < peak < contact:
-        nearest = min(range(1, within - 1), key=lambda n: abs(inside[n] - peak))
-        inside[nearest] = peak
-    inside[0], inside[-1] = close, contact
-    lead = [-0.1 * end + n / (before - 1) * (0.1 * end - close) for n in range(before)]
-    later = [contact + n / (after - 1) * (end - contact) for n in range(1, after)]
-    return [*lead, *inside, *later]
+        nearest = min(range(before + 1, before + within - 1), key=lambda n: abs(times[n] - peak))
+        times[nearest] = peak
+    return times
 
 
 def _energies(
