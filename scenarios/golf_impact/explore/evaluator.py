@@ -128,9 +128,8 @@ class Evaluator:
         instance.start(**self.changed(values))
         closing = v["club_speed"] - v["ball_speed"]
         approach = v["gap"] / closing if closing > 0.0 else 0.0
-        instance.step(
-            0.0, 1.0 + 20.0 * _half_period(v) + (approach if approach < math.inf else 0.0)
-        )
+        # Over within the step, unless it takes longer than 30 years.
+        instance.step(0.0, min(1.0 + 20.0 * _half_period(v) + approach, 1e9))
         m = instance.read(METRICS)
         if not all(map(math.isfinite, m.values())):
             raise ValueError("This impact leaves the range of double precision.")
