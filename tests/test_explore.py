@@ -893,7 +893,9 @@ def test_downloads(tab, tmp_path):
         assert [float(row[n]) for row in rows] == held[name.split()[0]]
     assert len(rows) == sum(POINTS) - 1
     header, row = got("pins.csv").decode().splitlines()
-    assert header.startswith("name,query,club_velocity (m/s),ball_velocity (m/s),smash_factor (1)")
+    assert header.startswith(
+        "name,query,club_velocity (m/s),ball_velocity (m/s),touch_time (s),smash"
+    )
     assert row.startswith('"document","law=1",21.52')
     for figure in ("force", "sweep"):
         # Chromium takes ten files from a page, and then asks.

@@ -10,11 +10,10 @@ from typing import Any
 from urllib.parse import urlencode
 
 METRICS = (
-    *("club_velocity", "ball_velocity", "touch_time"),
-    *("smash_factor", "coefficient_of_restitution", "energy_efficiency"),
-    *("contact_time", "max_force", "time_of_max_force", "max_compression", "contact_displacement"),
-    *("impulse", "momentum", "kinetic_energy"),
-)
+    "club_velocity", "ball_velocity", "touch_time", "smash_factor", "coefficient_of_restitution",
+    "energy_efficiency", "contact_time", "max_force", "time_of_max_force", "max_compression",
+    "contact_displacement", "impulse", "momentum", "kinetic_energy",
+)  # fmt: skip
 PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
 
 #: What an impact without separation has.
@@ -42,23 +41,14 @@ _DEGREE = math.pi / 180.0
 READOUTS = (
     ("smash_factor", "S", "{:.4f}", "smash factor: ball speed / club speed"),
     ("coefficient_of_restitution", "COR", "{:.4f}", "separation speed / approach speed"),
-    (
-        *("energy_efficiency", "E", "{:.2%}"),
-        "kinetic energy kept: ball {ball_share:.1%}, club {club_share:.1%}",
-    ),
+    ("energy_efficiency", "E", "{:.2%}", "energy: ball {ball_share:.1%}, club {club_share:.1%}"),
     ("ball_velocity", "Ball", "{:.2f} {speed}", "speed after impact"),
     ("club_velocity", "Club", "{:.2f} {speed}", "speed after impact"),
     ("contact_time", "Contact time", "{:.1f} µs", "from touch to separation"),
     ("max_force", "Peak force", "{:.0f} N", "{time_of_max_force:.1f} µs after touch"),
-    (
-        *("compression_over_diameter", "Max compression", "{:.2%}"),
-        "of the diameter: {max_compression:.2f} mm",
-    ),
+    ("compression_over_diameter", "Max compression", "{:.2%}", "of D: {max_compression:.2f} mm"),
     ("contact_displacement_over_diameter", "Ball travel", "{:.3f} D", "diameters, in contact"),
-    (
-        *("momentum_final", "Momentum", "{momentum_kept:.2%}"),
-        "kept: {momentum_final:.3f} of {momentum_initial:.3f} N·s",
-    ),
+    ("momentum_final", "Momentum", "{momentum_kept:.2%}", "kept of {momentum_initial:.3f} N·s"),
 )
 SHOT_READOUTS = (
     ("launch_angle", "Launch angle", "{:.1f}°", "ball speed at launch: {ball_speed:.2f} {speed}"),
@@ -68,9 +58,9 @@ SHOT_READOUTS = (
 
 #: Units of the published numbers that need one; speeds have that which the user chose.
 _PRINTED_UNITS = {
-    **{"contact_time": "µs", "max_force": "N", "energy_efficiency": "%", "momentum_final": "N·s"},
-    **{"launch_angle": "°", "backspin": "rpm", "carry": "m"},
-}
+    "contact_time": "µs", "max_force": "N", "energy_efficiency": "%", "momentum_final": "N·s",
+    "launch_angle": "°", "backspin": "rpm", "carry": "m",
+}  # fmt: skip
 
 
 class Evaluator:
@@ -174,12 +164,15 @@ class Evaluator:
         loft = {name: values[name] for name in LOFT if values[name] != self.defaults[name]}
         texts = {n: repr(value).removesuffix(".0") for n, value in (given | loft).items()}
         return {
-            **{"values": values, "query": urlencode(texts), "path": path},
-            **{"metrics": metrics | shot, "flight": flight, "example": example.get("name", "")},
+            "values": values,
+            "query": urlencode(texts),
+            "path": path,
+            "metrics": metrics | shot,
+            "flight": flight,
+            "example": example.get("name", ""),
             # Loft is no matter of `run`.
-            "command": " ".join(
-                ["golf-impact run", *(f"--set {name}={texts[name]}" for name in given)]
-            ),
+            "command": "golf-impact run"
+            + "".join(f" --set {name}={texts[name]}" for name in given),
             "ranges": _ranges(path, metrics, values, shot),
             "readouts": _readouts(valid, example, unit, size, READOUTS)
             + _readouts(shot, example, unit, size, SHOT_READOUTS),
@@ -363,10 +356,12 @@ def _ranges(
         "force": [0.0, nice(1.12 * metrics["max_force"])],
         "compression": [0.0, nice(1.05 * metrics["max_compression"])],
         "energy": [0.0, nice(1.02 * metrics["kinetic_energy_initial"])],
-        **{"velocity": both("shown"), "position": both("position")},
+        "velocity": both("shown"),
+        "position": both("position"),
         "distance": [0.0, nice(1.02 * shot.get("carry", 0.0))],
         "altitude": [0.0, nice(1.2 * shot.get("apex", 0.0))],
-        **{"width": [-1.96 * height, 5.04 * height], "height": [-0.5 * height, 0.5 * height]},
+        "width": [-1.96 * height, 5.04 * height],
+        "height": [-0.5 * height, 0.5 * height],
     }
 
 

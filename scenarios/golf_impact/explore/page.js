@@ -272,10 +272,8 @@ async function openExample({name, values, beside}) {
 // Downloads: files are made in the browser. Curves and metrics are physical quantities in SI.
 
 const UNITS = {
-  time: "s", force: "N", compression: "m", club_position: "m", ball_position: "m", club_velocity: "m/s", ball_velocity: "m/s",
-  club_energy: "J", ball_energy: "J", spring_energy: "J", lost_energy: "J",
-  smash_factor: "1", coefficient_of_restitution: "1", energy_efficiency: "1", contact_time: "s", max_force: "N", time_of_max_force: "s",
-  ball_speed: "m/s", launch_angle: "rad", backspin: "rad/s", carry: "m", apex: "m", flight_time: "s", max_compression: "m", contact_displacement: "m", impulse: "N.s", momentum_initial: "kg.m/s", momentum_final: "kg.m/s",
+  ...facts.units, time: "s", club_energy: "J", ball_energy: "J", spring_energy: "J", lost_energy: "J",
+  momentum_initial: facts.units.momentum, momentum_final: facts.units.momentum,
 }
 
 function csv(rows, names) {
