@@ -24,7 +24,9 @@ def run(fmu):
     report = Report(TITLE, fmu)
     cor, smash, time = "coefficient_of_restitution", "smash_factor", "contact_time"
     #: By metric and ball, over club speed.
-    results = {metric: {name: [] for name in _BALLS} for metric in (cor, smash, time)}
+    results: dict[str, dict[str, list[float]]] = {
+        metric: {name: [] for name in _BALLS} for metric in (cor, smash, time)
+    }
     for name in _BALLS:
         for speed in _SPEEDS:
             case = f"{name}, {speed:g} m/s"

@@ -46,8 +46,10 @@ def run(fmu):
             rows.append([words, *(_format(m.metric, x) for m, x in values.items())])
             errors[name] = {m: (x / m.middle - 1.0) * 100 for m, x in values.items()}
         report.table(title, ["", *data], rows)
-        rows = ([_BALLS[name], *(f"{x:+.1f}" for x in of.values())] for name, of in errors.items())
-        report.table(f"{title}: errors (%)", ["", *data], rows)
+        percent = (
+            [_BALLS[name], *(f"{x:+.1f}" for x in of.values())] for name, of in errors.items()
+        )
+        report.table(f"{title}: errors (%)", ["", *data], percent)
         return errors
 
     paper = {

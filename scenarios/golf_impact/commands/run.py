@@ -1,9 +1,6 @@
 """`golf-impact run`."""
 
 import os
-import textwrap
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -37,10 +34,6 @@ _BALL = (
     "Run a case with this ball (golf-impact list --balls, or a file .toml); repeatable; --set "
     "overrides its values."
 )
-
-
-#: Longest title in the summary of all scenarios: a line each at 80 columns.
-_TITLE = 46
 
 
 def run(
@@ -91,8 +84,13 @@ def run(
             advance(n, f"running {name}")
             sets.setdefault("", {})[name] = _run_script(script, instance)
         if own:
-            with as_typed(set_ or []):
+            try:
                 stem, report = own_cases(instance, values, own_balls)
+            except UserError as error:
+                # An error about a variable begins with the option that gave its value.
+                name = str(error).partition(" = ")[0]
+                typed = (f"--set {p}: " for p in set_ or () if p.partition("=")[0].strip() == name)
+                raise UserError(f"{next(typed, '')}{error}") from error
             sets[f"{stem}_"] = {"custom": report}
     reports = {name: report for of_set in sets.values() for name, report in of_set.items()}
     if names or own:
@@ -142,18 +140,6 @@ def _run_script(script: "ModuleType", fmu: "ImpactFmu") -> "Report":
     if not isinstance(report, Report):
         raise UserError(f"{path}: run(fmu) returns {report!r}; it must return its Report")
     return report
-
-
-@contextmanager
-def as_typed(pairs: list[str]) -> Iterator[None]:
-    """Begin errors about a variable with the option --set that gave its value."""
-    try:
-        yield
-    except UserError as error:
-        for pair in pairs:
-            if str(error).startswith(f"{pair.partition('=')[0].strip()} = "):
-                raise UserError(f"--set {pair}: {error}") from error
-        raise
 
 
 def values_of(pairs: list[str]) -> dict[str, float]:
@@ -206,9 +192,9 @@ def _summarize(reports: "dict[str, Report]") -> None:
 
     rows = []
     for name, report in reports.items():
-        title = textwrap.shorten(title_beside(name, report.title), _TITLE, placeholder=" …")
         passed = [check.passed for check in report.checks if check.kind != "consistency"]
-        rows.append([name, title, f"{sum(passed)}/{len(passed)}" if passed else "–"])
+        count = f"{sum(passed)}/{len(passed)}" if passed else "–"
+        rows.append([name, title_beside(name, report.title), count])
     print_table(Table("", ["scenario", "what it shows", "checks"], rows), numbers=False)
     print_paragraphs(report.verdict for report in reports.values() if report.verdict)
     out.print()

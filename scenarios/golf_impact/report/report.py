@@ -9,7 +9,6 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from golf_impact.facts import closed_forms
-from golf_impact.facts.balls import BALLS
 from golf_impact.facts.document import NUMERICAL_ERROR, Printed
 from golf_impact.facts.quantities import describe_contact, format_options, format_value, label
 from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
@@ -102,7 +101,8 @@ class Report:
         given = self.starts | values
         metrics = derive_metrics(self.fmu.impact(METRICS, **values), given)
         self.cases[name] = metrics
-        self.commands[name] = _explore(values)
+        # Without a value the page opens with a case of its own.
+        self.commands[name] = f"golf-impact explore {format_options(values or {'law': 1})}"
 
         def compare(metric: str, expected: float, tolerance: float, kind: Kind, what: str) -> None:
             claim = f"{name}: {label(metric)} agrees with {what}"
@@ -250,15 +250,3 @@ def _definitions(metrics: Metrics, given: Mapping[str, float]) -> dict[str, floa
         "coefficient_of_restitution": (v_ball - v_club) / (u_club - u_ball),
         "energy_efficiency": energy / metrics["kinetic_energy_initial"],
     }
-
-
-def _explore(values: Mapping[str, float]) -> str:
-    """The command that opens a case in explore; a preset ball by its name."""
-    command = "golf-impact explore"
-    for ball in BALLS.values():
-        if ball.values.items() <= values.items():
-            command += f" --ball {ball.name}"
-            values = {name: v for name, v in values.items() if name not in ball.values}
-            return f"{command} {format_options(values)}".rstrip()
-    # Without a value the page opens with a case of its own.
-    return f"{command} {format_options(values or {'law': 1})}"
