@@ -264,9 +264,13 @@ def _show_tour(report, shots):
         toward.append((up - path) / spin_loft * 100.0)
         cells = [cell for x, d in zip(ours, off[-1]) for cell in (f"{x:.0f}", f"{d:+.0f} %")]
         rows.append([club, f"{degrees(loft):.1f}", *cells, f"{toward[-1]:.0f} %"])
-        spring = _undamped(shot["coefficient_of_restitution"], speed, path, up, mass)
+        restitution = shot["coefficient_of_restitution"]
+        spring = _undamped(restitution, speed, path, up, mass)
         undamped.append((spring * _RPM / rpm - 1.0) * 100.0)
-        less.append(_lever_arm(shots, shot, speed * cos(spin_loft), tan(spin_loft), mass))
+        # With the lever arm r - d instead of r, for the same tangential force.
+        u, _, force, _ = march(restitution, tan(spin_loft), mass)
+        _, _, compression = shots.contact("penner", mass, speed * cos(spin_loft), u)
+        less.append(100.0 * float(np.sum(force * compression) / np.sum(force) / _RADIUS))
     columns = ["club", "loft (°)", "rpm", "", "ball mph", "", "carry yd", "", "towards normal"]
     report.table("PGA Tour averages (TrackMan): model, and its deviation", columns, rows)
 
@@ -276,7 +280,11 @@ def _show_tour(report, shots):
     report.check(claim, min(irons) > -5.0 and max(irons) < 22.0, _between(irons))
     claim = "the driver's isn't: its head turns"
     report.check(claim, driver > 50.0, f"{driver:+.0f} %")
-    height = _strike_height(shots)
+    _, mph, attack, _, angle, rpm, _, mass = measured.TOUR[0]
+    drive = mph * measured.MPH, radians(angle), radians(attack)
+    height = _bisect(
+        lambda h: rpm - shots.lofted(*drive, m_club=mass, height=h)["backspin"] * _RPM, 0.001, 0.025
+    )
     claim = "a strike 10 to 20 mm above the centre of mass would explain the driver's backspin"
     report.check(claim, 0.010 < height < 0.020, f"{height * 1e3:.1f} mm")
     report.say(
@@ -322,16 +330,6 @@ def _between(deviations):
     return f"{min(deviations):+.0f} to {max(deviations):+.0f} %"
 
 
-def _strike_height(shots):
-    """Of the driver, m, with which it has TrackMan's backspin, and its launch angle."""
-    _, mph, attack, _, angle, rpm, _, mass = measured.TOUR[0]
-    driver = {"speed": mph * measured.MPH, "angle": radians(angle), "attack": radians(attack)}
-    return _bisect(
-        lambda h: rpm - shots.lofted(**driver, m_club=mass, height=h)["backspin"] * _RPM,
-        *(0.001, 0.025),
-    )
-
-
 def _undamped(restitution, speed, attack, angle, m_club):
     """Backspin, rad/s, by a tangential spring without a damper, at the same launch angle (rad)."""
 
@@ -342,13 +340,6 @@ def _undamped(restitution, speed, attack, angle, m_club):
     loft = _find_loft(lambda loft: loft - atan(slope(loft)), angle, attack)
     ball_speed = (1.0 + restitution) * speed * cos(loft - attack) / (1.0 + _M_BALL / m_club)
     return ball_speed * slope(loft) / (0.4 * _RADIUS)
-
-
-def _lever_arm(shots, shot, approach, sliding, m_club):
-    """How much less backspin, in %, the lever arm r - d gives, for the same tangential force."""
-    u, _, tangential, _ = march(shot["coefficient_of_restitution"], sliding, m_club)
-    _, _, compression = shots.contact("penner", m_club, approach, u)
-    return 100.0 * float(np.sum(tangential * compression) / np.sum(tangential) / _RADIUS)
 
 
 if __name__ == "__main__":
