@@ -52,7 +52,6 @@ def draw(figures):
     axes.set(xlim=(0.2, 10.8), ylim=(-2.5, 6.5), aspect="equal")
     axes.axis("off")
     club, ball = (figures.STYLES[body].colour for body in ("club", "ball"))
-    edge = {"ec": "black", "lw": 1.4}
 
     def place(strokes, at, colour, turn=1.0, width=1.8):
         for stroke in strokes:
@@ -63,9 +62,10 @@ def draw(figures):
     for law, y in ((1, 4.2), (2, -0.6)):
         colour, half = figures.STYLES[f"law {law}"].colour, 0.4 if law == 1 else 0.75
         rounded = "round,pad=0,rounding_size=0.12"
-        axes.add_patch(FancyBboxPatch((0.7, y - 0.8), 2.0, 1.6, rounded, fc=club, **edge))
+        box = FancyBboxPatch((0.7, y - 0.8), 2.0, 1.6, rounded, fc=club, ec="black", lw=1.4)
+        axes.add_patch(box)
         axes.text(1.7, y, "club\n$m_C$", ha="center", va="center")
-        axes.add_patch(Circle((4.22, y), 1.5, fc="#E9F3FA", **edge))
+        axes.add_patch(Circle((4.22, y), 1.5, fc="#E9F3FA", ec="black", lw=1.4))
         axes.add_patch(Rectangle((4.7, y - half), 0.62, 2.0 * half, fc="white", ec=ball, lw=1.8))
         axes.text(5.01, y, "$m_B$", ha="center", va="center", fontsize=10)
         axes.text(4.22, y + 1.08, "ball", ha="center", va="center")

@@ -46,7 +46,8 @@ def run(fmu):
 
     model = report.impact("law 1 (the document's fit)")
     relative = report.impact("law 2, the same k and b", law=2)
-    rows, errors = [], {}
+    rows = []
+    errors: dict[str, float] = {}
     for metric, value in measured.ROH_LEE_FIGURES.items():
         name, factor = QUANTITIES[metric].plain, QUANTITIES[metric].factor
         rows.append([name, f"{value * factor:.5g}"])

@@ -1,15 +1,9 @@
 """The same impact under both laws: momentum and energy."""
 
-from golf_impact.scenario import Report, format_value, label, main
+from golf_impact.scenario import QUANTITIES, Report, main
 
 TITLE = "Laws: drag on each body or damper between them"
 CHAPTER = 11
-
-_METRICS = (
-    *("club_velocity", "ball_velocity", "smash_factor", "coefficient_of_restitution"),
-    *("energy_efficiency", "contact_time", "max_force", "impulse", "momentum_gain_ball"),
-    *("momentum_initial", "momentum_final"),
-)
 
 _PATH = ("force", "momentum", "kinetic_energy", "energy_efficiency")
 
@@ -20,8 +14,8 @@ def run(fmu):
     absolute = report.impact("law 1 (absolute)", law=1)
     relative = report.impact("law 2 (relative)", law=2)
     rows = (
-        [label(one), format_value(one, absolute[one]), format_value(one, relative[one])]
-        for one in _METRICS
+        [one.label, one.format_value(absolute[metric]), one.format_value(relative[metric])]
+        for metric, one in QUANTITIES.items()
     )
     report.table(TITLE, ["", *report.cases], rows)
 

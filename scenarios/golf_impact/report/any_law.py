@@ -70,25 +70,18 @@ def _check_balances(report: Report, name: str, given: Mapping[str, float], found
     impulse = found["impulse"]
     dragged = impulse - m_ball * (v_ball - u_ball)
     drag = 0.0 if abs(dragged) <= 1e-9 * momentum else dragged / ball_moved
+    of_club = 0.5 * m_club * (v_club**2 - u_club**2)
+    of_ball = 0.5 * m_ball * (v_ball**2 - u_ball**2)
+    work_on_club = -weights @ (force * club + drag * club**2)
+    work_on_ball = weights @ (force * ball - drag * ball**2)
+    lost, taken = m_club * (u_club - v_club), impulse + drag * club_moved
     for claim, value, expected, scale in (
         ("the impulse is the integral of the force", impulse, weights @ force, momentum),
-        (
-            "the club has lost the impulse and what the drag on it took",
-            *(m_club * (u_club - v_club), impulse + drag * club_moved, momentum),
-        ),
-        (
-            "the ball's energy is the work of force and drag",
-            0.5 * m_ball * (v_ball**2 - u_ball**2),
-            *(weights @ (force * ball - drag * ball**2), energy),
-        ),
-        (
-            "the club's energy is the work of force and drag",
-            0.5 * m_club * (v_club**2 - u_club**2),
-            *(-weights @ (force * club + drag * club**2), energy),
-        ),
+        ("the club has lost the impulse and what the drag on it took", lost, taken, momentum),
+        ("the ball's energy is the work of force and drag", of_ball, work_on_ball, energy),
+        ("the club's energy is the work of force and drag", of_club, work_on_club, energy),
     ):
         tolerance = _QUADRATURE * scale
         report.check_close(f"{name}: {claim}", value, expected, tolerance, kind="invariants")
     claim = f"{name}: the drag takes momentum from the ball, it doesn't give any"
-    taken = drag * ball_moved
-    report.check(claim, taken >= 0.0, f"{taken:.3g} N·s", "invariants")
+    report.check(claim, drag * ball_moved >= 0.0, f"{drag * ball_moved:.3g} N·s", "invariants")

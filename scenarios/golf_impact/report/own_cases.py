@@ -63,8 +63,8 @@ def own_cases(
                 for metric, one in QUANTITIES.items()
             ]
         )
-        if errors and not report.words:
-            report.say("Intervals are 95 %, from the covariance in the ball's file.")
+    if any("±" in cell for column in columns for cell in column):
+        report.say("Intervals are 95 %, from the covariance in the ball's file.")
     labels = [one.label for one in QUANTITIES.values()]
     report.table(report.title, ["", *(label for _, label, *_ in curves)], zip(labels, *columns))
     stem = _stem((ball.name for ball in balls), values)

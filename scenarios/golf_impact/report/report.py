@@ -218,8 +218,10 @@ class Report:
         """
         rows = (
             [
-                *(label(one), number.text),
-                *(format_value(one, of[one]) for of in (scheme, exact)),
+                label(one),
+                number.text,
+                format_value(one, scheme[one]),
+                format_value(one, exact[one]),
                 f"{(scheme[one] / exact[one] - 1) * 100:+.2f}",
             ]
             for one, number in printed.items()
