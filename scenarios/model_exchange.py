@@ -99,12 +99,9 @@ def run(fmu):
             solve("law 1", h, solver="Euler", step_size=h, output_interval=h) for h in _EULER_STEPS
         ]
         stepped = {law: _Method(fmi3, _STOP, partial(step, law), exact[law]) for law in _LAWS}
-        at_once = {"stop_time": _STOP, "output_interval": _STOP}
-        simulate = partial(fmi3.simulate, fmi3.slave, _METRICS, **at_once)
-        simulated = _Method(fmi3, _STOP, simulate, exact["law 1"])
         # Interleaved, so that other load on the machine affects all of them.
         for _ in range(_ROUNDS):
-            for group in (*cvode.values(), stepped.values(), euler, [simulated]):
+            for group in (*cvode.values(), stepped.values(), euler):
                 for method in group:
                     method.time()
 
@@ -117,7 +114,6 @@ def run(fmu):
         rows += [method.row(f"{law}: CVode, rtol {method.setting:.0e}") for method in shown]
         if law == "law 1":
             rows += [method.row(f"law 1: Euler {method.setting * 1e6:g} µs") for method in euler]
-            rows.append(simulated.row("law 1: simulate_fmu"))
         rows.append(stepped[law].row(f"{law}: one step"))
     for method in euler:
         report.cases[f"law 1, Euler {method.setting:.1e}"] = method.numbers()
