@@ -38,17 +38,15 @@ def run(fmu):
         return report.cases[case][one.metric]
 
     def compare(title, data):
-        """Tables of published and calculated values and of errors; returns the errors (%)."""
+        """Tables of measurements by head, results and errors; returns the errors (%) by ball."""
         ends = (dict.fromkeys(_format(m.metric, x) for x in (m.low, m.high)) for m in data.values())
-        rows, errors = [["published", *map("–".join, ends)]], {}
+        rows, percent, errors = [["published", *map("–".join, ends)]], [], {}
         for name, words in _BALLS.items():
             values = {m: result(name, m) for m in data.values()}
+            errors[name] = [(x / m.middle - 1.0) * 100 for m, x in values.items()]
             rows.append([words, *(_format(m.metric, x) for m, x in values.items())])
-            errors[name] = {m: (x / m.middle - 1.0) * 100 for m, x in values.items()}
+            percent.append([words, *(f"{x:+.1f}" for x in errors[name])])
         report.table(title, ["", *data], rows)
-        percent = (
-            [_BALLS[name], *(f"{x:+.1f}" for x in of.values())] for name, of in errors.items()
-        )
         report.table(f"{title}: errors (%)", ["", *data], percent)
         return errors
 
@@ -58,8 +56,8 @@ def run(fmu):
     }
     title = f"Finite elements and the model, {speed:g} m/s (* predicted, not fitted)"
     errors = {
-        name: {m.metric: error for m, error in of.items()}
-        for name, of in compare(title, paper).items()
+        name: dict(zip(measured.ROH_LEE_FIGURES, row))
+        for name, row in compare(title, paper).items()
     }
     others = {
         f"{m.what}{_unit(m.metric)} {m.club_speed:.3g} m/s": m for m in measured.MEASUREMENTS[1:]

@@ -80,7 +80,11 @@ def render_page(
 def _figure(report: Report, file: str, image: bytes) -> dict[str, str | int]:
     # The first chunk of a PNG holds its size.
     width, height = struct.unpack(">II", image[16:24])
-    size = {"width": width, "height": height}
     caption = report.captions.get(file, "")
-    words = {"caption": caption, "alt": caption or file.replace("_", " ")}
-    return {"data": base64.b64encode(image).decode(), **size, **words}
+    return {
+        "data": base64.b64encode(image).decode(),
+        "width": width,
+        "height": height,
+        "caption": caption,
+        "alt": caption or file.replace("_", " "),
+    }
