@@ -25,12 +25,6 @@ _QUADRATURE = 1e-6
 _SOLVER, _SOLVED_WITHIN = 1e-10, 1e-6
 
 
-def has_closed_form(given: Mapping[str, float]) -> bool:
-    """Whether the results of this impact have closed forms that are independent of the FMU."""
-    power_law = given["exponent"] != 1.0 or given["restitution_at_rest"] > 0.0
-    return given["law"] in (1, 2) and not power_law
-
-
 def check_any_law(report: Report, name: str, given: Mapping[str, float], found: Metrics) -> None:
     """Check an impact by balances and by an integration of its right-hand side.
 
