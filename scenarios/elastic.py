@@ -31,7 +31,7 @@ def run(fmu):
     for claim, check, metric, other in (
         ("S is independent of stiffness", report.stays, "smash_factor", soft),
         ("S is independent of club speed", report.stays, "smash_factor", fast),
-        ("the ball's speed is independent of stiffness", report.stays, "ball_velocity", soft),
+        ("the release speed is independent of stiffness", report.stays, "ball_velocity", soft),
         ("contact is longer with a softer ball", report.rises, "contact_time", soft),
     ):
         check(f"{claim}, as the document states", [hard[metric], other[metric]], kind="documents")
