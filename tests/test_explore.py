@@ -21,8 +21,8 @@ from urllib.parse import urlencode, urlsplit
 
 import numpy as np
 import pytest
+from command import COMMAND, golf_here, refused
 
-from golf_impact.commands.app import one_line
 from golf_impact.errors import UserError
 from golf_impact.explore import export as exporting
 from golf_impact.explore.cases import (
@@ -38,7 +38,6 @@ from golf_impact.explore.evaluator import LOFT, POINTS, SWEPT, Evaluator
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.quantities import format_shortest
 
-COMMAND = Path(sys.executable).with_name("golf-impact")
 HERE = Path(__file__).parent
 
 pytestmark = pytest.mark.plain
@@ -55,7 +54,7 @@ CASES = {
 
 @pytest.fixture(scope="module")
 def fmus(_loaded):
-    with companions(_loaded) as (fmus, _):
+    with companions(_loaded) as fmus:
         yield fmus
 
 
@@ -371,34 +370,26 @@ def test_many_tabs_leave_the_memory_as_it_was():
         assert megabytes() - before < 5.0
 
 
-def refused(capsys, *arguments):
-    """Exit code 2; the line on stderr (before it may be said that the FMU was built)."""
-    assert one_line(["explore", "--no-browser", *map(str, arguments)]) == 2
-    line = capsys.readouterr().err.strip().splitlines()[-1]
-    assert line.startswith("Error: ")
-    return line
+def test_refused_commands(monkeypatch, tmp_path):
+    def explore(*arguments):
+        return golf_here("explore", "--no-browser", *arguments)
 
-
-def test_refused_commands(capsys, monkeypatch, tmp_path):
-    assert "k = -1.0 N/m is refused" in refused(capsys, "--set", "k=-1")
-    assert "no number" in refused(capsys, "--set", "k=hard")
-    assert "nothing" in refused(capsys, "--set", "nothing=1")
-    assert "there is no ball 'x'" in refused(capsys, "--ball", "x")
-    assert "--port" in refused(capsys, "--port", 70000)
-    page, empty = tmp_path / "page", tmp_path / "empty"
+    refused(explore("--set", "k=-1"), "k = -1.0 N/m is refused")
+    refused(explore("--set", "nothing=1"), "nothing")
+    refused(explore("--ball", "x"), "there is no ball 'x'")
+    refused(explore("--port", 70000), "--port")
+    page, empty, file = tmp_path / "page", tmp_path / "empty", tmp_path / "file"
     empty.mkdir()
-    said = refused(capsys, "--export", page, "--pyodide", empty)
-    assert "has no pyodide.mjs that can be read" in said
-    assert "takes no --ball or --set" in refused(capsys, "--export", page, "--set", "k=1")
-    assert "--export FOLDER" in refused(capsys, "--pyodide", empty)
-    file = tmp_path / "file"
     file.touch()
-    assert f"can't write into {file}" in refused(capsys, "--export", file)
+    refused(explore("--export", page, "--pyodide", empty), "has no pyodide.mjs that can be read")
+    refused(explore("--export", page, "--set", "k=1"), "takes no --ball or --set")
+    refused(explore("--pyodide", empty), "--export FOLDER")
+    refused(explore("--export", file), f"can't write into {file}")
     monkeypatch.setenv("PATH", str(empty))
-    assert "npm isn't there: install npm, or" in refused(capsys, "--export", page)
+    refused(explore("--export", page), "npm isn't there: install npm, or")
     assert not page.exists()
     monkeypatch.setitem(sys.modules, "bokeh", None)
-    assert '".[explore]"' in refused(capsys)
+    refused(explore(), '".[explore]"')
 
 
 def test_another_pyodide_than_expected_is_refused(monkeypatch, tmp_path):
@@ -448,7 +439,7 @@ def test_ctrl_c_ends_it(tmp_path):
 
 
 def test_the_report_says_how_to_reopen_its_cases(tmp_path):
-    assert one_line(["run", "elastic", "--no-figures", "--out", str(tmp_path)]) == 0
+    assert golf_here("run", "elastic", "--no-figures", "--out", tmp_path).returncode == 0
     page = (tmp_path / "report.html").read_text("utf-8")
     assert "golf-impact explore --set b=0" in page
 
@@ -488,11 +479,11 @@ const python = await loadPyodide()
 python.FS.writeFile("/physics.zip", readFileSync("physics.zip"))
 python.globals.set("cases", readFileSync(0, "utf-8"))
 console.log(python.runPython(`
-import json, re, sys, zipfile
+import json, sys
 sys.path.insert(0, "/physics.zip")
 from golf_explore.in_browser import Instance, RefusedError
-names = zipfile.ZipFile("/physics.zip").namelist()
-instance = Instance(next(name.split("/")[0] for name in names if name.startswith("golf_physics")))
+arguments, cases = json.loads(cases)
+instance = Instance(*arguments)
 def run(values, outputs, step):
     try:
         instance.start(**values)
@@ -500,7 +491,7 @@ def run(values, outputs, step):
         return instance.read(outputs)
     except RefusedError as error:
         return str(error)
-json.dumps([run(*case) for case in json.loads(cases)])
+json.dumps([run(*case) for case in cases])
 `))
 """
 
@@ -523,7 +514,7 @@ def test_the_physics_in_webassembly(exported, fmu):
     assert len(cases) > 50
     done = subprocess.run(
         [node, "--input-type=module", "-e", _IN_NODE],
-        input=json.dumps(cases),
+        input=json.dumps([exporting.arguments_of(fmu), cases]),
         capture_output=True,
         text=True,
         cwd=exported,
@@ -893,7 +884,9 @@ def test_downloads(tab, tmp_path):
         assert [float(row[n]) for row in rows] == held[name.split()[0]]
     assert len(rows) == sum(POINTS) - 1
     header, row = got("pins.csv").decode().splitlines()
-    assert header.startswith("name,query,club_velocity (m/s),ball_velocity (m/s),smash_factor (1)")
+    assert header.startswith(
+        "name,query,club_velocity (m/s),ball_velocity (m/s),touch_time (s),smash"
+    )
     assert row.startswith('"document","law=1",21.52')
     for figure in ("force", "sweep"):
         # Chromium takes ten files from a page, and then asks.

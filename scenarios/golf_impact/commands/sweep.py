@@ -151,20 +151,22 @@ def _write_report(sweep: Sweep, summary: Summary, words: list[str]) -> list[Path
 
     from golf_impact.files import write_together
     from golf_impact.report.figures import to_png
-    from golf_impact.report.outcome import Outcome, Table
     from golf_impact.report.page import render_page
+    from golf_impact.report.report import Report
     from golf_impact.sweeps.pictures import draw
     from golf_impact.sweeps.sensitivity import sobol_indices
 
     path, name, drawn = summary.path, sweep.study.outputs[0], summary.drawn
+    report = Report(f"Sweep {path.name}", sweep.fmu)
+    report.words = words
     rows = [[one.name, one.text] for one in sweep.study.axes]
-    tables = [Table("Swept variables (SI units)", ["", "values"], rows)]
+    report.table("Swept variables (SI units)", ["", "values"], rows)
     usable = drawn[np.isfinite(drawn)]
     if len(usable):
         columns = ["", "least", "5 %", "median", "95 %", "greatest", "mean", "standard deviation"]
         values = (*np.percentile(usable, (0, 5, 50, 95, 100)), usable.mean(), usable.std())
         row = [name, *(f"{value:.6g}" for value in values)]
-        tables.append(Table(f"{name} over all cases", columns, [row]))
+        report.table(f"{name} over all cases", columns, [row])
     indices = None
     try:
         indices = sobol_indices(sweep.study, drawn, sweep.first_output)
@@ -173,10 +175,9 @@ def _write_report(sweep: Sweep, summary: Summary, words: list[str]) -> list[Path
     if indices is not None:
         rows = [[one, f"{value:.4f}"] for one, value in indices.items()]
         title = f"What {name} depends on: shares of its variance that each variable explains"
-        tables.append(Table(title, ["", "first-order Sobol index"], rows))
-    outcome = Outcome(f"Sweep {path.name}", tables=tables, words=words)
+        report.table(title, ["", "first-order Sobol index"], rows)
     figure = draw(sweep.study, drawn, sweep.fmu.variables, indices)
-    images = {} if figure is None else {outcome.title: to_png(figure)}
+    images = {} if figure is None else {report.title: to_png(figure)}
     files = {path.with_suffix(".png").name: image for image in images.values()}
-    page = render_page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
+    page = render_page({"sweep": report}, {"sweep": images}, sweep.fmu.description.guid)
     return write_together(path.parent, files | {path.with_suffix(".html").name: page})
