@@ -73,9 +73,10 @@ def axis(name: str, given: Any) -> Axis:
         made = _axis(name, text)
         if name != "law":
             return made
-        if isinstance(made, Distribution) or (made.values % 1.0).any() or max(made.values) > 1e9:
-            raise ValueError("not whole numbers")
-        return Grid(name, text, made.values.astype(np.int64))
+        # An Integer of FMI has 32 bits.
+        if isinstance(made, Grid) and not (made.values % 1.0).any() and max(abs(made.values)) < 2e9:
+            return Grid(name, text, made.values.astype(np.int64))
+        raise ValueError("not whole numbers")
     except ValueError as error:
         why = LAWS_IN_WORDS if name == "law" else error
         raise UserError(f"{name}={text} is refused: {why}") from None
