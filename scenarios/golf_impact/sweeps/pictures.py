@@ -119,22 +119,20 @@ def _histogram(
     else:
         figure, (axes, beside) = figures.new_pair(title)
         _bars(beside, indices)
-    factor, unit = choose_prefix(units[output], float(np.abs(usable).max()))
-    usable = usable * factor
     bins = int(np.clip(np.sqrt(len(usable)), 8, 80))
     low, high = usable.min(), usable.max()
-    margin = 1e-3 * max(abs(low), abs(high))
-    if high - low < 1e-9 * margin:
+    largest = max(abs(low), abs(high))
+    if high - low < 1e-12 * largest:
         # Equal but for rounding: bins would be too narrow for doubles.
-        low, high = low - margin, high + margin
-    axes.hist(usable, bins, range=(low, high), density=True, color=figures.SKY)
+        low, high = low - 1e-3 * largest, high + 1e-3 * largest
+    axes.hist(usable, bins, range=(low, high), color=figures.SKY)
+    factor, unit = choose_prefix(units[output], largest)
     for percent, style in ((5, "--"), (50, "-"), (95, ":")):
         value = np.percentile(usable, percent)
-        text = f"{percent} %: {value:.6g} {unit}"
+        text = f"{percent} %: {value * factor:.6g} {unit}"
         axes.axvline(value, color=figures.BLACK, lw=1.4, ls=style, label=text)
-    axes.set_xlabel(f"{_words(output)} ({unit})" if unit else _words(output))
-    axes.set_ylabel(f"probability density (per {unit})" if unit else "probability density")
-    axes.margins(y=0.06)
+    _name(axes.xaxis, output, units)
+    axes.set_ylabel("samples")
     figures.add_legend_above(axes, columns=3)
     return figure
 
