@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from multiprocessing.util import Finalize
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -32,23 +31,19 @@ class FmuFile:
         return cls(hashlib.sha256(data).hexdigest(), data)
 
 
-class Chunk(NamedTuple):
-    """What one chunk gave."""
-
-    text: bytes  # its cases as lines of CSV (UTF-8); empty if they weren't requested
-    results: Results
-
-
 _lock = threading.RLock()
 #: The instance of this process by the digest of its file, if there is one.
 _loaded: dict[str, ImpactFmu] = {}
 
 
-def run_chunk(fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]) -> Chunk:
+def run_chunk(
+    fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]
+) -> tuple[bytes, Results]:
     """Run the cases of one chunk, in any process: the FMU is loaded there when first needed.
 
-    `columns` are the swept variables, arrays of shape (cases,). UserError if the FMU isn't what it
-    should be, or can't be loaded here.
+    `columns` are the swept variables, arrays of shape (cases,). Returns the cases as lines of CSV
+    (UTF-8; empty without `as_text`), and their results. UserError if the FMU isn't what it should
+    be, or can't be loaded here.
     """
     with _lock:
         try:
@@ -57,7 +52,7 @@ def run_chunk(fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.
             # After an error the standard allows no call any more that the FMU must survive.
             _loaded.clear()
             raise UserError(f"the FMU broke down ({error}): run `golf-impact build`") from None
-    return Chunk(_text(plan, columns, results.outputs) if as_text else b"", results)
+    return _text(plan, columns, results.outputs) if as_text else b"", results
 
 
 def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) -> bytes:

@@ -56,7 +56,8 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
         def swept() -> float:
             begin = perf_counter()
             with table_file(Path(folder, "sweep.csv"), study, plan) as write:
-                write(columns, run_chunk(sweep.file, plan, True, columns))
+                text, results = run_chunk(sweep.file, plan, True, columns)
+                write(columns, text, results.outputs)
             return (perf_counter() - begin) / _CASES
 
         def looped() -> float:

@@ -17,9 +17,9 @@ import numpy as np
 from golf_impact.errors import UserError
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.sweeps.chunk import Chunk, FmuFile, instance_of, release, run_chunk
+from golf_impact.sweeps.chunk import FmuFile, instance_of, release, run_chunk
 from golf_impact.sweeps.executors import opened
-from golf_impact.sweeps.impacts import impacts, plan
+from golf_impact.sweeps.impacts import Results, impacts, plan
 from golf_impact.sweeps.study import Study
 from golf_impact.sweeps.table_file import table_file
 from golf_impact.timing import free_bytes
@@ -118,9 +118,8 @@ class Sweep:
             table_file(out, self.study, self.plan) as write,
             closing(self._chunks(pools, chunk, out.suffix.lower() == ".csv", stop)) as chunks,
         ):
-            for columns, part in chunks:
-                write(columns, part)
-                outputs, unusable, reason = part.results
+            for columns, text, (outputs, unusable, reason) in chunks:
+                write(columns, text, outputs)
                 drawn[done : done + len(outputs)] = outputs[:, 0]
                 if reason and first is None:
                     first = done + int(unusable.argmax()) + 1, reason
@@ -135,13 +134,13 @@ class Sweep:
         size: int,
         as_text: bool,
         stop: Callable[[], bool],
-    ) -> Generator[tuple[Columns, Chunk], None, None]:
+    ) -> Generator[tuple[Columns, bytes, Results], None, None]:
         """Columns and results of all chunks in order, those of a broken pool by the next one."""
         done, cases = 0, self.study.cases
         for pool in pools:
             starts = iter(range(done, cases, size))
             #: Begun some time before it is their turn.
-            under_way: deque[tuple[Columns, Future[Chunk]]] = deque()
+            under_way: deque[tuple[Columns, Future[tuple[bytes, Results]]]] = deque()
             try:
                 with pool as executor:
                     while done < cases:
@@ -156,10 +155,10 @@ class Sweep:
                             wait([future], timeout=0.1)
                         if stop():
                             raise Stopped(done)
-                        part = future.result()
+                        text, results = future.result()
                         under_way.popleft()
-                        done += len(part.results.outputs)
-                        yield columns, part
+                        done += len(results.outputs)
+                        yield columns, text, results
                 return
             except BrokenExecutor as error:
                 broken = error

@@ -11,22 +11,22 @@ import numpy as np
 
 from golf_build.archive import whole
 from golf_impact.errors import UserError, missing_package
-from golf_impact.sweeps.chunk import Chunk
 from golf_impact.sweeps.impacts import Plan
 from golf_impact.sweeps.study import Study
 
 #: Rows of a Parquet row group: independent of chunks, so that the file is too.
 _ROW_GROUP = 2**16
 
-#: Writes the swept variables by name, arrays of shape (cases,), and the results of a chunk.
-Write = Callable[[Mapping[str, np.ndarray], Chunk], object]
+#: Writes some cases: swept variables by name, arrays of shape (cases,); the cases as lines of CSV;
+#: outputs, shape (cases, outputs).
+Write = Callable[[Mapping[str, np.ndarray], bytes, np.ndarray], object]
 
 
 @contextmanager
 def _csv(stream: BinaryIO, study: Study, plan: Plan) -> Iterator[Write]:
     """Lines of text; cells of outputs without a value are empty."""
     stream.write((",".join((*study.names, *plan.outputs)) + "\n").encode())
-    yield lambda columns, chunk: stream.write(chunk.text)
+    yield lambda columns, text, outputs: stream.write(text)
 
 
 @contextmanager
@@ -49,9 +49,8 @@ def _parquet(stream: BinaryIO, study: Study, plan: Plan) -> Iterator[Write]:
         waiting, rows = [table.slice(_ROW_GROUP)], max(0, rows - _ROW_GROUP)
         writer.write_table(table.slice(0, _ROW_GROUP).combine_chunks(), row_group_size=_ROW_GROUP)
 
-    def write(columns: Mapping[str, np.ndarray], chunk: Chunk) -> None:
+    def write(columns: Mapping[str, np.ndarray], text: bytes, outputs: np.ndarray) -> None:
         nonlocal rows
-        outputs = chunk.results.outputs
         arrays = [pyarrow.array(column) for column in columns.values()]
         arrays += [pyarrow.array(column, mask=np.isnan(column)) for column in outputs.T]
         waiting.append(pyarrow.table(arrays, names=names).cast(schema))
