@@ -6,17 +6,11 @@ those at the borders of closed forms.
 
 import math
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 from golf_impact.facts.closed_forms import half_contact, reduced_mass
-
-#: The smallest and the largest communication step, s.
-SMALLEST_STEP, LARGEST_STEP = 1e-9, 1.0
-
-#: Steps per segment of a random partition; what is left then is one step.
-_MOST_STEPS = 24
 
 #: The communication steps of each segment, s.
 Steps = list[list[float]]
@@ -29,11 +23,6 @@ class Segment:
     length: float  #: s; a multiple of `quantum(length)`
     k: float
     b: float
-
-    @classmethod
-    def rounded(cls, length: float, k: float, b: float) -> "Segment":
-        """With the nearest length whose parts add up exactly."""
-        return cls(rounded(length, quantum(length)), k, b)
 
 
 @dataclass(frozen=True)
@@ -147,8 +136,7 @@ def unchanged(number: int, values: dict[str, float], contact_times: float) -> Im
     """An impact whose k and b stay, for so many of law 2's contact times after touch."""
     approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
     length = approach + contact_times * contact_time_of_law2(damping_ratio(values), values)
-    segment = Segment.rounded(length, values["k"], values["b"])
-    return ImpactCase(number, values, 0.0, (segment,))
+    return ImpactCase(number, values, 0.0, segments_of([length], [(values["k"], values["b"])]))
 
 
 def random_impact(seed: int, number: int) -> ImpactCase:
@@ -215,11 +203,15 @@ def differences(places: Sequence[float]) -> list[float]:
 def segments_of(
     lengths: Sequence[float], inputs: Sequence[tuple[float, float]]
 ) -> tuple[Segment, ...]:
-    """One for each positive length (s) with its k and b; the first one has the first inputs."""
+    """One for each positive length (s) with its k and b; the first one has the first inputs.
+
+    Lengths are rounded, so that their parts add up exactly.
+    """
     made: list[Segment] = []
     for length, pair in zip(lengths, inputs):
         if length > 0.0:
-            made.append(Segment.rounded(length, *(pair if made else inputs[0])))
+            exact = rounded(length, quantum(length))
+            made.append(Segment(exact, *(pair if made else inputs[0])))
     return tuple(made)
 
 
@@ -236,6 +228,13 @@ def rounded(time: float, unit: float) -> float:
     return round(time / unit) * unit
 
 
+def steps_between(length: float, cuts: Iterable[float]) -> list[float]:
+    """The steps of a segment from cut to cut, s; cuts outside of it don't count."""
+    unit = quantum(length)
+    inside = {rounded(cut, unit) for cut in cuts if 0.0 < cut < length}
+    return differences(sorted(inside | {0.0, length}))
+
+
 def one_step(impact: ImpactCase) -> Steps:
     return [[segment.length] for segment in impact.segments]
 
@@ -245,21 +244,16 @@ def equal_steps(impact: ImpactCase) -> Steps:
 
 
 def random_steps(impact: ImpactCase, seed: int) -> Steps:
-    """Steps of 1 ns to 1 s in any order; the last one of a segment takes what is left."""
+    """Some 24 steps of 1 ns to 1 s in any order; the last one of a segment takes what is left."""
     rng = random.Random(f"{seed}/{impact.number}/steps/{impact.kind}")
     partition = []
     for segment in impact.segments:
-        unit, left = quantum(segment.length), segment.length
-        steps: list[float] = []
-        longest, shortest = min(LARGEST_STEP, left), max(SMALLEST_STEP, 4.0 * unit)
-        while len(steps) < _MOST_STEPS and shortest < longest:
-            low = max(math.log10(shortest), math.log10(longest) - rng.choice((1.0, 3.0, 9.0)))
-            step = rounded(_decades(rng, low, math.log10(longest)), unit)
-            if not 0.0 < step < left:
-                break
-            steps.append(step)
-            left -= step
-        partition.append([*steps, left])
+        longest = math.log10(min(1.0, segment.length))
+        sizes = [
+            _decades(rng, max(-9.0, longest - rng.choice((1.0, 3.0, 9.0))), max(-9.0, longest))
+            for _ in range(24)
+        ]
+        partition.append(steps_between(segment.length, accumulate(sizes)))
     return partition
 
 
@@ -268,26 +262,36 @@ def straddling_steps(impact: ImpactCase, contact_time: float, seed: int) -> Step
     rng = random.Random(f"{seed}/{impact.number}/straddle/{impact.kind}")
     partition, begin = [], 0.0
     for segment in impact.segments:
-        unit = quantum(segment.length)
-        cuts = {0.0, segment.length}
-        for event in (impact.approach, impact.approach + contact_time):
-            near = max(SMALLEST_STEP, 64.0 * unit) * _decades(rng, 0, 2)
-            for cut in (event - begin - near, event - begin + near):
-                if 0.0 < cut < segment.length:
-                    cuts.add(rounded(cut, unit))
-        partition.append(differences(sorted(cuts)))
+        near = max(1e-9, 64.0 * quantum(segment.length))
+        cuts = [
+            event - begin + side * near * _decades(rng, 0, 2)
+            for event in (impact.approach, impact.approach + contact_time)
+            for side in (-1.0, 1.0)
+        ]
+        partition.append(steps_between(segment.length, cuts))
         begin += segment.length
     return partition
+
+
+def partitions(impact: ImpactCase, contact_time: float, seed: int) -> dict[str, Steps]:
+    """All of these by name."""
+    return {
+        "one step": one_step(impact),
+        "equal": equal_steps(impact),
+        "random": random_steps(impact, seed),
+        "straddling": straddling_steps(impact, contact_time, seed),
+    }
 
 
 def without_gap(impact: ImpactCase) -> ImpactCase:
     """The same impact, touching at the start."""
     first, *rest = impact.segments
-    length = first.length - impact.approach
-    if length > 0.0:
-        rest.insert(0, Segment.rounded(length, first.k, first.b))
-    values = impact.values | {"gap": 0.0, "k": rest[0].k, "b": rest[0].b}
-    return replace(impact, values=values, start_time=0.0, segments=tuple(rest))
+    lengths = [first.length - impact.approach, *(segment.length for segment in rest)]
+    inputs = [(segment.k, segment.b) for segment in impact.segments]
+    if lengths[0] <= 0.0:
+        lengths, inputs = lengths[1:], inputs[1:]
+    values = impact.values | {"gap": 0.0, "k": inputs[0][0], "b": inputs[0][1]}
+    return replace(impact, values=values, start_time=0.0, segments=segments_of(lengths, inputs))
 
 
 def flat(steps: Steps) -> list[float]:

@@ -37,10 +37,9 @@ def tiny_steps(
     driver.begin_run(values)
     every, point, memory = number // 20, 0.0, None
     worst: list[float] = []
-    do_step = driver.slave.doStep
     for _ in range(20):
         for _ in range(every):
-            do_step(point, _TINY)
+            driver.slave.doStep(point, _TINY)
             point += _TINY
         exact.step(every * Fraction(_TINY))
         outputs = driver.outputs()
@@ -50,7 +49,7 @@ def tiny_steps(
         worst.append(error)
         ledger.record("tiny_steps", error, values, output=name, time=point)
         tick()
-    gained = _gained(memory)
+    gained = _memory_gained(memory)
     ledger.record("tiny_steps_memory", gained or 0.0, values)
     return {"steps": every * 20, "errors": worst, "memory_gained_mb": gained}
 
@@ -79,11 +78,11 @@ def many_impacts(
         after = impact(values)
         difference = max(abs(after[name] - before[name]) for name in before)
         ledger.record("many_impacts", difference, values)
-    gained = _gained(memory)
+    gained = _memory_gained(memory)
     ledger.record("many_impacts_memory", gained or 0.0, {"impacts": number})
     return {"impacts": number, "memory_gained_mb": gained}
 
 
-def _gained(before: int | None) -> float | None:
+def _memory_gained(before: int | None) -> float | None:
     now = resident_bytes()
     return None if before is None or now is None else max(0.0, (now - before) / 1e6)

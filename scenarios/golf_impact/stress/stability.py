@@ -8,7 +8,6 @@ force (relative). SciPy's adaptive methods choose h themselves: their map is ove
 import math
 import warnings
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,8 +21,8 @@ from golf_impact.stress.reference import exact_outcome
 
 OURS = "this FMU"
 
-#: How many methods have a map.
-METHODS = 6
+#: The methods, each a map; those of SciPy are over rtol.
+METHODS = (OURS, *stepping.METHODS, "SciPy DOP853", "SciPy Radau")
 
 #: Between which errors the colours change: two decades a colour up to 1, and beyond, where no digit
 #: is right, in colours of their own.
@@ -37,27 +36,23 @@ Map = dict[str, Any]
 
 
 def maps(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
-    """The maps of the FMU and its peers."""
+    """The maps of the FMU and its peers; `tick` is called after each."""
     steps = np.logspace(-2 if quick else -3, 3, 6 if quick else 37).tolist()
     tolerances = np.logspace(-3, -13, 3 if quick else 11).tolist()
-    cases = {zeta: _case(zeta) for zeta in (0.0, *np.logspace(-2, 3, 4 if quick else 26).tolist())}
-    exact = {zeta: exact_outcome(case) for zeta, case in cases.items()}
-    solvers: list[tuple[str, str, list[float], Callable[[Case, float], Outcome]]] = [
-        (OURS, "ω0 h", steps, partial(_fmu, driver)),
-        *((name, "ω0 h", steps, partial(_step, peer)) for name, peer in stepping.METHODS.items()),
-        *(
-            (f"SciPy {method}", "rtol", tolerances, partial(solve_ivp.solve, method=method))
-            for method in ("DOP853", "Radau")
-        ),
-    ]
+    damping = [0.0, *np.logspace(-2, 3, 4 if quick else 26).tolist()]
+    cases = [_case(zeta) for zeta in damping]
+    exact = [exact_outcome(case) for case in cases]
     made = []
-    for name, axis, columns, solve in solvers:
-        one: Map = {"method": name, "axis": axis, "steps": columns, "damping": [*cases]}
-        one["errors"] = []
-        for zeta, case in cases.items():
-            one["errors"].append([_error(case, solve, x, exact[zeta]) for x in columns])
-            tick()
-        made.append(one)
+    for method in METHODS:
+        axis, columns = ("rtol", tolerances) if "SciPy" in method else ("ω0 h", steps)
+        table = [
+            [_error(driver, method, case, x, right) for x in columns]
+            for case, right in zip(cases, exact, strict=True)
+        ]
+        made.append(
+            {"method": method, "axis": axis, "steps": columns, "damping": damping, "errors": table}
+        )
+        tick()
     return made
 
 
@@ -66,25 +61,24 @@ def _case(zeta: float) -> Case:
     return Case(law=2, b=2.0 * zeta * math.sqrt(plain.k * plain.reduced_mass))
 
 
-def _error(case: Case, solve: Callable[[Case, float], Outcome], x: float, exact: Outcome) -> float:
+def _error(driver: Driver, method: str, case: Case, x: float, exact: Outcome) -> float:
     with warnings.catch_warnings():
         # A peer that diverges may warn: that is what the map is for.
         warnings.simplefilter("ignore")
         try:
-            error = max(errors(case, solve(case, x), exact))
+            error = max(errors(case, _solve(driver, method, case, x), exact))
         except (ArithmeticError, ValueError):
             return math.inf
     return error if math.isfinite(error) else math.inf
 
 
-def _step(peer: Any, case: Case, x: float) -> Outcome:
-    """The outcome of a stepping method with the step ω0·h = x."""
-    return peer(case, x / case.natural_frequency)
-
-
-def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
-    """By steps of x/ω0 through the contact, until it is over."""
+def _solve(driver: Driver, method: str, case: Case, x: float) -> Outcome:
+    """The outcome of a method with the step ω0 h = x, or with rtol = x."""
+    if method.startswith("SciPy "):
+        return solve_ivp.solve(case, x, method.removeprefix("SciPy "))
     size, point = x / case.natural_frequency, 0.0
+    if method != OURS:
+        return stepping.METHODS[method](case, size)
     driver.begin_run(vars(case))
     while not driver.read_flag("separated"):
         driver.slave.doStep(point, size)
@@ -94,7 +88,7 @@ def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
 
 def draw(maps: list[Map]) -> bytes:
     """The maps as PNG, on one colour scale."""
-    figure, axes = figures.plt.subplots(2, METHODS // 2, figsize=(11.5, 7.0))
+    figure, axes = figures.plt.subplots(2, 3, figsize=(11.5, 7.0))
     title = "Error over step size and damping (law 2): the FMU is flat, stepping methods diverge"
     figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
     number = len(_BOUNDS) - 1 - len(_NO_DIGIT)
