@@ -136,7 +136,8 @@ def unchanged(number: int, values: dict[str, float], contact_times: float) -> Im
     """An impact whose k and b stay, for so many of law 2's contact times after touch."""
     approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
     length = approach + contact_times * contact_time_of_law2(damping_ratio(values), values)
-    return ImpactCase(number, values, 0.0, segments_of([length], [(values["k"], values["b"])]))
+    segments = segments_between([0.0, length], [(values["k"], values["b"])])
+    return ImpactCase(number, values, 0.0, segments)
 
 
 def random_impact(seed: int, number: int) -> ImpactCase:
@@ -159,9 +160,17 @@ def random_impact(seed: int, number: int) -> ImpactCase:
     values |= {"b": zeta * critical_damping(k, m_club, m_ball)}
     values |= {"club_speed": club_speed, "ball_speed": ball_speed, "gap": gap}
     start_time = rng.choice((0.0, 1.0)) * _decades(rng, -3, 6)
-    approach = gap / closing if closing > 0.0 else 0.0
-    segments = _segments(rng, values, approach, contact_time_of_law2(zeta, values))
-    return ImpactCase(number, values, start_time, segments)
+    contact = contact_time_of_law2(zeta, values)
+    touch = gap / closing if gap else 0.0
+    edges, inputs = [0.0], [(k, values["b"])]
+    for cut in sorted(rng.uniform(0.02, 1.1) for _ in range(rng.choice((0, 0, 0, 0, 1, 2, 3)))):
+        edges.append(touch + cut * contact)
+        b = values["b"] * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)
+        inputs.append((k * _decades(rng, -2, 2), b))
+    end = touch + 4.0 * contact
+    if rng.random() < 0.2:  # a long way on
+        end += _decades(rng, -3, 0)
+    return ImpactCase(number, values, start_time, segments_between([*edges, end], inputs))
 
 
 def _decades(rng: random.Random, low: float, high: float) -> float:
@@ -178,37 +187,20 @@ def _damping(rng: random.Random) -> float:
     return _decades(rng, -4, 4) if kind < 4 else _decades(rng, -2, 1)
 
 
-def _segments(
-    rng: random.Random, values: dict[str, float], approach: float, contact: float
-) -> tuple[Segment, ...]:
-    k, b = values["k"], values["b"]
-    lengths, inputs = [approach + 2.0 * contact], [(k, b)]
-    if rng.random() < 0.3:
-        cuts = sorted(rng.uniform(0.02, 1.1) for _ in range(rng.randint(1, 3)))
-        lengths = differences([0.0, *(approach + cut * contact for cut in cuts)])
-        lengths.append(3.0 * contact)
-        for _ in cuts:
-            stiffness = k * _decades(rng, -2, 2)
-            inputs.append((stiffness, b * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)))
-    if rng.random() < 0.2:  # a long way on
-        lengths[-1] += _decades(rng, -3, 0)
-    return segments_of(lengths, inputs)
-
-
 def differences(places: Sequence[float]) -> list[float]:
     """From each to the next."""
     return [after - before for before, after in pairwise(places)]
 
 
-def segments_of(
-    lengths: Sequence[float], inputs: Sequence[tuple[float, float]]
+def segments_between(
+    edges: Sequence[float], inputs: Sequence[tuple[float, float]]
 ) -> tuple[Segment, ...]:
-    """One for each positive length (s) with its k and b; the first one has the first inputs.
+    """From edge to edge (s), unless there is no time between, each with its k and b.
 
-    Lengths are rounded, so that their parts add up exactly.
+    The first one has the first inputs. Lengths are rounded, so that their parts add up exactly.
     """
     made: list[Segment] = []
-    for length, pair in zip(lengths, inputs):
+    for length, pair in zip(differences(edges), inputs, strict=True):
         if length > 0.0:
             exact = rounded(length, quantum(length))
             made.append(Segment(exact, *(pair if made else inputs[0])))
@@ -285,13 +277,12 @@ def partitions(impact: ImpactCase, contact_time: float, seed: int) -> dict[str, 
 
 def without_gap(impact: ImpactCase) -> ImpactCase:
     """The same impact, touching at the start."""
-    first, *rest = impact.segments
-    lengths = [first.length - impact.approach, *(segment.length for segment in rest)]
-    inputs = [(segment.k, segment.b) for segment in impact.segments]
-    if lengths[0] <= 0.0:
-        lengths, inputs = lengths[1:], inputs[1:]
-    values = impact.values | {"gap": 0.0, "k": inputs[0][0], "b": inputs[0][1]}
-    return replace(impact, values=values, start_time=0.0, segments=segments_of(lengths, inputs))
+    lengths = [segment.length for segment in impact.segments]
+    edges = [max(0.0, edge - impact.approach) for edge in accumulate(lengths, initial=0.0)]
+    inputs = [(s.k, s.b) for s, end in zip(impact.segments, edges[1:]) if end > 0.0]
+    segments = segments_between(edges[-1 - len(inputs) :], inputs)
+    values = impact.values | {"gap": 0.0, "k": segments[0].k, "b": segments[0].b}
+    return replace(impact, values=values, start_time=0.0, segments=segments)
 
 
 def flat(steps: Steps) -> list[float]:

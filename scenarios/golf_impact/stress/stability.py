@@ -16,6 +16,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from golf_impact.peers import solve_ivp, stepping
 from golf_impact.peers.problem import Case, Outcome, errors
 from golf_impact.report import figures
+from golf_impact.stress.cases import critical_damping
 from golf_impact.stress.driver import Driver
 from golf_impact.stress.reference import exact_outcome
 
@@ -57,8 +58,7 @@ def maps(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
 
 
 def _case(zeta: float) -> Case:
-    plain = Case(law=2)
-    return Case(law=2, b=2.0 * zeta * math.sqrt(plain.k * plain.reduced_mass))
+    return Case(law=2, b=zeta * critical_damping(Case.k, Case.m_club, Case.m_ball))
 
 
 def _error(driver: Driver, method: str, case: Case, x: float, exact: Outcome) -> float:
