@@ -13,7 +13,7 @@ from golf_impact.stress.scales import TOLERANCE, Scales
 def worst_error(driver: Driver, randoms: int) -> dict[str, Any]:
     """The worst error on the scales of the tolerance table, what it belongs to, and how many.
 
-    Each case is looked at in ten instants of each partition, and at the end.
+    Each case is compared at ten instants of each partition, and at the end.
     """
     ledger = Ledger(("reference", "all outputs", TOLERANCE))
     named = [*cases.named_cases(randoms)]

@@ -174,7 +174,7 @@ def _simulation(fmu: LoadedFmu, law: int) -> Callable[[float], object]:
     """fmpy.simulate_fmu with one step: the cost of not keeping an instance.
 
     The FMU is extracted beforehand and its description read, and no other instance holds its
-    library: as for whoever calls simulate_fmu in a loop.
+    library: as for a loop over simulate_fmu.
     """
     return lambda value: fmpy.simulate_fmu(
         fmu.folder,

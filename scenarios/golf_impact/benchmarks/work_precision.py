@@ -126,8 +126,8 @@ def run_time_vs_error(series_by_law: dict[str, list[Series]]) -> bytes:
             pairs = zip(series["errors"], series["seconds"], strict=True)
             points = [(error, 1e6 * time) for error, time in pairs if math.isfinite(error)]
             size, above = (15, 5) if series["method"] == FMU_ONCE else (5, 3)
-            look = figures.STYLES[series["method"]].points
-            axes.plot(*zip(*points), **look, lw=1.4, ms=size, zorder=above, label=series["method"])
+            style = figures.STYLES[series["method"]].points
+            axes.plot(*zip(*points), **style, lw=1.4, ms=size, zorder=above, label=series["method"])
         figures.set_run_time_axes(
             axes, "worst error of velocities, contact time, max force (relative)"
         )

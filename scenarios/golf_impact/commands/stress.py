@@ -57,9 +57,9 @@ def _conclusion(results: dict[str, Any]) -> list[str]:
         + ("every invariant." if not failed else f"all invariants but: {', '.join(failed)}.")
     )
     second = (
-        "What this can't show: that the model is a golf ball (a stable, exact answer to the wrong "
-        "equations is still wrong), anything outside the ranges drawn from, or a clock finer than "
-        "a double's: after an approach A the contact T is known to 4e-16 A/T."
+        "Limits. It shows nothing about the model (an exact solution of wrong equations is still "
+        "wrong), inputs outside the ranges drawn from, or a clock finer than a double's: after an "
+        "approach A the contact time T is exact to 4e-16 A/T."
     )
     return [first, second]
 

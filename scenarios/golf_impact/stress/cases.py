@@ -29,7 +29,7 @@ class Segment:
 class ImpactCase:
     """What a run begins with, and its segments."""
 
-    number: int  #: of the impact in its run: with the seed it says all
+    number: int  #: of the impact in its run; with the seed it determines the impact
     values: dict[str, float]  #: inputs and parameters by name
     start_time: float  #: the host's time at the start, s
     segments: tuple[Segment, ...]  #: the first one's k and b are those of `values`
@@ -74,7 +74,7 @@ def contact_time_of_law2(zeta: float, values: Mapping[str, float]) -> float:
 
 # The table
 
-#: What every case is but for what its name says: the document's impact.
+#: The document's impact, from which the named cases differ.
 BASELINE = {
     "m_club": 0.210,
     "m_ball": 0.04593,

@@ -37,12 +37,12 @@ CLAIMS = (
 #: Outputs that can only rise.
 RISING = ("contact_time", "max_force", "time_of_max_force", "max_compression", "impulse")
 
-#: Notes the error of a check by name; more words say where.
+#: Records the error of a check by name; keywords add to the case.
 Record = Callable[..., None]
 
 
 def check(driver: Driver, ledger: Ledger, impact: ImpactCase, seed: int, exact: bool) -> None:
-    """Look at one impact in every way; against the reference too, if `exact`."""
+    """Check one impact in every way; against the reference too, if `exact`."""
     # Everything needed to do it again by hand.
     case = {"seed": seed, **asdict(impact), "damping_ratio": cases.damping_ratio(impact.values)}
     record = partial(ledger.record, case=case)
@@ -55,8 +55,8 @@ def check(driver: Driver, ledger: Ledger, impact: ImpactCase, seed: int, exact: 
             (final,) = driver.run(impact, cases.one_step(impact))
             _check_finite(record, final)
             record("flags", float(any(final[flag] for flag in FLAGS)))
-    said = [*driver.messages, *(str(warning.message) for warning in caught)]
-    record("warnings", float(len(said)), messages=said[:3])
+    messages = [*driver.messages, *(str(warning.message) for warning in caught)]
+    record("warnings", float(len(messages)), messages=messages[:3])
 
 
 def _check_contact(
@@ -153,7 +153,7 @@ def _check_course(
         before = now
     if before["impulse"]:
         off = abs(impulse - before["impulse"]) / scales.of("impulse")
-        # Where in a step the contact ended is known to the rounding of its length.
+        # The end of contact within a step is exact to the rounding of the step's length.
         record("mean_force", max(0.0, off - scales.rounding_of_time("mean_force")))
 
 

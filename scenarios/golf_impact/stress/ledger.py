@@ -13,19 +13,19 @@ class Invariant:
     claim: str  #: in words
     tolerance: float  #: the largest error that passes
     worst: float = 0.0  #: the largest error seen
-    count: int = 0  #: how often it was looked at
+    count: int = 0  #: of evaluations
     failures: int = 0
     #: Where the worst error was seen: everything needed to see it again.
     case: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
-        """Whether it was looked at, and never failed."""
+        """Whether it was evaluated, and never failed."""
         return self.count > 0 and self.failures == 0
 
 
 class Ledger:
-    """Checks by name; each claim is its name, what it says and the largest error that passes."""
+    """Checks by name; each claim is its name, its statement and the largest error that passes."""
 
     def __init__(self, *claims: tuple[str, str, float]) -> None:
         self.checks = {name: Invariant(claim, tolerance) for name, claim, tolerance in claims}

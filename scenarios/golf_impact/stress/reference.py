@@ -1,4 +1,4 @@
-"""Every output at any instant to 30 digits, for inputs that change when they like.
+"""Every output at any instant to 30 digits, for inputs that change at any instant.
 
 The one reference of stress, benchmark and tests.
 
@@ -20,7 +20,7 @@ import mpmath
 from golf_impact.peers.problem import Case, Outcome
 from golf_impact.stress.cases import ImpactCase, Steps
 
-_mp: Any = mpmath.mp.clone()  # a context of its own: nobody else's precision changes
+_mp: Any = mpmath.mp.clone()  # a context of its own: the precision of others stays
 _mp.dps = 80
 Real = Any  # an mpmath number: the package has no types
 _ZERO = _mp.mpf(0)
