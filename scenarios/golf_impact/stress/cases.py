@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 
 from golf_impact.facts.closed_forms import half_contact, reduced_mass
+from golf_impact.peers.problem import Case
 
 #: The communication steps of each segment, s.
 Steps = list[list[float]]
@@ -75,15 +76,7 @@ def contact_time_of_law2(zeta: float, values: Mapping[str, float]) -> float:
 # The table
 
 #: The document's impact, from which the named cases differ.
-BASELINE = {
-    "m_club": 0.210,
-    "m_ball": 0.04593,
-    "k": 1e6,
-    "b": 9.0,
-    "club_speed": 35.0,
-    "ball_speed": 0.0,
-    "gap": 0.0,
-}
+BASELINE = {name: value for name, value in vars(Case()).items() if name != "law"} | {"gap": 0.0}
 
 #: Cases that stretch one thing each; ζ replaces b where it is given.
 NAMED: dict[str, dict[str, float]] = {
