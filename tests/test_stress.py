@@ -14,7 +14,6 @@ from golf_impact.peers.stepping import METHODS
 from golf_impact.stress import all as all_
 from golf_impact.stress import cases, invariants, special_points, stability
 from golf_impact.stress.driver import driver
-from golf_impact.stress.ledger import Ledger
 from golf_impact.stress.reference import Reference
 
 mp = mpmath.mp.clone()
@@ -175,7 +174,7 @@ def test_the_reference_solves_the_equations_of_motion(number, draw):
 
 def ledger_of(**faults):
     """Checks of a few impacts, the FMU's outputs changed by these factors on the way."""
-    ledger = Ledger(*invariants.CLAIMS)
+    ledger = invariants.Ledger(*invariants.CLAIMS)
     with driver() as fmu:
         outputs = fmu.outputs
 

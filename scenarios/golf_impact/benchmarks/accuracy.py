@@ -5,8 +5,7 @@ from typing import Any
 
 from golf_impact.stress import cases
 from golf_impact.stress.driver import Driver
-from golf_impact.stress.invariants import check_reference
-from golf_impact.stress.ledger import Ledger
+from golf_impact.stress.invariants import Ledger, check_reference
 from golf_impact.stress.scales import TOLERANCE, Scales
 
 

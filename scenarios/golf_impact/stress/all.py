@@ -6,7 +6,6 @@ from typing import Any
 
 from golf_impact.stress import cases, invariants, long_runs, special_points, stability
 from golf_impact.stress.driver import driver
-from golf_impact.stress.ledger import Ledger
 from golf_impact.timing import describe_machine
 
 #: Random impacts and special points, of --quick and of all.
@@ -20,7 +19,7 @@ def checks_and_maps(
 ) -> dict[str, Any]:
     """What stress.json holds; a seed gives the same impacts and steps again."""
     impacts, specials = IMPACTS[quick]
-    ledger = Ledger(*invariants.CLAIMS, *long_runs.CLAIMS, _FLAT)
+    ledger = invariants.Ledger(*invariants.CLAIMS, *long_runs.CLAIMS, _FLAT)
     # Of so many impacts one is held against the reference.
     random = ("random impacts", impacts, cases.random_impact, 10)
     special = ("special points", specials, special_points.special_impact, 1)

@@ -2,8 +2,8 @@
 
 import math
 import warnings
-from collections.abc import Callable, Set
-from dataclasses import asdict
+from collections.abc import Callable, Mapping, Set
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import Any
 
@@ -15,7 +15,6 @@ from golf_impact.fmu.impact_fmu import FLAGS
 from golf_impact.stress import cases
 from golf_impact.stress.cases import ImpactCase, Steps
 from golf_impact.stress.driver import Driver, Outputs
-from golf_impact.stress.ledger import Ledger
 from golf_impact.stress.reference import outputs_after
 from golf_impact.stress.scales import TOLERANCE, Scales
 
@@ -36,6 +35,40 @@ CLAIMS = (
 
 #: Outputs that can only rise.
 RISING = ("contact_time", "max_force", "time_of_max_force", "max_compression", "impulse")
+
+
+@dataclass
+class Invariant:
+    """What must hold, and how well it did; errors are without unit."""
+
+    claim: str  #: in words
+    tolerance: float  #: the largest error that passes
+    worst: float = 0.0  #: the largest error seen
+    count: int = 0  #: of evaluations
+    failures: int = 0
+    #: Where the worst error was seen: everything needed to see it again.
+    case: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def passed(self) -> bool:
+        """Whether it was evaluated, and never failed."""
+        return self.count > 0 and self.failures == 0
+
+
+class Ledger:
+    """Checks by name; each claim is its name, its statement and the largest error that passes."""
+
+    def __init__(self, *claims: tuple[str, str, float]) -> None:
+        self.checks = {name: Invariant(claim, tolerance) for name, claim, tolerance in claims}
+
+    def record(self, name: str, error: float, case: Mapping[str, Any], **where: Any) -> None:
+        """Note one error of a check; `where` adds to the case, if this is the worst so far."""
+        check = self.checks[name]
+        check.count += 1
+        check.failures += not error <= check.tolerance  # NaN is bad
+        if not check.case or math.isnan(error) or error > check.worst:
+            check.worst, check.case = error, {**case, **where}
+
 
 #: Records the error of a check by name; keywords add to the case.
 Record = Callable[..., None]

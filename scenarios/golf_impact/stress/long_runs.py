@@ -6,7 +6,7 @@ from typing import Any
 
 from golf_impact.stress.cases import BASELINE, one_step, unchanged
 from golf_impact.stress.driver import Driver, Outputs
-from golf_impact.stress.ledger import Ledger
+from golf_impact.stress.invariants import Ledger
 from golf_impact.stress.reference import Reference
 from golf_impact.stress.scales import TOLERANCE, Scales
 from golf_impact.timing import resident_bytes
