@@ -317,23 +317,15 @@ def outputs_after(
 ) -> dict[int, dict[str, Real]]:
     """Every output after the chosen ones of all steps, by their number from 0 on.
 
-    Steps (s) of a segment are multiples of one unit, so that their sums are exact; `stretched` is a
-    factor of all times.
+    `stretched` is a factor of all times.
     """
     exact = Reference({**impact.values, "start_time": impact.start_time})
-    after: dict[int, dict[str, Real]] = {}
-    number = 0
-    for place, (segment, sizes) in enumerate(zip(impact.segments, steps)):
-        inputs = (segment.k, segment.b) if place else ()
-        pending = 0.0
-        for index, size in enumerate(sizes, 1):
-            pending += size
-            if number in chosen or index == len(sizes):
-                exact.step(pending * stretched, *inputs)
-                pending, inputs = 0.0, ()
-            if number in chosen:
-                after[number] = exact.outputs()
-            number += 1
+    all_steps = [(size, s) for s, sizes in zip(impact.segments, steps) for size in sizes]
+    after = {}
+    for number, (size, segment) in enumerate(all_steps):
+        exact.step(_mp.mpf(size) * stretched, segment.k, segment.b)
+        if number in chosen:
+            after[number] = exact.outputs()
     return after
 
 
