@@ -3,5 +3,6 @@
 - `floor`: calls, beside FMUs in which nothing is computed (`empty_fmu`, and `empty_wide_fmu` with
   as many variables; each packed by pythonfmu from one file alone).
 - `impact`, `sweep_rate`: an impact, and many. · `work_precision`: run time against error.
-- `accuracy`: the worst error of all reference cases. · `limits`: the targets. · `native`: a host in C.
+- `accuracy`: the worst error of all reference cases. · `native`: FMUs in a host in C. · `limits`:
+  the targets.
 """

@@ -23,26 +23,27 @@ def call_ratios(
 ) -> dict[str, float]:
     """Ratios of medians to the empty FMUs by name, and the floor's own times in µs (`…_us`)."""
     jobs = {
-        "step empty": _stepping(empty.instance()),
-        "read empty": _stepping(empty.instance(), empty.references(EMPTY_READ)),
+        "step_empty": _stepping(empty.instance()),
+        "read_empty": _stepping(empty.instance(), empty.references(EMPTY_READ)),
         "instantiate": _instantiating(ours),
-        "instantiate empty": _instantiating(wide),
+        "instantiate_empty": _instantiating(wide),
     }
     for law in (1, 2):
-        jobs[f"step {law}"] = _stepping(ours.instance(law=law))
-        jobs[f"read {law}"] = _stepping(ours.instance(law=law), ours.references(READ))
+        jobs[f"step_{law}"] = _stepping(ours.instance(law=law))
+        jobs[f"read_{law}"] = _stepping(ours.instance(law=law), ours.references(READ))
     times = run_interleaved(jobs, rounds)
 
-    def over_empty(job: str) -> float:
-        return median_ratio(times[job], times[f"{job.rstrip(' 12')} empty"])
+    def ratio(job: str, empty: str) -> float:
+        return median_ratio(times[job], times[empty])
 
+    read_1, read_2 = ratio("read_1", "read_empty"), ratio("read_2", "read_empty")
     return {
-        "do_step_over_empty": max(over_empty("step 1"), over_empty("step 2")),
-        "step_and_read5_over_empty": max(over_empty("read 1"), over_empty("read 2")),
-        "instantiate_over_empty": over_empty("instantiate"),
-        "step_and_read5_over_empty_law1": over_empty("read 1"),
-        "step_and_read5_over_empty_law2": over_empty("read 2"),
-        **{f"{name.replace(' ', '_')}_us": 1e6 * median(times[name]) for name in times},
+        "do_step_over_empty": max(ratio("step_1", "step_empty"), ratio("step_2", "step_empty")),
+        "step_and_read5_over_empty": max(read_1, read_2),
+        "instantiate_over_empty": ratio("instantiate", "instantiate_empty"),
+        "step_and_read5_over_empty_law1": read_1,
+        "step_and_read5_over_empty_law2": read_2,
+        **{f"{name}_us": 1e6 * median(spent) for name, spent in times.items()},
     }
 
 
