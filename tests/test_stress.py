@@ -2,14 +2,12 @@
 
 import json
 import math
-from dataclasses import asdict
 
 import mpmath
 import pytest
 from conftest import reference_cases, some
 
 from golf_impact.commands.stress import _beside_tolerance, _show, stress
-from golf_impact.peers.problem import Case
 from golf_impact.peers.stepping import METHODS
 from golf_impact.stress import all as all_
 from golf_impact.stress import cases, invariants, special_points, stability
@@ -86,21 +84,19 @@ def test_the_same_seed_gives_the_same_impacts():
 def test_impacts_cover_the_ranges():
     many = [cases.random_impact(0, n) for n in range(3000)]
     values = [impact.values for impact in many]
-    assert min(v["k"] for v in values) < 1e3
-    assert max(v["k"] for v in values) > 1e11
-    ratios = [v["m_club"] / v["m_ball"] for v in values]
-    assert min(ratios) < 1e-5
-    assert max(ratios) > 1e5
     damping = [cases.damping_ratio(v) for v in values]
-    assert 0.0 in damping
-    assert max(damping) > 5e3
+    for numbers, low, high in (
+        ([v["k"] for v in values], 1e3, 1e11),
+        ([v["m_club"] / v["m_ball"] for v in values], 1e-5, 1e5),
+        (damping, 1e-300, 5e3),
+        ([abs(impact.closing) for impact in many], 1e-5, 500.0),
+        ([impact.start_time for impact in many], 1e-300, 1e5),
+    ):
+        assert min(numbers) < low
+        assert max(numbers) > high
     assert any(0.0 < 1.0 - zeta < 1e-13 for zeta in damping)
     assert any(0.0 < zeta - 1.0 < 1e-13 for zeta in damping)
-    closing = [impact.closing for impact in many]
-    assert min(abs(c) for c in closing) < 1e-5
-    assert max(closing) > 500.0
-    assert any(c <= 0.0 for c in closing)
-    assert max(impact.start_time for impact in many) > 1e5
+    assert any(impact.closing <= 0.0 for impact in many)
     assert any(impact.changed for impact in many)
 
 
@@ -207,8 +203,3 @@ def test_a_wrong_output_is_found(fault, check):
 
 def test_right_outputs_pass():
     assert ledger_of() == set()
-
-
-def test_cases_of_the_map_have_the_damping_they_say():
-    assert cases.damping_ratio(asdict(Case(law=2))) == pytest.approx(0.0232, rel=0.01)
-    assert cases.damping_ratio(asdict(stability._case(3.0))) == pytest.approx(3.0)

@@ -85,7 +85,7 @@ def check(driver: Driver, ledger: Ledger, impact: ImpactCase, seed: int, exact: 
         if impact.closing > 0.0:
             _check_contact(driver, record, impact, seed, exact)
         else:
-            (final,) = driver.run(impact, cases.one_step(impact))
+            final = driver.run(impact, cases.one_step(impact))[-1]
             _check_finite(record, final)
             record("flags", float(any(final[flag] for flag in FLAGS)))
     messages = [*driver.messages, *(str(warning.message) for warning in caught)]

@@ -45,7 +45,7 @@ class _Sum:
         return _mp.re(sum(c * part(s) for c, s in zip(self.c, self.rates)))
 
     def __call__(self, t: Real) -> Real:
-        return self._total(lambda s: _mp.exp(s * t))
+        return self._total(lambda s: _mp.exp(s * t)) if t else self.initial[0]
 
     def integral(self, t: Real) -> Real:
         return self._total(lambda s: _mp.expm1(s * t) / s if s else t)
