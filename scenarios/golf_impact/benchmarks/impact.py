@@ -50,28 +50,29 @@ def other_ways(
     """
     figures: dict[str, float] = {}
     for law, suffix in ((2, ""), (1, "_law1")):
-        # From names of outputs to the impact.
-        ways: dict[str, Callable[[Sequence[str]], Impact]] = {
-            "fmu": partial(impact_of_stiffness, ours, law=law),
-            "document_fmu": partial(document_impact, document, law, (1e6, *STIFFNESSES), TIME_STEP),
-            "scipy": partial(_by_scipy, law),
-            **{
-                f"compiled_{name}": partial(impact_of_stiffness, fmu, law=law, dt=SUB_STEP[name])
-                for name, fmu in compiled.items()
-            },
-        }
         case = Case(law=law)
         exact = exact_outcome(case)
-        for name, way in ways.items():
-            outcome = Outcome(*way(Outcome._fields)(case.k))
-            figures[f"impact_by_{name}{suffix}_error"] = max(errors(case, outcome, exact))
-        # So many of the fast ones per round that the first ones, after another job has had the
-        # processor's caches, don't count.
-        numbers = {"document_fmu": 1, "scipy": 2}
-        jobs = {name: _job(way(METRICS), numbers.get(name, 200)) for name, way in ways.items()}
         # Of a folder of its own: it isn't to profit from a library that another one has loaded.
         with LoadedFmu(ours.path) as alone:
-            jobs["simulate_fmu"] = _job(_simulation(alone, law), 2)
+            # From names of outputs to the impact.
+            ways: dict[str, Callable[[Sequence[str]], Impact]] = {
+                "fmu": partial(impact_of_stiffness, ours, law=law),
+                "document_fmu": partial(
+                    document_impact, document, law, (1e6, *STIFFNESSES), TIME_STEP
+                ),
+            }
+            for name, fmu in compiled.items():
+                key = f"compiled_{name}"
+                ways[key] = partial(impact_of_stiffness, fmu, law=law, dt=SUB_STEP[name])
+            ways["simulate_fmu"] = partial(_simulation, alone, law)
+            ways["scipy"] = partial(_by_scipy, law)
+            for name, way in ways.items():
+                outcome = Outcome(*way(Outcome._fields)(case.k))
+                figures[f"impact_by_{name}{suffix}_error"] = max(errors(case, outcome, exact))
+            # So many of the fast ones per round that the first ones, after another job has had the
+            # processor's caches, don't count.
+            numbers = {"document_fmu": 1, "simulate_fmu": 2, "scipy": 2}
+            jobs = {name: _job(way(METRICS), numbers.get(name, 200)) for name, way in ways.items()}
             times = run_interleaved(jobs, rounds)
         for name, spent in times.items():
             figures[f"impact_by_{name}{suffix}_us"] = 1e6 * median(spent)
@@ -170,20 +171,25 @@ def document_impact(
     return impact_in_steps(fmu, points, dt, outputs, law=law, dt=dt)
 
 
-def _simulation(fmu: LoadedFmu, law: int) -> Callable[[float], object]:
+def _simulation(fmu: LoadedFmu, law: int, outputs: Sequence[str]) -> Impact:
     """fmpy.simulate_fmu with one step: the cost of not keeping an instance.
 
     The FMU is extracted beforehand and its description read, and no other instance holds its
     library: as for a loop over simulate_fmu.
     """
-    return lambda value: fmpy.simulate_fmu(
-        fmu.folder,
-        stop_time=STEP,
-        output_interval=STEP,
-        start_values={"law": law, "k": value},
-        output=METRICS,
-        model_description=fmu.description,
-    )
+
+    def impact(k: float) -> Sequence[float]:
+        rows = fmpy.simulate_fmu(
+            fmu.folder,
+            stop_time=STEP,
+            output_interval=STEP,
+            start_values={"law": law, "k": k},
+            output=outputs,
+            model_description=fmu.description,
+        )
+        return [rows[name][-1] for name in outputs]
+
+    return impact
 
 
 def _runs(fmu: LoadedFmu, law: int, in_initialization: bool) -> Job:

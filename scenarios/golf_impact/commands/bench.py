@@ -148,12 +148,11 @@ def _show(results: dict[str, Any]) -> None:
     for way, (name, kind) in _WAYS.items():
         for law, suffix in ((2, ""), (1, "_law1")):
             if f"impact_by_{way}_us" in figures:
-                error = figures.get(f"impact_by_{way}{suffix}_error")
+                error, time = (figures[f"impact_by_{way}{suffix}_{of}"] for of in ("error", "us"))
                 key = f"{kind}{way}{suffix}"
-                time = figures[f"impact_by_{way}{suffix}_us"]
-                cells = ["" if error is None else f"{error:.0e}", f"{time:.1f}"]
                 ratio = f"{figures[key]:.3g}" if kind else ""
-                rows.append([name, str(law), *cells, ratio, *judged(key)])
+                row = [name, str(law), f"{error:.0e}", f"{time:.1f}", ratio, *judged(key)]
+                rows.append(row)
     columns = ["", "law", "error", "µs", "ratio", "target", ""]
     print_table(Table("S, COR and E of one impact", columns, rows))
     for title, limits in (("FMI calls, and other runs", CALLS), ("Accuracy and sweeps", SWEEPS)):
