@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import fmpy
-from fmi2_calls import DISCARD, ERROR, OK, Player, to_word
+from fmi2_calls import DISCARD, ERROR, OK, Player
 
 INSTANTIATED, INITIALIZATION, BLOCKED, STEPPING, TERMINATED = range(5)
 
@@ -186,7 +186,7 @@ class Session:
 
     def set(self, i, type_, pairs):
         """Set (reference, value) pairs."""
-        self.ok("set", i, type_, *(f"{r}={to_word(value)}" for r, value in pairs))
+        self.ok("set", i, type_, *pairs)
         for reference, value in pairs:
             self._set_one(self.models[i], type_, reference, value)
 
@@ -350,10 +350,10 @@ class Session:
             type_ = self.variables[reference].type
             if value == values[reference] == 0.0 and repr(value) != repr(values[reference]):
                 # 0 and -0 are equal, so neither replaces the other.
-                self.ok("set", _FRESH, type_, f"{reference}={to_word(1.0)}")
+                self.ok("set", _FRESH, type_, (reference, 1.0))
                 values[reference] = 1.0
             if value != values[reference]:
-                self.ok("set", _FRESH, type_, f"{reference}={to_word(value)}")
+                self.ok("set", _FRESH, type_, (reference, value))
                 values[reference] = value
 
     def clear(self):

@@ -269,13 +269,11 @@ class CallOrder(RuleBasedStateMachine):
 
     # Other calls
 
-    @rule(data=st.data(), name=st.sampled_from(tuple(EXTRA)))
-    def unsupported(self, data, name):
-        session.play("extra", self.any_instance(data), name)
-
-    @rule(data=st.data(), on=st.integers(0, 1))
-    def logging(self, data, on):
-        session.ok("log", self.any_instance(data), on)
+    @rule(data=st.data(), name=st.sampled_from(tuple(EXTRA)), on=st.integers(0, 1))
+    def unsupported_calls_and_logging(self, data, name, on):
+        i = self.any_instance(data)
+        session.play("extra", i, name)
+        session.ok("log", i, on)
 
     @rule(data=st.data())
     def recovery(self, data):

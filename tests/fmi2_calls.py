@@ -1,7 +1,7 @@
-"""FMI 2.0 calls as lines of text, and a player that makes them through fmpy's low level.
+"""A player that makes FMI 2.0 calls through fmpy's low level and writes them as lines of text.
 
-The C host native_host/replay.c reads the same lines, so that one sequence can be played in both
-and read by a person. A line is a call, the slots of what it acts on, and its arguments:
+The C host native_host/replay.c reads these lines, so that one sequence can be played in both and
+read by a person. A line is a call, the slots of what it acts on, and its arguments:
 
     new I                    make an instance          free I          end it
     setup I START            enter I, exit I, end I, reset I
@@ -34,14 +34,6 @@ from fmpy.fmi2 import (
 
 OK, DISCARD, ERROR = 0, 2, 3
 
-#: Name in FMI, C type, and the value of a word.
-_TYPES = {
-    "real": ("Real", c_double, float.fromhex),
-    "integer": ("Integer", c_int, int),
-    "boolean": ("Boolean", c_int, int),
-    "string": ("String", fmi2String, str.encode),
-}
-
 #: Calls without arguments.
 _SIMPLE = {
     "enter": "enterInitializationMode",
@@ -66,14 +58,16 @@ EXTRA = {
 
 
 def to_word(value):
-    """A value as it stands in a line."""
+    """A value as it stands in a line; (reference, value) as REF=VALUE."""
+    if isinstance(value, tuple):
+        return "=".join(map(to_word, value))
     if isinstance(value, float):
         return value.hex()
     return value.decode() if isinstance(value, bytes) else str(value)
 
 
 class Player:
-    """Makes the calls of lines in instances of one extracted FMU.
+    """Makes calls in instances of one extracted FMU.
 
     Args:
         folder: the extracted FMU.
@@ -98,23 +92,23 @@ class Player:
         self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
 
-    def play(self, *words):
+    def play(self, call, *arguments):
         """Make one call: (status, values)."""
-        call, *rest = words = list(map(to_word, words))
-        self._note(*words)
+        self._note(call, *arguments)
         try:
             if call in _SIMPLE:
-                status, values = OK, getattr(self._slaves[rest[0]], _SIMPLE[call])() or []
+                (i,) = arguments
+                status, values = OK, getattr(self._slaves[i], _SIMPLE[call])() or []
             else:
-                status, values = OK, getattr(self, f"_{call}")(*rest) or []
+                status, values = OK, getattr(self, f"_{call}")(*arguments) or []
         except FMICallException as error:
             status, values = error.status, []
-        self._note("=", str(status), *map(to_word, values))
+        self._note("=", status, *values)
         return status, values
 
     def _note(self, *words):
         if self._trace is not None:
-            self._trace.write((" ".join(words) + "\n").encode())
+            self._trace.write((" ".join(map(to_word, words)) + "\n").encode())
 
     def _new(self, i):
         slave = FMU2Slave(
@@ -130,26 +124,17 @@ class Player:
         self._slaves.pop(i).freeInstance()
 
     def _setup(self, i, start):
-        self._slaves[i].setupExperiment(startTime=float.fromhex(start))
+        self._slaves[i].setupExperiment(startTime=start)
 
     def _set(self, i, type_, *pairs):
-        name, ctype, convert = _TYPES[type_]
-        slave, n = self._slaves[i], len(pairs)
-        pairs = [pair.split("=", 1) for pair in pairs]
-        references = (fmi2ValueReference * n)(*(int(reference) for reference, _ in pairs))
-        values = (ctype * n)(*(convert(value) for _, value in pairs))
-        getattr(slave, f"fmi2Set{name}")(slave.component, references, n, values)
+        references, values = [reference for reference, _ in pairs], [value for _, value in pairs]
+        getattr(self._slaves[i], f"set{type_.title()}")(references, values)
 
     def _get(self, i, type_, *references):
-        name, ctype, _ = _TYPES[type_]
-        slave, n = self._slaves[i], len(references)
-        values = (ctype * n)()
-        references = (fmi2ValueReference * n)(*map(int, references))
-        getattr(slave, f"fmi2Get{name}")(slave.component, references, n, values)
-        return list(values)
+        return getattr(self._slaves[i], f"get{type_.title()}")(references)
 
     def _step(self, i, point, size):
-        self._slaves[i].doStep(float.fromhex(point), float.fromhex(size))
+        self._slaves[i].doStep(point, size)
 
     def _save(self, i, s):
         self._states[s] = self._slaves[i].getFMUstate()
@@ -174,4 +159,4 @@ class Player:
         getattr(slave, f"fmi2{name}")(slave.component, *EXTRA[name])
 
     def _log(self, i, on):
-        self._slaves[i].setDebugLogging(int(on), ["logAll", "", "no such category"])
+        self._slaves[i].setDebugLogging(on, ["logAll", "", "no such category"])
