@@ -49,7 +49,7 @@ KINDS = {
 }
 
 # The same examples every time, with --ci more of them; at night, new ones and far more:
-# HYPOTHESIS_PROFILE=nightly, or --hypothesis-profile=nightly.
+# --hypothesis-profile=nightly.
 _slow_is_fine = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
 _same = {"derandomize": True, "database": None}
 settings.register_profile("few", max_examples=40, **_same, **_slow_is_fine)
@@ -76,8 +76,7 @@ SLOW = (
 
 def pytest_configure(config):
     if not config.getoption("--hypothesis-profile"):
-        usual = "ci" if config.getoption("--ci") else "few"
-        settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", usual))
+        settings.load_profile("ci" if config.getoption("--ci") else "few")
 
 
 @pytest.hookimpl(tryfirst=True)
