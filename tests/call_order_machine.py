@@ -177,7 +177,7 @@ class CallOrder(RuleBasedStateMachine):
 
     # Steps
 
-    @rule(data=st.data(), size=st.sampled_from(SIZES), number=st.integers(1, 12))
+    @rule(data=st.data(), size=st.sampled_from(SIZES), number=st.integers(1, 24))
     def steps(self, data, size, number):
         i = self.any_instance(data)
         if data.draw(st.booleans(), "corrected before"):
@@ -187,7 +187,7 @@ class CallOrder(RuleBasedStateMachine):
 
     @rule(
         data=st.data(),
-        size=st.one_of(st.sampled_from(SIZES), st.sampled_from(ODD_SIZES), st.floats()),
+        size=st.one_of(*[st.sampled_from(SIZES)] * 3, st.sampled_from(ODD_SIZES), st.floats()),
         shift=st.sampled_from(ODD_SHIFTS),
     )
     def odd_step(self, data, size, shift):
