@@ -1,6 +1,6 @@
 """Impacts over the whole range of every variable: rejected with a reason, or correct.
 
-A hundred in CI, always the same ones; 10,000 of each kind with HYPOTHESIS_PROFILE=nightly.
+A hundred in CI, always the same ones; 10,000 of each kind with --hypothesis-profile=nightly.
 """
 
 import math
