@@ -1,15 +1,14 @@
-"""Damaged, foreign and malicious .fmu files: an error in one line, exit code 2, no file left."""
+"""Damaged and foreign .fmu files: an error in one line, exit code 2, no file left."""
 
 import hashlib
 import os
 import shutil
-import stat
 import subprocess
 import zipfile
 from pathlib import Path
 
 import pytest
-from command import golf, golf_here, refused
+from command import golf, refused
 
 from golf_build.packaging import bundled, guid_of
 from golf_impact.errors import UserError
@@ -39,15 +38,6 @@ def packed(path, files):
     return path
 
 
-def with_more(tmp_path, files, *more):
-    """An FMU with additional members, given by name or ZipInfo and content."""
-    path = packed(tmp_path / "more.fmu", files)
-    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in more:
-            archive.writestr(name, content)
-    return path
-
-
 def refused_run(fmu, *words, tmp_path):
     """One line on stderr with these words, exit code 2, and no file written."""
     temporary, cwd = tmp_path / "temporary", tmp_path / "cwd"
@@ -65,10 +55,6 @@ def truncated(tmp_path, files, fmu):
     data = fmu.read_bytes()
     (tmp_path / "half.fmu").write_bytes(data[: len(data) // 2])
     return tmp_path / "half.fmu"
-
-
-def zip_slip(tmp_path, files, fmu):
-    return with_more(tmp_path, files, ("../outside.txt", b"here"))
 
 
 def another_guid(tmp_path, files, fmu):
@@ -104,12 +90,7 @@ def without_a_module(tmp_path, files, fmu):
     ("made", "words"),
     [
         (truncated, ("half.fmu", "not a readable FMU", "golf-impact build")),
-        (zip_slip, ("'../outside.txt'", "golf-impact build")),
-        pytest.param(
-            another_guid,
-            ("modelDescription.xml has been changed since it was built",),
-            marks=pytest.mark.ci,
-        ),
+        pytest.param(another_guid, ("changed since it was built",), marks=pytest.mark.ci),
         pytest.param(foreign, ("Stranger.fmu is another FMU (Stranger)",), marks=pytest.mark.ci),
         (without_a_module, ("x.fmu can't be run here", "golf-impact build")),
     ],
@@ -119,70 +100,23 @@ def test_the_command(tmp_path, files, fmu_path, made, words):
     refused_run(made(tmp_path, files, fmu_path), *words, tmp_path=tmp_path)
 
 
-def test_a_sweep_rejects_them_as_well(tmp_path, files, fmu_path):
-    fmu = zip_slip(tmp_path, files, fmu_path)
-    command = ("sweep", "--set", "k=1e6,2e6", "--no-figures", "--fmu", fmu)
-    refused(golf_here(*command, "--out", tmp_path / "x.csv"), "'../outside.txt'")
-    assert not (tmp_path / "x.csv").exists()
-
-
-def test_doctor_checks_the_file_before_it_runs(tmp_path, files, fmu_path):
-    done = golf_here("doctor", zip_slip(tmp_path, files, fmu_path))
-    assert done.returncode == 1
-    problems = [line for line in done.stdout.splitlines() if line.startswith("problem")]
-    assert len(problems) == 1
-    assert "'../outside.txt'" in problems[0]
-
-
 # The archive
 
 
-OUTSIDE = ("../x", "resources/../../x", "/etc/x", "//host/x", "C:/x", "C:x", "..\\x")
-
-
-@pytest.mark.parametrize("name", [*OUTSIDE, "a\\..\\..\\x", "a/..", "line\nbreak"])
-def test_names_that_lead_out_of_the_folder(tmp_path, files, name):
-    path = with_more(tmp_path, files, (zipfile.ZipInfo(name), b"here"))
-    why = find_flaw(path)
-    assert "leads out of the folder" in why
-    assert len(why.splitlines()) == 1
-    with pytest.raises(UserError, match="leads out of the folder"):
-        ImpactFmu(path)
-
-
-def test_links(tmp_path, files):
-    link = zipfile.ZipInfo("resources/link")
-    link.create_system = 3
-    link.external_attr = (stat.S_IFLNK | 0o777) << 16
-    assert "is a link" in find_flaw(with_more(tmp_path, files, (link, b"/etc")))
-
-
-def test_a_name_twice(tmp_path, files):
-    with pytest.warns(UserWarning, match="Duplicate"):
-        path = with_more(tmp_path, files, ("modelDescription.xml", b"<other/>"))
-    assert "twice" in find_flaw(path)
-
-
-def test_too_large(tmp_path, files):
-    path = tmp_path / "bomb.fmu"
-    packed(path, files)
-    with (
-        zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive,
-        archive.open("resources/zeros", "w") as member,
-    ):
-        for _ in range(65):
-            member.write(bytes(2**20))
-    assert path.stat().st_size < 2**20
-    assert "66 MB" in find_flaw(path)
-
-
-def test_a_wrong_size(tmp_path, files):
-    """The directory has 10 bytes: no more are unpacked, and their CRC is wrong."""
-    path = tmp_path / "liar.fmu"
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", bytes(2**22))
-        archive.infolist()[0].file_size = 10
-    assert "not a readable FMU" in find_flaw(path)
+@pytest.mark.parametrize("listed", [True, False])
+def test_names_that_lead_out_of_the_folder(tmp_path, files, monkeypatch, listed):
+    """Refused beside a list of the files; without one, extracted inside the folder."""
+    temporary = tmp_path / "one" / "temporary"
+    temporary.mkdir(parents=True)
+    monkeypatch.setenv("TMPDIR", str(temporary))
+    kept = {name: content for name, content in files.items() if listed or name != SUMS}
+    fmu = packed(tmp_path / "x.fmu", kept | {"../../outside.txt": b"here"})
+    if listed:
+        with pytest.raises(UserError, match="changed since it was built"):
+            check_fmu(fmu)
+    else:
+        assert check_fmu(fmu) == fmu
+    assert not list(tmp_path.rglob("outside.txt"))
 
 
 def test_every_truncation(tmp_path, fmu_path):
@@ -214,39 +148,16 @@ def test_a_damaged_byte_anywhere(tmp_path, fmu_path):
     assert seen > 50
 
 
-@pytest.mark.parametrize("name", ["modelDescription.xml", "resources/slavemodule.txt"])
-def test_a_missing_member(tmp_path, files, name):
-    assert f"{name} is missing" in find_flaw(
-        packed(tmp_path / "x.fmu", {n: c for n, c in files.items() if n != name})
-    )
-
-
-def test_no_archive_at_all(tmp_path):
+def test_no_fmu_at_all(tmp_path, files):
     empty, text, pipe = (tmp_path / f"{name}.fmu" for name in ("empty", "text", "pipe"))
     empty.write_bytes(b"")
     text.write_text("<fmiModelDescription/>")
     os.mkfifo(pipe)
-    assert "not a readable FMU" in find_flaw(empty)
-    assert "not a readable FMU" in find_flaw(text)
+    for file in (empty, text):
+        assert "not a readable FMU" in find_flaw(file)
     assert "modelDescription.xml is missing" in find_flaw(packed(tmp_path / "nothing.fmu", {}))
-    assert "is a folder" in find_flaw(tmp_path)
-    assert "is not a regular file" in find_flaw(pipe)
-    assert "there is no FMU" in find_flaw(tmp_path / "none.fmu")
-    assert "can't read" in find_flaw(empty / "below.fmu")
-    assert "can't read" in find_flaw(Path("x" * 300))
-
-
-def test_encrypted_members_and_unsupported_compression(tmp_path, files):
-    path = packed(tmp_path / "x.fmu", files)
-    data = bytearray(path.read_bytes())
-    entry = data.index(b"PK\x01\x02")
-    data[entry + 8] |= 1
-    path.write_bytes(data)
-    assert "encrypted" in find_flaw(path)
-    data[entry + 8] &= ~1
-    data[entry + 10] = 99
-    path.write_bytes(data)
-    assert "not a readable FMU" in find_flaw(path)
+    for file in (tmp_path, pipe, tmp_path / "none.fmu", empty / "below.fmu", Path("x" * 300)):
+        assert "there is no FMU file" in find_flaw(file)
 
 
 # What is inside
@@ -268,7 +179,7 @@ def described(tmp_path, files, *replacements):
         ([("</fmiModelDescription>", "")], "not a readable FMU"),
         ([('fmiVersion="2.0"', 'fmiVersion="7.0"')], "not a readable FMU"),
         ([('"smash_factor"', '"smash"')], "another FMU"),
-        ([('"exponent"', '"exp"')], "lacks exponent"),
+        ([('"exponent"', '"exp"')], "another FMU .*: it lacks exponent"),
     ],
 )
 def test_another_description(tmp_path, files, replacements, words):
@@ -283,18 +194,6 @@ def test_an_fmu_for_fmi_3(tmp_path):
         ImpactFmu(fmu)
 
 
-def test_an_fmu_without_co_simulation(tmp_path, files):
-    text = files["modelDescription.xml"].decode()
-    begin = text.index("<CoSimulation")
-    end = text.index("/>", begin) + 2
-    if "</CoSimulation>" in text:
-        end = text.index("</CoSimulation>") + len("</CoSimulation>")
-    exchange = '<ModelExchange modelIdentifier="ClubBallImpact"/>'
-    path = described(tmp_path, files, (text[begin:end], exchange))
-    with pytest.raises(UserError, match=r"not an FMI 2\.0 co-simulation FMU"):
-        ImpactFmu(path)
-
-
 def entry_point(files):
     return f"resources/{files['resources/slavemodule.txt'].decode().strip()}.py"
 
@@ -303,14 +202,11 @@ def entry_point(files):
 @pytest.mark.parametrize(
     "damage",
     [
-        lambda files: {entry_point(files): b"this is no Python"},
-        lambda files: {entry_point(files): b"raise RuntimeError"},
         lambda files: {entry_point(files): b"import os; os.abort()"},
-        lambda files: {LIBRARY: b"no library"},
         lambda files: {LIBRARY: files[LIBRARY][:9999]},
         lambda files: {"resources/slavemodule.txt": b"another_module"},
     ],
-    ids=["syntax", "exception", "abort", "library", "half library", "other module"],
+    ids=["abort", "half library", "other module"],
 )
 def test_contents_that_crash_a_process(tmp_path, files, damage):
     """Run in a separate process, since without a list of files nothing else shows the damage."""

@@ -189,7 +189,7 @@ def _scipy_impact(law: int, value: float) -> Outcome:
 
 
 def _runs(fmu: LoadedFmu, law: int, in_initialization: bool) -> Job:
-    slave = fmu.keep(fmu.new_instance())
+    slave = fmu.new_instance()
     slave.instantiate()
     slave.setupExperiment(startTime=0.0)
     slave.enterInitializationMode()
