@@ -209,10 +209,11 @@ class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
     inside = ("_flight",)
+    tables = PARAMETERS, INPUTS, OUTPUTS
     beyond = "this flight can't be computed: {}"
 
-    def __init__(self, **kwargs):
-        super().__init__(PARAMETERS, INPUTS, OUTPUTS, **kwargs)
+    def __init__(self, start: dict[str, float], **kwargs) -> None:
+        super().__init__(start, **kwargs)
         self._flight: Flight | None = None
 
     def _step(self, current_time: float, step_size: float) -> None:

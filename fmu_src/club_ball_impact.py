@@ -4,6 +4,7 @@ No physics in here, and no list of variables: both are golf_physics's.
 """
 
 from golf_physics.component.component import Component
+from golf_physics.variables import ALL_REFERENCES, VARIABLES
 from host.at_exit import release_at_exit
 from host.face import Face, accessors
 from host.interrupts import defer_interrupts
@@ -23,7 +24,8 @@ class ClubBallImpact(Face, Fmi2Slave):
         *("do_step", "get_real", "set_real"),
     )
 
-    def __init__(self, **kwargs):
+    def __init__(self, start: dict[str, float], **kwargs):
+        """`start`: values of variables that differ from their start values, by name."""
         super().__init__(**kwargs)
 
         def message(text: str) -> LogMsg:
@@ -33,6 +35,9 @@ class ClubBallImpact(Face, Fmi2Slave):
             Messages(self.log_queue, message, kwargs, lambda: component.instant())
         )
         self._component = component
+        for name, value in start.items():
+            reference = ALL_REFERENCES[name]
+            component.set_values([reference], [value], VARIABLES[reference].type)
         if release_at_exit(self.resources, "linux64/ClubBallImpact.so"):
             defer_interrupts()
         self.do_step = component.step

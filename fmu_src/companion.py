@@ -28,14 +28,11 @@ def _with_checksum(body: bytes) -> bytes:
 
 
 class Companion(Fmi2Slave):
-    """A slave whose variables are its attributes. Its `_step` takes a step, or says why not.
+    """A slave whose variables are its attributes. Its `_step` takes a step, or says why not."""
 
-    Args:
-        parameters, inputs: rows of name, unit (None: Boolean), start, least and greatest allowed
-            value, description.
-        outputs: rows of name, unit (None: Boolean), description.
-    """
-
+    #: Parameters and inputs, rows of name, unit (None: Boolean), start, least and greatest allowed
+    #: value, description; outputs, rows of name, unit (None: Boolean), description.
+    tables: tuple[_Rows, _Rows, _Rows]
     #: What belongs to the state beside the variables: never changed in place, only known further.
     inside: tuple[str, ...] = ()
     #: What is said of numbers that can't be computed.
@@ -43,7 +40,8 @@ class Companion(Fmi2Slave):
     #: How many steps have been accepted since the instance was made.
     _steps = 0
 
-    def __init__(self, parameters: _Rows, inputs: _Rows, outputs: _Rows, **kwargs) -> None:
+    def __init__(self, start: dict[str, float], **kwargs) -> None:
+        """`start`: start values that differ from those of the tables, by name."""
         super().__init__(**kwargs)
         if release_at_exit(self.resources, f"linux64/{self.modelName}.so"):
             defer_interrupts()
@@ -56,10 +54,10 @@ class Companion(Fmi2Slave):
         self._refused: dict[str, str] = {}
         #: Whether parameters can't be set any more.
         self._fixed = False
-        for fixed, rows in ((True, parameters), (False, inputs), (False, outputs)):
+        for fixed, rows in zip((True, False, False), self.tables):
             for name, unit, *values, _ in rows:
-                start, *bounds = values or [0.0 if unit else False]
-                setattr(self, name, start)
+                usual, *bounds = values or [0.0 if unit else False]
+                setattr(self, name, start.get(name, usual))
                 setter = self._setter(name, fixed, *bounds) if bounds else self._no_setter
                 # Not more: modelDescription.xml is made from the same tables.
                 self.register_variable((Real if unit else Boolean)(name, setter=setter))

@@ -251,10 +251,8 @@ class Launch(Companion):
 
     launched: bool
 
+    tables = PARAMETERS, INPUTS, OUTPUTS
     beyond = "this launch can't be computed: {}"
-
-    def __init__(self, **kwargs):
-        super().__init__(PARAMETERS, INPUTS, OUTPUTS, **kwargs)
 
     def _begin(self) -> str | None:
         if abs(self.dynamic_loft - self.attack_angle) < 1.5:

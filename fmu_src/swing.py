@@ -100,10 +100,11 @@ class Swing(Companion):
     reaction_impulse: float
 
     inside = ("_time", "_lost", "_rise", "_course", "_origin", "_ball", "_position", "_current")
+    tables = PARAMETERS, INPUTS, OUTPUTS
     beyond = "this step leaves the range of a double ({})"
 
-    def __init__(self, **kwargs):
-        super().__init__(PARAMETERS, INPUTS, OUTPUTS, **kwargs)
+    def __init__(self, start: dict[str, float], **kwargs) -> None:
+        super().__init__(start, **kwargs)
         #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer,
         #: however that counts its time.
         self._time = self._lost = 0.0

@@ -142,13 +142,6 @@ def _libraries(files: list[Path]) -> dict[str, Path]:
 # Python, and what goes with it
 
 
-def _portable(file: Path) -> bytes:
-    """A library of this machine, for others."""
-    # The newer hypot differs in how it tells errors, which Python looks at in neither.
-    data = elf.older(file.read_bytes(), "hypot", "GLIBC_2.35", "GLIBC_2.2.5")
-    return elf.unplaced(data)
-
-
 def _frozen(modules: dict[str, bytes]) -> list[tuple[str, bool | None, str]]:
     """These modules, and what they need; see `frozen_modules`."""
     files = modules | {f"{name}.py": text.encode() for name, text in _STAND_INS.items()}
@@ -223,8 +216,8 @@ def private_python() -> PrivatePython:
     extensions = {name: Path(path) for name, package, path in rows if package is None}
     # By the name under which others ask for it.
     libraries = {python.name: python} | _libraries([python, *extensions.values()])
-    contents = {name: _portable(file) for name, file in libraries.items()}
-    modules = {f"{name}.so": _portable(file) for name, file in extensions.items()}
+    contents = {name: file.read_bytes() for name, file in libraries.items()}
+    modules = {f"{name}.so": file.read_bytes() for name, file in extensions.items()}
     blob = _blob(rows)
     sources = {name: (fmu_source("loader") / name).read_bytes() for name in _PRIVATE}
     everything = {**contents, **modules, **sources, "standard_library.bin": blob}
