@@ -22,10 +22,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from golf_build import elf
-from golf_build.archive import SUMS, scratch, sums, unpacked, write_archive
+from golf_build.archive import SUMS, scratch, sums, unpacked
 from golf_build.description import HERE, RUNTIMES
 from golf_build.extras import install_command
-from golf_build.packaging import Builder, bundled, fmu_source
+from golf_build.packaging import bundled, fmu_source
 
 SUFFIX = ".standalone"
 
@@ -39,12 +39,6 @@ _LICENCES = {"libz.so.1": "zlib", "libexpat.so.1": "expat", "libmpdec.so": "libm
 
 #: Modules of pythonfmu and pythonfmu3 that package FMUs.
 _PACKERS = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
-
-#: In the compiled loader, until its GUID is known.
-_NO_TOKEN = str(uuid.UUID(int=0))
-
-#: What the private Python is compiled from.
-_PRIVATE = ("private_python.c", "platform.h")
 
 #: In place of modules that pythonfmu imports but the FMU has no use for.
 _STAND_INS = {
@@ -67,14 +61,12 @@ class PrivatePython(NamedTuple):
         files: by name; they lie beside the loader.
         licences: text by name.
         modules: frozen ones and extension modules.
-        glibc: the oldest glibc that all of them run with.
     """
 
     library: str
     files: dict[str, bytes]
     licences: dict[str, bytes]
     modules: tuple[str, ...]
-    glibc: tuple[int, ...]
 
 
 # What the machine has
@@ -104,8 +96,6 @@ def libpython() -> Path:
             f"--standalone is refused on {machine} with {platform.python_implementation()}: "
             "it is built on Linux x86_64 with CPython (the plain FMU is for the others)"
         )
-    if sysconfig.get_config_var("Py_GIL_DISABLED"):
-        raise StandaloneError("--standalone needs a Python with its global lock, not 3.xt")
     found = find_libpython.find_libpython()
     if found is None or ".so" not in Path(found).name:
         raise StandaloneError(
@@ -131,9 +121,7 @@ def _libraries(files: list[Path]) -> dict[str, Path]:
     libraries = {}
     for file in files:
         listed = subprocess.run(["ldd", file], capture_output=True, text=True, check=True).stdout
-        for name, place in re.findall(r"(\S+) => (not found|/.*(?= \())", listed):
-            if place == "not found":
-                raise StandaloneError(f"{file} needs {name}, which isn't found on this machine")
+        for name, place in re.findall(r"(\S+) => (/.*)(?= \()", listed):
             if not _GLIBC.fullmatch(name):
                 libraries[name] = Path(place).resolve()
     return libraries
@@ -186,17 +174,21 @@ def _module_name(path: str) -> str:
     return path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
+def _loader() -> dict[str, bytes]:
+    """Its C sources by name."""
+    return {file.name: file.read_bytes() for file in fmu_source("loader").iterdir()}
+
+
 def _compiled(files: dict[str, bytes], name: str, *options: str) -> bytes:
     """A shared library from C sources, without sections."""
     import fmpy
 
-    files = {file.name: file.read_bytes() for file in fmu_source("loader").iterdir()} | files
     headers = Path(fmpy.__file__).parent / "c-code"
     command = [*compiler(), "-std=gnu11", "-O2", "-g0", "-shared", "-fPIC", "-Wall", "-Wextra"]
     command += [f"-I{headers}", "-I.", name, "-o", "made.so", *options]
     command += ["-Wl,-rpath,$ORIGIN", "-Wl,--enable-new-dtags", "-Wl,-z,nodelete"]
     command += ["-pthread", "-ldl"]
-    with scratch(files) as folder:
+    with scratch(_loader() | files) as folder:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
         if done.returncode:
             why = done.stderr.strip() or "no message"
@@ -219,8 +211,7 @@ def private_python() -> PrivatePython:
     contents = {name: file.read_bytes() for name, file in libraries.items()}
     modules = {f"{name}.so": file.read_bytes() for name, file in extensions.items()}
     blob = _blob(rows)
-    sources = {name: (fmu_source("loader") / name).read_bytes() for name in _PRIVATE}
-    everything = {**contents, **modules, **sources, "standard_library.bin": blob}
+    everything = {**contents, **modules, **_loader(), "standard_library.bin": blob}
     digest = hashlib.sha256(sums(everything)).hexdigest()
     # A library's name is its own, too: nobody else's of that name may be taken for it.
     names = {name: (f"golf{n}" + digest)[: len(name)] for n, name in enumerate(sorted(contents))}
@@ -230,7 +221,7 @@ def private_python() -> PrivatePython:
     library = f"golf-python-{digest[:16]}.so"
     compiled = _compiled(
         {**files, "standard_library.bin": blob},
-        _PRIVATE[0],
+        "private_python.c",
         # All of them, in the order in which they are loaded: what one of them needs is there then.
         *("-L.", "-Wl,--no-as-needed", *(f"-l:{name}" for name in files), "-Wl,--as-needed"),
         f"-I{include}",
@@ -246,7 +237,6 @@ def private_python() -> PrivatePython:
         files=files,
         licences=_licences(contents, extensions),
         modules=tuple(row[0] for row in rows),
-        glibc=max(map(elf.glibc, files.values())),
     )
 
 
@@ -290,6 +280,10 @@ def standalone(files: dict[str, bytes]) -> dict[str, bytes]:
     mine = [row for row in rows if row[0].partition(".")[0] in ours]
     stray = {row[0] for row in rows if row not in mine} - {*python.modules}
     assert not stray, stray
+    # Other binaries have another GUID (in FMI 3.0: token), which the loader compares.
+    text = files["modelDescription.xml"].decode()
+    (plain,) = re.findall(' (?:guid|instantiationToken)="([0-9a-f-]+)"', text)
+    token = str(uuid.uuid5(uuid.UUID(plain), python.library))
     made = {n: d for n, d in files.items() if not n.startswith("binaries/") and n != SUMS}
     made[old] = _compiled(
         {"modules.bin": _blob(mine)},
@@ -297,30 +291,15 @@ def standalone(files: dict[str, bytes]) -> dict[str, bytes]:
         f'-DMODULE="{files["resources/slavemodule.txt"].decode().strip()}"',
         f'-DCLASS="{Path(old).stem}"',
         f'-DPRIVATE_PYTHON="{python.library}"',
-        f'-DTOKEN="{_NO_TOKEN}"',
+        f'-DTOKEN="{token}"',
     )
     made |= {f"{folder}/{name}": data for name, data in python.files.items()}
     made |= {f"documentation/licenses/{name}": data for name, data in python.licences.items()}
-    # Other binaries have another GUID (in FMI 3.0: token), which the loader compares.
-    text = files["modelDescription.xml"]
-    (plain,) = re.findall(rb' (?:guid|instantiationToken)="([0-9a-f-]+)"', text)
-    binaries = {name: data for name, data in made.items() if name.startswith("binaries/")}
-    token = str(uuid.uuid5(uuid.UUID(plain.decode()), sums(binaries).decode())).encode()
-    assert made[old].count(_NO_TOKEN.encode()) == 1
-    made[old] = made[old].replace(_NO_TOKEN.encode(), token)
     # FMI 3.0: pythonfmu3 can't return early, the loader can.
-    mode = b'hasEventMode="true"'
-    text = text.replace(mode, mode + b' mightReturnEarlyFromDoStep="true"')
-    made["modelDescription.xml"] = text.replace(plain, token)
-    return made | {SUMS: sums(made)} if SUMS in files else made
-
-
-def build(builder: Builder, out: Path) -> Path:
-    """Build ClubBallImpact with a Python of its own.
-
-    StandaloneError: this machine can't build it. OSError: it can't be written.
-    """
-    return write_archive(out, standalone(builder.files()))
+    mode = 'hasEventMode="true"'
+    text = text.replace(mode, mode + ' mightReturnEarlyFromDoStep="true"').replace(plain, token)
+    made["modelDescription.xml"] = text.encode()
+    return made | {SUMS: sums(made)}
 
 
 def glibc_of(fmu: Path) -> tuple[int, ...] | None:
