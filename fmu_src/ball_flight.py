@@ -210,7 +210,6 @@ class BallFlight(Companion):
 
     inside = ("_flight",)
     tables = PARAMETERS, INPUTS, OUTPUTS
-    beyond = "this flight can't be computed: {}"
 
     def __init__(self, start: dict[str, float], **kwargs) -> None:
         super().__init__(start, **kwargs)

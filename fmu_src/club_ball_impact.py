@@ -3,6 +3,8 @@
 No physics in here, and no list of variables: both are golf_physics's.
 """
 
+from functools import partial
+
 from golf_physics.component.component import Component
 from golf_physics.variables import ALL_REFERENCES, VARIABLES
 from host.at_exit import release_at_exit
@@ -27,10 +29,7 @@ class ClubBallImpact(Face, Fmi2Slave):
     def __init__(self, start: dict[str, float], **kwargs):
         """`start`: values of variables that differ from their start values, by name."""
         super().__init__(**kwargs)
-
-        def message(text: str) -> LogMsg:
-            return LogMsg(Fmi2Status.error, "logStatusError", text)
-
+        message = partial(LogMsg, Fmi2Status.error, "logStatusError")
         component = Component(
             Messages(self.log_queue, message, kwargs, lambda: component.instant())
         )

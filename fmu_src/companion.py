@@ -6,6 +6,7 @@ A refused value leaves the old one; steps are refused until the variable is set 
 import json
 from binascii import crc32
 from collections.abc import Callable
+from functools import partial
 from math import isfinite
 from operator import attrgetter
 
@@ -35,8 +36,6 @@ class Companion(Fmi2Slave):
     tables: tuple[_Rows, _Rows, _Rows]
     #: What belongs to the state beside the variables: never changed in place, only known further.
     inside: tuple[str, ...] = ()
-    #: What is said of numbers that can't be computed.
-    beyond = "{}"
     #: How many steps have been accepted since the instance was made.
     _steps = 0
 
@@ -46,9 +45,7 @@ class Companion(Fmi2Slave):
         if release_at_exit(self.resources, f"linux64/{self.modelName}.so"):
             defer_interrupts()
 
-        def message(text: str) -> LogMsg:
-            return LogMsg(Fmi2Status.error, "logStatusError", text)
-
+        message = partial(LogMsg, Fmi2Status.error, "logStatusError")
         self._report = Messages(self.log_queue, message, kwargs, lambda: self._steps)
         #: Why steps are refused, by the variable to be corrected.
         self._refused: dict[str, str] = {}
@@ -102,7 +99,7 @@ class Companion(Fmi2Slave):
         try:
             problem = problem or self._step(current_time, step_size)
         except (ArithmeticError, ValueError) as error:
-            problem = self.beyond.format(error)
+            problem = f"this step can't be computed: {error}"
         if problem:
             self._report(problem)
             self._refused = {name: text for name, text in self._refused.items() if name != _STATE}

@@ -1,27 +1,23 @@
 """A companion FMU: a golf swing as a double pendulum, coupled with the impact by its impulse.
 
 From address the club is taken back, in `backswing_time`, along the path of its downswing; at the
-top it rests. From there on a double pendulum (double_pendulum.py), driven by a torque at the
-shoulder and one at the wrist, moves until the arms point straight down: there lies the ball. Then
-the torques decay, and the swing ends when the arms are as far beyond the ball as they were before
-it.
+top it rests. From there on a double pendulum (double_pendulum.py) moves until the arms point
+straight down: there lies the ball. Then the torques decay, and the swing ends when the arms are as
+far beyond the ball as they were before it.
 
-The normal of the club face at impact points `spin_loft` above the head's path. `club_speed`,
-`impulse`, `reaction_impulse` and `effective_mass` are components along that normal, as
-ClubBallImpact has them; `head_speed` and `head_distance` are along the path.
+`club_speed`, `impulse`, `reaction_impulse` and `effective_mass` are components along the normal of
+the club face, which points `spin_loft` above the head's path at impact; `head_speed` and
+`head_distance` are along the path.
 
-`impulse` is the impulse that the contact has transmitted since the start. A step applies the
-difference between it and `reaction_impulse`, what earlier steps have applied, as a constant force
-against the normal. So no momentum is lost, whatever the step sizes. Before the top and after the
-end the golfer holds the club, and the impulse has no effect on it.
+A step applies the difference between `impulse`, what the contact has transmitted since the start,
+and `reaction_impulse`, what earlier steps have applied, as a constant force against the normal.
+Before the top and after the end the golfer holds the club, and the impulse has no effect on it.
 
 `club_speed` is for an importer that holds it over each step, of unknown length. It is positive
 before the ball only with the speed at the ball, V: a head that starts at the ball or behind it
 touches the ball with V, for every sequence of step sizes. While the club is taken back,
 `club_speed` is negative and follows the head. It is 0 then, until the time left to the ball is what
-the distance left takes with V. If steps are equal from the top on, touch is at the swing's time of
-impact exactly; else up to two of the longest steps later or half of one earlier. After touch it is
-the head's own speed.
+the distance left takes with V. After touch it is the head's own speed.
 
 An importer that needs a speed and no mechanics sets its peak, `prescribed_speed`: the club is taken
 back at `takeaway_speed`, far enough for a smooth rise in `rise_time` to a peak that is held; touch
@@ -29,7 +25,7 @@ falls after the peak if steps are equal or shorter than half of `rise_time`. The
 0 then.
 
 The start values are those of C.-C. Chiang, The Simple Golf Simulator (GTS Sporting, 2016,
-github.com/markccchiang/Simple-Golf-Simulator): 52.76 m/s at the ball, 0.2125 s after the top.
+github.com/markccchiang/Simple-Golf-Simulator).
 """
 
 from math import cos, pi, sin
@@ -101,7 +97,6 @@ class Swing(Companion):
 
     inside = ("_time", "_lost", "_rise", "_course", "_origin", "_ball", "_position", "_current")
     tables = PARAMETERS, INPUTS, OUTPUTS
-    beyond = "this step leaves the range of a double ({})"
 
     def __init__(self, start: dict[str, float], **kwargs) -> None:
         super().__init__(start, **kwargs)
