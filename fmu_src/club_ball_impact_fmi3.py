@@ -9,9 +9,8 @@ from ctypes import c_uint64
 
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import ALL_REFERENCES, INDICATORS, STATES, VARIABLES
-from host.at_exit import release_at_exit
+from host.at_exit import prepare_process
 from host.face import Face, accessors
-from host.interrupts import defer_interrupts
 from pythonfmu3 import Fmi3Slave, ModelExchange
 from pythonfmu3.enums import Fmi3Status
 from pythonfmu3.logmsg import LogMsg
@@ -41,8 +40,7 @@ class ClubBallImpact(Face, Fmi3Slave, ModelExchange):
         #: pythonfmu3 wants one; the component has the time.
         self.time = 0.0
         self._component = component
-        if release_at_exit(self.resources, "x86_64-linux/ClubBallImpact.so"):
-            defer_interrupts()
+        prepare_process(self.resources, "x86_64-linux/ClubBallImpact.so")
         # Bound here, a call from the host runs straight into the component.
         self.__dict__.update(
             do_step=component.step,

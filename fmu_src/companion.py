@@ -6,16 +6,12 @@ A refused value leaves the old one; steps are refused until the variable is set 
 import json
 from binascii import crc32
 from collections.abc import Callable
-from functools import partial
 from math import isfinite
 from operator import attrgetter
 
-from host.at_exit import release_at_exit
-from host.interrupts import defer_interrupts
+from host.at_exit import prepare_process
 from host.messages import Messages
 from pythonfmu import Boolean, Fmi2Slave, Real
-from pythonfmu.enums import Fmi2Status
-from pythonfmu.logmsg import LogMsg
 
 _Rows = tuple[tuple, ...]
 
@@ -42,11 +38,9 @@ class Companion(Fmi2Slave):
     def __init__(self, start: dict[str, float], **kwargs) -> None:
         """`start`: start values that differ from those of the tables, by name."""
         super().__init__(**kwargs)
-        if release_at_exit(self.resources, f"linux64/{self.modelName}.so"):
-            defer_interrupts()
+        prepare_process(self.resources, f"linux64/{self.modelName}.so")
 
-        message = partial(LogMsg, Fmi2Status.error, "logStatusError")
-        self._report = Messages(self.log_queue, message, kwargs, lambda: self._steps)
+        self._report = Messages(self.log_queue, kwargs, lambda: self._steps)
         #: Why steps are refused, by the variable to be corrected.
         self._refused: dict[str, str] = {}
         #: Whether parameters can't be set any more.
