@@ -43,13 +43,15 @@ _SOURCE_SPEED, _SOURCE_TIME = 52.76, 0.2125
 
 _BACKSWING = 0.75
 
-_COLUMNS = (
-    *("ClubBallImpact.touch_time", "ClubBallImpact.impulse", "Swing.reaction_impulse"),
-    *("ClubBallImpact.smash_factor", "ClubBallImpact.coefficient_of_restitution"),
-    *("ClubBallImpact.ball_velocity", "ClubBallImpact.club_velocity", "Swing.head_speed"),
-    *("Launch.ball_speed", "Launch.launch_angle", "Launch.backspin"),
-    *("BallFlight.carry", "BallFlight.apex", "BallFlight.flight_time"),
-)
+_RESULTS = {
+    "Swing": ("reaction_impulse", "head_speed"),
+    "ClubBallImpact": (
+        "touch_time", "impulse", "smash_factor", "coefficient_of_restitution", "ball_velocity",
+        "club_velocity",
+    ),
+    "Launch": ("ball_speed", "launch_angle", "backspin"),
+    "BallFlight": ("carry", "apex", "flight_time"),
+}  # fmt: skip
 
 
 def run(fmu):
@@ -103,7 +105,8 @@ def _micro(step):
 def _show_steps(report, runs):
     rows = []
     for step, path in runs.items():
-        case = {column.partition(".")[2]: float(path[column][-1]) for column in _COLUMNS}
+        names = ((part, name) for part, results in _RESULTS.items() for name in results)
+        case = {name: float(path[f"{part}.{name}"][-1]) for part, name in names}
         report.cases[_name(step)] = case
         impulse, applied = case["impulse"], case["reaction_impulse"]
         numbers = f"{impulse:.8f}", f"{applied - impulse:.0e}", f"{case['head_speed']:.4f}"
@@ -193,7 +196,9 @@ def _show_order(report, drive, mass):
     gained = 0.5 * report.fmu.default("m_ball") * ball**2
     report.check_close(
         "the swing gives what a free head loses, except for the golfer's work meanwhile",
-        *(limit, lost, 3e-3 * lost),
+        limit,
+        lost,
+        3e-3 * lost,
         "torques and rotation of the head go on during the 0.5 ms",
     )
     report.say(
