@@ -11,6 +11,7 @@ import pytest
 from command import golf, refused
 
 from golf_build.packaging import bundled, guid_of
+from golf_impact.benchmarks import empty_fmu
 from golf_impact.errors import UserError
 from golf_impact.fmu.archive import find_flaw
 from golf_impact.fmu.file import BUILDERS, build_plain_fmu, check_fmu
@@ -66,18 +67,7 @@ def another_guid(tmp_path, files, fmu):
 
 
 def foreign(tmp_path, files, fmu):
-    script = tmp_path / "stranger.py"
-    script.write_text(
-        "from pythonfmu import Fmi2Slave, Real, Fmi2Causality\n"
-        "class Stranger(Fmi2Slave):\n"
-        "    def __init__(self, **kwargs):\n"
-        "        super().__init__(**kwargs)\n"
-        "        self.out = 1.0\n"
-        "        self.register_variable(Real('out', causality=Fmi2Causality.output))\n"
-        "    def do_step(self, current_time, step_size):\n"
-        "        return True\n"
-    )
-    return build_plain_fmu(script, tmp_path / "built")
+    return build_plain_fmu(Path(empty_fmu.__file__), tmp_path / "built")
 
 
 def without_a_module(tmp_path, files, fmu):
@@ -91,7 +81,7 @@ def without_a_module(tmp_path, files, fmu):
     [
         (truncated, ("half.fmu", "not a readable FMU", "golf-impact build")),
         pytest.param(another_guid, ("changed since it was built",), marks=pytest.mark.ci),
-        pytest.param(foreign, ("Stranger.fmu is another FMU (Stranger)",), marks=pytest.mark.ci),
+        pytest.param(foreign, ("is another FMU (Empty)",), marks=pytest.mark.ci),
         (without_a_module, ("x.fmu can't be run here", "golf-impact build")),
     ],
     ids=lambda value: getattr(value, "__name__", ""),
@@ -105,7 +95,13 @@ def test_the_command(tmp_path, files, fmu_path, made, words):
 
 @pytest.mark.parametrize("listed", [True, False])
 def test_names_that_lead_out_of_the_folder(tmp_path, files, monkeypatch, listed):
-    """Refused beside a list of the files; without one, extracted inside the folder."""
+    """Refused beside a list of the files; without one, extracted inside the folder and run.
+
+    Modules in the working folder are not imported in place of the package's.
+    """
+    for name in ("golf_impact", "fmpy", "numpy"):
+        (tmp_path / f"{name}.py").write_text("raise RuntimeError")
+    monkeypatch.chdir(tmp_path)
     temporary = tmp_path / "one" / "temporary"
     temporary.mkdir(parents=True)
     monkeypatch.setenv("TMPDIR", str(temporary))
@@ -126,26 +122,6 @@ def test_every_truncation(tmp_path, fmu_path):
         assert "not a readable FMU" in find_flaw(path)
     path.write_bytes(data)
     assert find_flaw(path) is None
-
-
-@pytest.mark.ci
-def test_a_damaged_byte_anywhere(tmp_path, fmu_path):
-    """A change of any byte that matters is noticed, and the build isn't current."""
-    data, path = bytearray(fmu_path.read_bytes()), tmp_path / "x.fmu"
-    seen = 0
-    for n in range(7, len(data), len(data) // 60):
-        data[n] ^= 0xFF
-        path.write_bytes(data)
-        try:
-            same = unpacked(path) == unpacked(fmu_path)
-        except Exception:
-            same = False
-        if not same:
-            seen += 1
-            assert find_flaw(path) is not None
-            assert not BUILDERS[2].is_current(path)
-        data[n] ^= 0xFF
-    assert seen > 50
 
 
 def test_no_fmu_at_all(tmp_path, files):
@@ -178,8 +154,7 @@ def described(tmp_path, files, *replacements):
     [
         ([("</fmiModelDescription>", "")], "not a readable FMU"),
         ([('fmiVersion="2.0"', 'fmiVersion="7.0"')], "not a readable FMU"),
-        ([('"smash_factor"', '"smash"')], "another FMU"),
-        ([('"exponent"', '"exp"')], "another FMU .*: it lacks exponent"),
+        ([('"smash_factor"', '"smash"')], "another FMU .*: it lacks smash_factor"),
     ],
 )
 def test_another_description(tmp_path, files, replacements, words):
@@ -216,16 +191,6 @@ def test_contents_that_crash_a_process(tmp_path, files, damage):
     with pytest.raises(UserError, match="can't be run here") as error:
         check_fmu(path)
     assert len(str(error.value).splitlines()) == 1
-
-
-def test_a_repacked_fmu_is_accepted(tmp_path, files, monkeypatch):
-    """Modules in the working folder are not imported in place of the package's."""
-    for name in ("golf_impact", "fmpy", "numpy"):
-        (tmp_path / f"{name}.py").write_text("raise RuntimeError")
-    monkeypatch.chdir(tmp_path)
-    kept = {name: content for name, content in files.items() if name != SUMS}
-    path = packed(tmp_path / "x.fmu", kept)
-    assert check_fmu(path) == path
 
 
 # The built FMU

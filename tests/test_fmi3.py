@@ -427,22 +427,6 @@ def test_state(make, kind, serialized):
     second.freeFMUState(saved)
 
 
-def test_an_instance_may_be_set_back_to_its_beginning(make):
-    model = make(FMU3Model)
-    fresh = model.getFMUState()
-    states = (fmpy.fmi3.fmi3Float64 * 4)()
-    for club_speed, gap in ((35.0, 0.0), (20.0, 0.001)):
-        model.setFMUState(fresh)
-        begin(model, club_speed=club_speed, gap=gap)
-        model.getContinuousStates(states, 4)
-        assert list(states) == [-gap, 0.0, club_speed, 0.0]
-        assert get_all(model)[1] == [gap == 0.0, gap == 0.0, False]
-        states[:] = [0.01, 0.0, 30.0, 5.0]
-        model.setTime(1e-4)
-        model.setContinuousStates(states, 4)
-    model.freeFMUState(fresh)
-
-
 def test_a_state_of_nothing_is_refused(make):
     slave, model = begin(make()), begin(make(FMU3Model))
     model.setTime(0.0)

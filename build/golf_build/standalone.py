@@ -17,6 +17,7 @@ import subprocess
 import sys
 import sysconfig
 import uuid
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -34,8 +35,8 @@ _VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
 #: Libraries of glibc, which every host has.
 _GLIBC = re.compile(r"(lib(c|m|dl|pthread|rt|util)|ld-linux-x86-64)\.so\.\d")
 
-#: The others that a libpython or one of its modules may need, and their licences.
-_LICENCES = {"libz.so.1": "zlib", "libexpat.so.1": "expat", "libmpdec.so": "libmpdec"}
+#: The others that a libpython or one of its modules may need, whose licences are known.
+_KNOWN = ("libpython", "libz.", "libexpat.", "libmpdec.")
 
 #: Modules of pythonfmu and pythonfmu3 that package FMUs.
 _PACKERS = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
@@ -235,13 +236,18 @@ def private_python() -> PrivatePython:
     return PrivatePython(
         library=library,
         files=files,
-        licences=_licences(contents, extensions),
+        licences=_licences(contents),
         modules=tuple(row[0] for row in rows),
     )
 
 
-def _licences(contents: dict[str, bytes], extensions: dict[str, Path]) -> dict[str, bytes]:
-    """Of all that travels along."""
+def _licences(libraries: Iterable[str]) -> dict[str, bytes]:
+    """Of Python and of all that may travel along."""
+    for name in libraries:
+        if not name.startswith(_KNOWN):
+            raise StandaloneError(
+                f"--standalone: this Python needs {name}, whose licence isn't known: use another"
+            )
     places = (
         Path(sysconfig.get_path("stdlib")) / "LICENSE.txt",
         Path(f"/usr/share/doc/python{_VERSION}/copyright"),
@@ -249,17 +255,8 @@ def _licences(contents: dict[str, bytes], extensions: dict[str, Path]) -> dict[s
     python = next((file for file in places if file.exists()), None)
     if python is None:
         raise StandaloneError(f"--standalone needs Python's licence, not found at {places[0]}")
-    files = {"python": python}
-    wanted = {"libmpdec.so"} if "_decimal" in extensions else set()
-    wanted |= {name for name in contents if not name.startswith("libpython")}
-    for name in sorted(wanted):
-        key = next((_LICENCES[one] for one in _LICENCES if name.startswith(one)), None)
-        if key is None:
-            raise StandaloneError(
-                f"--standalone: this Python needs {name}, whose licence isn't known: use another"
-            )
-        files[key] = HERE / "licenses" / f"{key}.txt"
-    return {f"{key}.txt": file.read_bytes() for key, file in files.items()}
+    others = {file.name: file.read_bytes() for file in (HERE / "licenses").iterdir()}
+    return others | {"python.txt": python.read_bytes()}
 
 
 # FMUs

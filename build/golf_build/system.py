@@ -32,22 +32,22 @@ UNITS = {name: unit.base for name, unit in (variables.UNITS | variables.MORE_UNI
 #: Display unit of a companion's variables by their unit, and its factor.
 DISPLAY = {"rad": ("deg", 180.0 / pi), "rad/s": ("rpm", 30.0 / pi)}
 
-#: From component.variable to component.variable: every connected input, and nothing else, since
-#: fmpy.ssp fails at an input that is listed but not connected.
+#: From component and variable to component and variable: every connected input, and nothing else,
+#: since fmpy.ssp fails at an input that is listed but not connected.
 CONNECTIONS = (
-    ("Swing.club_speed", "ClubBallImpact.club_speed"),
-    ("ClubBallImpact.impulse", "Swing.impulse"),
-    ("ClubBallImpact.separated", "Launch.separated"),
-    ("ClubBallImpact.ball_velocity", "Launch.ball_velocity"),
-    ("ClubBallImpact.club_velocity", "Launch.club_velocity"),
-    ("ClubBallImpact.smash_factor", "Launch.smash_factor"),
-    ("ClubBallImpact.coefficient_of_restitution", "Launch.coefficient_of_restitution"),
-    ("Launch.launched", "BallFlight.separated"),
-    ("Launch.ball_speed", "BallFlight.ball_velocity"),
-    ("Launch.launch_angle", "BallFlight.launch_angle"),
-    ("Launch.backspin", "BallFlight.backspin"),
-    ("ClubBallImpact.touch_time", "BallFlight.touch_time"),
-    ("ClubBallImpact.contact_time", "BallFlight.contact_time"),
+    ("Swing", "club_speed", "ClubBallImpact", "club_speed"),
+    ("ClubBallImpact", "impulse", "Swing", "impulse"),
+    ("ClubBallImpact", "separated", "Launch", "separated"),
+    ("ClubBallImpact", "ball_velocity", "Launch", "ball_velocity"),
+    ("ClubBallImpact", "club_velocity", "Launch", "club_velocity"),
+    ("ClubBallImpact", "smash_factor", "Launch", "smash_factor"),
+    ("ClubBallImpact", "coefficient_of_restitution", "Launch", "coefficient_of_restitution"),
+    ("Launch", "launched", "BallFlight", "separated"),
+    ("Launch", "ball_speed", "BallFlight", "ball_velocity"),
+    ("Launch", "launch_angle", "BallFlight", "launch_angle"),
+    ("Launch", "backspin", "BallFlight", "backspin"),
+    ("ClubBallImpact", "touch_time", "BallFlight", "touch_time"),
+    ("ClubBallImpact", "contact_time", "BallFlight", "contact_time"),
 )
 
 #: The components, and unconnected outputs that are listed to be recorded.
@@ -94,8 +94,7 @@ DRIVE: dict[str, dict[str, float]] = {
 }
 
 #: The system's own experiment: long enough for the swing, the impact and the launch.
-STOP_TIME = 1.0
-STEP_SIZE = 1e-4
+STOP_TIME, STEP_SIZE = 1.0, 1e-4
 
 
 def _tables(module: Any) -> dict[str, Any]:
@@ -155,17 +154,15 @@ def build(folder: Path, standalone: bool = False) -> list[Path]:
 
 def _system_structure() -> bytes:
     """SystemStructure.ssd: SSP 1.0, with the annotation from which libcosim takes its step."""
-    wires = [(*start.split("."), *end.split(".")) for start, end in CONNECTIONS]
     components = {}
     for one, observed in OBSERVED.items():
-        inputs = [name for _, _, component, name in wires if component == one]
-        outputs = [name for component, name, _, _ in wires if component == one]
-        connectors = [(name, "input") for name in inputs]
+        connectors = [(name, "input") for _, _, component, name in CONNECTIONS if component == one]
+        outputs = [name for component, name, _, _ in CONNECTIONS if component == one]
         components[one] = connectors + [(name, "output") for name in (*outputs, *observed)]
     return rendered(
         HERE / "SystemStructure.ssd.jinja",
         components=components,
-        connections=wires,
+        connections=CONNECTIONS,
         booleans=_BOOLEANS,
         parameters=DRIVE,
         stop_time=STOP_TIME,

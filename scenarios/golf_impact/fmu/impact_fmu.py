@@ -26,12 +26,6 @@ METRICS = (
     "contact_displacement", "impulse", "momentum", "kinetic_energy",
 )  # fmt: skip
 
-#: Inputs and parameters that any FMU of this model has.
-INPUTS = (
-    "k", "b", "club_speed", "m_club", "m_ball", "ball_diameter", "ball_speed", "gap", "law",
-    "exponent", "reference_compression",
-)  # fmt: skip
-
 FLAGS = ("touched", "in_contact", "separated")
 
 #: The outputs that a trajectory records by default.
@@ -53,7 +47,7 @@ class ImpactFmu(LoadedFmu):
             why = f"is not a readable FMU ({first_line(error)})"
             raise UserError(f"{path} {why}: run `golf-impact build`") from error
         about = self.description
-        missing = [n for n in (*INPUTS, *METRICS, *PATH, *FLAGS) if n not in self.variables]
+        missing = [n for n in (*METRICS, *PATH, *FLAGS) if n not in self.variables]
         if missing:
             raise UserError(f"{path} is another FMU ({about.modelName}): it lacks {missing[0]}")
         if about.fmiVersion != "2.0" or about.coSimulation is None:
