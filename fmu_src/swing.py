@@ -86,6 +86,13 @@ OUTPUTS = (
 
 DESCRIPTION = "A golf swing as a double pendulum, from address through the ball"
 
+#: References of the outputs that are computed from the motion when they are read.
+_MOVING = {
+    len(PARAMETERS) + len(INPUTS) + n
+    for n, (name, *_) in enumerate(OUTPUTS)
+    if name not in ("club_speed", "reaction_work", "reaction_impulse")
+}
+
 #: Of the time since the start: differences smaller than this are rounding errors.
 _ROUNDING = 1e-12
 
@@ -98,24 +105,19 @@ class Swing(Companion):
     inside = ("_time", "_lost", "_rise", "_course", "_origin", "_ball", "_position", "_current")
     tables = PARAMETERS, INPUTS, OUTPUTS
 
-    def __init__(self, start: dict[str, float], **kwargs) -> None:
-        super().__init__(start, **kwargs)
-        #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer,
-        #: however that counts its time.
-        self._time = self._lost = 0.0
-        #: Start of the rise of a prescribed speed, s since the start.
-        self._rise: float | None = None
-        #: The motion, its begin (s since the start), and how it meets the ball, likewise.
-        self._course: Course | None = None
-        self._origin = 0.0
-        self._ball: Ball | None = None
-        #: The integral of club_speed over the steps: the importer's head, m from the ball.
-        self._position = 0.0
-        #: Whether the outputs of the motion belong to this communication point.
-        self._current = False
-        stepped = ("club_speed", "reaction_work", "reaction_impulse")
-        names = {name for name, *_ in OUTPUTS if name not in stepped}
-        self._moving = {n for n, variable in self.vars.items() if variable.name in names}
+    #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer, however
+    #: that counts its time.
+    _time = _lost = 0.0
+    #: Start of the rise of a prescribed speed, s since the start.
+    _rise: float | None = None
+    #: The motion, its begin (s since the start), and how it meets the ball, likewise.
+    _course: Course | None = None
+    _origin = 0.0
+    _ball: Ball | None = None
+    #: The integral of club_speed over the steps: the importer's head, m from the ball.
+    _position = 0.0
+    #: Whether the outputs of the motion belong to this communication point.
+    _current = False
 
     def _begin(self) -> str | None:
         if self.prescribed_speed:
@@ -188,7 +190,7 @@ class Swing(Companion):
 
     def get_real(self, vrs):
         course, ball, time = self._course, self._ball, self._time
-        if course and ball and not self._current and not self._moving.isdisjoint(vrs):
+        if course and ball and not self._current and not _MOVING.isdisjoint(vrs):
             golfer, state = course.golfer, _motion(course, self._origin, ball, time)
             speed, down = state.head_speed(golfer), time - self._origin
             self.head_speed = -speed if down < 0.0 else speed

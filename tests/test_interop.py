@@ -63,19 +63,6 @@ def test_low_level(extracted, step):
     discard(slave)
 
 
-def test_several_instances_side_by_side(extracted):
-    slaves = [make_instance(extracted, f"impact {n}") for n in range(40)]
-    for n, slave in enumerate(slaves):
-        begin(slave, law=1 + n % 2)
-    for m in range(50):
-        for slave in slaves:
-            slave.doStep(m * 1e-4, 1e-4)
-    for n, slave in enumerate(slaves):
-        answers = get(slave, *CRITERIA)
-        same(answers, law=1 + n % 2)
-        discard(slave)
-
-
 def one_run(extracted, law):
     slave = make_instance(extracted)
     answers = run(slave, 1e-5, law)
@@ -259,16 +246,3 @@ print(json.dumps([float(rows[name][-1]) for name in names]), flush=True)
     *answers, carry = json.loads(done.stdout.splitlines()[-1])
     same(answers)
     assert carry == pytest.approx(156.80936501820162, rel=1e-12)
-
-
-# What hosts do wrong
-
-
-def test_a_host_that_frees_without_terminate(extracted):
-    slave = make_instance(extracted)
-    slave.freeInstance()
-    slave = make_instance(extracted)
-    begin(slave)
-    slave.doStep(0.0, 1e-4)
-    slave.freeInstance()
-    same(one_run(extracted, 1))

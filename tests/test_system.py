@@ -335,12 +335,6 @@ def test_flight_against_an_integration(companion, speed, values):
     assert (carry, apex, duration) == pytest.approx(integrated(flight, speed), rel=1e-12, abs=0.0)
 
 
-def test_a_vacuum_has_a_formula(companion):
-    flight = flown(companion, 40.0, air_density=0.0, launch_angle=0.7, gravity=9.81)
-    carry, apex = 1600.0 * math.sin(1.4) / 9.81, (40.0 * math.sin(0.7)) ** 2 / 2 / 9.81
-    assert get(flight, "carry", "apex") == pytest.approx([carry, apex], rel=1e-15 * 4)
-
-
 def test_position_does_not_depend_on_the_step_and_ends_at_the_carry(companion):
     paths = []
     for steps in ([0.5] * 14, [0.001] * 500 + [0.25] * 26, [7.0]):
@@ -410,16 +404,6 @@ def test_the_clubs_of_the_tour_carry_as_published(companion, mph, degrees, rpm, 
     flight = flown(companion, mph * 0.44704, launch_angle=angle, backspin=spin)
     # Measured: 3.4 % less (driver) to 6.9 % more (pitching wedge).
     assert -0.035 < get(flight, "carry")[0] / 0.9144 / yards - 1.0 < 0.07
-
-
-def test_a_ball_without_spin_has_no_lift(companion):
-    no_lift = {"lift_constant": 0.0, "lift_reynolds": 0.0}
-    (carry,), (same,), (lifted,) = (
-        get(flown(companion, 70.0, **values), "carry")
-        for values in ({"backspin": 0.0}, {"backspin": 0.0, **no_lift}, {"backspin": 1e-300})
-    )
-    assert carry == same
-    assert lifted > 1.1 * carry
 
 
 def test_a_flight_that_never_ends_is_refused(companion):

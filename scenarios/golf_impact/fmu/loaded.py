@@ -121,11 +121,9 @@ class LoadedFmu:
         def log(environment, instance, status, category, message) -> None:
             self.messages.append(message.decode("utf-8", "replace"))
 
-        return fmi2.fmi2CallbackFunctions(
-            logger=fmi2.fmi2CallbackLoggerTYPE(log),
-            allocateMemory=fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc),
-            freeMemory=fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free),
-        )
+        usual = fmi2.defaultCallbacks
+        logger = fmi2.fmi2CallbackLoggerTYPE(log)
+        return fmi2.fmi2CallbackFunctions(logger, usual.allocateMemory, usual.freeMemory)
 
     def references(self, names: Sequence[str]) -> list[int]:
         """The value references of variables; UserError if there is none of a name."""
