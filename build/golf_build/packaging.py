@@ -10,7 +10,7 @@ import importlib.metadata
 import re
 import sys
 import uuid
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -43,7 +43,7 @@ class Builder(NamedTuple):
     sources: tuple[str, ...]
     entry: str
     tables: Callable[[Any], dict[str, Any]]
-    start: dict[str, float] | None = None
+    start: Mapping[str, float] = {}
 
     def digest(self) -> str:
         """SHA-256 digest of all sources of an FMU; it decides whether a build is current."""
@@ -73,9 +73,7 @@ class Builder(NamedTuple):
         """The FMU's files by name."""
         suffix, model = self.digest()[:16], self.name.partition(".")[0]
         module = self.sources[0].removesuffix(".py")
-        package = (
-            f"{'golf_physics' if 'golf_physics' in self.sources else 'golf_' + module}_{suffix}"
-        )
+        package = f"golf_{'physics' if 'golf_physics' in self.sources else module}_{suffix}"
         modules = {"__init__.py": b"", **_read(self.sources)}
         tops = "|".join({name.partition("/")[0].removesuffix(".py") for name in modules})
         beside = {}
@@ -84,11 +82,11 @@ class Builder(NamedTuple):
             text = re.sub(rf"(?m)^from ({tops})\b", rf"from {package}.\1", text)
             beside[f"{package}/{name}"] = text.encode()
         names = {"package": package, "module": module, "model": model}
-        entry = self.entry.format(**names, start=self.start or {}).encode()
+        entry = self.entry.format(**names, start=self.start).encode()
         with packaged(self.fmi, f"{module}_{suffix}", entry, beside) as raw:
             files = unpacked(raw)
             tables = self.tables(sys.modules[f"{package}.{module}"])
-        start = self.start or {}
+        start = self.start
         rows = [row._replace(start=start.get(row.name, row.start)) for row in tables.pop("rows")]
         naming: dict[str, Any] = {"name": model, "token": self.guid()}
         files["modelDescription.xml"] = described(self.fmi, rows, **naming, **tables)

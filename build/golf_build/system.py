@@ -145,7 +145,7 @@ def build(folder: Path, standalone: bool = False) -> list[Path]:
     for name, start in DRIVE.items():
         # An importer that sets nothing, such as fmpy.ssp, which ignores parameter bindings, has
         # these start values too.
-        builder = COMPANIONS.get(name, fmi2.BUILDER)._replace(start=start or None)
+        builder = COMPANIONS.get(name, fmi2.BUILDER)._replace(start=start)
         system[f"{_RESOURCES}/{name}.fmu"] = archived(files(builder))
     ssp = (folder / NAME).with_suffix(f"{suffix}.ssp")
     # FMUs are compressed already.
