@@ -1,4 +1,4 @@
-"""The FMI 2.0 face of the golf club–ball impact: a pythonfmu slave around one component.
+"""The FMI 2.0 adapter of the golf club–ball impact: a pythonfmu slave around one component.
 
 No physics in here, and no list of variables: both are golf_physics's.
 """
@@ -6,12 +6,12 @@ No physics in here, and no list of variables: both are golf_physics's.
 from golf_physics.component.component import Component
 from golf_physics.variables import ALL_REFERENCES, VARIABLES
 from host.at_exit import prepare_process
-from host.face import Face, accessors
+from host.face import Adapter, accessors
 from host.messages import Messages
 from pythonfmu import Fmi2Slave
 
 
-class ClubBallImpact(Face, Fmi2Slave):
+class ClubBallImpact(Adapter, Fmi2Slave):
     """A golf club hits a ball; see golf_physics.variables for what goes in and comes out."""
 
     # Calls that a host makes again and again run straight into the component. pythonfmu looks them

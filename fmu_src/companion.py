@@ -25,12 +25,12 @@ def _with_checksum(body: bytes) -> bytes:
 
 
 class Companion(Fmi2Slave):
-    """A slave whose variables are its attributes. Its `_step` takes a step, or says why not."""
+    """A slave whose variables are its attributes. Its `_step` takes a step, or returns why not."""
 
     #: Parameters and inputs, rows of name, unit (None: Boolean), start, least and greatest allowed
     #: value, description; outputs, rows of name, unit (None: Boolean), description.
     tables: tuple[_Rows, _Rows, _Rows]
-    #: What belongs to the state beside the variables: never changed in place, only known further.
+    #: Attributes that belong to the state beside the variables; their objects are never changed.
     inside: tuple[str, ...] = ()
     #: How many steps have been accepted since the instance was made.
     _steps = 0

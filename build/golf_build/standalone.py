@@ -43,7 +43,7 @@ _PACKERS = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
 
 #: In place of modules that pythonfmu imports but the FMU has no use for.
 _STAND_INS = {
-    "uuid": "# The real one loads libuuid, which writes into /var/lib; nobody reads this number.\n"
+    "uuid": "# The real one loads libuuid, which writes into /var/lib; this number is never read.\n"
     "def uuid1():\n    return None\n",
     "ctypes": "# The real one looks for Python in the global scope: it would find the host's.\n"
     "class c_uint64:\n    def __init__(self, value):\n        self.value = value\n",
@@ -51,7 +51,7 @@ _STAND_INS = {
 
 
 class StandaloneError(Exception):
-    """This machine can't build a standalone FMU; the text says what to do."""
+    """This machine can't build a standalone FMU; the message is what to do."""
 
 
 class PrivatePython(NamedTuple):
@@ -214,7 +214,7 @@ def private_python() -> PrivatePython:
     blob = _blob(rows)
     everything = {**contents, **modules, **_loader(), "standard_library.bin": blob}
     digest = hashlib.sha256(sums(everything)).hexdigest()
-    # A library's name is its own, too: nobody else's of that name may be taken for it.
+    # Private names of the libraries as well: another one of that name must not be taken.
     names = {name: (f"golf{n}" + digest)[: len(name)] for n, name in enumerate(sorted(contents))}
     files = {names[name]: data for name, data in contents.items()}
     files |= {f"golf-{digest[:12]}-{name}": data for name, data in modules.items()}
