@@ -130,11 +130,6 @@ class ImpactFmu(LoadedFmu):
         if not self.read_flag("separated"):
             # Not separated within the horizon: sample the time in which the contact develops.
             contact = 10.0 * self.half_period(values).item()
-        if touch + contact / points == touch:
-            raise UserError(
-                f"a contact of {contact:g} s after {touch:g} s of approach is too short to sample: "
-                "a host's time is a double; choose a smaller gap or a faster approach"
-            )
         margin = 0.1 * contact
         begin = max(0.0, touch - margin)
         self.start(**values)
