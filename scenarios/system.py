@@ -249,14 +249,16 @@ def _draw_swing(report, runs, swing):
         p, q = fine["Swing.arm_angle"], fine["Swing.club_angle"]
         wrist = swing["arm_length"] * np.array([np.sin(p), -np.cos(p)])
         head = wrist + swing["club_length"] * np.array([np.sin(q), -np.cos(q)])
-        for n in shown:
-            last = n == shown[-1]
-            x, y = zip((0.0, 0.0), wrist[:, n], head[:, n], strict=True)
-            names = ("arms", "club", "head") if last else (None, None, None)
-            axes.plot(x[:2], y[:2], color=figures.BLUE, lw=2.2 if last else 1.4, label=names[0])
-            axes.plot(x[1:], y[1:], color=figures.ORANGE, lw=2.0 if last else 1.2, label=names[1])
-            axes.plot(x[2:], y[2:], "o", color=figures.BLACK, ms=4, label=names[2])
-        for word, n, right in (("top", shown[0], 8), ("ball", shown[-1], 10)):
+        shoulder, wrist, head = np.zeros((2, len(shown))), wrist[:, shown], head[:, shown]
+        unnamed = [None] * (len(shown) - 1)
+        for start, end, colour, name in (
+            (shoulder, wrist, figures.BLUE, "arms"),
+            (wrist, head, figures.ORANGE, "club"),
+        ):
+            lines = np.stack([start, end], axis=1)
+            axes.plot(*lines, color=colour, lw=1.4, label=[name, *unnamed])
+        axes.plot(*head, "o", color=figures.BLACK, ms=4, label="head")
+        for word, n, right in (("top", 0, 8), ("ball", -1, 10)):
             axes.annotate(word, head[:, n], xytext=(right, -3), textcoords="offset points")
         axes.set(xlabel="towards the target (m)", ylabel="up, in the plane of the swing (m)")
         axes.set(xlim=(-1.45, 0.95))
