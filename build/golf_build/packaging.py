@@ -158,10 +158,9 @@ def packaged(fmi: int, module: str, script: bytes, beside: dict[str, bytes]) -> 
     """
     # Imported here, since it is slow and most commands don't build.
     build_fmu = importlib.import_module(f"{RUNTIMES[fmi]}.builder").FmuBuilder.build_FMU
-    path, modules, bytecode = list(sys.path), set(sys.modules), sys.dont_write_bytecode
+    path, modules = list(sys.path), set(sys.modules)
     with scratch({f"{module}.py": script, **beside}) as folder:
         tops = sorted({name.partition("/")[0] for name in beside})
-        sys.dont_write_bytecode = True
         try:
             yield build_fmu(
                 folder / f"{module}.py",
@@ -169,7 +168,6 @@ def packaged(fmi: int, module: str, script: bytes, beside: dict[str, bytes]) -> 
                 project_files=[folder / name for name in tops],
             )
         finally:
-            sys.dont_write_bytecode = bytecode
             sys.path[:] = path
             ours = {module, *(name.removesuffix(".py") for name in tops)}
             for name in set(sys.modules) - modules:
