@@ -6,8 +6,8 @@ straight down: there lies the ball. Then the torques decay, and the swing ends w
 far beyond the ball as they were before it.
 
 `club_speed`, `impulse`, `reaction_impulse` and `effective_mass` are components along the normal of
-the club face, which points `spin_loft` above the head's path at impact; `head_speed` and
-`head_distance` are along the path.
+the club face, which points `spin_loft` above the head's path at impact; `head_speed` is along the
+path.
 
 A step applies the difference between `impulse`, what the contact has transmitted since the start,
 and `reaction_impulse`, what earlier steps have applied, as a constant force against the normal.
@@ -15,9 +15,9 @@ Before the top and after the end the golfer holds the club, and the impulse has 
 
 `club_speed` is for an importer that holds it over each step, of unknown length. It is positive
 before the ball only with the speed at the ball, V: a head that starts at the ball or behind it
-touches the ball with V, for every sequence of step sizes. While the club is taken back,
-`club_speed` is negative and follows the head. It is 0 then, until the time left to the ball is what
-the distance left takes with V. After touch it is the head's own speed.
+touches the ball with V, for every sequence of step sizes. It is negative while the club is taken
+back and 0 then, until the time left to the ball is what the distance left takes with V. After touch
+it is the head's own speed.
 
 An importer that needs a speed and no mechanics sets its peak, `prescribed_speed`: the club is taken
 back at `takeaway_speed`, far enough for a smooth rise in `rise_time` to a peak that is held; touch
@@ -71,7 +71,6 @@ INPUTS = (
 OUTPUTS = (
     ("club_speed", "m/s", "Along the normal, for the next step; the head's own after touch"),
     ("head_speed", "m/s", "Of the club head along its path; negative while it is taken back"),
-    ("head_distance", "m", "Along the path of the head, from the ball"),
     ("arm_angle", "rad", "Of the arms from straight down, towards the target"),
     ("club_angle", "rad", "Of the club from straight down, towards the target"),
     ("shoulder_torque", "N.m", "Of the body on the arms; 0 while the club is taken back"),
@@ -130,7 +129,7 @@ class Swing(Companion):
             )
         values = {name: getattr(self, name) for name in Golfer._fields}
         golfer = Golfer(**values | {"gravity": self.gravity * sin(self.plane_angle)})
-        top = State(-self.arm_start, -self.arm_start - self.wrist_start, *[0.0] * 6)
+        top = State(-self.arm_start, -self.arm_start - self.wrist_start, *[0.0] * 5)
         try:
             course = Course(golfer, top, HELD)
             ball = course.ball(self.spin_loft)
@@ -177,9 +176,11 @@ class Swing(Companion):
         else:
             waiting, after = position, end + size
             if after <= self.backswing_time:
-                head = _motion(course, origin, ball, after).path - ball.path
-                # Not faster than V: a next step longer than the last one would bring it far off.
-                waiting = min(position, max(head * flat, position - ball.speed * size))
+                # To half the distance of the line at the top, but not faster than V: a next step
+                # longer than the last one would bring it far off.
+                back = 0.5 * ball.speed * (ball.time - self.backswing_time)
+                head = max(-back * after / self.backswing_time, position - ball.speed * size)
+                waiting = min(position, head)
             speed = _approach(position, waiting, end, size, ball, rounding)
         self._course, self._origin, self._ball = course, origin, ball
         self._time, self._lost, self._current = end, lost, False
@@ -194,7 +195,6 @@ class Swing(Companion):
             golfer, state = course.golfer, _motion(course, self._origin, ball, time)
             speed, down = state.head_speed(golfer), time - self._origin
             self.head_speed = -speed if down < 0.0 else speed
-            self.head_distance = state.path - ball.path
             self.arm_angle, self.club_angle = state.arm, state.club
             hands = (0.0, 0.0) if down < 0.0 else course.hands(down, state)
             self.hand_force, self.wrist_torque = hands
