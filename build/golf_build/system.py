@@ -18,19 +18,19 @@ from golf_build.packaging import Builder
 NAME = "GolfSwing.ssp"
 _RESOURCES = "resources"
 
-#: Exponents of base units by the name of a unit: those of ClubBallImpact, and the companions'.
-UNITS = {name: unit.base for name, unit in (variables.UNITS | variables.MORE_UNITS).items()} | {
-    "rad": {"rad": 1},
-    "rad/s": {"rad": 1, "s": -1},
-    "m2/s": {"m": 2, "s": -1},
-    "kg/m3": {"kg": 1, "m": -3},
-    "kg.m": {"kg": 1, "m": 1},
-    "kg.m2": {"kg": 1, "m": 2},
-    "N.m": {"kg": 1, "m": 2, "s": -2},
+#: Those of ClubBallImpact, in SI alone, and the companions' own.
+UNITS = {
+    name: unit._replace(display={})
+    for name, unit in (variables.UNITS | variables.MORE_UNITS).items()
+} | {
+    "rad": Unit({"rad": 1}, {"deg": 180.0 / pi}),
+    "rad/s": Unit({"rad": 1, "s": -1}, {"rpm": 30.0 / pi}),
+    "m2/s": Unit({"m": 2, "s": -1}, {}),
+    "kg/m3": Unit({"kg": 1, "m": -3}, {}),
+    "kg.m": Unit({"kg": 1, "m": 1}, {}),
+    "kg.m2": Unit({"kg": 1, "m": 2}, {}),
+    "N.m": Unit({"kg": 1, "m": 2, "s": -2}, {}),
 }
-
-#: Display unit of a companion's variables by their unit, and its factor.
-DISPLAY = {"rad": ("deg", 180.0 / pi), "rad/s": ("rpm", 30.0 / pi)}
 
 #: From component and variable to component and variable: every connected input, and nothing else,
 #: since fmpy.ssp fails at an input that is listed but not connected.
@@ -104,14 +104,10 @@ def _tables(module: Any) -> dict[str, Any]:
     for causality, group in groups.items():
         for one, unit, *values, text in group:
             of_type = "Real" if unit else "Boolean", unit or "", values[0] if values else None
-            display = DISPLAY.get(unit, (None,))[0]
+            display = next(iter(UNITS[unit].display), None) if unit else None
             rows.append(Variable(one, causality, *of_type, 0, 0, "", None, display, text))
     used = {row.unit for row in rows}
-    units = {
-        unit: Unit(base, dict([DISPLAY[unit]] if unit in DISPLAY else []))
-        for unit, base in UNITS.items()
-        if unit in used
-    }
+    units = {name: unit for name, unit in UNITS.items() if name in used}
     return {"rows": rows, "description": module.DESCRIPTION, "units": units}
 
 
