@@ -19,6 +19,7 @@ from instances import get, put
 from scipy.integrate import solve_ivp
 
 from golf_build.system import DRIVE
+from golf_impact.facts.measured import TOUR
 from golf_impact.fmu import system
 
 STOP = 0.967  # s: by then the ball has been launched, and the swing has the impulse
@@ -57,14 +58,11 @@ def source_equations(swing, force=0.0, direction=0.0, held=False):
 
     Returns the slope of (alpha, alpha', beta, beta', path, work) for solve_ivp.
     """
-    names = ("arm_length", "arm_first_moment", "arm_inertia", "club_length", "club_mass")
-    r, s_a, j, length, m = get(swing, *names)
-    s_c, i, q_a, q_b, tau = get(
-        swing,
-        *("club_first_moment", "club_inertia", "max_shoulder_torque", "max_wrist_torque"),
-        "torque_rise_time",
-    )
-    theta0, gravity, plane = get(swing, "arm_start", "gravity", "plane_angle")
+    arm = ("arm_length", "arm_first_moment", "arm_inertia", "arm_start")
+    club = ("club_length", "club_mass", "club_first_moment", "club_inertia")
+    torque = ("max_shoulder_torque", "max_wrist_torque", "torque_rise_time")
+    r, s_a, j, theta0, length, m, s_c, i = get(swing, *arm, *club)
+    q_a, q_b, tau, gravity, plane = get(swing, *torque, "gravity", "plane_angle")
     g = gravity * math.sin(plane)
 
     def slope(t, y):
@@ -292,17 +290,12 @@ def flown(companion, speed, **values):
 
 def integrated(companion_slave, speed):
     """Carry, apex and time of flight by DOP853 at 1e-13: another method, another code."""
-    m, d, rho, nu, g, angle, spin, decay = get(
-        companion_slave,
-        *("m_ball", "ball_diameter", "air_density", "kinematic_viscosity", "gravity"),
-        *("launch_angle", "backspin", "spin_decay"),
-    )
-    (limit,) = get(companion_slave, "spin_ratio_limit")
-    d0, d1, d2, d3, l0, l1, l2, l3 = get(
-        companion_slave,
-        *("drag_constant", "drag_spin", "drag_spin_squared", "drag_reynolds"),
-        *("lift_constant", "lift_spin", "lift_spin_squared", "lift_reynolds"),
-    )
+    ball = ("m_ball", "ball_diameter", "launch_angle", "backspin", "spin_decay", "spin_ratio_limit")
+    air = ("air_density", "kinematic_viscosity", "gravity")
+    drag = ("drag_constant", "drag_spin", "drag_spin_squared", "drag_reynolds")
+    lift = ("lift_constant", "lift_spin", "lift_spin_squared", "lift_reynolds")
+    m, d, angle, spin, decay, limit, rho, nu, g = get(companion_slave, *ball, *air)
+    d0, d1, d2, d3, l0, l1, l2, l3 = get(companion_slave, *drag, *lift)
 
     def slope(t, y):
         v = math.hypot(y[2], y[3])
@@ -389,17 +382,9 @@ def test_the_spin_ratio_is_held_at_its_limit(companion):
     assert carries[3] == carries[4]
 
 
-# Averages of the PGA Tour by TrackMan, as published until 2023: mph, degrees, rpm, yards.
-TOUR = [
-    *[(167, 10.9, 2686, 275), (158, 9.2, 3655, 243), (152, 9.4, 4350, 230), (146, 10.2, 4437, 225)],
-    *[(142, 10.4, 4630, 212), (137, 11.0, 4836, 203), (132, 12.1, 5361, 194)],
-    *[(127, 14.1, 6231, 183), (120, 16.3, 7097, 172), (115, 18.1, 7998, 160)],
-    *[(109, 20.4, 8647, 148), (102, 24.2, 9304, 136)],
-]
-
-
-@pytest.mark.parametrize(("mph", "degrees", "rpm", "yards"), TOUR)
-def test_the_clubs_of_the_tour_carry_as_published(companion, mph, degrees, rpm, yards):
+@pytest.mark.parametrize("launch", TOUR, ids=lambda launch: launch[0])
+def test_the_clubs_of_the_tour_carry_as_published(companion, launch):
+    _, _, _, mph, degrees, rpm, yards, _ = launch
     angle, spin = math.radians(degrees), rpm * math.pi / 30.0
     flight = flown(companion, mph * 0.44704, launch_angle=angle, backspin=spin)
     # Measured: 3.4 % less (driver) to 6.9 % more (pitching wedge).
@@ -409,7 +394,9 @@ def test_the_clubs_of_the_tour_carry_as_published(companion, mph, degrees, rpm, 
 def test_a_flight_that_never_ends_is_refused(companion):
     flight = companion(
         "BallFlight",
-        **{"backspin": 2000.0, "spin_decay": 0.0, "lift_spin_squared": 100.0},
+        backspin=2000.0,
+        spin_decay=0.0,
+        lift_spin_squared=100.0,
         spin_ratio_limit=1e3,
     )
     put(flight, ball_velocity=70.0, separated=True)
@@ -431,11 +418,11 @@ def test_a_ball_that_does_not_fly_lands_where_it_is(companion, speed, angle):
 
 SEEN = {
     "Swing": (
-        *("club_speed", "head_speed", "arm_angle", "hand_force", "energy", "work"),
-        *("reaction_work", "reaction_impulse"),
+        "club_speed", "head_speed", "arm_angle", "hand_force", "energy", "work", "reaction_work",
+        "reaction_impulse",
     ),
     "BallFlight": ("carry", "distance", "height"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", SEEN)
