@@ -220,7 +220,11 @@ def test_the_list_of_files(tmp_path, fmu_path, files):
     module = entry_point(files)
     package = module.removesuffix(".py").replace("club_ball_impact", "golf_physics")
     ours = {
-        *("modelDescription.xml", "model.png", SUMS, "resources/slavemodule.txt", module),
+        "modelDescription.xml",
+        "model.png",
+        SUMS,
+        "resources/slavemodule.txt",
+        module,
         *(f"documentation/{name}" for name in ("index.html", "force.png", "model.png")),
         *(f"documentation/licenses/{name}.txt" for name in ("license", "pythonfmu")),
         f"{package}/club_ball_impact.py",

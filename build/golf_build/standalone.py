@@ -220,16 +220,18 @@ def private_python() -> PrivatePython:
     files |= {f"golf-{digest[:12]}-{name}": data for name, data in modules.items()}
     files = {name: elf.renamed(data, names) for name, data in files.items()}
     library = f"golf-python-{digest[:16]}.so"
+    # All of them, in the order in which they are loaded: what one of them needs is there then.
+    linked = ["-L.", "-Wl,--no-as-needed", *(f"-l:{name}" for name in files), "-Wl,--as-needed"]
+    # Debian's pyconfig.h asks for another one by a path from there, which has glibc's, too.
+    included = [f"-I{include}", "-idirafter", str(include.parent)]
+    names_of_modules = " ".join(f"X({name})" for name in sorted(extensions))
     compiled = _compiled(
         {**files, "standard_library.bin": blob},
         "private_python.c",
-        # All of them, in the order in which they are loaded: what one of them needs is there then.
-        *("-L.", "-Wl,--no-as-needed", *(f"-l:{name}" for name in files), "-Wl,--as-needed"),
-        f"-I{include}",
-        # Debian's pyconfig.h asks for another one by a path from there, which has glibc's, too.
-        *("-idirafter", str(include.parent)),
+        *linked,
+        *included,
         f"-Wl,-soname,{library}",
-        "-DEXTENSIONS=" + " ".join(f"X({name})" for name in sorted(extensions)),
+        f"-DEXTENSIONS={names_of_modules}",
     )
     # A compiler's linker reads the sections, the dynamic one doesn't.
     files = {name: elf.stripped(data) for name, data in files.items()} | {library: compiled}
