@@ -1,4 +1,4 @@
-"""What the companion FMUs have alike: variables made from tables, refusals, and state.
+"""What the companion FMUs share: variables made from tables, refusals, and state.
 
 A refused value leaves the old one; steps are refused until the variable is set right.
 """
@@ -39,7 +39,6 @@ class Companion(Fmi2Slave):
         """`start`: start values that differ from those of the tables, by name."""
         super().__init__(**kwargs)
         prepare_process(self.resources, f"linux64/{self.modelName}.so")
-
         self._report = Messages(self.log_queue, kwargs, lambda: self._steps)
         #: Why steps are refused, by the variable to be corrected.
         self._refused: dict[str, str] = {}
@@ -77,7 +76,7 @@ class Companion(Fmi2Slave):
         self._report("an output can't be set")
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
-        """What it does begins when the host steps; the standalone FMU gives the first alone."""
+        """Has no effect; the standalone FMU passes the start time alone."""
 
     def exit_initialization_mode(self) -> bool:
         problem = self._problem()
@@ -110,7 +109,7 @@ class Companion(Fmi2Slave):
         return problem
 
     def _begin(self) -> str | None:
-        """Use the parameters, or say why they can't be used."""
+        """Use the parameters; returns why if they can't be used."""
         return None
 
     def _state_names(self) -> tuple[str, ...]:

@@ -142,19 +142,22 @@ class Swing(Companion):
         return None
 
     def _step(self, current_time: float, size: float) -> str | None:
-        if self._course and self._ball:
-            return self._swing(size, self._course, self._origin, self._ball)
-        self._prescribed_step(size)
-        return None
-
-    def _after(self, size: float) -> tuple[float, float]:
-        """The clock after a step (Kahan summation)."""
         exact = size - self._lost
         end = self._time + exact
-        return end, (end - self._time) - exact
+        if self._course and self._ball:
+            problem = self._swing(size, end, self._course, self._origin, self._ball)
+            if problem:
+                return problem
+        else:
+            self._follow_prescribed_speed(size, end)
+        self._time, self._lost, self._current = end, (end - self._time) - exact, False
+        self.reaction_impulse = self.impulse
+        return None
 
-    def _swing(self, size: float, course: Course, origin: float, ball: Ball) -> str | None:
-        begin, (end, lost) = self._time, self._after(size)
+    def _swing(
+        self, size: float, end: float, course: Course, origin: float, ball: Ball
+    ) -> str | None:
+        begin = self._time
         if begin < ball.time and size > 0.5 * ball.time:
             return (
                 f"step size = {size!r} s is refused: until the ball is hit it must be at most "
@@ -183,10 +186,8 @@ class Swing(Companion):
                 waiting = min(position, head)
             speed = _approach(position, waiting, end, size, ball, rounding)
         self._course, self._origin, self._ball = course, origin, ball
-        self._time, self._lost, self._current = end, lost, False
         self._position, self.club_speed = position, speed
         self.reaction_work += work
-        self.reaction_impulse = self.impulse
         return None
 
     def get_real(self, vrs):
@@ -202,17 +203,14 @@ class Swing(Companion):
             self.energy, self.work, self._current = state.energy(golfer), state.work, True
         return super().get_real(vrs)
 
-    def _prescribed_step(self, size: float) -> None:
-        end, lost = self._after(size)
+    def _follow_prescribed_speed(self, size: float, end: float) -> None:
         peak, back = self.prescribed_speed, self.takeaway_speed
         # A step more than needed: some importers pass an output on only one step later.
         if self._rise is None and back * end >= peak * self.rise_time + back * size:
             self._rise = end
         since = 0.0 if self._rise is None else min(end - self._rise, self.rise_time)
         share = 0.5 * (1.0 - cos(pi * since / self.rise_time))
-        self._time, self._lost = end, lost
         self.club_speed = share * peak - (1.0 - share) * back
-        self.reaction_impulse = self.impulse
 
     @staticmethod
     def _revived(state: dict) -> dict:

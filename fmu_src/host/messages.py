@@ -40,7 +40,7 @@ class Messages:
         now = self._now()
         if now != self._written_at:
             self._written, self._written_at = [], now
-        # What is said again says more: which steps are refused, which other values are.
+        # One that contains an earlier message only adds refused steps or other refused values.
         if not any(written in text for written in self._written):
             self._written.append(text)
             # A host may have none, or a closed one.
