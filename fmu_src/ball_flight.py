@@ -150,6 +150,7 @@ class Flight:
     def __init__(
         self, launch: float, speed: float, angle: float, surface_speed: float, air: Air
     ) -> None:
+        air = Air(*air)
         self.begins = launch, speed, angle, surface_speed, air
         self.carry = self.apex = self.duration = 0.0
         #: Start (s since launch) and coefficients of x and y of each piece.
@@ -203,6 +204,7 @@ class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
     inside = ("_flight",)
+    objects = (("_flight", Flight),)
     tables = PARAMETERS, INPUTS, OUTPUTS
     _flight: Flight | None = None
 
@@ -229,11 +231,3 @@ class BallFlight(Companion):
         launch = self.touch_time + self.contact_time
         surface_speed = radius * abs(self.backspin)
         return Flight(launch, self.ball_velocity, self.launch_angle, surface_speed, air)
-
-    @staticmethod
-    def _revived(state: dict) -> dict:
-        if state["_flight"]:
-            begins = state["_flight"]
-            begins[-1] = Air(*begins[-1])
-            state["_flight"] = Flight(*begins)
-        return state

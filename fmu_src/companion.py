@@ -32,6 +32,8 @@ class Companion(Fmi2Slave):
     tables: tuple[_Rows, _Rows, _Rows]
     #: Attributes that belong to the state beside the variables; their objects are never changed.
     inside: tuple[str, ...] = ()
+    #: Those of them that are serialized as arguments (`begins`, or a tuple), and their types.
+    objects: tuple[tuple[str, Callable], ...] = ()
     #: How many steps have been accepted since the instance was made.
     _steps = 0
 
@@ -141,11 +143,9 @@ class Companion(Fmi2Slave):
         if data != _with_checksum(body):
             return None
         try:
-            return cls._revived(json.loads(body + b"}"))
+            state = json.loads(body + b"}")
+            for name, make in cls.objects:
+                state[name] = state[name] and make(*state[name])
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
             return None
-
-    @staticmethod
-    def _revived(state: dict) -> dict:
-        """A state as it was before it was serialized, from what JSON makes of it."""
         return state

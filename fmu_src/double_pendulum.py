@@ -149,6 +149,7 @@ class Course:
     def __init__(
         self, golfer: Golfer, state: State, stage: int, force: float = 0.0, direction: float = 0.0
     ) -> None:
+        golfer, state = Golfer(*golfer), State(*state)
         self.begins = golfer, state, stage, force, direction
         self.golfer, self.force, self.direction = golfer, force, direction
         self._pieces: list[_Piece] = []

@@ -102,6 +102,7 @@ class Swing(Companion):
     reaction_impulse: float
 
     inside = ("_time", "_lost", "_rise", "_course", "_origin", "_ball", "_position", "_current")
+    objects = ("_course", Course), ("_ball", Ball)
     tables = PARAMETERS, INPUTS, OUTPUTS
 
     #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer, however
@@ -211,14 +212,6 @@ class Swing(Companion):
         since = 0.0 if self._rise is None else min(end - self._rise, self.rise_time)
         share = 0.5 * (1.0 - cos(pi * since / self.rise_time))
         self.club_speed = share * peak - (1.0 - share) * back
-
-    @staticmethod
-    def _revived(state: dict) -> dict:
-        if state["_course"]:
-            golfer, top, *rest = state["_course"]
-            state["_course"] = Course(Golfer(*golfer), State(*top), *rest)
-            state["_ball"] = Ball(*state["_ball"])
-        return state
 
 
 def _approach(
