@@ -193,7 +193,7 @@ def _simulation(fmu: LoadedFmu, law: int, outputs: Sequence[str]) -> Impact:
 
 
 def _runs(fmu: LoadedFmu, law: int, in_initialization: bool) -> Job:
-    slave = fmu.keep(fmu.new_instance())
+    slave = fmu.new_instance()
     slave.instantiate()
     slave.setupExperiment(startTime=0.0)
     slave.enterInitializationMode()
