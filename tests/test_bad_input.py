@@ -121,7 +121,7 @@ def test_any_communication_point_after_a_restored_state(fmu):
 
 def test_calls_in_the_wrong_state(fmu):
     slave = fmu.slave
-    slave.setFMUstate(fmu._fresh)
+    fmu.restore_initial_state(fmu.slave)
     assert is_discarded(fmu)
     assert "before the end of initialization" in fmu.messages[-1]
     begin(fmu)

@@ -74,12 +74,12 @@ def query(values):
 def test_curves_are_the_fmus(fmu, evaluator, name):
     """Against another run of the FMU: without an approach, and in one step to each instant."""
     values = {**evaluator.defaults, **CASES[name]}
-    answer = evaluator({"values": values})
+    result = evaluator({"values": values})
     values = {name: value for name, value in values.items() if name not in LOFT}
     metrics = fmu.impact(**{**values, "gap": 0.0})
     for metric, value in metrics.items():
         if metric != "touch_time":
-            assert answer["metrics"][metric] == pytest.approx(value, rel=1e-12, abs=1e-12), metric
+            assert result["metrics"][metric] == pytest.approx(value, rel=1e-12, abs=1e-12), metric
     speed = abs(values["club_speed"]) + abs(values["ball_speed"])
     contact = metrics["contact_time"]
     scales = {
@@ -90,7 +90,7 @@ def test_curves_are_the_fmus(fmu, evaluator, name):
         "club_position": speed * contact,
         "ball_position": speed * contact,
     }
-    path = answer["path"]
+    path = result["path"]
     times = path["time"]
     assert times[0] < 0.0
     assert times[-1] > contact
@@ -110,8 +110,8 @@ def test_curves_are_the_fmus(fmu, evaluator, name):
 @pytest.mark.parametrize("name", CASES)
 def test_energies(evaluator, name):
     values = {**evaluator.defaults, **CASES[name]}
-    answer = evaluator({"values": values})
-    metrics, path = answer["metrics"], {k: np.array(v) for k, v in answer["path"].items()}
+    result = evaluator({"values": values})
+    metrics, path = result["metrics"], {k: np.array(v) for k, v in result["path"].items()}
     start = metrics["kinetic_energy_initial"]
     lost = start - metrics["kinetic_energy_final"]
     parts = sum(path[f"{part}_energy"] for part in ("club", "ball", "spring", "lost"))
@@ -149,7 +149,7 @@ def test_no_contact_and_no_separation(evaluator):
     assert stuck["state"].startswith("No separation")
     # No value at an end that there isn't; maxima are values.
     values = [
-        {one["metric"]: one["value"] for one in answer["readouts"]} for answer in (never, stuck)
+        {one["metric"]: one["value"] for one in result["readouts"]} for result in (never, stuck)
     ]
     assert set(values[0].values()) == {"–"}
     assert {name for name, value in values[1].items() if value != "–"} == {
@@ -211,12 +211,12 @@ def test_ranges_of_sliders_are_allowed(evaluator):
 @pytest.mark.parametrize("club", CLUBS, ids=lambda one: one.name)
 def test_shots_of_clubs(evaluator, fmus, club):
     """Against the companions driven here: launch as measured, and the flight in one step."""
-    answer = evaluator({"values": club.values})
-    metrics, flight = answer["metrics"], answer["flight"]
+    result = evaluator({"values": club.values})
+    metrics, flight = result["metrics"], result["flight"]
     assert np.degrees(metrics["launch_angle"]) == pytest.approx(
         float(club.printed["launch_angle"]), abs=0.002
     )
-    assert answer["example"] == club.name
+    assert result["example"] == club.name
     impact, launch, ball = fmus
     own = {name: value for name, value in club.values.items() if name not in LOFT}
     given = impact.impact(**own)
@@ -241,25 +241,25 @@ def test_shots_of_clubs(evaluator, fmus, club):
 
 
 def test_a_shot_that_is_refused_leaves_the_impact(evaluator):
-    answer = evaluator({"values": {"dynamic_loft": 1.4, "attack_angle": -0.5}})
-    assert answer["state"].startswith("No flight: attack_angle = -0.5 is refused")
-    assert answer["flight"] == {}
-    assert answer["metrics"].items() <= evaluator({})["metrics"].items()
-    assert [one["value"] for one in answer["readouts"][-3:]] == ["–"] * 3
+    result = evaluator({"values": {"dynamic_loft": 1.4, "attack_angle": -0.5}})
+    assert result["state"].startswith("No flight: attack_angle = -0.5 is refused")
+    assert result["flight"] == {}
+    assert result["metrics"].items() <= evaluator({})["metrics"].items()
+    assert [one["value"] for one in result["readouts"][-3:]] == ["–"] * 3
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda one: one.name)
 def test_a_case_as_link_and_as_command(evaluator, example):
-    answer = evaluator({"values": example.values})
-    pairs = (pair.split("=") for pair in answer["query"].split("&"))
+    result = evaluator({"values": example.values})
+    pairs = (pair.split("=") for pair in result["query"].split("&"))
     given = {name: float(text) for name, text in pairs}
     start = evaluator.defaults
     changed = {n: float(v) for n, v in example.values.items() if v != start[n]}
     assert given == (changed or {"law": 1})
-    assert answer["command"].split()[:2] == ["golf-impact", "run"]
-    words = dict(word.split("=") for word in answer["command"].split()[3::2])
+    assert result["command"].split()[:2] == ["golf-impact", "run"]
+    words = dict(word.split("=") for word in result["command"].split()[3::2])
     assert {name: float(text) for name, text in words.items()} == given
-    assert answer["hint"] == example.hint
+    assert result["hint"] == example.hint
 
 
 def test_the_check_notices_another_number(evaluator):
@@ -297,7 +297,7 @@ def local():
         yield address
 
 
-def asked(address, method="POST", path="/impact", body=b"{}", **headers):
+def send(address, method="POST", path="/impact", body=b"{}", **headers):
     """Status and body of one request."""
     connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=60)
     connection.request(method, path, body if method == "POST" else None, headers)
@@ -307,7 +307,7 @@ def asked(address, method="POST", path="/impact", body=b"{}", **headers):
 
 def test_numbers_by_http(local, evaluator):
     request = {"values": {"k": 8e5, "law": 2}, "unit": "km/h"}
-    status, body = asked(local, body=json.dumps(request))
+    status, body = send(local, body=json.dumps(request))
     assert status == 200
     assert json.loads(body) == json.loads(json.dumps(evaluator(request)))
 
@@ -326,8 +326,8 @@ def test_numbers_by_http(local, evaluator):
     ],
 )
 def test_only_this_machine_is_served(local, status, headers):
-    assert asked(local, **headers)[0] == status
-    assert asked(local, "GET", "/", **headers)[0] == status
+    assert send(local, **headers)[0] == status
+    assert send(local, "GET", "/", **headers)[0] == status
 
 
 @pytest.mark.parametrize(
@@ -343,8 +343,8 @@ def test_only_this_machine_is_served(local, status, headers):
     ],
 )
 def test_bad_requests(local, status, request_):
-    assert asked(local, **request_)[0] == status
-    assert asked(local)[0] == 200
+    assert send(local, **request_)[0] == status
+    assert send(local)[0] == 200
 
 
 def test_many_tabs_leave_the_memory_as_it_was():
@@ -355,7 +355,7 @@ def test_many_tabs_leave_the_memory_as_it_was():
 
         def tab():
             for method, path in (("GET", "/"), ("GET", "/bokeh.min.js"), ("POST", "/impact")):
-                assert asked(address, method, path)[0] == 200
+                assert send(address, method, path)[0] == 200
 
         def megabytes():
             pages = Path(f"/proc/{process.pid}/statm").read_text().split()[1]

@@ -80,7 +80,7 @@ class Evaluator:
         self.defaults: dict[str, float] = facts["defaults"]
 
     def __call__(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """Whatever a request asks for.
+        """Evaluate a request.
 
         Args:
             request: `values`, inputs and parameters by name (SI; start values for the others),
@@ -412,7 +412,7 @@ def _area(metrics: Mapping[str, float], values: Mapping[str, float], touched: bo
 
 
 def _state(touched: bool, separated: bool) -> str:
-    """What there is to say where no ordinary impact comes about, or ""."""
+    """A sentence if there is no contact or no separation, else ""."""
     if not touched:
         return "No contact: the club never reaches the ball. It must be faster than the ball."
     if not separated:

@@ -1,4 +1,4 @@
-"""The Python classes that lie in the FMUs, without an FMI importer: what an exported page runs."""
+"""The slave classes inside the FMUs, without an FMI importer: what an exported page runs."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -85,7 +85,7 @@ def make_evaluator(fmus: str, facts: str) -> tuple[Callable[[str], str], str]:
         facts: those of `Evaluator`, as JSON.
 
     Returns:
-        A function from a request to its reply, and the result of the check; all of it as JSON.
+        A function from a request to its result, and the result of the check; all of it as JSON.
     """
     from .evaluator import Evaluator
 

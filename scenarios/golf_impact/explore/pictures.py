@@ -10,7 +10,7 @@ from bokeh.themes import Theme
 from golf_impact.explore.evaluator import SWEPT_METRICS
 from golf_impact.report.styles import BLUE, GREEN, ORANGE, SKY, VERMILION
 
-#: How they look; the colours of text, axes and grid are CSS variables in page.css.
+#: Styles; the colours of text, axes and grid are CSS variables in page.css.
 THEME = Theme(
     json={
         "attrs": {
@@ -168,8 +168,8 @@ class Pictures:
         return self._picture(title, ("time", range_), ("time since touch (µs)", label))
 
     def _pinned(self, picture: Any, x: str, y: str, dash: str = "solid") -> None:
-        look = {"line_color": "color", "line_width": 1.5, "line_dash": dash}
-        picture.multi_line(x, y, source=self.sources["pinned"], **look)
+        style = {"line_color": "color", "line_width": 1.5, "line_dash": dash}
+        picture.multi_line(x, y, source=self.sources["pinned"], **style)
 
     def _with_cursor(self, picture: Any, *columns: str) -> Any:
         cursor = self.sources["cursor"]

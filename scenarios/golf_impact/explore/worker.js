@@ -2,7 +2,7 @@
 import {loadPyodide} from "./pyodide/pyodide.mjs"
 
 const load = async ({files, archive, fmus, facts}) => {
-  // loadPyodide waits for ever for a file that is missing.
+  // loadPyodide never returns if a file is missing.
   for (const file of [...files, archive]) {
     const {ok, status} = await fetch(file, {method: "HEAD"})
     if (!ok) throw new Error(`${file} is missing (HTTP status ${status})`)
@@ -23,7 +23,7 @@ self.onmessage = async ({data}) => {
       evaluate = callable
       self.postMessage({check: JSON.parse(check)})
     } else {
-      self.postMessage({answer: JSON.parse(evaluate(JSON.stringify(data.request)))})
+      self.postMessage({result: JSON.parse(evaluate(JSON.stringify(data.request)))})
     }
   } catch (error) {
     self.postMessage({failed: String(error?.message ?? error).trim().split("\n").at(-1)})

@@ -29,7 +29,7 @@ class Table(NamedTuple):
 class Check(NamedTuple):
     """A claim, and whether it holds."""
 
-    claim: str  #: says what is compared with what
+    claim: str  #: states what is compared
     passed: bool
     detail: str  #: the numbers
     kind: Kind

@@ -147,7 +147,7 @@ class Report:
     # Check
 
     def check(self, claim: str, passed: bool, detail: str = "", kind: Kind = "statements") -> None:
-        """Record a claim, which says what is compared with what; `detail` has the numbers."""
+        """Record a claim, a sentence on what is compared; `detail` has the numbers."""
         self.checks.append(Check(claim, bool(passed), detail, kind))
 
     def check_close(
@@ -161,7 +161,7 @@ class Report:
     ) -> None:
         """Record whether a value is within an absolute tolerance of the expected one.
 
-        `claim` says what is compared with what, `why` is the reason for the tolerance.
+        `claim` states what is compared, `why` is the reason for the tolerance.
         """
         error = abs(value - expected)
         detail = f"{value:.10g} against {expected:.10g}: error {error:.2g}, allowed {tolerance:.2g}"
@@ -232,7 +232,7 @@ class Report:
         """Decorate a function that plots a figure; its name is that of the file, without suffix.
 
         The function is called with the module `golf_impact.report.figures` when figures are
-        written, and returns a matplotlib figure. The caption says in a sentence what it shows.
+        written, and returns a matplotlib figure. The caption is a sentence.
         """
 
         def keep(draw: Plot) -> Plot:
