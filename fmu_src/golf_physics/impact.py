@@ -59,7 +59,7 @@ class Impact:
 
     touched = in_contact = False
     parameters: Parameters
-    inputs: Inputs  #: k, b and club_speed that act
+    inputs: Inputs  #: k, b and club_speed with which the phase began
     high: float  #: the instant at which the phase begins
     low: float
     duration: float  #: of the phase, s; inf if it doesn't end
@@ -102,13 +102,7 @@ class Impact:
         return self.at(high, low)._with_inputs(inputs, high, low)
 
     def _with_inputs(self, inputs: Inputs, high: float, low: float) -> "Impact":
-        raise NotImplementedError
-
-    def refusal_of_touch(
-        self, high: float, low: float, inputs: Inputs, step: float
-    ) -> tuple[bool, str | None]:
-        """Whether these inputs lead to a touch that the law rejects; if in this step, why."""
-        return False, None
+        return self
 
     def state(self, high: float, low: float) -> State:
         """Contact force, positions, velocities and compression at an instant of the phase."""
@@ -140,7 +134,7 @@ class Impact:
 
     def packed(self) -> list:
         """The impact as numbers and lists of numbers, for `unpacked` in another process."""
-        return [type(self).__name__, self.parameters.values, self.inputs, self.high, self.low]
+        return [type(self).__name__, self.parameters, self.inputs, self.high, self.low]
 
 
 class _Free(Impact):
@@ -154,9 +148,7 @@ class _Free(Impact):
     low_part = 0.0
 
     def state(self, high: float, low: float) -> State:
-        t = (high - self.high) + (low - self.low)
-        if t <= RESOLUTION * self.high:
-            t = 0.0
+        t = self.elapsed(high, low)
         x_ball, v_club, v_ball, compression, closing = self.motion
         x_ball += v_ball * t
         compression += self.low_part + closing * t
@@ -198,42 +190,26 @@ class Approach(_Free):
         self._following = following
         return following
 
-    def _passed(self, high: float, low: float) -> bool:
-        """Whether a step has moved past the touch, by more than the clock's last bit."""
-        if (high - self.high) + (low - self.low) <= self.duration:
-            return False
-        end_high, end_low = self._end()
-        return (high - end_high) + (low - end_low) > RESOLUTION * end_high
-
     def with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
         t = (high - self.high) + (low - self.low)
-        if t > self.duration and self._passed(high, low):
-            return super().with_inputs(inputs, high, low)
+        touched = t >= self.duration
+        if touched:
+            end, end_low = self._end()
+            # Passed by a step, by more than the clock's last bit.
+            if (high - end) + (low - end_low) > RESOLUTION * end:
+                return super().with_inputs(inputs, high, low)
         p = self.parameters
         x_ball, v_club, v_ball, compression, closing = self.motion
         if inputs[2] == v_club:
             return Approach(p, inputs, self.high, self.low, x_ball, -compression, -self.low_part)
-        if t >= self.duration:
-            return Approach(p, inputs, *self._end(), x_ball + v_ball * self.duration, 0.0, 0.0)
+        if touched:
+            return Approach(p, inputs, end, end_low, x_ball + v_ball * self.duration, 0.0, 0.0)
         # Two-sum: a speed that changes at 10⁶ points still closes the right gap.
         step = -closing * t
         gap = step - compression
         back = gap - step
         gap_low = (step - (gap - back)) - (compression + back) - self.low_part
         return Approach(p, inputs, high, low, x_ball + v_ball * t, gap, gap_low)
-
-    def refusal_of_touch(
-        self, high: float, low: float, inputs: Inputs, step: float
-    ) -> tuple[bool, str | None]:
-        p = self.parameters
-        problem = p.contact_law.refusal_of_touch(p, inputs[2])
-        if problem is None or self._passed(high, low):
-            return False, None
-        if (high - self.high) + (low - self.low) < self.duration:
-            _, x_club, x_ball, *_ = self.state(high, low)
-            if x_ball - x_club > (inputs[2] - p.ball_speed) * step * (1.0 + 1e-12):
-                return True, None
-        return True, problem
 
     def packed(self) -> list:
         return [*super().packed(), self.motion[0], -self.motion[3], -self.low_part]
@@ -261,7 +237,7 @@ class Contact(Impact):
 
     def _follow(self) -> Impact:
         high, low = added(self.high, self.low, self.duration)
-        following = Flight(self, self.inputs, high, low, self.duration, self.phase.end())
+        following = Flight(self, high, low, self.duration, self.phase.end())
         self._following = following
         return following
 
@@ -271,11 +247,7 @@ class Contact(Impact):
         if p.restitution_at_rest:
             b = law.damping(p, k, touch.club_speed - p.ball_speed)
         if (k, b) == (self.k, self.b):
-            other = Contact.__new__(Contact)
-            for name in ("parameters", "high", "low", "touch", "duration", *Contact.__slots__):
-                setattr(other, name, getattr(self, name))
-            other.inputs, other._following = inputs, None
-            return other
+            return self
         _, x_club, x_ball, v_club, v_ball, d = self.state(high, low)
         t = self.elapsed(high, low)
         closing = self.phase.closing(t) if t else self.initial.closing
@@ -284,7 +256,7 @@ class Contact(Impact):
             peaks = *self.peak_force(t), self.peak_compression(t)
             before = Results(self.contact_time(t), *peaks, self.impulse(t))
             return Contact(p, inputs, high, low, touch, k, b, start, before)
-        return Flight(self, inputs, high, low, t, (x_ball, v_club, v_ball, d, closing))
+        return Flight(self, high, low, t, (x_ball, v_club, v_ball, d, closing))
 
     def clamped(self, state: State, t: float) -> State:
         """A state of the dense output as a host may see it, t s after the start of the phase.
@@ -354,15 +326,11 @@ class Flight(_Free):
     duration = inf
 
     def __init__(
-        self, contact: Contact, inputs: Inputs, high: float, low: float, lasted: float,
-        motion: EndState,
-    ) -> None:  # fmt: skip
-        self.parameters, self.inputs, self.high, self.low = contact.parameters, inputs, high, low
-        self.contact, self.lasted, self.touch = contact, lasted, contact.touch
-        self.motion = motion
-
-    def _with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
-        return Flight(self.contact, inputs, self.high, self.low, self.lasted, self.motion)
+        self, contact: Contact, high: float, low: float, lasted: float, motion: EndState
+    ) -> None:
+        self.parameters, self.inputs, self.touch = contact.parameters, contact.inputs, contact.touch
+        self.contact, self.high, self.low = contact, high, low
+        self.lasted, self.motion = lasted, motion
 
     def contact_until(self, high: float, low: float) -> tuple[Contact, float]:
         return self.contact, self.lasted
@@ -371,19 +339,18 @@ class Flight(_Free):
         return self.motion[0] - self.touch.x_ball
 
     def packed(self) -> list:
-        return [*super().packed(), self.contact.packed(), self.lasted, self.motion]
+        return ["Flight", self.contact.packed(), self.high, self.low, self.lasted, self.motion]
 
 
 def unpacked(packed: Sequence) -> Impact:
     """The impact that `Impact.packed` was called on; raises ValueError and the like if none was."""
+    if packed[0] == "Flight":
+        _, contact, high, low, lasted, motion = packed
+        return Flight(unpacked(contact), high, low, lasted, tuple(motion))  # type: ignore[arg-type]
     kind, values, inputs, high, low, *rest = packed
-    begin = tuple(inputs), high, low
-    if kind == "Flight":
-        contact, lasted, motion = rest
-        return Flight(unpacked(contact), *begin, lasted, tuple(motion))  # type: ignore[arg-type]
-    parameters = Parameters(*values)
+    begin = Parameters(*values), tuple(inputs), high, low
     if kind == "Approach":
-        return Approach(parameters, *begin, *rest)
+        return Approach(*begin, *rest)
     touch, k, b, initial, before = rest
     start = InitialState(*initial)
-    return Contact(parameters, *begin, Touch(*touch), k, b, start, Results(*before))
+    return Contact(*begin, Touch(*touch), k, b, start, Results(*before))

@@ -116,7 +116,7 @@ class Component:
     def _begin(self) -> str | None:
         """Fix the parameters; or return why they can't be used."""
         parameters, inputs = self._split()
-        refused = [text for name, text in self._refused.items() if hasattr(parameters, name)]
+        refused = [text for name, text in self._refused.items() if name in Parameters._fields]
         problem = "; ".join(refused) or conflict(parameters, inputs)
         if problem is None:
             self._mode = STEPPING
@@ -202,12 +202,7 @@ class Component:
             if touch is None or touch.high >= high:
                 origin = point - high
         values = self.values
-        inputs = k, b, _ = values[0], values[1], values[2]
-        watched = False
-        if impact.parameters.restitution_at_rest:
-            watched, problem = impact.refusal_of_touch(high, low, inputs, size)
-            if problem is not None:
-                return problem
+        inputs = k, b, club_speed = values[0], values[1], values[2]
         if inputs != impact.inputs:
             problem = conflict(impact.parameters, inputs)
             if problem is not None:
@@ -216,6 +211,13 @@ class Component:
                 impact = impact.with_inputs(inputs, high, low)
             except (ArithmeticError, ValueError) as error:
                 return f"k = {k!r}, b = {b!r} are refused: {_OUT_OF_RANGE} ({error})"
+        p, watched = impact.parameters, False
+        if p.restitution_at_rest and impact.touch is None:
+            problem = p.contact_law.refusal_of_touch(p, club_speed)
+            watched = problem is not None
+            left = impact.duration - impact.elapsed(high, low)
+            if problem is not None and left <= size * (1.0 + 1e-12):
+                return problem
         self._watched = watched
         self.origin = origin
         if size == segment.size and impact is segment.impact:
@@ -365,16 +367,6 @@ class Component:
         self._size = nan
         self._now = None
 
-    @classmethod
-    def packed(cls, snapshot: tuple) -> bytes:
-        """A snapshot as bytes, for another process."""
-        return state.packed(snapshot, cls._pack_more)
-
-    @classmethod
-    def unpacked(cls, data: bytes) -> tuple | None:
-        """The snapshot that became these bytes, or None if they are none of this component's."""
-        return state.unpacked(data, cls._unpack_more)
-
-    #: What a subclass adds to a snapshot, to and from numbers and lists of numbers.
-    _pack_more: Any = staticmethod(list)
-    _unpack_more: Any = staticmethod(tuple)
+    #: A snapshot as bytes, for another process, and back.
+    packed = staticmethod(state.packed)
+    unpacked = staticmethod(state.unpacked)

@@ -5,6 +5,7 @@ decides. From then on the host's time and states count, and steps are refused.
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from math import inf, isfinite, nan, nextafter
 from typing import Any, NamedTuple
 
@@ -35,8 +36,9 @@ class SolvedImpact(NamedTuple):
     refusal_of_touch: str | None = None  #: why the law rejects the touch that there was
     dragged: float = 0.0  #: momentum that drag has taken from the ball until the last event, N.s
     drag: float = 0.0  #: its coefficient from then on, N.s/m
-    x_ball: float = 0.0  #: position of the ball then, m
-    ended: tuple[float, float] = (0.0, 0.0)  #: contact time (s) and x_ball at the end of contact
+    x_ball: float = 0.0  #: position of the ball at that event, m
+    lasted: float = 0.0  #: of the contact once it has ended, s
+    x_end: float = 0.0  #: position of the ball then, m
 
     @staticmethod
     def start(parameters: Parameters, inputs: Inputs) -> "tuple[SolvedImpact, list[float]]":
@@ -88,8 +90,8 @@ class SolvedImpact(NamedTuple):
         elif self.in_contact:
             impact = self._with_drag(states)
             if separation_indicator(self, self.solver_state(states)) <= 0.0:
-                ended = time - self.touch.high, x_ball
-                impact = impact._replace(ended=ended, in_contact=False)
+                lasted = time - self.touch.high
+                impact = impact._replace(lasted=lasted, x_end=x_ball, in_contact=False)
         return impact, states
 
     def _with_drag(self, states: list[float]) -> "SolvedImpact":
@@ -100,12 +102,12 @@ class SolvedImpact(NamedTuple):
 
     def contact_until(self, high: float, low: float) -> "tuple[SolvedImpact, float]":
         in_contact = self.in_contact and self.touch is not None
-        return self, (high + low - self.touch.high if in_contact else self.ended[0])  # type: ignore[union-attr]
+        return self, (high + low - self.touch.high if in_contact else self.lasted)  # type: ignore[union-attr]
 
     def contact_displacement(self, state: State) -> float:
         if self.touch is None:
             return 0.0
-        return (state[2] if self.in_contact else self.ended[1]) - self.touch.x_ball
+        return (state[2] if self.in_contact else self.x_end) - self.touch.x_ball
 
     def contact_time(self, t: float) -> float:
         return t
@@ -127,17 +129,6 @@ class SolvedImpact(NamedTuple):
 
     def impulse_of_step(self, high: float, low: float, step: float) -> float:
         return nan
-
-    def packed(self) -> list:
-        return [self.parameters.values, *self[1:]]
-
-    @staticmethod
-    def unpacked(packed: Sequence) -> "SolvedImpact":
-        values, inputs, k, b, touch, *rest, ended = packed
-        touch = None if touch is None else Touch(*touch)
-        return SolvedImpact._make(
-            (Parameters(*values), tuple(inputs), k, b, touch, *rest, tuple(ended))
-        )
 
 
 def accelerations(impact: Any, state: State) -> tuple[float, float]:
@@ -180,6 +171,16 @@ _MORE: dict[str, Output] = {
     "touch_indicator": lambda impact, state, at: touch_indicator(impact, state),
     "separation_indicator": lambda impact, state, at: separation_indicator(impact, state),
 }
+
+
+def _revived(more: list) -> tuple:
+    """What `HybridComponent.snapshot` adds, from what JSON makes of it."""
+    solved, *others = more
+    if solved is not None:
+        values, inputs, k, b, touch, *rest = solved
+        touch = touch and Touch(*touch)
+        solved = SolvedImpact(Parameters(*values), tuple(inputs), k, b, touch, *rest)
+    return solved, *others
 
 
 class HybridComponent(Component):
@@ -374,13 +375,4 @@ class HybridComponent(Component):
         if state.is_own(snapshot):
             self._solved, self._states, self._time, self._started = snapshot[state.LENGTH :]  # type: ignore[index]
 
-    @staticmethod
-    def _pack_more(more: tuple) -> list:
-        solved, *others = more
-        return [solved and solved.packed(), *others]
-
-    @staticmethod
-    def _unpack_more(more: list) -> tuple:
-        solved, states, time, started = more
-        solved = None if solved is None else SolvedImpact.unpacked(solved)
-        return solved, [float(value) for value in states], float(time), bool(started)
+    unpacked = staticmethod(partial(state.unpacked, revive=_revived))

@@ -13,9 +13,7 @@ _CLOSE = 1e-12
 #: there and that of a step; between which of its times the dense output is the state.
 _Reader = tuple[Callable[[float], State], float, float, float, float, float]
 
-
-def _nowhere(t: float) -> State:
-    raise AssertionError
+_NO_READER: _Reader = list, 0.0, 0.0, 0.0, inf, -inf  # type: ignore[assignment]
 
 
 class Segment:
@@ -71,8 +69,6 @@ class Segment:
         self.reader = motion, first, scale * offset, scale * self.size, since, until
         return self.reader
 
-
-_NO_READER: _Reader = (_nowhere, 0.0, 0.0, 0.0, inf, -inf)
 
 #: No steps, and no impact yet.
 NO_SEGMENT = Segment(None, 0.0, 0.0, 0.0)  # type: ignore[arg-type]
