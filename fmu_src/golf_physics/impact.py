@@ -134,7 +134,7 @@ class Impact:
 
     def packed(self) -> list:
         """The impact as numbers and lists of numbers, for `unpacked` in another process."""
-        return [type(self).__name__, self.parameters, self.inputs, self.high, self.low]
+        return [type(self).__name__, self.parameters.values, self.inputs, self.high, self.low]
 
 
 class _Free(Impact):
@@ -191,19 +191,18 @@ class Approach(_Free):
         return following
 
     def with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
-        t = (high - self.high) + (low - self.low)
-        touched = t >= self.duration
-        if touched:
+        t, duration = (high - self.high) + (low - self.low), self.duration
+        if t > duration:
             end, end_low = self._end()
-            # Passed by a step, by more than the clock's last bit.
             if (high - end) + (low - end_low) > RESOLUTION * end:
+                # A step has moved past the touch, by more than the clock's last bit.
                 return super().with_inputs(inputs, high, low)
         p = self.parameters
         x_ball, v_club, v_ball, compression, closing = self.motion
         if inputs[2] == v_club:
             return Approach(p, inputs, self.high, self.low, x_ball, -compression, -self.low_part)
-        if touched:
-            return Approach(p, inputs, end, end_low, x_ball + v_ball * self.duration, 0.0, 0.0)
+        if t >= duration:
+            return Approach(p, inputs, *self._end(), x_ball + v_ball * duration, 0.0, 0.0)
         # Two-sum: a speed that changes at 10⁶ points still closes the right gap.
         step = -closing * t
         gap = step - compression

@@ -1,11 +1,11 @@
 """The values that the component accepts, each one and together, and why it rejects others."""
 
 from math import inf, sqrt
-from typing import NamedTuple
+from typing import Any
 
-from .laws import LAWS, Law
+from .laws import LAWS
 from .laws.contact import Inputs
-from .variables import Variable
+from .variables import VARIABLES, Variable
 
 #: Rates (1/s), masses (kg), speeds and lengths outside these bounds would overflow on the way.
 _SMALLEST, _LARGEST = 1e-75, 1e75
@@ -13,28 +13,33 @@ _SMALLEST, _LARGEST = 1e-75, 1e75
 #: A larger damping ratio, or ratio of the masses, leaves nothing of one term beside the other.
 _RATIO = 1e15
 
+_NAMES = tuple(row.name for row in VARIABLES if row.causality == "parameter")
 
-class Parameters(NamedTuple):
+
+class Parameters:
     """The values, in the table's order, that stay fixed from the end of initialization on."""
 
-    m_club: float
-    m_ball: float
-    ball_diameter: float
-    ball_speed: float
-    gap: float
-    law: int
-    exponent: float
-    reference_compression: float
-    restitution_at_rest: float
-    restitution_slope: float
+    __slots__ = (*_NAMES, "contact_law", "ordinary", "values")
 
-    @property
-    def contact_law(self) -> Law:
-        return LAWS[self.law]
+    def __init__(self, *values: Any) -> None:
+        #: What it is made from.
+        self.values = values
+        # At once: a loop over the names would take four times as long.
+        (
+            self.m_club, self.m_ball, self.ball_diameter, self.ball_speed, self.gap, self.law,
+            self.exponent, self.reference_compression, self.restitution_at_rest,
+            self.restitution_slope,
+        ) = values  # fmt: skip
+        self.contact_law = LAWS[self.law]
+        #: Far inside all bounds: no ordinary inputs lead out of them.
+        self.ordinary = (
+            1e-6 < self.m_club < 1e6 and 1e-6 < self.m_ball < 1e6 and self.gap < 1e30
+            and abs(self.ball_speed) < 1e30
+        )  # fmt: skip
 
 
 INPUTS = 3
-SETTABLE = INPUTS + len(Parameters._fields)
+SETTABLE = INPUTS + len(_NAMES)
 
 
 def refusal(variable: Variable, value: object) -> str:
@@ -54,12 +59,8 @@ def conflict(parameters: Parameters, inputs: Inputs) -> str | None:
     """Why these values, each of them allowed, are rejected together; or None."""
     p = parameters
     k, b, club_speed = inputs
-    # The fast path, far inside all bounds: a host may set inputs at every step.
-    if (
-        1e-6 < p.m_club < 1e6 and 1e-6 < p.m_ball < 1e6 and p.gap < 1e30
-        and -1e30 < p.ball_speed < 1e30
-        and 1e-6 < k < 1e30 and b < 1e6 and -1e30 < club_speed < 1e30
-    ):  # fmt: skip
+    # The fast path: a host may set inputs at every step.
+    if p.ordinary and 1e-6 < k < 1e30 and b < 1e6 and -1e30 < club_speed < 1e30:
         return p.contact_law.refusal(p, inputs)
     speed = abs(club_speed) + abs(p.ball_speed)
     total = p.m_club + p.m_ball

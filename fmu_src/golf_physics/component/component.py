@@ -116,7 +116,7 @@ class Component:
     def _begin(self) -> str | None:
         """Fix the parameters; or return why they can't be used."""
         parameters, inputs = self._split()
-        refused = [text for name, text in self._refused.items() if name in Parameters._fields]
+        refused = [text for name, text in self._refused.items() if hasattr(parameters, name)]
         problem = "; ".join(refused) or conflict(parameters, inputs)
         if problem is None:
             self._mode = STEPPING

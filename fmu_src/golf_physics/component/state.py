@@ -3,6 +3,7 @@
 import json
 from binascii import crc32
 from collections.abc import Callable
+from operator import attrgetter
 from typing import Any
 
 from ..impact import unpacked as unpacked_impact
@@ -37,7 +38,7 @@ def packed(snapshot: Any) -> bytes:
     if segment is not NO_SEGMENT:
         steps = [segment.impact.packed(), segment.high, segment.low, segment.size]
     items = [_FORMAT, *plain, steps, snapshot[LENGTH:]]
-    return _with_checksum(json.dumps(items)[:-1].encode())
+    return _with_checksum(json.dumps(items, default=attrgetter("values"))[:-1].encode())
 
 
 def unpacked(data: bytes, revive: Callable[[list], tuple] = tuple) -> tuple | None:
