@@ -76,7 +76,7 @@ class Component:
         #: The state at this communication point, once it has been read.
         self._now: State | None = None
         #: A state that has been evaluated, and the impact at its instant.
-        self._present: tuple[State | None, Any] = None, None
+        self._present: tuple[State, Any] = [], None
         #: The last list of references read: see `outputs.Reading`.
         self._moving: list[int] | None = None
         self._pick: Callable[[State], list[float]] | None = None
@@ -317,14 +317,7 @@ class Component:
     def impact(self) -> Any:
         """The impact at the present instant, for outputs."""
         state, impact = self._present
-        if state is self._now:
-            return impact
-        segment = self._ready()
-        try:
-            return segment.impact.at(*segment.instant(self._count))
-        except (ArithmeticError, ValueError):
-            # Its contact leaves the range of a double: `_evaluate` reports it.
-            return segment.impact
+        return impact if state is self._now else self._segment.impact.at(*self.instant())
 
     def _ready(self) -> Segment:
         """The segment; before stepping, that of the start instant under the present values."""
@@ -340,12 +333,12 @@ class Component:
         """The state at this communication point."""
         segment = self._ready()
         try:
-            self._present = now, _ = segment.state(self._count)
+            self._present = segment.state(self._count)
         except (ArithmeticError, ValueError) as error:
             self._report(f"{_OUT_OF_RANGE} ({error})")
-            now = [nan] * len(MOVING)
-        self._now = now
-        return now
+            self._present = [nan] * len(MOVING), segment.impact
+        self._now, _ = self._present
+        return self._now
 
     def snapshot(self) -> tuple:
         """Everything, for `restore` in any instance of this process."""

@@ -16,7 +16,7 @@ from ..variables import MORE_VARIABLES, VARIABLES
 from . import state
 from .component import BLOCKED, STEPPING, Component
 from .outputs import OUTPUTS, Output, readings
-from .segment import NO_SEGMENT, Segment
+from .segment import Segment
 
 #: Added to an indicator that may be exactly 0 before its event: solvers look for changes of sign.
 _ABOVE_ZERO = 1e-18
@@ -39,12 +39,6 @@ class SolvedImpact(NamedTuple):
     x_ball: float = 0.0  #: position of the ball at that event, m
     lasted: float = 0.0  #: of the contact once it has ended, s
     x_end: float = 0.0  #: position of the ball then, m
-
-    @staticmethod
-    def start(parameters: Parameters, inputs: Inputs) -> "tuple[SolvedImpact, list[float]]":
-        """The impact at the start, and the states."""
-        states = [-parameters.gap, 0.0, inputs[2], parameters.ball_speed]
-        return SolvedImpact(parameters, inputs, *inputs[:2]), states
 
     @property
     def touched(self) -> bool:
@@ -257,28 +251,24 @@ class HybridComponent(Component):
         solved = self._solved
         if problem is None and self._refused and (solved is not None or not self.last_step):
             problem = "; ".join(self._refused.values())
-        jumped = False
         if problem is None and solved is not None:
             self._now = None
             self._solved, self._states = solved.after_event(self._time, self._states)
-            # At every event: derivatives jump with inputs as well, and fmusim's CVODE is wrong
-            # unless it starts anew.
-            jumped = True
             problem = self._solved.refusal_of_touch
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
-            return True, jumped, None
+            return True, False, None
         # Before the first step it may still be used for Model Exchange, which has indicators.
         ahead = solved is None and self.last_step
-        return False, jumped, next(self._events_after(self._point), None) if ahead else None
+        when = next(self._events_after(self._point), None) if ahead else None
+        # A solver starts anew at every event: derivatives jump with inputs as well, and fmusim's
+        # CVODE is wrong otherwise.
+        return False, solved is not None, when
 
     def _events_after(self, point: float) -> Iterator[float]:
         """When touch and separation are still to come (s), if the host's time is this one now."""
-        segment = self._segment
-        if segment is NO_SEGMENT:
-            return
-        high, low = segment.instant(self._count)
-        impact = segment.impact
+        high, low = self._segment.instant(self._count)
+        impact = self._segment.impact
         inputs: Any = tuple(self.values[:INPUTS])
         try:
             if inputs != impact.inputs:
@@ -318,9 +308,9 @@ class HybridComponent(Component):
         """The impact to solve and its states; before stepping, those of the present values."""
         if self._solved is not None:
             return self._solved, self._states
-        solved, states = SolvedImpact.start(*self._split())
-        time = self.time()
-        solved, states = solved.after_event(time, states)
+        p, inputs = self._split()
+        time, start = self.time(), [-p.gap, 0.0, inputs[2], p.ball_speed]
+        solved, states = SolvedImpact(p, inputs, *inputs[:2]).after_event(time, start)
         if self._mode == STEPPING:
             self._solved, self._states, self._now = solved, states, None
             # From here on the clock is the host's time.
