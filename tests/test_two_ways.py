@@ -11,11 +11,10 @@ from golf_physics.laws import absolute, closed_form, relative
 from golf_physics.laws.closed_form import ClosedFormContact
 from golf_physics.laws.contact import InitialState
 from golf_physics.laws.extended import ExtendedContact
-from golf_physics.numerics import zeros
 from golf_physics.parameters import Parameters
 
 from golf_impact.stress.cases import named_cases, random_impact
-from golf_impact.stress.special_points import beside, special_impact
+from golf_impact.stress.special_points import special_impact
 
 LAWS = {1: absolute, 2: relative, "absolute": absolute, "relative": relative}
 
@@ -235,30 +234,3 @@ def test_a_contact_that_one_swing_does_not_end_needs_decimals():
     case = (1e6, 2.0 * 0.5 * math.sqrt(1e6 * mu), 0.21, 0.0315, touch(35.0, 0.0))
     assert isinstance(contact_of(absolute, *case), ExtendedContact)
     assert worst_of(absolute, [case]) == math.inf
-
-
-@pytest.mark.parametrize("number", range(300))
-def test_special_points_are_drawn_beside_each_other(number):
-    rng = random.Random(number)
-    value = 10.0 ** rng.uniform(-3, 6)
-    assert abs(beside(rng, value) / value - 1.0) <= 1.001e-3
-
-
-@pytest.mark.parametrize("lighter", ["club", "ball", "neither"])
-def test_law_1s_real_rate_takes_few_steps(lighter, monkeypatch):
-    class Counted:
-        def __iter__(self):
-            for self.taken in range(1, 41):
-                yield self.taken
-
-    counted = Counted()
-    monkeypatch.setattr(zeros, "_NEWTON_STEPS", counted)
-    rng = random.Random(1)
-    for _ in range(2000):
-        ratio = 1.0 if lighter == "neither" else 10.0 ** rng.uniform(0.0, 15.0)
-        p, q = 1.0 / (1.0 + ratio), ratio / (1.0 + ratio)
-        if lighter == "club":
-            p, q = q, p
-        zeta = closed_form.MOST_DRAG * rng.choice([1.0, rng.random(), 10.0 ** rng.uniform(-30, 0)])
-        zeros.offset_of_real_root(p, q, 2.0 * zeta * p, 2.0 * zeta * (q - p))
-        assert counted.taken <= 3

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from math import inf
 from typing import NamedTuple
 
-from .laws.contact import EARLY, EndState, InitialState, State
+from .laws.contact import EndState, InitialState, State
 from .parameters import Inputs, Parameters
 
 #: Of a host's clock, relative.
@@ -260,25 +260,19 @@ class Contact(Impact):
     def clamped(self, state: State, t: float) -> State:
         """A state of the dense output as a host may see it, t s after the start of the phase.
 
-        Exact at the start; just after touch compression and force are evaluated separately; and
-        neither is below 0, whatever the rounding: bodies push, they don't pull.
+        Exact at the start; and neither force nor compression is below 0, whatever the rounding:
+        bodies push, they don't pull.
         """
         if not t:
-            x_club, compression, v_club, v_ball, closing = self.initial
-            force = self._force(compression, closing)
-            state[:] = force, x_club, x_club - compression, v_club, v_ball, compression
-        elif t * self.phase.rate <= EARLY and not self.initial.compression:
-            state[5] = self.phase.compression(t)
-            state[0] = self._force(state[5], self.phase.closing(t))
+            p = self.parameters
+            x_club, d, v_club, v_ball, closing = self.initial
+            force = p.contact_law.force(p, self.k, self.b, d, closing)
+            state[:] = force, x_club, x_club - d, v_club, v_ball, d
         if state[0] < 0.0:
             state[0] = 0.0
         if state[5] < 0.0:
             state[2], state[5] = state[1], 0.0
         return state
-
-    def _force(self, compression: float, closing: float) -> float:
-        p = self.parameters
-        return p.contact_law.force(p, self.k, self.b, compression, closing)
 
     def state(self, high: float, low: float) -> State:
         t = self.elapsed(high, low)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from math import ceil, inf
 
 from ..impact import RESOLUTION, Contact, Impact, added
-from ..laws.contact import EARLY, State
+from ..laws.contact import State
 
 #: Next to touch and separation (relative) force and compression may be all rounding error.
 _CLOSE = 1e-12
@@ -64,7 +64,7 @@ class Segment:
             high, low = self.instant(first)
             offset = (high - impact.high) + (low - impact.low)
         # Next to an event the exact instant decides, and the state is clamped.
-        since = scale * max(EARLY / impact.phase.rate, RESOLUTION * impact.high)
+        since = scale * max(_CLOSE / impact.phase.rate, RESOLUTION * impact.high)
         until = scale * impact.duration * (1.0 - _CLOSE)
         self.reader = motion, first, scale * offset, scale * self.size, since, until
         return self.reader

@@ -9,7 +9,7 @@ from math import atan2, cos, exp, expm1, sin, sqrt
 
 from ..numerics.gauss import integral
 from ..numerics.zeros import first_downward_zero, offset_of_real_root
-from .contact import EARLY, ContactPhase, EndState, InitialState, State
+from .contact import ContactPhase, EndState, InitialState, State
 from .extended import ExtendedContact, Row, slope
 
 #: A damping ratio of the drag as small as this changes no bit of any result.
@@ -147,12 +147,6 @@ class ClosedFormContact(ContactPhase):
         left = c0 * c + s0 * s if self._arguments[1] else 0.0
         closing = (c1 - c2) * c + (s1 - s2) * s
         return x + a2 * t, a1 + c1 * c + s1 * s, a2 + c2 * c + s2 * s, left, closing
-
-    def compression(self, t: float) -> float:
-        if self._motion[0] and t * self.rate <= EARLY and not self._start.compression:
-            # Just after touch the real mode and the pair nearly cancel.
-            return integral(self.closing, t, t)
-        return super().compression(t)
 
     def _value(self, name: str, t: float) -> float:
         a, c, s = self._row(name)
