@@ -57,7 +57,7 @@ class Impact:
 
     __slots__ = ("_following", "duration", "high", "inputs", "low", "parameters", "touch")
 
-    touched = in_contact = False
+    in_contact = False
     parameters: Parameters
     inputs: Inputs  #: k, b and club_speed with which the phase began
     high: float  #: the instant at which the phase begins
@@ -111,10 +111,6 @@ class Impact:
     def contact_until(self, high: float, low: float) -> "tuple[Contact, float] | None":
         """The last contact phase, and how long it has lasted, s."""
         return None
-
-    def contact_displacement(self, state: State) -> float:
-        """The distance that the ball has moved in contact, m."""
-        return 0.0
 
     def impulse_of_step(self, high: float, low: float, step: float) -> float:
         """Impulse of the contact force over the last `step` seconds, N.s, however short it is."""
@@ -221,7 +217,7 @@ class Contact(Impact):
 
     __slots__ = ("b", "before", "initial", "k", "phase")
 
-    touched = in_contact = True
+    in_contact = True
     touch: Touch
 
     def __init__(
@@ -282,9 +278,6 @@ class Contact(Impact):
     def contact_until(self, high: float, low: float) -> "tuple[Contact, float]":
         return self, self.elapsed(high, low)
 
-    def contact_displacement(self, state: State) -> float:
-        return state[2] - self.touch.x_ball
-
     def contact_time(self, t: float) -> float:
         return self.before.contact_time + t
 
@@ -312,9 +305,8 @@ class Contact(Impact):
 class Flight(_Free):
     """The bodies after a contact that lasted so long, s; `motion` as in `_Free`."""
 
-    __slots__ = ("contact", "lasted")
+    __slots__ = ("contact", "lasted", "x_end")
 
-    touched = True
     touch: Touch
     duration = inf
 
@@ -323,13 +315,10 @@ class Flight(_Free):
     ) -> None:
         self.parameters, self.inputs, self.touch = contact.parameters, contact.inputs, contact.touch
         self.contact, self.high, self.low = contact, high, low
-        self.lasted, self.motion = lasted, motion
+        self.lasted, self.motion, self.x_end = lasted, motion, motion[0]
 
     def contact_until(self, high: float, low: float) -> tuple[Contact, float]:
         return self.contact, self.lasted
-
-    def contact_displacement(self, state: State) -> float:
-        return self.motion[0] - self.touch.x_ball
 
     def packed(self) -> list:
         return ["Flight", self.contact.packed(), self.high, self.low, self.lasted, self.motion]

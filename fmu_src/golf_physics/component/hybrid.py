@@ -40,10 +40,6 @@ class SolvedImpact(NamedTuple):
     lasted: float = 0.0  #: of the contact once it has ended, s
     x_end: float = 0.0  #: position of the ball then, m
 
-    @property
-    def touched(self) -> bool:
-        return self.touch is not None
-
     def solver_state(self, states: Sequence[float]) -> State:
         """The state; force and compression continue smoothly below 0 until the event."""
         x_club, x_ball, v_club, v_ball = states
@@ -97,11 +93,6 @@ class SolvedImpact(NamedTuple):
     def contact_until(self, high: float, low: float) -> "tuple[SolvedImpact, float]":
         in_contact = self.in_contact and self.touch is not None
         return self, (high + low - self.touch.high if in_contact else self.lasted)  # type: ignore[union-attr]
-
-    def contact_displacement(self, state: State) -> float:
-        if self.touch is None:
-            return 0.0
-        return (state[2] if self.in_contact else self.x_end) - self.touch.x_ball
 
     def contact_time(self, t: float) -> float:
         return t

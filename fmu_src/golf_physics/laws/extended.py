@@ -34,7 +34,7 @@ from typing import Any
 
 from ..numerics.decimals import PI, arithmetic
 from ..numerics.zeros import zero_between
-from .contact import ContactPhase, EndState, InitialState, State
+from .contact import ContactPhase, InitialState, State
 
 #: The coefficients of a quantity, float or Decimal.
 Row = tuple[Any, Any, Any]
@@ -124,8 +124,7 @@ class ExtendedContact(ContactPhase):
         self._rows = {"force": _sum(k, d_row, damper, w_row), "d": d_row, "w": w_row}
         self._v_ball = _sum(1, mean, -q, w_row)
         self._x_ball = Decimal(start.x_club) - d
-        self._end = self._end_of_contact()
-        self.duration = float(self._end)
+        self.duration = float(self._end_of_contact())
 
     def _find_pair(self, r: Decimal, h: Decimal, c: Decimal) -> None:
         """Set the rates: r, and the zeros of s² + 2hs + c."""
@@ -182,15 +181,12 @@ class ExtendedContact(ContactPhase):
             x_ball = self._x_ball + rate * t + (moved - position[0] - position[1])
             return [float(x) for x in (force, x_ball + d, x_ball, v_ball + w, v_ball, d)]
 
-    def end(self) -> EndState:
-        _, _, x_ball, v_club, v_ball, d = self._state(self._end)
-        # Law 1's compression is 0 but for the last of many digits.
-        return x_ball, v_club, v_ball, max(0.0, d), self._value("w", self._end)
-
     def _find_maxima(self, name: str) -> list[float]:
         with self._in_use():
             # Every oscillation was larger a period before.
-            end = min(self._end, 3 * PI / self._rates[2]) if self._sign > 0 else self._end
+            end = Decimal(self.duration)
+            if self._sign > 0:
+                end = min(end, 3 * PI / self._rates[2])
             slope = self._slope(self._rows[name])
             return [float(t) for t, falls in self._sign_changes(slope, end) if falls]
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 from math import atan2, exp, hypot, inf, pi, sqrt
 
 from ..numerics.gauss import GAUSS_5
-from ..numerics.panels import LEAST, Oscillator, Panel
+from ..numerics.panels import Oscillator, Panel
 from .contact import ContactPhase, InitialState, State
 
 #: Where panels meet, as phases Ωσ since the last zero of x. Its other zeros (pi apart, along the
@@ -22,9 +22,6 @@ _CUTS_ABOVE_CRITICAL = tuple(1.6**n for n in range(1, 16))
 
 #: A panel nearer than this many widths to a zero of x is expanded about that zero.
 _NEAR = 1.5
-
-#: A lower speed is not made the unit: powers might underflow.
-_LEAST_SPEED = 1e-150
 
 
 class PowerLawContact(ContactPhase):
@@ -53,7 +50,7 @@ class PowerLawContact(ContactPhase):
         omega = sqrt(m * (k / mu))
         self._motion = motion = Oscillator(b / (2.0 * mu * omega))
         # L is what the speed could compress to, or the compression: of x and |u| one is 1.
-        speed = max(abs(w), _LEAST_SPEED)
+        speed = abs(w)
         length = (m * speed / omega) ** (1.0 / m) * reference_compression**power
         if length >= d and (w != 0.0 or d == 0.0):
             omega = m * speed / length
@@ -63,8 +60,6 @@ class PowerLawContact(ContactPhase):
             speed = length * omega / m
         u = w / speed if w else 0.0
         x = (d / length) ** m
-        if x < LEAST:
-            x = 0.0
         drive = x + 2.0 * motion.zeta * u
         self._start = x, u
         self._masses = p, m_club / total, mu
@@ -73,7 +68,7 @@ class PowerLawContact(ContactPhase):
         self._panels: list[Panel] = []
         #: Contact force (N), compression (m) and closing speed (m/s).
         self._initial = self._force(d / length, drive), d, w
-        if omega > LEAST and (drive > 0.0 or (x == 0.0 and u > 0.0)):
+        if drive > 0.0 or (x == 0.0 and u > 0.0):
             u = self._lay_out()
             d, w = length * (-2.0 * motion.zeta * u) ** (1.0 / m), speed * u
         self._final = 0.0, d, w
