@@ -119,10 +119,8 @@ class Impact:
             return 0.0
         contact, end = last
         # From the start of the phase: the difference of two late times would lose all digits.
-        before = high - step
-        back = high - before
-        lost = (high - (before + back)) + (back - step)
-        begin = (before - self.high) + ((low - self.low) + lost)
+        before, rest = added(high, low, -step)
+        begin = (before - self.high) + (rest - self.low)
         if contact is self and begin > 0.0:
             return contact.phase.impulse(begin, step) if begin < end else 0.0
         begin = max(0.0, begin if contact is self else begin + end)
@@ -199,12 +197,9 @@ class Approach(_Free):
             return Approach(p, inputs, self.high, self.low, x_ball, -compression, -self.low_part)
         if t >= duration:
             return Approach(p, inputs, *self._end(), x_ball + v_ball * duration, 0.0, 0.0)
-        # Two-sum: a speed that changes at 10⁶ points still closes the right gap.
-        step = -closing * t
-        gap = step - compression
-        back = gap - step
-        gap_low = (step - (gap - back)) - (compression + back) - self.low_part
-        return Approach(p, inputs, high, low, x_ball + v_ball * t, gap, gap_low)
+        # Without loss: a speed that changes at 10⁶ points still closes the right gap.
+        gap = added(-compression, -self.low_part, -closing * t)
+        return Approach(p, inputs, high, low, x_ball + v_ball * t, *gap)
 
     def packed(self) -> list:
         return [*super().packed(), self.motion[0], -self.motion[3], -self.low_part]

@@ -50,24 +50,20 @@ class Segment:
         if not impact.in_contact:
             return impact.state(high, low), impact
         assert isinstance(impact, Contact)
-        motion, first, offset, pace, _, _ = self._reader_of(impact)
-        state = motion(offset + (count - first) * pace)
-        return impact.clamped(state, impact.elapsed(high, low)), impact
-
-    def _reader_of(self, impact: Contact) -> _Reader:
         motion, scale = impact.phase.dense_output()
-        offset = (self.high - impact.high) + (self.low - impact.low)
-        first = 0.0
+        offset, first = (self.high - impact.high) + (self.low - impact.low), 0.0
         if offset < 0.0 and self.size:
             # Steps before the phase began would only cost digits.
             first = float(ceil(-offset / self.size - 1e-9))
-            high, low = self.instant(first)
-            offset = (high - impact.high) + (low - impact.low)
+            begin, begin_low = self.instant(first)
+            offset = (begin - impact.high) + (begin_low - impact.low)
         # Next to an event the exact instant decides, and the state is clamped.
         since = scale * max(_CLOSE / impact.phase.rate, RESOLUTION * impact.high)
         until = scale * impact.duration * (1.0 - _CLOSE)
-        self.reader = motion, first, scale * offset, scale * self.size, since, until
-        return self.reader
+        offset, pace = scale * offset, scale * self.size
+        self.reader = motion, first, offset, pace, since, until
+        state = motion(offset + (count - first) * pace)
+        return impact.clamped(state, impact.elapsed(high, low)), impact
 
 
 #: No steps, and no impact yet.
