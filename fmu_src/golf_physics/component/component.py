@@ -354,7 +354,7 @@ class Component:
         (
             _, values, self._mode, self._refused, self._once, self.start_time, self.origin,
             self._point, self._count, self._segment,
-        ) = snapshot[: state.LENGTH]  # type: ignore[index]  # fmt: skip
+        ) = snapshot  # type: ignore[misc]  # fmt: skip
         self.values = list(values)
         self._anchored = self._watched = False
         self._size = nan

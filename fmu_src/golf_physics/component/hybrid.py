@@ -158,51 +158,56 @@ _MORE: dict[str, Output] = {
 }
 
 
-def _revived(more: list) -> tuple:
-    """What `HybridComponent.snapshot` adds, from what JSON makes of it."""
-    solved, *others = more
-    if solved is not None:
-        values, inputs, k, b, touch, *rest = solved
-        touch = touch and Touch(*touch)
-        solved = SolvedImpact(Parameters(*values), tuple(inputs), k, b, touch, *rest)
-    return solved, *others
+class Solving(Segment):
+    """A host's solver in place of communication steps: its time, s, and its states.
+
+    `started`: whether the start time is fixed.
+    """
+
+    __slots__ = ("started", "states")
+
+    impact: SolvedImpact  # type: ignore[assignment]
+
+    def __init__(
+        self, impact: SolvedImpact, states: list[float], time: float, started: bool
+    ) -> None:
+        super().__init__(impact, time, 0.0, nan)  # type: ignore[arg-type]
+        self.states, self.started = states, started
+
+    def state(self, count: float) -> tuple[State, Any]:
+        return self.impact.state(self.states), self.impact
+
+    def packed(self) -> list:
+        return ["Solving", self.impact, self.states, self.high, self.started]
+
+
+def _revived(packed: list) -> Segment:
+    if packed[0] != "Solving":
+        return Segment.unpacked(packed)
+    _, (values, inputs, k, b, touch, *rest), *others = packed
+    touch = touch and Touch(*touch)
+    return Solving(SolvedImpact(Parameters(*values), tuple(inputs), k, b, touch, *rest), *others)
 
 
 class HybridComponent(Component):
     """An instance for co-simulation with event mode, or for Model Exchange."""
 
-    __slots__ = ("_solved", "_started", "_states", "_time")
+    __slots__ = ()
 
     reading = staticmethod(readings(VARIABLES + MORE_VARIABLES, OUTPUTS | _MORE))
 
     def __init__(self, report: Callable[[str], None]) -> None:
         super().__init__(report)
-        #: Model Exchange: the impact; the states and the time of the host's solver; whether the
-        #: start time is fixed.
-        self._solved: SolvedImpact | None = None
-        self._states: list[float] = []
-        self._time = nan
-        self._started = False
         # The start time isn't passed to an instance: it is that of the first step.
         self._point = nan
         self._anchored = False
-
-    @property
-    def last_step(self) -> float:
-        return super().last_step if self._solved is None else nan
-
-    def instant(self) -> tuple[float, float]:
-        return super().instant() if self._solved is None else (self._time, 0.0)
 
     def time(self) -> float:
         high, low = self.instant()
         return self.origin + (high + low)
 
-    def impact(self) -> Any:
-        return super().impact() if self._solved is None else self._solved
-
     def _check(self, point: float, size: float) -> Segment | str:
-        if self._solved is not None:
+        if isinstance(self._segment, Solving):
             return "a step is refused: this instance is used for Model Exchange"
         first = not self.last_step
         accepted = super()._check(point, size)
@@ -210,24 +215,20 @@ class HybridComponent(Component):
             self.start_time = self.origin
         return accepted
 
-    def _evaluate(self) -> State:
-        if self._solved is None:
-            return super()._evaluate()
-        self._now = self._solved.state(self._states)
-        return self._now
-
     def unclamped(self, state: State) -> State:
         """Without the lower limit of 0 that a host sees in Model Exchange."""
-        return state if self._solved is None else self._solved.solver_state(self._states)
+        solving = self._segment
+        if not isinstance(solving, Solving):
+            return state
+        return solving.impact.solver_state(solving.states)
 
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
         super().set_values(references, values, type_)
-        solved = self._solved
-        if solved is not None:
-            inputs: Any = tuple(self.values[:INPUTS])
-            if inputs != solved.inputs:
-                self._solved = solved.with_inputs(inputs)
-            self._now = None
+        inputs: Any = tuple(self.values[:INPUTS])
+        solving = self._segment
+        if isinstance(solving, Solving) and inputs != solving.impact.inputs:
+            impact, started = solving.impact.with_inputs(inputs), solving.started
+            self._go_on(Solving(impact, solving.states, solving.high, started), 0.0)
 
     def update(self) -> tuple[bool, bool, float | None]:
         """Handle the events of this instant.
@@ -239,22 +240,23 @@ class HybridComponent(Component):
         if problem is None and self._mode != STEPPING:
             self._refuse_once("an event before initialization or after the end is refused")
             return False, False, None
-        solved = self._solved
-        if problem is None and self._refused and (solved is not None or not self.last_step):
+        solving = self._segment if isinstance(self._segment, Solving) else None
+        if problem is None and self._refused and (solving or not self.last_step):
             problem = "; ".join(self._refused.values())
-        if problem is None and solved is not None:
-            self._now = None
-            self._solved, self._states = solved.after_event(self._time, self._states)
-            problem = self._solved.refusal_of_touch
+        if problem is None and solving:
+            time, started = solving.high, solving.started
+            impact, states = solving.impact.after_event(time, solving.states)
+            self._go_on(Solving(impact, states, time, started), 0.0)
+            problem = impact.refusal_of_touch
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
             return True, False, None
         # Before the first step it may still be used for Model Exchange, which has indicators.
-        ahead = solved is None and self.last_step
+        ahead = solving is None and self.last_step
         when = next(self._events_after(self._point), None) if ahead else None
         # A solver starts anew at every event: derivatives jump with inputs as well, and fmusim's
         # CVODE is wrong otherwise.
-        return False, solved is not None, when
+        return False, solving is not None, when
 
     def _events_after(self, point: float) -> Iterator[float]:
         """When touch and separation are still to come (s), if the host's time is this one now."""
@@ -287,7 +289,7 @@ class HybridComponent(Component):
         """
         end = point + size
         # A point or a size that isn't a number is refused below.
-        if self._mode == STEPPING and self._solved is None and isfinite(end):
+        if self._mode == STEPPING and not isinstance(self._segment, Solving) and isfinite(end):
             for when in self._events_after(point):
                 if when > end:
                     break
@@ -295,65 +297,56 @@ class HybridComponent(Component):
                     return self.step(point, size if when == end else when - point), True, when
         return self.step(point, size), False, end
 
-    def _solving(self) -> tuple[SolvedImpact, list[float]]:
-        """The impact to solve and its states; before stepping, those of the present values."""
-        if self._solved is not None:
-            return self._solved, self._states
+    def _solving(self) -> Solving:
+        """The solver's time and states; before stepping, those of the present values."""
+        if isinstance(self._segment, Solving):
+            return self._segment
         p, inputs = self._split()
         time, start = self.time(), [-p.gap, 0.0, inputs[2], p.ball_speed]
-        solved, states = SolvedImpact(p, inputs, *inputs[:2]).after_event(time, start)
+        impact, states = SolvedImpact(p, inputs, *inputs[:2]).after_event(time, start)
+        solving = Solving(impact, states, nan if self.last_step else time, False)
         if self._mode == STEPPING:
-            self._solved, self._states, self._now = solved, states, None
+            self._go_on(solving, 0.0)
             # From here on the clock is the host's time.
-            self._time, self.origin = nan if self.last_step else time, 0.0
-            if solved.refusal_of_touch is not None:
-                self._report(solved.refusal_of_touch)
-        return solved, states
+            self.origin = 0.0
+            if impact.refusal_of_touch is not None:
+                self._report(impact.refusal_of_touch)
+        return solving
 
     def set_time(self, time: float) -> None:
         """The host's time, s; the first one set before any state is that of the start."""
-        solved, _ = self._solving()
-        if not self._started and self._solved is not None:
-            self._started = True
-            self.start_time = time
-            if solved.touch is not None:
-                self._solved = solved._replace(touch=solved.touch._replace(high=time))
-        self._time = time
-        self._now = None
+        solving = self._solving()
+        impact = solving.impact
+        if self._segment is solving:
+            if not solving.started:
+                self.start_time = time
+                if impact.touch is not None:
+                    impact = impact._replace(touch=impact.touch._replace(high=time))
+            self._go_on(Solving(impact, solving.states, time, True), 0.0)
 
     def states(self) -> list[float]:
         """The continuous states: positions (m) and velocities (m/s), each of club and ball."""
-        return self._solving()[1]
+        return self._solving().states
 
     def set_states(self, states: list[float]) -> None:
         """Of the host's solver; the list is kept."""
-        self._solving()
-        if self._solved is not None:
-            self._started = True
-            self._states = states
-        self._now = None
+        solving = self._solving()
+        if self._segment is solving:
+            self._go_on(Solving(solving.impact, states, solving.high, True), 0.0)
 
     def derivatives(self) -> list[float]:
         """Of the states; NaN while values are refused, so that no solver goes on with others."""
-        solved, states = self._solving()
-        if self._refused or self._mode == BLOCKED or solved.refusal_of_touch is not None:
+        solving = self._solving()
+        impact = solving.impact
+        if self._refused or self._mode == BLOCKED or impact.refusal_of_touch is not None:
             return [nan] * 4
-        now = solved.solver_state(states)
-        return [now[3], now[4], *accelerations(solved, now)]
+        now = impact.solver_state(solving.states)
+        return [now[3], now[4], *accelerations(impact, now)]
 
     def indicators(self) -> list[float]:
         """Of touch and separation: above 0 until it happens."""
-        solved, states = self._solving()
-        now = solved.solver_state(states)
-        return [touch_indicator(solved, now), separation_indicator(solved, now)]
-
-    def snapshot(self) -> tuple:
-        solving = self._solved, self._states, self._time, self._started
-        return (*super().snapshot(), *solving)
-
-    def restore(self, snapshot: tuple | None) -> None:
-        super().restore(snapshot)
-        if state.is_own(snapshot):
-            self._solved, self._states, self._time, self._started = snapshot[state.LENGTH :]  # type: ignore[index]
+        solving = self._solving()
+        now = solving.impact.solver_state(solving.states)
+        return [touch_indicator(solving.impact, now), separation_indicator(solving.impact, now)]
 
     unpacked = staticmethod(partial(state.unpacked, revive=_revived))

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from math import ceil, inf
 
-from ..impact import RESOLUTION, Contact, Impact, added
+from ..impact import RESOLUTION, Contact, Impact, added, unpacked
 from ..laws.contact import State
 
 #: Next to touch and separation (relative) force and compression may be all rounding error.
@@ -64,6 +64,15 @@ class Segment:
         self.reader = motion, first, offset, pace, since, until
         state = motion(offset + (count - first) * pace)
         return impact.clamped(state, impact.elapsed(high, low)), impact
+
+    def packed(self) -> list:
+        """As numbers and lists of numbers, for `unpacked` in another process."""
+        return [self.impact.packed(), self.high, self.low, self.size]
+
+    @staticmethod
+    def unpacked(packed: list) -> "Segment":
+        impact, *steps = packed
+        return Segment(unpacked(impact), *steps)
 
 
 #: No steps, and no impact yet.
