@@ -142,7 +142,7 @@ class _Free(Impact):
     low_part = 0.0
 
     def state(self, high: float, low: float) -> State:
-        t = self.elapsed(high, low)
+        t = (high - self.high) + (low - self.low)
         x_ball, v_club, v_ball, compression, closing = self.motion
         x_ball += v_ball * t
         compression += self.low_part + closing * t

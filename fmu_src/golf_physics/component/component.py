@@ -128,7 +128,7 @@ class Component:
         self._mode = TERMINATED
         self._size = nan
 
-    def _go_on(self, segment: Segment, count: float) -> None:
+    def _go_on(self, segment: Any, count: float) -> None:
         """From here on the instant is that after so many steps of this segment."""
         self._segment, self._count, self._now = segment, count, None
 

@@ -4,7 +4,7 @@ An instance isn't told which of the two it is for: the first call that only Mode
 decides. From then on the host's time and states count, and steps are refused.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import partial
 from math import inf, isfinite, nan, nextafter
 from typing import Any, NamedTuple
@@ -16,21 +16,20 @@ from ..variables import MORE_VARIABLES, VARIABLES
 from . import state
 from .component import BLOCKED, STEPPING, Component
 from .outputs import OUTPUTS, Output, readings
-from .segment import Segment
+from .segment import NO_READER, Segment
 
 #: Added to an indicator that may be exactly 0 before its event: solvers look for changes of sign.
 _ABOVE_ZERO = 1e-18
 
 
-class SolvedImpact(NamedTuple):
-    """An impact from its last event on; the host's solver has the states: positions (m) and
-    velocities (m/s), each of club and ball. Outputs read its results as those of `Impact`.
-    """
-
+class _Solved(NamedTuple):
     parameters: Parameters
     inputs: Inputs
     k: float  #: of the contact, N/m
     b: float  #: of the contact, N.s/m
+    time: float  #: the host's, s
+    states: list[float]  #: positions (m) and velocities (m/s), each of club and ball
+    started: bool = False  #: whether the start time is fixed
     touch: Touch | None = None  #: in the host's time
     in_contact: bool = False
     refusal_of_touch: str | None = None  #: why the law rejects the touch that there was
@@ -40,9 +39,43 @@ class SolvedImpact(NamedTuple):
     lasted: float = 0.0  #: of the contact once it has ended, s
     x_end: float = 0.0  #: position of the ball then, m
 
-    def solver_state(self, states: Sequence[float]) -> State:
+
+class SolvedImpact(_Solved):
+    """An impact from its last event on, whose motion a host's solver finds.
+
+    Outputs read it as an `Impact`; it takes the place of an instance's communication steps.
+    """
+
+    # As of a segment.
+    size = nan
+    reader = NO_READER
+
+    @property
+    def impact(self) -> "SolvedImpact":
+        return self
+
+    def instant(self, count: float) -> tuple[float, float]:
+        return self.time, 0.0
+
+    def state(self, count: float) -> "tuple[State, SolvedImpact]":
+        force, *moving, compression = self.solver_state()
+        return [max(0.0, force), *moving, max(0.0, compression)], self
+
+    def packed(self) -> list:
+        return ["SolvedImpact", *self]
+
+    @staticmethod
+    def unpacked(packed: list) -> Any:
+        """A segment or a solved impact from what JSON makes of its `packed`."""
+        if packed[0] != "SolvedImpact":
+            return Segment.unpacked(packed)
+        _, values, inputs, *others = packed
+        solved = SolvedImpact(Parameters(*values), tuple(inputs), *others)
+        return solved._replace(touch=solved.touch and Touch(*solved.touch))
+
+    def solver_state(self) -> State:
         """The state; force and compression continue smoothly below 0 until the event."""
-        x_club, x_ball, v_club, v_ball = states
+        x_club, x_ball, v_club, v_ball = self.states
         if self.touch is None:
             v_club = self.inputs[2]
         compression = x_club - x_ball
@@ -52,10 +85,6 @@ class SolvedImpact(NamedTuple):
             force = p.contact_law.force(p, self.k, self.b, compression, v_club - v_ball)
         return [force, x_club, x_ball, v_club, v_ball, compression]
 
-    def state(self, states: Sequence[float]) -> State:
-        force, *moving, compression = self.solver_state(states)
-        return [max(0.0, force), *moving, max(0.0, compression)]
-
     def with_inputs(self, inputs: Inputs) -> "SolvedImpact":
         p = self.parameters
         k, b, _ = inputs
@@ -63,32 +92,33 @@ class SolvedImpact(NamedTuple):
             b = p.contact_law.damping(p, k, self.touch.club_speed - p.ball_speed)
         return self._replace(inputs=inputs, k=k, b=b)
 
-    def after_event(self, time: float, states: list[float]) -> tuple["SolvedImpact", list[float]]:
-        """The impact and the states after what happens at this instant of the host's time (s)."""
-        x_club, x_ball, _, v_ball = states
+    def after_event(self) -> "SolvedImpact":
+        """The impact after what happens at this instant."""
+        x_club, x_ball, _, v_ball = self.states
         p, impact = self.parameters, self
         if self.touch is None:
             club_speed = self.inputs[2]
-            states = [x_club, x_ball, club_speed, v_ball]
+            impact = self._replace(states=[x_club, x_ball, club_speed, v_ball])
             if x_club >= x_ball and club_speed > v_ball:
                 refusal = p.contact_law.refusal_of_touch(p, club_speed)
-                touch = Touch(time, 0.0, x_ball, club_speed)
-                impact = self._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
+                touch = Touch(self.time, 0.0, x_ball, club_speed)
+                impact = impact._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
                 if refusal is None:
                     impact = impact.with_inputs(self.inputs)
-                impact = impact._with_drag(states)
+                impact = impact._with_drag()
         elif self.in_contact:
-            impact = self._with_drag(states)
-            if separation_indicator(self, self.solver_state(states)) <= 0.0:
-                lasted = time - self.touch.high
+            impact = self._with_drag()
+            if separation_indicator(self, self.solver_state()) <= 0.0:
+                lasted = self.time - self.touch.high
                 impact = impact._replace(lasted=lasted, x_end=x_ball, in_contact=False)
-        return impact, states
+        return impact
 
-    def _with_drag(self, states: list[float]) -> "SolvedImpact":
+    def _with_drag(self) -> "SolvedImpact":
         """Sums up the drag on the ball until here, where its coefficient may change."""
-        dragged = self.dragged + self.drag * (states[1] - self.x_ball)
+        x_ball = self.states[1]
+        dragged = self.dragged + self.drag * (x_ball - self.x_ball)
         drag = self.parameters.contact_law.drag(self.b)
-        return self._replace(dragged=dragged, drag=drag, x_ball=states[1])
+        return self._replace(dragged=dragged, drag=drag, x_ball=x_ball)
 
     def contact_until(self, high: float, low: float) -> "tuple[SolvedImpact, float]":
         in_contact = self.in_contact and self.touch is not None
@@ -121,6 +151,9 @@ def accelerations(impact: Any, state: State) -> tuple[float, float]:
     if not impact.in_contact:
         return 0.0, 0.0
     p = impact.parameters
+    # A host sees a force of at least 0, its solver doesn't.
+    if isinstance(impact, SolvedImpact):
+        state = impact.solver_state()
     force, _, _, v_club, v_ball, _ = state
     drag = p.contact_law.drag(impact.b)
     return -(force + drag * v_club) / p.m_club, (force - drag * v_ball) / p.m_ball
@@ -151,42 +184,11 @@ def separation_indicator(impact: Any, state: State) -> float:
 #: What FMI 2.0 doesn't have.
 _MORE: dict[str, Output] = {
     "time": lambda impact, state, at: at.time(),
-    "club_acceleration": lambda impact, state, at: accelerations(impact, at.unclamped(state))[0],
-    "ball_acceleration": lambda impact, state, at: accelerations(impact, at.unclamped(state))[1],
+    "club_acceleration": lambda impact, state, at: accelerations(impact, state)[0],
+    "ball_acceleration": lambda impact, state, at: accelerations(impact, state)[1],
     "touch_indicator": lambda impact, state, at: touch_indicator(impact, state),
     "separation_indicator": lambda impact, state, at: separation_indicator(impact, state),
 }
-
-
-class Solving(Segment):
-    """A host's solver in place of communication steps: its time, s, and its states.
-
-    `started`: whether the start time is fixed.
-    """
-
-    __slots__ = ("started", "states")
-
-    impact: SolvedImpact  # type: ignore[assignment]
-
-    def __init__(
-        self, impact: SolvedImpact, states: list[float], time: float, started: bool
-    ) -> None:
-        super().__init__(impact, time, 0.0, nan)  # type: ignore[arg-type]
-        self.states, self.started = states, started
-
-    def state(self, count: float) -> tuple[State, Any]:
-        return self.impact.state(self.states), self.impact
-
-    def packed(self) -> list:
-        return ["Solving", self.impact, self.states, self.high, self.started]
-
-
-def _revived(packed: list) -> Segment:
-    if packed[0] != "Solving":
-        return Segment.unpacked(packed)
-    _, (values, inputs, k, b, touch, *rest), *others = packed
-    touch = touch and Touch(*touch)
-    return Solving(SolvedImpact(Parameters(*values), tuple(inputs), k, b, touch, *rest), *others)
 
 
 class HybridComponent(Component):
@@ -202,12 +204,18 @@ class HybridComponent(Component):
         self._point = nan
         self._anchored = False
 
+    @property
+    def _solved(self) -> SolvedImpact | None:
+        """In Model Exchange, the impact."""
+        segment: Any = self._segment
+        return segment if isinstance(segment, SolvedImpact) else None
+
     def time(self) -> float:
         high, low = self.instant()
         return self.origin + (high + low)
 
     def _check(self, point: float, size: float) -> Segment | str:
-        if isinstance(self._segment, Solving):
+        if self._solved is not None:
             return "a step is refused: this instance is used for Model Exchange"
         first = not self.last_step
         accepted = super()._check(point, size)
@@ -215,20 +223,12 @@ class HybridComponent(Component):
             self.start_time = self.origin
         return accepted
 
-    def unclamped(self, state: State) -> State:
-        """Without the lower limit of 0 that a host sees in Model Exchange."""
-        solving = self._segment
-        if not isinstance(solving, Solving):
-            return state
-        return solving.impact.solver_state(solving.states)
-
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
         super().set_values(references, values, type_)
         inputs: Any = tuple(self.values[:INPUTS])
-        solving = self._segment
-        if isinstance(solving, Solving) and inputs != solving.impact.inputs:
-            impact, started = solving.impact.with_inputs(inputs), solving.started
-            self._go_on(Solving(impact, solving.states, solving.high, started), 0.0)
+        solved = self._solved
+        if solved is not None and inputs != solved.inputs:
+            self._go_on(solved.with_inputs(inputs), 0.0)
 
     def update(self) -> tuple[bool, bool, float | None]:
         """Handle the events of this instant.
@@ -240,23 +240,22 @@ class HybridComponent(Component):
         if problem is None and self._mode != STEPPING:
             self._refuse_once("an event before initialization or after the end is refused")
             return False, False, None
-        solving = self._segment if isinstance(self._segment, Solving) else None
-        if problem is None and self._refused and (solving or not self.last_step):
+        solved = self._solved
+        if problem is None and self._refused and (solved is not None or not self.last_step):
             problem = "; ".join(self._refused.values())
-        if problem is None and solving:
-            time, started = solving.high, solving.started
-            impact, states = solving.impact.after_event(time, solving.states)
-            self._go_on(Solving(impact, states, time, started), 0.0)
-            problem = impact.refusal_of_touch
+        if problem is None and solved is not None:
+            solved = solved.after_event()
+            self._go_on(solved, 0.0)
+            problem = solved.refusal_of_touch
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
             return True, False, None
         # Before the first step it may still be used for Model Exchange, which has indicators.
-        ahead = solving is None and self.last_step
+        ahead = solved is None and self.last_step
         when = next(self._events_after(self._point), None) if ahead else None
         # A solver starts anew at every event: derivatives jump with inputs as well, and fmusim's
         # CVODE is wrong otherwise.
-        return False, solving is not None, when
+        return False, solved is not None, when
 
     def _events_after(self, point: float) -> Iterator[float]:
         """When touch and separation are still to come (s), if the host's time is this one now."""
@@ -289,7 +288,7 @@ class HybridComponent(Component):
         """
         end = point + size
         # A point or a size that isn't a number is refused below.
-        if self._mode == STEPPING and not isinstance(self._segment, Solving) and isfinite(end):
+        if self._mode == STEPPING and self._solved is None and isfinite(end):
             for when in self._events_after(point):
                 if when > end:
                     break
@@ -297,32 +296,34 @@ class HybridComponent(Component):
                     return self.step(point, size if when == end else when - point), True, when
         return self.step(point, size), False, end
 
-    def _solving(self) -> Solving:
-        """The solver's time and states; before stepping, those of the present values."""
-        if isinstance(self._segment, Solving):
-            return self._segment
+    def _solving(self) -> SolvedImpact:
+        """The impact to solve; before stepping, that of the present values."""
+        solved = self._solved
+        if solved is not None:
+            return solved
         p, inputs = self._split()
-        time, start = self.time(), [-p.gap, 0.0, inputs[2], p.ball_speed]
-        impact, states = SolvedImpact(p, inputs, *inputs[:2]).after_event(time, start)
-        solving = Solving(impact, states, nan if self.last_step else time, False)
+        k, b, club_speed = inputs
+        start = [-p.gap, 0.0, club_speed, p.ball_speed]
+        time = nan if self.last_step else self.time()
+        solved = SolvedImpact(p, inputs, k, b, time, start).after_event()
         if self._mode == STEPPING:
-            self._go_on(solving, 0.0)
+            self._go_on(solved, 0.0)
             # From here on the clock is the host's time.
             self.origin = 0.0
-            if impact.refusal_of_touch is not None:
-                self._report(impact.refusal_of_touch)
-        return solving
+            if solved.refusal_of_touch is not None:
+                self._report(solved.refusal_of_touch)
+        return solved
 
     def set_time(self, time: float) -> None:
         """The host's time, s; the first one set before any state is that of the start."""
-        solving = self._solving()
-        impact = solving.impact
-        if self._segment is solving:
-            if not solving.started:
-                self.start_time = time
-                if impact.touch is not None:
-                    impact = impact._replace(touch=impact.touch._replace(high=time))
-            self._go_on(Solving(impact, solving.states, time, True), 0.0)
+        solved = self._solving()
+        if self._solved is None:
+            return
+        if not solved.started:
+            self.start_time = time
+            if solved.touch is not None:
+                solved = solved._replace(touch=solved.touch._replace(high=time))
+        self._go_on(solved._replace(time=time, started=True), 0.0)
 
     def states(self) -> list[float]:
         """The continuous states: positions (m) and velocities (m/s), each of club and ball."""
@@ -330,23 +331,22 @@ class HybridComponent(Component):
 
     def set_states(self, states: list[float]) -> None:
         """Of the host's solver; the list is kept."""
-        solving = self._solving()
-        if self._segment is solving:
-            self._go_on(Solving(solving.impact, states, solving.high, True), 0.0)
+        solved = self._solving()
+        if self._solved is not None:
+            self._go_on(solved._replace(states=states, started=True), 0.0)
 
     def derivatives(self) -> list[float]:
         """Of the states; NaN while values are refused, so that no solver goes on with others."""
-        solving = self._solving()
-        impact = solving.impact
-        if self._refused or self._mode == BLOCKED or impact.refusal_of_touch is not None:
+        solved = self._solving()
+        if self._refused or self._mode == BLOCKED or solved.refusal_of_touch is not None:
             return [nan] * 4
-        now = impact.solver_state(solving.states)
-        return [now[3], now[4], *accelerations(impact, now)]
+        now = solved.solver_state()
+        return [now[3], now[4], *accelerations(solved, now)]
 
     def indicators(self) -> list[float]:
         """Of touch and separation: above 0 until it happens."""
-        solving = self._solving()
-        now = solving.impact.solver_state(solving.states)
-        return [touch_indicator(solving.impact, now), separation_indicator(solving.impact, now)]
+        solved = self._solving()
+        now = solved.solver_state()
+        return [touch_indicator(solved, now), separation_indicator(solved, now)]
 
-    unpacked = staticmethod(partial(state.unpacked, revive=_revived))
+    unpacked = staticmethod(partial(state.unpacked, revive=SolvedImpact.unpacked))

@@ -13,7 +13,7 @@ _CLOSE = 1e-12
 #: there and that of a step; between which of its times the dense output is the state.
 _Reader = tuple[Callable[[float], State], float, float, float, float, float]
 
-_NO_READER: _Reader = list, 0.0, 0.0, 0.0, inf, -inf  # type: ignore[assignment]
+NO_READER: _Reader = list, 0.0, 0.0, 0.0, inf, -inf  # type: ignore[assignment]
 
 
 class Segment:
@@ -26,7 +26,7 @@ class Segment:
     def __init__(self, impact: Impact, high: float, low: float, size: float) -> None:
         self.impact, self.high, self.low, self.size = impact, high, low, size
         #: Found on demand, and a function of the values above alone.
-        self.reader: _Reader = _NO_READER
+        self.reader: _Reader = NO_READER
 
     def instant(self, count: float) -> tuple[float, float]:
         """The instant after so many steps, s."""
