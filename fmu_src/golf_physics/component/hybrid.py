@@ -121,8 +121,8 @@ class SolvedImpact(_Solved):
         return self._replace(dragged=dragged, drag=drag, x_ball=x_ball)
 
     def contact_until(self, high: float, low: float) -> "tuple[SolvedImpact, float]":
-        in_contact = self.in_contact and self.touch is not None
-        return self, (high + low - self.touch.high if in_contact else self.lasted)  # type: ignore[union-attr]
+        touch = self.touch if self.in_contact else None
+        return self, (self.time - touch.high if touch is not None else self.lasted)
 
     def contact_time(self, t: float) -> float:
         return t

@@ -92,7 +92,6 @@ class IntegratedContact(ContactPhase):
         start: InitialState,
     ) -> None:  # fmt: skip
         self._law, self._drag, self._m_club, self._m_ball = force, drag, m_club, m_ball
-        self._mu = m_club * (m_ball / (m_club + m_ball))
         self._panels: list[_Panel] = []
         x_club, d, _, v_ball, w = start
         motion = {"d": d, "w": w, "v_ball": v_ball, "x_ball": x_club - d, "impulse": 0.0}
@@ -121,8 +120,6 @@ class IntegratedContact(ContactPhase):
         """The rates of change of the closing speed and of the ball's velocity, m/s²."""
         drag, m_club, m_ball = self._drag, self._m_club, self._m_ball
         ball = [(force - drag * v) / m_ball for force, v in zip(forces, v_ball)]
-        if not drag:
-            return [-force / self._mu for force in forces], ball
         club = [-(force + drag * (v + w)) / m_club for force, v, w in zip(forces, v_ball, w)]
         return [a - b for a, b in zip(club, ball)], ball
 
