@@ -104,7 +104,8 @@ class ClosedFormContact(ContactPhase):
 
     def dense_output(self) -> tuple[Callable[[float], State], float]:
         """The dense output over the angle Rt."""
-        r, h, frequency, f_a, f_c, f_s, a0, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
+        r, h, frequency, _, f_c, f_s, a0, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
+        k = self._arguments[0]
         decay, pair = -r / frequency, -h / frequency
         size = h * h + frequency * frequency
         x_c, x_s = (h * c1 + frequency * s1) / size, (frequency * c1 - h * s1) / size
@@ -118,14 +119,14 @@ class ClosedFormContact(ContactPhase):
             if decay:
                 travel = expm1(decay * angle)
                 e = 1.0 + travel
+                d = a0 * e + c0 * c + s0 * s
+                force = k * d
             else:
                 travel, e = angle, 1.0
-            d = a0 * e + c0 * c + s0 * s
+                d = c0 * c + s0 * s
+                force = f_c * c + f_s * s
             x = x_0 + x_a * travel - x_c * c + x_s * s
-            return [
-                f_a * e + f_c * c + f_s * s, x, x - d, a1 * e + c1 * c + s1 * s,
-                a2 * e + c2 * c + s2 * s, d,
-            ]  # fmt: skip
+            return [force, x, x - d, a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s, d]
 
         return state, frequency
 
