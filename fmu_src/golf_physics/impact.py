@@ -84,11 +84,6 @@ class Impact:
         # To a host, an instant is the event's if they differ by no more than the clock's last bit.
         return t if t > RESOLUTION * self.high else 0.0
 
-    def _end(self) -> tuple[float, float]:
-        """The instant at which the phase ends."""
-        duration = self.duration
-        return added(self.high, self.low, duration) if duration else (self.high, self.low)
-
     def _follow(self) -> "Impact":
         """The impact from the next phase on, which is then remembered."""
         raise NotImplementedError
@@ -177,7 +172,7 @@ class Approach(_Free):
         x_ball += v_ball * duration
         if p.restitution_at_rest:
             b = p.contact_law.damping(p, k, closing)
-        high, low = self._end()
+        high, low = added(self.high, self.low, duration)
         touch = _new(Touch, (high, low, x_ball, v_club))
         start = _new(InitialState, (x_ball, 0.0, v_club, v_ball, closing))
         following = Contact(p, self.inputs, high, low, touch, k, b, start, _NONE_YET)
@@ -187,7 +182,7 @@ class Approach(_Free):
     def with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
         t, duration = (high - self.high) + (low - self.low), self.duration
         if t > duration:
-            end, end_low = self._end()
+            end, end_low = added(self.high, self.low, duration)
             if (high - end) + (low - end_low) > RESOLUTION * end:
                 # A step has moved past the touch, by more than the clock's last bit.
                 return super().with_inputs(inputs, high, low)
@@ -196,7 +191,8 @@ class Approach(_Free):
         if inputs[2] == v_club:
             return Approach(p, inputs, self.high, self.low, x_ball, -compression, -self.low_part)
         if t >= duration:
-            return Approach(p, inputs, *self._end(), x_ball + v_ball * duration, 0.0, 0.0)
+            touch = added(self.high, self.low, duration)
+            return Approach(p, inputs, *touch, x_ball + v_ball * duration, 0.0, 0.0)
         # Without loss: a speed that changes at 10⁶ points still closes the right gap.
         gap = added(-compression, -self.low_part, -closing * t)
         return Approach(p, inputs, high, low, x_ball + v_ball * t, *gap)

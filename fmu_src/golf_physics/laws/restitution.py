@@ -11,9 +11,6 @@ from math import asinh, atan2, log, pi, sqrt
 #: A lower COR would need more damping than leaves anything of the spring beside it.
 LEAST = 1e-29
 
-#: So close to critical damping (ζ - 1) the derivative of s is that of its series.
-_CRITICAL = 1e-4
-
 
 def damping_ratio(coefficient: float) -> float:
     """ζ of law 2 for a coefficient of restitution above 0 and at most 1.
@@ -33,8 +30,7 @@ def damping_ratio(coefficient: float) -> float:
 
 def _s(zeta: float) -> tuple[float, float]:
     """s(ζ) and its derivative."""
-    beyond = zeta - 1.0
-    square = beyond * (zeta + 1.0)
+    square = (zeta - 1.0) * (zeta + 1.0)
     if square < 0.0:
         root = sqrt(-square)
         s = atan2(root, zeta) / root
@@ -42,7 +38,5 @@ def _s(zeta: float) -> tuple[float, float]:
         root = sqrt(square)
         s = asinh(root) / root
     else:
-        s = 1.0
-    if abs(beyond) < _CRITICAL:
-        return s, -1.0 / 3.0 + beyond * 4.0 / 15.0
+        return 1.0, -1.0 / 3.0
     return s, (1.0 - zeta * s) / square
