@@ -1,5 +1,6 @@
 """A contact law: what is needed is its force and its drag."""
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from .closed_form import linear_contact
@@ -64,10 +65,7 @@ class Law:
 
         Raises ArithmeticError if it leaves the range of a double or can't be integrated.
         """
-
-        def force(compression: float, closing: float) -> float:
-            return self.force(p, k, b, compression, closing)
-
+        force = partial(self.force, p, k, b)
         return IntegratedContact(force, self.drag(b), p.m_club, p.m_ball, start)
 
 
