@@ -108,9 +108,7 @@ class PowerLawContact(ContactPhase):
             panel = Panel(motion, m, omega, origin, first, last, stop, t)
             self._panels.append(panel)
             t = panel.end
-        if motion.oscillates:
-            return -amplitude * exp(-zeta * end)
-        return -0.5 * motion.after(x, u, end)[0] / zeta
+        return motion.after(x, u, end)[1]
 
     def _force(self, relative: float, drive: float) -> float:
         """Contact force, N, from d/L and x + 2ζu."""
