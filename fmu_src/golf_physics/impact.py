@@ -170,9 +170,10 @@ class Approach(_Free):
         k, b, _ = self.inputs
         x_ball, v_club, v_ball, _, closing = self.motion
         x_ball += v_ball * duration
-        if p.restitution_at_rest:
-            b = p.contact_law.damping(p, k, closing)
-        high, low = added(self.high, self.low, duration)
+        b = p.contact_law.damping(p, k, b, closing)
+        high, low = self.high, self.low
+        if duration:
+            high, low = added(high, low, duration)
         touch = _new(Touch, (high, low, x_ball, v_club))
         start = _new(InitialState, (x_ball, 0.0, v_club, v_ball, closing))
         following = Contact(p, self.inputs, high, low, touch, k, b, start, _NONE_YET)
@@ -191,8 +192,7 @@ class Approach(_Free):
         if inputs[2] == v_club:
             return Approach(p, inputs, self.high, self.low, x_ball, -compression, -self.low_part)
         if t >= duration:
-            touch = added(self.high, self.low, duration)
-            return Approach(p, inputs, *touch, x_ball + v_ball * duration, 0.0, 0.0)
+            return Approach(p, inputs, high, low, x_ball + v_ball * duration, 0.0, 0.0)
         # Without loss: a speed that changes at 10⁶ points still closes the right gap.
         gap = added(-compression, -self.low_part, -closing * t)
         return Approach(p, inputs, high, low, x_ball + v_ball * t, *gap)
@@ -230,8 +230,7 @@ class Contact(Impact):
     def _with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
         p, law, touch = self.parameters, self.parameters.contact_law, self.touch
         k, b, _ = inputs
-        if p.restitution_at_rest:
-            b = law.damping(p, k, touch.club_speed - p.ball_speed)
+        b = law.damping(p, k, b, touch.club_speed - p.ball_speed)
         if (k, b) == (self.k, self.b):
             return self
         _, x_club, x_ball, v_club, v_ball, d = self.state(high, low)

@@ -88,8 +88,8 @@ class SolvedImpact(_Solved):
     def with_inputs(self, inputs: Inputs) -> "SolvedImpact":
         p = self.parameters
         k, b, _ = inputs
-        if p.restitution_at_rest and self.touch is not None:
-            b = p.contact_law.damping(p, k, self.touch.club_speed - p.ball_speed)
+        if self.touch is not None:
+            b = p.contact_law.damping(p, k, b, self.touch.club_speed - p.ball_speed)
         return self._replace(inputs=inputs, k=k, b=b)
 
     def after_event(self) -> "SolvedImpact":

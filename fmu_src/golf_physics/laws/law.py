@@ -39,12 +39,9 @@ class Law:
         """Why it rejects a touch at this club speed (m/s), or None."""
         return None
 
-    def damping(self, p: "Parameters", k: float, closing: float) -> float:
-        """The damping b for the parameters' coefficient of restitution at an approach speed, m/s.
-
-        Called only if `refusal` accepts restitution_at_rest > 0.
-        """
-        raise AssertionError("such parameters are refused")
+    def damping(self, p: "Parameters", k: float, b: float, closing: float) -> float:
+        """The damping that acts, N.s/m, in a contact with this approach speed, m/s."""
+        return b
 
     def force(
         self, p: "Parameters", k: float, b: float, compression: float, closing: float

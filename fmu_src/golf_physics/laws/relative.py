@@ -74,7 +74,9 @@ class RelativeLaw(LinearLaw):
             "or another restitution line at the start"
         )
 
-    def damping(self, p: "Parameters", k: float, closing: float) -> float:
+    def damping(self, p: "Parameters", k: float, b: float, closing: float) -> float:
+        if not p.restitution_at_rest:
+            return b
         # Outputs may be read before a step is refused for a COR out of range.
         coefficient = p.restitution_at_rest - p.restitution_slope * closing
         zeta = damping_ratio(max(coefficient, LEAST))
