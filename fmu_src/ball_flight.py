@@ -83,16 +83,19 @@ class Air(NamedTuple):
         lift: k times C_L: constant, with S, with S^2, with v^-2.
         decay: of the spin, 1/m.
         gravity: m/s2.
+        limit: of S.
     """
 
     drag: list[float]
     lift: list[float]
     decay: float
     gravity: float
+    limit: float
 
-    def held(self, limit: float) -> "Air":
-        """The same with S held at a limit."""
-        drag, lift = ([a + limit * (b + limit * c), 0.0, 0.0, d] for a, b, c, d in self[:2])
+    def held(self) -> "Air":
+        """The same with S held at its limit."""
+        s = self.limit
+        drag, lift = ([a + s * (b + s * c), 0.0, 0.0, d] for a, b, c, d in self[:2])
         return self._replace(drag=drag, lift=lift)
 
 
@@ -131,8 +134,7 @@ class Flight:
         launch: when the ball is launched, s.
         speed: at launch, m/s.
         angle: of the launch, rad.
-        surface_speed: radius times backspin at launch, m/s.
-        limit: of S.
+        surface_speed: radius times backspin at launch, not negative, m/s.
         air: what acts on the ball.
 
     Attributes:
@@ -146,23 +148,16 @@ class Flight:
     """
 
     def __init__(
-        self,
-        launch: float,
-        speed: float,
-        angle: float,
-        surface_speed: float,
-        limit: float,
-        air: Air,
+        self, launch: float, speed: float, angle: float, surface_speed: float, air: Air
     ) -> None:
-        self.begins = launch, speed, angle, surface_speed, limit, air
+        air = Air(*air)
+        self.begins = launch, speed, angle, surface_speed, air
         self.carry = self.apex = self.duration = 0.0
         #: Start (s since launch) and coefficients of x and y of each piece.
         self._pieces: list[tuple[float, Series, Series]] = []
-        if surface_speed < 0.0:
-            air = air._replace(lift=[-one for one in air.lift])
-        state = [0.0, 0.0, speed * cos(angle), speed * sin(angle), abs(surface_speed)]
-        start, held = 0.0, air.held(limit)
-        beyond, crossed = state[4] > limit * abs(speed), False
+        state = [0.0, 0.0, speed * cos(angle), speed * sin(angle), surface_speed]
+        start, held = 0.0, air.held()
+        beyond, crossed = surface_speed > air.limit * abs(speed), False
         while state[3] > 0.0 or state[1] > 0.0:
             if len(self._pieces) == _PIECES:
                 raise OverflowError("this ball doesn't land")
@@ -173,7 +168,7 @@ class Flight:
                 # A vacuum's series are whole: as far as the landing, and beyond.
                 step = 2.0 * (hs[0] + sqrt(hs[0] ** 2 + 2.0 * air.gravity * ys[0])) / air.gravity
             # Positive until S crosses its limit.
-            margin = [(a - limit * v) * (1 if beyond else -1) for a, v in zip(surface, speeds)]
+            margin = [(a - air.limit * v) * (1 if beyond else -1) for a, v in zip(surface, speeds)]
             if crossed:
                 margin[0] = 0.0
             crossing = first_zero(partial(value, margin), partial(value, slope(margin)), step)
@@ -209,11 +204,9 @@ class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
     inside = ("_flight",)
-    beyond = "this flight can't be computed: {}"
-
-    def __init__(self, **kwargs):
-        super().__init__(PARAMETERS, INPUTS, OUTPUTS, **kwargs)
-        self._flight: Flight | None = None
+    objects = (("_flight", Flight),)
+    tables = PARAMETERS, INPUTS, OUTPUTS
+    _flight: Flight | None = None
 
     def _step(self, current_time: float, step_size: float) -> None:
         if self.separated and self._flight is None:
@@ -231,14 +224,10 @@ class BallFlight(Companion):
         of_air = [k * getattr(self, row[0]) for row in PARAMETERS[:8]]
         of_air[3] *= reynolds
         of_air[7] /= reynolds**2
-        air = Air(of_air[:4], of_air[4:], self.spin_decay / radius, self.gravity)
+        # Topspin has the lift of backspin downwards.
+        lift = [-one for one in of_air[4:]] if self.backspin < 0.0 else of_air[4:]
+        decay, limit = self.spin_decay / radius, self.spin_ratio_limit
+        air = Air(of_air[:4], lift, decay, self.gravity, limit)
         launch = self.touch_time + self.contact_time
-        start = self.ball_velocity, self.launch_angle, radius * self.backspin
-        return Flight(launch, *start, self.spin_ratio_limit, air)
-
-    @staticmethod
-    def _revived(state: dict) -> dict:
-        if state["_flight"]:
-            launch, speed, angle, surface_speed, limit, air = state["_flight"]
-            state["_flight"] = Flight(launch, speed, angle, surface_speed, limit, Air(*air))
-        return state
+        surface_speed = radius * abs(self.backspin)
+        return Flight(launch, self.ball_velocity, self.launch_angle, surface_speed, air)

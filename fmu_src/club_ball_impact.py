@@ -1,40 +1,39 @@
-"""The FMI 2.0 face of the golf club–ball impact: a pythonfmu slave around one component.
+"""The FMI 2.0 adapter of the golf club–ball impact: a pythonfmu slave around one component.
 
 No physics in here, and no list of variables: both are golf_physics's.
 """
 
 from golf_physics.component.component import Component
-from host.at_exit import release_at_exit
-from host.face import Face, accessors
-from host.interrupts import defer_interrupts
+from golf_physics.variables import ALL_REFERENCES, VARIABLES
+from host.at_exit import prepare_process
+from host.face import Adapter, accessors
 from host.messages import Messages
 from pythonfmu import Fmi2Slave
-from pythonfmu.enums import Fmi2Status
-from pythonfmu.logmsg import LogMsg
 
 
-class ClubBallImpact(Face, Fmi2Slave):
+class ClubBallImpact(Adapter, Fmi2Slave):
     """A golf club hits a ball; see golf_physics.variables for what goes in and comes out."""
 
     # Calls that a host makes again and again run straight into the component. pythonfmu looks them
     # up by name every time: a slot is found without a look into the instance's dictionary.
     __slots__ = (
-        *("_component", "_get_fmu_state", "_set_fmu_state"),
-        *("do_step", "get_real", "set_real"),
+        "_component",
+        "_get_fmu_state",
+        "_set_fmu_state",
+        "do_step",
+        "get_real",
+        "set_real",
     )
 
-    def __init__(self, **kwargs):
+    def __init__(self, start: dict[str, float], **kwargs):
+        """`start`: values of variables that differ from their start values, by name."""
         super().__init__(**kwargs)
-
-        def message(text: str) -> LogMsg:
-            return LogMsg(Fmi2Status.error, "logStatusError", text)
-
-        component = Component(
-            Messages(self.log_queue, message, kwargs, lambda: component.instant())
-        )
+        component = Component(Messages(self.log_queue, kwargs, lambda: component.instant()))
         self._component = component
-        if release_at_exit(self.resources, "linux64/ClubBallImpact.so"):
-            defer_interrupts()
+        for name, value in start.items():
+            reference = ALL_REFERENCES[name]
+            component.set_values([reference], [value], VARIABLES[reference].type)
+        prepare_process(self.resources, "linux64/ClubBallImpact.so")
         self.do_step = component.step
         self.get_real = component.reals
         self.set_real = component.set_values

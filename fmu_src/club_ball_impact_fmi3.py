@@ -1,7 +1,7 @@
-"""The FMI 3.0 face of the golf club–ball impact: a pythonfmu3 slave around one component.
+"""The FMI 3.0 adapter of the golf club–ball impact: a pythonfmu3 slave around one component.
 
 No physics in here, and no list of variables: both are golf_physics's. Co-simulation and Model
-Exchange are one class, since pythonfmu3 doesn't tell an instance what it is made for.
+Exchange are one class, since pythonfmu3 gives an instance no information on its kind.
 """
 
 from collections import namedtuple
@@ -9,15 +9,14 @@ from ctypes import c_uint64
 
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import ALL_REFERENCES, INDICATORS, STATES, VARIABLES
-from host.at_exit import release_at_exit
-from host.face import Face, accessors
-from host.interrupts import defer_interrupts
+from host.at_exit import prepare_process
+from host.face import Adapter, accessors
 from pythonfmu3 import Fmi3Slave, ModelExchange
 from pythonfmu3.enums import Fmi3Status
 from pythonfmu3.logmsg import LogMsg
 
-#: What fmi3UpdateDiscreteStates answers, by the names that pythonfmu3's binary looks for. Its own
-#: class for this has other names (discreteStateNeedsUpdate ...), which nobody reads.
+#: What fmi3UpdateDiscreteStates returns, by the names that pythonfmu3's binary reads; its own class
+#: for this has others (discreteStateNeedsUpdate ...).
 Update = namedtuple(
     "Update",
     "terminateSimulation valuesOfContinuousStatesChanged nextEventTimeDefined nextEventTime "
@@ -26,7 +25,7 @@ Update = namedtuple(
 )
 
 
-class ClubBallImpact(Face, Fmi3Slave, ModelExchange):
+class ClubBallImpact(Adapter, Fmi3Slave, ModelExchange):
     """A golf club hits a ball; see golf_physics.variables for what goes in and comes out."""
 
     def __init__(self, **kwargs):
@@ -41,8 +40,7 @@ class ClubBallImpact(Face, Fmi3Slave, ModelExchange):
         #: pythonfmu3 wants one; the component has the time.
         self.time = 0.0
         self._component = component
-        if release_at_exit(self.resources, "x86_64-linux/ClubBallImpact.so"):
-            defer_interrupts()
+        prepare_process(self.resources, "x86_64-linux/ClubBallImpact.so")
         # Bound here, a call from the host runs straight into the component.
         self.__dict__.update(
             do_step=component.step,

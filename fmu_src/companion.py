@@ -1,4 +1,4 @@
-"""What the companion FMUs have alike: variables made from tables, refusals, and state.
+"""What the companion FMUs share: variables made from tables, refusals, and state.
 
 A refused value leaves the old one; steps are refused until the variable is set right.
 """
@@ -9,12 +9,9 @@ from collections.abc import Callable
 from math import isfinite
 from operator import attrgetter
 
-from host.at_exit import release_at_exit
-from host.interrupts import defer_interrupts
+from host.at_exit import prepare_process
 from host.messages import Messages
 from pythonfmu import Boolean, Fmi2Slave, Real
-from pythonfmu.enums import Fmi2Status
-from pythonfmu.logmsg import LogMsg
 
 _Rows = tuple[tuple, ...]
 
@@ -28,38 +25,31 @@ def _with_checksum(body: bytes) -> bytes:
 
 
 class Companion(Fmi2Slave):
-    """A slave whose variables are its attributes. Its `_step` takes a step, or says why not.
+    """A slave whose variables are its attributes. Its `_step` takes a step, or returns why not."""
 
-    Args:
-        parameters, inputs: rows of name, unit (None: Boolean), start, least and greatest allowed
-            value, description.
-        outputs: rows of name, unit (None: Boolean), description.
-    """
-
-    #: What belongs to the state beside the variables: never changed in place, only known further.
+    #: Parameters and inputs, rows of name, unit (None: Boolean), start, least and greatest allowed
+    #: value, description; outputs, rows of name, unit (None: Boolean), description.
+    tables: tuple[_Rows, _Rows, _Rows]
+    #: Attributes that belong to the state beside the variables; their objects are never changed.
     inside: tuple[str, ...] = ()
-    #: What is said of numbers that can't be computed.
-    beyond = "{}"
+    #: Those of them that are serialized as arguments (`begins`, or a tuple), and their types.
+    objects: tuple[tuple[str, Callable], ...] = ()
     #: How many steps have been accepted since the instance was made.
     _steps = 0
 
-    def __init__(self, parameters: _Rows, inputs: _Rows, outputs: _Rows, **kwargs) -> None:
+    def __init__(self, start: dict[str, float], **kwargs) -> None:
+        """`start`: start values that differ from those of the tables, by name."""
         super().__init__(**kwargs)
-        if release_at_exit(self.resources, f"linux64/{self.modelName}.so"):
-            defer_interrupts()
-
-        def message(text: str) -> LogMsg:
-            return LogMsg(Fmi2Status.error, "logStatusError", text)
-
-        self._report = Messages(self.log_queue, message, kwargs, lambda: self._steps)
+        prepare_process(self.resources, f"linux64/{self.modelName}.so")
+        self._report = Messages(self.log_queue, kwargs, lambda: self._steps)
         #: Why steps are refused, by the variable to be corrected.
         self._refused: dict[str, str] = {}
         #: Whether parameters can't be set any more.
         self._fixed = False
-        for fixed, rows in ((True, parameters), (False, inputs), (False, outputs)):
+        for fixed, rows in zip((True, False, False), self.tables):
             for name, unit, *values, _ in rows:
-                start, *bounds = values or [0.0 if unit else False]
-                setattr(self, name, start)
+                usual, *bounds = values or [0.0 if unit else False]
+                setattr(self, name, start.get(name, usual))
                 setter = self._setter(name, fixed, *bounds) if bounds else self._no_setter
                 # Not more: modelDescription.xml is made from the same tables.
                 self.register_variable((Real if unit else Boolean)(name, setter=setter))
@@ -88,7 +78,7 @@ class Companion(Fmi2Slave):
         self._report("an output can't be set")
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
-        """What it does begins when the host steps; the standalone FMU gives the first alone."""
+        """Has no effect; the standalone FMU passes the start time alone."""
 
     def exit_initialization_mode(self) -> bool:
         problem = self._problem()
@@ -104,7 +94,7 @@ class Companion(Fmi2Slave):
         try:
             problem = problem or self._step(current_time, step_size)
         except (ArithmeticError, ValueError) as error:
-            problem = self.beyond.format(error)
+            problem = f"this step can't be computed: {error}"
         if problem:
             self._report(problem)
             self._refused = {name: text for name, text in self._refused.items() if name != _STATE}
@@ -121,7 +111,7 @@ class Companion(Fmi2Slave):
         return problem
 
     def _begin(self) -> str | None:
-        """Use the parameters, or say why they can't be used."""
+        """Use the parameters; returns why if they can't be used."""
         return None
 
     def _state_names(self) -> tuple[str, ...]:
@@ -153,11 +143,9 @@ class Companion(Fmi2Slave):
         if data != _with_checksum(body):
             return None
         try:
-            return cls._revived(json.loads(body + b"}"))
+            state = json.loads(body + b"}")
+            for name, make in cls.objects:
+                state[name] = state[name] and make(*state[name])
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
             return None
-
-    @staticmethod
-    def _revived(state: dict) -> dict:
-        """A state as it was before it was serialized, from what JSON makes of it."""
         return state

@@ -18,12 +18,12 @@ depend on the communication step size.
 from math import atan2, cos, hypot, inf, sin
 from typing import NamedTuple
 
-from taylor import ORDER, Series, empty, power, product, quotient, reach, slope, value, zero
+from taylor import ORDER, Series, empty, product, quotient, reach, slope, value, zero
 
 #: The stages of a swing, in their order.
 HELD, RELEASED, BEYOND, FINISHED = range(4)
 
-#: Most pieces of a swing (35 lead to the ball); a longer one has missed the ball and ends.
+#: Most pieces of a swing (24 lead to the ball); a longer one has missed the ball and ends.
 _MOST = 400
 
 
@@ -65,8 +65,6 @@ class State(NamedTuple):
     club_rate: float
     shoulder_torque: float
     wrist_torque: float
-    #: Distance of the head from the top, along its path.
-    path: float
     #: Of the torques, J.
     work: float
 
@@ -115,14 +113,12 @@ class Ball(NamedTuple):
         time: since the top, s.
         speed: of the head along the normal of the club face, m/s.
         normal: its direction, rad above the ground.
-        path: of the head since the top, m.
         effective_mass: of the head along the normal, kg.
     """
 
     time: float
     speed: float
     normal: float
-    path: float
     effective_mass: float
 
 
@@ -153,6 +149,7 @@ class Course:
     def __init__(
         self, golfer: Golfer, state: State, stage: int, force: float = 0.0, direction: float = 0.0
     ) -> None:
+        golfer, state = Golfer(*golfer), State(*state)
         self.begins = golfer, state, stage, force, direction
         self.golfer, self.force, self.direction = golfer, force, direction
         self._pieces: list[_Piece] = []
@@ -210,7 +207,7 @@ class Course:
         along, up = state.head_velocity(golfer)
         normal = atan2(up, along) + spin_loft
         mass = state.effective_mass(golfer, normal)
-        return Ball(piece.start, hypot(along, up) * cos(spin_loft), normal, state.path, mass)
+        return Ball(piece.start, hypot(along, up) * cos(spin_loft), normal, mass)
 
     def _go_on(self) -> None:
         last = self._pieces[-1]
@@ -228,7 +225,7 @@ class Course:
             return
         series, then = self._series(state, stage), stage
         scale = max(1.0, abs(state.arm_rate), abs(state.club_rate))
-        step = reach((*series[2:4], series[6]), scale)
+        step = reach(series[2:4], scale)
         goal = (-golfer.release_angle, 0.0, golfer.arm_start)[stage]
         if value(series[0], step) >= goal:
             to_go = [-one for one in series[0]]
@@ -246,12 +243,11 @@ class Course:
             golfer.max_shoulder_torque if driven else 0.0,
             golfer.max_wrist_torque if stage == RELEASED else 0.0,
         )
-        p, q, u, w, shoulder, wrist, path, work = ([one] for one in state)
+        p, q, u, w, shoulder, wrist, work = ([one] for one in state)
         sp, cp, sq, cq = [sin(p[0])], [cos(p[0])], [sin(q[0])], [cos(q[0])]
         # B cos(q - p), B sin(q - p), the squares of the rates; right-hand sides of the two
         # equations, the determinant, its numerators, p'' and q''.
         c, s, uu, ww, first, second, determinant, one, other, p2, q2 = empty(11)
-        vx, vy, vv = empty(3)
         for n in range(ORDER):
             m = n + 1
             c.append(mixed * (product(cp, cq, n) + product(sp, sq, n)))
@@ -273,11 +269,7 @@ class Course:
                 other.append(inertia * second[n] - product(c, first, n))
                 p2.append(quotient(one, determinant, p2, n))
                 q2.append(quotient(other, determinant, q2, n))
-            vx.append(r * product(cp, u, n) + length * product(cq, w, n))
-            vy.append(r * product(sp, u, n) + length * product(sq, w, n))
-            vv.append(product(vx, vx, n) + product(vy, vy, n))
-            power_n = product(shoulder, u, n) + product(wrist, w, n) - product(wrist, u, n)
-            work.append(power_n / m)
+            work.append((product(shoulder, u, n) + product(wrist, w, n) - product(wrist, u, n)) / m)
             p.append(u[n] / m)
             q.append(w[n] / m)
             u.append(p2[n] / m)
@@ -290,14 +282,4 @@ class Course:
             cp.append(-product(sp, u, n) / m)
             sq.append(product(cq, w, n) / m)
             cq.append(-product(sq, w, n) / m)
-        # At rest vv begins with zeros: an even number of them, since it is a square.
-        rest = next((n for n in range(ORDER) if vv[n] > 0.0), ORDER)
-        speed = [0.0] * (rest // 2)
-        if rest < ORDER:
-            vv = vv[rest:]
-            root = [vv[0] ** 0.5]
-            for n in range(1, len(vv)):
-                root.append(power(vv, 0.5, root, n))
-            speed += root
-        path += [one / (n + 1) for n, one in enumerate(speed)]
-        return [p, q, u, w, shoulder, wrist, path, work]
+        return [p, q, u, w, shoulder, wrist, work]

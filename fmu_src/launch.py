@@ -1,29 +1,25 @@
 """A companion FMU: launch of the ball by a club with loft, between ClubBallImpact and BallFlight.
 
-ClubBallImpact solves the contact along the normal of the club face. Across the face, the face
-slides down the ball's surface with the speed p, at first v sin(spin loft). A tangential spring and
-damper of the same material, k_t / k = kappa, transmits the tangential force; Coulomb friction
-limits it to mu times the normal force. With the scaled time dx/dsigma = u, in units of the approach
-speed, the contact of law 2 is a linear oscillator for every exponent:
+ClubBallImpact solves the contact along the normal of the club face. Across the face a tangential
+spring and damper of the same material, k_t / k = kappa, transmits the tangential force; Coulomb
+friction limits it to mu times the normal force. With the scaled time dx/dsigma = u, in units of the
+approach speed, the contact of law 2 is a linear oscillator for every exponent:
 
     x' = u,  u' = -f,  f = x + 2 zeta u       F_n = N f,  x(0) = 0,  u(0) = 1,  until f = 0
     stick    y' = p,  T = kappa (y + 2 zeta p)                                  F_t = N T
     slip     T = s mu f,  kappa (y + 2 zeta y') = T,  until p - y' = 0          s = +1 or -1
     both     p' = -rho T + gamma f
 
-The contact sticks while abs(T) <= mu f. The scale N cancels from all transitions, so stiffness,
-exponent and contact time have no influence. The ball is a solid homogeneous sphere. For a head with
-strike height h above its centre of mass, that centre at depth c behind the face, and inertia I:
+p is the speed with which the face slides down the ball's surface. The contact sticks while abs(T)
+<= mu f. For a solid homogeneous ball and a head with strike height h above its centre of mass, that
+centre at depth c behind the face, and inertia I:
 
     W_nn = 1/m_ball + 1/m_club + h^2 / I      rho   = (3.5/m_ball + 1/m_club + c^2 / I) / W_nn
     W_nt = h c / I                            gamma = -W_nt / W_nn   (vertical gear effect)
 
-ClubBallImpact's own m_club is then 1 / (1/m_club + h^2 / I). The tangential force is left out of
-the normal motion (error 1 to 2 % of the spin at h = 15 mm), and so is the head's change of
-direction during contact.
-
-Law 1 has no such contact: a result of law 1 is treated as one of law 2 with the same coefficient of
-restitution and approach speed.
+The tangential force is left out of the normal motion (error 1 to 2 % of the spin at h = 15 mm), and
+so is the head's change of direction during contact. A result of law 1 is treated as one of law 2
+with the same coefficient of restitution and approach speed.
 """
 
 from functools import partial
@@ -121,110 +117,62 @@ class Contact(NamedTuple):
     rho: float
     gamma: float
 
-    def impulse(self, p: float) -> tuple[float, str]:
-        """The tangential impulse, divided by N, for a p(0).
-
-        Returns:
-            The impulse, and the phases in their order: 0 stick, + and - slip.
-
-        Raises:
-            ArithmeticError: the phases don't end.
-        """
-        total, phases = 0.0, ""
+    def impulse(self, p: float) -> float:
+        """The tangential impulse, divided by N, for a p(0); ArithmeticError: phases don't end."""
+        total = 0.0
         if self.friction == 0.0 or p == self.gamma == 0.0:
-            return total, phases
-        left, state = duration(self.zeta), (0.0, 1.0, 0.0, p)
-        end = _END * left
-        # The phase to begin with, and the limit at which a sticking phase begins.
-        side = (1 if p > 0.0 else -1) if self.ratio * abs(p) > self.friction else 0
-        limit = 0
-        while left > end:
-            if len(phases) == _PHASES:
-                raise ArithmeticError("stick and slip alternate without end")
-            _, u, _, p = state
+            return total
+        double, ratio = 2.0 * self.zeta, self.friction / self.ratio
+        left, size = duration(self.zeta), self._piece()
+        least, phases = _END * left, 1
+        x, u, y = 0.0, 1.0, 0.0
+        # The phase: stick is 0, slip 1 (the face slides down the ball) or -1 (up). A sticking phase
+        # may begin at one of its limits. `decaying` is the part of side y' in slip that decays with
+        # exp(-t / (2 zeta)); a contact that begins with slip has no tangential deformation yet.
+        side = (1 if p > 0.0 else -1) if abs(p) > ratio else 0
+        limit, decaying = 0, 0.0
+        while left > least:
+            piece, following = min(size, left), side
+            series = xs, us, ys, ps = self._series((x, u, y, p))
+            drive = self.rho * self.friction - side * self.gamma
             if side:
-                # A contact that begins with slip has no tangential deformation yet.
-                decaying = self.friction * u / self.ratio - side * p if phases else 0.0
-                phases += "0+-"[side]
-                state, left = self._slip(state, left, side, decaying)
-                total += side * self.friction * (u - state[1])
-                side, limit = 0, side
+                slip = partial(self._slip, us, side * p - drive * u, drive - ratio, decaying)
+                change = partial(self._slip, slope(us), 0.0, drive - ratio, -decaying / double)
+                events = [(0, slip, change)]
             else:
-                phases += "0"
-                state, left, side = self._stick(state, left, limit)
-                total += (p - state[3] + self.gamma * (u - state[1])) / self.rho
-        return total, phases
-
-    def _stick(self, state: State, left: float, limit: int) -> tuple[State, float, int]:
-        """Stick until the tangential force exceeds a limit, + or - mu f.
-
-        Args:
-            state: at the beginning.
-            left: scaled time to the end of contact.
-            limit: at which of the two the phase begins; 0 if at neither.
-
-        Returns:
-            State and scaled time left at the end of the phase, and the limit exceeded.
-        """
-        size, double = self._piece(), 2.0 * self.zeta
-        while left > 0.0:
-            piece, side = min(size, left), 0
-            xs, us, ys, ps = series = self._series(state)
-            normal = [self.friction * (x + double * u) for x, u in zip(xs, us)]
-            force = [self.ratio * (y + double * p) for y, p in zip(ys, ps)]
-            for sign in (1, -1):
-                margin = [n - sign * t for n, t in zip(normal, force)]
-                if sign == limit:
-                    # Rounding errors here would end the phase where it begins.
-                    margin[0], margin[1] = 0.0, max(margin[1], 0.0)
-                end = first_zero(partial(value, margin), partial(value, slope(margin)), piece)
+                events = []
+                for sign in (1, -1):
+                    margin = [
+                        self.friction * (x + double * u) - sign * self.ratio * (y + double * p)
+                        for x, u, y, p in zip(xs, us, ys, ps)
+                    ]
+                    if sign == limit:
+                        # Rounding errors here would end the phase where it begins.
+                        margin[0], margin[1] = 0.0, max(margin[1], 0.0)
+                    events.append((sign, partial(value, margin), partial(value, slope(margin))))
+            for phase, function, of_time in events:
+                end = first_zero(function, of_time, piece)
                 if end is not None:
-                    piece, side = end, sign
+                    piece, following = end, phase
+            before, slide = u, p
             x, u, y, p = (value(one, piece) for one in series)
-            state, left, limit = (x, u, y, p), left - piece, 0
             if side:
-                return state, left, side
-        return state, 0.0, 0
+                decaying *= exp(-piece / double)
+                y, p = side * (ratio * x + double * decaying), slide + side * drive * (u - before)
+                total += side * self.friction * (before - u)
+            else:
+                total += (slide - p + self.gamma * (before - u)) / self.rho
+            left, limit = left - piece, 0
+            if following != side:
+                phases += 1
+                if phases > _PHASES:
+                    raise ArithmeticError("stick and slip alternate without end")
+                decaying, limit, side = ratio * u - following * p, side, following
+        return total
 
-    def _slip(self, state: State, left: float, side: int, decaying: float) -> tuple[State, float]:
-        """Slip until the face and the ball's surface have the same speed.
-
-        Args:
-            state: at the beginning.
-            left: scaled time to the end of contact.
-            side: 1 if the face slides down the ball, -1 if up.
-            decaying: the part of side y' that decays with exp(-t / (2 zeta)), at the beginning.
-
-        Returns:
-            State and scaled time left at the end of the phase.
-        """
-        size, double, passed = self._piece(), 2.0 * self.zeta, 0.0
-        x, u, _, p0 = state
-        u0 = u
-        limit, drive = self.friction / self.ratio, self.rho * self.friction - side * self.gamma
-
-        def decay(t: float) -> float:
-            return decaying * exp(-t / double)
-
-        while left > 0.0:
-            piece = min(size, left)
-            xs, us, _, _ = self._series((x, u, 0.0, 0.0))
-
-            def slip(t: float, us: Series = us, passed: float = passed) -> float:
-                u = value(us, t)
-                return side * p0 + drive * (u - u0) - limit * u + decay(passed + t)
-
-            def change(t: float, us: Series = us, passed: float = passed) -> float:
-                return (drive - limit) * value(slope(us), t) - decay(passed + t) / double
-
-            end = first_zero(slip, change, piece)
-            piece = piece if end is None else end
-            x, u = value(xs, piece), value(us, piece)
-            passed, left = passed + piece, left - piece
-            if end is not None:
-                break
-        y = side * (limit * x + double * decay(passed))
-        return (x, u, y, p0 + side * drive * (u - u0)), left
+    def _slip(self, us: Series, constant: float, drive: float, decaying: float, t: float) -> float:
+        """side (p - y') in slip, or its slope."""
+        return constant + drive * value(us, t) + decaying * exp(-0.5 * t / self.zeta)
 
     def _piece(self) -> float:
         """A scaled time in which the series converge like those of exp(t) for t < 1."""
@@ -251,10 +199,7 @@ class Launch(Companion):
 
     launched: bool
 
-    beyond = "this launch can't be computed: {}"
-
-    def __init__(self, **kwargs):
-        super().__init__(PARAMETERS, INPUTS, OUTPUTS, **kwargs)
+    tables = PARAMETERS, INPUTS, OUTPUTS
 
     def _begin(self) -> str | None:
         if abs(self.dynamic_loft - self.attack_angle) < 1.5:
@@ -281,7 +226,7 @@ class Launch(Companion):
         # The club's velocity along the normal at touch; 0 if it stood still there.
         club = ball / self.smash_factor if self.smash_factor else 0.0
         sliding = club * tan(self.dynamic_loft - self.attack_angle) / approach
-        impulse = contact.impulse(sliding)[0] * approach / normal
+        impulse = contact.impulse(sliding) * approach / normal
         across = impulse / self.m_ball
         self.tangential_impulse = impulse
         self.backspin = impulse / (0.2 * self.m_ball * self.ball_diameter)

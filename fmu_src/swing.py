@@ -1,27 +1,23 @@
 """A companion FMU: a golf swing as a double pendulum, coupled with the impact by its impulse.
 
 From address the club is taken back, in `backswing_time`, along the path of its downswing; at the
-top it rests. From there on a double pendulum (double_pendulum.py), driven by a torque at the
-shoulder and one at the wrist, moves until the arms point straight down: there lies the ball. Then
-the torques decay, and the swing ends when the arms are as far beyond the ball as they were before
-it.
+top it rests. From there on a double pendulum (double_pendulum.py) moves until the arms point
+straight down: there lies the ball. Then the torques decay, and the swing ends when the arms are as
+far beyond the ball as they were before it.
 
-The normal of the club face at impact points `spin_loft` above the head's path. `club_speed`,
-`impulse`, `reaction_impulse` and `effective_mass` are components along that normal, as
-ClubBallImpact has them; `head_speed` and `head_distance` are along the path.
+`club_speed`, `impulse`, `reaction_impulse` and `effective_mass` are components along the normal of
+the club face, which points `spin_loft` above the head's path at impact; `head_speed` is along the
+path.
 
-`impulse` is the impulse that the contact has transmitted since the start. A step applies the
-difference between it and `reaction_impulse`, what earlier steps have applied, as a constant force
-against the normal. So no momentum is lost, whatever the step sizes. Before the top and after the
-end the golfer holds the club, and the impulse has no effect on it.
+A step applies the difference between `impulse`, what the contact has transmitted since the start,
+and `reaction_impulse`, what earlier steps have applied, as a constant force against the normal.
+Before the top and after the end the golfer holds the club, and the impulse has no effect on it.
 
 `club_speed` is for an importer that holds it over each step, of unknown length. It is positive
 before the ball only with the speed at the ball, V: a head that starts at the ball or behind it
-touches the ball with V, for every sequence of step sizes. While the club is taken back,
-`club_speed` is negative and follows the head. It is 0 then, until the time left to the ball is what
-the distance left takes with V. If steps are equal from the top on, touch is at the swing's time of
-impact exactly; else up to two of the longest steps later or half of one earlier. After touch it is
-the head's own speed.
+touches the ball with V, for every sequence of step sizes. It is negative while the club is taken
+back and 0 then, until the time left to the ball is what the distance left takes with V. After touch
+it is the head's own speed.
 
 An importer that needs a speed and no mechanics sets its peak, `prescribed_speed`: the club is taken
 back at `takeaway_speed`, far enough for a smooth rise in `rise_time` to a peak that is held; touch
@@ -29,7 +25,7 @@ falls after the peak if steps are equal or shorter than half of `rise_time`. The
 0 then.
 
 The start values are those of C.-C. Chiang, The Simple Golf Simulator (GTS Sporting, 2016,
-github.com/markccchiang/Simple-Golf-Simulator): 52.76 m/s at the ball, 0.2125 s after the top.
+github.com/markccchiang/Simple-Golf-Simulator).
 """
 
 from math import cos, pi, sin
@@ -75,7 +71,6 @@ INPUTS = (
 OUTPUTS = (
     ("club_speed", "m/s", "Along the normal, for the next step; the head's own after touch"),
     ("head_speed", "m/s", "Of the club head along its path; negative while it is taken back"),
-    ("head_distance", "m", "Along the path of the head, from the ball"),
     ("arm_angle", "rad", "Of the arms from straight down, towards the target"),
     ("club_angle", "rad", "Of the club from straight down, towards the target"),
     ("shoulder_torque", "N.m", "Of the body on the arms; 0 while the club is taken back"),
@@ -90,6 +85,13 @@ OUTPUTS = (
 
 DESCRIPTION = "A golf swing as a double pendulum, from address through the ball"
 
+#: References of the outputs that are computed from the motion when they are read.
+_MOVING = {
+    len(PARAMETERS) + len(INPUTS) + n
+    for n, (name, *_) in enumerate(OUTPUTS)
+    if name not in ("club_speed", "reaction_work", "reaction_impulse")
+}
+
 #: Of the time since the start: differences smaller than this are rounding errors.
 _ROUNDING = 1e-12
 
@@ -100,26 +102,22 @@ class Swing(Companion):
     reaction_impulse: float
 
     inside = ("_time", "_lost", "_rise", "_course", "_origin", "_ball", "_position", "_current")
-    beyond = "this step leaves the range of a double ({})"
+    objects = ("_course", Course), ("_ball", Ball)
+    tables = PARAMETERS, INPUTS, OUTPUTS
 
-    def __init__(self, **kwargs):
-        super().__init__(PARAMETERS, INPUTS, OUTPUTS, **kwargs)
-        #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer,
-        #: however that counts its time.
-        self._time = self._lost = 0.0
-        #: Start of the rise of a prescribed speed, s since the start.
-        self._rise: float | None = None
-        #: The motion, its begin (s since the start), and how it meets the ball, likewise.
-        self._course: Course | None = None
-        self._origin = 0.0
-        self._ball: Ball | None = None
-        #: The integral of club_speed over the steps: the importer's head, m from the ball.
-        self._position = 0.0
-        #: Whether the outputs of the motion belong to this communication point.
-        self._current = False
-        stepped = ("club_speed", "reaction_work", "reaction_impulse")
-        names = {name for name, *_ in OUTPUTS if name not in stepped}
-        self._moving = {n for n, variable in self.vars.items() if variable.name in names}
+    #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer, however
+    #: that counts its time.
+    _time = _lost = 0.0
+    #: Start of the rise of a prescribed speed, s since the start.
+    _rise: float | None = None
+    #: The motion, its begin (s since the start), and how it meets the ball, likewise.
+    _course: Course | None = None
+    _origin = 0.0
+    _ball: Ball | None = None
+    #: The integral of club_speed over the steps: the importer's head, m from the ball.
+    _position = 0.0
+    #: Whether the outputs of the motion belong to this communication point.
+    _current = False
 
     def _begin(self) -> str | None:
         if self.prescribed_speed:
@@ -132,7 +130,7 @@ class Swing(Companion):
             )
         values = {name: getattr(self, name) for name in Golfer._fields}
         golfer = Golfer(**values | {"gravity": self.gravity * sin(self.plane_angle)})
-        top = State(-self.arm_start, -self.arm_start - self.wrist_start, *[0.0] * 6)
+        top = State(-self.arm_start, -self.arm_start - self.wrist_start, *[0.0] * 5)
         try:
             course = Course(golfer, top, HELD)
             ball = course.ball(self.spin_loft)
@@ -145,19 +143,22 @@ class Swing(Companion):
         return None
 
     def _step(self, current_time: float, size: float) -> str | None:
-        if self._course and self._ball:
-            return self._swing(size, self._course, self._origin, self._ball)
-        self._prescribed_step(size)
-        return None
-
-    def _after(self, size: float) -> tuple[float, float]:
-        """The clock after a step (Kahan summation)."""
         exact = size - self._lost
         end = self._time + exact
-        return end, (end - self._time) - exact
+        if self._course and self._ball:
+            problem = self._swing(size, end, self._course, self._origin, self._ball)
+            if problem:
+                return problem
+        else:
+            self._follow_prescribed_speed(size, end)
+        self._time, self._lost, self._current = end, (end - self._time) - exact, False
+        self.reaction_impulse = self.impulse
+        return None
 
-    def _swing(self, size: float, course: Course, origin: float, ball: Ball) -> str | None:
-        begin, (end, lost) = self._time, self._after(size)
+    def _swing(
+        self, size: float, end: float, course: Course, origin: float, ball: Ball
+    ) -> str | None:
+        begin = self._time
         if begin < ball.time and size > 0.5 * ball.time:
             return (
                 f"step size = {size!r} s is refused: until the ball is hit it must be at most "
@@ -179,24 +180,23 @@ class Swing(Companion):
         else:
             waiting, after = position, end + size
             if after <= self.backswing_time:
-                head = _motion(course, origin, ball, after).path - ball.path
-                # Not faster than V: a next step longer than the last one would bring it far off.
-                waiting = min(position, max(head * flat, position - ball.speed * size))
+                # To half the distance of the line at the top, but not faster than V: a next step
+                # longer than the last one would bring it far off.
+                back = 0.5 * ball.speed * (ball.time - self.backswing_time)
+                head = max(-back * after / self.backswing_time, position - ball.speed * size)
+                waiting = min(position, head)
             speed = _approach(position, waiting, end, size, ball, rounding)
         self._course, self._origin, self._ball = course, origin, ball
-        self._time, self._lost, self._current = end, lost, False
         self._position, self.club_speed = position, speed
         self.reaction_work += work
-        self.reaction_impulse = self.impulse
         return None
 
     def get_real(self, vrs):
         course, ball, time = self._course, self._ball, self._time
-        if course and ball and not self._current and not self._moving.isdisjoint(vrs):
+        if course and ball and not self._current and not _MOVING.isdisjoint(vrs):
             golfer, state = course.golfer, _motion(course, self._origin, ball, time)
             speed, down = state.head_speed(golfer), time - self._origin
             self.head_speed = -speed if down < 0.0 else speed
-            self.head_distance = state.path - ball.path
             self.arm_angle, self.club_angle = state.arm, state.club
             hands = (0.0, 0.0) if down < 0.0 else course.hands(down, state)
             self.hand_force, self.wrist_torque = hands
@@ -204,25 +204,14 @@ class Swing(Companion):
             self.energy, self.work, self._current = state.energy(golfer), state.work, True
         return super().get_real(vrs)
 
-    def _prescribed_step(self, size: float) -> None:
-        end, lost = self._after(size)
+    def _follow_prescribed_speed(self, size: float, end: float) -> None:
         peak, back = self.prescribed_speed, self.takeaway_speed
         # A step more than needed: some importers pass an output on only one step later.
         if self._rise is None and back * end >= peak * self.rise_time + back * size:
             self._rise = end
         since = 0.0 if self._rise is None else min(end - self._rise, self.rise_time)
         share = 0.5 * (1.0 - cos(pi * since / self.rise_time))
-        self._time, self._lost = end, lost
         self.club_speed = share * peak - (1.0 - share) * back
-        self.reaction_impulse = self.impulse
-
-    @staticmethod
-    def _revived(state: dict) -> dict:
-        if state["_course"]:
-            golfer, top, *rest = state["_course"]
-            state["_course"] = Course(Golfer(*golfer), State(*top), *rest)
-            state["_ball"] = Ball(*state["_ball"])
-        return state
 
 
 def _approach(

@@ -5,8 +5,7 @@ from golf_impact.scenario import Report, main
 TITLE = "Diagram: two masses and the contact between"
 CHAPTER = 1
 
-
-#: Text beside each diagram.
+#: Text beside each diagram, by law.
 _WORDS = {
     1: (
         "law 1 (absolute)",
@@ -19,6 +18,15 @@ _WORDS = {
         ("$m_C\\, \\dot v_C = -F,\\quad m_B\\, \\dot v_B = F$", "$F = k\\, d + b\\, \\dot d$"),
     ),
 }
+
+#: Polylines in the complex plane, from 0 to 1.9.
+_ZIGZAG = [0.38 + 0.1625 * n + (-0.2j if n % 2 else 0.2j) for n in range(8)]
+_SPRING = [[0.0, 0.3, *_ZIGZAG, 1.6, 1.9]]
+_DAMPER = [[0.0, 0.95], [0.95 - 0.13j, 0.95 + 0.13j], [1.2, 1.9]]
+_DAMPER += [[0.75 + 0.2j, 1.2 + 0.2j, 1.2 - 0.2j, 0.75 - 0.2j]]
+
+#: The ground, with hatching below.
+_GROUND = [[-0.5, 0.5], *([x, x - 0.12 - 0.14j] for x in (-0.4, -0.2, 0.0, 0.2, 0.4))]
 
 
 def run(fmu):
@@ -45,52 +53,38 @@ def draw(figures):
     axes.axis("off")
     club, ball = (figures.STYLES[body].colour for body in ("club", "ball"))
 
-    def lines(strokes, colour, width=1.8):
-        for xs, ys in strokes:
+    def place(strokes, at, colour, turn=1.0, width=1.8):
+        for stroke in strokes:
+            points = [at + turn * point for point in stroke]
+            xs, ys = [z.real for z in points], [z.imag for z in points]
             axes.plot(xs, ys, color=colour, lw=width, solid_capstyle="round")
 
-    def spring(y):
-        ends = (2.8, 3.1, 4.4, 4.7)
-        zigzag = [(ends[1] + (n + 0.5) * 1.3 / 8, y + (-0.2 if n % 2 else 0.2)) for n in range(8)]
-        xs, ys = zip((ends[0], y), (ends[1], y), *zigzag, (ends[2], y), (ends[3], y))
-        lines([(xs, ys)], ball)
-        axes.text(3.75, y + 0.32, "$k$", ha="center", color=ball)
-
-    def damper(y, colour):
-        cup = ([3.55, 4.0, 4.0, 3.55], [y + 0.2, y + 0.2, y - 0.2, y - 0.2])
-        lines([([2.8, 3.75], [y] * 2), ([3.75] * 2, [y - 0.13, y + 0.13]), cup], colour)
-        lines([([4.0, 4.7], [y] * 2)], colour)
-        axes.text(3.75, y - 0.32, "$b$", ha="center", va="top", color=colour)
-
-    def drag(x, top, floor, colour):
-        cup = ([x - 0.2, x - 0.2, x + 0.2, x + 0.2], [floor + d for d in (0.5, 0.25, 0.25, 0.5)])
-        lines([([x] * 2, [top, floor + 0.4]), ([x - 0.13, x + 0.13], [floor + 0.4] * 2)], colour)
-        lines([cup, ([x] * 2, [floor + 0.25, floor])], colour)
-        axes.text(x + 0.32, floor + 0.35, "$b$", va="center", color=colour)
-        lines([([x - 0.5, x + 0.5], [floor] * 2)], figures.BLACK, 1.2)
-        hatch = (x - 0.4 + 0.2 * n for n in range(5))
-        lines((([left, left - 0.12], [floor, floor - 0.14]) for left in hatch), "black", 0.8)
-
     for law, y in ((1, 4.2), (2, -0.6)):
-        colour = figures.STYLES[f"law {law}"].colour
-        axes.add_patch(FancyBboxPatch((0.7, y - 0.8), 2.0, 1.6, fc=club, ec="black", lw=1.4,
-                                      boxstyle="round,pad=0,rounding_size=0.12"))  # fmt: skip
+        colour, half = figures.STYLES[f"law {law}"].colour, 0.4 if law == 1 else 0.75
+        rounded = "round,pad=0,rounding_size=0.12"
+        box = FancyBboxPatch((0.7, y - 0.8), 2.0, 1.6, rounded, fc=club, ec="black", lw=1.4)
+        axes.add_patch(box)
         axes.text(1.7, y, "club\n$m_C$", ha="center", va="center")
         axes.add_patch(Circle((4.22, y), 1.5, fc="#E9F3FA", ec="black", lw=1.4))
-        half = 0.4 if law == 1 else 0.75
         axes.add_patch(Rectangle((4.7, y - half), 0.62, 2.0 * half, fc="white", ec=ball, lw=1.8))
         axes.text(5.01, y, "$m_B$", ha="center", va="center", fontsize=10)
         axes.text(4.22, y + 1.08, "ball", ha="center", va="center")
+        spring = y if law == 1 else y + 0.35
+        place(_SPRING, complex(2.8, spring), ball)
+        axes.text(3.75, spring + 0.32, "$k$", ha="center", color=ball)
         if law == 1:
-            spring(y)
-            drag(1.7, y - 0.8, y - 2.3, colour)
-            drag(5.01, y - half, y - 2.3, colour)
+            for x, bottom in ((1.7, y - 0.8), (5.01, y - half)):
+                floor = complex(x, y - 2.3)
+                place([[complex(x, bottom), floor + 1.14j]], 0.0, colour)
+                place(_DAMPER, floor + 1.14j, colour, turn=-0.6j)
+                place(_GROUND, floor, figures.BLACK, width=1.0)
+                axes.text(x + 0.32, y - 1.85, "$b$", va="center", color=colour)
         else:
-            spring(y + 0.35)
-            damper(y - 0.4, colour)
+            place(_DAMPER, complex(2.8, y - 0.4), colour)
+            axes.text(3.75, y - 0.72, "$b$", ha="center", va="top", color=colour)
         for x, symbols in ((0.9, "x_C,\\ v_C"), (4.0, "x_B,\\ v_B")):
-            axes.annotate("", (x + 0.9, y + 1.85), (x, y + 1.85),
-                          arrowprops={"arrowstyle": "->", "lw": 1.4})  # fmt: skip
+            arrow = {"arrowstyle": "->", "lw": 1.4}
+            axes.annotate("", (x + 0.9, y + 1.85), (x, y + 1.85), arrowprops=arrow)
             axes.text(x + 1.0, y + 1.85, f"${symbols}$", va="center")
         name, words, equations = _WORDS[law]
         axes.text(6.5, y + 1.15, name, color=colour, fontweight="bold", va="center")

@@ -35,43 +35,41 @@ def run(fmu):
     numbers, rows = envelope(), []
     units = ("N", "m", "", "", "", "N·s", "N·s", "J", "J", "%")
     for (name, printed), unit in zip(document.ENVELOPE.items(), units, strict=True):
-        value = numbers[name]
-        rows.append(
-            [f"{name} ({unit})" if unit else name, printed.text, printed.format_value(value)]
-        )
+        head = f"{name} ({unit})" if unit else name
+        rows.append([head, printed.text, printed.format_value(numbers[name])])
         # One unit of the last digit: the document rounds some numbers and truncates others.
         claim = f"{name}, from the paper's figures, agrees with the printed {printed.text}"
         why, allowed = "one unit of the last printed digit", 2.0 * printed.half_digit
-        report.check_close(claim, value, printed.value, allowed, why, "documents")
+        report.check_close(claim, numbers[name], printed.value, allowed, why, "documents")
     title = "Rough calculation from the paper's figures"
     report.table(title, ["", "document", "computed"], rows)
 
     model = report.impact("law 1 (the document's fit)")
     relative = report.impact("law 2, the same k and b", law=2)
-    rows, misses = [], {}
+    rows = []
+    errors: dict[str, float] = {}
     for metric, value in measured.ROH_LEE_FIGURES.items():
-        quantity = QUANTITIES[metric]
-        cells = [quantity.plain, f"{value * quantity.factor:.5g}"]
+        name, factor = QUANTITIES[metric].plain, QUANTITIES[metric].factor
+        rows.append([name, f"{value * factor:.5g}"])
         for metrics in (model, relative):
-            error = metrics[metric] / value - 1.0
-            cells += [f"{metrics[metric] * quantity.factor:.5g}", f"{error * 100:+.1f}"]
-        rows.append(cells)
-        misses[metric] = model[metric] / value - 1.0
+            error = (metrics[metric] / value - 1.0) * 100
+            rows[-1] += [f"{metrics[metric] * factor:.5g}", f"{error:+.1f}"]
+            errors.setdefault(metric, error)
     title = "Roh & Lee's finite-element ball and the document's fit (k = 1e6 N/m, b = 9 N·s/m)"
     report.table(title, ["", "paper", "law 1", "error (%)", "law 2", "error (%)"], rows)
-    force, time = misses["max_force"], misses["contact_time"]
-    restitution = misses["coefficient_of_restitution"]
+    force, time = errors["max_force"], errors["contact_time"]
+    restitution = errors["coefficient_of_restitution"]
     report.check(
         "the fit agrees with the paper's force and contact time within 5 %",
-        abs(force) < 0.05 and abs(time) < 0.05,
-        f"{force * 100:+.1f} % and {time * 100:+.1f} %",
+        abs(force) < 5.0 and abs(time) < 5.0,
+        f"{force:+.1f} % and {time:+.1f} %",
         "documents",
     )
     claim = "the fit exceeds the paper's COR by more than a quarter"
-    report.check(claim, restitution > 0.25, f"{restitution * 100:+.1f} %")
+    report.check(claim, restitution > 25.0, f"{restitution:+.1f} %")
     report.say(
         "k = 1e6 N/m and b = 9 N·s/m reproduce maximum force and contact time of the "
-        f"finite-element ball (errors {force * 100:+.1f} % and {time * 100:+.1f} %), "
+        f"finite-element ball (errors {force:+.1f} % and {time:+.1f} %), "
         f"but not its losses: E is {model['energy_efficiency'] * 100:.1f} %, from the paper's "
         f"figures {(1.0 - numbers['energy lost']) * 100:.1f} %; COR is "
         f"{model['coefficient_of_restitution']:.3f} instead of "

@@ -1,15 +1,9 @@
 """The same impact under both laws: momentum and energy."""
 
-from golf_impact.scenario import Report, format_value, label, main
+from golf_impact.scenario import QUANTITIES, Report, main
 
 TITLE = "Laws: drag on each body or damper between them"
 CHAPTER = 11
-
-_METRICS = (
-    *("club_velocity", "ball_velocity", "smash_factor", "coefficient_of_restitution"),
-    *("energy_efficiency", "contact_time", "max_force", "impulse", "momentum_gain_ball"),
-    *("momentum_initial", "momentum_final"),
-)
 
 _PATH = ("force", "momentum", "kinetic_energy", "energy_efficiency")
 
@@ -19,9 +13,9 @@ def run(fmu):
     report = Report(TITLE, fmu)
     absolute = report.impact("law 1 (absolute)", law=1)
     relative = report.impact("law 2 (relative)", law=2)
-    both = absolute, relative
     rows = (
-        [label(one), *(format_value(one, metrics[one]) for metrics in both)] for one in _METRICS
+        [one.label, one.format_value(absolute[metric]), one.format_value(relative[metric])]
+        for metric, one in QUANTITIES.items()
     )
     report.table(TITLE, ["", *report.cases], rows)
 
@@ -56,8 +50,8 @@ def run(fmu):
         "of energy depends on the relative velocity alone."
     )
 
-    paths = {law: fmu.trajectory(names=_PATH, law=law) for law in (1, 2)}
-    report.trajectories |= {f"law_{law}": path for law, path in paths.items()}
+    for law in (1, 2):
+        report.trajectories[f"law_{law}"] = fmu.trajectory(names=_PATH, law=law)
 
     @report.figure(
         "laws",
@@ -68,11 +62,10 @@ def run(fmu):
         figure, (left, right) = figures.new_pair(
             "Momentum and kinetic energy during contact", "k = 1 MN/m, b = 9 N·s/m, 35 m/s"
         )
-        laws = {1: "law 1: drag on each body", 2: "law 2: damper between them"}
-        for law, words in laws.items():
-            micro, style = paths[law]["time"] * 1e6, figures.STYLES[f"law {law}"]
+        for law, words in ((1, "drag on each body"), (2, "damper between them")):
+            path, line = report.trajectories[f"law_{law}"], figures.STYLES[f"law {law}"].line
             for axes, column in ((left, "momentum"), (right, "kinetic_energy")):
-                axes.plot(micro, paths[law][column], **style.line, label=words)
+                axes.plot(path["time"] * 1e6, path[column], **line, label=f"law {law}: {words}")
         left.set(xlabel="time since touch (µs)", ylabel="momentum (kg·m/s)")
         right.set(xlabel="time since touch (µs)", ylabel="kinetic energy (J)")
         figures.add_legend_below(figure, left, columns=2)

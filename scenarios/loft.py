@@ -1,26 +1,36 @@
 """Loft: tangential force, backspin and launch angle by Launch.fmu, beside measured launches."""
 
 import tempfile
-from math import acos, atan, cos, degrees, exp, pi, radians, sin, sqrt, tan
+from math import atan, copysign, cos, degrees, exp, pi, radians, sqrt, tan
 from pathlib import Path
 
 import numpy as np
 
-from golf_impact.scenario import BALLS, LoadedFmu, Report, build_system, main, measured
+from golf_impact.scenario import (
+    BALLS,
+    LoadedFmu,
+    Report,
+    build_system,
+    closed_forms,
+    main,
+    measured,
+)
 
 TITLE = "Loft: tangential force, backspin and launch angle"
 CHAPTER = 15
 
-_IRONS = [row[0] for row in measured.TOUR[4:]]
+#: Start values of the FMUs: masses (kg), radius (m), friction and stiffness ratio.
+_M_CLUB, _M_BALL, _RADIUS = 0.210, 0.04593, 0.5 * 0.04267
+_FRICTION, _RATIO = 0.4, 2.0 / 3.0
 
 #: A driver's depth of the centre of mass (m) and inertia (kg.m2): D. Tutelman, All about Gear
 #: Effect (2009), average of 17 heads, and 0.59 of their average inertia about the vertical axis.
 _DEPTH, _INERTIA = 0.038, 2.7e-4
 
-#: Launch.fmu's start values, and a yard in m.
-_FRICTION, _RATIO, _YARD = 0.4, 2.0 / 3.0, 0.9144
+#: rpm per rad/s, and a yard in m.
+_RPM, _YARD = 30.0 / pi, 0.9144
 
-_FROM_IMPACT = ("ball_velocity", "club_velocity", "smash_factor", "coefficient_of_restitution")
+_IMPACT = ("ball_velocity", "club_velocity", "smash_factor", "coefficient_of_restitution")
 _LAUNCH = ("ball_speed", "launch_angle", "backspin", "tangential_impulse")
 
 
@@ -43,46 +53,49 @@ class Shots:
     def __init__(self, fmu, launch, flight):
         self.fmu, self.launch, self.flight = fmu, launch, flight
 
-    def shot(self, speed, loft, attack=0.0, ball="penner", m_club=0.210, height=0.0, **values):
+    def shot(self, speed, loft, attack=0.0, ball="penner", m_club=_M_CLUB, height=0.0, **values):
         """A shot with head speed (m/s), dynamic loft and attack angle (rad), strike height (m).
 
         Returns:
             What Launch gets from the impact and its outputs, by name.
         """
-        spin_loft = loft - attack
         head = {"dynamic_loft": loft, "attack_angle": attack, "m_club": m_club}
         if height:
             head |= {"strike_height": height, "centre_depth": _DEPTH, "head_inertia": _INERTIA}
             m_club = 1.0 / (1.0 / m_club + height**2 / _INERTIA)
-        given = {**BALLS[ball].values, "m_club": m_club, "club_speed": speed * cos(spin_loft)}
-        impact = self.fmu.impact(_FROM_IMPACT, **given)
+        normal_speed = speed * cos(loft - attack)
+        values_of_ball = BALLS[ball].values
+        impact = self.fmu.impact(_IMPACT, **values_of_ball, m_club=m_club, club_speed=normal_speed)
         self.launch.start(**head, **values)
-        self.launch.set(impact)
-        self._release(self.launch)
+        self.launch.set({**impact, "separated": True})
+        self.launch.step(0.0, 1e-3)
         return impact | self.launch.read(_LAUNCH)
+
+    def lofted(self, speed, angle, attack, **values):
+        """The shot with the dynamic loft (rad) whose launch has this angle (rad)."""
+        loft = _find_loft(
+            lambda loft: self.shot(speed, loft, attack, **values)["launch_angle"], angle, attack
+        )
+        return self.shot(speed, loft, attack, **values) | {"dynamic_loft": loft}
 
     def carry(self, shot):
         """Of a shot, m."""
-        self.flight.start(
-            ball_velocity=shot["ball_speed"],
-            launch_angle=shot["launch_angle"],
-            backspin=shot["backspin"],
-        )
-        self._release(self.flight)
+        angle, backspin = shot["launch_angle"], shot["backspin"]
+        self.flight.start(ball_velocity=shot["ball_speed"], launch_angle=angle, backspin=backspin)
+        self.flight.set({"separated": True})
+        self.flight.step(0.0, 1e-3)
         return self.flight.read(["carry"])["carry"]
 
-    @staticmethod
-    def _release(companion):
-        companion.slave.setBoolean(companion.references(["separated"]), [True])
-        companion.step(0.0, 1e-3)
-
-    def lofted(self, speed, angle, attack, **values):
-        """The dynamic loft (rad) whose launch has this angle (rad), and the shot."""
-        loft = _bisect(
-            lambda loft: self.shot(speed, loft, attack, **values)["launch_angle"] - angle,
-            *(max(attack, 0.0), 0.9),
-        )
-        return loft, self.shot(speed, loft, attack, **values)
+    def contact(self, ball, m_club, approach, u):
+        """Time, force and compression (SI units) where the relative velocity is u × approach."""
+        given = {**BALLS[ball].values, "m_club": m_club, "club_speed": approach}
+        end = self.fmu.impact(("contact_time",), **given)["contact_time"]
+        time = np.linspace(0.0, end, 2001)
+        self.fmu.start(**given)
+        names = ("force", "compression", "club_velocity", "ball_velocity")
+        force, compression, club, ball = self.fmu.sample(time, names).values()
+        falling = (ball - club) / approach
+        return (np.interp(-u, falling, column) for column in (time, force, compression))
 
 
 def _bisect(function, low, high):
@@ -93,55 +106,51 @@ def _bisect(function, low, high):
     return high
 
 
+def _find_loft(launch_angle, angle, attack):
+    """The dynamic loft (rad) with this launch angle (rad), which is a function of it."""
+    return _bisect(lambda loft: launch_angle(loft) - angle, max(attack, 0.0), 0.9)
+
+
 def march(restitution, sliding, m_club, damped=True, steps=20_000):
     """Tangential force of a contact by explicit Euler steps: another method than Launch.fmu's.
 
     `sliding` is the speed of the face across the ball at touch over the approach speed; the head
     (kg) doesn't turn; `damped` adds a tangential damper to the spring.
 
-    Returns columns: relative normal velocity and p divided by the approach speed, normal force and
-    tangential force on one scale, 1 where the contact slips.
+    Returns arrays: relative normal velocity divided by the approach speed, normal force and
+    tangential force on one scale, and whether the contact slips.
     """
-    zeta = _bisect(lambda z: restitution - exp(-2.0 * z * acos(z) / sqrt(1.0 - z * z)), 0.0, 0.9)
-    q = sqrt(1.0 - zeta * zeta)
-    m_ball = 0.04593
-    rho = (3.5 + m_ball / m_club) / (1.0 + m_ball / m_club)
-    size = 2.0 * acos(zeta) / q / steps
+    half = closed_forms.half_contact
+    zeta = _bisect(lambda z: restitution - exp(-2.0 * z * half(z)), 0.0, 0.9)
+    size = 2.0 * half(zeta) / steps
+    s, q = size * np.arange(steps + 1), sqrt(1.0 - zeta * zeta)
+    x, c = np.exp(-zeta * s) * np.sin(q * s) / q, np.exp(-zeta * s) * np.cos(q * s)
+    u = c - zeta * x
+    normal = np.maximum(x + 2.0 * zeta * u, 0.0)
+    rho = (3.5 + _M_BALL / m_club) / (1.0 + _M_BALL / m_club)
     damping = 2.0 * zeta if damped else 0.0
-    y, p, rows = 0.0, sliding, []
-    for n in range(steps + 1):
-        s = n * size
-        x, c = exp(-zeta * s) * sin(q * s) / q, exp(-zeta * s) * cos(q * s)
-        u = c - zeta * x
-        force = max(x + 2.0 * zeta * u, 0.0)
-        tangential, rate = _RATIO * (y + damping * p), p
-        slips = abs(tangential) > _FRICTION * force
-        if slips:
-            tangential = _FRICTION * force * (1.0 if tangential > 0.0 else -1.0)
-            rest = tangential / _RATIO - y
+    y, p, tangential, slips = 0.0, sliding, [], []
+    for limit in (_FRICTION * normal).tolist():
+        force, rate = _RATIO * (y + damping * p), p
+        slips.append(abs(force) > limit)
+        if slips[-1]:
+            force = copysign(limit, force)
+            rest = force / _RATIO - y
             rate = rest / damping if damping > size else rest / size
-        rows.append((u, p, force, tangential, slips))
+        tangential.append(force)
         y += rate * size
-        p -= rho * tangential * size
-    return np.array(rows).T
+        p -= rho * force * size
+    return u, normal, np.array(tangential), np.array(slips)
 
 
 def _show_forces(report, shots):
     """Normal and tangential force over time: Roh & Lee's club."""
-    fmu, speed, loft = shots.fmu, 35.0, radians(11.5)
+    speed, loft = 35.0, radians(11.5)
     shot = shots.shot(speed, loft, ball="roh-lee")
-    given = {**BALLS["roh-lee"].values, "club_speed": speed * cos(loft)}
-    path = fmu.trajectory(2001, ("force", "club_velocity", "ball_velocity"), **given)
-    contact = fmu.impact(("contact_time", "touch_time"), **given)
-    u, _, normal, tangential, slips = march(shot["coefficient_of_restitution"], tan(loft), 0.210)
-    inside = path["time"] <= contact["touch_time"] + contact["contact_time"]
-    relative = (path["club_velocity"] - path["ball_velocity"]) / given["club_speed"]
-    # Relative velocity falls through the contact: it gives the time of each point.
-    time = np.interp(-u, -relative[inside], path["time"][inside])
-    scale = np.interp(time, path["time"], path["force"])
-    force = scale * np.divide(tangential, normal, out=np.zeros_like(normal), where=normal > 1e-9)
-    impulse = float(np.trapezoid(force, time))
-    report.trajectories["loft_forces"] = {"time": time, "normal_force": scale, "force": force}
+    u, scale, tangential, slips = march(shot["coefficient_of_restitution"], tan(loft), _M_CLUB)
+    time, normal, _ = shots.contact("roh-lee", _M_CLUB, speed * cos(loft), u)
+    force = normal * np.divide(tangential, scale, out=np.zeros_like(scale), where=scale > 1e-9)
+    report.trajectories["loft_forces"] = {"time": time, "normal_force": normal, "force": force}
     most, least = int(np.argmax(force)), int(np.argmin(force))
     turn = float(time[most + int(np.argmax(force[most:] < 0.0))])
     report.cases["Roh & Lee's club"] = shot | {
@@ -150,17 +159,17 @@ def _show_forces(report, shots):
         "time_of_sign_change": turn,
     }
     claim = "the impulse of the force drawn, by steps, is that of Launch.fmu"
-    ours = shot["tangential_impulse"]
+    impulse, ours = float(np.trapezoid(force, time)), shot["tangential_impulse"]
     report.check_close(claim, impulse, ours, 2e-3 * ours, "Euler steps and interpolation")
     claim = "the tangential force creates backspin and reduces it again, as the document says"
-    words = f"sign change at {turn * 1e6:.0f} of {contact['contact_time'] * 1e6:.0f} µs"
-    report.check(claim, 0.0 < turn < contact["contact_time"] and force[least] < 0.0, words)
-    spin = shot["backspin"] * 30.0 / pi
+    words = f"sign change at {turn * 1e6:.0f} of {time[-1] * 1e6:.0f} µs"
+    report.check(claim, 0.0 < turn < time[-1] and force[least] < 0.0, words)
     report.say(
         f"Roh & Lee's club, 11.5° and 35 m/s: the tangential force reaches {force[most]:.0f} N at "
         f"{time[most] * 1e6:.0f} µs, changes its sign at {turn * 1e6:.0f} µs and ends after "
-        f"{force[least]:.0f} N; the ball leaves with {spin:.0f} rpm. Of the second curve of its "
-        "Fig. 2 the document's text has the change of sign alone: nothing else is compared.",
+        f"{force[least]:.0f} N; the ball leaves with {shot['backspin'] * _RPM:.0f} rpm. Of the "
+        "second curve of its Fig. 2 the document's text has the change of sign alone: nothing else "
+        "is compared.",
     )
 
     @report.figure(
@@ -170,14 +179,12 @@ def _show_forces(report, shots):
     )
     def forces(figures):
         figure, axes = figures.new("Forces on the ball: loft 11.5°, 35 m/s")
-        micro = time * 1e6
-        axes.plot(micro, scale / 1e3, color=figures.BLUE, label="normal")
+        micro, limit = time * 1e6, _FRICTION * normal / 1e3
+        axes.plot(micro, normal / 1e3, color=figures.BLUE, label="normal")
         axes.plot(micro, force / 1e3, color=figures.VERMILION, label="tangential, down the face")
-        axes.fill_between(
-            *(micro, _FRICTION * scale / 1e3, -_FRICTION * scale / 1e3),
-            **{"color": "0.5", "alpha": 0.15, "lw": 0, "label": "limit of friction"},
-        )
-        start = float(micro[int(np.argmax(slips > 0.0))])
+        grey = {"color": "0.5", "alpha": 0.15, "lw": 0}
+        axes.fill_between(micro, limit, -limit, **grey, label="limit of friction")
+        start = float(micro[int(np.argmax(slips))])
         axes.axvspan(start, micro[-1], color=figures.ORANGE, alpha=0.3, lw=0, label="slip")
         axes.annotate("stick", (0.5 * start, -1.9), ha="center")
         axes.axhline(0.0, color=figures.BLACK, lw=0.8)
@@ -197,7 +204,7 @@ def _show_range(report, shots):
         loft: [shots.shot(speed, radians(loft), friction=friction) for friction in frictions]
         for loft in (10.0, 25.0, 45.0)
     }
-    none = [shots_[0]["backspin"] for shots_ in by_friction.values()]
+    none = [row[0]["backspin"] for row in by_friction.values()]
     report.check("without friction there is no backspin", none == [0.0] * 3, "exactly 0")
     flat = by_loft[0.4][0]
     same = flat["backspin"] == 0.0 and flat["ball_speed"] == flat["ball_velocity"]
@@ -210,17 +217,23 @@ def _show_range(report, shots):
     more = fast["backspin"] / slow["backspin"]
     report.check(claim, more > 1.0, f"{more:.3f} times as much at 50 m/s as at 35 m/s")
 
-    def plot(figures, title, name, unit, output, factor):
+    def plot(figures, title, output, label, factor):
         figure, (left, right) = figures.new_pair(title)
-        for friction, colour in zip(by_loft, (figures.SKY, figures.ORANGE, figures.BLUE)):
-            values = [shot[output] * factor for shot in by_loft[friction]]
+        for (friction, row), colour in zip(
+            by_loft.items(), (figures.SKY, figures.ORANGE, figures.BLUE)
+        ):
+            values = [shot[output] * factor for shot in row]
             left.plot(lofts, values, color=colour, label=f"friction {friction:g}")
         for (loft, row), dashes in zip(by_friction.items(), ("-", "--", ":")):
             values = [shot[output] * factor for shot in row]
             right.plot(frictions, values, color=figures.BLACK, ls=dashes, label=f"loft {loft:g}°")
-        for axes, words in ((left, "spin loft (°)"), (right, "friction")):
-            axes.set(xlabel=words, ylabel=f"{name} ({unit})")
-        return figure, left, right
+        left.set(xlabel="spin loft (°)", ylabel=label)
+        right.set(xlabel="friction", ylabel=label, ylim=(0, None))
+        if output == "launch_angle":
+            left.plot(lofts, lofts, color="0.5", ls=":", label="face normal")
+        left.legend()
+        right.legend()
+        return figure
 
     @report.figure(
         "loft_backspin",
@@ -228,79 +241,69 @@ def _show_range(report, shots):
         "leaves closer to the face normal. Below that limit friction hardly matters.",
     )
     def backspin(figures):
-        title, rpm = "Backspin at 40 m/s", 30.0 / pi
-        figure, left, right = plot(figures, title, "backspin", "rpm", "backspin", rpm)
-        left.legend(loc="upper left")
-        right.legend(loc="upper left")
-        return figure
+        return plot(figures, "Backspin at 40 m/s", "backspin", "backspin (rpm)", _RPM)
 
     @report.figure("loft_launch", "The ball leaves between path (0) and face normal (dotted).")
     def angle(figures):
-        title, degree = "Launch angle at 40 m/s, attack angle 0", degrees(1.0)
-        figure, left, right = plot(figures, title, "launch angle", "°", "launch_angle", degree)
-        left.plot(lofts, lofts, color="0.5", ls=":", label="face normal")
-        right.set_ylim(0, None)
-        left.legend(loc="best")
-        right.legend(loc="best")
-        return figure
+        title, label = "Launch angle at 40 m/s, attack angle 0", "launch angle (°)"
+        return plot(figures, title, "launch_angle", label, degrees(1.0))
 
 
 def _show_tour(report, shots):
     """Twelve clubs: nothing is fitted but the dynamic loft, from the launch angle."""
-    rows, others, arms = [], {}, {}
-    off: dict[str, dict[str, float]] = {"spin": {}, "ball": {}, "carry": {}, "part": {}}
+    rows, off, toward, undamped, less = [], [], [], [], []
     for club, mph, attack, ball_mph, angle, rpm, yards, mass in measured.TOUR:
-        speed, path = mph * measured.MPH, radians(attack)
-        loft, shot = shots.lofted(speed, radians(angle), path, m_club=mass)
-        spin, ball = shot["backspin"] * 30.0 / pi, shot["ball_speed"] / measured.MPH
-        carry, part = shots.carry(shot) / _YARD, (radians(angle) - path) / (loft - path)
-        numbers = {"spin": spin / rpm, "ball": ball / ball_mph, "carry": carry / yards}
-        for name, ratio in numbers.items():
-            off[name][club] = (ratio - 1.0) * 100.0
-        off["part"][club] = part * 100.0
-        sliding = tan(loft - path)
+        speed, path, up = mph * measured.MPH, radians(attack), radians(angle)
+        shot = shots.lofted(speed, up, path, m_club=mass)
+        shot["carry"] = shots.carry(shot)
+        report.cases[club] = shot
+        loft, spin_loft = shot["dynamic_loft"], shot["dynamic_loft"] - path
+        ours = shot["backspin"] * _RPM, shot["ball_speed"] / measured.MPH, shot["carry"] / _YARD
+        published = rpm, ball_mph, yards
+        off.append([(x / y - 1.0) * 100.0 for x, y in zip(ours, published)])
+        toward.append((up - path) / spin_loft * 100.0)
+        cells = [cell for x, d in zip(ours, off[-1]) for cell in (f"{x:.0f}", f"{d:+.0f} %")]
+        rows.append([club, f"{degrees(loft):.1f}", *cells, f"{toward[-1]:.0f} %"])
         restitution = shot["coefficient_of_restitution"]
-        undamped = _undamped(shots, restitution, speed, path, radians(angle), mass)
-        others[club] = (undamped * 30.0 / pi / rpm - 1.0) * 100.0
-        arms[club] = _lever_arm(shots, shot, mass, march(restitution, sliding, mass))
-        report.cases[club] = shot | {"dynamic_loft": loft, "carry": carry * _YARD}
-        words = [f"{off[name][club]:+.0f} %" for name in numbers]
-        cells = [f"{spin:.0f}", words[0], f"{ball:.0f}", words[1], f"{carry:.0f}", words[2]]
-        rows.append([club, f"{degrees(loft):.1f}", *cells, f"{part * 100.0:.0f} %"])
+        spring = _undamped(restitution, speed, path, up, mass)
+        undamped.append((spring * _RPM / rpm - 1.0) * 100.0)
+        # With the lever arm r - d instead of r, for the same tangential force.
+        u, _, force, _ = march(restitution, tan(spin_loft), mass)
+        _, _, compression = shots.contact("penner", mass, speed * cos(spin_loft), u)
+        less.append(100.0 * float(np.sum(force * compression) / np.sum(force) / _RADIUS))
     columns = ["club", "loft (°)", "rpm", "", "ball mph", "", "carry yd", "", "towards normal"]
     report.table("PGA Tour averages (TrackMan): model, and its deviation", columns, rows)
 
-    def between(name, clubs):
-        values = [off[name][club] for club in clubs]
-        return f"{min(values):+.0f} to {max(values):+.0f} %"
-
-    irons = [off["spin"][club] for club in _IRONS]
+    spin, ball, carry = zip(*off)
+    driver, irons = spin[0], spin[4:]
     claim = "the backspin of irons is within some 20 % of TrackMan's"
-    report.check(claim, min(irons) > -5.0 and max(irons) < 22.0, between("spin", _IRONS))
+    report.check(claim, min(irons) > -5.0 and max(irons) < 22.0, _between(irons))
     claim = "the driver's isn't: its head turns"
-    report.check(claim, off["spin"]["driver"] > 50.0, f"{off['spin']['driver']:+.0f} %")
-    height = _strike_height(shots)
+    report.check(claim, driver > 50.0, f"{driver:+.0f} %")
+    _, mph, attack, _, angle, rpm, _, mass = measured.TOUR[0]
+    drive = mph * measured.MPH, radians(angle), radians(attack)
+    height = _bisect(
+        lambda h: rpm - shots.lofted(*drive, m_club=mass, height=h)["backspin"] * _RPM, 0.001, 0.025
+    )
     claim = "a strike 10 to 20 mm above the centre of mass would explain the driver's backspin"
     report.check(claim, 0.010 < height < 0.020, f"{height * 1e3:.1f} mm")
-    without = [others[club] for club in _IRONS]
-    everything = list(off["spin"])
     report.say(
         "A spring, a damper and friction across the face, with one friction, one stiffness ratio "
         "and one COR line for all clubs and the dynamic loft from the launch angle, give the "
-        f"irons' backspin within {between('spin', _IRONS)}, the ball speed within "
-        f"{between('ball', everything)} (woods have a flexible face, this ball doesn't) and the "
-        f"carry within {between('carry', everything)}. The ball leaves "
-        f"{min(off['part'].values()):.0f} to {max(off['part'].values()):.0f} % of the way from the "
-        "path to the face normal (PING measured 61 to 83 %).",
-        f"Not explained is the driver: {off['spin']['driver']:+.0f} %. Its head turns during "
+        f"irons' backspin within {_between(irons)}, the ball speed within "
+        f"{_between(ball)} (woods have a flexible face, this ball doesn't) and the "
+        f"carry within {_between(carry)}. The ball leaves {min(toward):.0f} to "
+        f"{max(toward):.0f} % of the way from the path to the face normal (PING measured "
+        "61 to 83 %).",
+        f"Not explained is the driver: {driver:+.0f} %. Its head turns during "
         f"contact; a strike {height * 1e3:.1f} mm above its centre of mass would give TrackMan's "
         "backspin. Nobody measured the strike height of these averages: it can explain the "
         "difference, it doesn't predict it.",
         "How much of the agreement is luck: the tangential damper was adopted after the spring "
-        f"alone had missed the irons by {min(without):+.0f} to {max(without):+.0f} %, "
+        f"alone had missed the irons by {_between(undamped[4:])}, "
         "fitted in the same way. And the force acts with the lever arm of the round ball: with "
-        f"that of the compressed one backspin would be {min(arms.values()):.0f} to "
-        f"{max(arms.values()):.0f} % less: no less than the deviation that is left.",
+        f"that of the compressed one backspin would be {min(less):.0f} to {max(less):.0f} % less: "
+        "no less than the deviation that is left.",
     )
 
     @report.figure(
@@ -310,57 +313,33 @@ def _show_tour(report, shots):
     )
     def tour(figures):
         figure, axes = figures.new("Deviation from PGA Tour averages", size=(7.2, 4.8))
-        clubs = [row[0] for row in measured.TOUR]
+        clubs = list(report.cases)[1:]
         figures.label_rows(axes, clubs, 15.0)
-        for name, words, marker, colour in (
-            ("spin", "backspin", "o", figures.VERMILION),
-            ("ball", "ball speed", "s", figures.BLUE),
-            ("carry", "carry", "^", figures.GREEN),
+        for label, deviations, marker, colour in (
+            ("backspin", spin, "o", figures.VERMILION),
+            ("ball speed", ball, "s", figures.BLUE),
+            ("carry", carry, "^", figures.GREEN),
         ):
-            values = [off[name][club] for club in clubs]
-            axes.plot(values, range(len(clubs)), marker, color=colour, label=words)
+            axes.plot(deviations, range(len(clubs)), marker, color=colour, label=label)
         axes.set(xlabel="model against TrackMan (%)")
         figures.add_legend_above(axes)
         return figure
 
 
-def _strike_height(shots):
-    """Of the driver, m, with which it has TrackMan's backspin, and its launch angle."""
-    _, mph, attack, _, angle, rpm, _, mass = measured.TOUR[0]
-    speed, target = mph * measured.MPH, radians(angle)
-
-    def too_little(height):
-        _, shot = shots.lofted(speed, target, radians(attack), m_club=mass, height=height)
-        return rpm - shot["backspin"] * 30.0 / pi
-
-    return _bisect(too_little, 0.001, 0.025)
+def _between(deviations):
+    return f"{min(deviations):+.0f} to {max(deviations):+.0f} %"
 
 
-def _undamped(shots, restitution, speed, attack, angle, m_club):
+def _undamped(restitution, speed, attack, angle, m_club):
     """Backspin, rad/s, by a tangential spring without a damper, at the same launch angle (rad)."""
 
     def slope(loft):
-        _, _, normal, tangential, _ = march(restitution, tan(loft - attack), m_club, False, 2_000)
+        _, normal, tangential, _ = march(restitution, tan(loft - attack), m_club, False, 2_000)
         return float(np.sum(tangential) / np.sum(normal))
 
-    loft = _bisect(lambda loft: loft - atan(slope(loft)) - angle, max(attack, 0.0), 0.9)
-    m_ball, diameter = (shots.fmu.default(name) for name in ("m_ball", "ball_diameter"))
-    normal = (1.0 + restitution) * speed * cos(loft - attack) / (1.0 + m_ball / m_club)
-    return normal * slope(loft) / (0.2 * diameter)
-
-
-def _lever_arm(shots, shot, m_club, columns):
-    """How much less backspin, in %, the lever arm r - d gives, for the same tangential force."""
-    approach = shot["ball_velocity"] / shot["smash_factor"]
-    given = {**BALLS["penner"].values, "m_club": m_club, "club_speed": approach}
-    names = ("club_velocity", "ball_velocity", "compression")
-    path = shots.fmu.trajectory(1001, names, **given)
-    relative = (path["club_velocity"] - path["ball_velocity"]) / approach
-    inside = np.concatenate(([True], np.diff(relative) < 0.0))
-    u, _, _, tangential, _ = columns
-    compression = np.interp(-u, -relative[inside], path["compression"][inside])
-    radius = 0.5 * shots.fmu.default("ball_diameter")
-    return 100.0 * float(np.sum(tangential * compression) / np.sum(tangential) / radius)
+    loft = _find_loft(lambda loft: loft - atan(slope(loft)), angle, attack)
+    ball_speed = (1.0 + restitution) * speed * cos(loft - attack) / (1.0 + _M_BALL / m_club)
+    return ball_speed * slope(loft) / (0.4 * _RADIUS)
 
 
 if __name__ == "__main__":

@@ -7,13 +7,10 @@ CHAPTER = 10
 
 _PRESETS = ("rating-low", "rating-mid", "rating-high")
 
-#: Limits of the document's bands of swing speed, 130 and 160 km/h, in m/s.
-_BANDS = (130.0 / 3.6, 160.0 / 3.6)
-
-#: A club speed (m/s) in each band.
-_IN_BAND = {"slow": 32.0, "moderate": 40.0, "fast": 48.0}
-
+#: Club speeds, m/s; of them one in each of the document's bands, and the limits of these bands.
 _SPEEDS = tuple(float(speed) for speed in range(20, 61, 4))
+_IN_BAND = {"slow": 32.0, "moderate": 40.0, "fast": 48.0}
+_LIMITS = (130.0 / 3.6, 160.0 / 3.6)
 
 #: The ratings in the table of stiffnesses.
 _RATINGS = (30, 45, 60, 73, 80, 90, 98, 110)
@@ -35,26 +32,27 @@ def run(fmu):
         [["k (1e5 N/m)", *(f"{rating_stiffness(rating) / 1e5:.2f}" for rating in _RATINGS)]],
     )
 
-    speeds = sorted({*_SPEEDS, *_IN_BAND.values()})
-
     def impacts(how, **changes):
+        """Metrics by ball and club speed."""
         cases = {}
         for name in _PRESETS:
-            for speed in speeds:
+            for speed in _SPEEDS:
                 values = {**BALLS[name].values, "club_speed": speed, **changes}
                 cases[name, speed] = report.impact(f"{name}, {how}, {speed:g} m/s", **values)
         return cases
 
     line = impacts("COR line")
     fixed = impacts("b = 9", restitution_at_rest=0.0, restitution_slope=0.0, b=9.0)
-    rows = []
-    for speed in _IN_BAND.values():
-        for name in _PRESETS:
-            metrics, smash = line[name, speed], fixed[name, speed]["smash_factor"]
-            diameters = metrics["max_compression"] / document.USED["ball_diameter"]
-            values = [format_value(metric, metrics[metric]) for metric in _COLUMNS]
-            values += [f"{diameters:.3f}", format_value("smash_factor", smash)]
-            rows.append([f"{name.removeprefix('rating-')}, {speed:g} m/s", *values])
+    rows = [
+        [
+            f"{name.removeprefix('rating-')}, {speed:g} m/s",
+            *(format_value(metric, line[name, speed][metric]) for metric in _COLUMNS),
+            f"{line[name, speed]['max_compression'] / document.USED['ball_diameter']:.3f}",
+            format_value("smash_factor", fixed[name, speed]["smash_factor"]),
+        ]
+        for speed in _IN_BAND.values()
+        for name in _PRESETS
+    ]
     report.table(
         "Predictions with the measured COR line, the same for all ratings",
         ["rating, club speed", *_COLUMNS.values(), "compression / D", "S if b = 9 N·s/m"],
@@ -96,15 +94,15 @@ def run(fmu):
             left.plot(_SPEEDS, smash, **style, label=BALLS[name].title)
             right.plot(_SPEEDS, compression, **style)
         smash = [line[_PRESETS[0], speed]["smash_factor"] for speed in _SPEEDS]
-        style = {"color": figures.BLACK, "ls": ":"}
-        left.plot(_SPEEDS, smash, **style, label="all ratings, measured COR line")
+        dots = {"color": figures.BLACK, "ls": ":", "label": "all ratings, measured COR line"}
+        left.plot(_SPEEDS, smash, **dots)
         left.annotate("each rating with b = 9 N·s/m", (21.0, 1.555), fontsize=9)
         for axes in (left, right):
-            for edge in _BANDS:
-                axes.axvline(edge, color=figures.BLACK, alpha=0.4, lw=1.0, ls=":")
-            low = axes.get_xaxis_transform()
-            for band, x in zip(_IN_BAND, (28.0, 40.3, 52.0), strict=True):
-                axes.annotate(band, (x, 0.02), xycoords=low, ha="center", fontsize=9)
+            for limit in _LIMITS:
+                axes.axvline(limit, color=figures.BLACK, alpha=0.4, lw=1.0, ls=":")
+            for band, speed in _IN_BAND.items():
+                above = axes.get_xaxis_transform()
+                axes.text(speed, 0.02, band, transform=above, ha="center", fontsize=9)
             axes.set_xlabel("club speed (m/s); dotted: 130 and 160 km/h")
         left.set_ylabel("smash factor S")
         right.set(ylabel="maximum compression (mm)", ylim=(0, None))

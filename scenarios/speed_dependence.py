@@ -1,15 +1,6 @@
 """COR and smash factor over club speed: contact laws and measurements."""
 
-from golf_impact.scenario import (
-    BALLS,
-    Report,
-    UserError,
-    closed_forms,
-    document,
-    format_value,
-    main,
-    measured,
-)
+from golf_impact.scenario import BALLS, Report, UserError, document, format_value, main, measured
 
 TITLE = "Speed dependence: COR falls with club speed"
 CHAPTER = 9
@@ -31,41 +22,40 @@ _BESIDE = {"Roh & Lee": (-52, -16), "rules' limit": (-6, 8)}
 def run(fmu):
     """Impacts at 10 to 70 m/s with four balls."""
     report = Report(TITLE, fmu)
-    impacts = {
-        name: [
-            report.impact(f"{name}, {speed:g} m/s", club_speed=speed, **BALLS[name].values)
-            for speed in _SPEEDS
-        ]
-        for name in _BALLS
-    }
-
-    def over_speed(name, metric):
-        return [metrics[metric] for metrics in impacts[name]]
-
     cor, smash, time = "coefficient_of_restitution", "smash_factor", "contact_time"
+    #: By metric and ball, over club speed.
+    results: dict[str, dict[str, list[float]]] = {
+        metric: {name: [] for name in _BALLS} for metric in (cor, smash, time)
+    }
+    for name in _BALLS:
+        for speed in _SPEEDS:
+            case = f"{name}, {speed:g} m/s"
+            metrics = report.impact(case, club_speed=speed, **BALLS[name].values)
+            for metric, by_ball in results.items():
+                by_ball[name].append(metrics[metric])
     for title, metric in (("COR", cor), ("Smash factor S", smash), ("Contact time (µs)", time)):
-        rows = [
-            [f"{speed:g}", *(format_value(metric, impacts[name][n][metric]) for name in _BALLS)]
-            for n, speed in enumerate(_SPEEDS)
+        rows = (
+            [f"{speed:g}", *(format_value(metric, value) for value in values)]
+            for speed, *values in zip(_SPEEDS, *results[metric].values())
             if speed % 10.0 == 0.0
-        ]
+        )
         report.table(f"{title} by ball", ["club speed (m/s)", *_BALLS], rows)
 
-    for name in _BALLS:
-        if name != "penner":
-            claim = f"{name}: COR is the same at all speeds"
-            report.stays(claim, over_speed(name, cor), kind="invariants")
-    elastic = closed_forms.elastic_smash_factor(document.USED["m_club"], document.USED["m_ball"])
+    for name in ("document", "roh-lee-linear", "roh-lee"):
+        claim = f"{name}: COR is the same at all speeds"
+        report.stays(claim, results[cor][name], kind="invariants")
+    # S = (1 + COR)/(1 + m_B/m_C), with the ball at rest.
+    ratio = 1.0 + document.USED["m_ball"] / document.USED["m_club"]
     line = [measured.PENNER_AT_REST - measured.PENNER_SLOPE * speed for speed in _SPEEDS]
-    for speed, metrics, e in zip(_SPEEDS, impacts["penner"], line, strict=True):
+    for speed, e, *found in zip(_SPEEDS, line, results[cor]["penner"], results[smash]["penner"]):
         claim = f"penner: COR at {speed:g} m/s agrees with the published line"
-        report.check_close(claim, metrics[cor], e, 1e-12, "", "documents")
+        report.check_close(claim, found[0], e, 1e-12, "", "documents")
         claim = f"penner: S at {speed:g} m/s agrees with (1 + COR)/(1 + m_B/m_C)"
-        report.check_close(claim, metrics[smash], 0.5 * (1.0 + e) * elastic, 1e-12)
+        report.check_close(claim, found[1], (1.0 + e) / ratio, 1e-12)
     claim = "roh-lee-linear: contact time is the same at all speeds"
-    report.stays(claim, over_speed("roh-lee-linear", time), kind="invariants")
-    report.falls("roh-lee: contact time decreases with speed", over_speed("roh-lee", time))
-    report.falls("penner: contact time decreases with speed", over_speed("penner", time))
+    report.stays(claim, results[time]["roh-lee-linear"], kind="invariants")
+    for name in ("roh-lee", "penner"):
+        report.falls(f"{name}: contact time decreases with speed", results[time][name])
     too_fast = 1.01 * measured.PENNER_AT_REST / measured.PENNER_SLOPE
     try:
         fmu.impact(club_speed=too_fast, **BALLS["penner"].values)
@@ -74,7 +64,7 @@ def run(fmu):
         message = str(error)
     claim = f"penner: the FMU rejects a touch at {too_fast:.0f} m/s, where the line is below 0"
     report.check(claim, "restitution_slope" in message, message or "it didn't")
-    lost = impacts["penner"][0][smash] - impacts["penner"][-1][smash]
+    lost = results[smash]["penner"][0] - results[smash]["penner"][-1]
     report.conclude(
         "Measured COR falls by 0.0029 per m/s of approach speed. With constant k and b COR is "
         "independent of speed; restitution_at_rest and restitution_slope follow the measurement "
@@ -99,25 +89,22 @@ def run(fmu):
         for name, words in _BALLS.items():
             style, width = figures.STYLES[name], 4.0 if name == "penner" else 2.0
             for axes, metric in ((left, cor), (right, smash)):
-                axes.plot(_SPEEDS, over_speed(name, metric), **style.line, lw=width, label=words)
-        ratio = 1.0 + document.USED["m_ball"] / document.USED["m_club"]
+                axes.plot(_SPEEDS, results[metric][name], **style.line, lw=width, label=words)
         dots = {"color": figures.BLACK, "ls": ":", "lw": 1.5, "label": "measured line (Penner)"}
         left.plot(_SPEEDS, line, **dots)
         right.plot(_SPEEDS, [(1.0 + e) / ratio for e in line], **dots)
-        for face, mark in (("rigid", "o"), ("flexible", "^")):
-            label = f"published, {face} face"
-            for m in measured.MEASUREMENTS:
-                if m.face != face or m.metric not in (cor, smash):
-                    continue
-                # Each follows from the other: S = (1 + COR)/(1 + m_B/m_C).
-                e = m.middle if m.metric == cor else ratio * m.middle - 1.0
-                points = {"color": figures.BLACK, "ms": 6, "label": label, "zorder": 5}
-                beside = {"textcoords": "offset points", "fontsize": 9, "zorder": 5}
-                for axes, value in ((left, e), (right, (1.0 + e) / ratio)):
-                    at = m.club_speed, value
-                    axes.plot(*at, mark, **points)
-                    axes.annotate(m.short, at, _BESIDE.get(m.short, (8, -4)), **beside)
-                label = ""
+        labels = {"rigid": "published, rigid face", "flexible": "published, flexible face"}
+        for m in measured.MEASUREMENTS:
+            if m.metric == time:
+                continue
+            # Each follows from the other.
+            e = m.middle if m.metric == cor else ratio * m.middle - 1.0
+            points = {"color": figures.BLACK, "ms": 6, "zorder": 5, "label": labels.pop(m.face, "")}
+            beside = {"textcoords": "offset points", "fontsize": 9, "zorder": 5}
+            for axes, value in ((left, e), (right, (1.0 + e) / ratio)):
+                at = m.club_speed, value
+                axes.plot(*at, "o" if m.face == "rigid" else "^", **points)
+                axes.annotate(m.short, at, _BESIDE.get(m.short, (8, -4)), **beside)
         left.set(xlabel="club speed (m/s)", ylabel="coefficient of restitution", ylim=(0.6, 1.0))
         right.set(xlabel="club speed (m/s)", ylabel="smash factor S")
         figures.add_legend_below(figure, left, columns=3)

@@ -28,48 +28,78 @@ _SHORT = {"contact_time": "time", "max_force": "force", _PREDICTED: "peak"}
 def run(fmu):
     """The balls at 35 m/s and at the speeds of the measurements."""
     report = Report(TITLE, fmu)
-    paper = measured.ROH_LEE_FIGURES
     speed = document.ROH_LEE["club_speed"]
 
-    def at(name, speed):
-        case = f"{name}, {speed:.4g} m/s"
+    def result(name, one):
+        """What a ball gives for a measurement (SI units)."""
+        case = f"{name}, {one.club_speed:.4g} m/s"
         if case not in report.cases:
-            report.impact(case, club_speed=speed, **BALLS[name].values)
-        return report.cases[case]
+            report.impact(case, club_speed=one.club_speed, **BALLS[name].values)
+        return report.cases[case][one.metric]
 
-    fits = {name: at(name, speed) for name in _BALLS}
+    def compare(title, data):
+        """Tables of measurements by head, results and errors; returns the errors (%) by ball."""
+        ends = (dict.fromkeys(_format(m.metric, x) for x in (m.low, m.high)) for m in data.values())
+        rows, percent, errors = [["published", *map("–".join, ends)]], [], {}
+        for name, words in _BALLS.items():
+            values = {m: result(name, m) for m in data.values()}
+            errors[name] = [(x / m.middle - 1.0) * 100 for m, x in values.items()]
+            rows.append([words, *(_format(m.metric, x) for m, x in values.items())])
+            percent.append([words, *(f"{x:+.1f}" for x in errors[name])])
+        report.table(title, ["", *data], rows)
+        report.table(f"{title}: errors (%)", ["", *data], percent)
+        return errors
+
+    paper = {
+        _head(metric): measured.Measurement(metric, metric, speed, value, value, measured.ROH)
+        for metric, value in measured.ROH_LEE_FIGURES.items()
+    }
+    title = f"Finite elements and the model, {speed:g} m/s (* predicted, not fitted)"
     errors = {
-        name: {metric: fits[name][metric] / value - 1.0 for metric, value in paper.items()}
-        for name in _BALLS
+        name: dict(zip(measured.ROH_LEE_FIGURES, row))
+        for name, row in compare(title, paper).items()
     }
-    _tables(
-        report,
-        f"Finite elements and the model, {speed:g} m/s (* predicted, not fitted)",
-        {_head(metric): _format(metric, value) for metric, value in paper.items()},
-        {name: [_format(metric, fits[name][metric]) for metric in paper] for name in _BALLS},
-        {name: errors[name].values() for name in _BALLS},
-    )
     others = {
-        one: {name: at(name, one.club_speed)[one.metric] for name in _BALLS}
-        for one in measured.MEASUREMENTS[1:]
+        f"{m.what}{_unit(m.metric)} {m.club_speed:.3g} m/s": m for m in measured.MEASUREMENTS[1:]
     }
-    heads = (f"{one.what}{_unit(one.metric)} {one.club_speed:.3g} m/s" for one in others)
-    ranges = ([_format(one.metric, value) for value in (one.low, one.high)] for one in others)
-    _tables(
-        report,
-        "Other measurements and the model: none of them fitted",
-        {head: "–".join(dict.fromkeys(ends)) for head, ends in zip(heads, ranges, strict=True)},
-        {name: [_format(one.metric, of[name]) for one, of in others.items()] for name in _BALLS},
-        {name: [of[name] / one.middle - 1.0 for one, of in others.items()] for name in _BALLS},
-    )
-    _check(report, errors)
-    _conclude(report, errors, fits, others)
+    compare("Other measurements and the model: none of them fitted", others)
 
-    paths = {
-        name: fmu.trajectory(names=("force",), club_speed=speed, **BALLS[name].values)
-        for name in _BALLS
-    }
-    report.trajectories |= {f"validation_{name}": path for name, path in paths.items()}
+    fit = errors["roh-lee"]
+    for metric in _FITTED:
+        claim = f"roh-lee: {QUANTITIES[metric].plain} agrees with the paper within {_FIT_LIMIT:g} %"
+        report.check(claim, abs(fit[metric]) <= _FIT_LIMIT, f"{fit[metric]:+.2f} %", "documents")
+    predicted = fit[_PREDICTED]
+    claim = f"roh-lee: time of max force, not fitted, agrees within {_PREDICTION_LIMIT:g} %"
+    passed = abs(predicted) <= _PREDICTION_LIMIT
+    report.check(claim, passed, f"{predicted:+.2f} %", "documents")
+    worst = {name: max(abs(of[metric]) for metric in _FITTED) for name, of in errors.items()}
+    for name in ("document", "roh-lee-linear"):
+        claim = f"{name}: one of the fitted quantities differs by more than {_FIT_LIMIT:g} %"
+        report.check(claim, worst[name] > _FIT_LIMIT, f"largest error {worst[name]:.1f} %")
+
+    rigid = next(m for m in others.values() if m.face == "rigid")
+    constant, line = (result(name, rigid) for name in ("roh-lee", "penner"))
+    cor = report.cases[f"document, {speed:.4g} m/s"]["coefficient_of_restitution"]
+    report.conclude(
+        f"Against the finite-element ball the document's k and b have errors of up to "
+        f"{worst['document']:.0f} % (COR {cor:.2f} instead of 0.74), the best linear ball "
+        f"{worst['roh-lee-linear']:.1f} %, the best with a free exponent {worst['roh-lee']:.1f} %."
+    )
+    report.say(
+        "The last is a fit, not a test: three parameters (k, b, n) and three independent data, "
+        "since momentum relates the two velocities. Only the time of max force, which was not "
+        f"fitted, is a prediction (error {predicted:+.1f} %). With "
+        f"n = 1.5 and two parameters the largest error is {worst['roh-lee-tsuji']:.1f} %.",
+        "At other speeds: with constant k and b COR is constant; measured COR falls with speed "
+        f"(ball penner). For a rigid head at {rigid.club_speed:.3g} m/s the published values are "
+        f"{rigid.middle:g} (Thomas) and {line:.3f} (Penner's line); with constant k and b the "
+        f"model gives {constant:.3f}. Tour drivers have a higher COR because of their flexible "
+        "faces, which a model of the ball alone doesn't include.",
+    )
+
+    for name in _BALLS:
+        path = fmu.trajectory(names=("force",), club_speed=speed, **BALLS[name].values)
+        report.trajectories[f"validation_{name}"] = path
 
     @report.figure(
         "validation",
@@ -77,18 +107,26 @@ def run(fmu):
         "both; with a free exponent n the model agrees with the paper.",
     )
     def beside_the_paper(figures):
-        return _plot(figures, paths, errors)
+        figure, (left, right) = figures.new_pair("The model and the finite-element ball (35 m/s)")
+        for name in ("document", "roh-lee-linear", "roh-lee-tsuji", "roh-lee"):
+            style, path = figures.STYLES[name], report.trajectories[f"validation_{name}"]
+            point = {"mfc": style.colour if name == "roh-lee" else "white", "ms": 7, "mew": 1.6}
+            line = {**style.points, **point, "markevery": [path["force"].argmax()]}
+            left.plot(path["time"] * 1e6, path["force"] / 1e3, **line, label=_BALLS[name])
+            percent = list(errors[name].values())
+            right.plot(percent, range(len(percent)), style.marker, color=style.colour, **point)
+        given = document.ROH_LEE
+        times = [given["time_of_max_force"] * 1e6, given["contact_time"] * 1e6]
+        cross = {"color": figures.BLACK, "ms": 15, "mew": 2, "zorder": 6, "clip_on": False}
+        left.plot(times, [given["max_force"] / 1e3, 0.0], "+", **cross, label="Roh & Lee")
+        left.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
+        labels = [QUANTITIES[name].name + (" *" if name == _PREDICTED else "") for name in fit]
+        figures.label_rows(right, labels, band=1.0)
+        right.set(xlabel="error (%); band: ± 1 %; *: predicted")
+        figures.add_legend_below(figure, left, columns=5)
+        return figure
 
     return report
-
-
-def _tables(report, title, published, model, errors):
-    """One table of values by ball below the published ones, and one of relative errors (%)."""
-    columns = ["", *published]
-    given = ([_BALLS[name], *row] for name, row in model.items())
-    report.table(title, columns, [["published", *published.values()], *given])
-    rows = ([_BALLS[name], *(f"{x * 100:+.1f}" for x in row)] for name, row in errors.items())
-    report.table(f"{title}: errors (%)", columns, rows)
 
 
 def _head(metric):
@@ -102,72 +140,6 @@ def _unit(metric):
 
 def _format(metric, value):
     return f"{QUANTITIES[metric].factor * value:.4g}"
-
-
-def _check(report, errors):
-    ball = {metric: error * 100 for metric, error in errors["roh-lee"].items()}
-    for metric in _FITTED:
-        name = QUANTITIES[metric].plain
-        claim = f"roh-lee: {name} agrees with the paper within {_FIT_LIMIT:g} %"
-        report.check(claim, abs(ball[metric]) <= _FIT_LIMIT, f"{ball[metric]:+.2f} %", "documents")
-    predicted = ball[_PREDICTED]
-    claim = f"roh-lee: time of max force, not fitted, agrees within {_PREDICTION_LIMIT:g} %"
-    passed = abs(predicted) <= _PREDICTION_LIMIT
-    report.check(claim, passed, f"{predicted:+.2f} %", "documents")
-    for name in ("document", "roh-lee-linear"):
-        claim = f"{name}: one of the fitted quantities differs by more than {_FIT_LIMIT:g} %"
-        worst = _worst(errors[name])
-        report.check(claim, worst > _FIT_LIMIT, f"largest error {worst:.1f} %")
-
-
-def _worst(errors):
-    """Largest relative error of the fitted quantities, %."""
-    return max(abs(errors[metric]) for metric in _FITTED) * 100
-
-
-def _conclude(report, errors, fits, others):
-    worst = {name: _worst(of_ball) for name, of_ball in errors.items()}
-    rigid = next(m for m in others if m.face == "rigid")
-    constant, line = (others[rigid][name] for name in ("roh-lee", "penner"))
-    cor = fits["document"]["coefficient_of_restitution"]
-    report.conclude(
-        f"Against the finite-element ball the document's k and b have errors of up to "
-        f"{worst['document']:.0f} % (COR {cor:.2f} instead of 0.74), the best linear ball "
-        f"{worst['roh-lee-linear']:.1f} %, the best with a free exponent {worst['roh-lee']:.1f} %."
-    )
-    report.say(
-        "The last is a fit, not a test: three parameters (k, b, n) and three independent data, "
-        "since momentum relates the two velocities. Only the time of max force, which was not "
-        f"fitted, is a prediction (error {errors['roh-lee'][_PREDICTED] * 100:+.1f} %). With "
-        f"n = 1.5 and two parameters the largest error is {worst['roh-lee-tsuji']:.1f} %.",
-        "At other speeds: with constant k and b COR is constant; measured COR falls with speed "
-        f"(ball penner). For a rigid head at {rigid.club_speed:.3g} m/s the published values are "
-        f"{rigid.middle:g} (Thomas) and {line:.3f} (Penner's line); with constant k and b the "
-        f"model gives {constant:.3f}. Tour drivers have a higher COR because of their flexible "
-        "faces, which a model of the ball alone doesn't include.",
-    )
-
-
-def _plot(figures, paths, errors):
-    figure, (left, right) = figures.new_pair("The model and the finite-element ball (35 m/s)")
-    names = list(measured.ROH_LEE_FIGURES)
-    for name in ("document", "roh-lee-linear", "roh-lee-tsuji", "roh-lee"):
-        style, path = figures.STYLES[name], paths[name]
-        point = {"mfc": style.colour if name == "roh-lee" else "white", "ms": 7, "mew": 1.6}
-        line = {**style.points, **point, "markevery": [path["force"].argmax()]}
-        left.plot(path["time"] * 1e6, path["force"] / 1e3, **line, label=_BALLS[name])
-        percent = [errors[name][metric] * 100 for metric in names]
-        right.plot(percent, range(len(names)), style.marker, color=style.colour, **point)
-    paper = document.ROH_LEE
-    times = [paper["time_of_max_force"] * 1e6, paper["contact_time"] * 1e6]
-    cross = {"color": figures.BLACK, "ms": 15, "mew": 2, "zorder": 6, "clip_on": False}
-    left.plot(times, [paper["max_force"] / 1e3, 0.0], "+", **cross, label="Roh & Lee")
-    left.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
-    labels = [QUANTITIES[name].name + (" *" if name == _PREDICTED else "") for name in names]
-    figures.label_rows(right, labels, band=1.0)
-    right.set(xlabel="error (%); band: ± 1 %; *: predicted")
-    figures.add_legend_below(figure, left, columns=5)
-    return figure
 
 
 if __name__ == "__main__":

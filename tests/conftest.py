@@ -49,7 +49,7 @@ KINDS = {
 }
 
 # The same examples every time, with --ci more of them; at night, new ones and far more:
-# HYPOTHESIS_PROFILE=nightly, or --hypothesis-profile=nightly.
+# --hypothesis-profile=nightly.
 _slow_is_fine = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
 _same = {"derandomize": True, "database": None}
 settings.register_profile("few", max_examples=40, **_same, **_slow_is_fine)
@@ -64,30 +64,28 @@ def pytest_addoption(parser):
 
 #: Files that take more than some seconds, the longest first: started last, one of them would occupy
 #: a single processor at the end.
-SLOW = [
-    *("test_sweep", "test_system", "test_cli", "test_stress", "test_calibrate", "test_paths"),
-    *("test_explore", "test_bench", "test_standalone", "test_interop", "test_archives"),
-    *("test_hosts", "test_native_host", "test_sweep_cluster", "test_call_order", "test_endurance"),
-    *("test_power_law", "test_scenarios", "test_state", "test_fmi3", "test_signals", "test_values"),
-    *("test_install", "test_exit", "test_two_ways", "test_laws", "test_launch"),
-    *("test_calibrate_series", "test_notebook"),
-]
+SLOW = (
+    "test_sweep", "test_system", "test_cli", "test_stress", "test_calibrate", "test_paths",
+    "test_explore", "test_bench", "test_standalone", "test_interop", "test_archives", "test_hosts",
+    "test_native_host", "test_sweep_cluster", "test_call_order", "test_endurance", "test_power_law",
+    "test_scenarios", "test_state", "test_fmi3", "test_signals", "test_values", "test_install",
+    "test_exit", "test_two_ways", "test_laws", "test_launch", "test_calibrate_series",
+    "test_notebook",
+)  # fmt: skip
 
 
 def pytest_configure(config):
     if not config.getoption("--hypothesis-profile"):
-        usual = "ci" if config.getoption("--ci") else "few"
-        settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", usual))
+        settings.load_profile("ci" if config.getoption("--ci") else "few")
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
-    left_out = set()
+    # Nightly and browser tests are selected only by name, with -m.
+    named = config.getoption("markexpr")
+    left_out = {mark for mark in ("nightly", "browser") if mark not in named}
     if config.getoption("--standalone"):
         left_out.add("plain")
-    # Selected only by name, with -m.
-    named = config.getoption("markexpr")
-    left_out |= {mark for mark in ("nightly", "browser") if mark not in named}
     if not config.getoption("--ci"):
         left_out.add("ci")
     kept, dropped = [], []
@@ -98,8 +96,7 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker("browser")
         (dropped if any(map(item.get_closest_marker, left_out)) else kept).append(item)
     config.hook.pytest_deselected(items=dropped)
-    order = {name: place for place, name in enumerate(SLOW)}
-    items[:] = sorted(kept, key=lambda item: order.get(item.path.stem, len(SLOW)))
+    items[:] = sorted(kept, key=lambda item: [*SLOW, item.path.stem].index(item.path.stem))
 
 
 #: Tasks of the C host with an instance, and their arguments; each ends with the impact of LAW_1.
@@ -117,7 +114,11 @@ def once(tmp_path_factory):
         path = folder / "built" / Path(name).stem / name
         path.parent.mkdir(parents=True, exist_ok=True)
         with FileLock(path.with_suffix(".lock")):
-            return path if path.exists() else build(path, **how)
+            if not path.exists():
+                if how.get("standalone"):
+                    require_private_python()
+                build(path, **how)
+        return path
 
     return once
 
@@ -137,15 +138,11 @@ def fmi3_path(once, request):
 
 @pytest.fixture(scope="session")
 def system_files(once):
-    """A function that gives Swing.fmu, Launch.fmu, BallFlight.fmu and GolfSwing.ssp."""
-
-    def build(folder, **how):
-        # Under another name until all of them are there.
-        build_system(folder.with_name("unfinished"), **how)
-        return folder.with_name("unfinished").rename(folder)
+    """A function that returns Swing.fmu, Launch.fmu, BallFlight.fmu and GolfSwing.ssp."""
 
     def system_files(standalone=False):
-        folder = once("system standalone" if standalone else "system", build, standalone=standalone)
+        name = "system standalone" if standalone else "system"
+        folder = once(name, build_system, standalone=standalone)
         suffix = standalone_build.SUFFIX if standalone else ""
         return [
             *(folder / f"{name}{suffix}.fmu" for name in COMPANIONS),
@@ -162,22 +159,13 @@ def extracted(fmu_path, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def _can_build_standalone():
-    """Skips where this machine has no libpython or no compiler."""
-    try:
-        standalone_build.private_python()
-    except standalone_build.StandaloneError as error:
-        pytest.skip(str(error))
-
-
-@pytest.fixture(scope="session")
-def standalone_path(once, _can_build_standalone):
+def standalone_path(once):
     """The standalone FMU."""
     return once("ClubBallImpact.standalone.fmu", standalone=True)
 
 
 @pytest.fixture(scope="session")
-def standalone_fmi3_path(once, _can_build_standalone):
+def standalone_fmi3_path(once):
     """The same for FMI 3.0."""
     return once("ClubBallImpact.fmi3.standalone.fmu", fmi=3, standalone=True)
 
@@ -246,6 +234,14 @@ def require(tool):
             pytest.skip("ecospy can't be loaded: apt-get install libtbb12")
 
 
+def require_private_python():
+    """Skip where there is no libpython or no compiler for standalone FMUs."""
+    try:
+        standalone_build.private_python()
+    except standalone_build.StandaloneError as error:
+        pytest.skip(str(error))
+
+
 def reference_cases(*files):
     """The cases of these files in tests/data, with an id each."""
     cases = []
@@ -257,30 +253,32 @@ def reference_cases(*files):
     return cases
 
 
-def some(few, values):
-    """Values for `parametrize`: the first ones in every run, the others with --ci.
+def some(few, values, more=None):
+    """Values for `parametrize`: the first in every run, others with --ci, the rest at night.
 
     Args:
         few: how many of them every time.
         values: a list, or a dict whose keys are their names.
+        more: how many with --ci; all, unless it is given.
     """
+
+    def marks(n):
+        if n < few:
+            return []
+        return [pytest.mark.ci if more is None or n < more else pytest.mark.nightly]
+
     named = values if isinstance(values, dict) else {str(value): value for value in values}
     return [
-        pytest.param(value, id=name, marks=[pytest.mark.ci] * (n >= few))
+        pytest.param(value, id=name, marks=marks(n))
         for n, (name, value) in enumerate(named.items())
     ]
 
 
 def numbers(few, more, many):
-    """Seeds of random cases for `parametrize`: a few, more with --ci, many nightly."""
-
-    def marks(n):
-        return [] if n < few else [pytest.mark.ci] if n < more else [pytest.mark.nightly]
-
-    return [pytest.param(n, marks=marks(n)) for n in range(many)]
+    """Seeds of random cases: a few, more with --ci, many at night."""
+    return some(few, range(many), more)
 
 
 def repeated(few, more, many):
-    """Numbers of repetitions for `parametrize`: in every run, with --ci and nightly."""
-    marks = ([], [pytest.mark.ci], [pytest.mark.nightly])
-    return [pytest.param(n, marks=mark) for n, mark in zip((few, more, many), marks)]
+    """Numbers of repetitions: in every run, with --ci and at night."""
+    return some(1, [few, more, many], 2)

@@ -9,56 +9,30 @@ import gc
 import json
 import sys
 
-import fmpy
-from fmpy.fmi2 import FMU2Slave
+from instances import begin, discard, make_instance
 
 from golf_impact.timing import resident_bytes
 
 
-class Fmu:
-    """What is needed of an extracted FMU to live through it."""
+def impact(slave):
+    """Three steps, with a look in mid-contact, and all real variables at the end."""
+    slave.doStep(0.0, 2e-4)
+    slave.getReal(slave.reals)
+    slave.doStep(2e-4, 1e-4)
+    slave.doStep(3e-4, 1.0)
+    return slave.getReal(slave.reals)
 
-    def __init__(self, folder):
-        self.folder = folder
-        self.description = fmpy.read_model_description(folder)
-        outputs = [v for v in self.description.modelVariables if v.causality == "output"]
-        self.reals = [v.valueReference for v in outputs if v.type == "Real"]
 
-    def made(self):
-        slave = FMU2Slave(
-            guid=self.description.guid,
-            unzipDirectory=self.folder,
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName="endurance",
-        )
-        slave.instantiate()
-        return slave
-
-    def initialize(self, slave):
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        slave.exitInitializationMode()
-
-    def impact(self, slave):
-        """Three steps, with a look in mid-contact, and all outputs at the end."""
-        slave.doStep(0.0, 2e-4)
-        slave.getReal(self.reals)
-        slave.doStep(2e-4, 1e-4)
-        slave.doStep(3e-4, 1.0)
-        return slave.getReal(self.reals)
-
-    def life(self):
-        """From instantiation to the end."""
-        slave = self.made()
-        self.initialize(slave)
-        state = slave.getFMUstate()
-        outputs = self.impact(slave)
-        slave.setFMUstate(state)
-        slave.freeFMUstate(state)
-        assert self.impact(slave) == outputs
-        slave.terminate()
-        slave.freeInstance()
-        return outputs
+def live(folder):
+    """A life from instantiation to the end; its results."""
+    slave = begin(make_instance(folder))
+    state = slave.getFMUstate()
+    outputs = impact(slave)
+    slave.setFMUstate(state)
+    slave.freeFMUstate(state)
+    assert impact(slave) == outputs
+    discard(slave)
+    return outputs
 
 
 def memory():
@@ -68,33 +42,30 @@ def memory():
 
 def instances(count, folder):
     """One instance after the other."""
-    fmu = Fmu(folder)
-    first = fmu.life()
+    first = live(folder)
     warm = max(1, count // 10)
     for _ in range(warm):
-        assert fmu.life() == first
+        assert live(folder) == first
     before = memory()
     for _ in range(count):
-        assert fmu.life() == first
+        assert live(folder) == first
     return {"instances": count + warm + 1, "bytes_each": (memory() - before) / count}
 
 
 def cycles(count, folder):
     """One instance, taken back to its start again and again: by reset and by a restored state."""
-    fmu = Fmu(folder)
-    slave = fmu.made()
-    fmu.initialize(slave)
+    slave = begin(make_instance(folder))
     start = slave.getFMUstate()
-    first = fmu.impact(slave)
+    first = impact(slave)
     wrong = 0
 
     def back(n):
         if n % 2:
             slave.reset()
-            fmu.initialize(slave)
+            begin(slave)
         else:
             slave.setFMUstate(start)
-        return fmu.impact(slave) != first
+        return impact(slave) != first
 
     warm = max(2, count // 10)
     for n in range(warm):
@@ -104,21 +75,15 @@ def cycles(count, folder):
         wrong += back(n)
     gained = memory() - before
     slave.freeFMUstate(start)
-    slave.terminate()
-    slave.freeInstance()
+    discard(slave)
     return {"cycles": count + warm, "wrong": wrong, "bytes_each": gained / count}
 
 
 def start(count, *folders):
     """So many impacts in each of two FMUs in one process, which then ends as any other does."""
-    fmus = [Fmu(folder) for folder in folders]
-    slaves = [(fmu, fmu.made()) for fmu in fmus for _ in range(count)]
-    for fmu, slave in slaves:
-        fmu.initialize(slave)
-    outputs = [fmu.impact(slave) for fmu, slave in slaves]
-    for _, slave in slaves:
-        slave.terminate()
-        slave.freeInstance()
+    slaves = [begin(make_instance(folder)) for folder in folders for _ in range(count)]
+    outputs = [impact(slave) for slave in slaves]
+    discard(*slaves)
     return {"outputs": outputs}
 
 

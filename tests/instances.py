@@ -24,6 +24,9 @@ def make_instance(folder, name="one", kind=None, **options):
     slave.references = {v.name: v.valueReference for v in variables}
     slave.reals = [v.valueReference for v in variables if v.type in ("Real", "Float64")]
     slave.flags = [v.valueReference for v in variables if v.type == "Boolean"]
+    real, integer = ("Float64", "Int64") if fmi3 else ("Real", "Integer")
+    slave.get_reals, slave.set_reals = getattr(slave, f"get{real}"), getattr(slave, f"set{real}")
+    slave.set_integers = getattr(slave, f"set{integer}")
     slave.messages = []
     if fmi3:
         options["logMessage"] = lambda *words: slave.messages.append(words[-1].decode())
@@ -44,26 +47,21 @@ def begin(slave, start=0.0, **values):
 
 
 def put(slave, **values):
-    fmi2 = isinstance(slave, FMU2Slave)
     for name, value in values.items():
         if isinstance(value, bool):
             set_ = slave.setBoolean
-        elif name == "law":
-            set_ = slave.setInteger if fmi2 else slave.setInt64
         else:
-            set_ = slave.setReal if fmi2 else slave.setFloat64
+            set_ = slave.set_integers if name == "law" else slave.set_reals
         set_([slave.references[name]], [value])
 
 
 def get(slave, *names):
-    references = [slave.references[name] for name in names]
-    return (slave.getReal if isinstance(slave, FMU2Slave) else slave.getFloat64)(references)
+    return slave.get_reals([slave.references[name] for name in names])
 
 
 def get_all(slave):
     """All real and all Boolean variables."""
-    real = slave.getReal if isinstance(slave, FMU2Slave) else slave.getFloat64
-    return real(slave.reals), slave.getBoolean(slave.flags)
+    return slave.get_reals(slave.reals), slave.getBoolean(slave.flags)
 
 
 def discard(*slaves):

@@ -1,17 +1,17 @@
-"""Damaged, foreign and malicious .fmu files: an error in one line, exit code 2, no file left."""
+"""Damaged and foreign .fmu files: an error in one line, exit code 2, no file left."""
 
 import hashlib
 import os
 import shutil
-import stat
 import subprocess
 import zipfile
 from pathlib import Path
 
 import pytest
-from command import golf, golf_here, refused
+from command import golf, refused
 
 from golf_build.packaging import bundled, guid_of
+from golf_impact.benchmarks import empty_fmu
 from golf_impact.errors import UserError
 from golf_impact.fmu.archive import find_flaw
 from golf_impact.fmu.file import BUILDERS, build_plain_fmu, check_fmu
@@ -39,15 +39,6 @@ def packed(path, files):
     return path
 
 
-def with_more(tmp_path, files, *more):
-    """An FMU with additional members, given by name or ZipInfo and content."""
-    path = packed(tmp_path / "more.fmu", files)
-    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in more:
-            archive.writestr(name, content)
-    return path
-
-
 def refused_run(fmu, *words, tmp_path):
     """One line on stderr with these words, exit code 2, and no file written."""
     temporary, cwd = tmp_path / "temporary", tmp_path / "cwd"
@@ -67,10 +58,6 @@ def truncated(tmp_path, files, fmu):
     return tmp_path / "half.fmu"
 
 
-def zip_slip(tmp_path, files, fmu):
-    return with_more(tmp_path, files, ("../outside.txt", b"here"))
-
-
 def another_guid(tmp_path, files, fmu):
     text = files["modelDescription.xml"].decode()
     guid = guid_of(fmu)
@@ -80,18 +67,7 @@ def another_guid(tmp_path, files, fmu):
 
 
 def foreign(tmp_path, files, fmu):
-    script = tmp_path / "stranger.py"
-    script.write_text(
-        "from pythonfmu import Fmi2Slave, Real, Fmi2Causality\n"
-        "class Stranger(Fmi2Slave):\n"
-        "    def __init__(self, **kwargs):\n"
-        "        super().__init__(**kwargs)\n"
-        "        self.out = 1.0\n"
-        "        self.register_variable(Real('out', causality=Fmi2Causality.output))\n"
-        "    def do_step(self, current_time, step_size):\n"
-        "        return True\n"
-    )
-    return build_plain_fmu(script, tmp_path / "built")
+    return build_plain_fmu(Path(empty_fmu.__file__), tmp_path / "built")
 
 
 def without_a_module(tmp_path, files, fmu):
@@ -104,13 +80,8 @@ def without_a_module(tmp_path, files, fmu):
     ("made", "words"),
     [
         (truncated, ("half.fmu", "not a readable FMU", "golf-impact build")),
-        (zip_slip, ("'../outside.txt'", "golf-impact build")),
-        pytest.param(
-            another_guid,
-            ("modelDescription.xml has been changed since it was built",),
-            marks=pytest.mark.ci,
-        ),
-        pytest.param(foreign, ("Stranger.fmu is another FMU (Stranger)",), marks=pytest.mark.ci),
+        pytest.param(another_guid, ("changed since it was built",), marks=pytest.mark.ci),
+        pytest.param(foreign, ("is another FMU (Empty)",), marks=pytest.mark.ci),
         (without_a_module, ("x.fmu can't be run here", "golf-impact build")),
     ],
     ids=lambda value: getattr(value, "__name__", ""),
@@ -119,70 +90,29 @@ def test_the_command(tmp_path, files, fmu_path, made, words):
     refused_run(made(tmp_path, files, fmu_path), *words, tmp_path=tmp_path)
 
 
-def test_a_sweep_rejects_them_as_well(tmp_path, files, fmu_path):
-    fmu = zip_slip(tmp_path, files, fmu_path)
-    command = ("sweep", "--set", "k=1e6,2e6", "--no-figures", "--fmu", fmu)
-    refused(golf_here(*command, "--out", tmp_path / "x.csv"), "'../outside.txt'")
-    assert not (tmp_path / "x.csv").exists()
-
-
-def test_doctor_checks_the_file_before_it_runs(tmp_path, files, fmu_path):
-    done = golf_here("doctor", zip_slip(tmp_path, files, fmu_path))
-    assert done.returncode == 1
-    problems = [line for line in done.stdout.splitlines() if line.startswith("problem")]
-    assert len(problems) == 1
-    assert "'../outside.txt'" in problems[0]
-
-
 # The archive
 
 
-OUTSIDE = ("../x", "resources/../../x", "/etc/x", "//host/x", "C:/x", "C:x", "..\\x")
+@pytest.mark.parametrize("listed", [True, False])
+def test_names_that_lead_out_of_the_folder(tmp_path, files, monkeypatch, listed):
+    """Refused beside a list of the files; without one, extracted inside the folder and run.
 
-
-@pytest.mark.parametrize("name", [*OUTSIDE, "a\\..\\..\\x", "a/..", "line\nbreak"])
-def test_names_that_lead_out_of_the_folder(tmp_path, files, name):
-    path = with_more(tmp_path, files, (zipfile.ZipInfo(name), b"here"))
-    why = find_flaw(path)
-    assert "leads out of the folder" in why
-    assert len(why.splitlines()) == 1
-    with pytest.raises(UserError, match="leads out of the folder"):
-        ImpactFmu(path)
-
-
-def test_links(tmp_path, files):
-    link = zipfile.ZipInfo("resources/link")
-    link.create_system = 3
-    link.external_attr = (stat.S_IFLNK | 0o777) << 16
-    assert "is a link" in find_flaw(with_more(tmp_path, files, (link, b"/etc")))
-
-
-def test_a_name_twice(tmp_path, files):
-    with pytest.warns(UserWarning, match="Duplicate"):
-        path = with_more(tmp_path, files, ("modelDescription.xml", b"<other/>"))
-    assert "twice" in find_flaw(path)
-
-
-def test_too_large(tmp_path, files):
-    path = tmp_path / "bomb.fmu"
-    packed(path, files)
-    with (
-        zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive,
-        archive.open("resources/zeros", "w") as member,
-    ):
-        for _ in range(65):
-            member.write(bytes(2**20))
-    assert path.stat().st_size < 2**20
-    assert "66 MB" in find_flaw(path)
-
-
-def test_a_wrong_size(tmp_path, files):
-    """The directory has 10 bytes: no more are unpacked, and their CRC is wrong."""
-    path = tmp_path / "liar.fmu"
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", bytes(2**22))
-        archive.infolist()[0].file_size = 10
-    assert "not a readable FMU" in find_flaw(path)
+    Modules in the working folder are not imported in place of the package's.
+    """
+    for name in ("golf_impact", "fmpy", "numpy"):
+        (tmp_path / f"{name}.py").write_text("raise RuntimeError")
+    monkeypatch.chdir(tmp_path)
+    temporary = tmp_path / "one" / "temporary"
+    temporary.mkdir(parents=True)
+    monkeypatch.setenv("TMPDIR", str(temporary))
+    kept = {name: content for name, content in files.items() if listed or name != SUMS}
+    fmu = packed(tmp_path / "x.fmu", kept | {"../../outside.txt": b"here"})
+    if listed:
+        with pytest.raises(UserError, match="changed since it was built"):
+            check_fmu(fmu)
+    else:
+        assert check_fmu(fmu) == fmu
+    assert not list(tmp_path.rglob("outside.txt"))
 
 
 def test_every_truncation(tmp_path, fmu_path):
@@ -194,59 +124,16 @@ def test_every_truncation(tmp_path, fmu_path):
     assert find_flaw(path) is None
 
 
-@pytest.mark.ci
-def test_a_damaged_byte_anywhere(tmp_path, fmu_path):
-    """A change of any byte that matters is noticed, and the build isn't current."""
-    data, path = bytearray(fmu_path.read_bytes()), tmp_path / "x.fmu"
-    seen = 0
-    for n in range(7, len(data), len(data) // 60):
-        data[n] ^= 0xFF
-        path.write_bytes(data)
-        try:
-            same = unpacked(path) == unpacked(fmu_path)
-        except Exception:
-            same = False
-        if not same:
-            seen += 1
-            assert find_flaw(path) is not None
-            assert not BUILDERS[2].is_current(path)
-        data[n] ^= 0xFF
-    assert seen > 50
-
-
-@pytest.mark.parametrize("name", ["modelDescription.xml", "resources/slavemodule.txt"])
-def test_a_missing_member(tmp_path, files, name):
-    assert f"{name} is missing" in find_flaw(
-        packed(tmp_path / "x.fmu", {n: c for n, c in files.items() if n != name})
-    )
-
-
-def test_no_archive_at_all(tmp_path):
+def test_no_fmu_at_all(tmp_path, files):
     empty, text, pipe = (tmp_path / f"{name}.fmu" for name in ("empty", "text", "pipe"))
     empty.write_bytes(b"")
     text.write_text("<fmiModelDescription/>")
     os.mkfifo(pipe)
-    assert "not a readable FMU" in find_flaw(empty)
-    assert "not a readable FMU" in find_flaw(text)
+    for file in (empty, text):
+        assert "not a readable FMU" in find_flaw(file)
     assert "modelDescription.xml is missing" in find_flaw(packed(tmp_path / "nothing.fmu", {}))
-    assert "is a folder" in find_flaw(tmp_path)
-    assert "is not a regular file" in find_flaw(pipe)
-    assert "there is no FMU" in find_flaw(tmp_path / "none.fmu")
-    assert "can't read" in find_flaw(empty / "below.fmu")
-    assert "can't read" in find_flaw(Path("x" * 300))
-
-
-def test_encrypted_members_and_unsupported_compression(tmp_path, files):
-    path = packed(tmp_path / "x.fmu", files)
-    data = bytearray(path.read_bytes())
-    entry = data.index(b"PK\x01\x02")
-    data[entry + 8] |= 1
-    path.write_bytes(data)
-    assert "encrypted" in find_flaw(path)
-    data[entry + 8] &= ~1
-    data[entry + 10] = 99
-    path.write_bytes(data)
-    assert "not a readable FMU" in find_flaw(path)
+    for file in (tmp_path, pipe, tmp_path / "none.fmu", empty / "below.fmu", Path("x" * 300)):
+        assert "there is no FMU file" in find_flaw(file)
 
 
 # What is inside
@@ -267,8 +154,7 @@ def described(tmp_path, files, *replacements):
     [
         ([("</fmiModelDescription>", "")], "not a readable FMU"),
         ([('fmiVersion="2.0"', 'fmiVersion="7.0"')], "not a readable FMU"),
-        ([('"smash_factor"', '"smash"')], "another FMU"),
-        ([('"exponent"', '"exp"')], "lacks exponent"),
+        ([('"smash_factor"', '"smash"')], "another FMU .*: it lacks smash_factor"),
     ],
 )
 def test_another_description(tmp_path, files, replacements, words):
@@ -283,18 +169,6 @@ def test_an_fmu_for_fmi_3(tmp_path):
         ImpactFmu(fmu)
 
 
-def test_an_fmu_without_co_simulation(tmp_path, files):
-    text = files["modelDescription.xml"].decode()
-    begin = text.index("<CoSimulation")
-    end = text.index("/>", begin) + 2
-    if "</CoSimulation>" in text:
-        end = text.index("</CoSimulation>") + len("</CoSimulation>")
-    exchange = '<ModelExchange modelIdentifier="ClubBallImpact"/>'
-    path = described(tmp_path, files, (text[begin:end], exchange))
-    with pytest.raises(UserError, match=r"not an FMI 2\.0 co-simulation FMU"):
-        ImpactFmu(path)
-
-
 def entry_point(files):
     return f"resources/{files['resources/slavemodule.txt'].decode().strip()}.py"
 
@@ -303,14 +177,11 @@ def entry_point(files):
 @pytest.mark.parametrize(
     "damage",
     [
-        lambda files: {entry_point(files): b"this is no Python"},
-        lambda files: {entry_point(files): b"raise RuntimeError"},
         lambda files: {entry_point(files): b"import os; os.abort()"},
-        lambda files: {LIBRARY: b"no library"},
         lambda files: {LIBRARY: files[LIBRARY][:9999]},
         lambda files: {"resources/slavemodule.txt": b"another_module"},
     ],
-    ids=["syntax", "exception", "abort", "library", "half library", "other module"],
+    ids=["abort", "half library", "other module"],
 )
 def test_contents_that_crash_a_process(tmp_path, files, damage):
     """Run in a separate process, since without a list of files nothing else shows the damage."""
@@ -320,16 +191,6 @@ def test_contents_that_crash_a_process(tmp_path, files, damage):
     with pytest.raises(UserError, match="can't be run here") as error:
         check_fmu(path)
     assert len(str(error.value).splitlines()) == 1
-
-
-def test_a_repacked_fmu_is_accepted(tmp_path, files, monkeypatch):
-    """Modules in the working folder are not imported in place of the package's."""
-    for name in ("golf_impact", "fmpy", "numpy"):
-        (tmp_path / f"{name}.py").write_text("raise RuntimeError")
-    monkeypatch.chdir(tmp_path)
-    kept = {name: content for name, content in files.items() if name != SUMS}
-    path = packed(tmp_path / "x.fmu", kept)
-    assert check_fmu(path) == path
 
 
 # The built FMU
@@ -359,7 +220,11 @@ def test_the_list_of_files(tmp_path, fmu_path, files):
     module = entry_point(files)
     package = module.removesuffix(".py").replace("club_ball_impact", "golf_physics")
     ours = {
-        *("modelDescription.xml", "model.png", SUMS, "resources/slavemodule.txt", module),
+        "modelDescription.xml",
+        "model.png",
+        SUMS,
+        "resources/slavemodule.txt",
+        module,
         *(f"documentation/{name}" for name in ("index.html", "force.png", "model.png")),
         *(f"documentation/licenses/{name}.txt" for name in ("license", "pythonfmu")),
         f"{package}/club_ball_impact.py",

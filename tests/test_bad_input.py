@@ -15,7 +15,7 @@ def set_real(fmu, name, value):
 def begin(fmu, **values):
     """As ImpactFmu.start, without an error: the test checks the messages of the FMU."""
     slave = fmu.slave
-    slave.setFMUstate(fmu._fresh)
+    fmu.restore_initial_state(fmu.slave)
     slave.setupExperiment(startTime=0.0)
     slave.enterInitializationMode()
     fmu.messages.clear()
@@ -133,7 +133,7 @@ def test_any_communication_point_after_a_restored_state(fmu):
 
 def test_calls_in_the_wrong_state(fmu):
     slave = fmu.slave
-    slave.setFMUstate(fmu._fresh)
+    fmu.restore_initial_state(fmu.slave)
     assert is_discarded(fmu)
     assert "before the end of initialization" in fmu.messages[-1]
     begin(fmu)

@@ -1,28 +1,25 @@
 """`golf-impact bench --quick`: what it writes, and that its checks can fail.
 
-Times are looked at nowhere: a test run shares its machine with others.
+Times aren't tested: a test run shares its machine with others.
 """
 
 import json
 import math
 import sys
+from collections import Counter
 from itertools import islice
+from pathlib import Path
 
 import pytest
+from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
-from golf_impact.benchmarks import accuracy
-from golf_impact.benchmarks.empty_wide_fmu import (
-    BOOLEAN_OUTPUTS,
-    INPUTS,
-    INTEGER_PARAMETERS,
-    OUTPUTS,
-    PARAMETERS,
-)
+from golf_impact.benchmarks import accuracy, empty_wide_fmu
 from golf_impact.benchmarks.impact import METRICS
-from golf_impact.benchmarks.limits import LIMITS, MOST_SPREAD, missed
+from golf_impact.benchmarks.limits import LIMITS
 from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slope
 from golf_impact.commands.bench import bench
+from golf_impact.fmu.file import build_plain_fmu
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import stepping
 from golf_impact.peers.compiled import SUB_STEP, compiled_fmu, compiler
@@ -30,7 +27,7 @@ from golf_impact.peers.problem import Case, Outcome, errors
 from golf_impact.stress.cases import named_cases
 from golf_impact.stress.driver import driver
 from golf_impact.stress.reference import Reference
-from golf_impact.timing import Ratio, median_ratio, run_interleaved
+from golf_impact.timing import median_ratio, run_interleaved
 
 
 @pytest.fixture(scope="module")
@@ -38,10 +35,8 @@ def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
     code = bench(quick=True, folder=folder)
     written = json.loads((folder / "bench.json").read_text())
-    busy = set(written["machine_busy"])
-    failed = {key for key, target in written["targets"].items() if not target["passed"]} - busy
-    assert code == (1 if failed else 3 if busy else 0)
-    assert written["passed"] == (code == 0)
+    assert written["passed"] == all(target["passed"] for target in written["targets"].values())
+    assert code == (0 if written["passed"] else 1)
     assert (folder / "run_time_vs_error.png").read_bytes().startswith(b"\x89PNG")
     return written
 
@@ -53,10 +48,10 @@ def test_every_target_has_value_target_and_verdict(results):
     for target in limits:
         figure = results[target.key]
         assert figure > 0.0
-        verdict = results["targets"][target.key]
-        spread = verdict.pop("spread")
-        assert verdict == {"limit": target.in_words, "passed": target.met(figure)}
-        assert (spread is None) == (target.key == "worst_error")
+        verdict = {"limit": target.in_words, "passed": target.met(figure)}
+        assert results["targets"][target.key] == verdict
+    assert {"processor", "python", "fmpy", "pythonfmu", "fmu"} <= results["machine"].keys()
+    assert len(results["conclusion"]) == 3
 
 
 @pytest.mark.ci
@@ -77,12 +72,6 @@ def test_measured_orders_are_those_of_the_methods(results):
             assert by_method[method]["order"] == pytest.approx(order, abs=0.1)
         for method in (FMU_STEPPED, FMU_ONCE):
             assert max(by_method[method]["errors"]) < 1e-14
-
-
-@pytest.mark.ci
-def test_machine_and_conclusion(results):
-    assert {"processor", "python", "fmpy", "pythonfmu", "fmu"} <= results["machine"].keys()
-    assert len(results["conclusion"]) == 3
 
 
 @pytest.mark.skipif(not compiler(), reason="there is no C compiler on this machine")
@@ -114,11 +103,11 @@ def calls_inside(scene):
     """How many Python functions of the FMU's own modules a scene calls."""
     number = 0
 
-    def look(frame, event, argument):
+    def count_call(frame, event, argument):
         nonlocal number
         number += event == "call" and frame.f_globals["__name__"].startswith("golf_physics_")
 
-    sys.setprofile(look)
+    sys.setprofile(count_call)
     try:
         scene()
     finally:
@@ -153,14 +142,13 @@ def test_calls_inside_the_fmu(fmu, law):
     assert many <= 31 * few
 
 
-def test_the_empty_fmu_has_as_many_variables(fmu_path):
-    with LoadedFmu(fmu_path) as fmu:
-        kinds = [(v.causality, v.type) for v in fmu.description.modelVariables]
-    assert kinds.count(("input", "Real")) == INPUTS
-    assert kinds.count(("parameter", "Real")) == PARAMETERS
-    assert kinds.count(("parameter", "Integer")) == INTEGER_PARAMETERS
-    assert kinds.count(("output", "Real")) == OUTPUTS
-    assert kinds.count(("output", "Boolean")) == BOOLEAN_OUTPUTS
+def test_the_empty_fmu_has_as_many_variables(fmu_path, tmp_path):
+    wide = build_plain_fmu(Path(empty_wide_fmu.__file__), tmp_path)
+    ours, others = (
+        Counter((v.causality, v.type) for v in read_model_description(path).modelVariables)
+        for path in (fmu_path, wide)
+    )
+    assert ours == others
 
 
 def test_the_accuracy_check_can_fail(monkeypatch):
@@ -173,7 +161,7 @@ def test_the_accuracy_check_can_fail(monkeypatch):
     few = [*islice(named_cases(), 5)]
     monkeypatch.setattr(accuracy.cases, "named_cases", lambda randoms: few)
     with driver() as fmu:
-        worst = accuracy.worst_error(fmu, 0, lambda: None)
+        worst = accuracy.worst_error(fmu, 0)
     assert worst["worst_error"] == pytest.approx(1e-12, rel=0.01)
     assert worst["output"] == "max_force"
 
@@ -193,21 +181,6 @@ def test_rounds_are_interleaved_and_their_ratios_taken():
     assert order == ["b", "a", "a", "b", "b", "a"]
     # The median of ratios, not the ratio of medians.
     assert median_ratio([1.0, 9.0, 4.0], [1.0, 3.0, 1.0]) == 3.0
-
-
-def test_a_busy_machine_is_no_missed_target():
-    """The same miss, by rounds that agree and by rounds that don't."""
-    good = {one.key: one.value for one in LIMITS}
-    key = "impact_speedup_over_document_fmu"
-    assert missed(good) == ([], [])
-    agreeing, scattered = Ratio([99.0, 100.0, 101.0]), Ratio([50.0, 100.0, 150.0])
-    assert agreeing == scattered == 100.0
-    assert agreeing.spread < MOST_SPREAD < scattered.spread == 0.5
-    assert missed(good | {key: agreeing}) == ([key], [])
-    assert missed(good | {key: scattered}) == ([], [key])
-    # A target that is met stays met, and an error has no rounds.
-    assert missed(good | {key: Ratio([100.0, 200.0, 300.0])}) == ([], [])
-    assert missed(good | {"worst_error": 1.0}) == (["worst_error"], [])
 
 
 def test_slope_leaves_rounding_out():

@@ -139,7 +139,7 @@ def test_balls_beside_each_other(tmp_path):
 @pytest.mark.parametrize("ball", ["document", "tour"])
 def test_the_figure_of_an_own_case(fmu, ball):
     """It has the case, ball and contact in its title, and the units of the other figures."""
-    report = own_cases(fmu, {"club_speed": 42.0, "gap": 0.1}, [BALLS[ball]])
+    _, report = own_cases(fmu, {"club_speed": 42.0, "gap": 0.1}, [BALLS[ball]])
     (draw,) = report.figures.values()
     (axes,) = draw(figures).axes
     contact = {"document": "law 1, k = 1 MN/m", "tour": "law 2, k = 1.242 MN/m, n = 1.5"}[ball]

@@ -56,7 +56,6 @@ def test_instances_made_and_freed(much, folders, record_property):
     answers = at_once(("instances", much["instances"], folder) for folder in folders.values())
     each = {name: one["bytes_each"] for name, one in zip(folders, answers)}
     record_property("bytes_each", each)
-    print(f"memory gained per instance: {each}")
     # pythonfmu itself leaks some; ours adds nothing to it but pages that aren't full.
     assert each["ours"] <= each["empty"] + 300_000 / much["instances"]
     assert each["ours"] <= each["empty wide"] + 300_000 / much["instances"]
@@ -68,7 +67,6 @@ def test_resets_and_restores(much, folders, record_property):
     answers = at_once(("cycles", much["cycles"], folder) for folder in folders.values())
     ours = answers[0]
     record_property("cycles", answers)
-    print(f"resets and restores: {dict(zip(folders, answers))}")
     assert ours["wrong"] == 0
     assert ours["cycles"] > much["cycles"]
     # Not one object may stay behind in a cycle: the smallest has 16 bytes.

@@ -21,8 +21,8 @@ from urllib.parse import urlencode, urlsplit
 
 import numpy as np
 import pytest
+from command import COMMAND, golf_here, refused
 
-from golf_impact.commands.app import one_line
 from golf_impact.errors import UserError
 from golf_impact.explore import export as exporting
 from golf_impact.explore.cases import (
@@ -38,7 +38,6 @@ from golf_impact.explore.evaluator import LOFT, POINTS, SWEPT, Evaluator
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.quantities import format_shortest
 
-COMMAND = Path(sys.executable).with_name("golf-impact")
 HERE = Path(__file__).parent
 
 pytestmark = pytest.mark.plain
@@ -55,7 +54,7 @@ CASES = {
 
 @pytest.fixture(scope="module")
 def fmus(_loaded):
-    with companions(_loaded) as (fmus, _):
+    with companions(_loaded) as fmus:
         yield fmus
 
 
@@ -75,12 +74,12 @@ def query(values):
 def test_curves_are_the_fmus(fmu, evaluator, name):
     """Against another run of the FMU: without an approach, and in one step to each instant."""
     values = {**evaluator.defaults, **CASES[name]}
-    answer = evaluator({"values": values})
+    result = evaluator({"values": values})
     values = {name: value for name, value in values.items() if name not in LOFT}
     metrics = fmu.impact(**{**values, "gap": 0.0})
     for metric, value in metrics.items():
         if metric != "touch_time":
-            assert answer["metrics"][metric] == pytest.approx(value, rel=1e-12, abs=1e-12), metric
+            assert result["metrics"][metric] == pytest.approx(value, rel=1e-12, abs=1e-12), metric
     speed = abs(values["club_speed"]) + abs(values["ball_speed"])
     contact = metrics["contact_time"]
     scales = {
@@ -91,7 +90,7 @@ def test_curves_are_the_fmus(fmu, evaluator, name):
         "club_position": speed * contact,
         "ball_position": speed * contact,
     }
-    path = answer["path"]
+    path = result["path"]
     times = path["time"]
     assert times[0] < 0.0
     assert times[-1] > contact
@@ -111,8 +110,8 @@ def test_curves_are_the_fmus(fmu, evaluator, name):
 @pytest.mark.parametrize("name", CASES)
 def test_energies(evaluator, name):
     values = {**evaluator.defaults, **CASES[name]}
-    answer = evaluator({"values": values})
-    metrics, path = answer["metrics"], {k: np.array(v) for k, v in answer["path"].items()}
+    result = evaluator({"values": values})
+    metrics, path = result["metrics"], {k: np.array(v) for k, v in result["path"].items()}
     start = metrics["kinetic_energy_initial"]
     lost = start - metrics["kinetic_energy_final"]
     parts = sum(path[f"{part}_energy"] for part in ("club", "ball", "spring", "lost"))
@@ -150,7 +149,7 @@ def test_no_contact_and_no_separation(evaluator):
     assert stuck["state"].startswith("No separation")
     # No value at an end that there isn't; maxima are values.
     values = [
-        {one["metric"]: one["value"] for one in answer["readouts"]} for answer in (never, stuck)
+        {one["metric"]: one["value"] for one in result["readouts"]} for result in (never, stuck)
     ]
     assert set(values[0].values()) == {"–"}
     assert {name for name, value in values[1].items() if value != "–"} == {
@@ -212,12 +211,12 @@ def test_ranges_of_sliders_are_allowed(evaluator):
 @pytest.mark.parametrize("club", CLUBS, ids=lambda one: one.name)
 def test_shots_of_clubs(evaluator, fmus, club):
     """Against the companions driven here: launch as measured, and the flight in one step."""
-    answer = evaluator({"values": club.values})
-    metrics, flight = answer["metrics"], answer["flight"]
+    result = evaluator({"values": club.values})
+    metrics, flight = result["metrics"], result["flight"]
     assert np.degrees(metrics["launch_angle"]) == pytest.approx(
         float(club.printed["launch_angle"]), abs=0.002
     )
-    assert answer["example"] == club.name
+    assert result["example"] == club.name
     impact, launch, ball = fmus
     own = {name: value for name, value in club.values.items() if name not in LOFT}
     given = impact.impact(**own)
@@ -242,25 +241,25 @@ def test_shots_of_clubs(evaluator, fmus, club):
 
 
 def test_a_shot_that_is_refused_leaves_the_impact(evaluator):
-    answer = evaluator({"values": {"dynamic_loft": 1.4, "attack_angle": -0.5}})
-    assert answer["state"].startswith("No flight: attack_angle = -0.5 is refused")
-    assert answer["flight"] == {}
-    assert answer["metrics"].items() <= evaluator({})["metrics"].items()
-    assert [one["value"] for one in answer["readouts"][-3:]] == ["–"] * 3
+    result = evaluator({"values": {"dynamic_loft": 1.4, "attack_angle": -0.5}})
+    assert result["state"].startswith("No flight: attack_angle = -0.5 is refused")
+    assert result["flight"] == {}
+    assert result["metrics"].items() <= evaluator({})["metrics"].items()
+    assert [one["value"] for one in result["readouts"][-3:]] == ["–"] * 3
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda one: one.name)
 def test_a_case_as_link_and_as_command(evaluator, example):
-    answer = evaluator({"values": example.values})
-    pairs = (pair.split("=") for pair in answer["query"].split("&"))
+    result = evaluator({"values": example.values})
+    pairs = (pair.split("=") for pair in result["query"].split("&"))
     given = {name: float(text) for name, text in pairs}
     start = evaluator.defaults
     changed = {n: float(v) for n, v in example.values.items() if v != start[n]}
     assert given == (changed or {"law": 1})
-    assert answer["command"].split()[:2] == ["golf-impact", "run"]
-    words = dict(word.split("=") for word in answer["command"].split()[3::2])
+    assert result["command"].split()[:2] == ["golf-impact", "run"]
+    words = dict(word.split("=") for word in result["command"].split()[3::2])
     assert {name: float(text) for name, text in words.items()} == given
-    assert answer["hint"] == example.hint
+    assert result["hint"] == example.hint
 
 
 def test_the_check_notices_another_number(evaluator):
@@ -298,7 +297,7 @@ def local():
         yield address
 
 
-def asked(address, method="POST", path="/impact", body=b"{}", **headers):
+def send(address, method="POST", path="/impact", body=b"{}", **headers):
     """Status and body of one request."""
     connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=60)
     connection.request(method, path, body if method == "POST" else None, headers)
@@ -308,7 +307,7 @@ def asked(address, method="POST", path="/impact", body=b"{}", **headers):
 
 def test_numbers_by_http(local, evaluator):
     request = {"values": {"k": 8e5, "law": 2}, "unit": "km/h"}
-    status, body = asked(local, body=json.dumps(request))
+    status, body = send(local, body=json.dumps(request))
     assert status == 200
     assert json.loads(body) == json.loads(json.dumps(evaluator(request)))
 
@@ -327,8 +326,8 @@ def test_numbers_by_http(local, evaluator):
     ],
 )
 def test_only_this_machine_is_served(local, status, headers):
-    assert asked(local, **headers)[0] == status
-    assert asked(local, "GET", "/", **headers)[0] == status
+    assert send(local, **headers)[0] == status
+    assert send(local, "GET", "/", **headers)[0] == status
 
 
 @pytest.mark.parametrize(
@@ -344,8 +343,8 @@ def test_only_this_machine_is_served(local, status, headers):
     ],
 )
 def test_bad_requests(local, status, request_):
-    assert asked(local, **request_)[0] == status
-    assert asked(local)[0] == 200
+    assert send(local, **request_)[0] == status
+    assert send(local)[0] == 200
 
 
 def test_many_tabs_leave_the_memory_as_it_was():
@@ -356,7 +355,7 @@ def test_many_tabs_leave_the_memory_as_it_was():
 
         def tab():
             for method, path in (("GET", "/"), ("GET", "/bokeh.min.js"), ("POST", "/impact")):
-                assert asked(address, method, path)[0] == 200
+                assert send(address, method, path)[0] == 200
 
         def megabytes():
             pages = Path(f"/proc/{process.pid}/statm").read_text().split()[1]
@@ -371,34 +370,26 @@ def test_many_tabs_leave_the_memory_as_it_was():
         assert megabytes() - before < 5.0
 
 
-def refused(capsys, *arguments):
-    """Exit code 2; the line on stderr (before it may be said that the FMU was built)."""
-    assert one_line(["explore", "--no-browser", *map(str, arguments)]) == 2
-    line = capsys.readouterr().err.strip().splitlines()[-1]
-    assert line.startswith("Error: ")
-    return line
+def test_refused_commands(monkeypatch, tmp_path):
+    def explore(*arguments):
+        return golf_here("explore", "--no-browser", *arguments)
 
-
-def test_refused_commands(capsys, monkeypatch, tmp_path):
-    assert "k = -1.0 N/m is refused" in refused(capsys, "--set", "k=-1")
-    assert "no number" in refused(capsys, "--set", "k=hard")
-    assert "nothing" in refused(capsys, "--set", "nothing=1")
-    assert "there is no ball 'x'" in refused(capsys, "--ball", "x")
-    assert "--port" in refused(capsys, "--port", 70000)
-    page, empty = tmp_path / "page", tmp_path / "empty"
+    refused(explore("--set", "k=-1"), "k = -1.0 N/m is refused")
+    refused(explore("--set", "nothing=1"), "nothing")
+    refused(explore("--ball", "x"), "there is no ball 'x'")
+    refused(explore("--port", 70000), "--port")
+    page, empty, file = tmp_path / "page", tmp_path / "empty", tmp_path / "file"
     empty.mkdir()
-    said = refused(capsys, "--export", page, "--pyodide", empty)
-    assert "has no pyodide.mjs that can be read" in said
-    assert "takes no --ball or --set" in refused(capsys, "--export", page, "--set", "k=1")
-    assert "--export FOLDER" in refused(capsys, "--pyodide", empty)
-    file = tmp_path / "file"
     file.touch()
-    assert f"can't write into {file}" in refused(capsys, "--export", file)
+    refused(explore("--export", page, "--pyodide", empty), "has no pyodide.mjs that can be read")
+    refused(explore("--export", page, "--set", "k=1"), "takes no --ball or --set")
+    refused(explore("--pyodide", empty), "--export FOLDER")
+    refused(explore("--export", file), f"can't write into {file}")
     monkeypatch.setenv("PATH", str(empty))
-    assert "npm isn't there: install npm, or" in refused(capsys, "--export", page)
+    refused(explore("--export", page), "npm isn't there: install npm, or")
     assert not page.exists()
     monkeypatch.setitem(sys.modules, "bokeh", None)
-    assert '".[explore]"' in refused(capsys)
+    refused(explore(), '".[explore]"')
 
 
 def test_another_pyodide_than_expected_is_refused(monkeypatch, tmp_path):
@@ -448,7 +439,7 @@ def test_ctrl_c_ends_it(tmp_path):
 
 
 def test_the_report_says_how_to_reopen_its_cases(tmp_path):
-    assert one_line(["run", "elastic", "--no-figures", "--out", str(tmp_path)]) == 0
+    assert golf_here("run", "elastic", "--no-figures", "--out", tmp_path).returncode == 0
     page = (tmp_path / "report.html").read_text("utf-8")
     assert "golf-impact explore --set b=0" in page
 
@@ -488,11 +479,11 @@ const python = await loadPyodide()
 python.FS.writeFile("/physics.zip", readFileSync("physics.zip"))
 python.globals.set("cases", readFileSync(0, "utf-8"))
 console.log(python.runPython(`
-import json, re, sys, zipfile
+import json, sys
 sys.path.insert(0, "/physics.zip")
 from golf_explore.in_browser import Instance, RefusedError
-names = zipfile.ZipFile("/physics.zip").namelist()
-instance = Instance(next(name.split("/")[0] for name in names if name.startswith("golf_physics")))
+arguments, cases = json.loads(cases)
+instance = Instance(*arguments)
 def run(values, outputs, step):
     try:
         instance.start(**values)
@@ -500,7 +491,7 @@ def run(values, outputs, step):
         return instance.read(outputs)
     except RefusedError as error:
         return str(error)
-json.dumps([run(*case) for case in json.loads(cases)])
+json.dumps([run(*case) for case in cases])
 `))
 """
 
@@ -523,7 +514,7 @@ def test_the_physics_in_webassembly(exported, fmu):
     assert len(cases) > 50
     done = subprocess.run(
         [node, "--input-type=module", "-e", _IN_NODE],
-        input=json.dumps(cases),
+        input=json.dumps([exporting.arguments_of(fmu), cases]),
         capture_output=True,
         text=True,
         cwd=exported,
@@ -893,7 +884,9 @@ def test_downloads(tab, tmp_path):
         assert [float(row[n]) for row in rows] == held[name.split()[0]]
     assert len(rows) == sum(POINTS) - 1
     header, row = got("pins.csv").decode().splitlines()
-    assert header.startswith("name,query,club_velocity (m/s),ball_velocity (m/s),smash_factor (1)")
+    assert header.startswith(
+        "name,query,club_velocity (m/s),ball_velocity (m/s),touch_time (s),smash"
+    )
     assert row.startswith('"document","law=1",21.52')
     for figure in ("force", "sweep"):
         # Chromium takes ten files from a page, and then asks.

@@ -218,6 +218,19 @@ def test_an_announcement_includes_inputs_set_since_the_step(make):
 # Model Exchange
 
 
+def place(model, time, *states):
+    """Set time and continuous states."""
+    model.setTime(time)
+    model.setContinuousStates((fmpy.fmi3.fmi3Float64 * 4)(*states), 4)
+
+
+def vector(get, size=4):
+    """What a function of FMI 3.0 writes into an array."""
+    array = (fmpy.fmi3.fmi3Float64 * size)()
+    get(array, size)
+    return list(array)
+
+
 def solved(extracted, tolerance=1e-10, **options):
     return fmpy.simulate_fmu(
         extracted,
@@ -304,37 +317,27 @@ def test_the_equations_are_those_of_the_phases(make, name):
     """At any state of the exact solution, the equations give its force and accelerations."""
     slave, model = begin(make(), **KINDS[name]), begin(make(FMU3Model), **KINDS[name])
     read = ("force", "club_acceleration", "ball_acceleration", *INDICATORS)
-    states, derivatives = (fmpy.fmi3.fmi3Float64 * 4)(), (fmpy.fmi3.fmi3Float64 * 4)()
     model.setTime(0.0)
     for n in range(20):
         slave.doStep(n * 2e-5, 2e-5)
-        states[:] = get(slave, *STATES)
-        model.setTime((n + 1) * 2e-5)
-        model.setContinuousStates(states, 4)
+        place(model, (n + 1) * 2e-5, *get(slave, *STATES))
         scale = (7e3, 1.5e5, 1.5e5, 1.0, 7e3)
         for value, expected, size in zip(get(model, *read), get(slave, *read), scale, strict=True):
             assert abs(value - expected) < 1e-12 * size
-        model.getContinuousStateDerivatives(derivatives, 4)
-        assert list(derivatives) == get(model, *DERIVATIVES)
+        assert vector(model.getContinuousStateDerivatives) == get(model, *DERIVATIVES)
 
 
 def test_a_club_that_sets_off_from_the_ball(make):
     """Gap 0 and no closing: nothing happens until the club's speed comes, even without an event."""
     model = begin(make(FMU3Model), club_speed=0.0)
-    indicators = (fmpy.fmi3.fmi3Float64 * 2)()
     model.setTime(0.0)
-    model.getEventIndicators(indicators, 2)
-    assert indicators[0] > 0.0
+    assert vector(model.getEventIndicators, 2)[0] > 0.0
     put(model, club_speed=10.0)
-    states = (fmpy.fmi3.fmi3Float64 * 4)(1e-9, 0.0, 0.0, 0.0)
-    model.setTime(1e-10)
-    model.setContinuousStates(states, 4)
-    model.getEventIndicators(indicators, 2)
-    assert indicators[0] < 0.0
+    place(model, 1e-10, 1e-9, 0.0, 0.0, 0.0)
+    assert vector(model.getEventIndicators, 2)[0] < 0.0
     model.enterEventMode()
     assert model.updateDiscreteStates()[3]  # the state of velocity has jumped to the club's speed
-    model.getContinuousStates(states, 4)
-    assert list(states) == [1e-9, 0.0, 10.0, 0.0]
+    assert vector(model.getContinuousStates) == [1e-9, 0.0, 10.0, 0.0]
     assert get_all(model)[1] == [True, True, False]
 
 
@@ -354,21 +357,14 @@ def test_a_club_that_sets_off_from_the_ball(make):
 def test_no_separation_is_overlooked(make, fmu, values, method, rtol):
     """By a solver with steps of its own choice, which looks for changes of sign at their ends."""
     model = begin(make(FMU3Model), **values)
-    derivatives, indicators = (fmpy.fmi3.fmi3Float64 * 4)(), (fmpy.fmi3.fmi3Float64 * 2)()
-
-    def put(t, y):
-        model.setTime(t)
-        model.setContinuousStates((fmpy.fmi3.fmi3Float64 * 4)(*y), 4)
 
     def slope(t, y):
-        put(t, y)
-        model.getContinuousStateDerivatives(derivatives, 4)
-        return list(derivatives)
+        place(model, t, *y)
+        return vector(model.getContinuousStateDerivatives)
 
     def separation(t, y):
-        put(t, y)
-        model.getEventIndicators(indicators, 2)
-        return indicators[1]
+        place(model, t, *y)
+        return vector(model.getEventIndicators, 2)[1]
 
     separation.terminal = True
     fmu.start(**values)
@@ -400,9 +396,7 @@ def test_state(make, kind, serialized):
         if n == 2:
             instance.enterEventMode()
             instance.updateDiscreteStates()
-        states = (fmpy.fmi3.fmi3Float64 * 4)(3e-4 * n - 1e-3, 1e-4 * n, 35.0 - n, 2.0 * n)
-        instance.setTime(n * 2e-5)
-        instance.setContinuousStates(states, 4)
+        place(instance, n * 2e-5, 3e-4 * n - 1e-3, 1e-4 * n, 35.0 - n, 2.0 * n)
 
     for n in range(4):
         advance(first, n)
@@ -425,22 +419,6 @@ def test_state(make, kind, serialized):
     advance(first, 4)
     assert repr(get_all(first)) == paths[0][0]
     second.freeFMUState(saved)
-
-
-def test_an_instance_may_be_set_back_to_its_beginning(make):
-    model = make(FMU3Model)
-    fresh = model.getFMUState()
-    states = (fmpy.fmi3.fmi3Float64 * 4)()
-    for club_speed, gap in ((35.0, 0.0), (20.0, 0.001)):
-        model.setFMUState(fresh)
-        begin(model, club_speed=club_speed, gap=gap)
-        model.getContinuousStates(states, 4)
-        assert list(states) == [-gap, 0.0, club_speed, 0.0]
-        assert get_all(model)[1] == [gap == 0.0, gap == 0.0, False]
-        states[:] = [0.01, 0.0, 30.0, 5.0]
-        model.setTime(1e-4)
-        model.setContinuousStates(states, 4)
-    model.freeFMUState(fresh)
 
 
 def test_a_state_of_nothing_is_refused(make):
@@ -483,16 +461,13 @@ def test_bad_input_is_discarded_until_it_is_corrected(make, bad):
 
 def test_bad_input_stops_a_solver(make):
     model = begin(make(FMU3Model))
-    derivatives = (fmpy.fmi3.fmi3Float64 * 4)()
     model.setTime(0.0)
     put(model, k=-1.0)
-    model.getContinuousStateDerivatives(derivatives, 4)
-    assert all(math.isnan(value) for value in derivatives)
+    assert all(map(math.isnan, vector(model.getContinuousStateDerivatives)))
     assert model.updateDiscreteStates()[1]
     assert "k = -1.0" in model.messages[0]
     put(model, k=1e6)
-    model.getContinuousStateDerivatives(derivatives, 4)
-    assert derivatives[0] == 35.0
+    assert vector(model.getContinuousStateDerivatives)[0] == 35.0
     assert not model.updateDiscreteStates()[1]
 
 
@@ -509,14 +484,11 @@ def test_bad_start_values_end_the_initialization(extracted, bad, kind, request):
 def test_a_restitution_out_of_reach_stops_a_solver(make, gap):
     line = {"law": 2, "restitution_at_rest": 0.5, "restitution_slope": 0.1}
     model = begin(make(FMU3Model), gap=gap, **line)
-    states = (fmpy.fmi3.fmi3Float64 * 4)(0.0, 0.0, 35.0, 0.0)
-    model.setTime(gap / 35.0)
-    model.setContinuousStates(states, 4)
+    place(model, gap / 35.0, 0.0, 0.0, 35.0, 0.0)
     assert gap or "is refused at touch" in model.messages[-1]
     assert model.updateDiscreteStates()[1]
     assert "club_speed = 35.0 m/s is refused at touch" in model.messages[-1]
-    model.getContinuousStateDerivatives(states, 4)
-    assert all(math.isnan(value) for value in states)
+    assert all(map(math.isnan, vector(model.getContinuousStateDerivatives)))
 
 
 def test_no_call_is_fatal(make):
@@ -528,13 +500,10 @@ def test_no_call_is_fatal(make):
     with pytest.raises(FMICallException, match="discard"):
         slave.doStep(0.0, 1e-4)
     model = begin(make(FMU3Model), law=2, exponent=3.0)
-    states = (fmpy.fmi3.fmi3Float64 * 4)()
     for value in (math.nan, math.inf, 1e308, -1e308):
-        model.setTime(value)
-        states[:] = [value, -value, -value, value]
-        model.setContinuousStates(states, 4)
-        model.getContinuousStateDerivatives(states, 4)
-        model.getEventIndicators(states, 2)
+        place(model, value, value, -value, -value, value)
+        vector(model.getContinuousStateDerivatives)
+        vector(model.getEventIndicators, 2)
         model.updateDiscreteStates()
         get_all(model)
 

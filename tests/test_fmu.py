@@ -213,7 +213,7 @@ def test_before_touch(fmu):
 
 
 def test_start_time(fmu):
-    fmu.slave.setFMUstate(fmu._fresh)
+    fmu.restore_initial_state(fmu.slave)
     fmu.slave.setupExperiment(startTime=5.0)
     fmu.slave.enterInitializationMode()
     fmu.slave.setReal(fmu.references(["gap"]), [0.35])

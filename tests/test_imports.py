@@ -5,8 +5,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 from golf_impact import scenario
 from golf_impact.commands.scripts import FOLDER, list_names
 
@@ -14,12 +12,15 @@ OURS = ("golf_build", "golf_physics", "golf_impact")
 
 
 def imports(path):
-    """All modules that a file imports, and the names imported from them."""
+    """The modules of ours that a file imports, and the names imported from them."""
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Import):
-            yield from ((alias.name, ()) for alias in node.names)
+            found = [(alias.name, ()) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            yield node.module, tuple(alias.name for alias in node.names)
+            found = [(node.module, [alias.name for alias in node.names])]
+        else:
+            continue
+        yield from ((module, names) for module, names in found if module.split(".")[0] in OURS)
 
 
 def test_contracts():
@@ -30,19 +31,10 @@ def test_contracts():
     assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.parametrize("name", list_names())
-def test_a_scenario_has_one_import_of_ours(name):
-    found = [one for one in imports(FOLDER / f"{name}.py") if one[0].split(".")[0] in OURS]
-    ((module, taken),) = found
-    assert module == "golf_impact.scenario"
-    assert set(taken) <= set(scenario.__all__)
-
-
-def test_all_names_of_the_scenario_interface_are_used():
-    taken = {
-        name
-        for script in list_names()
-        for _, all_ in imports(FOLDER / f"{script}.py")
-        for name in all_
-    }
-    assert set(scenario.__all__) <= taken | {"ImpactFmu", "Metrics"}
+def test_scenarios_import_the_scenario_interface_alone_and_use_all_of_it():
+    taken = {"ImpactFmu", "Metrics"}  # for annotations
+    for name in list_names():
+        ((module, names),) = imports(FOLDER / f"{name}.py")
+        assert (name, module) == (name, "golf_impact.scenario")
+        taken.update(names)
+    assert taken == set(scenario.__all__)

@@ -7,7 +7,6 @@ their own.
 import json
 import multiprocessing
 import shutil
-import subprocess
 import sys
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
@@ -62,19 +61,6 @@ def test_low_level(extracted, step):
     slave.reset()
     same(run(slave, step, law=2), law=2)
     discard(slave)
-
-
-def test_several_instances_side_by_side(extracted):
-    slaves = [make_instance(extracted, f"impact {n}") for n in range(40)]
-    for n, slave in enumerate(slaves):
-        begin(slave, law=1 + n % 2)
-    for m in range(50):
-        for slave in slaves:
-            slave.doStep(m * 1e-4, 1e-4)
-    for n, slave in enumerate(slaves):
-        answers = get(slave, *CRITERIA)
-        same(answers, law=1 + n % 2)
-        discard(slave)
 
 
 def one_run(extracted, law):
@@ -260,70 +246,3 @@ print(json.dumps([float(rows[name][-1]) for name in names]), flush=True)
     *answers, carry = json.loads(done.stdout.splitlines()[-1])
     same(answers)
     assert carry == pytest.approx(156.80936501820162, rel=1e-12)
-
-
-# What hosts do wrong
-
-
-def test_a_host_that_frees_without_terminate(extracted):
-    slave = make_instance(extracted)
-    slave.freeInstance()
-    slave = make_instance(extracted)
-    begin(slave)
-    slave.doStep(0.0, 1e-4)
-    slave.freeInstance()
-    same(one_run(extracted, 1))
-
-
-# Another build in the same process
-
-
-@pytest.fixture(scope="module")
-def heavier(tmp_path_factory):
-    """The same FMU built from changed sources: its ball is twice as heavy."""
-    checkout = tmp_path_factory.mktemp("another checkout")
-    shutil.copytree(ROOT / "build", checkout / "build", ignore=shutil.ignore_patterns("*.fmu"))
-    shutil.copy(ROOT / "LICENSE", checkout)
-    shutil.copytree(
-        ROOT / "fmu_src", checkout / "fmu_src", ignore=shutil.ignore_patterns("__pycache__")
-    )
-    table = checkout / "fmu_src" / "golf_physics" / "variables.py"
-    text = table.read_text("utf-8")
-    assert text.count("0.04593") == 1
-    table.write_text(text.replace("0.04593", "0.09186"), "utf-8")
-    out = checkout / "ClubBallImpact.fmu"
-    subprocess.run([sys.executable, checkout / "build" / "build_fmu.py", out], check=True)
-    return out
-
-
-@pytest.mark.ci
-@pytest.mark.parametrize("first", ["this", "other"])
-def test_another_build_in_the_same_process_runs_its_own_code(fmu_path, heavier, first):
-    program = """
-import fmpy, json, sys
-sys.path.insert(0, sys.argv[2])
-import golf_physics.component  # the process has this one's sources, too
-from instances import begin, discard, get, make_instance
-from test_interop import one_run
-fmus = json.loads(sys.argv[1])
-folders = [fmpy.extract(fmu) for fmu in fmus]
-slaves = [make_instance(folder) for folder in folders]
-for slave in slaves:
-    begin(slave)
-for n in range(50):
-    for slave in slaves:
-        slave.doStep(n * 1e-4, 1e-4)
-side_by_side = [get(slave, "smash_factor")[0] for slave in slaves]
-for slave in slaves:
-    discard(slave)
-print(json.dumps([side_by_side, [one_run(folder, 1)[0] for folder in folders]]))
-"""
-    fmus = [str(fmu_path), str(heavier)]
-    order = fmus if first == "this" else fmus[::-1]
-    done = run_python(program, json.dumps(order), HERE, cwd=ROOT)
-    alone = run_python(program, json.dumps([str(heavier)]), HERE, cwd=ROOT)
-    (other,), _ = json.loads(alone.stdout.splitlines()[-1])
-    for answers in json.loads(done.stdout.splitlines()[-1]):
-        this = answers[order.index(str(fmu_path))]
-        assert this == pytest.approx(EXPECTED[1][0], rel=1e-15, abs=0.0)
-        assert answers[1 - order.index(str(fmu_path))] == other != this

@@ -329,16 +329,6 @@ def test_nothing_happens_before_separation_and_nothing_after_the_launch(companio
     assert launched(slave, **contact(DRIVER | {"club_speed": 10.0})) == found
 
 
-def test_rollback(companion):
-    slave = companion("Launch")
-    before = slave.getFMUstate()
-    found = launched(slave, **contact(DRIVER))
-    slave.setFMUstate(before)
-    slave.freeFMUstate(before)
-    assert get(slave, *OUTPUTS) == [0.0] * 4
-    assert launched(slave, **contact(DRIVER)) == found
-
-
 @pytest.mark.parametrize(
     "bad",
     [

@@ -275,7 +275,7 @@ from golf_impact.explore.page import page_files
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
 
-with ImpactFmu(current_fmu()[0]) as fmu, companions(fmu) as (fmus, _):
+with ImpactFmu(current_fmu()[0]) as fmu, companions(fmu) as fmus:
     evaluator = Evaluator(fmus, UserError, facts_of(fmus))
     answer = evaluator({"values": {"law": 3, "b": 30.0}})
     page = page_files(evaluator)["index.html"].decode()

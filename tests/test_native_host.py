@@ -91,14 +91,7 @@ def test_doctor_never_fails(fmu_path, tmp_path, monkeypatch, capsys):
 
 @pytest.mark.parametrize(
     ("folder", "odd"),
-    [
-        ("a space", ""),
-        ("ü", "ü"),
-        *(
-            pytest.param(*row, marks=pytest.mark.ci)
-            for row in (("a#b", "#"), ("%41", "%"), ("a+(b)", "()+"), ("a-b_c.d~", ""))
-        ),
-    ],
+    [("a space-b_c.d~", ""), ("ü", "ü"), pytest.param("a#+(%41)", "#+(%)", marks=pytest.mark.ci)],
 )
 def test_doctor_recognizes_folders_that_pythonfmu_crashes_in(
     folder, odd, fmu_path, tmp_path, monkeypatch, capsys

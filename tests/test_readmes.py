@@ -12,11 +12,7 @@ from golf_physics.variables import VARIABLES
 from golf_impact.report import reading
 
 ROOT = Path(__file__).resolve().parents[1]
-FOLDERS = ("fmu_src", "build", "scenarios", "tests")
-READMES = [
-    ROOT / "README.md",
-    *(file for folder in FOLDERS for file in (ROOT / folder).rglob("README.md")),
-]
+FOLDERS = ("", "fmu_src", "build", "scenarios", "scenarios/golf_impact/explore", "tests")
 
 
 def markdown(columns, rows):
@@ -63,12 +59,9 @@ def test_tables_are_those_of_the_code(name):
 
 
 def test_what_is_implemented_where_exists():
-    """Each file and line is there; one that isn't would be an error."""
     for row in reading.tables()[0].rows:
         path, _, number = row[-1].rpartition(":")
         assert (ROOT / path).read_text("utf-8").splitlines()[int(number) - 1].strip()
-    with pytest.raises(LookupError, match="no line that begins with"):
-        reading.locate("golf_physics/laws/absolute.py", "def nothing")
 
 
 def test_the_first_page_is_one_page():
@@ -76,15 +69,11 @@ def test_the_first_page_is_one_page():
 
 
 @pytest.mark.parametrize("folder", FOLDERS)
-def test_each_folder_has_a_readme(folder):
-    assert (ROOT / folder / "README.md").is_file()
-
-
-@pytest.mark.parametrize("path", READMES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_links_lead_somewhere(path):
-    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", path.read_text("utf-8")):
+def test_links_lead_somewhere(folder):
+    text = (ROOT / folder / "README.md").read_text("utf-8")
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text):
         if not target.startswith(("http://", "https://")):
-            assert (path.parent / target).exists(), target
+            assert (ROOT / folder / target).exists(), target
 
 
 if __name__ == "__main__":

@@ -2,21 +2,17 @@
 
 import json
 import math
-from dataclasses import asdict
 
 import mpmath
 import pytest
 from conftest import reference_cases, some
 
 from golf_impact.commands.stress import _beside_tolerance, _show, stress
-from golf_impact.peers import problem
-from golf_impact.peers.problem import Case, Outcome
 from golf_impact.peers.stepping import METHODS
 from golf_impact.stress import all as all_
 from golf_impact.stress import cases, invariants, special_points, stability
 from golf_impact.stress.driver import driver
-from golf_impact.stress.ledger import Ledger
-from golf_impact.stress.reference import Reference, exact_outcome
+from golf_impact.stress.reference import Reference
 
 mp = mpmath.mp.clone()
 mp.dps = 90
@@ -39,24 +35,13 @@ def results(request, tmp_path_factory):
     return written
 
 
-@pytest.mark.parametrize("law", [1, 2])
-def test_the_exact_outcome_is_what_the_fmu_gives(law):
-    case = Case(law=law)
-    with driver() as fmu:
-        fmu.begin_run(vars(case))
-        fmu.slave.doStep(0.0, case.time_limit)
-        outputs = fmu.outputs()
-    right = exact_outcome(case)
-    outcome = Outcome(*(outputs[name] for name in Outcome._fields))
-    assert max(problem.errors(case, outcome, right)) < 1e-14
-    assert max(problem.errors(case, outcome._replace(max_force=1.0), right)) > 0.9
-
-
 def test_every_invariant_holds(results):
     failed = {name: check for name, check in results["checks"].items() if not check["passed"]}
     assert failed == {}
     assert all(check["count"] > 0 for check in results["checks"].values())
     assert results["passed"]
+    for run in results["tiny_steps"].values():
+        assert max(run["errors"]) < 1e-14
 
 
 def test_the_worst_case_is_shown_and_the_others_are_in_the_file(results, capsys):
@@ -89,12 +74,6 @@ def test_the_map_shows_the_fmu_flat_and_the_others_blow_up(results):
         assert min(errors) < 0.05
 
 
-def test_long_runs_neither_drift_nor_grow(results):
-    for run in results["tiny_steps"].values():
-        assert max(run["errors"]) < 1e-14
-    assert results["checks"]["many_impacts"]["worst"] == 0.0
-
-
 def test_the_same_seed_gives_the_same_impacts():
     one, same, other = (cases.random_impact(seed, 3) for seed in (1, 1, 2))
     assert one == same
@@ -105,36 +84,26 @@ def test_the_same_seed_gives_the_same_impacts():
 def test_impacts_cover_the_ranges():
     many = [cases.random_impact(0, n) for n in range(3000)]
     values = [impact.values for impact in many]
-    assert min(v["k"] for v in values) < 1e3
-    assert max(v["k"] for v in values) > 1e11
-    ratios = [v["m_club"] / v["m_ball"] for v in values]
-    assert min(ratios) < 1e-5
-    assert max(ratios) > 1e5
     damping = [cases.damping_ratio(v) for v in values]
-    assert 0.0 in damping
-    assert max(damping) > 5e3
+    for numbers, low, high in (
+        ([v["k"] for v in values], 1e3, 1e11),
+        ([v["m_club"] / v["m_ball"] for v in values], 1e-5, 1e5),
+        (damping, 1e-300, 5e3),
+        ([abs(impact.closing) for impact in many], 1e-5, 500.0),
+        ([impact.start_time for impact in many], 1e-300, 1e5),
+    ):
+        assert min(numbers) < low
+        assert max(numbers) > high
     assert any(0.0 < 1.0 - zeta < 1e-13 for zeta in damping)
     assert any(0.0 < zeta - 1.0 < 1e-13 for zeta in damping)
-    closing = [impact.closing for impact in many]
-    assert min(abs(c) for c in closing) < 1e-5
-    assert max(closing) > 500.0
-    assert any(c <= 0.0 for c in closing)
-    assert max(impact.start_time for impact in many) > 1e5
+    assert any(impact.closing <= 0.0 for impact in many)
     assert any(impact.changed for impact in many)
 
 
 @pytest.mark.parametrize("number", range(20))
 def test_partitions_add_up_exactly(number):
     impact = cases.random_impact(5, number)
-    if impact.closing <= 0.0:
-        return
-    partitions = [
-        cases.one_step(impact),
-        cases.equal_steps(impact),
-        cases.random_steps(impact, 5),
-        cases.straddling_steps(impact, 1e-4, 5),
-    ]
-    for steps in partitions:
+    for steps in cases.partitions(impact, 1e-4, 5).values():
         for segment, sizes in zip(impact.segments, steps, strict=True):
             assert min(sizes) > 0.0
             # Not only math.fsum: whatever the order, no bit is lost.
@@ -201,7 +170,7 @@ def test_the_reference_solves_the_equations_of_motion(number, draw):
 
 def ledger_of(**faults):
     """Checks of a few impacts, the FMU's outputs changed by these factors on the way."""
-    ledger = Ledger(*invariants.CLAIMS)
+    ledger = invariants.Ledger(*invariants.CLAIMS)
     with driver() as fmu:
         outputs = fmu.outputs
 
@@ -234,8 +203,3 @@ def test_a_wrong_output_is_found(fault, check):
 
 def test_right_outputs_pass():
     assert ledger_of() == set()
-
-
-def test_cases_of_the_map_have_the_damping_they_say():
-    assert cases.damping_ratio(asdict(Case(law=2))) == pytest.approx(0.0232, rel=0.01)
-    assert cases.damping_ratio(asdict(stability._case(3.0))) == pytest.approx(3.0)

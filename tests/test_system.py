@@ -19,6 +19,7 @@ from instances import get, put
 from scipy.integrate import solve_ivp
 
 from golf_build.system import DRIVE
+from golf_impact.facts.measured import TOUR
 from golf_impact.fmu import system
 
 STOP = 0.967  # s: by then the ball has been launched, and the swing has the impulse
@@ -42,7 +43,7 @@ def swung(swing, until, step=1e-3, begin=0.0):
 def test_the_head_meets_the_ball_as_in_the_source(companion):
     swing = companion("Swing")
     held, n, step = [], 0, 1e-4
-    while not held or get(swing, "head_distance")[0] < 0.0 or n < 10:
+    while get(swing, "arm_angle")[0] < 0.0 or n < 10:
         held += get(swing, "club_speed")
         swing.doStep(n * step, step)
         n += 1
@@ -57,14 +58,11 @@ def source_equations(swing, force=0.0, direction=0.0, held=False):
 
     Returns the slope of (alpha, alpha', beta, beta', path, work) for solve_ivp.
     """
-    names = ("arm_length", "arm_first_moment", "arm_inertia", "club_length", "club_mass")
-    r, s_a, j, length, m = get(swing, *names)
-    s_c, i, q_a, q_b, tau = get(
-        swing,
-        *("club_first_moment", "club_inertia", "max_shoulder_torque", "max_wrist_torque"),
-        "torque_rise_time",
-    )
-    theta0, gravity, plane = get(swing, "arm_start", "gravity", "plane_angle")
+    arm = ("arm_length", "arm_first_moment", "arm_inertia", "arm_start")
+    club = ("club_length", "club_mass", "club_first_moment", "club_inertia")
+    torque = ("max_shoulder_torque", "max_wrist_torque", "torque_rise_time")
+    r, s_a, j, theta0, length, m, s_c, i = get(swing, *arm, *club)
+    q_a, q_b, tau, gravity, plane = get(swing, *torque, "gravity", "plane_angle")
     g = gravity * math.sin(plane)
 
     def slope(t, y):
@@ -246,28 +244,8 @@ def test_the_speed_is_that_along_the_normal(companion):
     for swing in (flat, lofted):
         swung(swing, 0.96)
     assert get(lofted, "club_speed")[0] == pytest.approx(AT_THE_BALL * math.cos(loft), rel=1e-15)
-    names = ("head_speed", "head_distance", "energy", "work")
+    names = ("head_speed", "energy", "work")
     assert get(lofted, *names) == get(flat, *names)
-
-
-def test_an_impulse_is_complete_whatever_the_steps(companion):
-    """The head's momentum along the normal changes by the impulse, spread over any steps."""
-    speeds = []
-    for steps in ([1e-7] * 3, [1e-9, 3e-8, 2e-7], [2e-7, 1e-10]):
-        swing = companion("Swing", spin_loft=0.2)
-        begin = swung(swing, 0.962)
-        swing.doStep(begin, AT - begin)
-        time, (mass,) = AT, get(swing, "effective_mass")
-        before = get(swing, "head_speed")[0] * math.cos(0.2)
-        for n, step in enumerate(steps):
-            put(swing, impulse=3.0 * (n + 1) / len(steps))
-            swing.doStep(time, step)
-            time += step
-        assert get(swing, "reaction_impulse") == [3.0]
-        speeds.append(get(swing, "head_speed")[0])
-        # The head leaves its path, too, so its speed isn't that along the normal any more.
-        assert speeds[-1] < before - 3.0 / mass + 5.0
-    assert speeds[1:] == pytest.approx(speeds[:1] * 2, abs=1e-3)
 
 
 def test_the_swing_goes_on_to_its_end_and_rests_there(companion):
@@ -285,17 +263,6 @@ def test_with_a_prescribed_speed_touch_falls_after_the_peak(companion, step, lat
     assert held[n] == 35.0
     assert min(held) < 0.0
     assert all(later >= earlier for earlier, later in zip(held[late:], held[late + 1 :]))
-
-
-def test_a_prescribed_speed_rises_smoothly_and_holds(companion):
-    swing, step = companion("Swing", prescribed_speed=35.0), 1e-5
-    speeds = []
-    for n in range(6000):
-        speeds += get(swing, "club_speed")
-        swing.doStep(n * step, step)
-    # The steepest rise is pi/2 times (peak + takeaway) / rise time.
-    assert np.max(np.abs(np.diff(speeds))) <= 0.5 * math.pi * 45.0 / 0.01 * step * 1.001
-    assert speeds[-1] == speeds[-900] == 35.0
 
 
 # BallFlight
@@ -323,17 +290,12 @@ def flown(companion, speed, **values):
 
 def integrated(companion_slave, speed):
     """Carry, apex and time of flight by DOP853 at 1e-13: another method, another code."""
-    m, d, rho, nu, g, angle, spin, decay = get(
-        companion_slave,
-        *("m_ball", "ball_diameter", "air_density", "kinematic_viscosity", "gravity"),
-        *("launch_angle", "backspin", "spin_decay"),
-    )
-    (limit,) = get(companion_slave, "spin_ratio_limit")
-    d0, d1, d2, d3, l0, l1, l2, l3 = get(
-        companion_slave,
-        *("drag_constant", "drag_spin", "drag_spin_squared", "drag_reynolds"),
-        *("lift_constant", "lift_spin", "lift_spin_squared", "lift_reynolds"),
-    )
+    ball = ("m_ball", "ball_diameter", "launch_angle", "backspin", "spin_decay", "spin_ratio_limit")
+    air = ("air_density", "kinematic_viscosity", "gravity")
+    drag = ("drag_constant", "drag_spin", "drag_spin_squared", "drag_reynolds")
+    lift = ("lift_constant", "lift_spin", "lift_spin_squared", "lift_reynolds")
+    m, d, angle, spin, decay, limit, rho, nu, g = get(companion_slave, *ball, *air)
+    d0, d1, d2, d3, l0, l1, l2, l3 = get(companion_slave, *drag, *lift)
 
     def slope(t, y):
         v = math.hypot(y[2], y[3])
@@ -364,12 +326,6 @@ def test_flight_against_an_integration(companion, speed, values):
     carry, apex, duration = get(flight, "carry", "apex", "flight_time")
     # 1e-12 asked of the integration.
     assert (carry, apex, duration) == pytest.approx(integrated(flight, speed), rel=1e-12, abs=0.0)
-
-
-def test_a_vacuum_has_a_formula(companion):
-    flight = flown(companion, 40.0, air_density=0.0, launch_angle=0.7, gravity=9.81)
-    carry, apex = 1600.0 * math.sin(1.4) / 9.81, (40.0 * math.sin(0.7)) ** 2 / 2 / 9.81
-    assert get(flight, "carry", "apex") == pytest.approx([carry, apex], rel=1e-15 * 4)
 
 
 def test_position_does_not_depend_on_the_step_and_ends_at_the_carry(companion):
@@ -426,37 +382,21 @@ def test_the_spin_ratio_is_held_at_its_limit(companion):
     assert carries[3] == carries[4]
 
 
-# Averages of the PGA Tour by TrackMan, as published until 2023: mph, degrees, rpm, yards.
-TOUR = [
-    *[(167, 10.9, 2686, 275), (158, 9.2, 3655, 243), (152, 9.4, 4350, 230), (146, 10.2, 4437, 225)],
-    *[(142, 10.4, 4630, 212), (137, 11.0, 4836, 203), (132, 12.1, 5361, 194)],
-    *[(127, 14.1, 6231, 183), (120, 16.3, 7097, 172), (115, 18.1, 7998, 160)],
-    *[(109, 20.4, 8647, 148), (102, 24.2, 9304, 136)],
-]
-
-
-@pytest.mark.parametrize(("mph", "degrees", "rpm", "yards"), TOUR)
-def test_the_clubs_of_the_tour_carry_as_published(companion, mph, degrees, rpm, yards):
+@pytest.mark.parametrize("launch", TOUR, ids=lambda launch: launch[0])
+def test_the_clubs_of_the_tour_carry_as_published(companion, launch):
+    _, _, _, mph, degrees, rpm, yards, _ = launch
     angle, spin = math.radians(degrees), rpm * math.pi / 30.0
     flight = flown(companion, mph * 0.44704, launch_angle=angle, backspin=spin)
     # Measured: 3.4 % less (driver) to 6.9 % more (pitching wedge).
     assert -0.035 < get(flight, "carry")[0] / 0.9144 / yards - 1.0 < 0.07
 
 
-def test_a_ball_without_spin_has_no_lift(companion):
-    no_lift = {"lift_constant": 0.0, "lift_reynolds": 0.0}
-    (carry,), (same,), (lifted,) = (
-        get(flown(companion, 70.0, **values), "carry")
-        for values in ({"backspin": 0.0}, {"backspin": 0.0, **no_lift}, {"backspin": 1e-300})
-    )
-    assert carry == same
-    assert lifted > 1.1 * carry
-
-
 def test_a_flight_that_never_ends_is_refused(companion):
     flight = companion(
         "BallFlight",
-        **{"backspin": 2000.0, "spin_decay": 0.0, "lift_spin_squared": 100.0},
+        backspin=2000.0,
+        spin_decay=0.0,
+        lift_spin_squared=100.0,
         spin_ratio_limit=1e3,
     )
     put(flight, ball_velocity=70.0, separated=True)
@@ -478,11 +418,11 @@ def test_a_ball_that_does_not_fly_lands_where_it_is(companion, speed, angle):
 
 SEEN = {
     "Swing": (
-        *("club_speed", "head_speed", "arm_angle", "hand_force", "energy", "work"),
-        *("reaction_work", "reaction_impulse", "head_distance"),
+        "club_speed", "head_speed", "arm_angle", "hand_force", "energy", "work", "reaction_work",
+        "reaction_impulse",
     ),
     "BallFlight": ("carry", "distance", "height"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", SEEN)

@@ -1,6 +1,6 @@
 """Impacts over the whole range of every variable: rejected with a reason, or correct.
 
-A hundred in CI, always the same ones; 10,000 of each kind with HYPOTHESIS_PROFILE=nightly.
+A hundred in CI, always the same ones; 10,000 of each kind with --hypothesis-profile=nightly.
 """
 
 import math
@@ -15,7 +15,6 @@ from golf_impact.facts.closed_forms import half_contact, reduced_mass
 from golf_impact.stress import invariants
 from golf_impact.stress.cases import BASELINE, unchanged
 from golf_impact.stress.driver import Driver
-from golf_impact.stress.ledger import Ledger
 from golf_impact.stress.scales import TOLERANCE, Scales
 
 #: Where times come from quadrature, all else is as exact, but at those times.
@@ -210,7 +209,7 @@ def test_the_invariants_of_stress(driver, values, number):
     others = ("exponent", "reference_compression", "restitution_at_rest", "restitution_slope")
     values = {name: value for name, value in values.items() if name not in others}
     impact = unchanged(number, values, 2.0)
-    ledger = Ledger(*invariants.CLAIMS)
+    ledger = invariants.Ledger(*invariants.CLAIMS)
     invariants.check(driver, ledger, impact, number, exact=False)
     failed = {name: check for name, check in ledger.checks.items() if check.failures}
     assert not failed, failed

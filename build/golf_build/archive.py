@@ -2,6 +2,7 @@
 
 import errno
 import hashlib
+import io
 import os
 import secrets
 import stat
@@ -34,22 +35,24 @@ def sums(files: dict[str, bytes]) -> bytes:
     return "".join(lines).encode()
 
 
-def write_archive(path: Path, files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> Path:
-    """Write an archive with the same order, times and attributes on every machine.
-
-    Its folder is made if necessary. OSError: it can't be written.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with (
-        whole(path) as stream,
-        zipfile.ZipFile(stream, "w", method, compresslevel=9) as archive,
-    ):
+def archived(files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
+    """An archive with the same order, times and attributes on every machine."""
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w", method, compresslevel=9) as archive:
         for name in sorted(files, key=lambda name: (name not in _FIRST, name)):
             info = zipfile.ZipInfo(name, _EPOCH)
             info.compress_type = method
             info.create_system = 3
             info.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
             archive.writestr(info, files[name])
+    return data.getvalue()
+
+
+def write_archive(path: Path, files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> Path:
+    """Write `archived` to a file, whose folder is made if necessary; OSError if it can't be."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with whole(path) as stream:
+        stream.write(archived(files, method))
     return path.resolve()
 
 

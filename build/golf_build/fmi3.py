@@ -5,26 +5,25 @@ Co-simulation and Model Exchange in one file.
 
 from golf_physics import variables as tables
 
-from golf_build.fmi2 import ZERO_AT_START
+from golf_build.fmi2 import TABLES
 from golf_build.packaging import Builder
 
 _ENTRY = '''"""The entry point; pythonfmu3 finds the class by the text Fmi3Slave in this file."""
 
-import {package}.club_ball_impact_fmi3 as face
+import {package}.{module} as adapter
 from pythonfmu3 import Fmi3Slave
 
 
-class ClubBallImpact(face.ClubBallImpact, Fmi3Slave):
+class {model}(adapter.{model}, Fmi3Slave):
     pass
 '''
 
 _ROWS = tables.VARIABLES + tables.MORE_VARIABLES
 _OUTPUTS = [row.name for row in _ROWS if row.causality == "output"]
-_TABLES = {
+_TABLES = TABLES | {
     "rows": _ROWS,
     "units": tables.UNITS | tables.MORE_UNITS,
     "unsolved": tables.CO_SIMULATION_ONLY,
-    "constant": ZERO_AT_START,
     "derivatives": dict(zip(tables.DERIVATIVES, tables.STATES, strict=True)),
     "structure": {
         "Output": _OUTPUTS,
@@ -34,4 +33,5 @@ _TABLES = {
     },
 }
 
-BUILDER = Builder(3, "ClubBallImpact.fmi3", "club_ball_impact_fmi3", _ENTRY, _TABLES)
+_SOURCES = ("club_ball_impact_fmi3.py", "golf_physics", "host")
+BUILDER = Builder(3, "ClubBallImpact.fmi3", _SOURCES, _ENTRY, lambda _: dict(_TABLES))

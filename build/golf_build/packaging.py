@@ -10,14 +10,14 @@ import importlib.metadata
 import re
 import sys
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import golf_physics
-from golf_physics.variables import LAWS
+from golf_physics.variables import Variable
 
 from golf_build.archive import SUMS, scratch, sums, unpacked, write_archive
 from golf_build.description import HERE, RUNTIMES, described, rendered
@@ -26,29 +26,31 @@ _PHYSICS = Path(golf_physics.__file__).resolve().parent
 
 
 class Builder(NamedTuple):
-    """Builds ClubBallImpact for a version of FMI.
+    """Builds an FMU.
 
     Attributes:
         fmi: 2 or 3.
-        name: of the file, without .fmu.
-        face: the module of its FMI adapter.
-        entry: the module that the runtime loads; {package} is filled in.
-        tables: arguments of `described`.
+        name: of the file, without .fmu; up to a dot, that of the model and its class.
+        sources: files and folders of fmu_src, the module with the class first.
+        entry: the module that the runtime loads; {package}, {module}, {model} and {start} are
+            filled in.
+        tables: arguments of `described`, from the module with the class.
+        start: start values by name, where they aren't those of the tables.
     """
 
     fmi: int
     name: str
-    face: str
+    sources: tuple[str, ...]
     entry: str
-    tables: dict[str, Any]
+    tables: Callable[[Any], dict[str, Any]]
+    start: Mapping[str, float] = {}
 
     def digest(self) -> str:
         """SHA-256 digest of all sources of an FMU; it decides whether a build is current."""
-        total = hashlib.sha256(importlib.metadata.version(RUNTIMES[self.fmi]).encode())
+        settings = importlib.metadata.version(RUNTIMES[self.fmi]), self.name, self.start
+        total = hashlib.sha256(repr(settings).encode())
         # With names that don't depend on the location of the files.
-        face = fmu_source(f"{self.face}.py")
-        files = {face.name: face.read_bytes(), "LICENSE": _license()}
-        files |= {f"golf_physics/{name}": data for name, data in bundled().items()}
+        files = {"LICENSE": _license(), **_read(self.sources)}
         ours = (*HERE.glob("*.py"), *HERE.glob("model*"), *(HERE / "documentation").iterdir())
         files |= {f"{f.parent.name}/{f.name}": f.read_bytes() for f in ours}
         for name, data in sorted(files.items()):
@@ -69,43 +71,42 @@ class Builder(NamedTuple):
 
     def files(self) -> dict[str, bytes]:
         """The FMU's files by name."""
-        suffix = self.digest()[:16]
-        package = f"golf_physics_{suffix}"
-        face = fmu_source(f"{self.face}.py").read_text("utf-8")
-        face = re.sub(r"(?m)^from host\b", "from golf_physics.host", face)
-        face = re.sub(r"(?m)^from golf_physics\b", f"from {package}", face)
-        modules = {f"{package}/{name}": data for name, data in bundled().items()}
-        modules[f"{package}/{self.face}.py"] = face.encode()
-        entry = self.entry.format(package=package).encode()
-        with packaged(self.fmi, f"{self.face}_{suffix}", entry, modules) as raw:
+        suffix, model = self.digest()[:16], self.name.partition(".")[0]
+        module = self.sources[0].removesuffix(".py")
+        package = f"golf_{'physics' if 'golf_physics' in self.sources else module}_{suffix}"
+        modules = {"__init__.py": b"", **_read(self.sources)}
+        tops = "|".join({name.partition("/")[0].removesuffix(".py") for name in modules})
+        beside = {}
+        for name, data in modules.items():
+            text = re.sub(r"(?m)^from golf_physics\b", f"from {package}", data.decode())
+            text = re.sub(rf"(?m)^from ({tops})\b", rf"from {package}.\1", text)
+            beside[f"{package}/{name}"] = text.encode()
+        names = {"package": package, "module": module, "model": model}
+        entry = self.entry.format(**names, start=self.start).encode()
+        with packaged(self.fmi, f"{module}_{suffix}", entry, beside) as raw:
             files = unpacked(raw)
-        about = "Impact of a golf club on a ball: contact force, smash factor, restitution, energy"
-        naming: dict[str, Any] = {
-            "name": "ClubBallImpact",
-            "token": self.guid(),
-            "description": about,
-        }
-        files["modelDescription.xml"] = described(self.fmi, laws=LAWS, **naming, **self.tables)
-        files |= self._documents()
+            tables = self.tables(sys.modules[f"{package}.{module}"])
+        start = self.start
+        rows = [row._replace(start=start.get(row.name, row.start)) for row in tables.pop("rows")]
+        naming: dict[str, Any] = {"name": model, "token": self.guid()}
+        files["modelDescription.xml"] = described(self.fmi, rows, **naming, **tables)
+        files |= self._documents(rows, tables)
         return files | {SUMS: sums(files)}
 
-    def _documents(self) -> dict[str, bytes]:
-        """The documentation of an FMU: pictures, index.html, licences."""
+    def _documents(self, rows: list[Variable], tables: dict[str, Any]) -> dict[str, bytes]:
+        """The licences of an FMU; of ClubBallImpact also pictures and index.html."""
         folder, runtime = HERE / "documentation", RUNTIMES[self.fmi]
-        files = {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
-        files["model.png"] = (HERE / "model.png").read_bytes()
-        files["documentation/index.html"] = rendered(
-            folder / "index.html.jinja",
-            fmi=self.fmi,
-            runtime=runtime,
-            version=golf_physics.__version__,
-            laws=LAWS,
-            **self.tables,
-        )
-        files["documentation/licenses/license.txt"] = _license()
+        files = {"documentation/licenses/license.txt": _license()}
         for file in importlib.metadata.files(runtime) or []:
             if file.name == "LICENSE":
                 files[f"documentation/licenses/{runtime}.txt"] = file.read_binary()
+        if "laws" in tables:
+            files |= {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
+            files["model.png"] = (HERE / "model.png").read_bytes()
+            about = {"fmi": self.fmi, "runtime": runtime, "version": golf_physics.__version__}
+            files["documentation/index.html"] = rendered(
+                folder / "index.html.jinja", rows=rows, **about, **tables
+            )
         return files
 
 
@@ -128,11 +129,19 @@ def fmu_source(name: str) -> Path:
     return installed if installed.exists() else _PHYSICS.parent / name
 
 
-def bundled() -> dict[str, bytes]:
-    """The modules inside an FMU by their paths in its package: golf_physics, and host in it."""
-    files = {f.relative_to(_PHYSICS).as_posix(): f.read_bytes() for f in _PHYSICS.rglob("*.py")}
-    files |= {f"host/{f.name}": f.read_bytes() for f in fmu_source("host").glob("*.py")}
+def _read(sources: Iterable[str]) -> dict[str, bytes]:
+    """Files and folders of fmu_src by their paths in an FMU's package, which golf_physics is."""
+    files: dict[str, bytes] = {}
+    for place in map(fmu_source, sources):
+        root = place if place == _PHYSICS else place.parent
+        inside = place.rglob("*.py") if place.is_dir() else [place]
+        files |= {file.relative_to(root).as_posix(): file.read_bytes() for file in inside}
     return files
+
+
+def bundled() -> dict[str, bytes]:
+    """The modules of the physics by their paths in an FMU's package, and host in it."""
+    return _read(("golf_physics", "host"))
 
 
 def _license() -> bytes:
@@ -149,10 +158,9 @@ def packaged(fmi: int, module: str, script: bytes, beside: dict[str, bytes]) -> 
     """
     # Imported here, since it is slow and most commands don't build.
     build_fmu = importlib.import_module(f"{RUNTIMES[fmi]}.builder").FmuBuilder.build_FMU
-    path, modules, bytecode = list(sys.path), set(sys.modules), sys.dont_write_bytecode
+    path, modules = list(sys.path), set(sys.modules)
     with scratch({f"{module}.py": script, **beside}) as folder:
         tops = sorted({name.partition("/")[0] for name in beside})
-        sys.dont_write_bytecode = True
         try:
             yield build_fmu(
                 folder / f"{module}.py",
@@ -160,7 +168,6 @@ def packaged(fmi: int, module: str, script: bytes, beside: dict[str, bytes]) -> 
                 project_files=[folder / name for name in tops],
             )
         finally:
-            sys.dont_write_bytecode = bytecode
             sys.path[:] = path
             ours = {module, *(name.removesuffix(".py") for name in tops)}
             for name in set(sys.modules) - modules:

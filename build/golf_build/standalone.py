@@ -17,15 +17,16 @@ import subprocess
 import sys
 import sysconfig
 import uuid
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 from golf_build import elf
-from golf_build.archive import SUMS, scratch, sums, unpacked, write_archive
+from golf_build.archive import SUMS, scratch, sums, unpacked
 from golf_build.description import HERE, RUNTIMES
 from golf_build.extras import install_command
-from golf_build.packaging import Builder, bundled, fmu_source
+from golf_build.packaging import bundled, fmu_source
 
 SUFFIX = ".standalone"
 
@@ -34,21 +35,15 @@ _VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
 #: Libraries of glibc, which every host has.
 _GLIBC = re.compile(r"(lib(c|m|dl|pthread|rt|util)|ld-linux-x86-64)\.so\.\d")
 
-#: The others that a libpython or one of its modules may need, and their licences.
-_LICENCES = {"libz.so.1": "zlib", "libexpat.so.1": "expat", "libmpdec.so": "libmpdec"}
+#: The others that a libpython or one of its modules may need, whose licences are known.
+_KNOWN = ("libpython", "libz.", "libexpat.", "libmpdec.")
 
 #: Modules of pythonfmu and pythonfmu3 that package FMUs.
 _PACKERS = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
 
-#: In the compiled loader, until its GUID is known.
-_NO_TOKEN = str(uuid.UUID(int=0))
-
-#: What the private Python is compiled from.
-_PRIVATE = ("private_python.c", "platform.h")
-
 #: In place of modules that pythonfmu imports but the FMU has no use for.
 _STAND_INS = {
-    "uuid": "# The real one loads libuuid, which writes into /var/lib; nobody reads this number.\n"
+    "uuid": "# The real one loads libuuid, which writes into /var/lib; this number is never read.\n"
     "def uuid1():\n    return None\n",
     "ctypes": "# The real one looks for Python in the global scope: it would find the host's.\n"
     "class c_uint64:\n    def __init__(self, value):\n        self.value = value\n",
@@ -56,7 +51,7 @@ _STAND_INS = {
 
 
 class StandaloneError(Exception):
-    """This machine can't build a standalone FMU; the text says what to do."""
+    """This machine can't build a standalone FMU; the message is what to do."""
 
 
 class PrivatePython(NamedTuple):
@@ -67,14 +62,12 @@ class PrivatePython(NamedTuple):
         files: by name; they lie beside the loader.
         licences: text by name.
         modules: frozen ones and extension modules.
-        glibc: the oldest glibc that all of them run with.
     """
 
     library: str
     files: dict[str, bytes]
     licences: dict[str, bytes]
     modules: tuple[str, ...]
-    glibc: tuple[int, ...]
 
 
 # What the machine has
@@ -104,8 +97,6 @@ def libpython() -> Path:
             f"--standalone is refused on {machine} with {platform.python_implementation()}: "
             "it is built on Linux x86_64 with CPython (the plain FMU is for the others)"
         )
-    if sysconfig.get_config_var("Py_GIL_DISABLED"):
-        raise StandaloneError("--standalone needs a Python with its global lock, not 3.xt")
     found = find_libpython.find_libpython()
     if found is None or ".so" not in Path(found).name:
         raise StandaloneError(
@@ -131,22 +122,13 @@ def _libraries(files: list[Path]) -> dict[str, Path]:
     libraries = {}
     for file in files:
         listed = subprocess.run(["ldd", file], capture_output=True, text=True, check=True).stdout
-        for name, place in re.findall(r"(\S+) => (not found|/.*(?= \())", listed):
-            if place == "not found":
-                raise StandaloneError(f"{file} needs {name}, which isn't found on this machine")
+        for name, place in re.findall(r"(\S+) => (/.*)(?= \()", listed):
             if not _GLIBC.fullmatch(name):
                 libraries[name] = Path(place).resolve()
     return libraries
 
 
 # Python, and what goes with it
-
-
-def _portable(file: Path) -> bytes:
-    """A library of this machine, for others."""
-    # The newer hypot differs in how it tells errors, which Python looks at in neither.
-    data = elf.older(file.read_bytes(), "hypot", "GLIBC_2.35", "GLIBC_2.2.5")
-    return elf.unplaced(data)
 
 
 def _frozen(modules: dict[str, bytes]) -> list[tuple[str, bool | None, str]]:
@@ -193,17 +175,21 @@ def _module_name(path: str) -> str:
     return path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
+def _loader() -> dict[str, bytes]:
+    """Its C sources by name."""
+    return {file.name: file.read_bytes() for file in fmu_source("loader").iterdir()}
+
+
 def _compiled(files: dict[str, bytes], name: str, *options: str) -> bytes:
     """A shared library from C sources, without sections."""
     import fmpy
 
-    files = {file.name: file.read_bytes() for file in fmu_source("loader").iterdir()} | files
     headers = Path(fmpy.__file__).parent / "c-code"
     command = [*compiler(), "-std=gnu11", "-O2", "-g0", "-shared", "-fPIC", "-Wall", "-Wextra"]
     command += [f"-I{headers}", "-I.", name, "-o", "made.so", *options]
     command += ["-Wl,-rpath,$ORIGIN", "-Wl,--enable-new-dtags", "-Wl,-z,nodelete"]
     command += ["-pthread", "-ldl"]
-    with scratch(files) as folder:
+    with scratch(_loader() | files) as folder:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
         if done.returncode:
             why = done.stderr.strip() or "no message"
@@ -223,42 +209,47 @@ def private_python() -> PrivatePython:
     extensions = {name: Path(path) for name, package, path in rows if package is None}
     # By the name under which others ask for it.
     libraries = {python.name: python} | _libraries([python, *extensions.values()])
-    contents = {name: _portable(file) for name, file in libraries.items()}
-    modules = {f"{name}.so": _portable(file) for name, file in extensions.items()}
+    contents = {name: file.read_bytes() for name, file in libraries.items()}
+    modules = {f"{name}.so": file.read_bytes() for name, file in extensions.items()}
     blob = _blob(rows)
-    sources = {name: (fmu_source("loader") / name).read_bytes() for name in _PRIVATE}
-    everything = {**contents, **modules, **sources, "standard_library.bin": blob}
+    everything = {**contents, **modules, **_loader(), "standard_library.bin": blob}
     digest = hashlib.sha256(sums(everything)).hexdigest()
-    # A library's name is its own, too: nobody else's of that name may be taken for it.
+    # Private names of the libraries as well: another one of that name must not be taken.
     names = {name: (f"golf{n}" + digest)[: len(name)] for n, name in enumerate(sorted(contents))}
     files = {names[name]: data for name, data in contents.items()}
     files |= {f"golf-{digest[:12]}-{name}": data for name, data in modules.items()}
     files = {name: elf.renamed(data, names) for name, data in files.items()}
     library = f"golf-python-{digest[:16]}.so"
+    # All of them, in the order in which they are loaded: what one of them needs is there then.
+    linked = ["-L.", "-Wl,--no-as-needed", *(f"-l:{name}" for name in files), "-Wl,--as-needed"]
+    # Debian's pyconfig.h asks for another one by a path from there, which has glibc's, too.
+    included = [f"-I{include}", "-idirafter", str(include.parent)]
+    names_of_modules = " ".join(f"X({name})" for name in sorted(extensions))
     compiled = _compiled(
         {**files, "standard_library.bin": blob},
-        _PRIVATE[0],
-        # All of them, in the order in which they are loaded: what one of them needs is there then.
-        *("-L.", "-Wl,--no-as-needed", *(f"-l:{name}" for name in files), "-Wl,--as-needed"),
-        f"-I{include}",
-        # Debian's pyconfig.h asks for another one by a path from there, which has glibc's, too.
-        *("-idirafter", str(include.parent)),
+        "private_python.c",
+        *linked,
+        *included,
         f"-Wl,-soname,{library}",
-        "-DEXTENSIONS=" + " ".join(f"X({name})" for name in sorted(extensions)),
+        f"-DEXTENSIONS={names_of_modules}",
     )
     # A compiler's linker reads the sections, the dynamic one doesn't.
     files = {name: elf.stripped(data) for name, data in files.items()} | {library: compiled}
     return PrivatePython(
         library=library,
         files=files,
-        licences=_licences(contents, extensions),
+        licences=_licences(contents),
         modules=tuple(row[0] for row in rows),
-        glibc=max(map(elf.glibc, files.values())),
     )
 
 
-def _licences(contents: dict[str, bytes], extensions: dict[str, Path]) -> dict[str, bytes]:
-    """Of all that travels along."""
+def _licences(libraries: Iterable[str]) -> dict[str, bytes]:
+    """Of Python and of all that may travel along."""
+    for name in libraries:
+        if not name.startswith(_KNOWN):
+            raise StandaloneError(
+                f"--standalone: this Python needs {name}, whose licence isn't known: use another"
+            )
     places = (
         Path(sysconfig.get_path("stdlib")) / "LICENSE.txt",
         Path(f"/usr/share/doc/python{_VERSION}/copyright"),
@@ -266,17 +257,8 @@ def _licences(contents: dict[str, bytes], extensions: dict[str, Path]) -> dict[s
     python = next((file for file in places if file.exists()), None)
     if python is None:
         raise StandaloneError(f"--standalone needs Python's licence, not found at {places[0]}")
-    files = {"python": python}
-    wanted = {"libmpdec.so"} if "_decimal" in extensions else set()
-    wanted |= {name for name in contents if not name.startswith("libpython")}
-    for name in sorted(wanted):
-        key = next((_LICENCES[one] for one in _LICENCES if name.startswith(one)), None)
-        if key is None:
-            raise StandaloneError(
-                f"--standalone: this Python needs {name}, whose licence isn't known: use another"
-            )
-        files[key] = HERE / "licenses" / f"{key}.txt"
-    return {f"{key}.txt": file.read_bytes() for key, file in files.items()}
+    others = {file.name: file.read_bytes() for file in (HERE / "licenses").iterdir()}
+    return others | {"python.txt": python.read_bytes()}
 
 
 # FMUs
@@ -297,6 +279,10 @@ def standalone(files: dict[str, bytes]) -> dict[str, bytes]:
     mine = [row for row in rows if row[0].partition(".")[0] in ours]
     stray = {row[0] for row in rows if row not in mine} - {*python.modules}
     assert not stray, stray
+    # Other binaries have another GUID (in FMI 3.0: token), which the loader compares.
+    text = files["modelDescription.xml"].decode()
+    (plain,) = re.findall(' (?:guid|instantiationToken)="([0-9a-f-]+)"', text)
+    token = str(uuid.uuid5(uuid.UUID(plain), python.library))
     made = {n: d for n, d in files.items() if not n.startswith("binaries/") and n != SUMS}
     made[old] = _compiled(
         {"modules.bin": _blob(mine)},
@@ -304,30 +290,15 @@ def standalone(files: dict[str, bytes]) -> dict[str, bytes]:
         f'-DMODULE="{files["resources/slavemodule.txt"].decode().strip()}"',
         f'-DCLASS="{Path(old).stem}"',
         f'-DPRIVATE_PYTHON="{python.library}"',
-        f'-DTOKEN="{_NO_TOKEN}"',
+        f'-DTOKEN="{token}"',
     )
     made |= {f"{folder}/{name}": data for name, data in python.files.items()}
     made |= {f"documentation/licenses/{name}": data for name, data in python.licences.items()}
-    # Other binaries have another GUID (in FMI 3.0: token), which the loader compares.
-    text = files["modelDescription.xml"]
-    (plain,) = re.findall(rb' (?:guid|instantiationToken)="([0-9a-f-]+)"', text)
-    binaries = {name: data for name, data in made.items() if name.startswith("binaries/")}
-    token = str(uuid.uuid5(uuid.UUID(plain.decode()), sums(binaries).decode())).encode()
-    assert made[old].count(_NO_TOKEN.encode()) == 1
-    made[old] = made[old].replace(_NO_TOKEN.encode(), token)
     # FMI 3.0: pythonfmu3 can't return early, the loader can.
-    mode = b'hasEventMode="true"'
-    text = text.replace(mode, mode + b' mightReturnEarlyFromDoStep="true"')
-    made["modelDescription.xml"] = text.replace(plain, token)
-    return made | {SUMS: sums(made)} if SUMS in files else made
-
-
-def build(builder: Builder, out: Path) -> Path:
-    """Build ClubBallImpact with a Python of its own.
-
-    StandaloneError: this machine can't build it. OSError: it can't be written.
-    """
-    return write_archive(out, standalone(builder.files()))
+    mode = 'hasEventMode="true"'
+    text = text.replace(mode, mode + ' mightReturnEarlyFromDoStep="true"').replace(plain, token)
+    made["modelDescription.xml"] = text.encode()
+    return made | {SUMS: sums(made)}
 
 
 def glibc_of(fmu: Path) -> tuple[int, ...] | None:

@@ -1,1 +1,1 @@
-"""What works around hosts and pythonfmu; nothing in here knows of an impact."""
+"""Workarounds for hosts and pythonfmu, independent of the model."""

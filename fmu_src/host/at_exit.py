@@ -1,4 +1,4 @@
-"""A clean end of the process for pythonfmu's library; the companion FMUs have this file, too.
+"""What a process with pythonfmu's library needs: a clean end, and interrupts that can wait.
 
 The library keeps its own state in a static pointer. On Linux its `finalizePythonInterpreter` drops
 that state a second time at the very end of the process, after the pointer's destructor, in memory
@@ -8,31 +8,35 @@ that is dropped earlier can't be dropped again.
 
 import os
 
+from .interrupts import defer_interrupts
+
 #: Whether a library is pythonfmu's and registered, by its path.
 _known: dict[str, bool] = {}
 
 
-def release_at_exit(resources: str, library: str) -> bool:
-    """Drop the state of this FMU's library when the process ends, before static destructors run.
+def prepare_process(resources: str, library: str) -> None:
+    """Drop the state of this FMU's library when the process ends, and defer interrupts.
 
-    It is registered with C's __cxa_atexit: Python's atexit runs too late in a process with several
-    FMUs that isn't Python. There the FMU that started Python finalizes it from its destructor, when
-    the pointers of the others may be gone.
+    Nothing is done for the standalone FMU, whose library isn't pythonfmu's.
 
     Args:
         resources: the folder of that name in the extracted FMU.
         library: the path of the library in the folder binaries.
-
-    Returns:
-        Whether the library is pythonfmu's.
     """
     path = os.path.join(resources, "..", "binaries", library)
     if path not in _known:
-        _known[path] = _register(path)
-    return _known[path]
+        _known[path] = _release_at_exit(path)
+    if _known[path]:
+        defer_interrupts()
 
 
-def _register(path: str) -> bool:
+def _release_at_exit(path: str) -> bool:
+    """Register the release with C's __cxa_atexit; returns whether the library is pythonfmu's.
+
+    Python's atexit runs too late in a process with several FMUs that isn't Python. There the FMU
+    that started Python finalizes it from its destructor, when the pointers of the others may be
+    gone.
+    """
     try:
         import ctypes
 

@@ -1,4 +1,4 @@
-"""What the faces for FMI 2.0 and 3.0 have alike."""
+"""What the adapters for FMI 2.0 and 3.0 share."""
 
 from collections.abc import Callable
 from typing import Any
@@ -18,7 +18,7 @@ def accessors(type_: str, made: Callable = lambda value: value) -> tuple[Callabl
     return get, put
 
 
-class Face:
+class Adapter:
     """A slave around one component."""
 
     _component: Any

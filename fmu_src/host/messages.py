@@ -5,6 +5,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
+from pythonfmu.enums import Fmi2Status
+from pythonfmu.logmsg import LogMsg
+
 #: Offset of `debugLogging_` in pythonfmu 0.7's PyLogger (src/pythonfmu/Logger.hpp): it comes after
 #: the pointer to the virtual functions.
 _DEBUG_LOGGING = 8
@@ -19,32 +22,25 @@ class Messages:
 
     Args:
         queue: the slave's `log_queue`.
-        message: makes an item of the queue from a text.
         options: the slave's keyword arguments. pythonfmu gives the address of its logger there;
             without one all messages reach the host.
         now: anything that changes when a step is accepted: then no refusal stands any more.
     """
 
-    def __init__(
-        self,
-        queue: list,
-        message: Callable[[str], Any],
-        options: dict[str, Any],
-        now: Callable[[], Any],
-    ) -> None:
-        self._queue, self._message, self._now = queue, message, now
+    def __init__(self, queue: list, options: dict[str, Any], now: Callable[[], Any]) -> None:
+        self._queue, self._now = queue, now
         self._name, self._logger = options["instance_name"], options.get("logger")
         self._written: list[str] = []
         self._written_at: Any = None
 
     def __call__(self, text: str) -> None:
-        self._queue.append(self._message(text))
+        self._queue.append(LogMsg(Fmi2Status.error, "logStatusError", text))
         if self._logger is None or _is_logging(self._logger):
             return
         now = self._now()
         if now != self._written_at:
             self._written, self._written_at = [], now
-        # What is said again says more: which steps are refused, which other values are.
+        # One that contains an earlier message only adds refused steps or other refused values.
         if not any(written in text for written in self._written):
             self._written.append(text)
             # A host may have none, or a closed one.

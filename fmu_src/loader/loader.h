@@ -4,8 +4,8 @@
    a Python itself, else in the private one that travels in the FMU. All of them belong to the stable
    ABI, so this binary works with every Python from 3.10 on.
 
-   The build defines MODULE and CLASS of the slave, PRIVATE_PYTHON and the file of frozen modules; it
-   writes the GUID in place of TOKEN, since that is made from the compiled library. */
+   The build defines MODULE and CLASS of the slave, PRIVATE_PYTHON, TOKEN (the GUID) and the file of
+   frozen modules. */
 
 #include "platform.h"
 
@@ -75,7 +75,7 @@ static Object *slave_class;
 static void (*hold)(void); /* NULL in a host's Python, which has its own ways */
 static char resources[4096];
 static char failure[1024];
-static const char *volatile token = TOKEN; /* volatile: the compiler must keep the text whole */
+static const char token[] = TOKEN;
 
 /* Of the statuses of FMI 2.0 and 3.0, which have the same numbers. */
 enum { FMI_ERROR = 3, FMI_FATAL = 4 };

@@ -10,8 +10,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from statistics import median
 
-import numpy as np
-
 #: Prepares and runs its work; returns seconds per unit of work, without the preparation.
 Job = Callable[[], float]
 
@@ -51,22 +49,9 @@ def run_interleaved(
     return times
 
 
-class Ratio(float):
-    """The median of ratios, one for each round."""
-
-    spread: float  #: interquartile range / median, a measure of other load on the machine
-
-    def __new__(cls, ratios: list[float]) -> "Ratio":
-        """Of a single round the spread is 0."""
-        low, middle, high = np.quantile(ratios, (0.25, 0.5, 0.75)).tolist()
-        self = super().__new__(cls, middle)
-        self.spread = (high - low) / middle
-        return self
-
-
-def median_ratio(numerator: list[float], denominator: list[float]) -> Ratio:
+def median_ratio(numerator: list[float], denominator: list[float]) -> float:
     """The median of the ratios of rounds; disturbances longer than a round cancel."""
-    return Ratio([a / b for a, b in zip(numerator, denominator, strict=True)])
+    return median(a / b for a, b in zip(numerator, denominator, strict=True))
 
 
 def typical_seconds(call: Callable[[], object], budget: float, least: int) -> float:

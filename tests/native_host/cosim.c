@@ -3,43 +3,27 @@
    usage: cosim LIBCOSIMC FOLDER STEPS
      FOLDER    the extracted .ssp
 
-   Prints what the component with the most variables, ClubBallImpact, says in the end. */
+   Prints the last outputs of ClubBallImpact, the component with the most variables. */
 
-#include <dlfcn.h>
+#include "fmu.h"
+
 #include <stdbool.h>
 #include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-
-static void *library;
-
-static void fail(const char *what)
-{
-    fprintf(stderr, "failed: %s\n", what ? what : "");
-    exit(1);
-}
-
-static void *symbol(const char *name)
-{
-    void *found = dlsym(library, name);
-    if (!found) fail(name);
-    return found;
-}
 
 int main(int argc, char **argv)
 {
     if (argc != 4) fail("usage: cosim LIBCOSIMC FOLDER STEPS");
-    library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
+    void *library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
     if (!library) fail(dlerror());
-    void *(*create)(const char *, bool, int64_t) = symbol("cosim_ssp_execution_create");
-    void *(*new_observer)(void) = symbol("cosim_last_value_observer_create");
-    int (*add_observer)(void *, void *) = symbol("cosim_execution_add_observer");
-    int (*step)(void *, size_t) = symbol("cosim_execution_step");
-    int (*variables)(void *, int) = symbol("cosim_slave_get_num_variables");
+    void *(*create)(const char *, bool, int64_t) = symbol(library, "cosim_ssp_execution_create");
+    void *(*new_observer)(void) = symbol(library, "cosim_last_value_observer_create");
+    int (*add_observer)(void *, void *) = symbol(library, "cosim_execution_add_observer");
+    int (*step)(void *, size_t) = symbol(library, "cosim_execution_step");
+    int (*variables)(void *, int) = symbol(library, "cosim_slave_get_num_variables");
     int (*get)(void *, int, const uint32_t *, size_t, double *) =
-        symbol("cosim_observer_slave_get_real");
-    int (*destroy)(void *) = symbol("cosim_execution_destroy");
-    const char *(*message)(void) = symbol("cosim_last_error_message");
+        symbol(library, "cosim_observer_slave_get_real");
+    int (*destroy)(void *) = symbol(library, "cosim_execution_destroy");
+    const char *(*message)(void) = symbol(library, "cosim_last_error_message");
 
     void *execution = create(argv[2], false, 0), *observer = new_observer();
     if (!execution || add_observer(execution, observer)) fail(message());

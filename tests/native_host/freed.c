@@ -1,5 +1,5 @@
-/* Preloaded: C++ objects of the size of pythonfmu's own state can't be touched once they are freed;
-   whoever does dies at once, and not only when the heap happens to lie badly. */
+/* Preloaded: C++ objects of the size of pythonfmu's own state can't be accessed once they are freed,
+   so a use after free ends the process every time. */
 
 #define _GNU_SOURCE
 #include <stddef.h>

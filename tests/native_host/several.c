@@ -7,43 +7,25 @@
    Prints how many steps were made, the size of the process in kB, and how many files named
    golf-python are in it. */
 
-#define _GNU_SOURCE
-#include <dlfcn.h>
-#include <pthread.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "fmu.h"
 
-#include "fmi2FunctionTypes.h"
+#include <pthread.h>
 
 enum { MOST = 64, STEPS = 200 };
 
 typedef struct {
     const char *folder, *name, *guid;
+    void *library;
     fmi2Component instance;
-    fmi2DoStepTYPE *step;
     long steps;
 } Job;
-
-static void logger(fmi2ComponentEnvironment environment, fmi2String instance, fmi2Status status,
-                   fmi2String category, fmi2String message, ...)
-{
-    (void)environment, (void)instance, (void)status, (void)category;
-    fprintf(stderr, "%s\n", message);
-}
-
-static const fmi2CallbackFunctions callbacks = {logger, calloc, free, NULL, NULL};
-
-static void fail(const char *what)
-{
-    fprintf(stderr, "failed: %s\n", what ? what : "");
-    exit(1);
-}
 
 static void steps(Job *job)
 {
     for (int n = 0; n < STEPS; n++) {
-        if (job->step(job->instance, job->steps * 1e-4, 1e-4, fmi2True) != fmi2OK) fail(job->name);
+        fmi2Status status =
+            CALL(job->library, fmi2DoStep)(job->instance, job->steps * 1e-4, 1e-4, fmi2True);
+        if (status != fmi2OK) fail(job->name);
         job->steps++;
     }
 }
@@ -51,31 +33,14 @@ static void steps(Job *job)
 static void *run(void *argument)
 {
     Job *job = argument;
-    static char files[2][MOST][4096];
-    static int used;
-    int n = __atomic_fetch_add(&used, 1, __ATOMIC_RELAXED);
-    char *file = files[0][n], *resources = files[1][n];
-    snprintf(file, 4096, "%s/binaries/linux64/%s.so", job->folder, job->name);
-    snprintf(resources, 4096, "file://%s/resources", job->folder);
-    void *library = dlopen(file, RTLD_NOW | RTLD_LOCAL);
-    if (!library) fail(dlerror());
-    fmi2InstantiateTYPE *instantiate = (fmi2InstantiateTYPE *)dlsym(library, "fmi2Instantiate");
-    fmi2SetupExperimentTYPE *set_up = (fmi2SetupExperimentTYPE *)dlsym(library, "fmi2SetupExperiment");
-    fmi2EnterInitializationModeTYPE *enter =
-        (fmi2EnterInitializationModeTYPE *)dlsym(library, "fmi2EnterInitializationMode");
-    fmi2ExitInitializationModeTYPE *leave =
-        (fmi2ExitInitializationModeTYPE *)dlsym(library, "fmi2ExitInitializationMode");
-    job->step = (fmi2DoStepTYPE *)dlsym(library, "fmi2DoStep");
-    fmi2Component c = instantiate(job->name, fmi2CoSimulation, job->guid, resources, &callbacks,
-                                  fmi2False, fmi2True);
-    if (!c || set_up(c, fmi2False, 0.0, 0.0, fmi2False, 0.0) || enter(c) || leave(c))
-        fail(job->name);
-    job->instance = c;
+    job->library = load(job->folder, job->name);
+    job->instance = instantiate(job->library, job->folder, job->guid, job->name);
+    initialize(job->library, job->instance);
     steps(job);
     return NULL;
 }
 
-static void tell(long made)
+static void print_results(long made)
 {
     char line[4096], found[MOST][256];
     long size = 0;
@@ -122,6 +87,6 @@ int main(int argc, char **argv)
         steps(&jobs[n]);
         made += jobs[n].steps;
     }
-    tell(made);
+    print_results(made);
     return 0;
 }

@@ -2,6 +2,7 @@
 
 - `floor`: calls, beside FMUs in which nothing is computed (`empty_fmu`, and `empty_wide_fmu` with
   as many variables; each packed by pythonfmu from one file alone).
-- `speedup`, `sweep_rate`: an impact, and many. · `work_precision`: run time against error.
-- `accuracy`: the worst error of all reference cases. · `limits`: what is promised.
+- `impact`, `sweep_rate`: an impact, and many. · `work_precision`: run time against error.
+- `accuracy`: the worst error of all reference cases. · `native`: FMUs in a host in C. · `limits`:
+  the targets.
 """

@@ -16,11 +16,10 @@ from golf_impact.stress.driver import driver
 from golf_impact.timing import describe_machine
 
 _HERE = Path(__file__).parent
-
-#: About how often `costs_and_errors` calls its tick, with --quick and without.
-TICKS = {True: 165, False: 440}
-
 _PLAIN = (DOCUMENT_FMU, _HERE / "empty_fmu.py", _HERE / "empty_wide_fmu.py")
+
+#: How often `costs_and_errors` calls its tick.
+TICKS = 7
 
 
 def costs_and_errors(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
@@ -30,6 +29,8 @@ def costs_and_errors(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
     """
     path, _ = current_fmu()
     rounds = 15 if quick else 41
+    figures: dict[str, float] = {}
+    series = {}
     with ExitStack() as stack:
 
         def loaded(file: Path) -> LoadedFmu:
@@ -40,17 +41,21 @@ def costs_and_errors(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
         document, empty, wide = (loaded(build_plain_fmu(script, scratch)) for script in _PLAIN)
         methods = SUB_STEP if compiler() else ()
         compiled = {method: loaded(compiled_fmu(method, scratch)) for method in methods}
-        figures = floor.call_ratios(ours, empty, wide, rounds, tick)
-        figures |= impact.other_ways(ours, document, compiled, 9 if quick else 25, tick)
-        figures |= impact.other_runs(ours, rounds, tick)
-        series = {
-            f"law {law}": run_time_and_error(ours, document, compiled, law, quick, tick)
-            for law in (1, 2)
-        }
+        tick()
+        figures |= floor.call_ratios(ours, empty, wide, rounds)
+        tick()
+        figures |= impact.other_ways(ours, document, compiled, 9 if quick else 25)
+        tick()
+        figures |= impact.other_runs(ours, rounds)
+        for law in (1, 2):
+            tick()
+            series[f"law {law}"] = run_time_and_error(ours, document, compiled, law, quick)
         guid = ours.description.guid
-    figures |= sweep_rate.rates(path, quick, tick)
+    tick()
+    figures |= sweep_rate.rates(path, quick)
+    tick()
     with driver() as fmu:
-        accurate = accuracy.worst_error(fmu, 2 if quick else 60, tick)
+        accurate = accuracy.worst_error(fmu, 2 if quick else 60)
     figures["worst_error"] = accurate.pop("worst_error")
     return {
         "figures": figures,

@@ -6,8 +6,6 @@ Integer one, 19 Real and 3 Boolean outputs.
 
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 
-INPUTS, PARAMETERS, INTEGER_PARAMETERS, OUTPUTS, BOOLEAN_OUTPUTS = 3, 9, 1, 19, 3
-
 _FIXED = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
 _FLAG = {"causality": Fmi2Causality.output, "variability": Fmi2Variability.discrete}
 
@@ -18,11 +16,11 @@ class EmptyWide(Fmi2Slave):
     def __init__(self, **kwargs) -> None:
         super().__init__(**kwargs)
         for name, count, kind, value, options in (
-            ("input", INPUTS, Real, 0.0, {"causality": Fmi2Causality.input}),
-            ("parameter", PARAMETERS, Real, 0.0, _FIXED),
-            ("choice", INTEGER_PARAMETERS, Integer, 1, _FIXED),
-            ("output", OUTPUTS, Real, 0.0, {"causality": Fmi2Causality.output}),
-            ("flag", BOOLEAN_OUTPUTS, Boolean, False, _FLAG),
+            ("input", 3, Real, 0.0, {"causality": Fmi2Causality.input}),
+            ("parameter", 9, Real, 0.0, _FIXED),
+            ("choice", 1, Integer, 1, _FIXED),
+            ("output", 19, Real, 0.0, {"causality": Fmi2Causality.output}),
+            ("flag", 3, Boolean, False, _FLAG),
         ):
             for n in range(count):
                 setattr(self, f"{name}{n}", value)

@@ -1,6 +1,6 @@
 """The FMI floor: the same calls on ClubBallImpact.fmu and on FMUs in which nothing is computed."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from statistics import median
 
@@ -19,31 +19,32 @@ _POINTS = [n * _STEP for n in range(600)]
 
 
 def call_ratios(
-    ours: LoadedFmu, empty: LoadedFmu, wide: LoadedFmu, rounds: int, tick: Callable[[], None]
+    ours: LoadedFmu, empty: LoadedFmu, wide: LoadedFmu, rounds: int
 ) -> dict[str, float]:
     """Ratios of medians to the empty FMUs by name, and the floor's own times in µs (`…_us`)."""
     jobs = {
-        "step empty": _stepping(empty.instance()),
-        "read empty": _stepping(empty.instance(), empty.references(EMPTY_READ)),
+        "step_empty": _stepping(empty.instance()),
+        "read_empty": _stepping(empty.instance(), empty.references(EMPTY_READ)),
         "instantiate": _instantiating(ours),
-        "instantiate empty": _instantiating(wide),
+        "instantiate_empty": _instantiating(wide),
     }
     for law in (1, 2):
-        jobs[f"step {law}"] = _stepping(ours.instance(law=law))
-        jobs[f"read {law}"] = _stepping(ours.instance(law=law), ours.references(READ))
-    times = run_interleaved(jobs, rounds, tick)
-    step, read = (
-        [median_ratio(times[f"{kind} {law}"], times[f"{kind} empty"]) for law in (1, 2)]
-        for kind in ("step", "read")
-    )
-    figures = {
-        "do_step_over_empty": max(step),
-        "step_and_read5_over_empty": max(read),
-        "instantiate_over_empty": median_ratio(times["instantiate"], times["instantiate empty"]),
-        "step_and_read5_over_empty_law1": read[0],
-        "step_and_read5_over_empty_law2": read[1],
+        jobs[f"step_{law}"] = _stepping(ours.instance(law=law))
+        jobs[f"read_{law}"] = _stepping(ours.instance(law=law), ours.references(READ))
+    times = run_interleaved(jobs, rounds)
+
+    def ratio(job: str, empty: str) -> float:
+        return median_ratio(times[job], times[empty])
+
+    read_1, read_2 = ratio("read_1", "read_empty"), ratio("read_2", "read_empty")
+    return {
+        "do_step_over_empty": max(ratio("step_1", "step_empty"), ratio("step_2", "step_empty")),
+        "step_and_read5_over_empty": max(read_1, read_2),
+        "instantiate_over_empty": ratio("instantiate", "instantiate_empty"),
+        "step_and_read5_over_empty_law1": read_1,
+        "step_and_read5_over_empty_law2": read_2,
+        **{f"{name}_us": 1e6 * median(spent) for name, spent in times.items()},
     }
-    return figures | {f"{name.replace(' ', '_')}_us": 1e6 * median(times[name]) for name in times}
 
 
 def walk(slave: FMU2Slave, points: Sequence[float], size: float, read: Sequence[int] = ()) -> None:

@@ -16,8 +16,8 @@ from golf_impact.facts.document import TIME_STEP
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import solve_ivp
 from golf_impact.peers.compiled import SUB_STEP
-from golf_impact.peers.document_scheme import steps_of_contact
 from golf_impact.peers.problem import Case, Outcome, errors
+from golf_impact.peers.stepping import explicit_euler
 from golf_impact.stress.reference import exact_outcome
 from golf_impact.timing import Job, measure_seconds, median_ratio, run_interleaved
 
@@ -37,15 +37,11 @@ _POINT = 1e-5
 _POINTS = [n * _POINT for n in range(21)]
 
 #: From k (N/m) to outputs.
-Impact = Callable[[float], list[float]]
+Impact = Callable[[float], Sequence[float]]
 
 
 def other_ways(
-    ours: LoadedFmu,
-    document: LoadedFmu,
-    compiled: Mapping[str, LoadedFmu],
-    rounds: int,
-    tick: Callable[[], None],
+    ours: LoadedFmu, document: LoadedFmu, compiled: Mapping[str, LoadedFmu], rounds: int
 ) -> dict[str, float]:
     """An impact by each way, under law 2 and law 1 (`…_law1`).
 
@@ -58,71 +54,69 @@ def other_ways(
         exact = exact_outcome(case)
         # Of a folder of its own: it isn't to profit from a library that another one has loaded.
         with LoadedFmu(ours.path) as alone:
-            fmus: dict[str, Callable[[Sequence[str]], Impact]] = {
+            # From names of outputs to the impact.
+            ways: dict[str, Callable[[Sequence[str]], Impact]] = {
                 "fmu": partial(impact_of_stiffness, ours, law=law),
-                "document_fmu": partial(document_impact, document, law, TIME_STEP, STIFFNESSES),
+                "document_fmu": partial(
+                    document_impact, document, law, (1e6, *STIFFNESSES), TIME_STEP
+                ),
             }
             for name, fmu in compiled.items():
-                way = partial(impact_of_stiffness, fmu, law=law, dt=SUB_STEP[name])
-                fmus[f"compiled_{name}"] = way
+                key = f"compiled_{name}"
+                ways[key] = partial(impact_of_stiffness, fmu, law=law, dt=SUB_STEP[name])
+            ways["simulate_fmu"] = partial(_simulation, alone, law)
+            ways["scipy"] = partial(_by_scipy, law)
+            for name, way in ways.items():
+                outcome = Outcome(*way(Outcome._fields)(case.k))
+                figures[f"impact_by_{name}{suffix}_error"] = max(errors(case, outcome, exact))
             # So many of the fast ones per round that the first ones, after another job has had the
             # processor's caches, don't count.
-            jobs = {
-                name: _job(way(METRICS), 1 if name == "document_fmu" else 200)
-                for name, way in fmus.items()
-            }
-            jobs["simulate_fmu"] = _job(_simulation(alone, law), 2)
-            jobs["scipy"] = _job(partial(_scipy_impact, law), 2)
-            times = run_interleaved(jobs, rounds, tick)
-        outcomes = {name: Outcome(*way(Outcome._fields)(1e6)) for name, way in fmus.items()}
-        outcomes["scipy"] = _scipy_impact(law, 1e6)
-        for name, outcome in outcomes.items():
-            figures[f"impact_by_{name}{suffix}_error"] = max(errors(case, outcome, exact))
+            numbers = {"document_fmu": 1, "simulate_fmu": 2, "scipy": 2}
+            jobs = {name: _job(way(METRICS), numbers.get(name, 200)) for name, way in ways.items()}
+            times = run_interleaved(jobs, rounds)
         for name, spent in times.items():
             figures[f"impact_by_{name}{suffix}_us"] = 1e6 * median(spent)
-            if name in ("document_fmu", "simulate_fmu", "scipy"):
+            if name.startswith("compiled"):
+                figures[f"impact_over_{name}{suffix}"] = median_ratio(times["fmu"], spent)
+            elif name != "fmu":
                 key = f"impact_speedup_over_{name}{suffix}"
                 figures[key] = median_ratio(spent, times["fmu"])
-            elif name != "fmu":
-                figures[f"impact_over_{name}{suffix}"] = median_ratio(times["fmu"], spent)
     return figures
 
 
-def other_runs(ours: LoadedFmu, rounds: int, tick: Callable[[], None]) -> dict[str, float]:
+def other_runs(ours: LoadedFmu, rounds: int) -> dict[str, float]:
     """Runs that begin otherwise, and contacts in extended precision: ratios, and µs (`…_us`).
 
     One run is a restored state, k, b and club_speed set, one step and two reads.
     """
     jobs = {
-        f"{when} {law}": _runs(ours, law, in_initialization)
+        f"run_set_{when}_initialization_law{law}": _runs(ours, law, when == "in")
         for law in (1, 2)
-        for when, in_initialization in (("in", True), ("after", False))
+        for when in ("in", "after")
     }
-    jobs |= {"heavy": _heavy_impacts(ours), "heavy read": _heavy_reads(ours)}
-    times = run_interleaved(jobs, rounds, tick)
-
-    def ratio(job: str, other: str) -> float:
-        return median_ratio(times[job], times[other])
-
-    figures = {
+    jobs |= {"unusual_impact": _heavy_impacts(ours), "unusual_read": _heavy_reads(ours)}
+    times = run_interleaved(jobs, rounds)
+    in_1, after_1, in_2, after_2, impact, read = times.values()
+    return {
         "run_set_in_initialization_over_after": max(
-            ratio("in 1", "after 1"), ratio("in 2", "after 2")
+            median_ratio(in_1, after_1), median_ratio(in_2, after_2)
         ),
-        "run_law1_over_law2": max(ratio("in 1", "in 2"), ratio("after 1", "after 2")),
-        "unusual_impact_over_usual": ratio("heavy", "after 1"),
-        "unusual_read_over_usual_run": ratio("heavy read", "after 1"),
+        "run_law1_over_law2": max(median_ratio(in_1, in_2), median_ratio(after_1, after_2)),
+        "unusual_impact_over_usual": median_ratio(impact, after_1),
+        "unusual_read_over_usual_run": median_ratio(read, after_1),
+        **{f"{name}_us": 1e6 * median(spent) for name, spent in times.items()},
     }
-    micro = {name: 1e6 * median(spent) for name, spent in times.items()}
-    for law in (1, 2):
-        for when in ("in", "after"):
-            figures[f"run_set_{when}_initialization_law{law}_us"] = micro[f"{when} {law}"]
-    return figures | {"unusual_impact_us": micro["heavy"], "unusual_read_us": micro["heavy read"]}
 
 
 def _job(impact: Callable[[float], object], number: int) -> Job:
     """So many impacts, each with another stiffness."""
     values = cycle(STIFFNESSES)
     return partial(measure_seconds, lambda: [impact(k) for k in islice(values, number)], number)
+
+
+def _by_scipy(law: int, _: Sequence[str]) -> Impact:
+    """Its outputs are always those of an Outcome."""
+    return lambda k: solve_ivp.solve(Case(law=law, k=k), rtol=1e-12)
 
 
 def impact_of_stiffness(
@@ -141,55 +135,65 @@ def impact_of_stiffness(
     return impact
 
 
-def document_impact(
-    fmu: LoadedFmu, law: int, dt: float, stiffnesses: Sequence[float], outputs: Sequence[str]
+def impact_in_steps(
+    fmu: LoadedFmu,
+    points: Mapping[float, Sequence[float]],
+    step: float,
+    outputs: Sequence[str],
+    moving: Sequence[str] = (),
+    **values: float,
 ) -> Impact:
-    """The document's scheme by steps of dt (s) to the end of contact, and no further.
-
-    The number of steps is determined beforehand, for these stiffnesses and 1e6 N/m.
-    """
-    slave = fmu.instance(law=law, dt=dt)
-    start, k, read = slave.getFMUstate(), fmu.references(("k",)), fmu.references(outputs)
-
-    def begin(value: float) -> None:
-        slave.setFMUstate(start)
-        slave.setReal(k, [value])
-
-    points = {}
-    for value in (1e6, *stiffnesses):
-        begin(value)
-        points[value] = [n * dt for n in range(steps_of_contact(fmu, slave, dt, end=0.01))]
+    """The same by steps (s) from the points for each k, after which `moving` outputs are read."""
+    slave = fmu.instance(**values)
+    start, k = slave.getFMUstate(), fmu.references(("k",))
+    read, read_moving = fmu.references(outputs), fmu.references(moving)
 
     def impact(value: float) -> list[float]:
-        begin(value)
-        walk(slave, points[value], dt)
+        slave.setFMUstate(start)
+        slave.setReal(k, [value])
+        walk(slave, points[value], step, read_moving)
         return slave.getReal(read)
 
     return impact
 
 
-def _simulation(fmu: LoadedFmu, law: int) -> Callable[[float], object]:
+def document_impact(
+    fmu: LoadedFmu, law: int, stiffnesses: Sequence[float], dt: float, outputs: Sequence[str]
+) -> Impact:
+    """The document's scheme by steps of dt (s) to the end of contact, and no further.
+
+    The number of steps is determined beforehand, for each of these stiffnesses (N/m).
+    """
+    points = {}
+    for k in stiffnesses:
+        contact_time = explicit_euler(Case(law=law, k=k), dt).contact_time
+        points[k] = [n * dt for n in range(round(contact_time / dt))]
+    return impact_in_steps(fmu, points, dt, outputs, law=law, dt=dt)
+
+
+def _simulation(fmu: LoadedFmu, law: int, outputs: Sequence[str]) -> Impact:
     """fmpy.simulate_fmu with one step: the cost of not keeping an instance.
 
     The FMU is extracted beforehand and its description read, and no other instance holds its
-    library: as for whoever calls simulate_fmu in a loop.
+    library: as for a loop over simulate_fmu.
     """
-    return lambda value: fmpy.simulate_fmu(
-        fmu.folder,
-        stop_time=STEP,
-        output_interval=STEP,
-        start_values={"law": law, "k": value},
-        output=METRICS,
-        model_description=fmu.description,
-    )
 
+    def impact(k: float) -> Sequence[float]:
+        rows = fmpy.simulate_fmu(
+            fmu.folder,
+            stop_time=STEP,
+            output_interval=STEP,
+            start_values={"law": law, "k": k},
+            output=outputs,
+            model_description=fmu.description,
+        )
+        return [rows[name][-1] for name in outputs]
 
-def _scipy_impact(law: int, value: float) -> Outcome:
-    return solve_ivp.solve(Case(law=law, k=value), rtol=1e-12, method="DOP853")
+    return impact
 
 
 def _runs(fmu: LoadedFmu, law: int, in_initialization: bool) -> Job:
-    slave = fmu.keep(fmu.new_instance())
+    slave = fmu.new_instance()
     slave.instantiate()
     slave.setupExperiment(startTime=0.0)
     slave.enterInitializationMode()
@@ -213,8 +217,7 @@ def _runs(fmu: LoadedFmu, law: int, in_initialization: bool) -> Job:
 
 
 def _heavy_impacts(fmu: LoadedFmu) -> Job:
-    impact = impact_of_stiffness(fmu, METRICS, 10.0 * STEP, **_HEAVY)
-    return lambda: measure_seconds(lambda: [impact(k) for k in STIFFNESSES[:5]], 5)
+    return _job(impact_of_stiffness(fmu, METRICS, 10.0 * STEP, **_HEAVY), 5)
 
 
 def _heavy_reads(fmu: LoadedFmu) -> Job:

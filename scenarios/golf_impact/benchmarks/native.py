@@ -27,22 +27,17 @@ def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
 
     UserError: this machine can't build the standalone FMU, or has no libpython.
     """
-    try:
-        standalone.private_python()
-        command = standalone.compiler()
-    except standalone.StandaloneError as error:
-        raise UserError(str(error)) from error
     with tempfile.TemporaryDirectory(prefix="golf-impact-native-") as scratch:
         folder = Path(scratch)
-        plain = build_fmu(folder / "ClubBallImpact.fmu")
         alone = build_fmu(folder / "ClubBallImpact.standalone.fmu", standalone=True)
+        plain = build_fmu(folder / "ClubBallImpact.fmu")
         libpython = next((f for f in libpython_files() if preloaded(f, plain) is None), None)
         if libpython is None:
             raise UserError("bench --native needs libpython for the plain FMU: see doctor")
         host = str(folder / "host")
-        headers = Path(fmpy.__file__).parent / "c-code"
+        headers = Path(fmpy.__file__).with_name("c-code")
         source = str(Path(__file__).with_name("native_host.c"))
-        compiled = [*command, "-O2", f"-I{headers}", source, "-o", host, "-ldl"]
+        compiled = [*standalone.compiler(), "-O2", f"-I{headers}", source, "-o", host, "-ldl"]
         _output(compiled, "the host can't be compiled", None)
         references = map(str, LoadedFmu(plain).references(_OUTPUTS))
         words = [*references, "--"]
@@ -71,11 +66,11 @@ def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
         ("three_mb", "memory with three FMUs, beside one, MB", t[3] / 1e3, a[3] / 1e3, 1.3),
         ("size_mb", "the file, MB (5 at most)", size, plain_size, 5.0 / plain_size),
     )
-    names = ("key", "meaning", "standalone", "plain", "limit")
-    figures: dict[str, dict[str, Any]] = {row[0]: dict(zip(names, row)) for row in rows}
-    for figure in figures.values():
-        figure["ratio"] = figure["standalone"] / figure["plain"]
-        figure["passed"] = figure["ratio"] <= figure["limit"]
+    figures: dict[str, dict[str, Any]] = {}
+    for key, meaning, of_standalone, of_plain, limit in rows:
+        ratio = of_standalone / of_plain
+        figures[key] = {"key": key, "meaning": meaning, "limit": limit, "passed": ratio <= limit}
+        figures[key] |= {"standalone": of_standalone, "plain": of_plain, "ratio": ratio}
     return figures
 
 

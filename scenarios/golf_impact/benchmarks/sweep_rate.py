@@ -5,7 +5,6 @@ started beforehand; every way writes its file in every round, in turns.
 """
 
 import tempfile
-from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -22,13 +21,13 @@ from golf_impact.timing import measure_seconds, median_ratio, run_interleaved
 _CHUNK = 1000
 
 
-def rates(fmu: Path, quick: bool, tick: Callable[[], None]) -> dict[str, float]:
+def rates(fmu: Path, quick: bool) -> dict[str, float]:
     """Rates (1/s) and ratios by key, medians of rounds."""
     cases, rounds = (10_000, 3) if quick else (40_000, 9)
     study = Study.of({"law": 1, "k": f"0.9e6:1.1e6:{cases}"}, METRICS)
     with ExitStack() as stack:
         sweep = stack.enter_context(Sweep(study, fmu))
-        beside_loop = compare(sweep, rounds, tick)
+        beside_loop = compare(sweep, rounds)
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-")))
         ways = {
             "one_process": Here(),
@@ -43,7 +42,7 @@ def rates(fmu: Path, quick: bool, tick: Callable[[], None]) -> dict[str, float]:
             # Until every worker has an instance.
             write(name)
         jobs = {name: partial(measure_seconds, partial(write, name), cases) for name in ways}
-        times = run_interleaved(jobs, rounds, tick)
+        times = run_interleaved(jobs, rounds)
     return {
         **{f"sweep_impacts_per_second_{name}": 1.0 / median(times[name]) for name in ways},
         "sweep_impacts_per_second_simulate_fmu": beside_loop.simulate_fmu,

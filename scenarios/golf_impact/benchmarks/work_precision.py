@@ -7,13 +7,19 @@ final velocities (over |u_C| + |u_B|), contact time and largest force (relative)
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from itertools import count
+from itertools import cycle
 from typing import Any
 
 import numpy as np
 
-from golf_impact.benchmarks.floor import READ, walk
-from golf_impact.benchmarks.impact import STEP, document_impact, impact_of_stiffness
+from golf_impact.benchmarks.floor import READ
+from golf_impact.benchmarks.impact import (
+    STEP,
+    Impact,
+    document_impact,
+    impact_in_steps,
+    impact_of_stiffness,
+)
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import solve_ivp, stepping
 from golf_impact.peers.problem import Case, Outcome, errors
@@ -26,9 +32,8 @@ FMU_ONCE = "this FMU, metrics only"
 DOCUMENT = "the document's scheme as FMU"
 COMPILED = {"euler": "explicit Euler, C FMU", "rk4": "Runge–Kutta 4, C FMU"}
 
-#: Solves the impact once.
-Solve = Callable[[], Outcome]
-
+#: The baseline's stiffness, for the error, and another one: k changes at every impact, N/m.
+_STIFFNESSES = (1e6, 1e6 + 1.0)
 
 #: One method's points from coarse to fine, for JSON: `method`, `setting` ("dt" or "rtol") and its
 #: `settings` (dt in s), `seconds` per impact, `errors` (inf where the method found no end of
@@ -37,57 +42,69 @@ Series = dict[str, Any]
 
 
 def run_time_and_error(
-    ours: LoadedFmu,
-    document: LoadedFmu,
-    compiled: Mapping[str, LoadedFmu],
-    law: int,
-    quick: bool,
-    tick: Callable[[], None],
+    ours: LoadedFmu, document: LoadedFmu, compiled: Mapping[str, LoadedFmu], law: int, quick: bool
 ) -> list[Series]:
     """All methods on the baseline impact under one law."""
     case = Case(law=law)
     exact = exact_outcome(case)
-    budget, least, finest = (0.005, 1, 1e-6) if quick else (0.15, 3, 1e-8)
-    steps, points = _ladder(1e-5, finest), _ladder(1e-3, max(finest, 1e-7))
+    budget, least = (0.005, 1) if quick else (0.15, 3)
+    steps, points = _one_two_five(-5, -6 if quick else -8), _one_two_five(-3, -6 if quick else -7)
     tolerances = [10.0**-exponent for exponent in range(3, 14, 5 if quick else 1)]
-    # Method, setting and settings, and what makes ready to solve with one of them.
-    ways: list[tuple[str, str, list[float], Callable[[float], Solve]]] = [
-        (DOCUMENT, "dt", steps, partial(_stepped_document, document, law))
+    outputs = Outcome._fields
+
+    # From a setting (dt in s, or rtol) to the impact.
+    def by_document(dt: float) -> Impact:
+        return document_impact(document, law, _STIFFNESSES, dt, outputs)
+
+    def by_compiled(fmu: LoadedFmu, dt: float) -> Impact:
+        return impact_of_stiffness(fmu, outputs, law=law, dt=dt)
+
+    def by_peer(solve: Callable[[Case, float], Outcome], setting: float) -> Impact:
+        return lambda k: solve(Case(law=law, k=k), setting)
+
+    def in_steps(dt: float) -> Impact:
+        at = [n * dt for n in range(round(STEP / dt))]
+        return impact_in_steps(
+            ours, dict.fromkeys(_STIFFNESSES, at), dt, outputs, moving=READ, law=law
+        )
+
+    def in_one_step(_: float) -> Impact:
+        return impact_of_stiffness(ours, outputs, law=law)
+
+    ways: list[tuple[str, str, list[float], Callable[[float], Impact]]] = [
+        (DOCUMENT, "dt", steps, by_document)
     ]
     for name, fmu in compiled.items():
-        ways.append((COMPILED[name], "dt", steps, _sub_stepped(fmu, law)))
-    for name, peer in stepping.METHODS.items():
+        ways.append((COMPILED[name], "dt", steps, partial(by_compiled, fmu)))
+    for name, solve in stepping.METHODS.items():
         words = "explicit Euler, Python" if name == "explicit Euler" else name
-        ways.append((words, "dt", steps, _solving(peer, case)))
-    for method in solve_ivp.METHODS:
-        ready = _solving(solve_ivp.solve, case, method=method)
-        ways.append((f"SciPy {method}", "rtol", tolerances, ready))
-    ways.append((FMU_STEPPED, "dt", points, partial(_stepped_fmu, ours, law)))
-    ways.append((FMU_ONCE, "dt", [STEP], lambda _: _in_one_step(ours, law)))
+        ways.append((words, "dt", steps, partial(by_peer, solve)))
+    for name in solve_ivp.METHODS:
+        solve = partial(solve_ivp.solve, method=name)
+        ways.append((f"SciPy {name}", "rtol", tolerances, partial(by_peer, solve)))
+    ways.append((FMU_STEPPED, "dt", points, in_steps))
+    ways.append((FMU_ONCE, "dt", [STEP], in_one_step))
     made = []
-    for method, setting, settings, ready in ways:
+    for method, setting, settings, way in ways:
         one: Series = {"method": method, "setting": setting, "settings": settings}
         one |= {"seconds": [], "errors": []}
         for value in settings:
-            solve = ready(value)
-            error = max(errors(case, solve(), exact))
+            impact, stiffnesses = way(value), cycle(_STIFFNESSES)
+            error = max(errors(case, Outcome(*impact(case.k)), exact))
             one["errors"].append(error if math.isfinite(error) else math.inf)
-            one["seconds"].append(typical_seconds(solve, budget, least))
-            tick()
+            seconds = typical_seconds(lambda: impact(next(stiffnesses)), budget, least)  # noqa: B023
+            one["seconds"].append(seconds)
         one["order"] = slope(steps, one["errors"]) if settings is steps else None
         made.append(one)
     return made
 
 
-def _solving(solve: Callable[..., Outcome], case: Case, **how: str) -> Callable[[float], Solve]:
-    return lambda setting: partial(solve, case, setting, **how)
-
-
-def _ladder(high: float, low: float) -> list[float]:
-    """1, 2 and 5 in every decade, downwards."""
-    places = range(round(math.log10(high)), round(math.log10(low)) - 1, -1)
-    values = [digit * 10.0**place for place in places for digit in (5.0, 2.0, 1.0)]
-    return [value for value in values if low * 0.999 < value < high * 1.001]
+def _one_two_five(high: int, low: int) -> list[float]:
+    """From 10^high down to 10^low, with 5 and 2 between powers of ten."""
+    between = (
+        digit * 10.0**place for place in range(high - 1, low - 1, -1) for digit in (5.0, 2.0, 1.0)
+    )
+    return [10.0**high, *between]
 
 
 def slope(settings: Sequence[float], errors: Sequence[float]) -> float | None:
@@ -97,36 +114,6 @@ def slope(settings: Sequence[float], errors: Sequence[float]) -> float | None:
         return None
     x, y = np.log10(points).T
     return float(np.polyfit(x, y, 1)[0])
-
-
-def _stepped_document(fmu: LoadedFmu, law: int, dt: float) -> Solve:
-    impact = document_impact(fmu, law, dt, (), Outcome._fields)
-    return lambda: Outcome(*impact(1e6))
-
-
-def _stepped_fmu(fmu: LoadedFmu, law: int, dt: float) -> Solve:
-    """1 ms in steps of dt, five outputs read at each, the metrics at the end."""
-    slave = fmu.instance(law=law)
-    start = slave.getFMUstate()
-    outcome, read = fmu.references(Outcome._fields), fmu.references(READ)
-    points = [n * dt for n in range(round(1e-3 / dt))]
-
-    def solve() -> Outcome:
-        slave.setFMUstate(start)
-        walk(slave, points, dt, read)
-        return Outcome(*slave.getReal(outcome))
-
-    return solve
-
-
-def _sub_stepped(fmu: LoadedFmu, law: int) -> Callable[[float], Solve]:
-    return lambda dt: _in_one_step(fmu, law, dt=dt)
-
-
-def _in_one_step(fmu: LoadedFmu, law: int, **values: float) -> Solve:
-    """One step and one read, with a new k every time but the first (k = 1e6 for the error)."""
-    impact, calls = impact_of_stiffness(fmu, Outcome._fields, law=law, **values), count()
-    return lambda: Outcome(*impact(1e6 + next(calls) % 100))
 
 
 def run_time_vs_error(series_by_law: dict[str, list[Series]]) -> bytes:
@@ -139,8 +126,8 @@ def run_time_vs_error(series_by_law: dict[str, list[Series]]) -> bytes:
             pairs = zip(series["errors"], series["seconds"], strict=True)
             points = [(error, 1e6 * time) for error, time in pairs if math.isfinite(error)]
             size, above = (15, 5) if series["method"] == FMU_ONCE else (5, 3)
-            look = figures.STYLES[series["method"]].points
-            axes.plot(*zip(*points), **look, lw=1.4, ms=size, zorder=above, label=series["method"])
+            style = figures.STYLES[series["method"]].points
+            axes.plot(*zip(*points), **style, lw=1.4, ms=size, zorder=above, label=series["method"])
         figures.set_run_time_axes(
             axes, "worst error of velocities, contact time, max force (relative)"
         )

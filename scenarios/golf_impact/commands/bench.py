@@ -25,8 +25,7 @@ def bench(
 ) -> int:
     """Measure run time against error beside other methods, and what an impact costs.
 
-    Exit codes: 0 all targets are met, 1 some are missed, 3 some can't be judged since the machine
-    was busy, and no other one is missed.
+    Exit codes: 0 all targets are met, 1 some are missed.
     """
     if native:
         return _native(quick, folder)
@@ -35,44 +34,32 @@ def bench(
 
     prepare(folder, "bench.json", "run_time_vs_error.png")
     from golf_impact.benchmarks.all import TICKS, costs_and_errors
-    from golf_impact.benchmarks.limits import LIMITS, missed
+    from golf_impact.benchmarks.limits import LIMITS
     from golf_impact.benchmarks.work_precision import run_time_vs_error
 
     with progress() as begin:
-        about = costs_and_errors(quick, begin("benchmark", TICKS[quick]))
+        about = costs_and_errors(quick, begin("benchmark", TICKS))
     figures, series = about["figures"], about.pop("series")
     targets = {
-        one.key: {
-            "limit": one.in_words,
-            "passed": one.met(figures[one.key]),
-            "spread": getattr(figures[one.key], "spread", None),
-        }
+        one.key: {"limit": one.in_words, "passed": one.met(figures[one.key])}
         for one in LIMITS
         if one.key in figures
     }
-    failed, busy = missed(figures)
+    missed = [key for key, target in targets.items() if not target["passed"]]
     results: dict[str, Any] = {
         **{key: figures[key] for key in targets},
         "targets": targets,
-        "passed": not failed and not busy,
-        "machine_busy": busy,
+        "passed": not missed,
         "quick": quick,
-        "conclusion": _conclusion(failed, busy, figures),
+        "conclusion": _conclusion(missed, figures),
         **about,
         "run_time_vs_error": series,
     }
     image = run_time_vs_error(series)
     write_together(folder, {"bench.json": as_json(results), "run_time_vs_error.png": image})
     _show(results)
-    if busy:
-        ratios = sum(target["spread"] is not None for target in targets.values())
-        say(
-            f"Machine busy: {len(busy)} of {ratios} ratios can't be judged "
-            f"({', '.join(busy)}); measure again when nothing else runs.",
-            style="yellow",
-        )
     say(f"Results in {folder}")
-    return 1 if failed else 3 if busy else 0
+    return 1 if missed else 0
 
 
 def _native(quick: bool, folder: Path) -> int:
@@ -106,9 +93,8 @@ def need(command: str, *packages: str) -> None:
             raise missing_package(command, str(error.name), "test") from error
 
 
-def _conclusion(failed: list[str], busy: list[str], figures: dict[str, float]) -> list[str]:
-    but = f"; missed on this machine: {', '.join(failed)}" if failed else ""
-    but += f"; not judged, since the machine was busy: {', '.join(busy)}" if busy else ""
+def _conclusion(missed: list[str], figures: dict[str, float]) -> list[str]:
+    but = f"; missed on this machine: {', '.join(missed)}" if missed else ""
     fast = (
         f"S, COR and E of an impact take {figures['impact_by_fmu_us']:.1f} µs under law 2 and "
         f"{figures['impact_by_fmu_law1_us']:.1f} µs under law 1, at a worst error of "
@@ -156,30 +142,26 @@ def _show(results: dict[str, Any]) -> None:
     def judged(key: str) -> tuple[str, Any]:
         """The target of a figure, and whether it is met; nothing for one without."""
         target = results["targets"].get(key)
-        if target is None:
-            return "", ""
-        return target["limit"], verdict(target["passed"], busy=key in results["machine_busy"])
+        return (target["limit"], verdict(target["passed"])) if target else ("", "")
 
     rows: list[list[Any]] = []
     for way, (name, kind) in _WAYS.items():
         for law, suffix in ((2, ""), (1, "_law1")):
             if f"impact_by_{way}_us" in figures:
-                error = figures.get(f"impact_by_{way}{suffix}_error")
+                error, time = (figures[f"impact_by_{way}{suffix}_{of}"] for of in ("error", "us"))
                 key = f"{kind}{way}{suffix}"
-                time = figures[f"impact_by_{way}{suffix}_us"]
-                cells = ["" if error is None else f"{error:.0e}", f"{time:.1f}"]
                 ratio = f"{figures[key]:.3g}" if kind else ""
-                rows.append([name, str(law), *cells, ratio, *judged(key)])
+                row = [name, str(law), f"{error:.0e}", f"{time:.1f}", ratio, *judged(key)]
+                rows.append(row)
     columns = ["", "law", "error", "µs", "ratio", "target", ""]
     print_table(Table("S, COR and E of one impact", columns, rows))
     for title, limits in (("FMI calls, and other runs", CALLS), ("Accuracy and sweeps", SWEEPS)):
-        rows = [
-            [f"{one.key}\n  {one.meaning}", f"{figures[one.key]:.3g}", *judged(one.key)]
-            for one in limits
-        ]
+        meanings = {one.key: f"\n  {one.meaning}" for one in limits}
         if limits is SWEEPS:
-            rest = (key for key in figures if key.startswith("sweep_"))
-            rows += [[k, f"{figures[k]:.3g}", "", ""] for k in rest if k not in results["targets"]]
+            meanings |= {
+                key: "" for key in figures if key.startswith("sweep_") and key not in meanings
+            }
+        rows = [[f"{k}{words}", f"{figures[k]:.3g}", *judged(k)] for k, words in meanings.items()]
         print_table(Table(title, ["", "figure", "target", ""], rows))
     rows = []
     for series in zip(*results["run_time_vs_error"].values(), strict=True):
@@ -198,10 +180,8 @@ def _show(results: dict[str, Any]) -> None:
     print_paragraphs([worst, *results["conclusion"]])
 
 
-def verdict(passed: bool, number: int | str = "", busy: bool = False) -> Any:
+def verdict(passed: bool, number: int | str = "") -> Any:
     """A cell that says whether something holds."""
     from rich.text import Text
 
-    if busy:
-        return Text("busy", "yellow")
     return Text("pass", "green") if passed else Text(f"FAIL {number}".strip(), "red")

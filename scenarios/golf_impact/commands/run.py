@@ -1,9 +1,6 @@
 """`golf-impact run`."""
 
 import os
-import textwrap
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,7 +22,8 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from golf_impact.fmu.impact_fmu import ImpactFmu
-    from golf_impact.report.outcome import Check, Outcome
+    from golf_impact.report.outcome import Check
+    from golf_impact.report.report import Report
 
 EPILOG = (
     "Examples: golf-impact run · golf-impact run baseline --no-figures · golf-impact run "
@@ -36,10 +34,6 @@ _BALL = (
     "Run a case with this ball (golf-impact list --balls, or a file .toml); repeatable; --set "
     "overrides its values."
 )
-
-
-#: Longest title in the summary of all scenarios: a line each at 80 columns.
-_TITLE = 46
 
 
 def run(
@@ -65,7 +59,7 @@ def run(
     from golf_impact.files import prepare
     from golf_impact.fmu.impact_fmu import ImpactFmu
     from golf_impact.report.own_cases import own_cases
-    from golf_impact.report.page import write_outcomes
+    from golf_impact.report.page import write_reports
 
     values = values_of(set_ or [])
     own_balls = [named_ball(name) for name in dict.fromkeys(balls or ())]
@@ -81,37 +75,40 @@ def run(
         if scripts.setdefault(name, script) is not script:
             raise UserError(f"two scenarios are named {name}: run one at a time")
     prepare(folder, *(("results.json", "report.html") if scripts else ()))
-    outcomes: dict[str, Outcome] = {}
+    # By the beginning of their files' names.
+    sets: dict[str, dict[str, Report]] = {}
     with ImpactFmu(fmu_file(fmu)) as instance, progress() as begin:
         guid = instance.description.guid
         advance = begin("running", len(scripts) + own)
-        for name, script in scripts.items():
-            advance(len(outcomes), f"running {name}")
-            outcomes[name] = _outcome(script, instance)
-        # The files of a set of outcomes have a prefix of their own.
-        sets = {"": outcomes} if outcomes else {}
+        for n, (name, script) in enumerate(scripts.items()):
+            advance(n, f"running {name}")
+            sets.setdefault("", {})[name] = _run_script(script, instance)
         if own:
-            with as_typed(set_ or []):
-                case = own_cases(instance, values, own_balls)
-            sets[case.prefix] = {"custom": case}
-    outcomes = {name: outcome for of_set in sets.values() for name, outcome in of_set.items()}
+            try:
+                stem, report = own_cases(instance, values, own_balls)
+            except UserError as error:
+                # An error about a variable begins with the option that gave its value.
+                name = str(error).partition(" = ")[0]
+                typed = (f"--set {p}: " for p in set_ or () if p.partition("=")[0].strip() == name)
+                raise UserError(f"{next(typed, '')}{error}") from error
+            sets[f"{stem}_"] = {"custom": report}
+    reports = {name: report for of_set in sets.values() for name, report in of_set.items()}
     if names or own:
-        for name, outcome in outcomes.items():
-            _show(name, outcome)
+        for name, report in reports.items():
+            _show(name, report)
     else:
-        _summarize(outcomes)
-    replaced = any((folder / f"{prefix}report.html").exists() for prefix in sets)
+        _summarize(reports)
+    pages = [f"{prefix}report.html" for prefix in sets]
+    replaced = any((folder / page).exists() for page in pages)
     with progress() as begin:
-        number = sum(len(outcome.figures) for outcome in outcomes.values())
-        advance = begin("plotting" if figures else "writing", number if figures else 1)
-        reports = [
-            write_outcomes(folder, of_set, guid, figures, prefix, advance)
-            for prefix, of_set in sets.items()
-        ]
-    code = _conclude(outcomes)
-    words = f"Results in {folder}{os.sep}; report: {', '.join(report.name for report in reports)}"
+        number = sum(len(report.figures) for report in reports.values())
+        advance = begin("plotting" if figures else "writing", number)
+        for prefix, of_set in sets.items():
+            write_reports(folder, of_set, guid, figures, prefix, advance)
+    failed = _conclude(reports)
+    words = f"Results in {folder}{os.sep}; report: {', '.join(pages)}"
     say(f"{words} (replaces an earlier one)" if replaced else words)
-    return code
+    return int(failed)
 
 
 def fmu_file(given: Path | None) -> Path:
@@ -126,34 +123,23 @@ def fmu_file(given: Path | None) -> Path:
     return path
 
 
-def _outcome(script: "ModuleType", fmu: "ImpactFmu") -> "Outcome":
+def _run_script(script: "ModuleType", fmu: "ImpactFmu") -> "Report":
+    """The report of a scenario; UserError for errors in its script, with their position."""
     from golf_impact.commands.scripts import describe_error, locate_error
-    from golf_impact.report.outcome import Outcome
+    from golf_impact.report.report import Report
 
     path = Path(str(script.__file__))
     try:
-        outcome = script.run(fmu)
+        report = script.run(fmu)
     except OSError:
         raise
     except UserError as error:
         raise UserError(f"{locate_error(path, error)}: {error}") from error
     except Exception as error:
         raise UserError(describe_error(path, error)) from error
-    if not isinstance(outcome, Outcome):
-        raise UserError(f"{path}: run(fmu) returns {outcome!r}; it must return its Report")
-    return outcome
-
-
-@contextmanager
-def as_typed(pairs: list[str]) -> Iterator[None]:
-    """Begin errors about a variable with the option --set that gave its value."""
-    try:
-        yield
-    except UserError as error:
-        for pair in pairs:
-            if str(error).startswith(f"{pair.partition('=')[0].strip()} = "):
-                raise UserError(f"--set {pair}: {error}") from error
-        raise
+    if not isinstance(report, Report):
+        raise UserError(f"{path}: run(fmu) returns {report!r}; it must return its Report")
+    return report
 
 
 def values_of(pairs: list[str]) -> dict[str, float]:
@@ -188,51 +174,47 @@ def pairs_of(pairs: list[str], what: str, example: str, once: str) -> dict[str, 
     return texts
 
 
-def _show(name: str, outcome: "Outcome") -> None:
+def _show(name: str, report: "Report") -> None:
     """Print the tables, conclusions and number of checks of one scenario."""
-    for table in outcome.tables:
+    for table in report.tables:
         print_table(table)
-    print_paragraphs(outcome.words)
-    if outcome.checks:
-        words, style = _verdict(outcome.checks)
+    print_paragraphs(report.words)
+    if report.checks:
+        words, style = _verdict(report.checks)
         say(f"{name}: {words}", f"bold {style}")
     out.print()
 
 
-def _summarize(outcomes: "dict[str, Outcome]") -> None:
+def _summarize(reports: "dict[str, Report]") -> None:
     """Print a line for each scenario, and the verdicts."""
     from golf_impact.commands.list import title_beside
     from golf_impact.report.outcome import Table
 
     rows = []
-    for name, outcome in outcomes.items():
-        passed = [check.passed for check in outcome.checks if check.kind != "consistency"]
-        rows.append(
-            [
-                name,
-                textwrap.shorten(title_beside(name, outcome.title), _TITLE, placeholder=" …"),
-                f"{sum(passed)}/{len(passed)}" if passed else "–",
-            ]
-        )
+    for name, report in reports.items():
+        passed = [check.passed for check in report.checks if check.kind != "consistency"]
+        count = f"{sum(passed)}/{len(passed)}" if passed else "–"
+        rows.append([name, title_beside(name, report.title), count])
     print_table(Table("", ["scenario", "what it shows", "checks"], rows), numbers=False)
-    print_paragraphs(outcome.verdict for outcome in outcomes.values() if outcome.verdict)
+    print_paragraphs(report.verdict for report in reports.values() if report.verdict)
     out.print()
 
 
-def _conclude(outcomes: "dict[str, Outcome]") -> int:
-    """Print failed checks and totals; the exit code is 1 if a check failed."""
-    checks = [(name, check) for name, outcome in outcomes.items() for check in outcome.checks]
-    failed = [(name, check) for name, check in checks if not check.passed]
-    for name, check in failed:
-        claim = check.claim.removeprefix(f"{name}: ")
-        warn(f"Check failed: {name}: {claim} ({check.detail})", style="red")
+def _conclude(reports: "dict[str, Report]") -> bool:
+    """Print failed checks and totals; whether a check failed."""
+    for name, report in reports.items():
+        for check in report.checks:
+            if not check.passed:
+                claim = check.claim.removeprefix(f"{name}: ")
+                warn(f"Check failed: {name}: {claim} ({check.detail})", style="red")
+    checks = [check for report in reports.values() for check in report.checks]
     if checks:
-        words, style = _verdict([check for _, check in checks])
+        words, style = _verdict(checks)
         say(f"{words}.", style)
-    deviations = sum(len(outcome.deviations) for outcome in outcomes.values())
+    deviations = sum(len(report.deviations) for report in reports.values())
     if deviations:
         say(f"Printed numbers of the document not reproduced: {deviations} (see the report).")
-    return 1 if failed else 0
+    return not all(check.passed for check in checks)
 
 
 def _verdict(checks: "list[Check]") -> tuple[str, str]:

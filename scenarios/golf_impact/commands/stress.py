@@ -57,9 +57,9 @@ def _conclusion(results: dict[str, Any]) -> list[str]:
         + ("every invariant." if not failed else f"all invariants but: {', '.join(failed)}.")
     )
     second = (
-        "What this can't show: that the model is a golf ball (a stable, exact answer to the wrong "
-        "equations is still wrong), anything outside the ranges drawn from, or a clock finer than "
-        "a double's: after an approach A the contact T is known to 4e-16 A/T."
+        "Limits. It shows nothing about the model (an exact solution of wrong equations is still "
+        "wrong), inputs outside the ranges drawn from, or a clock finer than a double's: after an "
+        "approach A the contact time T is exact to 4e-16 A/T."
     )
     return [first, second]
 
@@ -77,7 +77,7 @@ def _show(results: dict[str, Any]) -> None:
     name, check = max(results["checks"].items(), key=lambda item: _beside_tolerance(item[1]))
     worst = (
         f"The worst case, beside what is allowed: {name}, {check['worst']:.2g}, at "
-        f"{_shown(check['case'])}. Those of the other checks are in stress.json."
+        f"{_inputs(check['case'])}. Those of the other checks are in stress.json."
     )
     tiny = (
         f"{run['steps']} steps of 1 ns, {law}: error {run['errors'][0]:.1g} at the start, "
@@ -95,17 +95,14 @@ def _beside_tolerance(check: dict[str, Any]) -> float:
     return math.inf if math.isnan(ratio) else ratio
 
 
-def _shown(case: Any) -> str:
-    """Inputs in one line; the steps themselves are in stress.json."""
-    parts = []
-    for name, value in case.items():
-        if isinstance(value, dict):
-            parts.append(_shown(value))
-        elif name == "steps" or (name == "segments" and len(value) > 1):
-            parts.append(f"{len(value)} {name}")
-        elif name != "segments":
-            parts.append(f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}")
-    return ", ".join(parts)
+def _inputs(case: dict[str, Any]) -> str:
+    """Numbers and names in one line; segments and steps are in stress.json."""
+    flat = case | case.get("values", {})
+    return ", ".join(
+        f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}"
+        for name, value in flat.items()
+        if not isinstance(value, (dict, list, tuple))
+    )
 
 
 def _megabytes(run: dict[str, Any]) -> str:

@@ -18,7 +18,7 @@ from golf_impact.errors import UserError, missing_package
 from golf_impact.stopping import SIGNALS
 
 if TYPE_CHECKING:
-    from golf_impact.report.outcome import Outcome
+    from golf_impact.report.report import Report
     from golf_impact.sweeps.run import Summary, Sweep
     from golf_impact.sweeps.sensitivity import Sensitivity
     from golf_impact.sweeps.study_file import Options
@@ -169,24 +169,23 @@ def _compared(sweep: Sweep) -> str:
     return words
 
 
-def _outcome(
-    sweep: Sweep, summary: Summary, words: list[str]
-) -> tuple[Outcome, Sensitivity | None]:
+def _outcome(sweep: Sweep, summary: Summary, words: list[str]) -> tuple[Report, Sensitivity | None]:
     """The tables of the page, and how much each distribution matters, if there is one."""
     import numpy as np
 
-    from golf_impact.report.outcome import Outcome, Table
+    from golf_impact.report.report import Report
 
+    outcome = Report(f"Sweep {summary.path.name}", sweep.fmu)
     rows = [[one.name, one.described] for one in sweep.study.axes]
-    tables = [Table("Swept variables (SI units)", ["", "values"], rows)]
-    outcome = Outcome(f"Sweep {summary.path.name}", tables=tables, words=words)
+    outcome.table("Swept variables (SI units)", ["", "values"], rows)
+    outcome.words = words
     name, drawn = sweep.study.outputs[0], summary.drawn
     usable = drawn[np.isfinite(drawn)]
     if len(usable):
         columns = ["", "least", "5 %", "median", "95 %", "greatest", "mean", "standard deviation"]
         values = (*np.percentile(usable, (0, 5, 50, 95, 100)), usable.mean(), usable.std())
         row = [name, *(f"{value:.6g}" for value in values)]
-        tables.append(Table(f"{name} over all cases", columns, [row]))
+        outcome.table(f"{name} over all cases", columns, [row])
     if not sweep.study.distributions:
         return outcome, None
     try:
@@ -199,12 +198,12 @@ def _outcome(
     if result is not None:
         words.append(result.note)
         rows = [[one, f"{value:.4f}"] for one, value in result.values.items()]
-        tables.append(Table(f"What {name} depends on", ["", result.label], rows))
+        outcome.table(f"What {name} depends on", ["", result.label], rows)
     return outcome, result
 
 
 def _draw(
-    sweep: Sweep, summary: Summary, outcome: Outcome, sensitivity: Sensitivity | None
+    sweep: Sweep, summary: Summary, outcome: Report, sensitivity: Sensitivity | None
 ) -> list[Path]:
     """The picture beside the data, and the page with it."""
     from golf_impact.files import write_together

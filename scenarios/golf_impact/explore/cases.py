@@ -27,9 +27,9 @@ SPEEDS = {"m/s": 1.0, "mph": MPH, "km/h": 1.0 / 3.6}
 
 #: What a ball is made of; the masses and speeds are not part of it.
 CONTACT = (
-    *("law", "k", "b", "exponent", "reference_compression"),
-    *("restitution_at_rest", "restitution_slope"),
-)
+    "law", "k", "b", "exponent", "reference_compression", "restitution_at_rest",
+    "restitution_slope",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -153,12 +153,12 @@ CLUBS = tuple(map(_club, TOUR, _LOFTS))
 
 
 @contextmanager
-def companions(fmu: ImpactFmu) -> Iterator[tuple[tuple[LoadedFmu, ...], list[Path]]]:
-    """ClubBallImpact, Launch and BallFlight in use, and the files of the latter two."""
+def companions(fmu: ImpactFmu) -> Iterator[tuple[LoadedFmu, ...]]:
+    """ClubBallImpact, Launch and BallFlight in use."""
     with TemporaryDirectory(prefix="golf-impact-") as folder:
         _, *files, _ = build_system(Path(folder))
         with LoadedFmu(files[0]) as launch, LoadedFmu(files[1]) as flight:
-            yield (fmu, launch, flight), files
+            yield fmu, launch, flight
 
 
 def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
@@ -168,7 +168,10 @@ def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
     defaults = {one.name: float(one.start) for one in inputs}
     defaults |= {name: launch.default(name) for name in LOFT}
     facts: dict[str, Any] = {
-        **{"defaults": defaults, "speeds": SPEEDS, "contact": CONTACT},
+        "defaults": defaults,
+        "units": {v.name: v.unit for fmu in fmus for v in fmu.variables.values() if v.unit},
+        "speeds": SPEEDS,
+        "contact": CONTACT,
         "opening": dict(BALLS[OPENING].values),
         "laws": [(number, name) for number, (name, _) in LAWS.items()],
         "quantities": [asdict(one) for one in QUANTITIES],

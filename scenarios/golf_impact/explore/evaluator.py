@@ -1,28 +1,26 @@
 """What the page shows of a case: one function from values to paths, ranges, labels and readouts.
 
-It needs the standard library only and an instance of the FMU, or of what is inside it: locally
-`ImpactFmu`, in an exported page `in_browser.Instance`.
+It needs the standard library only, so that it runs in an exported page, too.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 from urllib.parse import urlencode
 
 METRICS = (
-    *("club_velocity", "ball_velocity", "touch_time"),
-    *("smash_factor", "coefficient_of_restitution", "energy_efficiency"),
-    *("contact_time", "max_force", "time_of_max_force", "max_compression", "contact_displacement"),
-    *("impulse", "momentum", "kinetic_energy"),
-)
+    "club_velocity", "ball_velocity", "touch_time", "smash_factor", "coefficient_of_restitution",
+    "energy_efficiency", "contact_time", "max_force", "time_of_max_force", "max_compression",
+    "contact_displacement", "impulse", "momentum", "kinetic_energy",
+)  # fmt: skip
 PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
 
 #: What an impact without separation has.
 MAXIMA = ("max_force", "time_of_max_force", "max_compression", "compression_over_diameter")
 
 #: Communication points before touch, in contact, after it.
-POINTS = (12, 160, 28)
+POINTS = (8, 100, 16)
 
 #: What is shown over one variable, at how many of its values.
 SWEPT_METRICS = ("smash_factor", "coefficient_of_restitution")
@@ -35,7 +33,7 @@ FROM_IMPACT = ("ball_velocity", "club_velocity", "smash_factor", "coefficient_of
 #: Of the shot: outputs of Launch.fmu and BallFlight.fmu; points of the flight that is drawn.
 LAUNCH = ("ball_speed", "launch_angle", "backspin")
 FLIGHT = ("carry", "apex", "flight_time")
-FLIGHT_POINTS = 60
+FLIGHT_POINTS = 30
 
 _DEGREE = math.pi / 180.0
 
@@ -43,23 +41,14 @@ _DEGREE = math.pi / 180.0
 READOUTS = (
     ("smash_factor", "S", "{:.4f}", "smash factor: ball speed / club speed"),
     ("coefficient_of_restitution", "COR", "{:.4f}", "separation speed / approach speed"),
-    (
-        *("energy_efficiency", "E", "{:.2%}"),
-        "kinetic energy kept: ball {ball_share:.1%}, club {club_share:.1%}",
-    ),
+    ("energy_efficiency", "E", "{:.2%}", "energy: ball {ball_share:.1%}, club {club_share:.1%}"),
     ("ball_velocity", "Ball", "{:.2f} {speed}", "speed after impact"),
     ("club_velocity", "Club", "{:.2f} {speed}", "speed after impact"),
     ("contact_time", "Contact time", "{:.1f} µs", "from touch to separation"),
     ("max_force", "Peak force", "{:.0f} N", "{time_of_max_force:.1f} µs after touch"),
-    (
-        *("compression_over_diameter", "Max compression", "{:.2%}"),
-        "of the diameter: {max_compression:.2f} mm",
-    ),
+    ("compression_over_diameter", "Max compression", "{:.2%}", "of D: {max_compression:.2f} mm"),
     ("contact_displacement_over_diameter", "Ball travel", "{:.3f} D", "diameters, in contact"),
-    (
-        *("momentum_final", "Momentum", "{momentum_kept:.2%}"),
-        "kept: {momentum_final:.3f} of {momentum_initial:.3f} N·s",
-    ),
+    ("momentum_final", "Momentum", "{momentum_kept:.2%}", "kept of {momentum_initial:.3f} N·s"),
 )
 SHOT_READOUTS = (
     ("launch_angle", "Launch angle", "{:.1f}°", "ball speed at launch: {ball_speed:.2f} {speed}"),
@@ -69,26 +58,16 @@ SHOT_READOUTS = (
 
 #: Units of the published numbers that need one; speeds have that which the user chose.
 _PRINTED_UNITS = {
-    **{"contact_time": "µs", "max_force": "N", "energy_efficiency": "%", "momentum_final": "N·s"},
-    **{"launch_angle": "°", "backspin": "rpm", "carry": "m"},
-}
-
-
-class Instance(Protocol):
-    """An instance of an FMU; `set` is of the companions, `read_flag` of ClubBallImpact."""
-
-    def start(self, **values: float) -> None: ...
-    def set(self, values: Mapping[str, float]) -> None: ...
-    def step(self, point: float, size: float) -> None: ...
-    def read(self, names: Sequence[str]) -> dict[str, float]: ...
-    def read_flag(self, name: str) -> bool: ...
+    "contact_time": "µs", "max_force": "N", "energy_efficiency": "%", "momentum_final": "N·s",
+    "launch_angle": "°", "backspin": "rpm", "carry": "m",
+}  # fmt: skip
 
 
 class Evaluator:
     """Computes what the page shows, from its requests.
 
     Args:
-        instances: of ClubBallImpact, Launch and BallFlight.
+        instances: of ClubBallImpact, Launch and BallFlight: `LoadedFmu` or `in_browser.Instance`.
         refusal: the exception that they raise where they refuse a value.
         facts: start values (`defaults`), `speeds` by unit in m/s, `quantities` and `examples`.
     """
@@ -96,15 +75,12 @@ class Evaluator:
     def __init__(
         self, instances: Sequence[Any], refusal: type[Exception], facts: Mapping[str, Any]
     ) -> None:
-        self.instance: Instance
-        self.launch: Instance
-        self.flight: Instance
         self.instance, self.launch, self.flight = instances
         self.refusal, self.facts = refusal, facts
         self.defaults: dict[str, float] = facts["defaults"]
 
     def __call__(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """Whatever a request asks for.
+        """Evaluate a request.
 
         Args:
             request: `values`, inputs and parameters by name (SI; start values for the others),
@@ -141,8 +117,9 @@ class Evaluator:
         instance, v = self.instance, values
         instance.start(**self.changed(values))
         closing = v["club_speed"] - v["ball_speed"]
-        horizon = max(1.0, 20.0 * _half_period(v)) + (v["gap"] / closing if closing > 0.0 else 0.0)
-        instance.step(0.0, horizon if math.isfinite(horizon) else 1.0)
+        approach = v["gap"] / closing if closing > 0.0 else 0.0
+        # Over within the step, unless it takes longer than 30 years.
+        instance.step(0.0, min(1.0 + 20.0 * _half_period(v) + approach, 1e9))
         m = instance.read(METRICS)
         if not all(map(math.isfinite, m.values())):
             raise ValueError("This impact leaves the range of double precision.")
@@ -187,12 +164,15 @@ class Evaluator:
         loft = {name: values[name] for name in LOFT if values[name] != self.defaults[name]}
         texts = {n: repr(value).removesuffix(".0") for n, value in (given | loft).items()}
         return {
-            **{"values": values, "query": urlencode(texts), "path": path},
-            **{"metrics": metrics | shot, "flight": flight, "example": example.get("name", "")},
+            "values": values,
+            "query": urlencode(texts),
+            "path": path,
+            "metrics": metrics | shot,
+            "flight": flight,
+            "example": example.get("name", ""),
             # Loft is no matter of `run`.
-            "command": " ".join(
-                ["golf-impact run", *(f"--set {name}={texts[name]}" for name in given)]
-            ),
+            "command": "golf-impact run"
+            + "".join(f" --set {name}={texts[name]}" for name in given),
             "ranges": _ranges(path, metrics, values, shot),
             "readouts": _readouts(valid, example, unit, size, READOUTS)
             + _readouts(shot, example, unit, size, SHOT_READOUTS),
@@ -308,34 +288,25 @@ def nice(limit: float) -> float:
 
 
 def _half_period(values: Mapping[str, float]) -> float:
-    """The contact time without damping, s: π √(μ/k), or nearly so with an exponent."""
+    """The contact time without damping of a linear contact, s: π √(μ/k)."""
     mu = 1.0 / (1.0 / values["m_club"] + 1.0 / values["m_ball"])
-    n, period = values["exponent"], math.pi * math.sqrt(mu / values["k"])
-    closing = abs(values["club_speed"] - values["ball_speed"])
-    if n <= 1.0 or not closing:
-        return period
-    # Kinetic energy μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d.
-    length = values["reference_compression"]
-    ratio = closing * period / (math.pi * length)
-    compression = length * (0.5 * (n + 1.0) * ratio * ratio) ** (1.0 / (n + 1.0))
-    return math.pi * compression / closing
+    return math.pi * math.sqrt(mu / values["k"])
 
 
 def _times(contact: float, end: float, peak: float) -> list[float]:
-    """Since touch: just before and after it, closer at both ends of contact, its peak, its end."""
+    """Instants since touch: before it, closer at both ends of contact, its peak, after it; s."""
     before, within, after = POINTS
     close = 1e-6 * contact
-    shares = [n / (within - 1) for n in range(within)]
-    inside = [
-        contact * (0.5 * share + 0.25 * (1.0 - math.cos(math.pi * share))) for share in shares
-    ]
+    times = [-0.1 * end + n / (before - 1) * (0.1 * end - close) for n in range(before)]
+    for n in range(within):
+        share = n / (within - 1)
+        times.append(contact * (0.5 * share + 0.25 * (1.0 - math.cos(math.pi * share))))
+    times[before] = close
+    times += [contact + n / (after - 1) * (end - contact) for n in range(1, after)]
     if 0.0 < peak < contact:
-        nearest = min(range(1, within - 1), key=lambda n: abs(inside[n] - peak))
-        inside[nearest] = peak
-    inside[0], inside[-1] = close, contact
-    lead = [-0.1 * end + n / (before - 1) * (0.1 * end - close) for n in range(before)]
-    later = [contact + n / (after - 1) * (end - contact) for n in range(1, after)]
-    return [*lead, *inside, *later]
+        nearest = min(range(before + 1, before + within - 1), key=lambda n: abs(times[n] - peak))
+        times[nearest] = peak
+    return times
 
 
 def _energies(
@@ -385,10 +356,12 @@ def _ranges(
         "force": [0.0, nice(1.12 * metrics["max_force"])],
         "compression": [0.0, nice(1.05 * metrics["max_compression"])],
         "energy": [0.0, nice(1.02 * metrics["kinetic_energy_initial"])],
-        **{"velocity": both("shown"), "position": both("position")},
+        "velocity": both("shown"),
+        "position": both("position"),
         "distance": [0.0, nice(1.02 * shot.get("carry", 0.0))],
         "altitude": [0.0, nice(1.2 * shot.get("apex", 0.0))],
-        **{"width": [-1.96 * height, 5.04 * height], "height": [-0.5 * height, 0.5 * height]},
+        "width": [-1.96 * height, 5.04 * height],
+        "height": [-0.5 * height, 0.5 * height],
     }
 
 
@@ -439,7 +412,7 @@ def _area(metrics: Mapping[str, float], values: Mapping[str, float], touched: bo
 
 
 def _state(touched: bool, separated: bool) -> str:
-    """What there is to say where no ordinary impact comes about, or ""."""
+    """A sentence if there is no contact or no separation, else ""."""
     if not touched:
         return "No contact: the club never reaches the ball. It must be faster than the ball."
     if not separated:

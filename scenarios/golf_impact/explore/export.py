@@ -8,7 +8,6 @@ import subprocess
 import tarfile
 import tempfile
 import zipfile
-from collections.abc import Mapping
 from pathlib import Path
 
 from golf_impact.errors import UserError
@@ -17,6 +16,7 @@ from golf_impact.explore.evaluator import Evaluator
 from golf_impact.explore.page import page_files
 from golf_impact.files import prepare, write_together
 from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.fmu.loaded import LoadedFmu
 
 #: CPython in WebAssembly, as the npm registry has it.
 VERSION = "0.29.3"
@@ -27,7 +27,10 @@ SHA512 = (
 
 #: Files of a Pyodide distribution that the page loads.
 PYODIDE = (
-    *("pyodide.mjs", "pyodide.asm.js", "pyodide.asm.wasm", "python_stdlib.zip"),
+    "pyodide.mjs",
+    "pyodide.asm.js",
+    "pyodide.asm.wasm",
+    "python_stdlib.zip",
     "pyodide-lock.json",
 )
 
@@ -52,16 +55,15 @@ def export(fmu_file: Path, folder: Path, pyodide: Path | None = None) -> dict[st
     prepare(folder)
     prepare(folder / "pyodide")
     runtime = from_folder(pyodide) if pyodide else from_npm()
-    with ImpactFmu(fmu_file) as fmu, companions(fmu) as (fmus, others):
-        modules, archive = _archive([fmu_file, *others])
+    with ImpactFmu(fmu_file) as fmu, companions(fmu) as fmus:
         worker = {
-            **{"files": [f"pyodide/{name}" for name in runtime], "archive": "physics.zip"},
-            **{"modules": modules, "version": _python_of(runtime)},
+            "files": [f"pyodide/{name}" for name in runtime],
+            "archive": "physics.zip",
+            "fmus": json.dumps([arguments_of(one) for one in fmus]),
+            "version": json.loads(runtime["pyodide-lock.json"])["info"]["python"],
         }
-        page = {
-            **page_files(Evaluator(fmus, UserError, facts_of(fmus)), worker),
-            "physics.zip": archive,
-        }
+        page = page_files(Evaluator(fmus, UserError, facts_of(fmus)), worker)
+        page["physics.zip"] = _archive([one.path for one in fmus])
     # The page comes last: as long as it isn't there, nothing uses the rest.
     write_together(folder / "pyodide", runtime)
     write_together(folder, page)
@@ -110,32 +112,26 @@ def from_npm() -> dict[str, bytes]:
         return {name: stream.read() for name, stream in streams.items() if stream}
 
 
-def _archive(fmu_files: list[Path]) -> tuple[list[str], bytes]:
+def arguments_of(fmu: LoadedFmu) -> tuple[str, str, dict[str, tuple[int, str]]]:
+    """Those of `in_browser.Instance` for this FMU."""
+    module = Path(fmu.folder, "resources", "slavemodule.txt").read_text().strip()
+    variables = {name: (v.valueReference, v.type) for name, v in fmu.variables.items()}
+    return module, fmu.description.modelName, variables
+
+
+def _archive(fmu_files: list[Path]) -> bytes:
     """The modules of FMUs and the evaluator, as a zip file that Python imports from."""
-    data = io.BytesIO()
-    files: dict[str, bytes] = {}
+    files = {f"{_PACKAGE}/__init__.py": b""}
+    for name in ("evaluator.py", "in_browser.py"):
+        files[f"{_PACKAGE}/{name}"] = Path(__file__).with_name(name).read_bytes()
     for file in fmu_files:
         with zipfile.ZipFile(file) as fmu:
             names = [name for name in fmu.namelist() if name.startswith("resources/")]
             files |= {name.removeprefix("resources/"): fmu.read(name) for name in names}
-    roots = {name.partition("/")[0].removesuffix(".py") for name in files}
-    modules = [
-        next(one for one in roots if one.startswith(start))
-        for start in ("golf_physics_", "launch_", "ball_flight_")
-    ]
-    with zipfile.ZipFile(data, "w") as zip_:
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w") as archive:
         for name, content in files.items():
-            _add(zip_, name, content)
-        for name in ("evaluator.py", "in_browser.py"):
-            _add(zip_, f"{_PACKAGE}/{name}", Path(__file__).with_name(name).read_bytes())
-        _add(zip_, f"{_PACKAGE}/__init__.py", b"")
-    return modules, data.getvalue()
-
-
-def _add(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
-    """Add a file without the time of day: the same page has the same bytes."""
-    archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data, zipfile.ZIP_DEFLATED)
-
-
-def _python_of(runtime: Mapping[str, bytes]) -> str:
-    return str(json.loads(runtime["pyodide-lock.json"])["info"]["python"])
+            # Without the time of day: the same page has the same bytes.
+            info = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            archive.writestr(info, content, zipfile.ZIP_DEFLATED)
+    return data.getvalue()

@@ -1,4 +1,4 @@
-"""The physics that lies in the FMU, without an FMI importer: what an exported page runs."""
+"""The slave classes inside the FMUs, without an FMI importer: what an exported page runs."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -7,127 +7,88 @@ from typing import Any
 
 
 class RefusedError(Exception):
-    """The message of the component."""
+    """The message of an FMU."""
 
 
 class Instance:
-    """One instance with the methods of `ImpactFmu` that the page needs.
+    """One instance of an FMU, with the methods of `LoadedFmu` that the page needs.
 
     Args:
-        package: the name of the physics package in the FMU, golf_physics_<digest>.
+        module: the FMU's Python module.
+        model: the name of its slave class.
+        variables: value reference and FMI 2.0 type of each variable, by name.
     """
 
-    def __init__(self, package: str) -> None:
-        self._variables = import_module(f"{package}.variables").VARIABLES
-        self._references = {one.name: n for n, one in enumerate(self._variables)}
-        self.messages: list[str] = []
-        component: Any = import_module(f"{package}.component.component").Component
-        self._component = component(self.messages.append)
-        self._fresh = self._component.snapshot()
-
-    def start(self, **values: float) -> None:
-        """A new run with these inputs and parameters (start values for the others).
-
-        Raises:
-            RefusedError: the component refuses a value.
-        """
-        component = self._component
-        self.messages.clear()
-        component.restore(self._fresh)
-        component.set_up(0.0)
-        component.enter_initialization()
-        for name, value in values.items():
-            type_ = self._variables[self._references[name]].type
-            if type_ != "Real":
-                if value not in (1, 2):
-                    raise RefusedError(f"{name} = {value!r} is refused: it must be 1 or 2")
-                value = int(value)
-            component.set_values([self._references[name]], [value], type_)
-        component.exit_initialization()
-        if self.messages:
-            raise RefusedError(self.messages[0])
-
-    def step(self, point: float, size: float) -> None:
-        """One communication step.
-
-        Raises:
-            RefusedError: the component refuses it.
-        """
-        if not self._component.step(point, size):
-            raise RefusedError(self.messages[-1])
-
-    def read(self, names: Sequence[str]) -> dict[str, float]:
-        """Values of Real variables, by name."""
-        # The component's list may go on after the values.
-        return dict(zip(names, self._component.reals([self._references[name] for name in names])))
-
-    def read_flag(self, name: str) -> bool:
-        """The value of a Boolean variable."""
-        return bool(self._component.discretes([self._references[name]], "Boolean")[0])
-
-
-class Companion:
-    """One instance of a companion FMU, with pythonfmu's own runtime, likewise.
-
-    Args:
-        module: the name of its module in the FMU, launch_<digest>.
-        name: of its class.
-    """
-
-    def __init__(self, module: str, name: str) -> None:
-        self._class: Any = getattr(import_module(module), name)
+    def __init__(self, module: str, model: str, variables: Mapping[str, tuple[int, str]]) -> None:
+        self._class: Any = getattr(import_module(module), model)
+        self._variables = variables
         self._slave: Any = None
 
     def start(self, **values: float) -> None:
-        """A new run with these inputs and parameters (start values for the others)."""
+        """Begin a run with these inputs and parameters (start values for the others).
+
+        Raises:
+            RefusedError: the FMU refuses a value.
+        """
         self._slave = self._class(instance_name="page", resources="/")
+        self._slave.setup_experiment(0.0)
+        self._slave.enter_initialization_mode()
         self.set(values)
+        self._slave.exit_initialization_mode()
+        self._check(True)
 
     def set(self, values: Mapping[str, float]) -> None:
         """Set inputs and parameters.
 
         Raises:
-            RefusedError: a value is refused.
+            RefusedError: an Integer variable gets another number.
         """
-        setters = {one.name: one.setter for one in self._slave.vars.values()}
         for name, value in values.items():
-            setters[name](value)
-        if messages := self._messages():
-            raise RefusedError(messages[0])
+            reference, type_ = self._variables[name]
+            if type_ == "Integer":
+                if value != int(value):
+                    why = "it must be a whole number, 1 or 2"
+                    raise RefusedError(f"{name} = {value!r} is refused: {why}")
+                value = int(value)
+            getattr(self._slave, f"set_{type_.lower()}")([reference], [value])
 
     def step(self, point: float, size: float) -> None:
-        """One communication step.
+        """Make a communication step.
 
         Raises:
-            RefusedError: it is refused.
+            RefusedError: the FMU refuses it.
         """
-        if not self._slave.do_step(point, size):
-            raise RefusedError("; ".join(self._messages()))
+        self._check(self._slave.do_step(point, size))
 
     def read(self, names: Sequence[str]) -> dict[str, float]:
-        """Values of variables, by name."""
-        return {name: getattr(self._slave, name) for name in names}
+        """Values of Real variables, by name."""
+        references = [self._variables[name][0] for name in names]
+        # The list of values may be longer.
+        return dict(zip(names, self._slave.get_real(references)))
 
-    def _messages(self) -> list[str]:
-        return [self._slave.log_queue.pop(0).msg for _ in range(len(self._slave.log_queue))]
+    def read_flag(self, name: str) -> bool:
+        """Value of a Boolean variable."""
+        return bool(self._slave.get_boolean([self._variables[name][0]])[0])
+
+    def _check(self, accepted: bool) -> None:
+        messages = [item.msg for item in self._slave.log_queue]
+        self._slave.log_queue.clear()
+        if messages or not accepted:
+            raise RefusedError(messages[0 if accepted else -1])
 
 
-def answering(
-    package: str, launch: str, flight: str, facts: str
-) -> tuple[Callable[[str], str], str]:
+def make_evaluator(fmus: str, facts: str) -> tuple[Callable[[str], str], str]:
     """What the worker of an exported page needs.
 
     Args:
-        package: the name of the physics package in the FMU.
-        launch: of the module in Launch.fmu.
-        flight: of the module in BallFlight.fmu.
+        fmus: arguments of `Instance` for ClubBallImpact, Launch and BallFlight, as JSON.
         facts: those of `Evaluator`, as JSON.
 
     Returns:
-        A function from a request to its answer, and the result of the check; all of it as JSON.
+        A function from a request to its result, and the result of the check; all of it as JSON.
     """
     from .evaluator import Evaluator
 
-    companions = Companion(launch, "Launch"), Companion(flight, "BallFlight")
-    evaluator = Evaluator((Instance(package), *companions), RefusedError, json.loads(facts))
+    instances = [Instance(*arguments) for arguments in json.loads(fmus)]
+    evaluator = Evaluator(instances, RefusedError, json.loads(facts))
     return lambda request: json.dumps(evaluator(json.loads(request))), json.dumps(evaluator.check())

@@ -1,11 +1,21 @@
 // The page: what the user sets goes to evaluator.py as a request; its results fill figures and tables.
 const get = (id) => document.getElementById(id)
 const facts = JSON.parse(get("facts").textContent)
-const model = (name) => Bokeh.documents[0].get_model_by_name(name)
+const models = new Map()
+const model = (name) => {
+  if (!models.has(name)) models.set(name, Bokeh.documents[0].get_model_by_name(name))
+  return models.get(name)
+}
 const quantities = new Map(facts.quantities.map((one) => [one.name, one]))
 const figures = ["animation", "force", "loop", "energies", "velocities", "positions", "sweep", "flight"]
 const COLOURS = ["#CC79A7", "#009E73", "#D55E00", "#999933", "#882255", "#888888", "#44AA99", "#DDCC77"]
 const HINT = "Move a slider, or type any number that the FMU allows. Point at a curve, or press Play, to see one instant in all pictures."
+
+// Bokeh 3.9 writes the style sheet of every part at every paint, mostly the same again, and reads computed styles in between:
+// each time the browser computes all styles anew. Leaving equal ones alone saves a fifth of a slider's step.
+const {prototype} = Bokeh.require("core/dom").InlineStyleSheet
+const update = prototype._update
+prototype._update = function (css) { if (css != this.css) update.call(this, css) }
 
 // Numbers: a request at a time, to this machine's server or to the worker.
 
@@ -21,7 +31,7 @@ const post = (message) => new Promise((resolve, reject) => {
   worker.onerror = (event) => reject(new Error(event.message || "worker.js or pyodide/pyodide.mjs can't be loaded"))
   worker.postMessage(message)
 })
-const ask = facts.worker ? async (request) => (await post({request})).answer : viaServer
+const evaluate = facts.worker ? async (request) => (await post({request})).result : viaServer
 
 function report(text, failed = false) {
   get("runtime").textContent = text
@@ -34,7 +44,7 @@ async function startWorker() {
   const late = setTimeout(() => report(`Python has not started within ${seconds} s: reload the page, or try another browser.`, true), 1000 * seconds)
   try {
     worker = new Worker("worker.js", {type: "module"})
-    const carried = {...facts, answer: null, worker: null}
+    const carried = {...facts, result: null, worker: null}
     const {check} = await post({load: {...facts.worker, facts: JSON.stringify(carried)}})
     const same = check.worst <= 1e-12
     const words = `${check.count} numbers agree with the FMU's within ${check.worst.toExponential(1)}`
@@ -53,7 +63,7 @@ async function run() {
     while (waiting.size) {
       const [kind, [request, use]] = waiting.entries().next().value
       waiting.delete(kind)
-      use(await ask(request))
+      use(await evaluate(request))
       // S and COR over a variable wait until no slider moves.
       if (kind == "impact" && !waiting.has("impact")) waiting.set("sweep", [{values: shown.values, over: get("over").value}, drawSweep])
     }
@@ -69,9 +79,9 @@ function request(kind, message, use) {
   return running
 }
 
-// State: the answer that is shown, what the user wants, and the pins (results with name and color).
-let shown = facts.answer
-let wanted = {...shown.values}
+// State: the result that is shown, the values requested last, and the pins (results with name and color).
+let shown = facts.result
+let requested = {...shown.values}
 let pins = []
 let drawnPins = pins
 let swept = null
@@ -81,22 +91,22 @@ const size = (one) => one.unit in facts.speeds ? facts.speeds[unit()] : one.scal
 const toSi = (one, value) => size(one) == 1 ? value : Number((value * size(one)).toPrecision(15))
 const fromSi = (one, value) => Number((value / size(one)).toPrecision(8))
 
-function want(values, control) {
-  Object.assign(wanted, values)
-  return request("impact", {values: {...wanted}, unit: unit()}, (answer) => show(answer, control))
+function requestImpact(values, control) {
+  Object.assign(requested, values)
+  return request("impact", {values: {...requested}, unit: unit()}, (result) => show(result, control))
 }
 
-function show(answer, control) {
+function show(result, control) {
   for (const one of document.querySelectorAll(".refused")) one.textContent = ""
-  if ("refused" in answer) {
-    const place = get(`${answer.about || control}_refused`)
-    if (place) place.textContent = answer.refused
-    else get("hint").textContent = answer.refused
+  if ("refused" in result) {
+    const place = get(`${result.about || control}_refused`)
+    if (place) place.textContent = result.refused
+    else get("hint").textContent = result.refused
     return
   }
-  shown = answer
-  if (!waiting.has("impact")) wanted = {...answer.values}
-  history.replaceState(null, "", `?${answer.query}`)
+  shown = result
+  if (!waiting.has("impact")) requested = {...result.values}
+  history.replaceState(null, "", `?${result.query}`)
   draw()
 }
 
@@ -149,10 +159,10 @@ function tag(name, attributes, ...children) {
   return element
 }
 
-function drawSweep(answer) {
-  if (answer.refused) return
-  swept = answer.swept
-  const one = quantities.get(answer.over), x = swept.x.map((value) => value / size(one)), end = x.length - 1
+function drawSweep(result) {
+  if (result.refused) return
+  swept = result.swept
+  const one = quantities.get(result.over), x = swept.x.map((value) => value / size(one)), end = x.length - 1
   const place = shown.values[one.name] / size(one), n = Math.min(Math.max(x.findIndex((value) => value >= place), 1), end)
   const share = (place - x[n - 1]) / (x[n] - x[n - 1])
   const nan = (column) => column.map((value) => value ?? NaN)
@@ -233,7 +243,7 @@ function drawPins() {
     tag("th", {scope: "row"}, tag("span", {style: `color: ${one.color}`, ariaHidden: "true"}, "━━ "),
       tag("input", {type: "text", value: one.name, ariaLabel: `Name of pin ${n + 1}`, onchange: (event) => { one.name = event.target.value }})),
     ...one.readouts.map(({value}) => tag("td", {}, value)),
-    tag("td", {}, button("Reopen", n + 1, () => want(one.values, "law")), " ",
+    tag("td", {}, button("Reopen", n + 1, () => requestImpact(one.values, "law")), " ",
       button("Remove", n + 1, () => { pins = pins.filter((other) => other != one); drawPins(); get("pin").focus() }))))
   const head = ["case", ...shown.readouts.map(({label}) => label), ""].map((label) => tag("th", {scope: "col"}, label))
   get("pins").replaceChildren(...(pins.length ? [tag("thead", {}, tag("tr", {}, ...head)), tag("tbody", {}, ...rows)] : []))
@@ -245,27 +255,25 @@ async function changeUnit() {
     document.querySelector(`[data-unit="${name}"]`).textContent = unit()
     Object.assign(get(`${name}_slider`), {min: Math.round(one.low / size(one)), max: Math.round(one.high / size(one))})
   }
-  const repin = (one) => request(one.color, {values: one.values, unit: unit()}, (answer) => Object.assign(one, answer))
-  await Promise.all([want({}, "law"), ...pins.map(repin)])
+  const repin = (one) => request(one.color, {values: one.values, unit: unit()}, (result) => Object.assign(one, result))
+  await Promise.all([requestImpact({}, "law"), ...pins.map(repin)])
   pins = [...pins]
   drawPins()
 }
 
 async function openExample({name, values, beside}) {
   if (beside && pins.length < COLOURS.length) {
-    await want({...facts.defaults, ...beside}, "law")
+    await requestImpact({...facts.defaults, ...beside}, "law")
     pin(name.split(" | ")[0])
   }
-  want({...facts.defaults, ...values}, "law")
+  requestImpact({...facts.defaults, ...values}, "law")
 }
 
 // Downloads: files are made in the browser. Curves and metrics are physical quantities in SI.
 
 const UNITS = {
-  time: "s", force: "N", compression: "m", club_position: "m", ball_position: "m", club_velocity: "m/s", ball_velocity: "m/s",
-  club_energy: "J", ball_energy: "J", spring_energy: "J", lost_energy: "J",
-  smash_factor: "1", coefficient_of_restitution: "1", energy_efficiency: "1", contact_time: "s", max_force: "N", time_of_max_force: "s",
-  ball_speed: "m/s", launch_angle: "rad", backspin: "rad/s", carry: "m", apex: "m", flight_time: "s", max_compression: "m", contact_displacement: "m", impulse: "N.s", momentum_initial: "kg.m/s", momentum_final: "kg.m/s",
+  ...facts.units, time: "s", club_energy: "J", ball_energy: "J", spring_energy: "J", lost_energy: "J",
+  momentum_initial: facts.units.momentum, momentum_final: facts.units.momentum,
 }
 
 function csv(rows, names) {
@@ -276,6 +284,7 @@ function csv(rows, names) {
 
 async function download(choice) {
   const [name, kind] = choice.split("."), {path, metrics} = shown
+  if (kind != "csv") model(name).hold_render = false
   const file = kind != "csv" ? await Bokeh.index.find_one(model(name)).export(kind).to_blob()
     : name == "path" ? csv(path.time.map((_, i) => Object.fromEntries(Object.keys(path).map((one) => [one, path[one][i]]))), Object.keys(path).filter((one) => one in UNITS))
     : csv(pins.map((one) => ({...one, ...one.metrics})), ["name", "query", ...Object.keys(metrics).filter((one) => one in UNITS)])
@@ -289,10 +298,7 @@ function setDark(dark) {
   document.documentElement.dataset.theme = dark ? "dark" : "light"
   get("dark").textContent = dark ? "Light" : "Dark"
   // Canvases are painted again to take the colours.
-  for (const name of figures) {
-    Bokeh.index.find_one(model(name)).request_repaint()
-    for (const part of model(name).center) if (part.type == "Legend") part.change.emit()
-  }
+  for (const name of figures) Bokeh.index.find_one(model(name)).request_repaint()
 }
 
 // Controls
@@ -300,16 +306,16 @@ function setDark(dark) {
 function listen() {
   for (const [name, one] of quantities) {
     get(name).onchange = ({target}) => {
-      if (target.value != "") want({[name]: toSi(one, Number(target.value))}, name)
+      if (target.value != "") requestImpact({[name]: toSi(one, Number(target.value))}, name)
       else get(`${name}_refused`).textContent = `${one.label} must be a number`
     }
     const slider = get(`${name}_slider`)
-    if (slider) slider.oninput = () => want({[name]: toSi(one, Number(slider.value))}, name)
+    if (slider) slider.oninput = () => requestImpact({[name]: toSi(one, Number(slider.value))}, name)
   }
-  for (const one of document.getElementsByName("law")) one.onchange = () => want({law: Number(one.value)}, "law")
+  for (const one of document.getElementsByName("law")) one.onchange = () => requestImpact({law: Number(one.value)}, "law")
   get("ball").onchange = ({target}) => {
     const ball = facts.balls.find((one) => one.name == target.value)
-    if (ball) want({...Object.fromEntries(facts.contact.map((name) => [name, facts.defaults[name]])), ...ball.values}, "k")
+    if (ball) requestImpact({...Object.fromEntries(facts.contact.map((name) => [name, facts.defaults[name]])), ...ball.values}, "k")
   }
   for (const one of document.querySelectorAll("[data-example]")) one.onclick = () => openExample(facts.examples[one.dataset.example])
   get("club").onchange = ({target}) => { if (target.value) openExample(facts.clubs[target.value]) }
@@ -327,6 +333,9 @@ function listen() {
 
 async function start() {
   while (!Bokeh.documents[0]?.is_idle) await new Promise(requestAnimationFrame)
+  // Figures out of sight aren't painted: on a phone that is most of them.
+  const sight = new IntersectionObserver((all) => { for (const {target, isIntersecting} of all) model(target.id.slice(8)).hold_render = !isIntersecting })
+  for (const picture of document.querySelectorAll(".picture")) sight.observe(picture)
   const dark = matchMedia("(prefers-color-scheme: dark)")
   setDark(dark.matches)
   dark.onchange = () => setDark(dark.matches)
@@ -344,9 +353,9 @@ async function start() {
     return report(`The sliders don't work: ${error.message}.`, true)
   }
   listen()
-  if (Object.keys(given).length) wanted = given
-  await want({}, "")
-  wanted = {...shown.values}
+  if (Object.keys(given).length) requested = given
+  await requestImpact({}, "")
+  requested = {...shown.values}
   document.body.dataset.ready = "yes"
 }
 start()

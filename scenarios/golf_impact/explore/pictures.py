@@ -1,6 +1,6 @@
 """The figures, empty: `page.js` fills their columns with what `evaluator.py` computes."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from bokeh import models
@@ -10,7 +10,7 @@ from bokeh.themes import Theme
 from golf_impact.explore.evaluator import SWEPT_METRICS
 from golf_impact.report.styles import BLUE, GREEN, ORANGE, SKY, VERMILION
 
-#: How they look; the colours of text, axes and grid are CSS variables in page.css.
+#: Styles; the colours of text, axes and grid are CSS variables in page.css.
 THEME = Theme(
     json={
         "attrs": {
@@ -19,16 +19,13 @@ THEME = Theme(
             ),
             "Toolbar": {"autohide": True, "logo": None},
             "Axis": {
-                **{"axis_label_text_font_size": "11px", "axis_label_text_font_style": "normal"},
-                **{"axis_label_standoff": 2, "minor_tick_line_color": None},
+                "axis_label_text_font_size": "11px",
+                "axis_label_text_font_style": "normal",
+                "axis_label_standoff": 2,
+                "minor_tick_line_color": None,
             },
             "ContinuousTicker": {"desired_num_ticks": 5},
             "Label": {"text_font_size": "12px"},
-            "Legend": {
-                **{"padding": 2, "margin": 4, "spacing": 0, "glyph_width": 18},
-                **{"label_text_font_size": "11px", "background_fill_alpha": 0},
-                "border_line_alpha": 0,
-            },
         }
     }
 )
@@ -37,6 +34,9 @@ THEME = Theme(
 _UNITS = {"µs": 1e-6, "mm": 1e-3, "kN": 1e3}
 
 _DOT: dict[str, Any] = {"size": 9, "line_color": "white"}
+
+#: What moves with the cursor lies on a canvas of its own: the rest isn't painted again.
+_CURSOR: dict[str, Any] = {"level": "overlay"}
 
 
 class Pictures:
@@ -101,17 +101,18 @@ class Pictures:
         _line(picture, path, *columns, BLUE)
         area = {"text_baseline": "top", "x_offset": 6, "y_offset": -4}
         picture.add_layout(models.Label(name="area", x=0, y=0, text="", **area))
-        picture.scatter(*columns, source=self.sources["cursor"], color=BLUE, **_DOT)
+        picture.scatter(*columns, source=self.sources["cursor"], color=BLUE, **_DOT, **_CURSOR)
         return picture
 
     def _energies(self) -> Any:
         picture = self._over_time("Where the energy is", "energy", "energy (J)")
         colours = {"ball": BLUE, "spring": GREEN, "club": ORANGE, "lost": VERMILION}
-        columns, names = [f"{name}_energy" for name in colours], list(colours)
-        look = {"color": list(colours.values()), "fill_alpha": 0.75, "legend_label": names}
-        picture.varea_stack(columns, x="time", source=self.sources["path"], **look)
-        picture.legend[0].items.reverse()
-        picture.legend.location = "center_left"
+        columns = [f"{name}_energy" for name in colours]
+        style = {"color": list(colours.values()), "fill_alpha": 0.75}
+        picture.varea_stack(columns, x="time", source=self.sources["path"], **style)
+        # The stack fills at least two thirds of the height: the text is dark in both themes.
+        entries = [(name, colour, "solid") for name, colour in reversed(colours.items())]
+        _add_legend(picture, entries, top=0.66, line_width=11, text_color="#1c2430")
         return self._with_cursor(picture)
 
     def _bodies(self, title: str, range_: str, label: str, what: str) -> Any:
@@ -119,9 +120,9 @@ class Pictures:
         club, ball, path = f"club_{what}", f"ball_{what}", self.sources["path"]
         self._pinned(picture, "time", club, "dashed")
         self._pinned(picture, "time", ball)
-        _line(picture, path, "time", club, ORANGE, "dashed", legend_label="club")
-        _line(picture, path, "time", ball, BLUE, legend_label="ball")
-        picture.legend.location = "top_left"
+        _line(picture, path, "time", club, ORANGE, "dashed")
+        _line(picture, path, "time", ball, BLUE)
+        _add_legend(picture, [("club", ORANGE, "dashed"), ("ball", BLUE, "solid")])
         return self._with_cursor(picture, club, ball)
 
     def _sweep(self) -> Any:
@@ -129,10 +130,10 @@ class Pictures:
         picture.y_range = models.Range1d(0, 2)
         smash, restitution = SWEPT_METRICS
         swept = self.sources["swept"]
-        _line(picture, swept, "x", smash, BLUE, legend_label="S")
-        _line(picture, swept, "x", restitution, GREEN, "dashed", legend_label="COR")
+        _line(picture, swept, "x", smash, BLUE)
+        _line(picture, swept, "x", restitution, GREEN, "dashed")
         picture.scatter("x", "y", source=self.sources["here"], color=BLUE, **_DOT)
-        picture.legend.location = "bottom_left"
+        _add_legend(picture, [("S", BLUE, "solid"), ("COR", GREEN, "dashed")], top=0.24)
         # The page has the title, with the choice of the variable in it.
         picture.title.visible = False
         return picture
@@ -157,25 +158,25 @@ class Pictures:
         club: dict[str, Any] = {"left": "club_back", "right": "club_position"}
         back, face = {"top_left": 14, "bottom_left": 14}, {"top_right": 2, "bottom_right": 2}
         club |= {"height": "club_height", "color": ORANGE, "border_radius": {**back, **face}}
-        picture.hbar(y=0, source=self.sources["cursor"], **club)
+        picture.hbar(y=0, source=self.sources["cursor"], **club, **_CURSOR)
         ball: dict[str, Any] = {"x": "ball_middle", "width": "ball_width", "height": "ball_height"}
         ball |= {"fill_color": BLUE, "fill_alpha": 0.85, "line_color": BLUE}
-        picture.ellipse(y=0, source=self.sources["cursor"], **ball)
+        picture.ellipse(y=0, source=self.sources["cursor"], **ball, **_CURSOR)
         return picture
 
     def _over_time(self, title: str, range_: str, label: str) -> Any:
         return self._picture(title, ("time", range_), ("time since touch (µs)", label))
 
     def _pinned(self, picture: Any, x: str, y: str, dash: str = "solid") -> None:
-        look = {"line_color": "color", "line_width": 1.5, "line_dash": dash}
-        picture.multi_line(x, y, source=self.sources["pinned"], **look)
+        style = {"line_color": "color", "line_width": 1.5, "line_dash": dash}
+        picture.multi_line(x, y, source=self.sources["pinned"], **style)
 
     def _with_cursor(self, picture: Any, *columns: str) -> Any:
         cursor = self.sources["cursor"]
-        picture.vspan(x="time", source=cursor, line_color="#888888", line_dash="dotted")
+        picture.vspan(x="time", source=cursor, line_color="#888888", line_dash="dotted", **_CURSOR)
         for column in columns:
             colour = ORANGE if column.startswith("club") else BLUE
-            picture.scatter("time", column, source=cursor, color=colour, **_DOT)
+            picture.scatter("time", column, source=cursor, color=colour, **_DOT, **_CURSOR)
         return picture
 
     def _picture(self, title: str, ranges: tuple[str, str], labels: tuple[str, str]) -> Any:
@@ -196,8 +197,28 @@ class Pictures:
         return picture
 
 
-def _line(
-    picture: Any, data: Any, x: str, y: str, colour: str, dash: str = "solid", **label: str
+def _line(picture: Any, data: Any, x: str, y: str, colour: str, dash: str = "solid") -> None:
+    picture.line(x, y, source=data, line_color=colour, line_dash=dash, line_width=2.5)
+
+
+def _add_legend(
+    picture: Any,
+    entries: Sequence[tuple[str, str, str]],
+    top: float = 0.9,
+    line_width: float = 2.5,
+    text_color: str = "#7a828c",
 ) -> None:
-    look = {"line_color": colour, "line_dash": dash, "line_width": 2.5, **label}
-    picture.line(x, y, source=data, **look)
+    """Name, colour and dash of each line, from `top` (of the height) downwards.
+
+    Drawn by glyphs: Bokeh's Legend is an HTML element whose size the browser computes at every
+    paint, which takes a third of a slider's step.
+    """
+    picture.extra_x_ranges = {"legend": models.Range1d(0, 1)}
+    picture.extra_y_ranges = {"legend": models.Range1d(0, 1)}
+    place = {"x_range_name": "legend", "y_range_name": "legend"}
+    y = [top - 0.14 * n for n in range(len(entries))]
+    texts, colours, dashes = (list(column) for column in zip(*entries))
+    line = {"line_color": colours, "line_dash": dashes, "line_width": line_width}
+    picture.segment(x0=0.03, y0=y, x1=0.11, y1=y, **line, **place)
+    text = {"text_color": text_color, "text_font_size": "11px", "text_baseline": "middle"}
+    picture.text(x=0.13, y=y, text=texts, **text, **place)

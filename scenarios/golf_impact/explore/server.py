@@ -2,10 +2,11 @@
 
 import json
 import threading
-from collections.abc import Callable, Mapping
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from mimetypes import guess_type
+from collections.abc import Callable
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -17,8 +18,8 @@ from golf_impact.fmu.impact_fmu import ImpactFmu
 
 HOST = "127.0.0.1"
 
-#: Names of this machine in `Host` and `Origin`. Under any other name a page of somebody else's
-#: would be served what is meant for this machine alone (DNS rebinding).
+#: Names of this machine in `Host` and `Origin`. Under any other name a foreign page would be
+#: served what is meant for this machine alone (DNS rebinding).
 NAMES = ("127.0.0.1", "localhost", "::1")
 
 #: Bytes of a request: one has some hundred.
@@ -36,15 +37,12 @@ def serve(path: Path, port: int, ready: Callable[[str], None]) -> None:
     Raises:
         UserError: the port can't be had.
     """
-    with ImpactFmu(path) as fmu, companions(fmu) as (fmus, _):
-        evaluator, lock = Evaluator(fmus, UserError, facts_of(fmus)), threading.Lock()
-
-        def answer(request: Mapping[str, Any]) -> dict[str, Any]:
-            with lock:
-                return evaluator(request)
-
-        files = page_files(evaluator)
-        handler = type("Handler", (_Handler,), {"files": files, "answer": staticmethod(answer)})
+    folder = TemporaryDirectory(prefix="golf-impact-")
+    with ImpactFmu(path) as fmu, companions(fmu) as fmus, folder as page:
+        evaluator = Evaluator(fmus, UserError, facts_of(fmus))
+        for name, data in page_files(evaluator).items():
+            Path(page, name).write_bytes(data)
+        handler = partial(_Handler, evaluator, directory=page)
         try:
             server = ThreadingHTTPServer((HOST, port), handler)
         except (OSError, OverflowError) as error:
@@ -57,21 +55,19 @@ def serve(path: Path, port: int, ready: Callable[[str], None]) -> None:
             server.serve_forever()
 
 
-class _Handler(BaseHTTPRequestHandler):
-    files: Mapping[str, bytes]
-    answer: Callable[[Mapping[str, Any]], dict[str, Any]]
+class _Handler(SimpleHTTPRequestHandler):
     #: s that a connection may be silent: browsers open some in advance.
     timeout = 30
+    #: The instances take one request at a time.
+    _lock = threading.Lock()
 
-    def do_GET(self) -> None:
-        name = urlsplit(self.path).path.removeprefix("/") or "index.html"
-        if self._is_local():
-            if name in self.files:
-                self._send(self.files[name], guess_type(name)[0] or "application/octet-stream")
-            else:
-                self.send_error(404)
+    def __init__(self, evaluator: Evaluator, *args: Any, **options: Any) -> None:
+        self._evaluator = evaluator
+        super().__init__(*args, **options)
 
-    do_HEAD = do_GET
+    def send_head(self) -> Any:
+        """Of GET and HEAD."""
+        return super().send_head() if self._is_local() else None
 
     def do_POST(self) -> None:
         length = self.headers.get("Content-Length", "")
@@ -84,31 +80,31 @@ class _Handler(BaseHTTPRequestHandler):
             return
         if urlsplit(self.path).path != "/impact":
             self.send_error(404)
-        else:
-            try:
-                answer = self.answer(json.loads(body))
-            except (ValueError, TypeError, AttributeError, KeyError, RecursionError):
-                self.send_error(400, "The body must be JSON: {values: {name: number}}")
-            else:
-                self._send(json.dumps(answer).encode(), "application/json")
+            return
+        try:
+            with self._lock:
+                reply = json.dumps(self._evaluator(json.loads(body))).encode()
+        except (ValueError, TypeError, AttributeError, KeyError, RecursionError):
+            self.send_error(400, "The body must be JSON: {values: {name: number}}")
+            return
+        self.send_response(200)
+        self.send_header("Content-Type", "application/json")
+        self.send_header("Content-Length", str(len(reply)))
+        self.end_headers()
+        self.wfile.write(reply)
 
     def _is_local(self) -> bool:
         """Whether a request is for this machine and of its own page; if not, it is refused."""
-        given = [f"//{self.headers.get('Host', '')}"]
-        given += [self.headers["Origin"]] if "Origin" in self.headers else []
-        if local := all(_hostname(one) in NAMES for one in given):
+        addresses = [f"//{self.headers.get('Host', '')}", self.headers.get("Origin", f"//{HOST}")]
+        if local := all(_hostname(address) in NAMES for address in addresses):
             return local
         self.send_error(403, "Only pages of this machine are served")
         return False
 
-    def _send(self, body: bytes, kind: str) -> None:
-        self.send_response(200)
-        self.send_header("Content-Type", kind + ("; charset=utf-8" if "text" in kind else ""))
-        self.send_header("Content-Length", str(len(body)))
+    def end_headers(self) -> None:
+        """Nothing is kept: the next version has the same address."""
         self.send_header("Cache-Control", "no-store")
-        self.end_headers()
-        if self.command != "HEAD":
-            self.wfile.write(body)
+        super().end_headers()
 
     def log_message(self, *args: Any) -> None:
         """Nothing is logged."""

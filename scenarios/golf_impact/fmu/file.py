@@ -12,6 +12,7 @@ from pathlib import Path
 
 from golf_build import fmi2, fmi3, packaging
 from golf_build import standalone as alone
+from golf_build.archive import write_archive
 from golf_impact.errors import UserError
 from golf_impact.fmu.archive import check_temporary_folder
 from golf_impact.stopping import held
@@ -62,9 +63,8 @@ def build_fmu(out: Path | None = None, fmi: int = 2, standalone: bool = False) -
     if not str(out).endswith(".fmu"):
         raise UserError(f"{out} is refused: the file's name must end in .fmu")
     with building(str(out)):
-        if not standalone:
-            return BUILDERS[fmi].build(out)
-        return alone.build(BUILDERS[fmi], out)
+        files = BUILDERS[fmi].files()
+        return write_archive(out, alone.standalone(files) if standalone else files)
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from golf_impact.errors import UserError
+from golf_impact.fmu.archive import first_line
 
 Entered = TypeVar("Entered", bound="LoadedFmu")
 Value = TypeVar("Value")
@@ -31,8 +32,15 @@ class Named(dict[str, Value], Generic[Value]):
         raise UserError(f"there is no {name!r} here: choose from {', '.join(self)}")
 
 
+#: The type that a value must have for fmpy, by type of the variable in FMI 2.0 and 3.0.
+_TYPES = {"Real": float, "Float64": float, "Integer": int, "Enumeration": int, "Boolean": bool}
+
+
 class LoadedFmu:
     """An FMU 2.0 for co-simulation, for use in a `with` block."""
+
+    #: What FMI calls a floating point variable, and what fmpy calls a state.
+    _real, _state = "Real", "FMUstate"
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -43,8 +51,9 @@ class LoadedFmu:
         #: The folder into which it is extracted.
         self.folder = ""
         self._slave: Any = None
-        self._fresh: Any = None
-        self._alive: list[Any] = []
+        #: Initial states by instance.
+        self._fresh: dict[Any, Any] = {}
+        self._instances: list[Any] = []
 
     def __enter__(self: Entered) -> Entered:
         self.folder = tempfile.mkdtemp(prefix="golf-impact-")
@@ -54,39 +63,44 @@ class LoadedFmu:
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         # After an error other than a rejected value further calls may crash the process.
         if not isinstance(error, FMICallException):
-            if self._slave is not None:
-                self._slave.freeFMUstate(self._fresh)
-            for instance in list(self._alive):
+            for instance, state in self._fresh.items():
+                getattr(instance, f"free{self._state}")(state)
+            for instance in list(self._instances):
                 self.free(instance)
         self._slave = None
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def new_instance(self, kind: Any = FMU2Slave) -> Any:
-        """An fmpy instance with its library loaded, not yet instantiated."""
-        return kind(
-            guid=self.description.guid,
-            unzipDirectory=self.folder,
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName="impact",
+        """An fmpy instance with its library loaded, to be instantiated; freed with the block."""
+        assert self.folder, "use it in a with block"
+        self._instances.append(
+            kind(
+                guid=self.description.guid,
+                unzipDirectory=self.folder,
+                modelIdentifier=self.description.coSimulation.modelIdentifier,
+                instanceName="impact",
+            )
         )
-
-    def keep(self, instance: Any) -> Any:
-        """Register an instance to be freed at the end of the block, if it hasn't been before."""
-        self._alive.append(instance)
-        return instance
+        return self._instances[-1]
 
     def free(self, instance: Any) -> None:
-        """Terminate and free an instance."""
-        if instance in self._alive:
-            self._alive.remove(instance)
+        """Terminate and free an instance before the end of the block."""
+        self._instances.remove(instance)
         instance.terminate()
         instance.freeInstance()
+
+    def _keep_fresh(self, instance: Any) -> None:
+        # Restoring this state is far cheaper than a reset, which makes a new Python object.
+        self._fresh[instance] = getattr(instance, f"get{self._state}")()
+
+    def restore_initial_state(self, instance: Any) -> None:
+        """Restore the state that an instance had just after instantiation."""
+        getattr(instance, f"set{self._state}")(self._fresh[instance])
 
     def instance(self, **values: float) -> FMU2Slave:
         """Make a further instance, initialized with these inputs and parameters (SI units)."""
         slave = self.new_instance()
         slave.instantiate()
-        self.keep(slave)
         slave.setupExperiment(startTime=0.0)
         slave.enterInitializationMode()
         self.set(values, slave)
@@ -94,26 +108,22 @@ class LoadedFmu:
         return slave
 
     @property
-    def slave(self) -> FMU2Slave:
+    def slave(self) -> Any:
         """The instance that every run uses, from its initial state; made on first use."""
         if self._slave is None:
-            assert self.folder, "use it in a with block"
             slave = self.new_instance()
             slave.instantiate(callbacks=self._callbacks(), loggingOn=True)
-            self._slave = self.keep(slave)
-            # Restoring this state is far cheaper than fmi2Reset, which makes a new instance.
-            self._fresh = slave.getFMUstate()
+            self._keep_fresh(slave)
+            self._slave = slave
         return self._slave
 
     def _callbacks(self) -> fmi2.fmi2CallbackFunctions:
         def log(environment, instance, status, category, message) -> None:
             self.messages.append(message.decode("utf-8", "replace"))
 
-        return fmi2.fmi2CallbackFunctions(
-            logger=fmi2.fmi2CallbackLoggerTYPE(log),
-            allocateMemory=fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc),
-            freeMemory=fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free),
-        )
+        usual = fmi2.defaultCallbacks
+        logger = fmi2.fmi2CallbackLoggerTYPE(log)
+        return fmi2.fmi2CallbackFunctions(logger, usual.allocateMemory, usual.freeMemory)
 
     def references(self, names: Sequence[str]) -> list[int]:
         """The value references of variables; UserError if there is none of a name."""
@@ -133,7 +143,7 @@ class LoadedFmu:
         A value that the FMU rejects is a message; UserError for a name that it doesn't have.
         """
         slave = self.slave
-        slave.setFMUstate(self._fresh)
+        self.restore_initial_state(slave)
         slave.setupExperiment(startTime=start_time)
         slave.enterInitializationMode()
         self.set(values)
@@ -157,7 +167,7 @@ class LoadedFmu:
         if self.messages:
             raise UserError(self.messages[0])
 
-    def set(self, values: dict[str, float], slave: FMU2Slave | None = None) -> None:
+    def set(self, values: dict[str, float], slave: Any = None) -> None:
         """Set inputs and parameters (SI units), by default of `self.slave`.
 
         UserError: the FMU has no such input or parameter, or it takes whole numbers only.
@@ -168,15 +178,12 @@ class LoadedFmu:
             if variable is None or variable.causality not in ("input", "parameter"):
                 known = ", ".join(n for n, v in self.variables.items() if v.causality != "output")
                 raise UserError(f"there is no input or parameter {name}: choose from {known}")
-            if variable.type == "Integer":
-                if not abs(value) < 2**31 or value != int(value):
-                    why = "it must be a whole number, 1 or 2"
-                    raise UserError(f"{name} = {value!r} is refused: {why}")
-                slave.setInteger([variable.valueReference], [int(value)])
-            elif variable.type == "Boolean":
-                slave.setBoolean([variable.valueReference], [bool(value)])
-            else:
-                slave.setReal([variable.valueReference], [value])
+            of_type = _TYPES[variable.type]
+            if of_type is int and not (abs(value) < 2**31 and value == int(value)):
+                why = "it must be a whole number, 1 or 2"
+                raise UserError(f"{name} = {value!r} is refused: {why}")
+            kind = "Int64" if variable.type == "Enumeration" else variable.type
+            getattr(slave, f"set{kind}")([variable.valueReference], [of_type(value)])
 
     def step(self, point: float, size: float) -> None:
         """Make a communication step of `size` s from `point`, s; UserError if it is discarded."""
@@ -188,17 +195,17 @@ class LoadedFmu:
             raise UserError(self.messages[-1] if self.messages else first_line(error)) from error
 
     def read(self, names: Sequence[str]) -> Named[float]:
-        """Values of Real variables at this communication point, by name (SI units).
+        """Values of floating point variables at this communication point, by name (SI units).
 
-        UserError: the FMU has no variable of a name, or it isn't Real.
+        UserError: the FMU has no variable of a name, or it has another type.
         """
         references = self.references(names)
         for name in names:
-            if self.variables[name].type != "Real":
-                raise UserError(
-                    f"{name} is {self.variables[name].type}: only Real outputs are read"
-                )
-        return Named(zip(names, self.slave.getReal(references), strict=True))
+            if self.variables[name].type != self._real:
+                kind = self.variables[name].type
+                raise UserError(f"{name} is {kind}: only {self._real} outputs are read")
+        get = getattr(self.slave, f"get{self._real}")
+        return Named(zip(names, get(references), strict=True))
 
     def read_flag(self, name: str) -> bool:
         """Value of a Boolean variable at this communication point."""
@@ -208,35 +215,23 @@ class LoadedFmu:
 class LoadedFmu3(LoadedFmu):
     """An FMU 3.0 with one instance for co-simulation and one for Model Exchange."""
 
+    _real, _state = "Float64", "FMUState"
+
     def __enter__(self) -> LoadedFmu3:
         super().__enter__()
-        self.model, self._slave = (self.keep(self.new_instance(k)) for k in (FMU3Model, FMU3Slave))
+        self.model, self._slave = self.new_instance(FMU3Model), self.new_instance(FMU3Slave)
         self.model.instantiate()
         self._slave.instantiate(eventModeUsed=True)
-        self._states = {one: one.getFMUState() for one in (self.model, self._slave)}
+        for instance in (self.model, self._slave):
+            self._keep_fresh(instance)
         return self
-
-    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
-        for instance, state in self._states.items():
-            instance.freeFMUState(state)
-        self._slave = None
-        super().__exit__(kind, error, trace)
-
-    def restore_initial_state(self, instance: FMU3Model | FMU3Slave) -> None:
-        """Restore the initial state of an instance."""
-        instance.setFMUState(self._states[instance])
 
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
         """Begin a co-simulation, initialized with these inputs and parameters (SI units)."""
-        slave: Any = self._slave
-        self.restore_initial_state(slave)
-        slave.enterInitializationMode(startTime=start_time)
-        for name, value in values.items():
-            if self.variables[name].type == "Float64":
-                slave.setFloat64(self.references([name]), [value])
-            else:
-                slave.setInt64(self.references([name]), [int(value)])
-        slave.exitInitializationMode()
+        self.restore_initial_state(self.slave)
+        self.slave.enterInitializationMode(startTime=start_time)
+        self.set(values)
+        self.slave.exitInitializationMode()
 
     def simulate(
         self, instance: FMU3Model | FMU3Slave, outputs: Sequence[str], **options: Any
@@ -268,12 +263,3 @@ class LoadedFmu3(LoadedFmu):
             return run(), count
         finally:
             del self.model.getContinuousStateDerivatives
-
-    def read(self, names: Sequence[str]) -> Named[float]:
-        """Values of Float64 variables of the co-simulation, by name (SI units)."""
-        return Named(zip(names, self._slave.getFloat64(self.references(names)), strict=True))
-
-
-def first_line(error: BaseException | str) -> str:
-    """The first line of an error's message."""
-    return (str(error).strip() or type(error).__name__).splitlines()[0]

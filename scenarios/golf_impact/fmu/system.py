@@ -74,10 +74,9 @@ def run_system(
         loaded = {name: stack.enter_context(LoadedFmu(path)) for name, path in fmus.items()}
         for name, fmu in loaded.items():
             fmu.start(**(values or {}).get(name, {}))
-        ends = [(*start.split("."), *end.split(".")) for start, end in system.CONNECTIONS]
         wires = [
             (loaded[start], output, loaded[end], name)
-            for start, output, end, name in ends
+            for start, output, end, name in system.CONNECTIONS
             if start in loaded and end in loaded
         ]
         kind = ("output", "Real")
@@ -102,10 +101,9 @@ def run_system(
                     swing.step(time, size)
                 swing.slave.freeFMUstate(before)
             for start, output, end, name in wires:
-                if start.variables[output].type == "Boolean":
-                    end.slave.setBoolean(end.references([name]), [start.read_flag(output)])
-                else:
-                    end.set({name: start.read([output])[output]})
+                flag = start.variables[output].type == "Boolean"
+                value = start.read_flag(output) if flag else start.read([output])[output]
+                end.set({name: value})
             time += size
             read = [fmu.read(outputs[name]).values() for name, fmu in loaded.items()]
             rows.append([time, *(one for row in read for one in row)])

@@ -1,12 +1,9 @@
 """The document's own scheme, packed as an FMU by pythonfmu and driven like any other."""
 
-import math
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-
-from fmpy.fmi2 import FMU2Slave
 
 from golf_impact.facts.document import END_GAP, TIME_STEP, USED
 from golf_impact.fmu.file import build_plain_fmu
@@ -24,7 +21,10 @@ class DocumentFmu(LoadedFmu):
     def impact(self, dt: float = TIME_STEP, **values: float) -> dict[str, float]:
         """One impact, stepped by dt (s) until contact ends: its outputs by name (SI units)."""
         self.start(dt=dt, **values)
-        steps_of_contact(self, self.slave, dt)
+        n = 0
+        while self.read_flag("in_contact"):
+            self.slave.doStep(n * dt, dt)
+            n += 1
         return self.read(RESULTS)
 
     def as_printed(self, **values: float) -> Metrics:
@@ -33,16 +33,6 @@ class DocumentFmu(LoadedFmu):
         """
         given = {"club_speed": 35.0, "ball_speed": 0.0, **USED, **values}
         return derive_metrics(self.impact(end_gap=END_GAP, **values), given)
-
-
-def steps_of_contact(fmu: LoadedFmu, slave: FMU2Slave, dt: float, end: float = math.inf) -> int:
-    """Step an instance of it by dt until contact ends, or until `end` s; how many steps it took."""
-    in_contact = fmu.references(["in_contact"])
-    n = 0
-    while slave.getBoolean(in_contact)[0] and n * dt < end:
-        slave.doStep(n * dt, dt)
-        n += 1
-    return n
 
 
 @contextmanager

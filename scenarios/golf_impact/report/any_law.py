@@ -16,19 +16,13 @@ from golf_impact.report.report import Metrics, Report
 _STATE = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity")
 _SOLVED = ("club_velocity", "ball_velocity", "contact_time")
 
-#: Nodes of the quadrature over the contact. A force that rises from zero like a power of time
-#: limits its accuracy: 3e-7 was the largest error seen (power laws, exponents 1 to 3).
+#: Nodes of the quadrature over the contact, closer at both its ends, where a force may be a power
+#: of time; the error allowed: 5e-10 was the largest seen (power laws, exponents 1 to 3, b to 1e6).
 _NODES = 200
-_QUADRATURE = 1e-6
+_QUADRATURE = 1e-8
 
 #: Relative tolerance of CVODE, and the error allowed for it: 1.3e-8 was the largest seen.
 _SOLVER, _SOLVED_WITHIN = 1e-10, 1e-6
-
-
-def has_closed_form(given: Mapping[str, float]) -> bool:
-    """Whether the results of this impact have closed forms that are independent of the FMU."""
-    power_law = given["exponent"] != 1.0 or given["restitution_at_rest"] > 0.0
-    return given["law"] in (1, 2) and not power_law
 
 
 def check_any_law(report: Report, name: str, given: Mapping[str, float], found: Metrics) -> None:
@@ -44,8 +38,12 @@ def check_any_law(report: Report, name: str, given: Mapping[str, float], found: 
     with LoadedFmu3(current_fmu(fmi=3)[0]) as fmi3:
         solved = fmi3.simulate(fmi3.model, _SOLVED, start_values=dict(given), **options)
     speed = abs(given["club_speed"]) + abs(given["ball_speed"])
-    for metric in _SOLVED:
-        scale = found["contact_time"] if metric == "contact_time" else speed
+    # The slower the bodies part, the larger is the effect of an error in position on that time.
+    parting = abs(found["ball_velocity"] - found["club_velocity"])
+    scales = dict.fromkeys(_SOLVED, speed) | {
+        "contact_time": found["contact_time"] * max(1.0, speed / max(parting, 1e-9 * speed))
+    }
+    for metric, scale in scales.items():
         claim = f"{name}: {metric} agrees with an integration of the equations of motion by CVODE"
         report.check_close(claim, found[metric], solved[metric], _SOLVED_WITHIN * scale)
 
@@ -54,37 +52,34 @@ def _check_balances(report: Report, name: str, given: Mapping[str, float], found
     m_club, m_ball = given["m_club"], given["m_ball"]
     u_club, u_ball = given["club_speed"], given["ball_speed"]
     touch, time = found["touch_time"], found["contact_time"]
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    times = touch + 0.5 * time * np.array([-1.0, *(1.0 + nodes), 2.0])
-    times[0] = 0.0
-    fmu = report.fmu
-    fmu.start(**given)
-    path = fmu.sample(times, _STATE)
-    weights = 0.5 * time * weights
+    points, weights = np.polynomial.legendre.leggauss(_NODES)
+    nodes, weights = 0.5 * points * (3.0 - points**2), 0.75 * time * (1.0 - points**2) * weights
+    report.fmu.start(**given)
+    instants = np.array([0.0, *(touch + 0.5 * time * (1.0 + nodes)), touch + time])
+    path = report.fmu.sample(instants, _STATE)
     force, club, ball = (path[name][1:-1] for name in ("force", "club_velocity", "ball_velocity"))
-    v_club, v_ball = path["club_velocity"][-1], path["ball_velocity"][-1]
+    end = {name: column[-1] for name, column in path.items()}
+    v_club, v_ball = end["club_velocity"], end["ball_velocity"]
     # At touch both are where the ball was: it has moved freely until then.
-    club_moved, ball_moved = (path[f"{body}_position"][-1] for body in ("club", "ball"))
-    club_moved -= u_ball * touch
-    ball_moved -= u_ball * touch
+    club_moved, ball_moved = (end[f"{body}_position"] - u_ball * touch for body in ("club", "ball"))
     momentum = m_club * abs(u_club) + m_ball * abs(u_ball)
     energy = 0.5 * (m_club * u_club**2 + m_ball * u_ball**2)
     # What the force hasn't given the ball is drag on it, and that is a coefficient times the way.
-    dragged = found["impulse"] - m_ball * (v_ball - u_ball)
+    impulse = found["impulse"]
+    dragged = impulse - m_ball * (v_ball - u_ball)
     drag = 0.0 if abs(dragged) <= 1e-9 * momentum else dragged / ball_moved
-    impulse, lost = found["impulse"], m_club * (u_club - v_club)
-    of_ball = weights @ (force * ball - drag * ball**2)
-    of_club = -weights @ (force * club + drag * club**2)
-    gained = 0.5 * m_ball * (v_ball**2 - u_ball**2), 0.5 * m_club * (v_club**2 - u_club**2)
-    club_loss = "the club has lost the impulse and what the drag on it took"
+    of_club = 0.5 * m_club * (v_club**2 - u_club**2)
+    of_ball = 0.5 * m_ball * (v_ball**2 - u_ball**2)
+    work_on_club = -weights @ (force * club + drag * club**2)
+    work_on_ball = weights @ (force * ball - drag * ball**2)
+    lost, taken = m_club * (u_club - v_club), impulse + drag * club_moved
     for claim, value, expected, scale in (
         ("the impulse is the integral of the force", impulse, weights @ force, momentum),
-        (club_loss, lost, impulse + drag * club_moved, momentum),
-        ("the ball's energy is the work of force and drag", gained[0], of_ball, energy),
-        ("the club's energy is the work of force and drag", gained[1], of_club, energy),
+        ("the club has lost the impulse and what the drag on it took", lost, taken, momentum),
+        ("the ball's energy is the work of force and drag", of_ball, work_on_ball, energy),
+        ("the club's energy is the work of force and drag", of_club, work_on_club, energy),
     ):
         tolerance = _QUADRATURE * scale
         report.check_close(f"{name}: {claim}", value, expected, tolerance, kind="invariants")
     claim = f"{name}: the drag takes momentum from the ball, it doesn't give any"
-    taken = drag * ball_moved
-    report.check(claim, taken >= 0.0, f"{taken:.3g} N·s", "invariants")
+    report.check(claim, drag * ball_moved >= 0.0, f"{drag * ball_moved:.3g} N·s", "invariants")

@@ -13,7 +13,7 @@ os.environ["MPLBACKEND"] = "Agg"
 
 import numpy as np
 
-from golf_impact.facts.quantities import choose_prefix
+from golf_impact.facts.quantities import NoValue, choose_prefix
 from golf_impact.report.styles import BLACK, BLUE, GREEN, ORANGE, SKY, STYLES, VERMILION, Style  # noqa: F401
 from golf_impact.stopping import held
 
@@ -68,11 +68,12 @@ def plot_forces(
     """
     figure, axes = new(title, case=case)
     for style, words, metrics, path in curves:
-        peak = int(np.argmax(path["force"]))
-        force, time = metrics["max_force"] / 1e3, metrics["contact_time"] * 1e6
+        peak, contact = int(np.argmax(path["force"])), metrics["contact_time"]
+        time = contact.reason if isinstance(contact, NoValue) else f"{contact * 1e6:.0f} µs"
         line = {**STYLES[style].points, "markevery": [peak], "ms": 7}
-        label = f"{words}: {force:.2f} kN, {time:.0f} µs"
-        axes.plot(path["time"] * 1e6, path["force"] / 1e3, **line, label=label)
+        label = f"{words}: {metrics['max_force'] / 1e3:.2f} kN, {time}"
+        since_touch = (path["time"] - metrics["touch_time"]) * 1e6
+        axes.plot(since_touch, path["force"] / 1e3, **line, label=label)
     axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
     add_legend_above(axes)
     return figure

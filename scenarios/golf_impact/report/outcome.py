@@ -1,15 +1,9 @@
-"""The result of a scenario: cases, tables, checks, trajectories, figures and conclusions."""
+"""Tables and checks: what a report consists of."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
-
-if TYPE_CHECKING:
-    import numpy as np
-    from matplotlib.figure import Figure
-
+from collections.abc import Iterable
+from typing import Any, Literal, NamedTuple
 
 #: What a check compares a result of the FMU with.
 Kind = Literal["documents", "closed forms", "invariants", "statements", "consistency"]
@@ -24,8 +18,7 @@ KINDS: dict[Kind, str] = {
 }
 
 
-@dataclass
-class Table:
+class Table(NamedTuple):
     """A table as it is printed: cells of text (or rich.text.Text), the first one names the row."""
 
     title: str
@@ -33,11 +26,10 @@ class Table:
     rows: list[list[Any]]
 
 
-@dataclass(frozen=True)
-class Check:
+class Check(NamedTuple):
     """A claim, and whether it holds."""
 
-    claim: str  #: says what is compared with what
+    claim: str  #: states what is compared
     passed: bool
     detail: str  #: the numbers
     kind: Kind
@@ -58,49 +50,3 @@ def summarize_checks(checks: Iterable[Check]) -> str:
 
 def _count(passed: list[bool]) -> str:
     return str(len(passed)) if all(passed) else f"{sum(passed)} of {len(passed)}"
-
-
-@dataclass
-class Outcome:
-    """The results of one scenario; figures and trajectories by file name without suffix."""
-
-    title: str
-    #: Metrics by case, as in results.json (SI units).
-    cases: dict[str, dict[str, float]] = field(default_factory=dict)
-    #: By case, the command that opens it in `golf-impact explore`.
-    commands: dict[str, str] = field(default_factory=dict)
-    tables: list[Table] = field(default_factory=list)
-    checks: list[Check] = field(default_factory=list)
-    #: Printed numbers that are known not to be reproduced, each in a sentence.
-    deviations: list[str] = field(default_factory=list)
-    #: Columns by name, arrays of one shape (n,).
-    trajectories: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
-    #: Functions that plot them, given the module `figures`, and their captions.
-    figures: dict[str, Callable[[Any], Figure]] = field(default_factory=dict)
-    captions: dict[str, str] = field(default_factory=dict)
-    #: The conclusion in a sentence, for the summary of all scenarios; empty if there is none.
-    verdict: str = ""
-    #: Of the names of its results.json and report.html, if it has files of its own.
-    prefix: str = ""
-    words: list[str] = field(default_factory=list)
-
-    def check(self, claim: str, passed: bool, detail: str = "", kind: Kind = "statements") -> None:
-        """Record a claim, which says what is compared with what; `detail` has the numbers."""
-        self.checks.append(Check(claim, bool(passed), detail, kind))
-
-    def check_close(
-        self,
-        claim: str,
-        value: float,
-        expected: float,
-        tolerance: float,
-        why: str = "",
-        kind: Kind = "closed forms",
-    ) -> None:
-        """Record whether a value is within an absolute tolerance of the expected one.
-
-        `claim` says what is compared with what, `why` is the reason for the tolerance.
-        """
-        error = abs(value - expected)
-        detail = f"{value:.10g} against {expected:.10g}: error {error:.2g}, allowed {tolerance:.2g}"
-        self.check(claim, error <= tolerance, f"{detail} ({why})" if why else detail, kind)

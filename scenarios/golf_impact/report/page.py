@@ -12,76 +12,79 @@ from golf_build.packaging import rendered
 from golf_impact.facts import document
 from golf_impact.files import as_json, write_together
 from golf_impact.report import reading
-from golf_impact.report.outcome import KINDS, Outcome, summarize_checks
+from golf_impact.report.outcome import KINDS, summarize_checks
+from golf_impact.report.report import Report
 
 
-def write_outcomes(
+def write_reports(
     folder: Path,
-    outcomes: Mapping[str, Outcome],
+    reports: Mapping[str, Report],
     guid: str,
     with_figures: bool,
     prefix: str = "",
     tick: Callable[[], object] = lambda: None,
-) -> Path:
-    """Write results.json, trajectories as CSV, figures as PNG, and report.html; the latter's path.
+) -> None:
+    """Write results.json, trajectories as CSV, figures as PNG, and report.html.
 
-    Without figures, those that an earlier run wrote for the same outcomes are removed. `prefix` is
+    Without figures, those that an earlier run wrote for the same reports are removed. `prefix` is
     of the names results.json and report.html; `tick` is called after each figure.
 
     Raises:
         UserError: a file can't be written; then all are as they were.
     """
-    results = {name: outcome.cases for name, outcome in outcomes.items()}
+    results = {name: report.cases for name, report in reports.items()}
     files = {f"{prefix}results.json": as_json(results)}
-    images: dict[str, dict[str, bytes]] = {}
-    for name, outcome in outcomes.items():
-        for file, columns in outcome.trajectories.items():
+    for report in reports.values():
+        for file, columns in report.trajectories.items():
             text = io.StringIO()
             rows = csv.writer(text, lineterminator="\n")
             rows.writerow(columns)
             rows.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
             files[f"{file}.csv"] = text.getvalue().encode()
-        if with_figures and outcome.figures:
-            from golf_impact.report import figures
+    images: dict[str, dict[str, bytes]] = {name: {} for name in reports}
+    stale = [f"{file}.png" for report in reports.values() for file in report.figures]
+    if with_figures and stale:
+        from golf_impact.report import figures
 
-            images[name] = {}
-            for file, draw in outcome.figures.items():
-                images[name][file] = figures.to_png(draw(figures))
+        for name, report in reports.items():
+            for file, draw in report.figures.items():
+                files[f"{file}.png"] = images[name][file] = figures.to_png(draw(figures))
                 tick()
-            files |= {f"{file}.png": image for file, image in images[name].items()}
-    files[f"{prefix}report.html"] = render_page(outcomes, images, guid)
-    known = [f"{file}.png" for outcome in outcomes.values() for file in outcome.figures]
-    write_together(folder, files, stale=() if with_figures else known)
-    return folder / f"{prefix}report.html"
+    files[f"{prefix}report.html"] = render_page(reports, images, guid)
+    write_together(folder, files, stale=() if with_figures else stale)
 
 
 def render_page(
-    outcomes: Mapping[str, Outcome], images: Mapping[str, Mapping[str, bytes]], guid: str
+    reports: Mapping[str, Report], images: Mapping[str, Mapping[str, bytes]], guid: str
 ) -> bytes:
     """Render report.html, one self-contained file; images are PNG by scenario and name."""
     shown = {
-        name: [_figure(outcomes[name], *item) for item in of_outcome.items()]
-        for name, of_outcome in images.items()
+        name: [_figure(reports[name], *item) for item in of_report.items()]
+        for name, of_report in images.items()
     }
     return rendered(
         Path(__file__).with_name("report.html.jinja"),
-        outcomes=outcomes,
+        reports=reports,
         figures=shown,
         guid=guid,
         version=VERSION,
         document=document,
-        readings=reading.tables() if len(outcomes) > 1 else [],
-        checks=[check for outcome in outcomes.values() for check in outcome.checks],
-        deviations=[one for outcome in outcomes.values() for one in outcome.deviations],
+        readings=reading.tables() if len(reports) > 1 else [],
+        checks=[check for report in reports.values() for check in report.checks],
+        deviations=[one for report in reports.values() for one in report.deviations],
         kinds=KINDS,
         summarize=summarize_checks,
     )
 
 
-def _figure(outcome: Outcome, file: str, image: bytes) -> dict[str, str | int]:
+def _figure(report: Report, file: str, image: bytes) -> dict[str, str | int]:
     # The first chunk of a PNG holds its size.
     width, height = struct.unpack(">II", image[16:24])
-    size = {"width": width, "height": height}
-    caption = outcome.captions.get(file, "")
-    words = {"caption": caption, "alt": caption or file.replace("_", " ")}
-    return {"data": base64.b64encode(image).decode(), **size, **words}
+    caption = report.captions.get(file, "")
+    return {
+        "data": base64.b64encode(image).decode(),
+        "width": width,
+        "height": height,
+        "caption": caption,
+        "alt": caption or file.replace("_", " "),
+    }

@@ -1,18 +1,26 @@
-"""Builds the report of a scenario: impacts, checks, tables and figures."""
+"""The report of a scenario: impacts, checks, tables and figures."""
+
+from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from golf_impact.facts import closed_forms
-from golf_impact.facts.balls import BALLS
 from golf_impact.facts.document import NUMERICAL_ERROR, Printed
 from golf_impact.facts.quantities import describe_contact, format_options, format_value, label
 from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_impact.fmu.loaded import Named
-from golf_impact.report.outcome import Kind, Outcome, Table
+from golf_impact.report.outcome import Check, Kind, Table
+
+if TYPE_CHECKING:
+    import numpy as np
+    from matplotlib.figure import Figure
+
+    #: Plots a figure, given the module `golf_impact.report.figures`.
+    Plot = Callable[[Any], Figure]
 
 #: Tolerance of the FMU's outputs against closed forms, balances and its own velocities (relative
 #: to numbers of order one; the largest error seen is 4e-16).
@@ -21,11 +29,6 @@ SELF_CHECK = 1e-12
 Metrics = Named[float]
 
 _PRINTED = "0.5 % numerical error of the document and half a printed digit"
-
-_GIVEN = (
-    *("m_club", "m_ball", "ball_diameter", "k", "b", "club_speed", "ball_speed", "law"),
-    *("exponent", "restitution_at_rest"),
-)
 
 
 def derive_metrics(outputs: Mapping[str, float], given: Mapping[str, float]) -> Metrics:
@@ -54,12 +57,30 @@ def derive_metrics(outputs: Mapping[str, float], given: Mapping[str, float]) -> 
     )
 
 
-class Report(Outcome):
-    """The outcome of a scenario while it is being built; `fmu` runs the impacts."""
+class Report:
+    """The results of a scenario; `fmu` runs its impacts. Units are SI."""
 
     def __init__(self, title: str, fmu: ImpactFmu) -> None:
-        super().__init__(title)
-        self.fmu = fmu
+        self.title, self.fmu = title, fmu
+        #: Start values of inputs and parameters.
+        inputs = (v.name for v in fmu.variables.values() if v.causality in ("input", "parameter"))
+        self.starts = {name: fmu.default(name) for name in inputs}
+        #: Metrics by case, as in results.json.
+        self.cases: dict[str, Mapping[str, float]] = {}
+        #: By case, the command that opens it in `golf-impact explore`.
+        self.commands: dict[str, str] = {}
+        self.tables: list[Table] = []
+        self.checks: list[Check] = []
+        #: Printed numbers that are known not to be reproduced, each in a sentence.
+        self.deviations: list[str] = []
+        #: By file name without suffix: columns by name, arrays of one shape (n,).
+        self.trajectories: dict[str, dict[str, np.ndarray]] = {}
+        #: By file name without suffix: functions that plot, and their captions.
+        self.figures: dict[str, Plot] = {}
+        self.captions: dict[str, str] = {}
+        #: The conclusion in a sentence, for the summary of all scenarios; empty if there is none.
+        self.verdict = ""
+        self.words: list[str] = []
 
     # Run
 
@@ -77,10 +98,11 @@ class Report(Outcome):
             The metrics by the names of results.json (SI units). Results that need a contact or a
             separation are NaN if there is none, see `ImpactFmu.impact`.
         """
-        given = {name: self.fmu.default(name) for name in _GIVEN} | values
+        given = self.starts | values
         metrics = derive_metrics(self.fmu.impact(METRICS, **values), given)
         self.cases[name] = metrics
-        self.commands[name] = _explore(values)
+        # Without a value the page opens with a case of its own.
+        self.commands[name] = f"golf-impact explore {format_options(values or {'law': 1})}"
 
         def compare(metric: str, expected: float, tolerance: float, kind: Kind, what: str) -> None:
             claim = f"{name}: {label(metric)} agrees with {what}"
@@ -95,9 +117,7 @@ class Report(Outcome):
                 f"{name}: no separation. Club and ball stay in contact; velocities, momentum, "
                 f"kinetic energy and impulse are those after {after:g} s."
             )
-        elif metrics["kinetic_energy_initial"] == 0.0:
-            self.say(f"{name}: at these speeds the kinetic energy underflows to 0.")
-        else:
+        elif metrics["kinetic_energy_initial"]:
             for metric, expected in _definitions(metrics, given).items():
                 allowed = SELF_CHECK * max(1.0, abs(expected))
                 what = "its definition, applied to the FMU's own velocities"
@@ -107,11 +127,10 @@ class Report(Outcome):
             scales = {"ball_velocity": speed, "momentum_final": momentum}
             scales["coefficient_of_restitution"] = 1.0
             solution = closed_forms.expected(given, metrics)
-            solved = "coefficient_of_restitution" in solution
             for metric, expected in solution.items():
                 allowed = SELF_CHECK * scales.get(metric, abs(expected))
                 # Where there is no solution for COR, the impulse is compared in a balance, too.
-                if metric == "momentum_final" or not solved:
+                if metric == "momentum_final" or "coefficient_of_restitution" not in solution:
                     compare(metric, expected, allowed, "invariants", "the balance of momentum")
                 else:
                     compare(metric, expected, allowed, "closed forms", "the closed form")
@@ -123,10 +142,30 @@ class Report(Outcome):
 
     def describe(self, **values: float) -> str:
         """Contact law, stiffness and damping of a case in words, for the title of its figure."""
-        names = ("law", "k", "b", "exponent", "restitution_at_rest", "restitution_slope")
-        return describe_contact({name: values.get(name, self.fmu.default(name)) for name in names})
+        return describe_contact(self.starts | values)
 
     # Check
+
+    def check(self, claim: str, passed: bool, detail: str = "", kind: Kind = "statements") -> None:
+        """Record a claim, a sentence on what is compared; `detail` has the numbers."""
+        self.checks.append(Check(claim, bool(passed), detail, kind))
+
+    def check_close(
+        self,
+        claim: str,
+        value: float,
+        expected: float,
+        tolerance: float,
+        why: str = "",
+        kind: Kind = "closed forms",
+    ) -> None:
+        """Record whether a value is within an absolute tolerance of the expected one.
+
+        `claim` states what is compared, `why` is the reason for the tolerance.
+        """
+        error = abs(value - expected)
+        detail = f"{value:.10g} against {expected:.10g}: error {error:.2g}, allowed {tolerance:.2g}"
+        self.check(claim, error <= tolerance, f"{detail} ({why})" if why else detail, kind)
 
     def rises(self, claim: str, values: str | Sequence[float], kind: Kind = "statements") -> None:
         """Check that these values (or a metric of all cases, in order) increase strictly."""
@@ -136,16 +175,10 @@ class Report(Outcome):
         """Check that these values (or a metric of all cases, in order) decrease strictly."""
         self._check_all(claim, values, lambda of: all(a > b for a, b in pairwise(of)), kind)
 
-    def stays(
-        self,
-        claim: str,
-        values: str | Sequence[float],
-        tolerance: float = 1e-12,
-        kind: Kind = "statements",
-    ) -> None:
-        """Check that these values (or a metric of all cases) are equal, to a relative tolerance."""
-        close = partial(math.isclose, rel_tol=tolerance)
-        self._check_all(claim, values, lambda of: all(close(of[0], value) for value in of), kind)
+    def stays(self, claim: str, values: str | Sequence[float], kind: Kind = "statements") -> None:
+        """Check that these values (or a metric of all cases) are equal, to 1e-12 relative."""
+        same = partial(math.isclose, rel_tol=SELF_CHECK)
+        self._check_all(claim, values, lambda of: same(min(of), max(of)), kind)
 
     def _check_all(
         self,
@@ -183,30 +216,27 @@ class Report(Outcome):
 
         The last column is the error of the scheme; the printed numbers are also rounded.
         """
-        errors = [f"{(scheme[one] / exact[one] - 1) * 100:+.2f}" for one in printed]
-        rows = [
+        rows = (
             [
                 label(one),
                 number.text,
-                *(format_value(one, of[one]) for of in (scheme, exact)),
-                error,
+                format_value(one, scheme[one]),
+                format_value(one, exact[one]),
+                f"{(scheme[one] / exact[one] - 1) * 100:+.2f}",
             ]
-            for (one, number), error in zip(printed.items(), errors, strict=True)
-        ]
+            for one, number in printed.items()
+        )
         self.table(title, ["", "printed", "its scheme", "exact", "error (%)"], rows)
 
-    def figure(
-        self, name: str, caption: str = ""
-    ) -> Callable[[Callable[[Any], Any]], Callable[[Any], Any]]:
+    def figure(self, name: str, caption: str = "") -> Callable[[Plot], Plot]:
         """Decorate a function that plots a figure; its name is that of the file, without suffix.
 
         The function is called with the module `golf_impact.report.figures` when figures are
-        written, and returns a matplotlib figure. The caption says in a sentence what it shows.
+        written, and returns a matplotlib figure. The caption is a sentence.
         """
 
-        def keep(draw: Callable[[Any], Any]) -> Callable[[Any], Any]:
-            self.figures[name] = draw
-            self.captions[name] = caption
+        def keep(draw: Plot) -> Plot:
+            self.figures[name], self.captions[name] = draw, caption
             return draw
 
         return keep
@@ -222,15 +252,3 @@ def _definitions(metrics: Metrics, given: Mapping[str, float]) -> dict[str, floa
         "coefficient_of_restitution": (v_ball - v_club) / (u_club - u_ball),
         "energy_efficiency": energy / metrics["kinetic_energy_initial"],
     }
-
-
-def _explore(values: Mapping[str, float]) -> str:
-    """The command that opens a case in explore; a preset ball by its name."""
-    # Without a value the page opens with a case of its own.
-    options, values = [], values or {"law": 1}
-    for ball in BALLS.values():
-        if ball.values.items() <= values.items():
-            options = [f"--ball {ball.name}"]
-            values = {name: v for name, v in values.items() if name not in ball.values}
-            break
-    return " ".join(filter(None, ("golf-impact explore", *options, format_options(values))))

@@ -6,7 +6,6 @@ from typing import Any
 
 from golf_impact.stress import cases, invariants, long_runs, special_points, stability
 from golf_impact.stress.driver import driver
-from golf_impact.stress.ledger import Ledger
 from golf_impact.timing import describe_machine
 
 #: Random impacts and special points, of --quick and of all.
@@ -20,7 +19,7 @@ def checks_and_maps(
 ) -> dict[str, Any]:
     """What stress.json holds; a seed gives the same impacts and steps again."""
     impacts, specials = IMPACTS[quick]
-    ledger = Ledger(*invariants.CLAIMS, *long_runs.CLAIMS, _FLAT)
+    ledger = invariants.Ledger(*invariants.CLAIMS, *long_runs.CLAIMS, _FLAT)
     # Of so many impacts one is held against the reference.
     random = ("random impacts", impacts, cases.random_impact, 10)
     special = ("special points", specials, special_points.special_impact, 1)
@@ -35,9 +34,8 @@ def checks_and_maps(
         steps = 20_000 if quick else 1_000_000
         tiny = {f"law {law}": long_runs.tiny_steps(fmu, ledger, law, steps, tick) for law in (1, 2)}
         many = long_runs.many_impacts(fmu, ledger, 2000 if quick else 100_000, tick)
-        maps = stability.maps(
-            fmu, quick, progress("stability map", stability.METHODS * (5 if quick else 27))
-        )
+        tick = progress("stability map", 5 if quick else 27)
+        maps = stability.maps(fmu, quick, tick)
         guid = fmu.description.guid
     for row, zeta in zip(maps[0]["errors"], maps[0]["damping"], strict=True):
         for error, x in zip(row, maps[0]["steps"], strict=True):

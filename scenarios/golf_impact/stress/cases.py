@@ -6,17 +6,12 @@ those at the borders of closed forms.
 
 import math
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 from golf_impact.facts.closed_forms import half_contact, reduced_mass
-
-#: The smallest and the largest communication step, s.
-SMALLEST_STEP, LARGEST_STEP = 1e-9, 1.0
-
-#: Steps per segment of a random partition; what is left then is one step.
-_MOST_STEPS = 24
+from golf_impact.peers.problem import Case
 
 #: The communication steps of each segment, s.
 Steps = list[list[float]]
@@ -30,17 +25,12 @@ class Segment:
     k: float
     b: float
 
-    @classmethod
-    def rounded(cls, length: float, k: float, b: float) -> "Segment":
-        """With the nearest length whose parts add up exactly."""
-        return cls(rounded(length, quantum(length)), k, b)
-
 
 @dataclass(frozen=True)
 class ImpactCase:
     """What a run begins with, and its segments."""
 
-    number: int  #: of the impact in its run: with the seed it says all
+    number: int  #: of the impact in its run; with the seed it determines the impact
     values: dict[str, float]  #: inputs and parameters by name
     start_time: float  #: the host's time at the start, s
     segments: tuple[Segment, ...]  #: the first one's k and b are those of `values`
@@ -85,16 +75,8 @@ def contact_time_of_law2(zeta: float, values: Mapping[str, float]) -> float:
 
 # The table
 
-#: What every case is but for what its name says: the document's impact.
-BASELINE = {
-    "m_club": 0.210,
-    "m_ball": 0.04593,
-    "k": 1e6,
-    "b": 9.0,
-    "club_speed": 35.0,
-    "ball_speed": 0.0,
-    "gap": 0.0,
-}
+#: The document's impact, from which the named cases differ.
+BASELINE = {name: value for name, value in vars(Case()).items() if name != "law"} | {"gap": 0.0}
 
 #: Cases that stretch one thing each; ζ replaces b where it is given.
 NAMED: dict[str, dict[str, float]] = {
@@ -147,8 +129,8 @@ def unchanged(number: int, values: dict[str, float], contact_times: float) -> Im
     """An impact whose k and b stay, for so many of law 2's contact times after touch."""
     approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
     length = approach + contact_times * contact_time_of_law2(damping_ratio(values), values)
-    segment = Segment.rounded(length, values["k"], values["b"])
-    return ImpactCase(number, values, 0.0, (segment,))
+    segments = segments_between([0.0, length], [(values["k"], values["b"])])
+    return ImpactCase(number, values, 0.0, segments)
 
 
 def random_impact(seed: int, number: int) -> ImpactCase:
@@ -171,9 +153,17 @@ def random_impact(seed: int, number: int) -> ImpactCase:
     values |= {"b": zeta * critical_damping(k, m_club, m_ball)}
     values |= {"club_speed": club_speed, "ball_speed": ball_speed, "gap": gap}
     start_time = rng.choice((0.0, 1.0)) * _decades(rng, -3, 6)
-    approach = gap / closing if closing > 0.0 else 0.0
-    segments = _segments(rng, values, approach, contact_time_of_law2(zeta, values))
-    return ImpactCase(number, values, start_time, segments)
+    contact = contact_time_of_law2(zeta, values)
+    touch = gap / closing if gap else 0.0
+    edges, inputs = [0.0], [(k, values["b"])]
+    for cut in sorted(rng.uniform(0.02, 1.1) for _ in range(rng.choice((0, 0, 0, 0, 1, 2, 3)))):
+        edges.append(touch + cut * contact)
+        b = values["b"] * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)
+        inputs.append((k * _decades(rng, -2, 2), b))
+    end = touch + 4.0 * contact
+    if rng.random() < 0.2:  # a long way on
+        end += _decades(rng, -3, 0)
+    return ImpactCase(number, values, start_time, segments_between([*edges, end], inputs))
 
 
 def _decades(rng: random.Random, low: float, high: float) -> float:
@@ -190,36 +180,23 @@ def _damping(rng: random.Random) -> float:
     return _decades(rng, -4, 4) if kind < 4 else _decades(rng, -2, 1)
 
 
-def _segments(
-    rng: random.Random, values: dict[str, float], approach: float, contact: float
-) -> tuple[Segment, ...]:
-    k, b = values["k"], values["b"]
-    lengths, inputs = [approach + 2.0 * contact], [(k, b)]
-    if rng.random() < 0.3:
-        cuts = sorted(rng.uniform(0.02, 1.1) for _ in range(rng.randint(1, 3)))
-        lengths = differences([0.0, *(approach + cut * contact for cut in cuts)])
-        lengths.append(3.0 * contact)
-        for _ in cuts:
-            stiffness = k * _decades(rng, -2, 2)
-            inputs.append((stiffness, b * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)))
-    if rng.random() < 0.2:  # a long way on
-        lengths[-1] += _decades(rng, -3, 0)
-    return segments_of(lengths, inputs)
-
-
 def differences(places: Sequence[float]) -> list[float]:
     """From each to the next."""
     return [after - before for before, after in pairwise(places)]
 
 
-def segments_of(
-    lengths: Sequence[float], inputs: Sequence[tuple[float, float]]
+def segments_between(
+    edges: Sequence[float], inputs: Sequence[tuple[float, float]]
 ) -> tuple[Segment, ...]:
-    """One for each positive length (s) with its k and b; the first one has the first inputs."""
+    """From edge to edge (s), unless there is no time between, each with its k and b.
+
+    The first one has the first inputs. Lengths are rounded, so that their parts add up exactly.
+    """
     made: list[Segment] = []
-    for length, pair in zip(lengths, inputs):
+    for length, pair in zip(differences(edges), inputs, strict=True):
         if length > 0.0:
-            made.append(Segment.rounded(length, *(pair if made else inputs[0])))
+            exact = rounded(length, quantum(length))
+            made.append(Segment(exact, *(pair if made else inputs[0])))
     return tuple(made)
 
 
@@ -236,6 +213,13 @@ def rounded(time: float, unit: float) -> float:
     return round(time / unit) * unit
 
 
+def steps_between(length: float, cuts: Iterable[float]) -> list[float]:
+    """The steps of a segment from cut to cut, s; cuts outside of it don't count."""
+    unit = quantum(length)
+    inside = {rounded(cut, unit) for cut in cuts if 0.0 < cut < length}
+    return differences(sorted(inside | {0.0, length}))
+
+
 def one_step(impact: ImpactCase) -> Steps:
     return [[segment.length] for segment in impact.segments]
 
@@ -245,21 +229,16 @@ def equal_steps(impact: ImpactCase) -> Steps:
 
 
 def random_steps(impact: ImpactCase, seed: int) -> Steps:
-    """Steps of 1 ns to 1 s in any order; the last one of a segment takes what is left."""
+    """Some 24 steps of 1 ns to 1 s in any order; the last one of a segment takes what is left."""
     rng = random.Random(f"{seed}/{impact.number}/steps/{impact.kind}")
     partition = []
     for segment in impact.segments:
-        unit, left = quantum(segment.length), segment.length
-        steps: list[float] = []
-        longest, shortest = min(LARGEST_STEP, left), max(SMALLEST_STEP, 4.0 * unit)
-        while len(steps) < _MOST_STEPS and shortest < longest:
-            low = max(math.log10(shortest), math.log10(longest) - rng.choice((1.0, 3.0, 9.0)))
-            step = rounded(_decades(rng, low, math.log10(longest)), unit)
-            if not 0.0 < step < left:
-                break
-            steps.append(step)
-            left -= step
-        partition.append([*steps, left])
+        longest = math.log10(min(1.0, segment.length))
+        sizes = [
+            _decades(rng, max(-9.0, longest - rng.choice((1.0, 3.0, 9.0))), max(-9.0, longest))
+            for _ in range(24)
+        ]
+        partition.append(steps_between(segment.length, accumulate(sizes)))
     return partition
 
 
@@ -268,26 +247,35 @@ def straddling_steps(impact: ImpactCase, contact_time: float, seed: int) -> Step
     rng = random.Random(f"{seed}/{impact.number}/straddle/{impact.kind}")
     partition, begin = [], 0.0
     for segment in impact.segments:
-        unit = quantum(segment.length)
-        cuts = {0.0, segment.length}
-        for event in (impact.approach, impact.approach + contact_time):
-            near = max(SMALLEST_STEP, 64.0 * unit) * _decades(rng, 0, 2)
-            for cut in (event - begin - near, event - begin + near):
-                if 0.0 < cut < segment.length:
-                    cuts.add(rounded(cut, unit))
-        partition.append(differences(sorted(cuts)))
+        near = max(1e-9, 64.0 * quantum(segment.length))
+        cuts = [
+            event - begin + side * near * _decades(rng, 0, 2)
+            for event in (impact.approach, impact.approach + contact_time)
+            for side in (-1.0, 1.0)
+        ]
+        partition.append(steps_between(segment.length, cuts))
         begin += segment.length
     return partition
 
 
+def partitions(impact: ImpactCase, contact_time: float, seed: int) -> dict[str, Steps]:
+    """All of these by name."""
+    return {
+        "one step": one_step(impact),
+        "equal": equal_steps(impact),
+        "random": random_steps(impact, seed),
+        "straddling": straddling_steps(impact, contact_time, seed),
+    }
+
+
 def without_gap(impact: ImpactCase) -> ImpactCase:
     """The same impact, touching at the start."""
-    first, *rest = impact.segments
-    length = first.length - impact.approach
-    if length > 0.0:
-        rest.insert(0, Segment.rounded(length, first.k, first.b))
-    values = impact.values | {"gap": 0.0, "k": rest[0].k, "b": rest[0].b}
-    return replace(impact, values=values, start_time=0.0, segments=tuple(rest))
+    lengths = [segment.length for segment in impact.segments]
+    edges = [max(0.0, edge - impact.approach) for edge in accumulate(lengths, initial=0.0)]
+    inputs = [(s.k, s.b) for s, end in zip(impact.segments, edges[1:]) if end > 0.0]
+    segments = segments_between(edges[-1 - len(inputs) :], inputs)
+    values = impact.values | {"gap": 0.0, "k": segments[0].k, "b": segments[0].b}
+    return replace(impact, values=values, start_time=0.0, segments=segments)
 
 
 def flat(steps: Steps) -> list[float]:

@@ -36,9 +36,8 @@ class Driver(ImpactFmu):
         """The outputs after each of these steps through an impact."""
         self.begin_run(impact.values, impact.start_time)
         point, seen = impact.start_time, []
-        for number, (segment, sizes) in enumerate(zip(impact.segments, steps, strict=True)):
-            if number:
-                self.set({"k": segment.k, "b": segment.b})
+        for segment, sizes in zip(impact.segments, steps, strict=True):
+            self.set({"k": segment.k, "b": segment.b})
             for size in sizes:
                 self.slave.doStep(point, size)
                 point += size

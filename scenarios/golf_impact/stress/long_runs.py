@@ -1,11 +1,12 @@
 """The two long runs: a million steps of 1 ns, and 100,000 impacts in one instance."""
 
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any
 
 from golf_impact.stress.cases import BASELINE, one_step, unchanged
 from golf_impact.stress.driver import Driver, Outputs
-from golf_impact.stress.ledger import Ledger
+from golf_impact.stress.invariants import Ledger
 from golf_impact.stress.reference import Reference
 from golf_impact.stress.scales import TOLERANCE, Scales
 from golf_impact.timing import resident_bytes
@@ -36,12 +37,11 @@ def tiny_steps(
     driver.begin_run(values)
     every, point, memory = number // 20, 0.0, None
     worst: list[float] = []
-    do_step = driver.slave.doStep
     for _ in range(20):
         for _ in range(every):
-            do_step(point, _TINY)
+            driver.slave.doStep(point, _TINY)
             point += _TINY
-        exact.step(_TINY, times=every)
+        exact.step(every * Fraction(_TINY))
         outputs = driver.outputs()
         memory = memory or resident_bytes()
         errors = {name: scales.error(name, outputs[name], x) for name, x in exact.outputs().items()}
@@ -49,7 +49,7 @@ def tiny_steps(
         worst.append(error)
         ledger.record("tiny_steps", error, values, output=name, time=point)
         tick()
-    gained = _gained(memory)
+    gained = _memory_gained(memory)
     ledger.record("tiny_steps_memory", gained or 0.0, values)
     return {"steps": every * 20, "errors": worst, "memory_gained_mb": gained}
 
@@ -78,11 +78,11 @@ def many_impacts(
         after = impact(values)
         difference = max(abs(after[name] - before[name]) for name in before)
         ledger.record("many_impacts", difference, values)
-    gained = _gained(memory)
+    gained = _memory_gained(memory)
     ledger.record("many_impacts_memory", gained or 0.0, {"impacts": number})
     return {"impacts": number, "memory_gained_mb": gained}
 
 
-def _gained(before: int | None) -> float | None:
+def _memory_gained(before: int | None) -> float | None:
     now = resident_bytes()
     return None if before is None or now is None else max(0.0, (now - before) / 1e6)

@@ -18,7 +18,7 @@ class Scales:
     values: Mapping[str, float]  #: what the run began with, and start_time
     largest: Mapping[str, float]  #: outputs then: max_force, max_compression, impulse, contact_time
     approach: float  #: s from the start to first touch
-    span: float = 0.0  #: s from the start to where the outputs are looked at
+    span: float = 0.0  #: s from the start to the instant of the outputs
     #: The fastest rate in the contact, 1/s: where a time is known to 4e-16 of the approach, this
     #: fast the outputs in contact change with it.
     fastest: float = 0.0

@@ -79,4 +79,4 @@ def _segments(
     edges = [0.0, *(approach + cut * contact for cut in cuts)]
     edges.append(max(edges[-1], approach + contact) + 2.0 * contact)
     inputs = [(k, b), *(rng.choice(others) for _ in cuts)]
-    return cases.segments_of(cases.differences(edges), inputs)
+    return cases.segments_between(edges, inputs)

@@ -2,11 +2,10 @@
 
 A law-2 impact of the document's bodies; ω0 h is the step over the undamped time scale, ζ the
 damping ratio. The error is the worst of velocities (over |u_C| + |u_B|), contact time and largest
-force (relative). SciPy's adaptive methods choose h themselves: their map is over rtol instead.
+force (relative).
 """
 
 import math
-import warnings
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -14,16 +13,17 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
-from golf_impact.peers import solve_ivp, stepping
+from golf_impact.peers import stepping
 from golf_impact.peers.problem import Case, Outcome, errors
 from golf_impact.report import figures
+from golf_impact.stress.cases import critical_damping
 from golf_impact.stress.driver import Driver
 from golf_impact.stress.reference import exact_outcome
 
 OURS = "this FMU"
 
-#: How many methods have a map.
-METHODS = 6
+#: From a case and a step size (s) to its outcome.
+Solve = Callable[[Case, float], Outcome]
 
 #: Between which errors the colours change: two decades a colour up to 1, and beyond, where no digit
 #: is right, in colours of their own.
@@ -31,61 +31,44 @@ _BOUNDS = [*(10.0**power for power in range(-16, 1, 2)), 10.0, 1e3, 1e6]
 _NO_DIGIT = ("#F2A48B", figures.VERMILION, "#7A2000")
 
 
-#: The errors of one method, for JSON: `method`, `axis` ("ω0 h" or "rtol"), `steps` along it,
-#: `damping` (ζ) and `errors`, a row for each ζ; inf where no end of contact is found.
+#: The errors of one method, for JSON: `method`, `steps` (ω0 h), `damping` (ζ) and `errors`, a row
+#: for each ζ; inf where no end of contact is found.
 Map = dict[str, Any]
 
 
 def maps(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
-    """The maps of the FMU and its peers."""
+    """The maps of the FMU and of stepping methods; `tick` is called after each damping ratio."""
     steps = np.logspace(-2 if quick else -3, 3, 6 if quick else 37).tolist()
-    tolerances = np.logspace(-3, -13, 3 if quick else 11).tolist()
-    cases = {zeta: _case(zeta) for zeta in (0.0, *np.logspace(-2, 3, 4 if quick else 26).tolist())}
-    exact = {zeta: exact_outcome(case) for zeta, case in cases.items()}
-    solvers: list[tuple[str, str, list[float], Callable[[Case, float], Outcome]]] = [
-        (OURS, "ω0 h", steps, partial(_fmu, driver)),
-        *((name, "ω0 h", steps, partial(_step, peer)) for name, peer in stepping.METHODS.items()),
-        *(
-            (f"SciPy {method}", "rtol", tolerances, partial(solve_ivp.solve, method=method))
-            for method in ("DOP853", "Radau")
-        ),
+    damping = [0.0, *np.logspace(-2, 3, 4 if quick else 26).tolist()]
+    methods: dict[str, Solve] = {OURS: partial(_by_fmu, driver), **stepping.METHODS}
+    made: list[Map] = [
+        {"method": name, "steps": steps, "damping": damping, "errors": []} for name in methods
     ]
-    made = []
-    for name, axis, columns, solve in solvers:
-        one: Map = {"method": name, "axis": axis, "steps": columns, "damping": [*cases]}
-        one["errors"] = []
-        for zeta, case in cases.items():
-            one["errors"].append([_error(case, solve, x, exact[zeta]) for x in columns])
-            tick()
-        made.append(one)
+    for zeta in damping:
+        case = _case(zeta)
+        exact = exact_outcome(case)
+        for one, solve in zip(made, methods.values(), strict=True):
+            sizes = [x / case.natural_frequency for x in steps]
+            one["errors"].append([_error(case, solve, size, exact) for size in sizes])
+        tick()
     return made
 
 
 def _case(zeta: float) -> Case:
-    plain = Case(law=2)
-    return Case(law=2, b=2.0 * zeta * math.sqrt(plain.k * plain.reduced_mass))
+    return Case(law=2, b=zeta * critical_damping(Case.k, Case.m_club, Case.m_ball))
 
 
-def _error(case: Case, solve: Callable[[Case, float], Outcome], x: float, exact: Outcome) -> float:
-    with warnings.catch_warnings():
-        # A peer that diverges may warn: that is what the map is for.
-        warnings.simplefilter("ignore")
-        try:
-            error = max(errors(case, solve(case, x), exact))
-        except (ArithmeticError, ValueError):
-            return math.inf
+def _error(case: Case, solve: Solve, size: float, exact: Outcome) -> float:
+    try:
+        error = max(errors(case, solve(case, size), exact))
+    except (ArithmeticError, ValueError):
+        return math.inf  # a method that diverges
     return error if math.isfinite(error) else math.inf
 
 
-def _step(peer: Any, case: Case, x: float) -> Outcome:
-    """The outcome of a stepping method with the step ω0·h = x."""
-    return peer(case, x / case.natural_frequency)
-
-
-def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
-    """By steps of x/ω0 through the contact, until it is over."""
-    size, point = x / case.natural_frequency, 0.0
+def _by_fmu(driver: Driver, case: Case, size: float) -> Outcome:
     driver.begin_run(vars(case))
+    point = 0.0
     while not driver.read_flag("separated"):
         driver.slave.doStep(point, size)
         point += size
@@ -94,7 +77,7 @@ def _fmu(driver: Driver, case: Case, x: float) -> Outcome:
 
 def draw(maps: list[Map]) -> bytes:
     """The maps as PNG, on one colour scale."""
-    figure, axes = figures.plt.subplots(2, METHODS // 2, figsize=(11.5, 7.0))
+    figure, axes = figures.plt.subplots(2, 2, figsize=(9.0, 7.0), sharex=True, sharey=True)
     title = "Error over step size and damping (law 2): the FMU is flat, stepping methods diverge"
     figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
     number = len(_BOUNDS) - 1 - len(_NO_DIGIT)
@@ -105,13 +88,15 @@ def draw(maps: list[Map]) -> bytes:
         table = np.ma.masked_invalid(one["errors"]).clip(_BOUNDS[0], _BOUNDS[-1] * 0.999)
         image = place.pcolormesh(table, cmap=colours, norm=norm)
         place.set_title(one["method"], fontsize=10.5)
-        place.set_xlabel("step size ω₀h" if one["axis"] == "ω0 h" else "tolerance rtol")
-        place.set_ylabel("damping ratio ζ")
         for axis, values in ((place.xaxis, one["steps"]), (place.yaxis, one["damping"])):
             chosen = [n for n, x in enumerate(values) if not x or math.log10(x) % 1.0 < 1e-9]
             chosen = chosen[:: 1 + len(chosen) // 8]
             axis.set_ticks([n + 0.5 for n in chosen], [_power(values[n]) for n in chosen])
         place.grid(False)
+    for row in axes:
+        row[0].set_ylabel("damping ratio ζ")
+    for place in axes[-1]:
+        place.set_xlabel("step size ω₀h")
     bar = figure.colorbar(image, ax=axes, shrink=0.9, extend="max", spacing="uniform")
     bar.set_ticks(_BOUNDS, labels=[*map(_power, _BOUNDS)])
     bar.set_label("error (grey: no end of contact found)")
