@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from golf_build import VERSION
-from golf_impact.calibration.fit import ContactLaw, Fit, fit, missing
+from golf_impact.calibration.fit import ContactLaw, Fit, fit
 from golf_impact.calibration.measurements import (
     DEFAULT_SIGMA,
     TARGETS,
@@ -81,12 +81,10 @@ class Calibration:
         self.compared: list[tuple[ContactLaw, Fit | str]] = []
         for number, exponent in _COMPARED if data.sized else ():
             other = ContactLaw(number, exponent, law.reference_compression)
-            result: Fit | str | None = best if other == law else missing(other, data)
             try:
-                result = result or fit(fmu, data, other)
+                self.compared.append((other, best if other == law else fit(fmu, data, other)))
             except UserError as error:
-                result = str(error)
-            self.compared.append((other, result))
+                self.compared.append((other, str(error)))
         self.fits = [one for _, one in self.compared if isinstance(one, Fit)]
         if speeds is None:
             one = data.cor_speeds
@@ -363,8 +361,6 @@ def calibrate(
         )
     if chosen.law == 2:
         check_speeds(data)
-    if why := missing(chosen, data):
-        raise UserError(f"{chosen.title} can't be fitted: {why}")
     try:
         import scipy  # noqa: F401
     except ImportError:

@@ -13,18 +13,17 @@ import numpy as np
 from golf_impact.calibration.measurements import RESTITUTION, TARGETS, Measurements, number
 from golf_impact.calibration.pulse import contact_rows, impulse_ratio, noise
 from golf_impact.errors import UserError
+from golf_impact.facts.quantities import LAWS_IN_WORDS
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.uncertainty import RANGES, gradient
 
 #: The parameters of COR = first − second · approach speed; they replace b.
 LINE = ("restitution_at_rest", "restitution_slope")
 
-#: Damping ratios and exponents of the starts, and how many of the best of them are refined; the
-#: impulse of a curve gives its ζ.
-_ZETAS, _EXPONENTS = (1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0), (1.05, 1.5, 2.2, 4.0, 9.0)
-_REFINED = 20
+#: Damping ratios and exponents of the starts.
+_ZETAS, _EXPONENTS = (1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0), (1.05, 1.5, 2.2, 4.0)
 
-#: Starts are refined on about this many rows of a curve, the best of them on all.
+#: Starts are refined on about this many rows of a curve.
 _ROWS = 50
 
 #: The unit of the coordinate of touch, s; the residual, in σ, where the bodies never separate, and
@@ -43,8 +42,10 @@ class ContactLaw:
     @classmethod
     def of(cls, law: int, exponent: float | str, reference_compression: float) -> ContactLaw:
         """From options: the exponent is a number or "free"; UserError if there is no such law."""
+        if law not in (1, 2):
+            raise UserError(f"--law {law} is refused: {LAWS_IN_WORDS}")
         number(reference_compression, "reference_compression")
-        n = None if str(exponent).strip().lower() == "free" else number(exponent, "exponent")
+        n = None if exponent == "free" else number(exponent, "exponent")
         if law == 1 and n != 1.0:
             why = "with --law 1 (absolute), which is linear: leave it out, or take --law 2"
             raise UserError(f"--exponent {exponent} is refused {why}")
@@ -71,7 +72,6 @@ class Fit:
     """The best parameters of one law; arrays over all measured values have the shape (n,)."""
 
     law: ContactLaw
-    title: str
     values: dict[str, float]  #: the FMU's inputs and parameters of this impact, SI units
     parameters: dict[str, Estimate]  #: those of them that were fitted
     covariance: np.ndarray  #: of the parameters, (p, p); NaN where not defined
@@ -83,6 +83,10 @@ class Fit:
     estimated: tuple[str, ...]  #: groups of measurements whose σ follows from the residuals
     aic: float  #: Akaike's information criterion
     others: list[dict[str, float]]  #: values of further minima that are as good
+
+    @property
+    def title(self) -> str:
+        return self.law.title + " with COR line" * (LINE[0] in self.parameters)
 
     @property
     def chi_squared(self) -> float:
@@ -119,23 +123,6 @@ class Fit:
         }
 
 
-def missing(law: ContactLaw, data: Measurements) -> str | None:
-    """Why these measurements can't determine the law's free parameters, or None if they can."""
-    line = data.cor_speeds is not None
-    if law.law == 1 and line:
-        return "its damping has no COR line (--cor-speeds): take --law 2"
-    speeds = sum(name in RESTITUTION for name in data.targets)
-    sizes = len(data.targets) - speeds
-    have, free = sizes + (line or speeds > 0), ("k", "b", "exponent")[: 2 + (law.exponent is None)]
-    only_line = line and not sizes and law.exponent is not None
-    if data.curve is not None or only_line or have >= len(free):
-        return None
-    return (
-        f"too few targets: {', '.join(free)} need {len(free)} independent ones, these are {have} "
-        "(ball speed, club speed after and COR depend on the damping only: they count once)"
-    )
-
-
 def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
     """The parameters of a law that meet these measurements best.
 
@@ -143,50 +130,54 @@ def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
     estimated from the residuals, for each series separately.
 
     Raises:
-        UserError: no contact that ends comes near the measurements, or they leave the range of
-            double precision.
+        UserError: the measurements don't determine the law's parameters, or no contact that ends
+            comes near them.
     """
-    few, curve = data, data.curve
-    if curve is not None and (step := len(curve.y) // _ROWS) > 1:
-        sigma = None if curve.sigma is None else curve.sigma[::step]
-        thinned = replace(curve, x=curve.x[::step], y=curve.y[::step], sigma=sigma)
-        few = replace(data, series={**data.series, "curve": thinned})
-    try:
-        with np.errstate(all="ignore"):
-            return _Problem(fmu, data, law).fit(_Problem(fmu, few, law).minima())
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
+    _check_number(law, data)
+    with np.errstate(all="ignore"):
+        return _Problem(fmu, data, law).fit()
+
+
+def _check_number(law: ContactLaw, data: Measurements) -> None:
+    """Raise UserError if these measurements can't determine the law's free parameters."""
+    line = data.cor_speeds is not None
+    if law.law == 1 and line:
+        why = "its damping has no COR line (--cor-speeds): take --law 2"
+        raise UserError(f"{law.title} can't be fitted: {why}")
+    speeds = sum(name in RESTITUTION for name in data.targets)
+    sizes = len(data.targets) - speeds
+    have, free = sizes + (line or speeds > 0), ("k", "b", "exponent")[: 2 + (law.exponent is None)]
+    only_line = line and not sizes and law.exponent is not None
+    if data.curve is None and not only_line and have < len(free):
         raise UserError(
-            f"{law.title}: the measurements or their σ are too small or too large for double "
-            f"precision ({error})"
-        ) from error
+            f"{law.title} can't be fitted: too few targets: {', '.join(free)} need {len(free)} "
+            f"independent ones, these are {have} (ball speed, club speed after and COR depend on "
+            "the damping only: they count once)"
+        )
 
 
 class _Problem:
     """One law and the measurements that it has to meet.
 
-    The coordinates of a fit suit least squares better than k and b. With v the club speed,
-    m = (n + 1)/2 and ω = √(m k/μ) at the reference compression, the length L with
-    ω (L/d_r)^(m − 1) = m v/L is the compression that the speed would reach without damping, up to a
-    factor of order 1; ζ = b/(2 μ ω). Then speeds depend on ζ alone, times are proportional to L and
-    forces to 1/L, whatever d_r is. They are
+    The coordinates of a fit are its free parameters, in this order and as they suit least squares:
 
-    - length: ln(L/1 m),
-    - damping: arsinh ζ, or the two parameters of a COR line,
+    - k: its logarithm, in which dependences on k and n are nearly linear,
+    - b: the damping ratio ζ = b/√(2 (n + 1) k μ), on which alone speeds depend; or the two
+      parameters of a COR line,
     - exponent: n, if free,
     - touch: the instant of touch since the first row of the curve, if there is one, in `_CLOCK`.
     """
 
     def __init__(self, fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> None:
         self.fmu, self.data, self.law = fmu, data, law
-        line, sized = data.cor_speeds is not None, data.sized
-        exponent = ["exponent"] if law.exponent is None and sized else []
-        damping, touch = LINE if line else ("damping",), ["touch"] * (data.curve is not None)
-        self.coordinates = (*["length"] * sized, *damping, *exponent, *touch)
+        fixed = set() if data.sized else {"k", "exponent"}
+        fixed |= {"b"} if data.cor_speeds else set(LINE)
+        fixed |= {"exponent"} if law.exponent is not None else set()
         #: The FMU's names of what is fitted.
-        self.free = [*["k"] * sized, *["b"] * (not line), *exponent, *LINE * line]
-        ranges = {name: ends[:2] for name, ends in RANGES.items()} | {"damping": (0.0, 12.0)}
+        self.free = [name for name in RANGES if name not in fixed]
         unbounded = (-math.inf, math.inf)
-        self.bounds = np.array([ranges.get(name, unbounded) for name in self.coordinates]).T
+        ranges = [unbounded if name == "k" else RANGES[name][:2] for name in self.free]
+        self.bounds = np.array([*ranges, *[unbounded] * (data.curve is not None)]).T
         self.estimated = tuple(name for name, one in data.series.items() if one.sigma is None)
         sigma = [np.array([target.sigma for target in data.targets.values()])]
         for name, one in data.series.items():
@@ -198,18 +189,14 @@ class _Problem:
 
     def values(self, x: np.ndarray) -> dict[str, float]:
         """Inputs and parameters of the FMU at these coordinates, by name (SI units)."""
-        at = dict(zip(self.coordinates, map(float, x)))
-        impact, d = self.data.conditions, self.law.reference_compression
-        values: dict[str, float] = {"law": self.law.law}
-        if "length" in at:
-            length, n = math.exp(at["length"]), at.get("exponent", self.law.exponent or 1.0)
-            m = 0.5 * (n + 1.0)
-            omega = m * (impact.club_speed / length) * (d / length) ** (m - 1.0)
-            k = impact.reduced_mass * omega * omega / m
+        values: dict[str, float] = {"law": self.law.law, **dict(zip(self.free, x.tolist()))}
+        if self.data.sized:
+            k, n = float(np.exp(values["k"])), values.get("exponent", self.law.exponent or 1.0)
+            if "b" in values:
+                values["b"] *= math.sqrt(2.0 * (n + 1.0) * k * self.data.conditions.reduced_mass)
+            d = self.law.reference_compression
             values |= {"k": k, "exponent": n, "reference_compression": d}
-            if "damping" in at:
-                values["b"] = 2.0 * math.sinh(at["damping"]) * impact.reduced_mass * omega
-        return values | {name: at[name] for name in LINE if name in at} | vars(impact)
+        return values | vars(self.data.conditions)
 
     def touch(self, x: np.ndarray) -> float:
         """The instant of touch by the curve's clock at these coordinates, s; 0 without a curve."""
@@ -226,19 +213,21 @@ class _Problem:
         data, cor, far = self.data, TARGETS["cor"][0], np.full(len(self.sigma), _FAR)
         try:
             scalars = self.scalars(values)
+            if math.isnan(scalars["cor"]):
+                return far
             parts: list[Any] = [[scalars[name] for name in data.targets]]
             if data.curve is not None:
                 instants = data.curve.x - touch
                 inside = (instants > 0.0) & (instants < scalars["contact_time"])
-                force = np.where(math.isnan(scalars["cor"]), math.nan, np.zeros(len(instants)))
                 self.fmu.start(**values)
                 times = np.concatenate([[0.0], instants[inside]])
+                force = np.zeros(len(instants))
                 force[inside] = self.fmu.sample(times, ("force",))["force"][1:]
                 parts.append(force)
             if data.cor_speeds is not None:
                 cases = ({**values, "club_speed": v} for v in data.cor_speeds.x.tolist())
                 parts.append([self.fmu.impact((cor,), **case)[cor] for case in cases])
-        except (UserError, OverflowError):
+        except UserError:
             # Far from any ball values may leave the FMU's range; the search has to turn back.
             return far
         residuals = (np.concatenate(parts) - data.values) / self.sigma
@@ -246,46 +235,28 @@ class _Problem:
 
     # Least squares
 
-    def solve(self, start: np.ndarray, tolerance: float) -> Any:
+    def solve(self, start: np.ndarray, tolerance: float = 1e-10) -> Any:
         """SciPy's result from one start."""
         from scipy.optimize import least_squares
 
         return least_squares(
             lambda x: self.residuals(self.values(x), self.touch(x)),
             np.clip(start, *self.bounds),
-            # A difference of 1e-6 is far above the FMU's rounding; a curve's is worth the speed.
-            **({"jac": "3-point"} if self.data.curve is None else {"diff_step": 1e-6}),
-            # Of SciPy's methods the one that ends exactly at a limit.
-            method="dogbox",
+            diff_step=1e-6,  # far above the FMU's rounding
+            method="dogbox",  # of SciPy's methods the one that ends exactly at a limit
             bounds=self.bounds,
             x_scale="jac",
-            **dict.fromkeys(("xtol", "ftol", "gtol"), tolerance),
+            xtol=tolerance,
+            ftol=tolerance,
+            gtol=tolerance,
             max_nfev=100,
         )
 
-    def minima(self) -> list[np.ndarray]:
-        """The best minimum and all that are as good: the least damped first, then by exponent."""
-        refined = sorted((self.solve(x, 1e-3) for x in self.starts()), key=lambda r: r.cost)
-        tolerance = 1e-15 if self.data.curve is None else 1e-8
-        number = _REFINED if self.data.curve is None else 4
-        refined = [self.solve(result.x, tolerance) for result in refined[:number]]
-        best = min(refined, key=lambda r: r.cost)
-        if best.cost >= _FAR:
-            raise UserError(f"{self.law.title}: no contact that ends comes near these measurements")
-        if self.data.curve is not None:
-            return [best.x]
-        equal = [r.x for r in refined if r.cost - best.cost <= 5e-7 * (1.0 + best.cost)]
-        places: list[np.ndarray] = []
-        for x in sorted(equal, key=lambda x: tuple(np.round(x[1:], 6))):
-            if not any(np.allclose(x, other, 0.0, 1e-4) for other in places):
-                places.append(x)
-        return places
-
     def starts(self) -> list[np.ndarray]:
-        """A grid of ζ and n, each with the length and touch of an undamped linear contact."""
+        """A grid of ζ and n, each with the k and touch of an undamped contact as long."""
         impact, curve, line = self.data.conditions, self.data.curve, self.data.cor_speeds
         momentum = impact.reduced_mass * impact.club_speed
-        omega, at, zetas, touches = math.pi / 5e-4, dict[str, float](), list(_ZETAS), [0.0]
+        omega, at, zetas, touches = math.pi / 5e-4, dict[str, float](), _ZETAS, [0.0]
         for name, one in self.data.targets.items():
             if name == "max_force":
                 omega = one.value / momentum
@@ -297,40 +268,65 @@ class _Problem:
             first = (curve.x[rows[0]] - curve.x[0]) / _CLOCK
             touches = [first - late / (omega * _CLOCK) for late in (0.0, 0.2, 0.4)]
             cor = min(max(impulse_ratio(curve, momentum) - 1.0, 0.05), 0.98)
-            zetas = [-math.log(cor) / math.pi]
+            zetas = (-math.log(cor) / math.pi,)
         if line is not None:
-            weights, zetas = 1.0 / self.sigma[self.data.groups["cor_speeds"]], [0.1]
+            weights, zetas = 1.0 / self.sigma[self.data.groups["cor_speeds"]], (0.1,)
             slope, rest = np.polyfit(line.x, line.y, 1, w=weights)
             at |= {LINE[0]: rest, LINE[1]: -slope}
-        starts = []
-        exponents = _EXPONENTS if "exponent" in self.coordinates else _EXPONENTS[:1]
+        starts, d = [], self.law.reference_compression
+        exponents = _EXPONENTS if "exponent" in self.free else (self.law.exponent or 1.0,)
         for zeta, n, touch in itertools.product(zetas, exponents, touches):
-            length = math.log(0.5 * (n + 1.0) * impact.club_speed / omega)
-            at |= {"length": length, "damping": math.asinh(zeta), "exponent": n, "touch": touch}
-            starts.append(np.array([at[name] for name in self.coordinates]))
+            m = 0.5 * (n + 1.0)
+            # ω (d_r/L)^(n − 1) = √(m k/μ) with the compression L = m v/ω.
+            length = m * impact.club_speed / omega
+            k = math.log(impact.reduced_mass * omega**2 / m) + (n - 1.0) * math.log(d / length)
+            at |= {"k": k, "b": zeta, "exponent": n, "touch": touch}
+            names = [*self.free, *["touch"] * (curve is not None)]
+            starts.append(np.array([at[name] for name in names]))
         return starts
 
-    def fit(self, places: list[np.ndarray]) -> Fit:
-        """The best minimum from the first of these places; the others are as good as that."""
-        data, free = self.data, self.free
-        result = self.solve(places[0], 1e-15 if data.curve is None else 1e-10)
-        if data.curve is not None:
+    def minima(self) -> list[Any]:
+        """SciPy's results: the best, and without a curve those as good, the least damped first."""
+        curve, starts = self.data.curve, self.starts()
+        if curve is not None:
+            step = max(1, len(curve.y) // _ROWS)
+            sigma = None if curve.sigma is None else curve.sigma[::step]
+            few = replace(curve, x=curve.x[::step], y=curve.y[::step], sigma=sigma)
+            series = {**self.data.series, "curve": few}
+            coarse = _Problem(self.fmu, replace(self.data, series=series), self.law)
+            best = min((coarse.solve(x, 1e-3) for x in starts), key=_cost)
+            best = self.solve(best.x, 1e-4)
             # Law 2's force jumps or rises steeply at touch, so that χ² has a minimum between any
             # two rows: the best of the neighbouring ones.
-            row = float(np.median(np.diff(data.curve.x))) / _CLOCK
-            shifts = np.outer((-4.0, -2.0, -1.0, 1.0, 2.0), np.eye(len(result.x))[-1] * row)
-            near = [result, *(self.solve(result.x + shift, 1e-8) for shift in shifts)]
-            result = min(near, key=lambda one: one.cost)
+            row = np.eye(len(best.x))[-1] * np.median(np.diff(curve.x)) / _CLOCK
+            for rows in (4, 2, 1, 1):
+                near = [self.solve(best.x + shift * row, 1e-4) for shift in (rows, -rows)]
+                best = min(best, *near, key=_cost)
+            starts = [best.x]
+        results = [self.solve(x) for x in starts]
+        best = min(results, key=_cost)
+        if best.cost >= _FAR:
+            raise UserError(f"{self.law.title}: no contact that ends comes near these measurements")
+        equal = [one for one in results if one.cost - best.cost <= 5e-7 * (1.0 + best.cost)]
+        minima: list[Any] = []
+        for one in sorted(equal, key=lambda one: tuple(np.round(one.x[1:], 6))):
+            if not any(np.allclose(one.x, other.x, 0.0, 1e-4) for other in minima):
+                minima.append(one)
+        return minima
+
+    def fit(self) -> Fit:
+        """The best minimum, rounded, with its covariance."""
+        data, free = self.data, self.free
+        result, *others = self.minima()
         for _ in range(10):
             before = self.sigma.copy()
             self.estimate_sigma(result)
             if len(data.groups) == 1 or np.allclose(before, self.sigma, 0.01):
                 break
-            result = self.solve(result.x, 1e-10)
+            result = self.solve(result.x)
         values, touch = self.values(result.x), self.touch(result.x)
-        ends = dict(zip(self.coordinates, result.active_mask))
-        ends["b"] = ends.get("damping", 0)
-        varied = [name for name in free if not ends.get(name)]
+        at = [n for n in range(len(free)) if not result.active_mask[n]]
+        varied = [free[n] for n in at]
         jacobian = self.jacobian(values, touch, varied)
         covariance = _covariance(jacobian)
         for name, slope in zip(varied, jacobian):
@@ -341,15 +337,12 @@ class _Problem:
                 values[name] = round(values[name], -math.floor(math.log10(unit)))
         residuals = self.residuals(values, touch)
         # NaN for parameters at a limit.
-        at = [free.index(name) for name in varied]
         full = np.full((len(free), len(free)), math.nan)
         full[np.ix_(at, at)] = covariance[: len(at), : len(at)]
         errors = [error if error == error else None for error in np.sqrt(np.diag(full)).tolist()]
         model_variance = np.einsum("in,ij,jn->n", jacobian, covariance, jacobian)
-        titles = [self.law.title] * data.sized + ["COR line"] * (data.cor_speeds is not None)
         return Fit(
             law=self.law,
-            title=" with ".join(titles) or self.law.title,
             values=values,
             parameters={n: Estimate(values[n], e) for n, e in zip(free, errors)},
             covariance=full,
@@ -360,7 +353,7 @@ class _Problem:
             model_errors=self.sigma * np.sqrt(model_variance),
             estimated=self.estimated,
             aic=self.aic(residuals, len(jacobian)),
-            others=[self.values(x) for x in places[1:]],
+            others=[self.values(one.x) for one in others],
         )
 
     # Statistics
@@ -401,6 +394,10 @@ class _Problem:
                 square = n * math.log(square * self.sigma[rows.start] ** 2 / n)
             total += square
         return total
+
+
+def _cost(result: Any) -> float:
+    return float(result.cost)
 
 
 def _covariance(jacobian: np.ndarray) -> np.ndarray:
