@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -26,9 +26,14 @@ _ZETAS, _EXPONENTS = (1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0), (1.05, 1.5, 2.2, 4.
 #: Starts are refined on about this many rows of a curve.
 _ROWS = 50
 
-#: The unit of the coordinate of touch, s; the residual, in σ, where the bodies never separate, and
-#: the largest of all; parameters are rounded to this fraction of their standard error.
-_CLOCK, _FAR, _ROUNDING = 1e-4, 1e9, 1e-3
+#: The unit of the coordinate of touch, s.
+_CLOCK = 1e-4
+
+#: The residual, in σ, where there is no contact that ends, and the largest of all.
+_FAR = 1e9
+
+#: Parameters are rounded to this fraction of their standard error.
+_ROUNDING = 1e-3
 
 
 @dataclass(frozen=True)
@@ -79,7 +84,6 @@ class Fit:
     predicted: dict[str, float]  #: scalar targets as the FMU gives them
     residuals: np.ndarray  #: (model − measured)/σ
     sigma: np.ndarray  #: standard deviations of the measured values
-    model_errors: np.ndarray  #: standard errors of the model at the measured values
     estimated: tuple[str, ...]  #: groups of measurements whose σ follows from the residuals
     aic: float  #: Akaike's information criterion
     others: list[dict[str, float]]  #: values of further minima that are as good
@@ -116,6 +120,8 @@ class Fit:
         """The part of calibrate.json that every fit has."""
         names = ("predicted", "chi_squared", "degrees_of_freedom", "probability", "aic")
         return {
+            "title": self.title,
+            "law": self.law.law,
             "exponent": self.values.get("exponent"),
             "parameters": {name: one._asdict() for name, one in self.parameters.items()},
             "covariance": self.covariance.tolist(),
@@ -173,11 +179,12 @@ class _Problem:
         fixed = set() if data.sized else {"k", "exponent"}
         fixed |= {"b"} if data.cor_speeds else set(LINE)
         fixed |= {"exponent"} if law.exponent is not None else set()
-        #: The FMU's names of what is fitted.
-        self.free = [name for name in RANGES if name not in fixed]
+        fixed |= set() if data.curve else {"touch"}
+        #: The names of what is fitted: the FMU's, and touch.
+        self.free = [name for name in (*RANGES, "touch") if name not in fixed]
         unbounded = (-math.inf, math.inf)
-        ranges = [unbounded if name == "k" else RANGES[name][:2] for name in self.free]
-        self.bounds = np.array([*ranges, *[unbounded] * (data.curve is not None)]).T
+        ranges = {name: ends[:2] for name, ends in RANGES.items()} | {"k": unbounded}
+        self.bounds = np.array([ranges.get(name, unbounded) for name in self.free]).T
         self.estimated = tuple(name for name, one in data.series.items() if one.sigma is None)
         sigma = [np.array([target.sigma for target in data.targets.values()])]
         for name, one in data.series.items():
@@ -188,7 +195,7 @@ class _Problem:
     # The model
 
     def values(self, x: np.ndarray) -> dict[str, float]:
-        """Inputs and parameters of the FMU at these coordinates, by name (SI units)."""
+        """Inputs and parameters of the FMU at these coordinates, by name, and touch (SI units)."""
         values: dict[str, float] = {"law": self.law.law, **dict(zip(self.free, x.tolist()))}
         if self.data.sized:
             k, n = float(np.exp(values["k"])), values.get("exponent", self.law.exponent or 1.0)
@@ -196,42 +203,53 @@ class _Problem:
                 values["b"] *= math.sqrt(2.0 * (n + 1.0) * k * self.data.conditions.reduced_mass)
             d = self.law.reference_compression
             values |= {"k": k, "exponent": n, "reference_compression": d}
+        if self.data.curve:
+            values["touch"] = self.data.curve.x[0] + _CLOCK * values["touch"]
         return values | vars(self.data.conditions)
-
-    def touch(self, x: np.ndarray) -> float:
-        """The instant of touch by the curve's clock at these coordinates, s; 0 without a curve."""
-        return self.data.curve.x[0] + _CLOCK * float(x[-1]) if self.data.curve else 0.0
 
     def scalars(self, values: Mapping[str, float]) -> dict[str, float]:
         """Scalar targets by name; NaN if the bodies never separate. Times and forces need a k."""
-        outputs = {n: TARGETS[n][0] for n in TARGETS if self.data.sized or n in RESTITUTION}
+        outputs = {n: TARGETS[n] for n in TARGETS if self.data.sized or n in RESTITUTION}
         given = self.fmu.impact(list(outputs.values()), **values)
         return {name: given[output] for name, output in outputs.items()}
 
-    def residuals(self, values: Mapping[str, float], touch: float) -> np.ndarray:
+    def residuals(self, values: Mapping[str, float]) -> np.ndarray:
         """(model − measured)/σ; large where there is no contact that ends."""
-        data, cor, far = self.data, TARGETS["cor"][0], np.full(len(self.sigma), _FAR)
+        data, far = self.data, np.full(len(self.sigma), _FAR)
+        impact = {name: value for name, value in values.items() if name != "touch"}
         try:
-            scalars = self.scalars(values)
+            scalars = self.scalars(impact)
             if math.isnan(scalars["cor"]):
                 return far
             parts: list[Any] = [[scalars[name] for name in data.targets]]
-            if data.curve is not None:
-                instants = data.curve.x - touch
+            if data.curve:
+                instants = data.curve.x - values["touch"]
                 inside = (instants > 0.0) & (instants < scalars["contact_time"])
-                self.fmu.start(**values)
+                self.fmu.start(**impact)
                 times = np.concatenate([[0.0], instants[inside]])
-                force = np.zeros(len(instants))
-                force[inside] = self.fmu.sample(times, ("force",))["force"][1:]
-                parts.append(force)
-            if data.cor_speeds is not None:
-                cases = ({**values, "club_speed": v} for v in data.cor_speeds.x.tolist())
-                parts.append([self.fmu.impact((cor,), **case)[cor] for case in cases])
+                parts.append(np.zeros(len(instants)))
+                parts[-1][inside] = self.fmu.sample(times, ("force",))["force"][1:]
+            if data.cor_speeds:
+                cases = ({**impact, "club_speed": v} for v in data.cor_speeds.x.tolist())
+                parts.append([self.scalars(case)["cor"] for case in cases])
         except UserError:
             # Far from any ball values may leave the FMU's range; the search has to turn back.
             return far
         residuals = (np.concatenate(parts) - data.values) / self.sigma
         return residuals if np.all(np.abs(residuals) < _FAR) else far
+
+    def jacobian(self, values: Mapping[str, float], names: Sequence[str]) -> np.ndarray:
+        """Derivatives of the residuals: a row for each of these parameters, (p, n)."""
+        inner = gradient(self.residuals, values, [name for name in names if name != "touch"])
+        if not self.data.curve:
+            return inner
+        # The force rises steeply or jumps at touch: a difference over a row, without the row there.
+        instants = self.data.curve.x - values["touch"]
+        half = 0.5 * float(np.median(np.diff(instants)))
+        ends = (self.residuals({**values, "touch": values["touch"] + s}) for s in (-half, half))
+        slope = np.subtract(*ends) / (-2.0 * half)
+        slope[self.data.groups["curve"]][np.abs(instants) <= half] = 0.0
+        return np.vstack([inner.reshape(-1, len(slope)), slope])
 
     # Least squares
 
@@ -240,7 +258,7 @@ class _Problem:
         from scipy.optimize import least_squares
 
         return least_squares(
-            lambda x: self.residuals(self.values(x), self.touch(x)),
+            lambda x: self.residuals(self.values(x)),
             np.clip(start, *self.bounds),
             diff_step=1e-6,  # far above the FMU's rounding
             method="dogbox",  # of SciPy's methods the one that ends exactly at a limit
@@ -254,41 +272,38 @@ class _Problem:
 
     def starts(self) -> list[np.ndarray]:
         """A grid of ζ and n, each with the k and touch of an undamped contact as long."""
-        impact, curve, line = self.data.conditions, self.data.curve, self.data.cor_speeds
+        impact, curve = self.data.conditions, self.data.curve
         momentum = impact.reduced_mass * impact.club_speed
-        omega, at, zetas, touches = math.pi / 5e-4, dict[str, float](), _ZETAS, [0.0]
+        duration, zetas, touches = 5e-4, list(_ZETAS), [0.0]
         for name, one in self.data.targets.items():
-            if name == "max_force":
-                omega = one.value / momentum
-            elif name not in RESTITUTION:
-                omega = (math.pi if name == "contact_time" else 0.5 * math.pi) / one.value
-        if curve is not None:
+            if name not in RESTITUTION:
+                force = name == "max_force"
+                duration = math.pi * momentum / one.value if force else one.value
+                duration *= 2.0 if name == "time_of_max_force" else 1.0
+        if curve:
             rows = contact_rows(curve.y)
-            omega = math.pi / (1.1 * float(np.ptp(curve.x[rows])))
-            first = (curve.x[rows[0]] - curve.x[0]) / _CLOCK
-            touches = [first - late / (omega * _CLOCK) for late in (0.0, 0.2, 0.4)]
+            duration = 1.1 * float(np.ptp(curve.x[rows]))
+            lates = (0.0, 0.06 * duration, 0.12 * duration)
+            touches = [(curve.x[rows[0]] - late - curve.x[0]) / _CLOCK for late in lates]
             cor = min(max(impulse_ratio(curve, momentum) - 1.0, 0.05), 0.98)
-            zetas = (-math.log(cor) / math.pi,)
-        if line is not None:
-            weights, zetas = 1.0 / self.sigma[self.data.groups["cor_speeds"]], (0.1,)
-            slope, rest = np.polyfit(line.x, line.y, 1, w=weights)
-            at |= {LINE[0]: rest, LINE[1]: -slope}
-        starts, d = [], self.law.reference_compression
+            zetas = [-math.log(cor) / math.pi]
+        if self.data.cor_speeds:
+            zetas = zetas[:1]
         exponents = _EXPONENTS if "exponent" in self.free else (self.law.exponent or 1.0,)
+        starts, d = [], self.law.reference_compression
         for zeta, n, touch in itertools.product(zetas, exponents, touches):
-            m = 0.5 * (n + 1.0)
-            # ω (d_r/L)^(n − 1) = √(m k/μ) with the compression L = m v/ω.
-            length = m * impact.club_speed / omega
-            k = math.log(impact.reduced_mass * omega**2 / m) + (n - 1.0) * math.log(d / length)
-            at |= {"k": k, "b": zeta, "exponent": n, "touch": touch}
-            names = [*self.free, *["touch"] * (curve is not None)]
-            starts.append(np.array([at[name] for name in names]))
+            # With ω = π/duration and the compression L = m v/ω: √(m k/μ) = ω (d_r/L)^(m − 1).
+            m, omega = 0.5 * (n + 1.0), math.pi / duration
+            power = (n - 1.0) * math.log(d * omega / (m * impact.club_speed))
+            k = math.log(impact.reduced_mass * omega**2 / m) + power
+            at = {"k": k, "b": zeta, "exponent": n, LINE[0]: 0.8, LINE[1]: 0.002, "touch": touch}
+            starts.append(np.array([at[name] for name in self.free]))
         return starts
 
     def minima(self) -> list[Any]:
-        """SciPy's results: the best, and without a curve those as good, the least damped first."""
+        """SciPy's results: the best, and those as good; the least damped first."""
         curve, starts = self.data.curve, self.starts()
-        if curve is not None:
+        if curve:
             step = max(1, len(curve.y) // _ROWS)
             sigma = None if curve.sigma is None else curve.sigma[::step]
             few = replace(curve, x=curve.x[::step], y=curve.y[::step], sigma=sigma)
@@ -304,10 +319,10 @@ class _Problem:
                 best = min(best, *near, key=_cost)
             starts = [best.x]
         results = [self.solve(x) for x in starts]
-        best = min(results, key=_cost)
-        if best.cost >= _FAR:
+        least = min(map(_cost, results))
+        if least >= _FAR:
             raise UserError(f"{self.law.title}: no contact that ends comes near these measurements")
-        equal = [one for one in results if one.cost - best.cost <= 5e-7 * (1.0 + best.cost)]
+        equal = [one for one in results if one.cost - least <= 5e-7 * (1.0 + least)]
         minima: list[Any] = []
         for one in sorted(equal, key=lambda one: tuple(np.round(one.x[1:], 6))):
             if not any(np.allclose(one.x, other.x, 0.0, 1e-4) for other in minima):
@@ -316,43 +331,38 @@ class _Problem:
 
     def fit(self) -> Fit:
         """The best minimum, rounded, with its covariance."""
-        data, free = self.data, self.free
         result, *others = self.minima()
         for _ in range(10):
             before = self.sigma.copy()
             self.estimate_sigma(result)
-            if len(data.groups) == 1 or np.allclose(before, self.sigma, 0.01):
+            if len(self.data.groups) == 1 or np.allclose(before, self.sigma, 0.01):
                 break
             result = self.solve(result.x)
-        values, touch = self.values(result.x), self.touch(result.x)
-        at = [n for n in range(len(free)) if not result.active_mask[n]]
-        varied = [free[n] for n in at]
-        jacobian = self.jacobian(values, touch, varied)
-        covariance = _covariance(jacobian)
-        for name, slope in zip(varied, jacobian):
-            unit = _ROUNDING / float(np.linalg.norm(slope))
-            if np.isnan(covariance).any():
-                unit = 1e-6 * abs(values[name])
-            if 0.0 < unit < math.inf:
-                values[name] = round(values[name], -math.floor(math.log10(unit)))
-        residuals = self.residuals(values, touch)
+        values, free = self.values(result.x), self.free
+        at = np.flatnonzero(result.active_mask == 0)
+        jacobian = self.jacobian(values, [free[n] for n in at])
+        for n, slope in zip(at, jacobian):
+            unit = _ROUNDING / max(float(np.linalg.norm(slope)), 1e-300)
+            values[free[n]] = round(values[free[n]], -math.floor(math.log10(unit)))
+        residuals = self.residuals(values)
         # NaN for parameters at a limit.
-        full = np.full((len(free), len(free)), math.nan)
-        full[np.ix_(at, at)] = covariance[: len(at), : len(at)]
-        errors = [error if error == error else None for error in np.sqrt(np.diag(full)).tolist()]
-        model_variance = np.einsum("in,ij,jn->n", jacobian, covariance, jacobian)
+        covariance = np.full((len(free), len(free)), math.nan)
+        covariance[np.ix_(at, at)] = _covariance(jacobian)
+        errors = [error if error == error else None for error in np.sqrt(covariance.diagonal())]
+        parameters = {n: Estimate(values[n], error) for n, error in zip(free, errors)}
+        touch, p = parameters.pop("touch", None), len(parameters)
+        values.pop("touch", None)
         return Fit(
             law=self.law,
             values=values,
-            parameters={n: Estimate(values[n], e) for n, e in zip(free, errors)},
-            covariance=full,
-            touch=Estimate(touch, math.sqrt(covariance[-1, -1])) if data.curve else None,
+            parameters=parameters,
+            covariance=covariance[:p, :p],
+            touch=touch,
             predicted=self.scalars(values),
             residuals=residuals,
             sigma=self.sigma,
-            model_errors=self.sigma * np.sqrt(model_variance),
             estimated=self.estimated,
-            aic=self.aic(residuals, len(jacobian)),
+            aic=self.aic(residuals, len(at)),
             others=[self.values(one.x) for one in others],
         )
 
@@ -367,20 +377,6 @@ class _Problem:
             # Data computed without noise leave residuals of rounding only.
             least = 1e-9 * float(np.abs(self.data.values[rows]).max()) / self.sigma[rows.start]
             self.sigma[rows] *= max(math.sqrt(np.sum(result.fun[rows] ** 2) / freedom), least)
-
-    def jacobian(self, values: dict[str, float], touch: float, names: list[str]) -> np.ndarray:
-        """Derivatives of the residuals: a row for each parameter, and one for touch."""
-        inner = gradient(lambda at: self.residuals(at, touch), values, names)
-        jacobian = inner = inner.reshape(len(names), -1)
-        # The force rises steeply or jumps at touch. So the derivative is a difference over two
-        # standard errors of touch, to the side on which no row comes near that rise.
-        here, step = self.residuals(values, touch), 0.05 * _CLOCK
-        for _ in range(4 if self.data.curve else 0):
-            slopes = [(self.residuals(values, touch + s) - here) / s for s in (step, -step)]
-            jacobian = np.vstack([inner, min(slopes, key=lambda one: float(one @ one))])
-            variance = _covariance(jacobian)[-1, -1]
-            step = min(2.0 * math.sqrt(variance), step) if variance > 0.0 else step
-        return jacobian
 
     def aic(self, residuals: np.ndarray, fitted: int) -> float:
         """−2 ln(likelihood) + 2 · fitted parameters, but for a constant of the data.
@@ -402,8 +398,8 @@ def _cost(result: Any) -> float:
 
 def _covariance(jacobian: np.ndarray) -> np.ndarray:
     """(J Jᵀ)⁻¹; NaN if J's rank is deficient."""
-    scale = np.linalg.norm(jacobian, axis=1)
-    normal = (jacobian / scale[:, None]) @ (jacobian / scale[:, None]).T
+    scale = np.linalg.norm(jacobian, axis=1, keepdims=True)
+    normal = (jacobian / scale) @ (jacobian / scale).T
     if normal.size and not (np.isfinite(normal).all() and np.linalg.cond(normal) < 1e14):
         return np.full(normal.shape, math.nan)
-    return np.linalg.inv(normal) / np.outer(scale, scale)
+    return np.linalg.inv(normal) / (scale * scale.T)

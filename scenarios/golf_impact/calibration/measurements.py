@@ -16,14 +16,14 @@ from golf_impact.errors import UserError
 from golf_impact.facts import closed_forms
 from golf_impact.files import read_text
 
-#: Scalar targets by name: the FMU's output, and the quantity in words.
+#: Scalar targets by name: the outputs of the FMU.
 TARGETS = {
-    "ball_speed": ("ball_velocity", "ball speed after"),
-    "club_speed_after": ("club_velocity", "club speed after"),
-    "cor": ("coefficient_of_restitution", "COR"),
-    "contact_time": ("contact_time", "contact time"),
-    "max_force": ("max_force", "max force"),
-    "time_of_max_force": ("time_of_max_force", "time of max force"),
+    "ball_speed": "ball_velocity",
+    "club_speed_after": "club_velocity",
+    "cor": "coefficient_of_restitution",
+    "contact_time": "contact_time",
+    "max_force": "max_force",
+    "time_of_max_force": "time_of_max_force",
 }
 
 #: Targets that depend on the damping alone. A law of two bodies has one COR, so that all of them
@@ -148,14 +148,7 @@ def measurements(
     curve: Any = None,
     cor_speeds: Any = None,
 ) -> Measurements:
-    """Validated measurements from options or arguments and, where these are silent, from a file.
-
-    Args:
-        scalars: by name, None where not given: targets, the σ of each as sigma_ball_speed and so
-            on, club_speed, m_club and m_ball.
-        file: a CSV file of scalars with the columns target, value and, optionally, sigma.
-        curve: a CSV file `time,force[,sigma]`, or arrays in this order or by these names.
-        cor_speeds: the same with `approach_speed,cor[,sigma]`.
+    """Validated measurements; see `golf_impact.calibrate`. Scalars given win over the file's.
 
     Raises:
         UserError: a value is impossible; it is named, or its file and row.
@@ -164,7 +157,7 @@ def measurements(
     known = (*TARGETS, *(f"sigma_{name}" for name in TARGETS), *exact)
     values: dict[str, float] = {}
     for where, cells in _rows(file, ("target", "value")) if file else ():
-        name = cells["target"].lower().lstrip("-").replace("-", "_")
+        name = cells["target"].strip().lower().lstrip("-").replace("-", "_")
         for key, cell in ((name, cells["value"]), (f"sigma_{name}", cells.get("sigma"))):
             if key in values:
                 raise UserError(f"{where}: {key} is given twice")
@@ -180,21 +173,20 @@ def measurements(
             values[name] = number(value, name)
     targets = {}
     for name in TARGETS:
-        sigma = f"sigma_{name}"
+        sigma = values.get(f"sigma_{name}")
         if name in values:
-            stated = sigma in values
             default = DEFAULT_SIGMA * abs(values[name])
-            deviation = values[sigma] if stated else number(default, sigma)
-            targets[name] = Target(values[name], deviation, stated)
-        elif sigma in values:
-            raise UserError(f"{option(sigma)} {values[sigma]:g} is refused without {option(name)}")
+            deviation = sigma or number(default, f"sigma_{name}")
+            targets[name] = Target(values[name], deviation, sigma is not None)
+        elif sigma is not None:
+            raise UserError(f"{option(f'sigma_{name}')} is refused without {option(name)}")
     impact = Conditions(**{name: values[name] for name in exact if name in values})
-    given = {"curve": curve, "cor_speeds": cor_speeds}
-    series = {name: _read_series(one, name) for name, one in given.items() if one is not None}
+    series = {}
     if curve is not None:
+        series["curve"] = _read_series(curve, "curve")
         check_curve(series["curve"], impact.reduced_mass * impact.club_speed)
     if cor_speeds is not None:
-        line = series["cor_speeds"]
+        line = series["cor_speeds"] = _read_series(cor_speeds, "cor_speeds")
         if len(set(line.x.tolist())) < 2:
             raise UserError(f"{line.name} is refused: a line needs COR at two speeds or more")
         if len(line.y) == 2 and line.sigma is None:
@@ -204,39 +196,35 @@ def measurements(
 
 
 def _rows(path: Path, columns: Sequence[str]) -> list[tuple[str, dict[str, str]]]:
-    """Where each row is, and its cells by column; blank lines are skipped."""
+    """Where each row is, and its cells by column; rows without any are skipped."""
     try:
-        table = list(csv.reader(read_text(path).splitlines()))
+        reader = csv.DictReader(read_text(path).splitlines(), restval="")
+        reader.fieldnames = header = [cell.strip().lower() for cell in reader.fieldnames or ()]
+        table = [(reader.line_num, cells) for cells in reader if any(cells.values())]
     except csv.Error as error:
         raise UserError(f"{path} can't be read as CSV: {error}") from error
-    header = [cell.strip().lower() for cell in (table[0] if table else [])]
-    if tuple(header) not in (tuple(columns), (*columns, "sigma")):
+    if header not in ([*columns], [*columns, "sigma"]):
         names = ",".join(columns)
         why = f"its first line must be {names} or {names},sigma, not {','.join(header)!r}"
         raise UserError(f"{path} is refused: {why}")
-    rows: list[tuple[str, dict[str, str]]] = []
-    for line, row in enumerate(table[1:], 2):
-        cells = [cell.strip() for cell in row]
-        where = f"{path}, row {len(rows) + 1} (line {line})"
+    rows = [(f"{path}, row {n} (line {line})", cells) for n, (line, cells) in enumerate(table, 1)]
+    for where, cells in rows:
         if len(cells) > len(header):
             raise UserError(f"{where} is refused: more cells than the first line has")
-        if any(cells):
-            rows.append((where, dict.fromkeys(header, "") | dict(zip(header, cells))))
     return rows
 
 
 def _read_series(given: Any, kind: str) -> Series:
-    """A series from a CSV file, a mapping of columns, two or three arrays, or a table of rows."""
-    names: Sequence[str] = (*COLUMNS[kind], "sigma")
+    """A series from a CSV file, a mapping of columns, two or three arrays, or an array of rows."""
+    names = (*COLUMNS[kind], "sigma")
     if isinstance(given, str | Path):
-        kind = str(given)
-        read = _rows(Path(given), names[:2])
-        where: Sequence[str] = [place for place, _ in read]
-        rows: Sequence[Any] = [list(cells.values()) for _, cells in read]
+        read = _rows(Path(given), COLUMNS[kind])
+        kind, where = str(given), [place for place, _ in read]
+        rows: list[Any] = [tuple(cells.values()) for _, cells in read]
     else:
         if hasattr(given, "keys"):
             given = [given[name] for name in names if name in given]
-        elif getattr(given, "ndim", 0) == 2 and len(given) > 3:
+        elif isinstance(given, np.ndarray) and len(given) > 3:
             given = given.T
         try:
             rows = list(zip(*given, strict=True))
@@ -247,7 +235,7 @@ def _read_series(given: Any, kind: str) -> Series:
         raise UserError(f"{kind} is refused: it has no rows of {', '.join(names[:2])}")
     table = [
         [number(cell, name, place) for cell, name in zip(row, names)]
-        for place, row in zip(where, rows, strict=True)
+        for place, row in zip(where, rows)
     ]
     return Series(kind, where, *np.array(table).T)
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from golf_impact.facts.balls import Ball
-from golf_impact.facts.quantities import QUANTITIES, format_unit, with_error
+from golf_impact.facts.quantities import QUANTITIES, format_unit, format_with_error
 from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_impact.fmu.uncertainty import standard_errors
 from golf_impact.report.any_law import check_any_law, has_closed_form
@@ -53,7 +53,7 @@ def own_cases(fmu: ImpactFmu, values: Mapping[str, float], balls: Sequence[Ball]
     rows = [
         [one.label]
         + [
-            with_error(column[metric] * one.factor, _COVERAGE * error[metric] * one.factor)
+            format_with_error(column[metric] * one.factor, _COVERAGE * error[metric] * one.factor)
             if error.get(metric)
             else one.format_value(column[metric])
             for column, error in zip(columns, errors)
