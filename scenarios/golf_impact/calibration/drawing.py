@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from golf_impact.calibration.measurements import TARGETS
-from golf_impact.calibration.pulse import contact_rows
 from golf_impact.facts.quantities import QUANTITIES
 from golf_impact.report import figures
 
@@ -47,7 +46,7 @@ def _draw_series(calibration: Calibration, name: str, above: Axes, below: Axes) 
     order, x = np.argsort(series.x), series.x
     if fit.touch and name == "curve":
         x = 1e6 * (series.x - fit.touch.value)
-        inside = x[contact_rows(series.y)]
+        inside = x[series.contact]
         margin = 0.3 * np.ptp(inside)
         for axes in (above, below):
             axes.set_xlim(inside[0] - margin, inside[-1] + margin)

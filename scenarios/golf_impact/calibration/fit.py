@@ -6,12 +6,12 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from golf_impact.calibration.measurements import RESTITUTION, TARGETS, Measurements, number
-from golf_impact.calibration.pulse import contact_rows, impulse_ratio, noise
 from golf_impact.errors import UserError
 from golf_impact.facts.quantities import LAWS_IN_WORDS
 from golf_impact.fmu.impact_fmu import ImpactFmu
@@ -85,8 +85,6 @@ class Fit:
     residuals: np.ndarray  #: (model − measured)/σ
     sigma: np.ndarray  #: standard deviations of the measured values
     estimated: tuple[str, ...]  #: groups of measurements whose σ follows from the residuals
-    aic: float  #: Akaike's information criterion
-    others: list[dict[str, float]]  #: values of further minima that are as good
 
     @property
     def title(self) -> str:
@@ -110,6 +108,12 @@ class Fit:
         return float(chdtrc(self.degrees_of_freedom, self.chi_squared)) if tested else None
 
     @property
+    def aic(self) -> float:
+        """Akaike's criterion, −2 ln(likelihood) + 2 · fitted parameters, but for a constant."""
+        fitted = len(self.residuals) - self.degrees_of_freedom
+        return self.chi_squared + 2.0 * float(np.sum(np.log(self.sigma))) + 2.0 * fitted
+
+    @property
     def coverage(self) -> float:
         """Half the width of a 95 % interval in standard errors: Student's t or normal."""
         from scipy.special import stdtrit
@@ -130,7 +134,7 @@ class Fit:
 
 
 def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
-    """The parameters of a law that meet these measurements best.
+    """The parameters of a law that meet these measurements best, rounded.
 
     Weighted least squares (SciPy's dogbox method) from several starts. A σ that isn't given is
     estimated from the residuals, for each series separately.
@@ -140,26 +144,54 @@ def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
             comes near them.
     """
     _check_number(law, data)
+    problem = _Problem(fmu, data, law)
     with np.errstate(all="ignore"):
-        return _Problem(fmu, data, law).fit()
+        result = problem.minimum()
+        for _ in range(3 if problem.estimated else 0):
+            problem.estimate_sigma(result)
+            result = problem.solve(result.x)
+        values, free = problem.values(result.x), problem.free
+        at = np.flatnonzero(result.active_mask == 0)
+        jacobian = problem.jacobian(values, [free[n] for n in at])
+        for n, slope in zip(at, jacobian):
+            unit = _ROUNDING / max(float(np.linalg.norm(slope)), 1e-300)
+            values[free[n]] = round(values[free[n]], -math.floor(math.log10(unit)))
+        residuals = problem.residuals(values)
+        # NaN for parameters at a limit.
+        covariance = np.full((len(free), len(free)), math.nan)
+        covariance[np.ix_(at, at)] = _covariance(jacobian)
+        errors = [error if error == error else None for error in np.sqrt(covariance.diagonal())]
+    parameters = {n: Estimate(values[n], error) for n, error in zip(free, errors)}
+    touch, p = parameters.pop("touch", None), len(parameters)
+    values.pop("touch", None)
+    return Fit(
+        law=law,
+        values=values,
+        parameters=parameters,
+        covariance=covariance[:p, :p],
+        touch=touch,
+        predicted=problem.scalars(values),
+        residuals=residuals,
+        sigma=problem.sigma,
+        estimated=problem.estimated,
+    )
 
 
 def _check_number(law: ContactLaw, data: Measurements) -> None:
     """Raise UserError if these measurements can't determine the law's free parameters."""
-    line = data.cor_speeds is not None
+    line, why = data.cor_speeds is not None, ""
+    speeds = sum(name in RESTITUTION for name in data.targets)
+    have, need = len(data.targets) - speeds + (line or speeds > 0), 2 + (law.exponent is None)
     if law.law == 1 and line:
         why = "its damping has no COR line (--cor-speeds): take --law 2"
-        raise UserError(f"{law.title} can't be fitted: {why}")
-    speeds = sum(name in RESTITUTION for name in data.targets)
-    sizes = len(data.targets) - speeds
-    have, free = sizes + (line or speeds > 0), ("k", "b", "exponent")[: 2 + (law.exponent is None)]
-    only_line = line and not sizes and law.exponent is not None
-    if data.curve is None and not only_line and have < len(free):
-        raise UserError(
-            f"{law.title} can't be fitted: too few targets: {', '.join(free)} need {len(free)} "
-            f"independent ones, these are {have} (ball speed, club speed after and COR depend on "
-            "the damping only: they count once)"
+    elif have < need and not (data.curve or (line and need == 2 and not data.sized)):
+        why = (
+            f"too few targets: k, b and a free exponent need {need} independent ones, these are "
+            f"{have} (ball speed, club speed after and COR depend on the damping only: they count "
+            "once)"
         )
+    if why:
+        raise UserError(f"{law.title} can't be fitted: {why}")
 
 
 class _Problem:
@@ -183,12 +215,12 @@ class _Problem:
         #: The names of what is fitted: the FMU's, and touch.
         self.free = [name for name in (*RANGES, "touch") if name not in fixed]
         unbounded = (-math.inf, math.inf)
-        ranges = {name: ends[:2] for name, ends in RANGES.items()} | {"k": unbounded}
+        ranges = {**RANGES, "k": unbounded}
         self.bounds = np.array([ranges.get(name, unbounded) for name in self.free]).T
         self.estimated = tuple(name for name, one in data.series.items() if one.sigma is None)
         sigma = [np.array([target.sigma for target in data.targets.values()])]
         for name, one in data.series.items():
-            guess = 0.01 if name == "cor_speeds" else max(noise(one.y), 1e-3 * one.y.max())
+            guess = 0.01 if name == "cor_speeds" else max(one.noise, 1e-3 * one.y.max())
             sigma.append(np.full(len(one.y), guess) if one.sigma is None else one.sigma)
         self.sigma = np.concatenate(sigma)
 
@@ -272,26 +304,23 @@ class _Problem:
 
     def starts(self) -> list[np.ndarray]:
         """A grid of ζ and n, each with the k and touch of an undamped contact as long."""
-        impact, curve = self.data.conditions, self.data.curve
+        impact, curve, d = self.data.conditions, self.data.curve, self.law.reference_compression
         momentum = impact.reduced_mass * impact.club_speed
-        duration, zetas, touches = 5e-4, list(_ZETAS), [0.0]
+        duration, zetas, touch = 5e-4, list(_ZETAS), 0.0
         for name, one in self.data.targets.items():
             if name not in RESTITUTION:
-                force = name == "max_force"
-                duration = math.pi * momentum / one.value if force else one.value
-                duration *= 2.0 if name == "time_of_max_force" else 1.0
+                duration = math.pi * momentum / one.value if name == "max_force" else one.value
         if curve:
-            rows = contact_rows(curve.y)
-            duration = 1.1 * float(np.ptp(curve.x[rows]))
-            lates = (0.0, 0.06 * duration, 0.12 * duration)
-            touches = [(curve.x[rows[0]] - late - curve.x[0]) / _CLOCK for late in lates]
-            cor = min(max(impulse_ratio(curve, momentum) - 1.0, 0.05), 0.98)
+            contact = curve.x[curve.contact]
+            duration = 1.1 * float(np.ptp(contact))
+            touch = (contact[0] - 0.06 * duration - curve.x[0]) / _CLOCK
+            cor = min(max(curve.impulse_ratio(momentum) - 1.0, 0.05), 0.98)
             zetas = [-math.log(cor) / math.pi]
         if self.data.cor_speeds:
             zetas = zetas[:1]
+        starts = []
         exponents = _EXPONENTS if "exponent" in self.free else (self.law.exponent or 1.0,)
-        starts, d = [], self.law.reference_compression
-        for zeta, n, touch in itertools.product(zetas, exponents, touches):
+        for zeta, n in itertools.product(zetas, exponents):
             # With ω = π/duration and the compression L = m v/ω: √(m k/μ) = ω (d_r/L)^(m − 1).
             m, omega = 0.5 * (n + 1.0), math.pi / duration
             power = (n - 1.0) * math.log(d * omega / (m * impact.club_speed))
@@ -300,73 +329,29 @@ class _Problem:
             starts.append(np.array([at[name] for name in self.free]))
         return starts
 
-    def minima(self) -> list[Any]:
-        """SciPy's results: the best, and those as good; the least damped first."""
+    def minimum(self) -> Any:
+        """SciPy's result of the best minimum; of several that are as good, the least damped one."""
         curve, starts = self.data.curve, self.starts()
         if curve:
             step = max(1, len(curve.y) // _ROWS)
             sigma = None if curve.sigma is None else curve.sigma[::step]
             few = replace(curve, x=curve.x[::step], y=curve.y[::step], sigma=sigma)
-            series = {**self.data.series, "curve": few}
-            coarse = _Problem(self.fmu, replace(self.data, series=series), self.law)
-            best = min((coarse.solve(x, 1e-3) for x in starts), key=_cost)
+            coarse = _Problem(self.fmu, replace(self.data, curve=few), self.law)
+            best = min((coarse.solve(x, 1e-3) for x in starts), key=attrgetter("cost"))
             best = self.solve(best.x, 1e-4)
             # Law 2's force jumps or rises steeply at touch, so that χ² has a minimum between any
             # two rows: the best of the neighbouring ones.
             row = np.eye(len(best.x))[-1] * np.median(np.diff(curve.x)) / _CLOCK
             for rows in (4, 2, 1, 1):
                 near = [self.solve(best.x + shift * row, 1e-4) for shift in (rows, -rows)]
-                best = min(best, *near, key=_cost)
+                best = min(best, *near, key=attrgetter("cost"))
             starts = [best.x]
         results = [self.solve(x) for x in starts]
-        least = min(map(_cost, results))
+        least = min(result.cost for result in results)
         if least >= _FAR:
             raise UserError(f"{self.law.title}: no contact that ends comes near these measurements")
-        equal = [one for one in results if one.cost - least <= 5e-7 * (1.0 + least)]
-        minima: list[Any] = []
-        for one in sorted(equal, key=lambda one: tuple(np.round(one.x[1:], 6))):
-            if not any(np.allclose(one.x, other.x, 0.0, 1e-4) for other in minima):
-                minima.append(one)
-        return minima
-
-    def fit(self) -> Fit:
-        """The best minimum, rounded, with its covariance."""
-        result, *others = self.minima()
-        for _ in range(10):
-            before = self.sigma.copy()
-            self.estimate_sigma(result)
-            if len(self.data.groups) == 1 or np.allclose(before, self.sigma, 0.01):
-                break
-            result = self.solve(result.x)
-        values, free = self.values(result.x), self.free
-        at = np.flatnonzero(result.active_mask == 0)
-        jacobian = self.jacobian(values, [free[n] for n in at])
-        for n, slope in zip(at, jacobian):
-            unit = _ROUNDING / max(float(np.linalg.norm(slope)), 1e-300)
-            values[free[n]] = round(values[free[n]], -math.floor(math.log10(unit)))
-        residuals = self.residuals(values)
-        # NaN for parameters at a limit.
-        covariance = np.full((len(free), len(free)), math.nan)
-        covariance[np.ix_(at, at)] = _covariance(jacobian)
-        errors = [error if error == error else None for error in np.sqrt(covariance.diagonal())]
-        parameters = {n: Estimate(values[n], error) for n, error in zip(free, errors)}
-        touch, p = parameters.pop("touch", None), len(parameters)
-        values.pop("touch", None)
-        return Fit(
-            law=self.law,
-            values=values,
-            parameters=parameters,
-            covariance=covariance[:p, :p],
-            touch=touch,
-            predicted=self.scalars(values),
-            residuals=residuals,
-            sigma=self.sigma,
-            estimated=self.estimated,
-            aic=self.aic(residuals, len(at)),
-            others=[self.values(one.x) for one in others],
-        )
-
-    # Statistics
+        equal = (one for one in results if one.cost - least <= 5e-7 * (1.0 + least))
+        return min(equal, key=lambda one: tuple(np.round(one.x[1:], 6)))
 
     def estimate_sigma(self, result: Any) -> None:
         """σ of the series without: residuals over rows less the parameters that they determine."""
@@ -377,23 +362,6 @@ class _Problem:
             # Data computed without noise leave residuals of rounding only.
             least = 1e-9 * float(np.abs(self.data.values[rows]).max()) / self.sigma[rows.start]
             self.sigma[rows] *= max(math.sqrt(np.sum(result.fun[rows] ** 2) / freedom), least)
-
-    def aic(self, residuals: np.ndarray, fitted: int) -> float:
-        """−2 ln(likelihood) + 2 · fitted parameters, but for a constant of the data.
-
-        A σ that is estimated counts as a parameter, with its likeliest value.
-        """
-        total = 2.0 * (fitted + len(self.estimated))
-        for name, rows in self.data.groups.items():
-            square, n = float(np.sum(residuals[rows] ** 2)), rows.stop - rows.start
-            if name in self.estimated:
-                square = n * math.log(square * self.sigma[rows.start] ** 2 / n)
-            total += square
-        return total
-
-
-def _cost(result: Any) -> float:
-    return float(result.cost)
 
 
 def _covariance(jacobian: np.ndarray) -> np.ndarray:

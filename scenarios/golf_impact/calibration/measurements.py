@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from golf_impact.calibration.pulse import check_curve
 from golf_impact.errors import UserError
 from golf_impact.facts import closed_forms
 from golf_impact.files import read_text
@@ -35,6 +34,9 @@ COLUMNS = {"curve": ("time", "force"), "cor_speeds": ("approach_speed", "cor")}
 
 #: The σ of a scalar target without one, as a fraction of its value.
 DEFAULT_SIGMA = 0.01
+
+#: A force that lasts longer than this (s) isn't in seconds.
+_LONGEST_CONTACT = 0.02
 
 #: Ranges of numbers by name, ends excluded, and in words; wide enough for any impact, but not for
 #: another unit.
@@ -88,6 +90,26 @@ class Series:
     y: np.ndarray
     sigma: np.ndarray | None = None  #: of y; None if it follows from the residuals
 
+    @property
+    def noise(self) -> float:
+        """The standard deviation of a curve's noise, N, from its third differences; robust."""
+        if len(self.y) < 8:
+            return 0.0
+        # The median of half-normal values; √20 is the norm of the coefficients (1, -3, 3, -1).
+        return float(np.median(np.abs(np.diff(self.y, 3)))) / (0.6745 * math.sqrt(20.0))
+
+    @property
+    def contact(self) -> np.ndarray:
+        """Rows around the peak of a curve with a force above a tenth of it, and above the noise."""
+        peak = int(self.y.argmax())
+        low = np.flatnonzero(self.y < max(0.1 * self.y[peak], 3.0 * self.noise))
+        before, after = low[low < peak], low[low > peak]
+        return np.arange(max(before, default=-1) + 1, min(after, default=len(self.y)))
+
+    def impulse_ratio(self, momentum: float) -> float:
+        """A curve's impulse in contact over μ v (kg·m/s): 1 + COR, if momentum is conserved."""
+        return float(np.trapezoid(self.y[self.contact], self.x[self.contact])) / momentum
+
 
 @dataclass(frozen=True)
 class Measurements:
@@ -95,15 +117,14 @@ class Measurements:
 
     conditions: Conditions = Conditions()
     targets: Mapping[str, Target] = field(default_factory=dict)
-    series: Mapping[str, Series] = field(default_factory=dict)  #: by a key of COLUMNS
+    curve: Series | None = None
+    cor_speeds: Series | None = None
 
     @property
-    def curve(self) -> Series | None:
-        return self.series.get("curve")
-
-    @property
-    def cor_speeds(self) -> Series | None:
-        return self.series.get("cor_speeds")
+    def series(self) -> dict[str, Series]:
+        """Those of the series that there are."""
+        series = {"curve": self.curve, "cor_speeds": self.cor_speeds}
+        return {name: one for name, one in series.items() if one}
 
     @property
     def values(self) -> np.ndarray:
@@ -181,18 +202,16 @@ def measurements(
         elif sigma is not None:
             raise UserError(f"{option(f'sigma_{name}')} is refused without {option(name)}")
     impact = Conditions(**{name: values[name] for name in exact if name in values})
-    series = {}
-    if curve is not None:
-        series["curve"] = _read_series(curve, "curve")
-        check_curve(series["curve"], impact.reduced_mass * impact.club_speed)
-    if cor_speeds is not None:
-        line = series["cor_speeds"] = _read_series(cor_speeds, "cor_speeds")
-        if len(set(line.x.tolist())) < 2:
-            raise UserError(f"{line.name} is refused: a line needs COR at two speeds or more")
-        if len(line.y) == 2 and line.sigma is None:
-            why = "two rows leave no residuals; add a column sigma, or rows"
-            raise UserError(f"{line.name} is refused: {why}")
-    return Measurements(impact, targets, series)
+    force = None if curve is None else _read_series(curve, "curve")
+    line = None if cor_speeds is None else _read_series(cor_speeds, "cor_speeds")
+    if force:
+        _check_curve(force, impact.reduced_mass * impact.club_speed)
+    if line and len(set(line.x.tolist())) < 2:
+        raise UserError(f"{line.name} is refused: a line needs COR at two speeds or more")
+    if line and len(line.y) == 2 and line.sigma is None:
+        why = "two rows leave no residuals; add a column sigma, or rows"
+        raise UserError(f"{line.name} is refused: {why}")
+    return Measurements(impact, targets, force, line)
 
 
 def _rows(path: Path, columns: Sequence[str]) -> list[tuple[str, dict[str, str]]]:
@@ -240,16 +259,34 @@ def _read_series(given: Any, kind: str) -> Series:
     return Series(kind, where, *np.array(table).T)
 
 
-def check_speeds(data: Measurements) -> None:
-    """Raise UserError for speeds of no contact that conserves momentum, as law 2 does."""
-    impact, u = data.conditions, data.conditions.club_speed
-    for name, mass in (("ball_speed", impact.m_club), ("club_speed_after", impact.m_ball)):
-        if one := data.targets.get(name):
-            factor = (impact.m_club + impact.m_ball) / (mass * u)
-            gained = one.value if name == "ball_speed" else u - one.value
-            cor, spread = factor * gained - 1.0, factor * one.sigma
-            if not -spread < cor < 1.0 + spread:
-                raise UserError(
-                    f"{option(name)} {one.value:g} is refused: at a club speed of {u:g} m/s it is "
-                    f"a COR of {cor:.4g}, which must be above 0 and below 1"
-                )
+def _check_curve(curve: Series, momentum: float) -> None:
+    """Raise UserError for a curve that is no contact force in s and N.
+
+    `momentum` is reduced mass times club speed, kg·m/s.
+    """
+    time, force = curve.x, curve.y
+    if (backward := np.flatnonzero(np.diff(time) <= 0.0)).size:
+        n = int(backward[0]) + 1
+        raise UserError(
+            f"{curve.rows[n]}: time = {time[n]:g} s isn't after {time[n - 1]:g} s; sort the rows "
+            "by time and remove duplicates"
+        )
+    peak = int(force.argmax())
+    where, newton = f"{curve.rows[peak]}: the largest force", f"{force[peak]:.4g}"
+    if force[peak] <= max(6.0 * curve.noise, -force.min()):
+        raise UserError(
+            f"{where} is {newton} N, no more than the rest: there is no touch in this curve (the "
+            "force on the ball counts as positive)"
+        )
+    if (lasting := float(np.ptp(time[curve.contact]))) > _LONGEST_CONTACT:
+        raise UserError(
+            f"{where} belongs to a contact of about {lasting:.3g} s, where an impact lasts about "
+            "600e-6: time must be in s, not ms or µs"
+        )
+    if (rows := len(curve.contact)) < 5:
+        raise UserError(f"{where} is one of only {rows} rows in contact: 5 are needed")
+    if not 0.5 < (ratio := curve.impulse_ratio(momentum)) < 3.0:
+        raise UserError(
+            f"{where} is {newton}, and the impulse {ratio:.2g} of reduced mass times club speed, "
+            "where 1 to 2 is possible: force must be in N, not kN, and --club-speed in m/s"
+        )
