@@ -154,7 +154,7 @@ def test_no_damping_is_within_reach(fmu):
     assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
     assert fitted.residuals[0] == pytest.approx(-0.27, abs=0.02)
     assert fitted.parameters["b"].standard_error is None
-    assert "b = 0: it is at its limit" in Calibration(faster, LINEAR).words[0]
+    assert "b = 0 is at its limit" in Calibration(faster, LINEAR).words[0]
 
 
 def test_of_two_answers_the_less_damped_one(fmu):

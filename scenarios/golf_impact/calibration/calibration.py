@@ -43,7 +43,7 @@ _PREDICTED = ("smash_factor", "coefficient_of_restitution", "ball_velocity")
 
 
 class Interval(NamedTuple):
-    """Predictions with their 95 % intervals, arrays of one shape; NaN where not defined."""
+    """Predictions with their 95 % intervals, arrays of one shape."""
 
     value: np.ndarray
     low: np.ndarray
@@ -57,7 +57,7 @@ class Calibration:
         data: the measurements.
         fit: all of the fit, with arrays over the measured values.
         parameters: value and standard error of the fitted parameters by their FMU names (SI units).
-        covariance: of the parameters, (p, p); NaN where not defined.
+        covariance: of the parameters, (p, p); 0 for one at its limit.
         chi_squared, degrees_of_freedom: of the fit.
         residuals: (model − measured)/σ of `targets`, `curve` and `cor_speeds`.
         fits: the laws compared, as far as they could be fitted.
@@ -104,20 +104,12 @@ class Calibration:
             rows = [list(fmu.impact(_PREDICTED, **case).values()) for case in cases]
             return np.array(rows).T.reshape(len(_PREDICTED), *speeds.shape)
 
-        names, covariance = self._uncertain()
+        best, covariance = self.fit, self.covariance
         with ImpactFmu(current_fmu()[0]) as fmu:
-            value = evaluate(self.fit.values)
-            half = np.full(value.shape, math.nan)
-            if names:
-                errors = standard_errors(evaluate, self.fit.values, names, covariance)
-                half = self.fit.coverage * errors
-        return dict(zip(_PREDICTED, map(Interval, value, value - half, value + half)))
-
-    def _uncertain(self) -> tuple[list[str], np.ndarray]:
-        """Parameters that have a standard error, and their covariance."""
-        defined = np.isfinite(self.covariance.diagonal())
-        names = [name for name, has in zip(self.parameters, defined) if has]
-        return names, self.covariance[np.ix_(defined, defined)]
+            value = evaluate(best.values)
+            errors = standard_errors(evaluate, best.values, list(best.parameters), covariance)
+        low, high = value - best.coverage * errors, value + best.coverage * errors
+        return dict(zip(_PREDICTED, map(Interval, value, low, high)))
 
     @property
     def ball(self) -> Ball:
@@ -126,14 +118,13 @@ class Calibration:
         names += [f"{len(one.y)} rows of {one.name}" for one in self.data.series.values()]
         # The impact isn't part of the ball, but for a mass of its own.
         apart = {"club_speed", "m_club", *["m_ball"] * (impact.m_ball == Conditions.m_ball)}
-        uncertain, covariance = self._uncertain()
         return Ball(
             name="calibrated",
             title=f"calibrated, {self.fit.title}",
             values={name: v for name, v in self.fit.values.items() if name not in apart},
             source=f"golf-impact calibrate: {', '.join(names)}; {impact}",
-            uncertain=tuple(uncertain),
-            covariance=tuple(map(tuple, covariance.tolist())),
+            uncertain=tuple(self.parameters),
+            covariance=tuple(map(tuple, self.covariance.tolist())),
         )
 
     def save(self, path: Path | str) -> Path:
@@ -168,8 +159,7 @@ class Calibration:
         best, data, words = self.fit, self.data, []
         for name, (value, error) in self.parameters.items():
             if error is None:
-                why = "it is at its limit, or these measurements don't determine it"
-                words.append(f"No standard error is defined for {name} = {value:.6g}: {why}.")
+                words.append(f"{name} = {value:.6g} is at its limit: it has no standard error.")
         if default := [option(name) for name, one in data.targets.items() if not one.stated]:
             words.append(
                 f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)} (none was "
@@ -262,7 +252,6 @@ class Calibration:
             "command": self.command,
             **best.as_json(),
             "touch_time": best.touch._asdict() if best.touch else None,
-            "fixed": {n: v for n, v in best.values.items() if n not in best.parameters},
             "targets": [
                 {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
                 | {"model": best.predicted[name], "residual": float(residual)}

@@ -21,19 +21,14 @@ from golf_impact.fmu.uncertainty import RANGES, gradient
 LINE = ("restitution_at_rest", "restitution_slope")
 
 #: Damping ratios and exponents of the starts.
-_ZETAS, _EXPONENTS = (1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0), (1.05, 1.5, 2.2, 4.0)
+_ZETAS, _EXPONENTS = [1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0], [1.05, 1.5, 2.2, 4.0]
 
 #: Starts are refined on about this many rows of a curve.
 _ROWS = 50
 
-#: The unit of the coordinate of touch, s.
-_CLOCK = 1e-4
-
-#: The residual, in σ, where there is no contact that ends, and the largest of all.
-_FAR = 1e9
-
-#: Parameters are rounded to this fraction of their standard error.
-_ROUNDING = 1e-3
+#: The unit of the coordinate of touch, s; the largest residual, also where no contact ends, in σ;
+#: parameters are rounded to this fraction of their standard error.
+_CLOCK, _FAR, _ROUNDING = 1e-4, 1e9, 1e-3
 
 
 @dataclass(frozen=True)
@@ -66,7 +61,7 @@ class ContactLaw:
 
 
 class Estimate(NamedTuple):
-    """A fitted value in SI units; the standard error is None where it isn't defined."""
+    """A fitted value in SI units; the standard error is None if it is at its limit."""
 
     value: float
     standard_error: float | None
@@ -79,7 +74,7 @@ class Fit:
     law: ContactLaw
     values: dict[str, float]  #: the FMU's inputs and parameters of this impact, SI units
     parameters: dict[str, Estimate]  #: those of them that were fitted
-    covariance: np.ndarray  #: of the parameters, (p, p); NaN where not defined
+    covariance: np.ndarray  #: of the parameters, (p, p); 0 for one at its limit
     touch: Estimate | None  #: the instant by the curve's clock, s
     predicted: dict[str, float]  #: scalar targets as the FMU gives them
     residuals: np.ndarray  #: (model − measured)/σ
@@ -157,10 +152,12 @@ def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
             unit = _ROUNDING / max(float(np.linalg.norm(slope)), 1e-300)
             values[free[n]] = round(values[free[n]], -math.floor(math.log10(unit)))
         residuals = problem.residuals(values)
-        # NaN for parameters at a limit.
-        covariance = np.full((len(free), len(free)), math.nan)
-        covariance[np.ix_(at, at)] = _covariance(jacobian)
-        errors = [error if error == error else None for error in np.sqrt(covariance.diagonal())]
+        # Scaled, so that rounding doesn't matter; 0 for parameters at a limit.
+        scale = np.linalg.norm(jacobian, axis=1, keepdims=True)
+        normal = (jacobian / scale) @ (jacobian / scale).T
+        covariance = np.zeros((len(free), len(free)))
+        covariance[np.ix_(at, at)] = np.linalg.pinv(normal) / (scale * scale.T)
+    errors = [math.sqrt(variance) or None for variance in covariance.diagonal()]
     parameters = {n: Estimate(values[n], error) for n, error in zip(free, errors)}
     touch, p = parameters.pop("touch", None), len(parameters)
     values.pop("touch", None)
@@ -219,9 +216,9 @@ class _Problem:
         self.bounds = np.array([ranges.get(name, unbounded) for name in self.free]).T
         self.estimated = tuple(name for name, one in data.series.items() if one.sigma is None)
         sigma = [np.array([target.sigma for target in data.targets.values()])]
-        for name, one in data.series.items():
-            guess = 0.01 if name == "cor_speeds" else max(one.noise, 1e-3 * one.y.max())
-            sigma.append(np.full(len(one.y), guess) if one.sigma is None else one.sigma)
+        for one in data.series.values():
+            guess = np.full(len(one.y), 0.01 * one.y.max())
+            sigma.append(guess if one.sigma is None else one.sigma)
         self.sigma = np.concatenate(sigma)
 
     # The model
@@ -275,12 +272,12 @@ class _Problem:
         inner = gradient(self.residuals, values, [name for name in names if name != "touch"])
         if not self.data.curve:
             return inner
-        # The force rises steeply or jumps at touch: a difference over a row, without the row there.
+        # The force rises steeply or jumps at touch: a difference over a row, without the rows there.
         instants = self.data.curve.x - values["touch"]
         half = 0.5 * float(np.median(np.diff(instants)))
         ends = (self.residuals({**values, "touch": values["touch"] + s}) for s in (-half, half))
         slope = np.subtract(*ends) / (-2.0 * half)
-        slope[self.data.groups["curve"]][np.abs(instants) <= half] = 0.0
+        slope[self.data.groups["curve"]][np.abs(instants) <= 2.0 * half] = 0.0
         return np.vstack([inner.reshape(-1, len(slope)), slope])
 
     # Least squares
@@ -306,7 +303,7 @@ class _Problem:
         """A grid of ζ and n, each with the k and touch of an undamped contact as long."""
         impact, curve, d = self.data.conditions, self.data.curve, self.law.reference_compression
         momentum = impact.reduced_mass * impact.club_speed
-        duration, zetas, touch = 5e-4, list(_ZETAS), 0.0
+        duration, touch = 5e-4, 0.0
         for name, one in self.data.targets.items():
             if name not in RESTITUTION:
                 duration = math.pi * momentum / one.value if name == "max_force" else one.value
@@ -314,12 +311,9 @@ class _Problem:
             contact = curve.x[curve.contact]
             duration = 1.1 * float(np.ptp(contact))
             touch = (contact[0] - 0.06 * duration - curve.x[0]) / _CLOCK
-            cor = min(max(curve.impulse_ratio(momentum) - 1.0, 0.05), 0.98)
-            zetas = [-math.log(cor) / math.pi]
-        if self.data.cor_speeds:
-            zetas = zetas[:1]
+        zetas = [0.1] if self.data.series else _ZETAS
         starts = []
-        exponents = _EXPONENTS if "exponent" in self.free else (self.law.exponent or 1.0,)
+        exponents = _EXPONENTS if "exponent" in self.free else [self.law.exponent or 1.0]
         for zeta, n in itertools.product(zetas, exponents):
             # With ω = π/duration and the compression L = m v/ω: √(m k/μ) = ω (d_r/L)^(m − 1).
             m, omega = 0.5 * (n + 1.0), math.pi / duration
@@ -362,12 +356,3 @@ class _Problem:
             # Data computed without noise leave residuals of rounding only.
             least = 1e-9 * float(np.abs(self.data.values[rows]).max()) / self.sigma[rows.start]
             self.sigma[rows] *= max(math.sqrt(np.sum(result.fun[rows] ** 2) / freedom), least)
-
-
-def _covariance(jacobian: np.ndarray) -> np.ndarray:
-    """(J Jᵀ)⁻¹; NaN if J's rank is deficient."""
-    scale = np.linalg.norm(jacobian, axis=1, keepdims=True)
-    normal = (jacobian / scale) @ (jacobian / scale).T
-    if normal.size and not (np.isfinite(normal).all() and np.linalg.cond(normal) < 1e14):
-        return np.full(normal.shape, math.nan)
-    return np.linalg.inv(normal) / (scale * scale.T)

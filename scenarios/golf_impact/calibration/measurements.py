@@ -35,9 +35,6 @@ COLUMNS = {"curve": ("time", "force"), "cor_speeds": ("approach_speed", "cor")}
 #: The σ of a scalar target without one, as a fraction of its value.
 DEFAULT_SIGMA = 0.01
 
-#: A force that lasts longer than this (s) isn't in seconds.
-_LONGEST_CONTACT = 0.02
-
 #: Ranges of numbers by name, ends excluded, and in words; wide enough for any impact, but not for
 #: another unit.
 _ABOVE_0 = (0.0, math.inf, "a finite number above 0")
@@ -91,24 +88,12 @@ class Series:
     sigma: np.ndarray | None = None  #: of y; None if it follows from the residuals
 
     @property
-    def noise(self) -> float:
-        """The standard deviation of a curve's noise, N, from its third differences; robust."""
-        if len(self.y) < 8:
-            return 0.0
-        # The median of half-normal values; √20 is the norm of the coefficients (1, -3, 3, -1).
-        return float(np.median(np.abs(np.diff(self.y, 3)))) / (0.6745 * math.sqrt(20.0))
-
-    @property
     def contact(self) -> np.ndarray:
-        """Rows around the peak of a curve with a force above a tenth of it, and above the noise."""
+        """Rows around the peak of a curve with a force above a tenth of it."""
         peak = int(self.y.argmax())
-        low = np.flatnonzero(self.y < max(0.1 * self.y[peak], 3.0 * self.noise))
+        low = np.flatnonzero(self.y < 0.1 * self.y[peak])
         before, after = low[low < peak], low[low > peak]
         return np.arange(max(before, default=-1) + 1, min(after, default=len(self.y)))
-
-    def impulse_ratio(self, momentum: float) -> float:
-        """A curve's impulse in contact over μ v (kg·m/s): 1 + COR, if momentum is conserved."""
-        return float(np.trapezoid(self.y[self.contact], self.x[self.contact])) / momentum
 
 
 @dataclass(frozen=True)
@@ -136,9 +121,8 @@ class Measurements:
     def groups(self) -> dict[str, slice]:
         """Where scalars, forces and CORs are in `values`."""
         lengths = {"targets": len(self.targets)} | {n: len(s.y) for n, s in self.series.items()}
-        ends = np.cumsum(list(lengths.values())).tolist()
-        groups = zip(lengths.items(), ends, strict=True)
-        return {name: slice(end - length, end) for (name, length), end in groups if length}
+        ends = zip(lengths.items(), np.cumsum(list(lengths.values())).tolist())
+        return {name: slice(end - length, end) for (name, length), end in ends if length}
 
     @property
     def sized(self) -> bool:
@@ -174,24 +158,23 @@ def measurements(
     Raises:
         UserError: a value is impossible; it is named, or its file and row.
     """
-    exact = tuple(vars(Conditions()))
-    known = (*TARGETS, *(f"sigma_{name}" for name in TARGETS), *exact)
-    values: dict[str, float] = {}
+    known = (*TARGETS, *vars(Conditions()))
+    in_file: dict[str, tuple[Any, str]] = {}
     for where, cells in _rows(file, ("target", "value")) if file else ():
         name = cells["target"].strip().lower().lstrip("-").replace("-", "_")
-        for key, cell in ((name, cells["value"]), (f"sigma_{name}", cells.get("sigma"))):
-            if key in values:
-                raise UserError(f"{where}: {key} is given twice")
-            if cell and key not in known:
-                choice = ", ".join((*TARGETS, *exact))
-                raise UserError(f"{where}: there is no target {key!r}: choose from {choice}")
-            if cell or key == name:
-                values[key] = number(cell, key, where)
-    for name, value in scalars.items():
-        if name not in known:
-            raise UserError(f"there is no target {name!r}: choose from {', '.join(TARGETS)}")
-        if value is not None:
-            values[name] = number(value, name)
+        if name in in_file:
+            raise UserError(f"{where}: {name} is given twice")
+        in_file[name] = cells["value"], where
+        if cells.get("sigma"):
+            in_file[f"sigma_{name}"] = cells["sigma"], where
+    given = in_file | {name: (value, "") for name, value in scalars.items() if value is not None}
+    values = {}
+    for name, (value, where) in given.items():
+        if name not in known and name.removeprefix("sigma_") not in TARGETS:
+            place = f"{where}: " if where else ""
+            choice = ", ".join(known)
+            raise UserError(f"{place}there is no target {name!r}: choose from {choice}")
+        values[name] = number(value, name, where)
     targets = {}
     for name in TARGETS:
         sigma = values.get(f"sigma_{name}")
@@ -201,7 +184,7 @@ def measurements(
             targets[name] = Target(values[name], deviation, sigma is not None)
         elif sigma is not None:
             raise UserError(f"{option(f'sigma_{name}')} is refused without {option(name)}")
-    impact = Conditions(**{name: values[name] for name in exact if name in values})
+    impact = Conditions(**{n: values[n] for n in vars(Conditions()) if n in values})
     force = None if curve is None else _read_series(curve, "curve")
     line = None if cor_speeds is None else _read_series(cor_speeds, "cor_speeds")
     if force:
@@ -273,19 +256,21 @@ def _check_curve(curve: Series, momentum: float) -> None:
         )
     peak = int(force.argmax())
     where, newton = f"{curve.rows[peak]}: the largest force", f"{force[peak]:.4g}"
-    if force[peak] <= max(6.0 * curve.noise, -force.min()):
+    if force[peak] <= -3.0 * force.min():
         raise UserError(
             f"{where} is {newton} N, no more than the rest: there is no touch in this curve (the "
             "force on the ball counts as positive)"
         )
-    if (lasting := float(np.ptp(time[curve.contact]))) > _LONGEST_CONTACT:
+    if (lasting := float(np.ptp(time[curve.contact]))) > 0.02:
         raise UserError(
             f"{where} belongs to a contact of about {lasting:.3g} s, where an impact lasts about "
             "600e-6: time must be in s, not ms or µs"
         )
     if (rows := len(curve.contact)) < 5:
         raise UserError(f"{where} is one of only {rows} rows in contact: 5 are needed")
-    if not 0.5 < (ratio := curve.impulse_ratio(momentum)) < 3.0:
+    # 1 + COR, if momentum is conserved.
+    ratio = float(np.trapezoid(force[curve.contact], time[curve.contact])) / momentum
+    if not 0.5 < ratio < 3.0:
         raise UserError(
             f"{where} is {newton}, and the impulse {ratio:.2g} of reduced mass times club speed, "
             "where 1 to 2 is possible: force must be in N, not kN, and --club-speed in m/s"
