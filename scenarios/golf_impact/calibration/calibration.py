@@ -26,7 +26,7 @@ from golf_impact.facts.quantities import QUANTITIES, format_options, format_with
 from golf_impact.files import write_together
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.fmu.uncertainty import RANGES, standard_errors
+from golf_impact.fmu.uncertainty import standard_errors
 from golf_impact.report.outcome import Table
 
 #: What is worth a sentence: a χ² that law and σ exceed less often than this, a lag-1
@@ -86,16 +86,10 @@ class Calibration:
         self.predictions = self.predict(self.speeds)
 
     def predict(self, club_speeds: float | Sequence[float] | np.ndarray) -> dict[str, Interval]:
-        """S, COR and ball speed (m/s) at other club speeds, with 95 % intervals.
+        """S, COR and ball speed (m/s) at club speeds (m/s, any shape), with 95 % intervals.
 
         The intervals follow from the covariance of the parameters, linearly; they hold if the law
-        does.
-
-        Args:
-            club_speeds: m/s, an array of any shape.
-
-        Raises:
-            UserError: the FMU refuses a speed.
+        does. UserError: the FMU refuses a speed.
         """
         speeds = np.asarray(club_speeds, float)
 
@@ -210,29 +204,24 @@ class Calibration:
             [name, format_with_error(*one) + _UNITS.get(name, "")] for name, one in found.items()
         ]
         rows = []
-        for name, model in best.predicted.items():
-            quantity, cells = QUANTITIES[TARGETS[name]], ["", "", "", "predicted"]
-            if target := data.targets.get(name):
-                off = f"{(model - target.value) / target.sigma:+.2f}"
-                sigma = f"{target.sigma * quantity.factor:.2g}"
-                cells = [quantity.format_value(target.value), sigma, "", off]
-            cells[2] = quantity.format_value(model)
-            rows.append([quantity.label, *cells])
-        for name, one in data.series.items():
+        for (name, target), residual in zip(data.targets.items(), best.residuals):
+            one = QUANTITIES[TARGETS[name]]
+            measured, model = map(one.format_value, (target.value, best.predicted[name]))
+            sigma = f"{target.sigma * one.factor:.2g}"
+            rows.append([one.label, measured, sigma, model, f"{residual:+.2f}"])
+        for name, series in data.series.items():
             rms = np.sqrt(np.mean(self.residuals[name] ** 2))
             sigma = f"{np.mean(best.sigma[data.groups[name]]):.3g}"
-            rows.append([one.name, f"{len(one.y)} rows", sigma, "", f"rms {rms:.2f}"])
+            rows.append([series.name, f"{len(series.y)} rows", sigma, "", f"rms {rms:.2f}"])
         speeds = []
         for n, speed in enumerate(self.speeds):
             ends = ((one.value[n], one.high[n] - one.value[n]) for one in self.predictions.values())
             speeds.append([f"{speed:g}", *(format_with_error(*pair) for pair in ends)])
-        names = [name for name in RANGES if any(name in one.parameters for one in self.fits)]
         least, laws = min((one.aic for one in self.fits), default=0.0), []
         for law in self.fits:
-            values = [f"{law.values[n]:.4g}" if n in law.values else "" for n in names]
-            laws.append(
-                [law.law.title, *values, f"{law.chi_squared:.3g}", f"{law.aic - least:.3g}"]
-            )
+            values = [f"{name} = {one.value:.4g}" for name, one in law.parameters.items()]
+            square = f"{law.chi_squared:.3g}"
+            laws.append([law.law.title, ", ".join(values), square, f"{law.aic - least:.3g}"])
         square = f"χ² = {best.chi_squared:.4g}, degrees of freedom {best.degrees_of_freedom}"
         heads = ["", "measured", "σ", "model", "residual (σ)"]
         labels = ["club speed (m/s)", *(QUANTITIES[name].label for name in _PREDICTED)]
@@ -240,7 +229,7 @@ class Calibration:
             Table(f"{best.title} (law {best.law.law})", ["", "value ± standard error"], parameters),
             Table(f"Measurements, {data.conditions}: {square}", heads, rows),
             Table("Predictions with 95 % intervals, valid if the law is", labels, speeds),
-            Table("Contact laws compared", ["", *names, "χ²", "AIC − least AIC"], laws),
+            Table("Contact laws compared", ["", "parameters", "χ²", "AIC − least AIC"], laws),
         ]
         return tables if laws else tables[:-1]
 

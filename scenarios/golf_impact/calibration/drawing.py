@@ -65,12 +65,9 @@ def _draw_series(calibration: Calibration, name: str, above: Axes, below: Axes) 
 
 
 def _draw_targets(calibration: Calibration, axes: Axes) -> None:
-    """Residuals of the scalars for each law compared, those of the fit filled."""
-    names = list(calibration.data.targets)
-    for one in {id(one): one for one in (*calibration.fits, calibration.fit)}.values():
-        face = None if one is calibration.fit else "white"
-        residuals = one.residuals[: len(names)]
-        axes.plot(residuals, range(len(names)), "o", mfc=face, ms=7, label=one.title)
-    figures.label_rows(axes, [QUANTITIES[TARGETS[name]].plain for name in names], band=1.96)
+    """Residuals of the scalars."""
+    residuals = calibration.residuals["targets"]
+    axes.plot(residuals, range(len(residuals)), "o", ms=7)
+    names = [QUANTITIES[TARGETS[name]].plain for name in calibration.data.targets]
+    figures.label_rows(axes, names, band=1.96)
     axes.set(xlabel="(fit − target) / σ; band: 95 %")
-    axes.legend(loc="upper right", fontsize=9)

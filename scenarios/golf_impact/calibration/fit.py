@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -22,9 +22,6 @@ LINE = ("restitution_at_rest", "restitution_slope")
 
 #: Damping ratios and exponents of the starts.
 _ZETAS, _EXPONENTS = [1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0], [1.05, 1.5, 2.2, 4.0]
-
-#: Starts are refined on about this many rows of a curve.
-_ROWS = 50
 
 #: The unit of the coordinate of touch, s; the largest residual, also where no contact ends, in σ;
 #: parameters are rounded to this fraction of their standard error.
@@ -176,19 +173,15 @@ def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
 
 def _check_number(law: ContactLaw, data: Measurements) -> None:
     """Raise UserError if these measurements can't determine the law's free parameters."""
-    line, why = data.cor_speeds is not None, ""
-    speeds = sum(name in RESTITUTION for name in data.targets)
+    line, speeds = bool(data.cor_speeds), sum(name in RESTITUTION for name in data.targets)
     have, need = len(data.targets) - speeds + (line or speeds > 0), 2 + (law.exponent is None)
     if law.law == 1 and line:
-        why = "its damping has no COR line (--cor-speeds): take --law 2"
-    elif have < need and not (data.curve or (line and need == 2 and not data.sized)):
-        why = (
-            f"too few targets: k, b and a free exponent need {need} independent ones, these are "
-            f"{have} (ball speed, club speed after and COR depend on the damping only: they count "
-            "once)"
+        raise UserError("--cor-speeds is refused with --law 1: its damping has no COR line")
+    if have < need and not (data.curve or (line and need == 2 and not data.sized)):
+        raise UserError(
+            f"{law.title} can't be fitted: its parameters need {need} independent ones, these are "
+            f"{have}: too few targets (ball speed, club speed after and COR count once)"
         )
-    if why:
-        raise UserError(f"{law.title} can't be fitted: {why}")
 
 
 class _Problem:
@@ -205,15 +198,13 @@ class _Problem:
 
     def __init__(self, fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> None:
         self.fmu, self.data, self.law = fmu, data, law
-        fixed = set() if data.sized else {"k", "exponent"}
-        fixed |= {"b"} if data.cor_speeds else set(LINE)
-        fixed |= {"exponent"} if law.exponent is not None else set()
-        fixed |= set() if data.curve else {"touch"}
+        exponent = ["exponent"] if law.exponent is None else []
+        damping = LINE if data.cor_speeds else ("b",)
+        fitted = (*damping, *exponent, "k") if data.sized else damping
         #: The names of what is fitted: the FMU's, and touch.
-        self.free = [name for name in (*RANGES, "touch") if name not in fixed]
-        unbounded = (-math.inf, math.inf)
-        ranges = {**RANGES, "k": unbounded}
-        self.bounds = np.array([ranges.get(name, unbounded) for name in self.free]).T
+        self.free = [name for name in RANGES if name in fitted] + ["touch"] * bool(data.curve)
+        ranges = {**RANGES, **dict.fromkeys(("k", "touch"), (-math.inf, math.inf))}
+        self.bounds = np.array([ranges[name] for name in self.free]).T
         self.estimated = tuple(name for name, one in data.series.items() if one.sigma is None)
         sigma = [np.array([target.sigma for target in data.targets.values()])]
         for one in data.series.values():
@@ -272,7 +263,7 @@ class _Problem:
         inner = gradient(self.residuals, values, [name for name in names if name != "touch"])
         if not self.data.curve:
             return inner
-        # The force rises steeply or jumps at touch: a difference over a row, without the rows there.
+        # The force jumps or rises steeply at touch: a difference over a row, 0 for the rows there.
         instants = self.data.curve.x - values["touch"]
         half = 0.5 * float(np.median(np.diff(instants)))
         ends = (self.residuals({**values, "touch": values["touch"] + s}) for s in (-half, half))
@@ -311,8 +302,7 @@ class _Problem:
             contact = curve.x[curve.contact]
             duration = 1.1 * float(np.ptp(contact))
             touch = (contact[0] - 0.06 * duration - curve.x[0]) / _CLOCK
-        zetas = [0.1] if self.data.series else _ZETAS
-        starts = []
+        starts, zetas = [], [0.1] if self.data.series else _ZETAS
         exponents = _EXPONENTS if "exponent" in self.free else [self.law.exponent or 1.0]
         for zeta, n in itertools.product(zetas, exponents):
             # With ω = π/duration and the compression L = m v/ω: √(m k/μ) = ω (d_r/L)^(m − 1).
@@ -325,20 +315,15 @@ class _Problem:
 
     def minimum(self) -> Any:
         """SciPy's result of the best minimum; of several that are as good, the least damped one."""
-        curve, starts = self.data.curve, self.starts()
+        starts, curve = self.starts(), self.data.curve
         if curve:
-            step = max(1, len(curve.y) // _ROWS)
-            sigma = None if curve.sigma is None else curve.sigma[::step]
-            few = replace(curve, x=curve.x[::step], y=curve.y[::step], sigma=sigma)
-            coarse = _Problem(self.fmu, replace(self.data, curve=few), self.law)
-            best = min((coarse.solve(x, 1e-3) for x in starts), key=attrgetter("cost"))
-            best = self.solve(best.x, 1e-4)
+            best = min((self.solve(x, 1e-2) for x in starts), key=attrgetter("cost"))
             # Law 2's force jumps or rises steeply at touch, so that χ² has a minimum between any
             # two rows: the best of the neighbouring ones.
             row = np.eye(len(best.x))[-1] * np.median(np.diff(curve.x)) / _CLOCK
-            for rows in (4, 2, 1, 1):
-                near = [self.solve(best.x + shift * row, 1e-4) for shift in (rows, -rows)]
-                best = min(best, *near, key=attrgetter("cost"))
+            for rows in (4, 2, 1):
+                near = [self.solve(best.x + shift * row, 1e-3) for shift in (rows, 0, -rows)]
+                best = min(near, key=attrgetter("cost"))
             starts = [best.x]
         results = [self.solve(x) for x in starts]
         least = min(result.cost for result in results)
