@@ -178,7 +178,7 @@ def test_of_two_answers_the_less_damped_one(fmu):
         ("--cor 0.7 --sigma-max-force 1", "without --max-force"),
         ("--cor 0.7", "too few targets"),
         ("--ball-speed 50 --club-speed-after 24 --cor 0.74", "count once"),
-        ("--cor 0.7 --contact-time 6e-4 --exponent free", "need 3 independent ones"),
+        ("--cor 0.7 --contact-time 6e-4 --exponent free", "3 are needed"),
         ("", "--cor 0.743 --contact-time 600e-6"),
         ("--cor 0.7 --contact-time 6e-4 --club-speed -1", "--club-speed -1"),
         ("--cor 0.7 --contact-time 6e-4 --m-club 210", "0.21 for 210 g"),

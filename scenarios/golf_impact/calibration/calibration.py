@@ -124,14 +124,11 @@ class Calibration:
     def save(self, path: Path | str) -> Path:
         """Write the ball as a TOML file, for `--ball FILE.toml` and `golf_impact.read_ball`.
 
-        Raises:
-            UserError: the name doesn't end in .toml, or the file can't be written.
+        UserError: the name doesn't end in .toml, or the file can't be written.
         """
         path = Path(path)
         if path.suffix != ".toml":
-            raise UserError(
-                f"--save {path} is refused: the name of a ball's file must end in .toml"
-            )
+            raise UserError(f"--save {path} is refused: its name must end in .toml")
         return write_together(path.parent, {path.name: ball_toml(self.ball).encode()})[0]
 
     @property
@@ -155,16 +152,11 @@ class Calibration:
             if error is None:
                 words.append(f"{name} = {value:.6g} is at its limit: it has no standard error.")
         if default := [option(name) for name, one in data.targets.items() if not one.stated]:
-            words.append(
-                f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)} (none was "
-                "given); standard errors and χ² follow from it."
-            )
+            words.append(f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)}.")
         for name in best.estimated:
             sigma = best.sigma[data.groups[name]][0]
-            words.append(
-                f"σ of {data.series[name].name}, {sigma:.3g}, follows from its residuals; so χ² is "
-                "close to the degrees of freedom for any law and doesn't test it."
-            )
+            what = f"σ of {data.series[name].name}, {sigma:.3g}, follows from its residuals"
+            words.append(f"{what}; so χ² doesn't test the law.")
         freedom, chance = best.degrees_of_freedom, best.probability
         square = f"χ² = {best.chi_squared:.3g} with {freedom} degrees of freedom"
         if chance is not None and chance < _UNLIKELY:
@@ -183,17 +175,12 @@ class Calibration:
             inside = self.residuals["curve"][data.curve.contact]
             correlation = float(inside[1:] @ inside[:-1]) / max(float(inside @ inside), 1e-300)
             if correlation * math.sqrt(len(inside)) > _CORRELATED:
-                words.append(
-                    f"Neighbouring residuals of the curve are correlated ({correlation:.2f}): the "
-                    "law misses its shape, or the noise is correlated; standard errors are too "
-                    "small."
-                )
+                why = "the law misses its shape, or the noise is correlated; errors are too small"
+                words.append(f"Residuals of the curve are correlated ({correlation:.2f}): {why}.")
         better = min((best, *self.fits), key=lambda other: other.aic)
         if best.aic - better.aic > _BETTER:
-            words.append(
-                f"{better.title} describes these measurements better: its AIC is lower by "
-                f"{best.aic - better.aic:.3g}."
-            )
+            lower = f"its AIC is lower by {best.aic - better.aic:.3g}"
+            words.append(f"{better.title} describes these measurements better: {lower}.")
         return words
 
     def tables(self) -> list[Table]:
@@ -306,12 +293,6 @@ def calibrate(
     """
     chosen = ContactLaw.of(law, exponent, reference_compression)
     data = measurements(scalars, csv, curve, cor_speeds)
-    if not data.groups:
-        raise UserError(
-            "calibrate needs measurements: --curve FILE.csv, --cor-speeds FILE.csv or at least two "
-            "targets, e.g. golf-impact calibrate --cor 0.743 --contact-time 600e-6; there are "
-            f"{', '.join(map(option, TARGETS))}"
-        )
     try:
         return Calibration(data, chosen, predict)
     except ImportError:

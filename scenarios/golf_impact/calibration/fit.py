@@ -179,8 +179,9 @@ def _check_number(law: ContactLaw, data: Measurements) -> None:
         raise UserError("--cor-speeds is refused with --law 1: its damping has no COR line")
     if have < need and not (data.curve or (line and need == 2 and not data.sized)):
         raise UserError(
-            f"{law.title} can't be fitted: its parameters need {need} independent ones, these are "
-            f"{have}: too few targets (ball speed, club speed after and COR count once)"
+            f"{law.title} can't be fitted: too few targets, {have} where {need} are needed (ball "
+            "speed, club speed after and COR count once); give --curve FILE.csv, --cor-speeds "
+            "FILE.csv or more of them, e.g. --cor 0.743 --contact-time 600e-6"
         )
 
 
@@ -291,17 +292,13 @@ class _Problem:
         )
 
     def starts(self) -> list[np.ndarray]:
-        """A grid of ζ and n, each with the k and touch of an undamped contact as long."""
+        """A grid of ζ and n, with the k of an undamped contact as long as the curve's, or 0.5 ms."""
         impact, curve, d = self.data.conditions, self.data.curve, self.law.reference_compression
-        momentum = impact.reduced_mass * impact.club_speed
         duration, touch = 5e-4, 0.0
-        for name, one in self.data.targets.items():
-            if name not in RESTITUTION:
-                duration = math.pi * momentum / one.value if name == "max_force" else one.value
         if curve:
             contact = curve.x[curve.contact]
-            duration = 1.1 * float(np.ptp(contact))
-            touch = (contact[0] - 0.06 * duration - curve.x[0]) / _CLOCK
+            duration = 1.2 * float(np.ptp(contact))
+            touch = (contact[0] - 0.1 * duration - curve.x[0]) / _CLOCK
         starts, zetas = [], [0.1] if self.data.series else _ZETAS
         exponents = _EXPONENTS if "exponent" in self.free else [self.law.exponent or 1.0]
         for zeta, n in itertools.product(zetas, exponents):

@@ -89,11 +89,8 @@ class Series:
 
     @property
     def contact(self) -> np.ndarray:
-        """Rows around the peak of a curve with a force above a tenth of it."""
-        peak = int(self.y.argmax())
-        low = np.flatnonzero(self.y < 0.1 * self.y[peak])
-        before, after = low[low < peak], low[low > peak]
-        return np.arange(max(before, default=-1) + 1, min(after, default=len(self.y)))
+        """Rows of a curve with more than a quarter of the largest force."""
+        return np.flatnonzero(self.y > 0.25 * self.y.max())
 
 
 @dataclass(frozen=True)
@@ -153,10 +150,9 @@ def measurements(
     curve: Any = None,
     cor_speeds: Any = None,
 ) -> Measurements:
-    """Validated measurements; see `golf_impact.calibrate`. Scalars given win over the file's.
+    """Validated measurements, see `golf_impact.calibrate`; scalars given win over the file's.
 
-    Raises:
-        UserError: a value is impossible; it is named, or its file and row.
+    UserError: a value is impossible; it is named, or its file and row.
     """
     known = (*TARGETS, *vars(Conditions()))
     in_file: dict[str, tuple[Any, str]] = {}
@@ -243,10 +239,7 @@ def _read_series(given: Any, kind: str) -> Series:
 
 
 def _check_curve(curve: Series, momentum: float) -> None:
-    """Raise UserError for a curve that is no contact force in s and N.
-
-    `momentum` is reduced mass times club speed, kg·m/s.
-    """
+    """Raise UserError for a curve that is no force in s and N; `momentum` is μ v, kg·m/s."""
     time, force = curve.x, curve.y
     if (backward := np.flatnonzero(np.diff(time) <= 0.0)).size:
         n = int(backward[0]) + 1
