@@ -35,7 +35,7 @@ _UNLIKELY, _CORRELATED, _BETTER = 0.01, 4.0, 2.0
 
 _UNITS = {"k": " N/m", "b": " N·s/m", "restitution_slope": " s/m", "touch_time": " s"}
 
-#: Every calibration is compared with Kelvin–Voigt, absolute, Tsuji and free n.
+#: Kelvin–Voigt, absolute, Tsuji and free n, which every calibration is compared with.
 _COMPARED = ((2, 1.0), (1, 1.0), (2, 1.5), (2, None))
 
 #: What is predicted at other club speeds.
@@ -61,14 +61,13 @@ class Calibration:
         chi_squared, degrees_of_freedom: of the fit.
         residuals: (model − measured)/σ of `targets`, `curve` and `cor_speeds`.
         fits: the laws compared, as far as they could be fitted.
-        speeds: club speeds of the predictions, m/s.
-        predictions: S, COR and ball speed there, see `predict`.
+        speeds, predictions: club speeds (m/s), and what `predict` gives there.
     """
 
     def __init__(
         self, data: Measurements, law: ContactLaw, speeds: Sequence[float] | None = None
     ) -> None:
-        self.data, self.fits, one = data, list[Fit](), data.cor_speeds
+        self.data, self.fits = data, list[Fit]()
         with ImpactFmu(current_fmu()[0]) as fmu:
             self.fit = best = fit(fmu, data, law)
             for number, exponent in _COMPARED if data.sized else ():
@@ -80,7 +79,7 @@ class Calibration:
         self.chi_squared, self.degrees_of_freedom = best.chi_squared, best.degrees_of_freedom
         self.residuals = {name: best.residuals[rows] for name, rows in data.groups.items()}
         if speeds is None:
-            middle = float(np.mean(one.x)) if one else data.conditions.club_speed
+            middle = data.cor_speeds.x.mean() if data.cor_speeds else data.conditions.club_speed
             speeds = [float(f"{middle * factor:.2g}") for factor in (0.6, 0.8, 1.0, 1.2, 1.4)]
         self.speeds = np.array(speeds, float)
         self.predictions = self.predict(self.speeds)

@@ -145,7 +145,7 @@ def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
         values, free = problem.values(result.x), problem.free
         at = np.flatnonzero(result.active_mask == 0)
         jacobian = problem.jacobian(values, [free[n] for n in at])
-        for n, slope in zip(at, jacobian):
+        for n, slope in zip(at[: len(at) - bool(data.curve)], jacobian):
             unit = _ROUNDING / max(float(np.linalg.norm(slope)), 1e-300)
             values[free[n]] = round(values[free[n]], -math.floor(math.log10(unit)))
         residuals = problem.residuals(values)
@@ -269,7 +269,7 @@ class _Problem:
         half = 0.5 * float(np.median(np.diff(instants)))
         ends = (self.residuals({**values, "touch": values["touch"] + s}) for s in (-half, half))
         slope = np.subtract(*ends) / (-2.0 * half)
-        slope[self.data.groups["curve"]][np.abs(instants) <= 2.0 * half] = 0.0
+        slope[self.data.groups["curve"]][np.abs(instants) <= 1.5 * half] = 0.0
         return np.vstack([inner.reshape(-1, len(slope)), slope])
 
     # Least squares
@@ -292,16 +292,16 @@ class _Problem:
         )
 
     def starts(self) -> list[np.ndarray]:
-        """A grid of ζ and n, with the k of an undamped contact as long as the curve's, or 0.5 ms."""
+        """A grid of ζ and n; k from an undamped contact as long as the curve's, or 0.5 ms."""
         impact, curve, d = self.data.conditions, self.data.curve, self.law.reference_compression
-        duration, touch = 5e-4, 0.0
+        duration, touches = 5e-4, [0.0]
         if curve:
             contact = curve.x[curve.contact]
             duration = 1.2 * float(np.ptp(contact))
-            touch = (contact[0] - 0.1 * duration - curve.x[0]) / _CLOCK
+            touches = [(contact[0] - s * duration - curve.x[0]) / _CLOCK for s in (0.0, 0.1)]
         starts, zetas = [], [0.1] if self.data.series else _ZETAS
         exponents = _EXPONENTS if "exponent" in self.free else [self.law.exponent or 1.0]
-        for zeta, n in itertools.product(zetas, exponents):
+        for zeta, n, touch in itertools.product(zetas, exponents, touches):
             # With ω = π/duration and the compression L = m v/ω: √(m k/μ) = ω (d_r/L)^(m − 1).
             m, omega = 0.5 * (n + 1.0), math.pi / duration
             power = (n - 1.0) * math.log(d * omega / (m * impact.club_speed))
@@ -318,8 +318,8 @@ class _Problem:
             # Law 2's force jumps or rises steeply at touch, so that χ² has a minimum between any
             # two rows: the best of the neighbouring ones.
             row = np.eye(len(best.x))[-1] * np.median(np.diff(curve.x)) / _CLOCK
-            for rows in (4, 2, 1):
-                near = [self.solve(best.x + shift * row, 1e-3) for shift in (rows, 0, -rows)]
+            for rows in (4, 2, 1, 1):
+                near = [self.solve(best.x + shift * row, 1e-6) for shift in (rows, 0, -rows)]
                 best = min(near, key=attrgetter("cost"))
             starts = [best.x]
         results = [self.solve(x) for x in starts]

@@ -167,9 +167,8 @@ def measurements(
     values = {}
     for name, (value, where) in given.items():
         if name not in known and name.removeprefix("sigma_") not in TARGETS:
-            place = f"{where}: " if where else ""
-            choice = ", ".join(known)
-            raise UserError(f"{place}there is no target {name!r}: choose from {choice}")
+            place, choice = where or "calibrate", ", ".join(known)
+            raise UserError(f"{place}: there is no target {name!r}: choose from {choice}")
         values[name] = number(value, name, where)
     targets = {}
     for name in TARGETS:
