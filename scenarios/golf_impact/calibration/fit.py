@@ -318,7 +318,7 @@ class _Problem:
             # Law 2's force jumps or rises steeply at touch, so that χ² has a minimum between any
             # two rows: the best of the neighbouring ones.
             row = np.eye(len(best.x))[-1] * np.median(np.diff(curve.x)) / _CLOCK
-            for rows in (4, 2, 1, 1):
+            for rows in (4, 2, 1):
                 near = [self.solve(best.x + shift * row, 1e-6) for shift in (rows, 0, -rows)]
                 best = min(near, key=attrgetter("cost"))
             starts = [best.x]
