@@ -214,7 +214,7 @@ class Calibration:
         tables = [
             Table(f"{best.title} (law {best.law.law})", ["", "value ± standard error"], parameters),
             Table(f"Measurements, {data.conditions}: {square}", heads, rows),
-            Table("Predictions with 95 % intervals, valid if the law is", labels, speeds),
+            Table("Predictions with 95 % intervals, if the law holds", labels, speeds),
             Table("Contact laws compared", ["", "parameters", "χ²", "AIC − least AIC"], laws),
         ]
         return tables if laws else tables[:-1]

@@ -13,10 +13,10 @@ EPILOG = "Example: golf-impact bench --quick --out bench"
 
 def bench(
     quick: Annotated[
-        bool, typer.Option("--quick", help="A short run: the same, measured less.")
+        bool, typer.Option("--quick", help="A short run: the same with fewer repetitions.")
     ] = False,
     folder: Annotated[
-        Path, typer.Option("--out", help="The folder for bench.json and figures.")
+        Path, typer.Option("--out", metavar="FOLDER", help="For bench.json and figures.")
     ] = RESULTS,
     native: Annotated[
         bool,

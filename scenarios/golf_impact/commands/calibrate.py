@@ -14,12 +14,14 @@ EPILOG = (
 )
 
 _Value = float | None
-_Sigma = Annotated[_Value, Option(help="Its standard deviation.", show_default="1 %")]
-_BALL_SPEED = "Measured ball speed after the impact, m/s."
-_CLUB_SPEED_AFTER = "Measured club head speed after the impact, m/s."
+_SIGMA = "Its standard deviation; 1 % of the value if omitted."
+_Sigma = Annotated[_Value, Option(metavar="SIGMA", help=_SIGMA)]
+_BALL_SPEED = "Measured ball speed after the impact."
+_CLUB_SPEED_AFTER = "Measured club head speed after the impact."
+_TIME_OF_MAX_FORCE = "Instant of the largest force, since first touch."
 _CSV = (
     "Read scalars from a file with the columns target,value,sigma; names as above. "
-    "Options win over it."
+    "Options override it."
 )
 _CURVE = "A measured force curve: time,force or time,force,sigma; s and N, any origin of time."
 _SPEEDS = "COR at several speeds: approach_speed,cor or approach_speed,cor,sigma; fits a line."
@@ -29,44 +31,44 @@ _SAVE = "Save the ball as FILE.toml, for --ball FILE.toml."
 def calibrate(
     curve: Annotated[Path | None, Option(metavar="FILE.csv", help=_CURVE)] = None,
     cor_speeds: Annotated[Path | None, Option(metavar="FILE.csv", help=_SPEEDS)] = None,
-    ball_speed: Annotated[_Value, Option(help=_BALL_SPEED)] = None,
+    ball_speed: Annotated[_Value, Option(metavar="m/s", help=_BALL_SPEED)] = None,
     sigma_ball_speed: _Sigma = None,
-    club_speed_after: Annotated[_Value, Option(help=_CLUB_SPEED_AFTER)] = None,
+    club_speed_after: Annotated[_Value, Option(metavar="m/s", help=_CLUB_SPEED_AFTER)] = None,
     sigma_club_speed_after: _Sigma = None,
-    cor: Annotated[_Value, Option(help="Coefficient of restitution, 0 to 1.")] = None,
+    cor: Annotated[_Value, Option(metavar="0..1", help="Coefficient of restitution.")] = None,
     sigma_cor: _Sigma = None,
     contact_time: Annotated[
-        _Value, Option(help="Duration of contact, s (600e-6 is 600 µs).")
+        _Value, Option(metavar="s", help="Duration of contact (600e-6 is 600 µs).")
     ] = None,
     sigma_contact_time: _Sigma = None,
-    max_force: Annotated[_Value, Option(help="Largest contact force, N.")] = None,
+    max_force: Annotated[_Value, Option(metavar="N", help="Largest contact force.")] = None,
     sigma_max_force: _Sigma = None,
-    time_of_max_force: Annotated[
-        _Value, Option(help="Instant of the largest force, s since first touch.")
-    ] = None,
+    time_of_max_force: Annotated[_Value, Option(metavar="s", help=_TIME_OF_MAX_FORCE)] = None,
     sigma_time_of_max_force: _Sigma = None,
     club_speed: Annotated[
-        _Value, Option(help="Club head speed before, m/s.", show_default="35")
+        _Value, Option(metavar="m/s", help="Club head speed before; 35 if omitted.")
     ] = None,
     m_club: Annotated[
-        _Value, Option(help="Mass of the club head, kg.", show_default="0.210")
+        _Value, Option(metavar="kg", help="Mass of the club head; 0.210 if omitted.")
     ] = None,
-    m_ball: Annotated[_Value, Option(help="Mass of the ball, kg.", show_default="0.04593")] = None,
-    csv: Annotated[Path | None, Option("--csv", help=_CSV)] = None,
+    m_ball: Annotated[
+        _Value, Option(metavar="kg", help="Mass of the ball; 0.04593 if omitted.")
+    ] = None,
+    csv: Annotated[Path | None, Option("--csv", metavar="FILE.csv", help=_CSV)] = None,
     law: Annotated[int, Option(metavar="1|2", help="1 absolute, 2 relative.")] = 2,
     exponent: Annotated[
-        str, Option(help="n of law 2's power law: a number, or free to fit it too.")
+        str, Option(metavar="N|free", help="n of law 2's power law; free fits it too.")
     ] = "1",
     reference_compression: Annotated[
-        float, Option(help="Compression at which k and b hold, m.")
+        float, Option(metavar="m", help="Compression for which k and b are given.")
     ] = 0.005,
     predict: Annotated[
         list[float] | None,
-        Option(metavar="SPEED", help="Club speed to predict S, COR, ball speed at; repeatable."),
+        Option(metavar="m/s", help="Club speed to predict S, COR, ball speed at; repeatable."),
     ] = None,
     save: Annotated[Path | None, Option(metavar="FILE.toml", help=_SAVE)] = None,
     folder: Annotated[
-        Path, Option("--out", help="The folder for calibrate.json and calibrate.png.")
+        Path, Option("--out", metavar="FOLDER", help="For calibrate.json and calibrate.png.")
     ] = RESULTS,
     figures: Annotated[bool, Option(help="Draw the figure.")] = True,
 ) -> None:

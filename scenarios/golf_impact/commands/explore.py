@@ -30,7 +30,7 @@ def explore(
         Option("--set", metavar="NAME=VALUE", help="Begin with this value; repeatable."),
     ] = None,
     port: Annotated[
-        int, Option(min=0, max=65535, help="Of the page; 0 for any that is free.")
+        int, Option(metavar="PORT", min=0, max=65535, help="Of the page; 0: any free one.")
     ] = 5006,
     browser: Annotated[bool, Option(help="Open the page in a browser.")] = True,
     export: Annotated[
@@ -39,7 +39,7 @@ def explore(
     ] = None,
     pyodide: Annotated[
         Path | None,
-        Option(metavar="FOLDER", help="With --export: Pyodide's files; by npm without it."),
+        Option(metavar="FOLDER", help="With --export: Pyodide's files; if omitted, from npm."),
     ] = None,
 ) -> None:
     """One impact, interactive, in a browser: served on this machine alone, or exported."""

@@ -31,7 +31,7 @@ EPILOG = (
 )
 
 _BALL = (
-    "Run a case with this ball (golf-impact list --balls, or a file .toml); repeatable; --set "
+    "Run a case with this ball (golf-impact list --balls, or a .toml file); repeatable; --set "
     "overrides its values."
 )
 
@@ -46,9 +46,11 @@ def run(
         Option("--set", metavar="NAME=VALUE", help="Run a case of your own; repeatable."),
     ] = None,
     balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
-    folder: Annotated[Path, Option("--out", help="Output folder.")] = RESULTS,
+    folder: Annotated[Path, Option("--out", metavar="FOLDER", help="Output folder.")] = RESULTS,
     figures: Annotated[bool, Option(help="Plot figures.")] = True,
-    fmu: Annotated[Path | None, Option("--fmu", help="Use this .fmu file; don't build.")] = None,
+    fmu: Annotated[
+        Path | None, Option("--fmu", metavar="FILE.fmu", help="Use this FMU; don't build.")
+    ] = None,
 ) -> int:
     """Run and check scenarios; write results and a report.
 

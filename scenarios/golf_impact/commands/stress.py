@@ -16,11 +16,9 @@ EPILOG = "Example: golf-impact stress --quick --seed 7"
 def stress(
     quick: Annotated[bool, typer.Option("--quick", help="Fewer impacts.")] = False,
     folder: Annotated[
-        Path, typer.Option("--out", help="The folder for stress.json and figures.")
+        Path, typer.Option("--out", metavar="FOLDER", help="For stress.json and figures.")
     ] = RESULTS,
-    seed: Annotated[
-        int, typer.Option("--seed", show_default=False, help="Replay the run with this seed.")
-    ] = 20,  # the same run every time
+    seed: Annotated[int, typer.Option(metavar="N", help="Repeat the run with this seed.")] = 20,
 ) -> int:
     """Thousands of extreme impacts through the FMU against a reference and invariants."""
     need("stress", "mpmath", "scipy")

@@ -24,28 +24,32 @@ _SET = (
     "LO:HI:COUNT, log:LO:HI:COUNT, A,B,C, normal:MEAN:SIGMA or uniform:LO:HI, for an input or "
     "parameter of the FMU or `ball`; repeatable, the last one runs fastest."
 )
-_DESIGN = "How samples lie: independent, Latin hypercube, Sobol sequence."
-_CHUNK = "Cases that a worker gets at a time; changes no result."
+_DESIGN = "Sampling design: independent (default), Latin hypercube, Sobol sequence."
+_CHUNK = "Cases that a worker gets at a time, 2000 if omitted; changes no result."
 
 
 def sweep(
     context: Context,
     study: Annotated[
         Path | None,
-        Argument(metavar="[STUDY]", help="A study as a TOML file; options win over it."),
+        Argument(metavar="[STUDY]", help="A study as a TOML file; options override it."),
     ] = None,
     set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUES", help=_SET)] = None,
-    out: Annotated[Path | None, Option(help="The table: FILE.csv or FILE.parquet.")] = None,
+    out: Annotated[Path | None, Option(metavar="FILE", help="The table: .csv or .parquet.")] = None,
     outputs: Annotated[
         str | None, Option(metavar="A,B,C", help="The FMU's outputs to read, no others.")
     ] = None,
-    samples: Annotated[int | None, Option(help="How many to draw of the distributions.")] = None,
-    seed: Annotated[int | None, Option(help="Of the samples.", show_default="0")] = None,
-    design: Annotated[
-        str | None, Option(metavar="random|lhs|sobol", help=_DESIGN, show_default="random")
+    samples: Annotated[
+        int | None, Option(metavar="N", help="Number of samples of the distributions.")
     ] = None,
-    workers: Annotated[int | None, Option(help="Processes that compute.", show_default="1")] = None,
-    chunk: Annotated[int | None, Option(help=_CHUNK, show_default="2000")] = None,
+    seed: Annotated[
+        int | None, Option(metavar="N", help="Seed of the samples; 0 if omitted.")
+    ] = None,
+    design: Annotated[str | None, Option(metavar="random|lhs|sobol", help=_DESIGN)] = None,
+    workers: Annotated[
+        int | None, Option(metavar="N", help="Processes that compute; 1 if omitted.")
+    ] = None,
+    chunk: Annotated[int | None, Option(metavar="N", help=_CHUNK)] = None,
     scheduler: Annotated[
         str | None, Option(metavar="tcp://HOST:PORT|local", help="Compute on a Dask cluster.")
     ] = None,
@@ -53,7 +57,9 @@ def sweep(
         bool | None, Option("--compare", help="Also measure a loop over fmpy.simulate_fmu.")
     ] = None,
     figures: Annotated[bool | None, Option(help="Write FILE.png and FILE.html.")] = None,
-    fmu: Annotated[Path | None, Option(help="Use this .fmu file; don't build.")] = None,
+    fmu: Annotated[
+        Path | None, Option(metavar="FILE.fmu", help="Use this FMU; don't build.")
+    ] = None,
 ) -> int:
     """Many impacts through the FMU into one table: a row a case, variables first, then outputs."""
     from golf_impact.sweeps.study_file import KEYS, read_study
