@@ -68,12 +68,21 @@ def test_the_first_page_is_one_page():
     assert len((ROOT / "README.md").read_text("utf-8").splitlines()) <= 80
 
 
+def anchors(file):
+    """The anchors of a file's headings, as GitHub makes them."""
+    headings = re.findall(r"(?m)^#+ (.*)$", file.read_text("utf-8"))
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_links_lead_somewhere(folder):
-    text = (ROOT / folder / "README.md").read_text("utf-8")
-    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text):
+    readme = ROOT / folder / "README.md"
+    for target in re.findall(r"\]\(([^)]+)\)", readme.read_text("utf-8")):
         if not target.startswith(("http://", "https://")):
-            assert (ROOT / folder / target).exists(), target
+            path, _, anchor = target.partition("#")
+            file = readme.parent / path if path else readme
+            assert file.exists(), target
+            assert not anchor or anchor in anchors(file), target
 
 
 if __name__ == "__main__":
