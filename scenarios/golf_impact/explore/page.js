@@ -11,11 +11,16 @@ const figures = ["animation", "force", "loop", "energies", "velocities", "positi
 const COLOURS = ["#CC79A7", "#009E73", "#D55E00", "#999933", "#882255", "#888888", "#44AA99", "#DDCC77"]
 const HINT = "Move a slider, or type any number that the FMU allows. Point at a curve, or press Play, to see one instant in all pictures."
 
-// Bokeh 3.9 writes the style sheet of every part at every paint, mostly the same again, and reads computed styles in between:
-// each time the browser computes all styles anew. Leaving equal ones alone saves a fifth of a slider's step.
-const {prototype} = Bokeh.require("core/dom").InlineStyleSheet
-const update = prototype._update
-prototype._update = function (css) { if (css != this.css) update.call(this, css) }
+// Bokeh 3.9 writes the style sheet of every part at every paint, mostly the same again, and reads CSS properties in between: each time
+// the browser computes all styles anew. Equal sheets are left alone, and properties, which are those of page.css for :root, are kept.
+const sheet = Bokeh.require("core/dom").InlineStyleSheet.prototype, update = sheet._update, properties = new Map()
+sheet._update = function (css) { if (css != this.css) update.call(this, css) }
+Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value = function (name) {
+  const key = this.css_prefix + name
+  if (!properties.has(key)) properties.set(key, getComputedStyle(document.documentElement).getPropertyValue(key))
+  return properties.get(key)
+}
+addEventListener("resize", () => properties.clear())
 
 // Numbers: a request at a time, to this machine's server or to the worker.
 
@@ -296,6 +301,7 @@ async function download(choice) {
 
 function setDark(dark) {
   document.documentElement.dataset.theme = dark ? "dark" : "light"
+  properties.clear()
   get("dark").textContent = dark ? "Light" : "Dark"
   // Canvases are painted again to take the colours.
   for (const name of figures) Bokeh.index.find_one(model(name)).request_repaint()
