@@ -70,7 +70,7 @@ class CallOrder(RuleBasedStateMachine):
         session.clear()
         for i in INSTANCES[:2]:
             session.new(i)
-        # Most calls go on in an instance that steps: otherwise few sequences would come that far.
+        # One instance starts in stepping mode: otherwise few sequences would reach it.
         self.start("0", 0.0, {})
 
     def start(self, i, start, values):
@@ -220,7 +220,7 @@ class CallOrder(RuleBasedStateMachine):
         number=st.integers(0, 5),
     )
     def rollback(self, data, before, after, odd, number):
-        """As a host does it that looks ahead, reading all the time."""
+        """As a host does that steps ahead, reading all the time."""
         i = self.any_instance(data)
         self.correct(i)
         if session.models[i].mode != STEPPING:

@@ -13,7 +13,7 @@ from golf_physics.variables import VARIABLES
 
 from golf_impact.errors import UserError
 from golf_impact.facts.closed_forms import reduced_mass
-from golf_impact.fmu.file import BUILDERS, build_fmu
+from golf_impact.fmu.file import build_fmu
 from golf_impact.fmu.impact_fmu import METRICS, PATH
 from golf_impact.stress.cases import random_impact, random_steps
 from golf_impact.stress.reference import Reference
@@ -51,7 +51,7 @@ def test_model_description(fmu_path):
     for row in VARIABLES:
         variable = table[row.name]
         assert variable.causality == row.causality
-        # libcosim and ecos leave out an Enumeration; an Integer with its meaning they take.
+        # libcosim and ecos omit an Enumeration; they support an Integer.
         assert variable.type == ("Integer" if row.type == "Enumeration" else row.type)
         assert variable.description
         if row.type == "Real":
@@ -70,13 +70,6 @@ def test_model_description(fmu_path):
     assert unknowns == {row.name for row in VARIABLES if row.causality == "output"}
     assert all(u.dependencies == [] for u in description.outputs)
     assert description.defaultExperiment.stopTime == "0.001"
-
-
-@pytest.mark.plain
-def test_builds_are_reproducible(fmu_path, tmp_path):
-    again = build_fmu(tmp_path / "again.fmu")
-    assert again.read_bytes() == fmu_path.read_bytes()
-    assert BUILDERS[2].is_current(again)
 
 
 def test_no_other_file_is_taken_for_an_fmu(tmp_path):
@@ -177,8 +170,8 @@ def test_inputs_that_change_in_contact(fmu, seed):
     )
     for ours, theirs in reached:
         for name, value in theirs.items():
-            # Of a value far larger than its scale (the energy of a faster approach) the last bits
-            # count.
+            # A value far larger than its scale (the energy of a faster approach) has rounding
+            # errors of its own size.
             last_bits = abs(ours[name] - value) <= 1e-15 * abs(value)
             assert last_bits or scales.error(name, ours[name], value) <= TOLERANCE, (
                 name,
@@ -233,19 +226,6 @@ def test_bodies_that_never_separate(fmu):
     assert 0.0 <= outputs["force"] < outputs["max_force"]
 
 
-def test_mean_force_loses_no_impulse(fmu):
-    for step in (1e-3, 1e-4, 1e-6, 3.3e-8):
-        fmu.start(law=2, gap=0.0123)
-        total, n = 0.0, 0
-        while not fmu.read_flag("separated"):
-            fmu.step(n * step, step)
-            n += 1
-            total += step * fmu.read(["mean_force"])["mean_force"]
-        impulse = fmu.read(["impulse"])["impulse"]
-        # Up to 3e4 terms are summed here: 3e-14 measured.
-        assert total == pytest.approx(impulse, rel=3e-13)
-
-
 def test_a_trajectory_equals_single_steps(fmu):
     path = fmu.trajectory(points=40, law=1, b=30.0)
     for n in (3, 17, 39):
@@ -280,15 +260,15 @@ def test_touch_at_a_communication_point_is_not_final(fmu, law, count):
 @pytest.mark.parametrize("case", range(4))
 def test_power_law_through_the_fmu(fmu, case, steps):
     table = json.loads((HERE / "data" / "power_law.json").read_text())["cases"][case]
-    given = {name: float(value) for name, value in table["inputs"].items()}
+    inputs = {name: float(value) for name, value in table["inputs"].items()}
     exact = {name: float(value) for name, value in table["results"].items()}
-    n, reference = given["n"], 0.005
+    n, reference = inputs["n"], 0.005
     fmu.start(
         law=2,
         exponent=n,
         k=exact["kn"] * reference ** (n - 1.0),
         b=exact["c"] * reference ** ((n - 1.0) / 2.0),
-        club_speed=given["u_club_mps"],
+        club_speed=inputs["u_club_mps"],
     )
     for step in range(steps):
         fmu.step(step * 1e-3 / steps, 1e-3 / steps)

@@ -1,4 +1,4 @@
-"""An impact is a value: what is derived from it changes nothing in it, and leaves no trace."""
+"""An impact is immutable: deriving another from it changes nothing and leaves no trace."""
 
 import itertools
 
@@ -24,9 +24,9 @@ APART = {"gap": 0.01, "club_speed": 50.0, "ball_speed": -5.0}
 
 
 def impact_of(values):
-    given = {v.name: v.start for v in VARIABLES if v.causality in ("input", "parameter")} | values
-    inputs = tuple(given.pop(name) for name in ("k", "b", "club_speed"))
-    return Impact.start(Parameters(*given.values()), inputs), inputs
+    values = {v.name: v.start for v in VARIABLES if v.causality in ("input", "parameter")} | values
+    inputs = tuple(values.pop(name) for name in ("k", "b", "club_speed"))
+    return Impact.start(Parameters(*values.values()), inputs), inputs
 
 
 def put(component, values):
@@ -70,7 +70,7 @@ def test_an_impact_never_changes(values):
             now.with_inputs(inputs, time, 0.0).at(touch + 0.02, 0.0).state(touch + 0.02, 0.0)
         assert now.packed() == packed
         assert unpacked(packed).packed() == packed
-        # The same phase, and the same object: it is found once.
+        # The same phase is the same object: it is computed once.
         assert impact.at(time, 0.0) is now
     assert impact.packed() == before
     assert set(kinds) == {Approach, Contact, Flight}

@@ -65,10 +65,10 @@ def test_the_command_that_installs_an_extra(monkeypatch, tmp_path, extra):
     assert str(Path(sys.prefix)) in done.stdout
     monkeypatch.chdir(tmp_path)
     assert shlex.split(extras.install_command(extra))[2:] == ["-e", f"{ROOT}[{extra}]"]
-    # As where no checkout is.
+    # As without a checkout.
     monkeypatch.setattr(extras, "_ROOT", tmp_path)
     packages = shlex.split(extras.install_command(extra))[2:]
-    assert {str(Requirement(one)) for one in packages} == {
+    assert {str(Requirement(package)) for package in packages} == {
         str(Requirement(requirement)) for requirement, _ in declared(extra)
     }
 
@@ -77,7 +77,7 @@ def tree(folder):
     return (ROOT / folder).rglob("*.py")
 
 
-# At night: as a user does it, with an index of packages at hand
+# Nightly: as a user does it, with a package index
 
 
 @pytest.fixture(scope="module")
@@ -86,13 +86,13 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("checkout")
     tools = environment(tmp_path_factory.mktemp("tools"))
     if pip(tools, "build", check=False).returncode:
-        pytest.skip("no packages can be had here")
+        pytest.skip("there is no package index here")
     for name in ("fmu_src", "build", "scenarios", "tests"):
         ignored = shutil.ignore_patterns("__pycache__", "*.fmu", "*.csv", "*.opt", "*.ssp")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE"):
         shutil.copy(ROOT / name, folder)
-    # The folder build/ lies in the working folder, but doesn't stand for the module.
+    # The folder build/ of the working folder doesn't hide the module.
     subprocess.run([tools, "-m", "build"], cwd=folder, check=True, capture_output=True)
     return {path.suffix: path for path in (folder / "dist").iterdir()}
 

@@ -1,6 +1,6 @@
 """The contact law with an exponent: against quadrature with 30 digits, and integration.
 
-The bar for this law is 1e-10 on the scales of the tolerance table. Closed forms and series do much
+This law's tolerance is 1e-10 on the scales of the tolerance table. Closed forms and series do much
 better, so the tolerances here are tighter; the worst case measured stands beside each.
 """
 
@@ -16,11 +16,11 @@ from golf_physics.laws.power_law import PowerLawContact
 from numpy.polynomial.legendre import leggauss
 from scipy.integrate import solve_ivp
 
-#: The bar of exponent 1, which this law keeps too: rounding, and series of 18 terms.
-BAR = 1e-13
+#: That of exponent 1, which this law keeps too: rounding, and series of 18 terms.
+TOLERANCE = 1e-13
 
-#: Where the integration to compare with is what limits: it has a relative tolerance of 3e-14.
-INTEGRATION_BAR = 1e-12
+#: Where the integration to compare with limits the accuracy: its relative tolerance is 3e-14.
+INTEGRATION_TOLERANCE = 1e-12
 
 M_CLUB, M_BALL = 0.210, 0.04593
 MU = M_CLUB * M_BALL / (M_CLUB + M_BALL)
@@ -64,8 +64,8 @@ class Start(NamedTuple):
         return self.k * D_R * relative**self.n + self.b * relative ** (0.5 * (self.n - 1.0)) * w
 
 
-def off(value, exact, scale=None):
-    """How far `value` is from `exact`, relative to `scale` (or to `exact`)."""
+def error(value, exact, scale=None):
+    """The error of `value`, relative to `scale` (or to `exact`)."""
     return abs(float(value - exact)) / abs(float(exact if scale is None else scale))
 
 
@@ -79,7 +79,7 @@ def damping(k, n, zeta):
 class Touch:
     """The same contact from first touch in 30 digits: y'' + 2ζy' + y = 0 from y = 0, y' = 1.
 
-    y is (d/length)^m and length what y = 1 means. Events are found by bisection, not by formulas.
+    y is (d/length)^m; y = 1 at d = length. Events are found by bisection, not by formulas.
     """
 
     def __init__(self, start):
@@ -106,7 +106,7 @@ class Touch:
         return scale * y**self.power * (y + 2 * self.zeta * rate)
 
     def time(self, sigma):
-        """∫ y^(-P) dσ / ω from touch; σ = v^m takes the singularity there away."""
+        """∫ y^(-P) dσ / ω from touch; σ = v^m removes the singularity there."""
         m = self.m
         cuts = [min(sigma, 1 / max(1, self.zeta))]
         while cuts[-1] < sigma:
@@ -175,25 +175,25 @@ def test_against_quadrature(start):
     time = exact.time(end)
     u = start.closing
     # Worst: 9e-16 (largest force; n = 10, ζ beside 1).
-    assert off(phase.duration, time) < BAR
+    assert error(phase.duration, time) < TOLERANCE
     y_end, rate_end = exact.motion(end)
-    assert off(phase.closing(phase.duration), u * rate_end, u) < BAR
+    assert error(phase.closing(phase.duration), u * rate_end, u) < TOLERANCE
     d_end = exact.length * abs(y_end) ** (1 / exact.m)
-    assert off(state_of(phase, phase.duration)[5], d_end) < BAR
+    assert error(state_of(phase, phase.duration)[5], d_end) < TOLERANCE
     force, when = phase.peak_force(phase.duration)
     largest = phase.peak_compression(phase.duration)
-    assert off(force, exact.force(peak)) < BAR
-    assert off(when, exact.time(peak), time) < BAR
+    assert error(force, exact.force(peak)) < TOLERANCE
+    assert error(when, exact.time(peak), time) < TOLERANCE
     for fraction in (mpf("1e-4"), mpf("0.25"), mpf("0.8"), mpf("0.995")):
         sigma = end * fraction
         y, rate = exact.motion(sigma)
         t = float(exact.time(sigma))
         # Worst: 6e-15 (force; n = 20).
         f, _, _, _, _, d = state_of(phase, t)
-        assert off(f, exact.force(sigma), force) < BAR
-        assert off(d, exact.length * y ** (1 / exact.m), largest) < BAR
-        assert off(phase.closing(t), u * rate, u) < BAR
-        assert off(phase.impulse(0.0, t), MU * u * (1 - rate), MU * u) < BAR
+        assert error(f, exact.force(sigma), force) < TOLERANCE
+        assert error(d, exact.length * y ** (1 / exact.m), largest) < TOLERANCE
+        assert error(phase.closing(t), u * rate, u) < TOLERANCE
+        assert error(phase.impulse(0.0, t), MU * u * (1 - rate), MU * u) < TOLERANCE
 
 
 # Integration of the equations of motion as they stand
@@ -244,32 +244,31 @@ def test_against_integration(start):
         f, _, _, v_club, v_ball, compression = state_of(phase, t)
         forces.append(f)
         # Worst: 4e-14 (speed; barely touching).
-        bar = INTEGRATION_BAR
-        assert off(compression, d, largest) < bar
-        assert off(phase.closing(t), w, speed) < bar
-        assert off(v_club - v_ball, w, speed) < bar
-        assert off(f, start.force(max(d, 0.0), w), scale) < bar
-        assert off(phase.impulse(0.0, t), impulse, MU * speed) < bar
+        assert error(compression, d, largest) < INTEGRATION_TOLERANCE
+        assert error(phase.closing(t), w, speed) < INTEGRATION_TOLERANCE
+        assert error(v_club - v_ball, w, speed) < INTEGRATION_TOLERANCE
+        assert error(f, start.force(max(d, 0.0), w), scale) < INTEGRATION_TOLERANCE
+        assert error(phase.impulse(0.0, t), impulse, MU * speed) < INTEGRATION_TOLERANCE
         momentum = M_CLUB * start.v_club + M_BALL * start.v_ball
-        assert off(M_CLUB * v_club + M_BALL * v_ball, momentum) < 1e-15
+        assert error(M_CLUB * v_club + M_BALL * v_ball, momentum) < 1e-15
     assert force >= max(forces)
     # A stationary maximum, or the force falls from the start.
     step = 1e-4 * time
     if when > step:
-        assert off(state_of(phase, when)[0], force) < BAR
+        assert error(state_of(phase, when)[0], force) < TOLERANCE
         assert max(state_of(phase, when - step)[0], state_of(phase, when + step)[0]) < force
     else:
         assert when == 0.0
-        assert off(force, start.force(start.compression, start.closing)) < BAR
+        assert error(force, start.force(start.compression, start.closing)) < TOLERANCE
         assert state_of(phase, step)[0] < force
 
 
 def test_the_checks_can_fail():
     start = Start(8e5, 20.0, 1.5)
-    assert off(start.phase(n=1.5 + 3e-12).duration, start.phase().duration) > BAR
+    assert error(start.phase(n=1.5 + 3e-12).duration, start.phase().duration) > TOLERANCE
     exact = Touch(start._replace(k=8e5 * (1.0 + 1e-12)))
     force, _ = start.phase().peak_force(1.0)
-    assert off(force, exact.force(exact.peak)) > BAR
+    assert error(force, exact.force(exact.peak)) > TOLERANCE
 
 
 # A change of k or b in mid-contact
@@ -286,22 +285,22 @@ def test_a_new_phase_continues_the_old_one(n, zeta):
         f, x_club, x_ball, v_club, v_ball, d = state_of(whole, t)
         rest = contact(start.k, start.b, n, x_club, d, v_club, v_ball, whole.closing(t))
         assert x_ball == x_club - d
-        # Where spring and damper nearly cancel, what is left of the force, and of the time, is as
-        # good as their rounding.
+        # Where spring and damper nearly cancel, the errors of the force and of the time are those
+        # of their rounding.
         # Worst: 5e-15, and 4e-13 of 1.6e-11 allowed (ζ = 200).
-        bar = BAR + 1e-15 * start.force(d, 0.0) / f
-        assert off(t + rest.duration, whole.duration) < bar
+        tolerance = TOLERANCE + 1e-15 * start.force(d, 0.0) / f
+        assert error(t + rest.duration, whole.duration) < tolerance
         for share in (0.01, 0.5, 1.0):
             later = share * rest.duration
             got, expected = state_of(rest, later), state_of(whole, min(t + later, whole.duration))
             length = 35.0 * whole.duration
             scales = (force, length, length, 35.0, 35.0, length)
             for value, reference, scale in zip(got, expected, scales):
-                assert off(value, reference, scale) < bar
+                assert error(value, reference, scale) < tolerance
 
 
 def test_no_contact_is_a_phase_without_duration():
-    # Damped so much all at once that the force would pull.
+    # Suddenly damped so much that the force would be a pull.
     phase = Start(8e5, 1e4, 1.5, 1e-3, 20.0, 40.0).phase()
     assert phase.duration == 0.0
     assert state_of(phase, 0.0)[:1] == [0.0]
@@ -310,7 +309,7 @@ def test_no_contact_is_a_phase_without_duration():
     assert phase.peak_compression(0.0) == 1e-3
 
 
-# What must hold whatever the numbers
+# Properties for any values
 
 
 @pytest.mark.parametrize("zeta", [0.0, 1e-9, 0.1, 0.6, 1.0, 3.0, 1e3])
@@ -326,15 +325,15 @@ def test_everything_is_monotone_and_bounded(n, zeta):
     closing = [phase.closing(t) for t in times]
     slack = 1e-14 * 35.0  # rounding, where the speed hardly changes
     assert all(b <= a + slack for a, b in pairwise(closing))
-    assert all(0.0 <= f <= force * (1.0 + BAR) for f, *_ in states)
-    assert all(0.0 <= d <= largest * (1.0 + BAR) for *_, d in states)
+    assert all(0.0 <= f <= force * (1.0 + TOLERANCE) for f, *_ in states)
+    assert all(0.0 <= d <= largest * (1.0 + TOLERANCE) for *_, d in states)
     rising = [f for t, (f, *_) in zip(times, states) if t <= t_force]
     falling = [f for t, (f, *_) in zip(times, states) if t >= t_force]
     assert rising == sorted(rising)
-    assert all(b <= a + BAR * force for a, b in pairwise(falling))
+    assert all(b <= a + TOLERANCE * force for a, b in pairwise(falling))
     for t, (f, *_, d) in zip(times, states):
         assert phase.peak_force(t) == ((force, t_force) if t >= t_force else (f, t))
-        assert phase.peak_compression(t) >= d * (1.0 - BAR)
+        assert phase.peak_compression(t) >= d * (1.0 - TOLERANCE)
 
 
 @pytest.mark.parametrize("n", [1.0 + 1e-9, 1.5, 10.0])
@@ -351,17 +350,17 @@ def test_impulse_is_exact_relative_to_its_width(n, zeta):
             mean = phase.impulse(begin, width) / width
             half = 0.5 * width
             forces = [state_of(phase, begin + half + half * node)[0] for node in nodes]
-            assert off(mean, 0.5 * sum(map(mul, weights, forces)), force) < BAR
+            assert error(mean, 0.5 * sum(map(mul, weights, forces)), force) < TOLERANCE
         # From touch on, the pieces add up to the whole: worst 1.3e-15.
         pieces = sum(phase.impulse(width * i, width) for i in range(10))
-        assert off(phase.impulse(0.0, 10.0 * width), pieces) < BAR
+        assert error(phase.impulse(0.0, 10.0 * width), pieces) < TOLERANCE
     whole = MU * (start.closing - phase.closing(time))
-    assert off(phase.impulse(0.0, time), whole) < BAR
+    assert error(phase.impulse(0.0, time), whole) < TOLERANCE
     for count in (4, 10, 25, 60):
         steps = [time * i / count for i in range(count + 1)]
         pieces = sum(phase.impulse(a, b - a) for a, b in pairwise(steps))
         # Worst: 3e-15 (n = 10, ζ = 1), where the formulas for short and long intervals meet.
-        assert off(pieces, whole) < BAR
+        assert error(pieces, whole) < TOLERANCE
 
 
 def test_the_ends_are_exact():
@@ -375,13 +374,13 @@ def test_the_ends_are_exact():
     assert end[0] == 0.0
     just_before = state_of(phase, math.nextafter(phase.duration, 0.0))
     for value, exact, scale in zip(just_before, end, (5e3, 0.02, 0.02, 35.0, 35.0, 7e-3)):
-        assert off(value, exact, scale) < BAR
+        assert error(value, exact, scale) < TOLERANCE
     start = Start(8e5, 20.0, 1.5, 1e-3, 35.1, 0.1)
     force, *others = state_of(start.phase(), 0.0)
-    assert off(force, start.force(1e-3, 35.0)) < 1e-14
+    assert error(force, start.force(1e-3, 35.0)) < 1e-14
     assert others == [0.0, -1e-3, 35.1, 0.1, 1e-3]
-    # Elastic: nothing is left of the compression, and it vanishes with the time that remains.
+    # Elastic: no compression remains, and it vanishes in proportion to the remaining time.
     elastic = Start(8e5, 0.0, 10.0).phase()
     assert state_of(elastic, elastic.duration)[5] == 0.0
     left = 1e-9 * elastic.duration
-    assert off(state_of(elastic, elastic.duration - left)[5], 35.0 * left) < 1e-6
+    assert error(state_of(elastic, elastic.duration - left)[5], 35.0 * left) < 1e-6

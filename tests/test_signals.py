@@ -17,8 +17,8 @@ STOPPED = "Stopped; nothing half-written is left."
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks into /proc")
 
 
-def begun(arguments, temporary, cwd):
-    """The command in a process of its own, as soon as it answers signals."""
+def begin(arguments, temporary, cwd):
+    """The command in a process of its own, as soon as it handles signals."""
     process = subprocess.Popen(
         [COMMAND, *map(str, arguments)],
         stdout=subprocess.PIPE,
@@ -29,12 +29,12 @@ def begun(arguments, temporary, cwd):
         # A test run in the background ignores Ctrl-C, and so would its children.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
-    while process.poll() is None and not answers(process.pid):
+    while process.poll() is None and not handles_sigterm(process.pid):
         time.sleep(0.001)
     return process
 
 
-def answers(pid):
+def handles_sigterm(pid):
     with contextlib.suppress(OSError):
         for line in Path(f"/proc/{pid}/status").read_text().splitlines():
             if line.startswith("SigCgt"):
@@ -42,17 +42,17 @@ def answers(pid):
     return False
 
 
-def stopped(arguments, delay, number, temporary, cwd):
+def stop(arguments, delay, number, temporary, cwd):
     """Send a signal after a delay. Returns 130, or 0 or 1 if the command was faster."""
-    process = begun(arguments, temporary, cwd)
+    process = begin(arguments, temporary, cwd)
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(delay)
     process.send_signal(number)
-    _, said = process.communicate(timeout=60)
-    assert "Traceback" not in said
-    assert "Exception" not in said
-    assert process.returncode in (130, 0, 1), said
-    assert (STOPPED in said) == (process.returncode == 130)
+    _, errors = process.communicate(timeout=60)
+    assert "Traceback" not in errors
+    assert "Exception" not in errors
+    assert process.returncode in (130, 0, 1), errors
+    assert (STOPPED in errors) == (process.returncode == 130)
     assert list(temporary.iterdir()) == []
     return process.returncode
 
@@ -74,7 +74,7 @@ def test_a_run_stopped_at_any_moment(tmp_path, times, longest, least):
         k = 5e5 + 1e3 * n
         arguments = ("run", "--set", f"k={k}", "--out", out)
         number, delay = rng.choice([signal.SIGINT, signal.SIGTERM]), rng.uniform(0.0, longest)
-        codes.append(stopped(arguments, delay, number, temporary, tmp_path))
+        codes.append(stop(arguments, delay, number, temporary, tmp_path))
         files = content(out)
         if files != before:
             ends = (".csv", "_force.png", "_results.json", "_report.html")
@@ -87,7 +87,7 @@ def test_a_run_stopped_at_any_moment(tmp_path, times, longest, least):
 
 
 def test_inside_the_fmu(tmp_path):
-    """In an exception's place: pythonfmu would make it fatal, and then the process crashes."""
+    """No exception: pythonfmu would make it fatal, and then the process crashes."""
     code = """
 import os, signal, sys
 from golf_impact import stopping
@@ -99,11 +99,11 @@ from golf_impact.fmu.impact_fmu import ImpactFmu
 with ImpactFmu(current_fmu()[0]) as fmu:
     fmu.start()
     name = next(name for name in sys.modules if name.endswith(".component.component"))
-    def look(frame, event, argument):
+    def interrupt(frame, event, argument):
         if event == "call" and frame.f_globals.get("__name__") == name:
             sys.setprofile(None)
             os.kill(os.getpid(), signal.{signal})
-    sys.setprofile(look)
+    sys.setprofile(interrupt)
     for _ in range(1000):
         fmu.impact()
 print("not stopped")

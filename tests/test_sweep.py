@@ -1,4 +1,4 @@
-"""Sweeps through the built FMU: what the tables hold, who computes them, and what stops them."""
+"""Sweeps through the built FMU: contents of the tables, executors, interruptions and errors."""
 
 import csv
 import math
@@ -19,10 +19,10 @@ from command import COMMAND, golf_here, run, run_python
 from conftest import some
 
 from golf_impact.errors import UserError
-from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
+from golf_impact.fmu.impact_fmu import METRICS
 from golf_impact.sweeps import Stopped, Study, comparison, run_sweep, table_file
 from golf_impact.sweeps import run as running
-from golf_impact.sweeps.axes import axis
+from golf_impact.sweeps.axes import parse_axis
 from golf_impact.sweeps.chunk import FmuFile, run_chunk
 from golf_impact.sweeps.comparison import compare
 from golf_impact.sweeps.impacts import impacts, plan
@@ -61,12 +61,12 @@ def leftovers(folder):
     ],
 )
 def test_rows_of_values(text, values):
-    assert axis("k", text).values.tolist() == values
+    assert parse_axis("k", text).values.tolist() == values
 
 
 def test_values_of_names():
-    assert axis("law", [1, 2]).values.dtype == np.int64
-    assert axis("ball", "document, roh-lee").values.tolist() == ["document", "roh-lee"]
+    assert parse_axis("law", [1, 2]).values.dtype == np.int64
+    assert parse_axis("ball", "document, roh-lee").values.tolist() == ["document", "roh-lee"]
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,7 @@ def test_values_of_names():
 )
 def test_invalid_axes(name, text, words):
     with pytest.raises(UserError, match=words):
-        axis(name, text)
+        parse_axis(name, text)
 
 
 @pytest.mark.parametrize(
@@ -117,7 +117,7 @@ def test_invalid_studies(arguments, words):
         Study.of(**arguments)
 
 
-def test_the_last_variable_runs_fastest():
+def test_the_last_variable_varies_fastest():
     study = Study.of({"k": "1,2", "b": "3,4,5"})
     assert study.cases == 6
     columns = study.columns(np.arange(6))
@@ -132,7 +132,7 @@ def test_samples(design):
     sets = {"k": "normal:1e6:5e4", "b": "0,9", "club_speed": "uniform:40:50"}
     study = Study.of(sets, None, 1024, 3, design)
     columns = study.columns(np.arange(study.cases))
-    # Every point of the grid has the same samples, and they run fastest.
+    # Every point of the grid has the same samples, which vary fastest.
     assert columns["b"].tolist() == [0.0] * 1024 + [9.0] * 1024
     for name in ("k", "club_speed"):
         assert columns[name][:1024].tolist() == columns[name][1024:].tolist()
@@ -172,12 +172,12 @@ def test_numbers_are_those_of_one_impact_at_a_time(fmu, fmu_path, tmp_path, sets
     assert summary.refused == 0
     for row in rows:
         expected = fmu.impact(**dict(zip(sets, map(float, row), strict=False)))
-        # Text that comes back to the last bit; empty where an impact has no such result.
+        # Text without loss of digits; empty where an impact has no such result.
         texts = ["" if math.isnan(value) else repr(value) for value in expected.values()]
         assert row[len(sets) :] == texts
 
 
-def test_only_the_outputs_asked_for(fmu, fmu_path, tmp_path):
+def test_only_the_requested_outputs(fmu, fmu_path, tmp_path):
     names = ("separated", "max_force", "touched")
     study = Study.of({"k": 1e6, "club_speed": "-5,35"}, names)
     run_sweep(study, tmp_path / "x.csv", fmu=fmu_path)
@@ -208,7 +208,7 @@ def test_balls(fmu, fmu_path, tmp_path):
     assert [row[0] for row in rows] == [name for name in BALLS for _ in range(4)]
     for row in rows:
         values = dict(zip(header[1:], map(float, row[1:]), strict=True))
-        # A variable that is swept itself wins over the preset.
+        # A swept variable overrides the preset.
         case = {**BALLS[row[0]].values, "b": values["b"], "club_speed": values["club_speed"]}
         assert fmu.impact(**case) == {name: values[name] for name in METRICS}
 
@@ -220,7 +220,7 @@ def test_refused_cases_are_empty_rows(fmu, fmu_path, tmp_path):
     _, rows = table(tmp_path / "x.csv")
     assert [row[2] == "" for row in rows] == [True, False, True, True, True, False]
     assert [row[3] for row in rows] == ["", "1", "", "", "", "1"]
-    # After a refusal the instance works on as if nothing had been.
+    # After a refusal the instance continues as if there had been none.
     assert float(rows[5][2]) == fmu.impact(k=2e6, b=9.0)["smash_factor"]
     assert summary.refused == 4
     row, reason = summary.first_refused
@@ -253,7 +253,7 @@ def test_parquet_has_the_numbers_of_csv(fmu_path, tmp_path, monkeypatch):
     assert same[0] == same[1]
 
 
-# Who computes
+# Executors
 
 
 MONTE_CARLO = {"k": "normal:1e6:5e4", "b": "0,9", "m_ball": "uniform:0.045:0.046"}
@@ -272,7 +272,7 @@ def monte_carlo():
 
 
 @pytest.mark.parametrize(("workers", "chunk"), [(1, 333), (2, 50), (3, 10_000)])
-def test_same_bytes_whatever_the_workers_and_chunks(alone, fmu_path, tmp_path, workers, chunk):
+def test_bytes_are_independent_of_workers_and_chunks(alone, fmu_path, tmp_path, workers, chunk):
     run_sweep(monte_carlo(), tmp_path / "x.csv", fmu=fmu_path, workers=workers, chunk=chunk)
     assert (tmp_path / "x.csv").read_bytes() == alone
 
@@ -290,7 +290,7 @@ def test_any_executor(alone, fmu_path, tmp_path):
 
 
 class Never(Executor):
-    """Never done; counts what waits."""
+    """Never done; counts pending calls."""
 
     waiting = 0
 
@@ -318,7 +318,7 @@ def test_an_fmu_that_was_damaged_on_the_way(fmu, fmu_path):
         run_chunk(FmuFile("0" * 64, file.data), made, True, study.columns(np.array([0])))
 
 
-# What stops it
+# Interruptions and errors
 
 
 def test_a_stopped_sweep_leaves_the_earlier_file(fmu_path, tmp_path):
@@ -357,7 +357,7 @@ def test_ctrl_c(fmu_path, tmp_path, workers, number):
     assert "Traceback" not in errors
     assert path.read_text() == "earlier"
     assert leftovers(tmp_path) == []
-    # Soon nobody of its session is left.
+    # All processes of its session end soon.
     until = time.monotonic() + 10
     with suppress(ProcessLookupError):
         while time.monotonic() < until:
@@ -386,7 +386,7 @@ if __name__ == "__main__":
 
 @pytest.mark.parametrize("kills", some(1, [2, 3]))
 def test_workers_that_are_killed(fmu_path, tmp_path, kills):
-    """What is missing is computed by a new pool, twice; then it is an error, in one line."""
+    """A new pool computes the missing cases, twice; then it is an error, in one line."""
     path, script = tmp_path / "x.csv", tmp_path / "killer.py"
     path.write_text("earlier")
     script.write_text(KILLER)
@@ -478,7 +478,7 @@ def test_a_full_disk(fmu_path, tmp_path, suffix):
         ({"k": "normal:1e6:1"}, 2**30, "sobol"),
     ],
 )
-def test_what_needs_more_memory_than_there_is(tmp_path, monkeypatch, sets, samples, design):
+def test_more_memory_needed_than_free(tmp_path, monkeypatch, sets, samples, design):
     """Rejected before anything starts, with the memory needed and the memory free."""
     monkeypatch.setattr(running, "free_bytes", lambda: 10**9)
     study = Study.of(sets, None, samples, 0, design)
@@ -507,8 +507,8 @@ def test_files_that_cannot_be_written(fmu_path, tmp_path):
 
 
 def sweep(fmu_path, *arguments, **sets):
-    given = [f"--set={name}={values}" for name, values in sets.items()]
-    done = golf_here("sweep", *arguments, *given, "--fmu", fmu_path)
+    options = [f"--set={name}={values}" for name, values in sets.items()]
+    done = golf_here("sweep", *arguments, *options, "--fmu", fmu_path)
     assert done.returncode == 0, done.stderr
 
 
@@ -539,7 +539,7 @@ def test_the_club_fitting_study(fmu_path, tmp_path):
 
 
 def test_the_tolerance_study(fmu_path, tmp_path):
-    """Options win over the keys of a study, a variable of both keeps its place."""
+    """Options override the keys of a study; a variable of both keeps its place."""
     out = tmp_path / "new" / "x.csv"
     study = STUDIES / "tolerance.toml"
     sweep(fmu_path, study, "--out", out, "--samples", 64, "--seed", 2, ball_speed=-1, law=1)
@@ -608,7 +608,7 @@ def drawn_axes(fmu, sets, values):
 
 
 def test_few_values_are_lines_and_many_a_map_with_contours(fmu):
-    """Between few a map would show what nobody computed."""
+    """Between few values a map would interpolate."""
     for b, lines, collections in (("0,9,12", 3, 0), ("0:14:8", 0, 2)):
         sets = {"k": "0.5e6:2e6:12", "b": b}
         axes = drawn_axes(fmu, sets, np.linspace(1.0, 2.0, Study.of(sets).cases))[0]
@@ -668,8 +668,8 @@ def test_the_comparison_compares(fmu_path, monkeypatch):
         assert measured.same
         assert measured.ratio > 1.0
 
-        def wrong(*given):
-            right = impacts(*given)
+        def wrong(*arguments):
+            right = impacts(*arguments)
             return right._replace(outputs=right.outputs + 1e-15)
 
         monkeypatch.setattr(comparison, "impacts", wrong)
@@ -679,16 +679,6 @@ def test_the_comparison_compares(fmu_path, monkeypatch):
         Sweep(Study.of({"k": "-1"}), fmu_path) as sweep,
     ):
         compare(sweep)
-
-
-def test_impacts_in_an_instance_that_has_done_other_things(fmu, fmu_path):
-    study = Study.of({"club_speed": "30,40"})
-    made = plan(study, fmu.variables)
-    with ImpactFmu(fmu_path) as fresh:
-        expected = impacts(fresh, made, study.columns(np.arange(2))).outputs.tolist()
-    fmu.start(k=3e6, gap=1.0)
-    fmu.step(0.0, 1e-3)
-    assert impacts(fmu, made, study.columns(np.arange(2))).outputs.tolist() == expected
 
 
 def test_a_step_long_enough_for_any_exponent(fmu):

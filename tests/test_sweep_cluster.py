@@ -36,16 +36,16 @@ def alone(fmu_path, tmp_path_factory):
 def workers():
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
-    ) as made:
-        yield made
+    ) as cluster:
+        yield cluster
 
 
 @pytest.mark.ci
 def test_a_local_cluster_where_a_port_of_dask_is_taken(alone, fmu_path, tmp_path, capfd):
-    """It takes none that another may have, so nothing is warned of."""
+    """It needs no fixed port, so there is no warning."""
     sets = [f"--set={name}={values}" for name, values in SETS.items()]
     with ExitStack() as stack:
-        # Somebody else has it already otherwise.
+        # Otherwise another process has it.
         with suppress(OSError):
             stack.enter_context(socket.create_server(("", 8787)))
         done = golf_here(
@@ -73,14 +73,14 @@ def test_a_cluster_whose_worker_dies(alone, fmu_path, tmp_path, workers):
     run_sweep(study(), out, scheduler=address, fmu=fmu_path, chunk=100, progress=kill)
     assert out.read_bytes() == alone
     assert seen == list(range(100, 8001, 100))
-    # The other one serves on, whether or not Dask has started a new one yet.
+    # The other one continues, whether or not Dask has started a new one yet.
     run_sweep(study(), tmp_path / "y.csv", scheduler=address, fmu=fmu_path, chunk=100)
     assert (tmp_path / "y.csv").read_bytes() == alone
     assert victim not in {worker.pid for worker in workers.workers.values()}
 
 
 def test_the_executor_of_a_client(alone, fmu_path, tmp_path, workers):
-    """As a user has one: of a cluster that knows nothing of sweeps."""
+    """That of a user's cluster, not made for sweeps."""
     with distributed.Client(workers) as client:
         executor = client.get_executor()
         run_sweep(study(), tmp_path / "x.csv", executor=executor, fmu=fmu_path, chunk=500)
@@ -123,9 +123,9 @@ def test_ctrl_c_while_the_cluster_starts(fmu_path, tmp_path, times):
             time.sleep(0.005)
         time.sleep(rng.uniform(0.0, 2.0))
         os.killpg(process.pid, signal.SIGINT)
-        _, said = process.communicate(timeout=100)
-        assert process.returncode == 130, said
-        done, stopped = said.splitlines()
+        _, errors = process.communicate(timeout=100)
+        assert process.returncode == 130, errors
+        done, stopped = errors.splitlines()
         assert done.endswith("x.csv was not written.")
         assert stopped == "Stopped; nothing half-written is left."
         assert list(folder.iterdir()) == []

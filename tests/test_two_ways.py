@@ -1,5 +1,5 @@
 """The two ways to solve a linear contact check each other: the closed form in double precision, and
-extended precision, which can do any. Each condition of the closed form is shown to be needed."""
+extended precision, which has no limits. Each condition of the closed form is shown to be needed."""
 
 import math
 import random
@@ -30,17 +30,17 @@ def damper_and_drag(law, b):
     return (0.0, b) if law is absolute else (b, 0.0)
 
 
-def in_many_digits(law, k, b, m_club, m_ball, start):
-    """The same in extended precision."""
+def in_extended_precision(law, k, b, m_club, m_ball, start):
+    """The same contact in extended precision."""
     return ExtendedContact(k, *damper_and_drag(law, b), m_club, m_ball, start)
 
 
 #: On the scales of the tolerance table. The worst of 5,658 random ones was 6e-15: a contact time
 #: under law 1, where the drag nearly keeps the bodies together.
-BAR = 1e-14
+TOLERANCE = 1e-14
 
 
-def touch(club_speed, ball_speed):
+def touch(club_speed, ball_speed=0.0):
     return InitialState(0.0, 0.0, club_speed, ball_speed, club_speed - ball_speed)
 
 
@@ -57,7 +57,7 @@ def differences(k, closed, exact, start):
     ends = [state_at_end(closed), state_at_end(exact)]
     # A stiffness that has risen may throw the bodies apart faster than they came.
     speed = max(abs(start.v_club) + abs(start.v_ball), abs(ends[1][3]) + abs(ends[1][4]))
-    # A phase may be what is left of a contact: then the scales are those of all of it.
+    # A phase may be the rest of a contact; the scales are those of the whole contact.
     time = max(duration, 1.0 / closed.rate)
     path, force = speed * time, max(largest_force, k * compression)
     scales = (force, path, path, speed, speed, compression)
@@ -69,14 +69,14 @@ def differences(k, closed, exact, start):
         "max_compression": abs(closed.peak_compression(closed.duration) / compression - 1.0),
         "impulse": abs(closed.impulse(0.0, closed.duration) - impulse) / (force * time),
     }
-    (motion, pace), (exactly, exact_pace) = closed.dense_output(), exact.dense_output()
+    (state, scale), (exactly, exact_scale) = closed.dense_output(), exact.dense_output()
     states = [
-        (f"at {x}", motion(pace * x * duration), exactly(exact_pace * x * duration))
+        (f"at {x}", state(scale * x * duration), exactly(exact_scale * x * duration))
         for x in (0.3, 0.9)
     ]
-    for name, now, right in [("end", *ends), *states]:
-        for place, scale in enumerate(scales):
-            errors[f"{name}, {place}"] = abs(now[place] - right[place]) / scale
+    for name, now, expected in [("end", *ends), *states]:
+        for place, size in enumerate(scales):
+            errors[f"{name}, {place}"] = abs(now[place] - expected[place]) / size
     short = 1e-3 * duration
     means = [phase.impulse(0.4 * duration, short) / short for phase in (closed, exact)]
     errors["mean_force"] = abs(means[0] - means[1]) / force
@@ -84,13 +84,13 @@ def differences(k, closed, exact, start):
 
 
 def agree(law, k, b, m_club, m_ball, start):
-    """Compare both ways for one contact; whether it has a closed form."""
+    """Compare both ways for one contact; False unless it has a closed form."""
     law = LAWS[law]
     phase = contact_of(law, k, b, m_club, m_ball, start)
     if not isinstance(phase, ClosedFormContact):
         return False
-    exact = in_many_digits(law, k, b, m_club, m_ball, start)
-    bad = {n: e for n, e in differences(k, phase, exact, start).items() if not e <= BAR}
+    exact = in_extended_precision(law, k, b, m_club, m_ball, start)
+    bad = {n: e for n, e in differences(k, phase, exact, start).items() if not e <= TOLERANCE}
     assert not bad, (law.__name__, k, b, m_club, m_ball, start, bad)
     return True
 
@@ -100,8 +100,8 @@ def of_values(values):
     return v["law"], v["k"], v["b"], v["m_club"], v["m_ball"]
 
 
-def look_at(impacts, changes):
-    """At touch, and where k and b change later."""
+def count_compared(impacts, changes):
+    """Compare contacts from touch, and where k and b change later; how many have closed forms."""
     closed = 0
     for impact in impacts:
         if impact.closing <= 0.0:
@@ -113,8 +113,8 @@ def look_at(impacts, changes):
         rng = random.Random(impact.number)
         for segment in impact.segments[1:] if changes else ():
             time = rng.random() * min(phase.duration, 10.0 / phase.rate)
-            motion, pace = phase.dense_output()
-            _, _, _, v_club, v_ball, compression = motion(pace * time)
+            state, scale = phase.dense_output()
+            _, _, _, v_club, v_ball, compression = state(scale * time)
             start = InitialState(0.0, compression, v_club, v_ball, phase.closing(time))
             force = segment.k * compression + (law == 2) * segment.b * start.closing
             if compression <= 0.0 or force <= 0.0:
@@ -132,20 +132,20 @@ def test_reference_cases(case):
 
 def test_the_cases_of_the_benchmark():
     impacts = [impact for _, impact in named_cases(60)]
-    assert look_at(impacts, changes=False) > 60
+    assert count_compared(impacts, changes=False) > 60
 
 
 def test_random_impacts_and_special_points():
     randoms = (random_impact(20, number) for number in range(250))
     specials = (special_impact(20, number) for number in range(250))
-    assert look_at(chain(randoms, specials), changes=True) > 150
+    assert count_compared(chain(randoms, specials), changes=True) > 150
 
 
 @pytest.mark.nightly
 def test_all_impacts_of_stress():
     randoms = (random_impact(20, number) for number in range(5000))
     specials = (special_impact(20, number) for number in range(1500))
-    assert look_at(chain(randoms, specials), changes=True) > 2000
+    assert count_compared(chain(randoms, specials), changes=True) > 2000
 
 
 @pytest.mark.parametrize(("law", "border"), [(absolute, 0.7), (relative, 0.999)])
@@ -165,7 +165,7 @@ def test_the_border_of_damping_from_both_sides(law, border, m_ball):
         x_ball, v_club, v_ball, *_ = phase.end()
         outcomes.append([phase.duration, v_club, v_ball, x_ball, *phase.peak_force(phase.duration)])
     assert kinds == [ClosedFormContact, ExtendedContact]
-    # 16 units in the last place of b apart.
+    # b differs by 16 units in the last place.
     assert outcomes[0] == pytest.approx(outcomes[1], rel=2e-14)
 
 
@@ -178,7 +178,7 @@ def test_the_border_of_equal_masses_from_both_sides(b):
 
 
 def test_the_border_of_the_real_mode_from_both_sides():
-    # The faster the bodies move together, the more of the compression is the drag's.
+    # The faster the common motion, the larger the share of the drag in the compression.
     def contact(ball_speed):
         return contact_of(absolute, 1e6, 60.0, 0.21, 0.04593, touch(ball_speed + 35.0, ball_speed))
 
@@ -193,10 +193,10 @@ def test_the_border_of_the_real_mode_from_both_sides():
 
 
 def worst_of(law, cases):
-    """The worst error of phases in doubles that the law would not have made; inf if none can be."""
+    """The worst error of closed forms that the law would not use; inf if there is none."""
     worst = 0.0
     for k, b, m_club, m_ball, start in cases:
-        exact = in_many_digits(law, k, b, m_club, m_ball, start)
+        exact = in_extended_precision(law, k, b, m_club, m_ball, start)
         try:
             closed = ClosedFormContact(k, *damper_and_drag(law, b), m_club, m_ball, start)
             if not closed.duration:
@@ -208,7 +208,7 @@ def worst_of(law, cases):
 
 
 def test_more_damping_needs_extended_precision(monkeypatch):
-    # Two rates of law 1 coincide near here, and law 2 stops to oscillate.
+    # Two rates of law 1 nearly coincide here, and law 2 is critically damped.
     case = (1e6, 605.6752155461903, 0.10194471516745932, 1.3834680164486073, touch(35.0, 0.0))
     critical = (2.0**20, 2.0**10, 0.5, 0.5, touch(32.0, 0.0))
     assert isinstance(contact_of(absolute, *case), ExtendedContact)

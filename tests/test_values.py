@@ -17,7 +17,7 @@ from golf_impact.stress.cases import BASELINE, unchanged
 from golf_impact.stress.driver import Driver
 from golf_impact.stress.scales import TOLERANCE, Scales
 
-#: Where times come from quadrature, all else is as exact, but at those times.
+#: Where times come from quadrature; other results are as exact, but at those times.
 TOLERANCE_OF_QUADRATURE = 1e-10
 
 #: Doubles below this are subnormal and have fewer digits, with a margin.
@@ -120,7 +120,7 @@ def long_step(values):
     return values["gap"] / closing + contact
 
 
-def begun(driver, values):
+def begin(driver, values):
     driver.messages.clear()
     driver.begin_run(values)
     assert not driver.messages, driver.messages
@@ -147,7 +147,7 @@ def check_at_an_instant(values, now):
 @given(values=impacts(), cuts=st.lists(st.floats(0.0, 1.0), max_size=12))
 def test_an_impact(driver, values, cuts):
     """In one step and in random partitions: equal outputs that satisfy the balances."""
-    begun(driver, values)
+    begin(driver, values)
     step = long_step(values)
     driver.slave.doStep(0.0, step)
     final = driver.outputs()
@@ -164,15 +164,15 @@ def test_an_impact(driver, values, cuts):
     if v["law"] == 2:
         assert final["separated"]
         coefficient = final["coefficient_of_restitution"]
-        off = abs(coefficient - restitution(v)) * closing / speed
-        assert off <= TOLERANCE
+        error = abs(coefficient - restitution(v)) * closing / speed
+        assert error <= TOLERANCE
         assert -TOLERANCE * speed / closing <= coefficient <= 1.0 + TOLERANCE * speed / closing
     mu = reduced_mass(v["m_club"], v["m_ball"])
     fastest = max(math.sqrt(v["k"] / mu), v["b"] / mu, 20.0 / final["contact_time"])
     scales = Scales(v, final, approach=v["gap"] / closing, span=step, fastest=fastest)
     # Cuts in approach and contact, but for the last step; any rounding of the points is allowed.
     reach = min(step, v["gap"] / closing + 1.1 * final["contact_time"])
-    begun(driver, values)
+    begin(driver, values)
     point, seen, impulse = 0.0, {}, 0.0
     for place in [*sorted(cut * reach for cut in cuts), step]:
         size = place - point
@@ -189,20 +189,20 @@ def test_an_impact(driver, values, cuts):
         seen = now
     for name, value in seen.items():
         if name != "mean_force":
-            off = scales.error(name, value, final[name])
-            assert off <= tolerance, (name, value, final[name], off)
+            error = scales.error(name, value, final[name])
+            assert error <= tolerance, (name, value, final[name], error)
     late = scales.rounding_of_time("mean_force")
     assert abs(impulse - final["impulse"]) <= (tolerance + late) * final["impulse"]
 
 
-# Drag parts the bodies, long after its fast part has faded: modes cancel, and panels must be many.
-_PARTED_BY_DRAG = {
+# Drag separates the bodies long after its fast mode has decayed: modes cancel, many panels.
+_SEPARATED_BY_DRAG = {
     "law": 1, "m_club": 0.0031622776601683794, "m_ball": 316.2277660168379, "k": 1e6,
     "b": 11246.770270096215, "club_speed": 36.0, "ball_speed": 1.0, "gap": 0.0,
 }  # fmt: skip
 
 
-@example(values=_PARTED_BY_DRAG, number=0)
+@example(values=_SEPARATED_BY_DRAG, number=0)
 @given(values=impacts(), number=st.integers(0, 2**32))
 def test_the_invariants_of_stress(driver, values, number):
     """Energy balance, steps across events and the other checks of `golf-impact stress`."""
@@ -225,7 +225,7 @@ def test_the_time_of_the_largest_force_never_goes_back(driver):
         "b": 281579248.5904923,
         "club_speed": 1.0,
     }
-    begun(driver, values)
+    begin(driver, values)
     size, before = 2.5483879036306085e-09, 0.0
     for n in range(64):
         driver.slave.doStep(n * size, size)
@@ -322,11 +322,11 @@ def _check_recovery(driver, values, later, size):
     inputs = driver.references(list(later))
     usual = [values.get(name, USUAL[name]) for name in later]
     driver.slave.setReal(inputs, usual)
-    went_on = _steps(driver, size, size)
+    accepted = _steps(driver, size, size)
     outputs = driver.outputs()
     driver.begin_run(values)
     assert _steps(driver, 0.0, size)
-    assert _steps(driver, size, size) == went_on
+    assert _steps(driver, size, size) == accepted
     event("recovered")
     assert outputs == driver.outputs()
 

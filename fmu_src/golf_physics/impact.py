@@ -91,7 +91,7 @@ class Impact:
     def with_inputs(self, inputs: Inputs, high: float, low: float) -> "Impact":
         """The impact with these inputs from this instant on, the start of a communication step.
 
-        A touch at this very instant hasn't been passed yet, so it is decided anew. Raises
+        A touch at this very instant hasn't been passed yet, so it is still undecided. Raises
         ArithmeticError or ValueError if the contact that follows leaves the range of a double.
         """
         return self.at(high, low)._with_inputs(inputs, high, low)
@@ -275,7 +275,7 @@ class Contact(Impact):
         """The largest contact force, N, and its time since first touch, s."""
         time, most, when, _, _ = self.before
         force, later = self.phase.peak_force(t)
-        # k or b changed just before the peak: if the force goes on rising, the later phase counts.
+        # k or b changed just before the peak: if the force keeps rising, the later phase counts.
         rising = later > 0.0 and when == time
         if force > most or (rising and force >= most * (1.0 - 1e-15)):
             return max(force, most), time + later

@@ -24,7 +24,7 @@ def prepare(folder: Path, *names: str) -> None:
     """
     path = folder
     try:
-        # A link that leads nowhere exists, too.
+        # A broken link exists, too.
         existing = next(f for f in (folder, *folder.absolute().parents) if os.path.lexists(f))
         tempfile.TemporaryFile(dir=existing).close()
         for path in (folder / name for name in names):
@@ -54,7 +54,7 @@ def write_together(
                 for path in (folder / name for name in files):
                     stream = stack.enter_context(whole(path))
                     stream.write(files[path.name])
-                    # A disk that is full must say so before any file is in its place.
+                    # A full disk must be detected before any file is in its place.
                     stream.flush()
             for path in (folder / name for name in stale):
                 path.unlink(missing_ok=True)

@@ -1,7 +1,7 @@
 """Ctrl-C, SIGTERM and SIGHUP end the process at once; nothing half-written is left.
 
-No exception is raised: one that passes through an FMU's code is fatal to it (pythonfmu), and what
-would free the instance afterwards may crash. Instead all temporary files lie in one folder, which
+No exception is raised: one that passes through an FMU's code is fatal to it (pythonfmu), and
+freeing the instance afterwards may crash. Instead all temporary files lie in one folder, which
 is removed, and results are put in place while signals are held back.
 """
 
@@ -10,8 +10,10 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-#: What requests the end: a terminal and a system that shuts down send them to all processes.
-SIGNALS = tuple(one for one in signal.Signals if one.name in ("SIGINT", "SIGTERM", "SIGHUP"))
+#: Signals that request the end; a terminal, or a system shutting down, sends them to all processes.
+SIGNALS = tuple(
+    number for number in signal.Signals if number.name in ("SIGINT", "SIGTERM", "SIGHUP")
+)
 
 _scratch = ""
 _holding = 0
@@ -19,7 +21,7 @@ _requested = False
 
 
 def listen() -> None:
-    """Handle these signals from now on, but for those that the caller ignores (nohup)."""
+    """Handle these signals from now on, except those that the caller ignores (nohup)."""
     for number in SIGNALS:
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, _handle)

@@ -289,8 +289,8 @@ class Component:
                 now = self._now = motion(t) if since < t < until else self._evaluate()
             pick = self._pick
             return now if pick is None else pick(now)
-        asked, outputs = self._outputs
-        if references != asked:
+        last_read, outputs = self._outputs
+        if references != last_read:
             self._moving, self._pick, outputs = self.reading(tuple(references), "Real")
             if self._moving:
                 return self.reals(references)

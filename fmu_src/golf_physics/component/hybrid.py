@@ -1,7 +1,7 @@
 """Model Exchange, which FMI 3.0 has beside stepping: a host's solver finds the motion.
 
-An instance isn't told which of the two it is for: the first call that only Model Exchange has
-decides. From then on the host's time and states count, and steps are refused.
+Which of the two an instance is for follows from the first call that only Model Exchange has: from
+then on the host's time and states count, and steps are refused.
 """
 
 from collections.abc import Callable, Iterator
@@ -160,7 +160,7 @@ def accelerations(impact: Any, state: State) -> tuple[float, float]:
 
 
 def touch_indicator(impact: Any, state: State) -> float:
-    """Above 0 until the gap is closed and the bodies are closing, then -1."""
+    """Positive until the gap is closed and the bodies are closing, then -1."""
     if impact.touch is not None:
         return -1.0
     _, x_club, x_ball, v_club, v_ball, _ = state
@@ -168,7 +168,7 @@ def touch_indicator(impact: Any, state: State) -> float:
 
 
 def separation_indicator(impact: Any, state: State) -> float:
-    """Above 0 until the force has gone, then below 0: a root, as a power law's zero is too flat."""
+    """Positive while there is a force, then negative: a root, as a power law's zero is too flat."""
     if impact.touch is None:
         return 1.0
     if not impact.in_contact:
@@ -284,7 +284,7 @@ class HybridComponent(Component):
         """One communication step; if early return is allowed, only until touch or separation.
 
         Returns whether it was accepted, see `step`; whether it ends with an event; where it ends,
-        s. An event inside a step that goes on is over when the step ends, and isn't reported.
+        s. An event inside a step that continues is over when the step ends, and isn't reported.
         """
         end = point + size
         # A point or a size that isn't a number is refused below.
@@ -336,7 +336,7 @@ class HybridComponent(Component):
             self._go_on(solved._replace(states=states, started=True), 0.0)
 
     def derivatives(self) -> list[float]:
-        """Of the states; NaN while values are refused, so that no solver goes on with others."""
+        """Of the states; NaN while values are refused, so that no solver continues with others."""
         solved = self._solving()
         if self._refused or self._mode == BLOCKED or solved.refusal_of_touch is not None:
             return [nan] * 4

@@ -130,17 +130,17 @@ def readings(
             return lambda impact, state, at: at.values[reference]
         return functions[variables[reference].name]
 
-    # A host reads a few lists again and again.
+    # A host reads the same few lists at every step.
     @lru_cache(256)
     def reading(references: tuple[int, ...], type_: str) -> Reading:
         if type_ != "Real" or len(references) < 2 or not all(n in MOVING for n in references):
             return None, None, tuple(output(n, type_) for n in references)
-        asked, places = list(references), [MOVING.index(n) for n in references]
+        requested, places = list(references), [MOVING.index(n) for n in references]
         first, last = places[0], places[-1]
         if places != list(range(first, last + 1)):
             pick = itemgetter(*places)
-            return asked, lambda state: list(pick(state)), ()
+            return requested, lambda state: list(pick(state)), ()
         whole = first == 0 and last > 3
-        return asked, None if whole else itemgetter(slice(first, last + 1)), ()
+        return requested, None if whole else itemgetter(slice(first, last + 1)), ()
 
     return reading

@@ -64,11 +64,11 @@ class ContactPhase:
         return self._largest("d", t)[0]
 
     def _largest(self, name: str, t: float) -> tuple[float, float]:
-        found = self.__dict__.setdefault("_maxima", {})
-        if name not in found:
-            found[name] = [(self._value(name, when), when) for when in self._find_maxima(name)]
+        maxima = self.__dict__.setdefault("_maxima", {})
+        if name not in maxima:
+            maxima[name] = [(self._value(name, when), when) for when in self._find_maxima(name)]
         largest, when = self._value(name, 0.0), 0.0
-        passed = [point for point in found[name] if point[1] <= t]
+        passed = [point for point in maxima[name] if point[1] <= t]
         if passed:
             top = max(passed, key=itemgetter(0))
             # A maximum just after the start is as large as the start to the last digits.

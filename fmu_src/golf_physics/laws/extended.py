@@ -23,7 +23,7 @@ Newton's form of the exponential needs no eigenvectors:
     E = e^(-rt),  S = e^(-ht) sin(Rt)/R,  G = (E - e^(-ht) cos Rt - (h - r) S)/((h - r)² + R²),
 
 with sinh and cosh where R² < 0; collected by E, cos and sin it is a row for each quantity. The
-derivative of e^(rt) f, for a row f, has no real mode, so its extrema are known in closed form.
+derivative of e^(rt) f, for a row f, has no real mode, so its extrema have a closed form.
 Between two of them f has at most one zero (Rolle's theorem), which is bracketed: none is missed.
 """
 
@@ -259,7 +259,7 @@ class ExtendedContact(ContactPhase):
 
 def _sum(x: Decimal | int, row: Row, y: Decimal, other: Row) -> Row:
     """x · row + y · other."""
-    a, c, s = (x * one + y * two for one, two in zip(row, other))
+    a, c, s = (x * first + y * second for first, second in zip(row, other))
     return a, c, s
 
 

@@ -1,7 +1,7 @@
 """The power law: a spring that stiffens and a matching damper between the bodies (n > 1).
 
 The contact force is F = k d_r (d/d_r)^n + b (d/d_r)^((n-1)/2) d', with d the compression, d' the
-closing speed and d_r the compression at which k and b hold; contact ends when it has fallen to
+closing speed and d_r the compression for which k and b are given; contact ends when it falls to
 zero. The damper is that of Tsuji, Tanaka & Ishida (Powder Technology 71, 239–250, 1992, there with
 n = 3/2) for any n. With it x ~ d^((n+1)/2) is a linear damped oscillator in a scaled time σ,
 dσ ~ d^((n-1)/2) dt, so the coefficient of restitution is independent of speed. Everything is closed

@@ -15,7 +15,7 @@ PI = Decimal(
 #: some 4 digits.
 _HALVINGS, _THIRDS = 12, 4
 
-#: Below this, e^x is less than a decimal's exponent can tell.
+#: Below this, e^x underflows in decimal arithmetic.
 _VANISHED = Decimal(-(10**18))
 
 

@@ -63,7 +63,7 @@ class Oscillator:
 
 
 class Panel:
-    """An interval of σ on which time is known as a series.
+    """An interval of σ on which time is a series.
 
     It is expanded about a zero of x or, away from those, about its own beginning; s is the σ from
     there (negative if the zero is ahead), H the largest |s|, and |s| = H v^r with r = m or 1. With

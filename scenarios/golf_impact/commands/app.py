@@ -21,12 +21,12 @@ app = typer.Typer(
     epilog="Example: golf-impact run baseline elastic --out results",
     add_completion=False,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None,  # its help cuts the names of options short at 80 columns
+    rich_markup_mode=None,  # its help truncates names of options at 80 columns
 )
 
 
-def _version(asked: bool) -> None:
-    if asked:
+def _version(show: bool) -> None:
+    if show:
         print(f"golf-impact {VERSION}")
         raise typer.Exit
 
@@ -41,7 +41,7 @@ def _common(
 
 
 def _add(command: Callable[..., object], examples: str, name: str | None = None) -> None:
-    """Add a command; its examples stand in lines of their own below its options."""
+    """Add a command; the help shows its examples below its options, one per line."""
     first, _, lines = examples.partition(": ")
     # Paragraphs after \b are not wrapped.
     app.command(name, epilog="\n  ".join(("\b", f"{first}:", *lines.split(" · "))))(command)
@@ -59,7 +59,7 @@ _add(sweep.sweep, sweep.EPILOG)
 
 
 def _refuse_empty(arguments: list[str]) -> None:
-    """Raises a UserError for arguments as of an unset variable of the shell."""
+    """Raises a UserError for an empty argument, as from an unset shell variable."""
     for text in arguments:
         if not text or (text.startswith("--") and text.endswith("=")):
             raise UserError(
@@ -79,7 +79,7 @@ def one_line(arguments: list[str]) -> int:
         with stopping.scratch_folder():
             code = _code_of(arguments)
         if sys.stdout is not None:
-            # The latest point at which a full disk is noticed.
+            # The last chance to notice a full disk.
             sys.stdout.flush()
         return code
     except (UserError, OSError, MemoryError) as error:

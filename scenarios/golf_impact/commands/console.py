@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 #: The default of --out.
 RESULTS = Path("golf-impact-results")
 
-# Without markup: what a user has typed is printed as it is.
+# Without markup: text from the user is printed verbatim.
 out = Console(markup=False, emoji=False)
 err = Console(stderr=True, markup=False, emoji=False)
 
@@ -62,8 +62,8 @@ def print_table(table: Table, numbers: bool = True) -> None:
 
 def _parts(cells: list[list[str]], width: int) -> Iterator[tuple[list[int], list[int]]]:
     """The columns of each part of a table and their widths, from its cells by column."""
-    longest = [max(len(line) for cell in of for line in cell.split("\n")) for of in cells]
-    least = [max(len(word) for cell in of for word in cell.split() or [""]) for of in cells]
+    longest = [max(len(line) for cell in column for line in cell.split("\n")) for column in cells]
+    least = [max(len(word) for cell in column for word in cell.split() or [""]) for column in cells]
     first, *others = range(len(cells))
     while True:
         columns, left = [first], width - _EDGE - _PADDING - least[first]

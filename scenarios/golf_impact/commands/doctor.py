@@ -1,4 +1,4 @@
-"""`golf-impact doctor`: does the FMU load here, and what does a host that isn't Python need?"""
+"""`golf-impact doctor`: whether the FMU loads here, and what hosts without Python need."""
 
 import importlib.metadata
 import platform
@@ -33,7 +33,7 @@ _COLOURS = {"ok": "green", "warning": "yellow", "problem": "red"}
 
 def doctor(
     fmu: Annotated[
-        Path | None, Argument(metavar="[FMU]", help="The .fmu file; the built one by default.")
+        Path | None, Argument(metavar="FMU", help="The .fmu file; the built one by default.")
     ] = None,
 ) -> int:
     """Check whether the FMU loads on this machine, and show how native hosts load it."""
@@ -54,8 +54,8 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
     machine = f"{platform.system()} {platform.machine()}"
     about = f"Python {platform.python_version()} ({sys.executable}), {versions}, {machine}"
-    known = machine in ("Linux x86_64", "Windows AMD64")
-    yield ("ok", about) if known else ("problem", f"{about}: pythonfmu has no binary for it")
+    supported = machine in ("Linux x86_64", "Windows AMD64")
+    yield ("ok", about) if supported else ("problem", f"{about}: pythonfmu has no binary for it")
     try:
         check_temporary_folder()
     except UserError as error:

@@ -30,7 +30,7 @@ def explore(
         Option("--set", metavar="NAME=VALUE", help="Begin with this value; repeatable."),
     ] = None,
     port: Annotated[
-        int, Option(metavar="PORT", min=0, max=65535, help="Of the page; 0: any free one.")
+        int, Option(metavar="N", min=0, max=65535, help="Of the page; 0 for any free port.")
     ] = 5006,
     browser: Annotated[bool, Option(help="Open the page in a browser.")] = True,
     export: Annotated[
@@ -39,7 +39,7 @@ def explore(
     ] = None,
     pyodide: Annotated[
         Path | None,
-        Option(metavar="FOLDER", help="With --export: Pyodide's files; if omitted, from npm."),
+        Option(metavar="FOLDER", help="With --export: Pyodide's files; by npm without it."),
     ] = None,
 ) -> None:
     """One impact, interactive, in a browser: served on this machine alone, or exported."""
@@ -72,15 +72,15 @@ def explore(
     from golf_impact.explore.server import serve
     from golf_impact.facts.quantities import format_shortest
 
-    # What isn't ClubBallImpact's is refused by it, unless it is Launch's.
+    # ClubBallImpact rejects unknown names; Launch's variables are left out.
     with ImpactFmu(path) as fmu:
         fmu.impact(**{name: value for name, value in values.items() if name not in LOFT})
-    question = urlencode({name: format_shortest(value) for name, value in values.items()})
+    query = urlencode({name: format_shortest(value) for name, value in values.items()})
 
     def ready(address: str) -> None:
         import webbrowser
 
-        page = f"{address}?{question}" if values else address
+        page = f"{address}?{query}" if values else address
         say(f"{page}\nCtrl-C ends it.")
         graphical = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
         screen = graphical or sys.platform != "linux"

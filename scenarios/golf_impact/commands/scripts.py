@@ -25,17 +25,18 @@ def load_scenarios() -> dict[str, ModuleType]:
     return dict(sorted(loaded.items(), key=lambda item: getattr(item[1], "CHAPTER", last)))
 
 
-def load_scenario(given: str) -> ModuleType:
+def load_scenario(name_or_path: str) -> ModuleType:
     """Load a scenario by name or path: a module with TITLE and `run(fmu)`.
 
     UserError: there is no such scenario, or it can't be loaded.
     """
-    if not given.endswith(".py") and given not in list_names():
-        known = ", ".join(list_names())
+    is_path = name_or_path.endswith(".py")
+    if not is_path and name_or_path not in list_names():
         raise UserError(
-            f"there is no scenario {given!r}: choose from {known}, or give the path of a .py file"
+            f"there is no scenario {name_or_path!r}: choose from {', '.join(list_names())}, "
+            "or give the path of a .py file"
         )
-    path = Path(given) if given.endswith(".py") else FOLDER / f"{given}.py"
+    path = Path(name_or_path) if is_path else FOLDER / f"{name_or_path}.py"
     spec = importlib.util.spec_from_file_location(f"golf_scenario_{path.stem}", path)
     assert spec is not None
     assert spec.loader is not None

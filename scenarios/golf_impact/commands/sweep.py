@@ -22,29 +22,29 @@ EPILOG = (
 )
 _SET = (
     "LO:HI:COUNT, log:LO:HI:COUNT, A,B,C, normal:MEAN:SIGMA or uniform:LO:HI, for an input or "
-    "parameter of the FMU or `ball`; repeatable, the last one runs fastest."
+    "parameter of the FMU or `ball`; repeatable, the last one varies fastest."
 )
-_DESIGN = "Sampling design: independent (default), Latin hypercube, Sobol sequence."
-_CHUNK = "Cases that a worker gets at a time, 2000 if omitted; changes no result."
+_DESIGN = "Sampling design: independent (if omitted), Latin hypercube, Sobol sequence."
+_CHUNK = "Cases that a worker gets at a time; 2000 if omitted. Changes no result."
 
 
 def sweep(
     context: Context,
-    study: Annotated[
+    file: Annotated[
         Path | None,
-        Argument(metavar="[STUDY]", help="A study as a TOML file; options override it."),
+        Argument(metavar="STUDY", help="A study as a TOML file; options override it."),
     ] = None,
     set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUES", help=_SET)] = None,
-    out: Annotated[Path | None, Option(metavar="FILE", help="The table: .csv or .parquet.")] = None,
+    out: Annotated[
+        Path | None, Option(metavar="FILE", help="The table: FILE.csv or FILE.parquet.")
+    ] = None,
     outputs: Annotated[
         str | None, Option(metavar="A,B,C", help="The FMU's outputs to read, no others.")
     ] = None,
     samples: Annotated[
         int | None, Option(metavar="N", help="Number of samples of the distributions.")
     ] = None,
-    seed: Annotated[
-        int | None, Option(metavar="N", help="Seed of the samples; 0 if omitted.")
-    ] = None,
+    seed: Annotated[int | None, Option(metavar="N", help="Of the samples; 0 if omitted.")] = None,
     design: Annotated[str | None, Option(metavar="random|lhs|sobol", help=_DESIGN)] = None,
     workers: Annotated[
         int | None, Option(metavar="N", help="Processes that compute; 1 if omitted.")
@@ -58,19 +58,19 @@ def sweep(
     ] = None,
     figures: Annotated[bool | None, Option(help="Write FILE.png and FILE.html.")] = None,
     fmu: Annotated[
-        Path | None, Option(metavar="FILE.fmu", help="Use this FMU; don't build.")
+        Path | None, Option(metavar="FILE", help="Use this .fmu file; don't build.")
     ] = None,
 ) -> int:
     """Many impacts through the FMU into one table: a row a case, variables first, then outputs."""
     from golf_impact.sweeps.study_file import KEYS, read_study
 
-    sets, options = ({}, {}) if study is None else read_study(study)
+    sets, options = ({}, {}) if file is None else read_study(file)
     sets |= pairs_of(set_ or [], "VALUES", "k=0.5e6:2e6:100", "write one list, NAME=A,B")
     # The keys of a study are these options.
     given = {name: value for name, value in context.params.items() if name in KEYS}
     options |= {name: value for name, value in given.items() if value is not None}
     if "out" not in options:
-        raise UserError("say where the table goes: --out FILE.csv or FILE.parquet")
+        raise UserError("no output file: give --out FILE.csv or FILE.parquet")
     return _run(sets, **options)
 
 
@@ -84,7 +84,7 @@ def _run(
     compare: bool = False,
     figures: bool = True,
     fmu: str | None = None,
-    **how: Any,
+    **execution: Any,
 ) -> int:
     from golf_impact.files import prepare
     from golf_impact.sweeps.run import Stopped, Sweep
@@ -100,12 +100,12 @@ def _run(
             try:
                 with progress() as begin:
                     move = begin("sweep", study.cases)
-                    summary = running.run(file, progress=move, stop=is_requested, **how)
+                    summary = running.run(file, progress=move, stop=is_requested, **execution)
             except Stopped as stopped:
                 state = "is as it was" if file.exists() else "was not written"
                 warn(f"{stopped.done:,} of {study.cases:,} cases were done; {file} {state}.")
                 return 130
-        words = _describe(summary, **how)
+        words = _describe(summary, **execution)
         for line in words:
             say(line)
         if compare:
@@ -165,7 +165,7 @@ def _write_report(sweep: Sweep, summary: Summary, words: list[str]) -> list[Path
     path, name, drawn = summary.path, sweep.study.outputs[0], summary.drawn
     report = Report(f"Sweep {path.name}", sweep.fmu)
     report.words = words
-    rows = [[one.name, one.text] for one in sweep.study.axes]
+    rows = [[axis.name, axis.text] for axis in sweep.study.axes]
     report.table("Swept variables (SI units)", ["", "values"], rows)
     usable = drawn[np.isfinite(drawn)]
     if len(usable):
@@ -179,8 +179,8 @@ def _write_report(sweep: Sweep, summary: Summary, words: list[str]) -> list[Path
     except ImportError:
         words.append(f"{missing_package('the table of sensitivities', 'SciPy', 'sweep')}.")
     if indices is not None:
-        rows = [[one, f"{value:.4f}"] for one, value in indices.items()]
-        title = f"What {name} depends on: shares of its variance that each variable explains"
+        rows = [[variable, f"{value:.4f}"] for variable, value in indices.items()]
+        title = f"Sensitivity of {name}: shares of its variance that each variable explains"
         report.table(title, ["", "first-order Sobol index"], rows)
     figure = draw(sweep.study, drawn, sweep.fmu.variables, indices)
     images = {} if figure is None else {report.title: to_png(figure)}

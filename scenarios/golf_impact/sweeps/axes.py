@@ -1,4 +1,4 @@
-"""One swept variable: a row of values, or a distribution, as `--set NAME=…` and studies give it."""
+"""A swept variable: values or a distribution, as in `--set NAME=…` and in studies."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from golf_impact.errors import UserError
 from golf_impact.facts.balls import ball
 from golf_impact.facts.quantities import LAWS_IN_WORDS
 
-#: More values of one variable than this are a slip of the keyboard.
+#: More values of one variable than this are a typing error.
 _MOST_VALUES = 10_000_000
 
 FORMS = "VALUE, A,B,C, LO:HI:COUNT, log:LO:HI:COUNT, normal:MEAN:SIGMA or uniform:LO:HI"
@@ -58,31 +58,31 @@ class Distribution:
 Axis = Grid | Distribution
 
 
-def axis(name: str, given: Any) -> Axis:
-    """The axis that a user wrote: text as in `--set NAME=text`, a number or a list.
+def parse_axis(name: str, spec: Any) -> Axis:
+    """The axis that a user gives: text as in `--set NAME=text`, a number or a list.
 
     UserError: it is no axis: unknown form, `lo > hi`, a logarithm of nothing, no values, NaN.
     """
-    if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str):
-        given = ",".join(map(str, given))
-    text = str(given).strip()
+    if isinstance(spec, Sequence | np.ndarray) and not isinstance(spec, str):
+        spec = ",".join(map(str, spec))
+    text = str(spec).strip()
     if name == "ball":
-        names = [ball(one.strip()).name for one in text.split(",")]
+        names = [ball(item.strip()).name for item in text.split(",")]
         return Grid(name, text, np.array(names, dtype=object))
     try:
-        made = _axis(name, text)
+        axis = _parse(name, text)
         if name != "law":
-            return made
+            return axis
         # An Integer of FMI has 32 bits.
-        if isinstance(made, Grid) and not (made.values % 1.0).any() and max(abs(made.values)) < 2e9:
-            return Grid(name, text, made.values.astype(np.int64))
+        if isinstance(axis, Grid) and not (axis.values % 1.0).any() and max(abs(axis.values)) < 2e9:
+            return Grid(name, text, axis.values.astype(np.int64))
         raise ValueError("not whole numbers")
     except ValueError as error:
         why = LAWS_IN_WORDS if name == "law" else error
         raise UserError(f"{name}={text} is refused: {why}") from None
 
 
-def _axis(name: str, text: str) -> Axis:
+def _parse(name: str, text: str) -> Axis:
     first, *rest = text.split(":")
     if "," in text or not rest:
         return Grid(name, text, np.array([_number(item) for item in text.split(",")]))

@@ -20,7 +20,7 @@ from golf_impact.sweeps.impacts import Plan, Results, impacts
 
 @dataclass(frozen=True)
 class FmuFile:
-    """An FMU as it travels to other processes and machines."""
+    """An FMU as it is sent to other processes and machines."""
 
     digest: str  # SHA-256, in hexadecimal
     data: bytes = field(repr=False)
@@ -32,7 +32,7 @@ class FmuFile:
 
 
 _lock = threading.RLock()
-#: The instance of this process by the digest of its file, if there is one.
+#: The instance of this process, if any, by the digest of its file.
 _loaded: dict[str, ImpactFmu] = {}
 
 
@@ -42,21 +42,21 @@ def run_chunk(
     """Run the cases of one chunk, in any process: the FMU is loaded there when first needed.
 
     `columns` are the swept variables, arrays of shape (cases,). Returns the cases as lines of CSV
-    (UTF-8; empty without `as_text`), and their results. UserError if the FMU isn't what it should
-    be, or can't be loaded here.
+    (UTF-8; empty without `as_text`), and their results. UserError if the FMU is
+    damaged, or can't be loaded here.
     """
     with _lock:
         try:
             results = impacts(instance_of(fmu), plan, plan.values(columns))
         except FMICallException as error:
-            # After an error the standard allows no call any more that the FMU must survive.
+            # After an error the standard allows no further calls.
             _loaded.clear()
             raise UserError(f"the FMU broke down ({error}): run `golf-impact build`") from None
     return _text(plan, columns, results.outputs) if as_text else b"", results
 
 
 def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) -> bytes:
-    """Lines of CSV; every double with as many digits as bring it back to the last bit."""
+    """Lines of CSV; doubles have as many digits as a lossless conversion needs."""
     cells: list[list[str]] = []
     for column in columns.values():
         values = column.tolist()
@@ -70,7 +70,7 @@ def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) ->
 
 
 def instance_of(fmu: FmuFile) -> ImpactFmu:
-    """This process's instance, loaded if need be."""
+    """This process's instance, loaded if necessary."""
     with _lock:
         if fmu.digest not in _loaded:
             release()
@@ -80,13 +80,13 @@ def instance_of(fmu: FmuFile) -> ImpactFmu:
                 path = Path(folder, "ClubBallImpact.fmu")
                 path.write_bytes(fmu.data)
                 _loaded[fmu.digest] = ImpactFmu(path).__enter__()
-            # When the process ends: an FMU that is never freed may take it down then.
+            # When the process ends: an FMU that is never freed may crash it then.
             Finalize(None, release, exitpriority=10)
         return _loaded[fmu.digest]
 
 
 def release() -> None:
-    """Free the instance of this process, if there is one."""
+    """Free the instance of this process, if any."""
     with _lock:
         for digest in list(_loaded):
             _loaded.pop(digest).__exit__(None, None, None)

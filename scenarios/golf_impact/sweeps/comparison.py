@@ -1,4 +1,4 @@
-"""A sweep's rate beside that of a loop over fmpy.simulate_fmu, measured in turns in one run."""
+"""Rates of a sweep and of a loop over fmpy.simulate_fmu, measured in turns in one run."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
     UserError if the FMU refuses all cases tried.
     """
     study, plan = sweep.study, sweep.plan
-    # Evenly from all; where there are fewer, some several times.
+    # Evenly spaced; if there are fewer, some are repeated.
     columns = study.columns(np.linspace(0, study.cases - 1, _CASES).astype(int))
     values = plan.values(columns)
     expected, _, reason = impacts(instance_of(sweep.file), plan, values)
@@ -53,14 +53,14 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
     with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
         fmpy.extract(str(sweep.fmu.path), f"{folder}/fmu")
 
-        def swept() -> float:
+        def run_sweep() -> float:
             begin = perf_counter()
             with table_file(Path(folder, "sweep.csv"), study, plan) as write:
                 text, results = run_chunk(sweep.file, plan, True, columns)
                 write(columns, text, results.outputs)
             return (perf_counter() - begin) / _CASES
 
-        def looped() -> float:
+        def run_loop() -> float:
             nonlocal same
             begin = perf_counter()
             with open(f"{folder}/loop.csv", "w", newline="") as stream:
@@ -81,6 +81,6 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
                     same &= row == expected[n].tolist()
             return (perf_counter() - begin) / _LOOPED
 
-        times = run_interleaved({"sweep": swept, "loop": looped}, rounds, tick)
+        times = run_interleaved({"sweep": run_sweep, "loop": run_loop}, rounds, tick)
     ratio = median_ratio(times["loop"], times["sweep"])
     return Comparison(1.0 / median(times["sweep"]), 1.0 / median(times["loop"]), ratio, same)

@@ -40,7 +40,7 @@ class Here(Executor):
 def opened(
     executor: Executor | None, scheduler: str | None, workers: int | None
 ) -> AbstractContextManager[Executor]:
-    """The executor given, of the cluster at this address, of so many processes, or of this one."""
+    """The given executor, or that of a cluster, of so many processes, or of this process."""
     if executor is not None:
         return nullcontext(executor)
     if scheduler is not None:
@@ -52,8 +52,8 @@ def opened(
 def process_pool(workers: int) -> Iterator[Executor]:
     """So many worker processes on this machine.
 
-    They finish what they have begun at the end of the block, ignore Ctrl-C, and end when this
-    process does, whatever ended it.
+    At the end of the block they finish their calls. They ignore Ctrl-C, and end with this process,
+    however it ends.
     """
     with tempfile.TemporaryDirectory(
         prefix="golf-impact-workers-", ignore_cleanup_errors=True
@@ -73,7 +73,7 @@ class _Pool(ProcessPoolExecutor):
     """Its pipes carry short messages only.
 
     A process that is killed in the middle of one that doesn't fit into a pipe would block the
-    others for ever, and this one too. What is longer lies in files of a folder.
+    others forever, and this one too. Longer messages go through files of a folder.
     """
 
     def __init__(self, workers: int, folder: str) -> None:

@@ -1,9 +1,9 @@
 """Many impacts in one instance of the FMU: as few calls per impact as FMI allows.
 
-The instance is brought once to where all cases are still the same, and that state is saved. Each
-impact then restores it, sets what varies in one call, makes one communication step that is longer
-than the contact, and reads all outputs in one call. The calls go straight to the FMU's functions,
-with the addresses of rows in NumPy arrays: fmpy's own methods copy each value twice.
+The instance is brought once to the last state that all cases have in common, which is saved. Each
+impact restores it, sets what varies in one call, makes one communication step that is longer than
+the contact, and reads all outputs in one call. The FMU's functions are called directly, with the
+addresses of rows in NumPy arrays: fmpy's own methods copy each value twice.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _DISCARD = 2
 
 @dataclass(frozen=True)
 class Plan:
-    """What is set and read, in which order: what every worker needs to know of a study."""
+    """What every worker sets and reads, in order."""
 
     fixed: dict[str, float]  # inputs and parameters that are the same in all cases
     varied: tuple[str, ...]  # the Real ones that aren't, in the order in which they are set
@@ -56,11 +56,11 @@ class Plan:
     booleans: tuple[str, ...]  # those of them that are Booleans
 
     def values(self, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """What to set in these cases, by variable: the columns, and what balls stand for."""
+        """What to set in these cases, by variable: the columns, and the values of balls."""
         values = {name: column for name, column in columns.items() if name != "ball"}
         for name, of_ball in self.balls.items():
             kind = np.int64 if name == "law" else float
-            values[name] = np.array([of_ball[one] for one in columns["ball"]], kind)
+            values[name] = np.array([of_ball[preset] for preset in columns["ball"]], kind)
         return values
 
 
@@ -77,19 +77,19 @@ def plan(study: Study, variables: Mapping[str, ScalarVariable]) -> Plan:
         if name not in outputs:
             raise UserError(f"there is no output {name!r}: choose from {', '.join(outputs)}")
     # None for a distribution.
-    values = {one.name: one.values if isinstance(one, Grid) else None for one in study.axes}
+    values = {axis.name: axis.values if isinstance(axis, Grid) else None for axis in study.axes}
     names = values.pop("ball", None)
     presets = {} if names is None else {name: ball(name).values for name in names}
-    # What balls set, unless it is swept itself; defaults where a ball says nothing.
+    # What balls set, unless it is swept itself; defaults for what a ball doesn't set.
     balls = {
         name: {of: preset.get(name, float(variables[name].start)) for of, preset in presets.items()}
         for name in sorted(set(chain(*presets.values())) - set(values))
     }
     values |= {name: np.array(list(of_ball.values())) for name, of_ball in balls.items()}
     fixed = {
-        name: given[0].item()
-        for name, given in values.items()
-        if given is not None and (given == given[0]).all()
+        name: column[0].item()
+        for name, column in values.items()
+        if column is not None and (column == column[0]).all()
     }
     varied = tuple(name for name in values if name not in fixed and name != "law")
     laws = ("law",) if "law" in values and "law" not in fixed else ()
@@ -133,7 +133,7 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Res
     if plan.only_inputs:
         refusals = list(fmu.messages)
         fmu.end_initialization()
-        # What the defaults of varied inputs make of the fixed values says nothing about the cases.
+        # Refusals due to the defaults of varied inputs don't concern the cases.
         fmu.messages[:] = refusals
     state = fmu.slave.getFMUstate()
     start, initializing = state.value, not plan.only_inputs
@@ -165,7 +165,7 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Res
         fmu.slave.freeFMUstate(state)
     columns = dict(zip([*reals.names, *flags.names], [*reals.values.T, *flags.values.T]))
     outputs = np.stack([columns[name] for name in plan.outputs], axis=1).astype(float)
-    # A number that leaves the range of a double is known only when it is read.
+    # Overflow is detected only when an output is read.
     unusable = np.isnan(outputs).any(axis=1)
     unusable[refused] = True
     outputs[unusable] = math.nan

@@ -1,4 +1,4 @@
-"""What a sweep's first output looks like over what was swept. Imported only to draw."""
+"""Figures of a sweep's first output over the swept variables. Imported only to draw."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from golf_impact.report import figures
 from golf_impact.sweeps.axes import Grid
 from golf_impact.sweeps.study import Study
 
-#: More points of a line, or along a side of a map, than these can't be seen.
+#: More points of a line, or along a side of a map, are invisible.
 _MOST_POINTS, _MOST_SIDE = 2000, 300
-#: So few values are a line each: between them a map would show what nobody computed.
+#: Up to so many values, each is a line: a map would interpolate between them.
 _FEW = 7
 #: Variables whose values are names, not amounts.
 _NAMED = ("ball", "law")
@@ -33,8 +33,8 @@ def draw(
 ) -> Figure | None:
     """A line, lines, a heat map, or a histogram beside Sobol indices, whichever fits the study.
 
-    `drawn` is its first output, shape (cases,), NaN where refused. None where there is nothing to
-    see: one case, or none that wasn't refused.
+    `drawn` is its first output, shape (cases,), NaN where refused. None if fewer
+    than two cases were accepted.
     """
     usable = drawn[np.isfinite(drawn)]
     if len(usable) < 2:
@@ -44,12 +44,12 @@ def draw(
         return _histogram(usable, study.outputs[0], units, indices)
     # Over amounts, the one with most values first, with a line for each ball or law.
     along, *others = sorted(
-        study.varied_grid, key=lambda one: (one.name in _NAMED, -len(one.values))
+        study.varied_grid, key=lambda grid: (grid.name in _NAMED, -len(grid.values))
     )
-    by = next((one for one in others if one.name in _NAMED), others[0] if others else None)
+    by = next((grid for grid in others if grid.name in _NAMED), others[0] if others else None)
     if by is None or by.name in _NAMED or len(by.values) <= _FEW:
         return _lines(study, drawn, units, along, by)
-    # The last --set runs fastest: it goes up.
+    # The last --set varies fastest: it is the vertical axis.
     return _map(study, drawn, units, *sorted((along, by), key=study.grid.index))
 
 
@@ -70,7 +70,7 @@ def _lines(
         line = style.points if named or len(x) <= 12 else style.line
         axes.plot(places, middle, **line | ({"ls": ""} if named else {}), label=text or None, ms=4)
         if many:
-            # Labels that begin with _ are left out.
+            # Labels that begin with _ aren't shown.
             band = "_" * n + "5 to 95 % of the samples"
             if named:
                 axes.vlines(places, low, high, color=style.colour, label=band)
@@ -94,11 +94,11 @@ def _map(
     (x, y), levels = _reduce(study, drawn, [along, up], _MOST_SIDE)
     values = np.ma.masked_invalid(levels[1].T)
     image = axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", rasterized=True)
-    bar = figure.colorbar(image, ax=axes, pad=0.02)
+    colours = figure.colorbar(image, ax=axes, pad=0.02)
     axes.set(xscale=_scale(along), yscale=_scale(up))
     _name(axes.xaxis, along.name, units)
     _name(axes.yaxis, up.name, units)
-    _name(bar.ax.yaxis, study.outputs[0], units)
+    _name(colours.ax.yaxis, study.outputs[0], units)
     if np.ptp(values) > 0.0:
         factor = choose_prefix(units[study.outputs[0]], float(np.abs(values).max()))[0]
         lines = axes.contour(x, y, values, levels=8, colors="white", linewidths=0.9)
@@ -118,7 +118,7 @@ def _histogram(
         figure, axes = figures.new(title)
     else:
         figure, (axes, beside) = figures.new_pair(title)
-        _bars(beside, indices)
+        _draw_bars(beside, indices)
     bins = int(np.clip(np.sqrt(len(usable)), 8, 80))
     low, high = usable.min(), usable.max()
     largest = max(abs(low), abs(high))
@@ -137,7 +137,7 @@ def _histogram(
     return figure
 
 
-def _bars(axes: Axes, indices: Mapping[str, float]) -> None:
+def _draw_bars(axes: Axes, indices: Mapping[str, float]) -> None:
     names = sorted(indices, key=lambda name: indices[name])
     values = [indices[name] for name in names]
     bars = axes.barh([_words(name) for name in names], values, color=figures.BLUE, height=0.6)
@@ -155,16 +155,16 @@ def _reduce(
     The output is percentiles 5, 50 and 95 of its samples, first dimension. The other axes stand at
     their first value.
     """
-    table = drawn.reshape(*(len(one.values) for one in study.grid), study.number_of_samples)
-    places = {one.name: np.array([0]) for one in study.grid}
-    for one in over:
-        order = np.arange(len(one.values))
-        if one.name not in _NAMED:
-            order = np.argsort(one.values, kind="stable")
-        places[one.name] = order[:: -(-len(order) // most)]
+    table = drawn.reshape(*(len(grid.values) for grid in study.grid), study.number_of_samples)
+    places = {grid.name: np.array([0]) for grid in study.grid}
+    for grid in over:
+        order = np.arange(len(grid.values))
+        if grid.name not in _NAMED:
+            order = np.argsort(grid.values, kind="stable")
+        places[grid.name] = order[:: -(-len(order) // most)]
     table = table[np.ix_(*places.values())]
-    table = np.moveaxis(table, [study.grid.index(one) for one in over], range(len(over)))
-    values = [one.values[places[one.name]] for one in over]
+    table = np.moveaxis(table, [study.grid.index(grid) for grid in over], range(len(over)))
+    values = [grid.values[places[grid.name]] for grid in over]
     table = table.reshape(*map(len, values), study.number_of_samples)
     if study.number_of_samples == 1:
         return values, np.stack([table[..., 0]] * 3)
@@ -176,26 +176,26 @@ def _reduce(
 
 def _new(study: Study, units: Mapping[str, Any], over: Sequence[Grid]) -> tuple[Figure, Axes]:
     """A figure of the output over these axes, with the others' first values in its title."""
-    title = f"{_capital(study.outputs[0])} over {' and '.join(_words(one.name) for one in over)}"
-    rest = [one for one in study.varied_grid if one not in over]
-    others = ", ".join(_describe(one, one.values[0], units) for one in rest)
+    title = f"{_capital(study.outputs[0])} over {' and '.join(_words(grid.name) for grid in over)}"
+    rest = [grid for grid in study.varied_grid if grid not in over]
+    others = ", ".join(_describe(grid, grid.values[0], units) for grid in rest)
     return figures.new(f"{title} ({others})" if others else title)
 
 
-def _describe(one: Grid, value: Any, units: Mapping[str, Any]) -> str:
+def _describe(grid: Grid, value: Any, units: Mapping[str, Any]) -> str:
     """A variable and its value, with its unit."""
-    if one.name in _NAMED:
-        return str(value) if isinstance(value, str) else f"{one.name} {value}"
-    factor, unit = choose_prefix(units[one.name], float(np.abs(one.values).max()))
-    return f"{_words(one.name)} = {value * factor:g} {unit}".rstrip()
+    if grid.name in _NAMED:
+        return str(value) if isinstance(value, str) else f"{grid.name} {value}"
+    factor, unit = choose_prefix(units[grid.name], float(np.abs(grid.values).max()))
+    return f"{_words(grid.name)} = {value * factor:g} {unit}".rstrip()
 
 
 def _name(axis: Axis, name: str, units: Mapping[str, Any]) -> None:
     figures.name_axis(axis, _words(name), units[name])
 
 
-def _scale(one: Grid) -> str:
-    return "log" if one.text.startswith("log:") else "linear"
+def _scale(grid: Grid) -> str:
+    return "log" if grid.text.startswith("log:") else "linear"
 
 
 def _words(name: str) -> str:

@@ -30,9 +30,9 @@ CHUNK = 2000
 _LARGEST_CHUNK = 10_000
 #: Each takes some 50 MB; beyond one machine there are clusters.
 _MOST_WORKERS = 256
-#: A worker that is killed ends its pool of processes: so many pools may be used up.
+#: A worker that is killed ends its pool of processes: at most so many pools are used.
 _POOLS = 3
-#: Chunks that may be under way or waiting to be written: what bounds the memory.
+#: Chunks that may be under way or waiting to be written: a bound of the memory.
 _IN_FLIGHT = 32
 
 
@@ -46,7 +46,7 @@ class Stopped(Exception):  # noqa: N818 (not an error: the user asked for it)
 
 @dataclass(frozen=True)
 class Summary:
-    """What a sweep did."""
+    """Results of a sweep."""
 
     path: Path  # the file
     cases: int  # rows in it
@@ -180,20 +180,20 @@ def run_sweep(
 ) -> Summary:
     """Run a study through the FMU and write one row a case.
 
-    The file is the same to the last bit whatever runs the chunks, and however large they are.
+    The file is the same to the last bit whatever executor runs the chunks, and whatever their size.
 
     Args:
         study: what to compute; see `Study.of`.
-        out: a .csv or .parquet file. It gets its name when it is whole.
-        fmu: the .fmu file; by default that of the present sources, built if need be.
+        out: a .csv or .parquet file. It gets its name when it is complete.
+        fmu: the .fmu file; by default that of the present sources, built if necessary.
         options:
             executor: any executor of the interface of concurrent.futures, such as that of a Dask
                 client or an MPI pool; its processes need this package, and get the FMU with each
                 chunk.
             workers: without an executor, the number of processes on this machine; 1 by default,
-                which computes in this process. A script that uses more needs the usual
+                which computes in this process. A script that uses more needs
                 `if __name__ == "__main__":`, since the processes import it.
-            scheduler: in their place a Dask cluster: its address ("tcp://host:8786"), or "local",
+            scheduler: instead, a Dask cluster: its address ("tcp://host:8786"), or "local",
                 of so many workers or as many as there are processors.
             chunk: cases that a worker gets at a time, at most 10,000.
             progress: called with the number of cases done.
@@ -202,7 +202,7 @@ def run_sweep(
     Raises:
         UserError: the study doesn't fit the FMU, the file can't be written, workers died again
             and again; Dask is missing, or the cluster can't be reached or gives up.
-        Stopped: `stop` returned True. No file was written, one that was there is whole.
+        Stopped: `stop` returned True. No file was written; an earlier one is unchanged.
     """
     with Sweep(study, fmu) as sweep:
         return sweep.run(out, **options)

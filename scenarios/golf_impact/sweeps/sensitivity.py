@@ -8,7 +8,7 @@ import numpy as np
 
 from golf_impact.sweeps.study import Study
 
-#: Points of the design: each costs an impact for every variable and two more.
+#: Points of the design: each takes an impact for every variable and two more.
 _POINTS = 1024
 
 
@@ -37,8 +37,8 @@ def sobol_indices(
     from scipy import stats
 
     def outputs_at(points: np.ndarray) -> np.ndarray:
-        columns = {one.name: values for one, values in zip(axes, points)}
-        columns |= {one.name: np.repeat(one.values, points.shape[1]) for one in study.grid}
+        columns = {axis.name: values for axis, values in zip(axes, points)}
+        columns |= {axis.name: np.repeat(axis.values, points.shape[1]) for axis in study.grid}
         outputs = outputs_of({name: columns[name] for name in study.names})
         if not np.isfinite(outputs).all():
             raise FloatingPointError
@@ -48,9 +48,9 @@ def sobol_indices(
         indices = stats.sobol_indices(
             func=outputs_at,
             n=_POINTS,
-            dists=[one.of_scipy() for one in axes],
+            dists=[axis.of_scipy() for axis in axes],
             random_state=np.random.default_rng(study.seed),
         )
     except FloatingPointError:
         return None
-    return {one.name: index for one, index in zip(axes, indices.first_order.tolist())}
+    return {axis.name: index for axis, index in zip(axes, indices.first_order.tolist())}

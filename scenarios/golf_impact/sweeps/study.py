@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from golf_impact.errors import UserError, missing_package
-from golf_impact.sweeps.axes import Axis, Distribution, Grid, axis
+from golf_impact.sweeps.axes import Axis, Distribution, Grid, parse_axis
 
-#: What is read unless a study says otherwise: what the end of a contact tells. Law 1 has to search
-#: for the extremes (max_force ...), and Booleans take a call of their own.
+#: Default outputs: those known at the end of contact. Law 1 has to search for extremes (max_force
+#: ...), and Booleans take a separate call.
 OUTPUTS = (
     "smash_factor",
     "coefficient_of_restitution",
@@ -25,10 +25,10 @@ OUTPUTS = (
     "contact_time",
 )
 
-#: How samples lie: independent, Latin hypercube, scrambled Sobol sequence.
+#: Sampling designs: independent, Latin hypercube, scrambled Sobol sequence.
 DESIGNS = ("random", "lhs", "sobol")
 
-#: SciPy's Sobol sequence has so many points.
+#: Length of SciPy's Sobol sequence.
 _MOST_OF_SOBOL = 2**30
 
 
@@ -36,9 +36,8 @@ _MOST_OF_SOBOL = 2**30
 class Study:
     """A parametric study.
 
-    The cases are those of the grid, the last axis running fastest; where an axis is a distribution,
-    every point of the grid gets the same samples (one where there is no distribution), which run
-    faster than all.
+    The cases are those of the grid; the last axis varies fastest. With a distribution, every point
+    of the grid has the same samples (otherwise one), which vary faster than any axis.
     """
 
     axes: tuple[Axis, ...]
@@ -69,12 +68,12 @@ class Study:
         Raises:
             UserError: an axis, an output or a number isn't allowed.
         """
-        axes = tuple(axis(name, given) for name, given in sets.items())
+        axes = tuple(parse_axis(name, spec) for name, spec in sets.items())
         chosen = OUTPUTS if outputs is None else tuple(name.strip() for name in outputs)
         number = 1 if number_of_samples is None else number_of_samples
         study = cls(axes, chosen, number, seed, design)
         random, samples = study.distributions, f"--samples {number:,}"
-        for refused, why in (
+        for refused, reason in (
             (not axes, "nothing is swept: give --set NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100"),
             (not chosen, "outputs is an empty list: name one at least, or leave it out"),
             (len({*chosen}) < len(chosen), f"--outputs {','.join(chosen)} names one output twice"),
@@ -82,7 +81,7 @@ class Study:
             (seed < 0, f"--seed {seed} is refused: it must be at least 0"),
             (
                 random and number_of_samples is None,
-                "a distribution is swept: say with --samples how many to draw",
+                "a distribution is swept: give the number of samples with --samples",
             ),
             (
                 number_of_samples is not None and not random,
@@ -95,34 +94,34 @@ class Study:
             ),
         ):
             if refused:
-                raise UserError(why)
+                raise UserError(reason)
         return study
 
     @property
     def grid(self) -> tuple[Grid, ...]:
-        """The axes that are rows of values."""
-        return tuple(one for one in self.axes if isinstance(one, Grid))
+        """The axes that are lists of values."""
+        return tuple(axis for axis in self.axes if isinstance(axis, Grid))
 
     @property
     def varied_grid(self) -> tuple[Grid, ...]:
         """Those of them with more than one value."""
-        return tuple(one for one in self.grid if len(one.values) > 1)
+        return tuple(axis for axis in self.grid if len(axis.values) > 1)
 
     @property
     def distributions(self) -> tuple[Distribution, ...]:
-        return tuple(one for one in self.axes if isinstance(one, Distribution))
+        return tuple(axis for axis in self.axes if isinstance(axis, Distribution))
 
     @property
     def names(self) -> tuple[str, ...]:
-        return tuple(one.name for one in self.axes)
+        return tuple(axis.name for axis in self.axes)
 
     @cached_property
     def cases(self) -> int:
-        return prod(len(one.values) for one in self.grid) * self.number_of_samples
+        return prod(len(axis.values) for axis in self.grid) * self.number_of_samples
 
     @property
     def memory(self) -> int:
-        """About the bytes that it takes at most, with its picture; chunks come on top."""
+        """Estimate of the largest memory in bytes, with the figure but without chunks."""
         return 40 * self.cases + 64 * self.number_of_samples * len(self.distributions)
 
     def columns(self, index: np.ndarray) -> dict[str, np.ndarray]:
@@ -132,21 +131,21 @@ class Study:
         """
         columns: dict[str, np.ndarray] = {}
         stride = self.number_of_samples
-        for one in reversed(self.axes):
-            if isinstance(one, Grid):
-                columns[one.name] = one.values[index // stride % len(one.values)]
-                stride *= len(one.values)
+        for axis in reversed(self.axes):
+            if isinstance(axis, Grid):
+                columns[axis.name] = axis.values[index // stride % len(axis.values)]
+                stride *= len(axis.values)
             else:
-                columns[one.name] = self._drawn[one.name][index % self.number_of_samples]
+                columns[axis.name] = self._samples[axis.name][index % self.number_of_samples]
         return {name: columns[name] for name in self.names}
 
     @cached_property
-    def _drawn(self) -> dict[str, np.ndarray]:
+    def _samples(self) -> dict[str, np.ndarray]:
         """The samples by variable, shape (number_of_samples,)."""
         generator, number = np.random.default_rng(self.seed), self.number_of_samples
         axes = self.distributions
         if self.design == "random":
-            return {one.name: one.draw(generator, number) for one in axes}
+            return {axis.name: axis.draw(generator, number) for axis in axes}
         try:
             from scipy.stats import qmc
         except ImportError as error:
@@ -155,11 +154,11 @@ class Study:
                 f"the design {self.design}", "SciPy", "sweep", otherwise
             ) from error
         if self.design == "lhs":
-            # Its dimensions are independent: one by one they take less memory.
+            # Its dimensions are independent: separately they take less memory.
             units = (qmc.LatinHypercube(1, seed=generator).random(number)[:, 0] for _ in axes)
         else:
             with warnings.catch_warnings():
                 # Balanced only for powers of 2: any other number is still a fair sample.
                 warnings.simplefilter("ignore", UserWarning)
                 units = iter(qmc.Sobol(len(axes), seed=generator).random(number).T)
-        return {one.name: one.of_scipy().ppf(next(units)) for one in axes}
+        return {axis.name: axis.of_scipy().ppf(next(units)) for axis in axes}

@@ -34,7 +34,7 @@ _WORDS = {str: "a text", list: "a list of names", int: "a whole number", bool: "
 def read_study(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Swept variables by name, as `Study.of` takes them, and the options of a study.
 
-    UserError if it can't be read, or has something else than these.
+    UserError if it can't be read, or contains anything else.
     """
     try:
         options = tomllib.loads(read_text(path))
@@ -45,7 +45,7 @@ def read_study(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         raise UserError(f"{path}: write a table [set] with a line for each swept variable")
     for name, value in sets.items():
         items = value if isinstance(value, list) else [value]
-        if not all(type(one) in (int, float, str) for one in items):
+        if not all(type(item) in (int, float, str) for item in items):
             raise UserError(f"{path}: {name} in [set] must be a number, a text or a list of them")
     for key, value in options.items():
         if key not in KEYS:

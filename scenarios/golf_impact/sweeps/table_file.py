@@ -1,4 +1,4 @@
-"""The file of a sweep: written aside while it grows, given its name when it is whole."""
+"""The file of a sweep: written under a temporary name, renamed when it is complete."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ def _parquet(stream: BinaryIO, study: Study, plan: Plan) -> Iterator[Write]:
         yield write
         if rows:
             write_group()
-    # What comes after needs memory, too.
+    # Later steps need the memory.
     pyarrow.default_memory_pool().release_unused()
 
 
 @contextmanager
 def table_file(path: Path, study: Study, plan: Plan) -> Iterator[Write]:
-    """What writes the file, for a `with` block: whole under its name then, or not there.
+    """A function that writes the file, for a `with` block; afterwards it is complete or absent.
 
     UserError if the file can't be written.
     """
