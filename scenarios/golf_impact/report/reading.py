@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from golf_build.packaging import bundled
+from golf_build.packaging import bundle
 from golf_impact.facts import document
 from golf_impact.report.outcome import Table
 
@@ -50,7 +50,7 @@ def locate(file: str, beginning: str) -> str:
     """
     package, _, inside = file.partition("/")
     if package == "golf_physics":
-        path, text = f"fmu_src/{file}", bundled()[inside].decode()
+        path, text = f"fmu_src/{file}", bundle()[inside].decode()
     else:
         scripts = _PACKAGE / "scripts" if (_PACKAGE / "scripts").is_dir() else _PACKAGE.parent
         folder = _PACKAGE.parent if package == "golf_impact" else scripts
