@@ -49,7 +49,7 @@ def refused_run(fmu, *words, tmp_path):
     assert list(temporary.iterdir()) == list(cwd.iterdir()) == []
 
 
-# What the command says, for one of each kind
+# Messages of the command, for one of each kind
 
 
 def truncated(tmp_path, files, fmu):

@@ -49,7 +49,7 @@ def pack(files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
 
 
 def write_archive(path: Path, files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> Path:
-    """Write files as an archive; its folder is made if necessary. OSError if it can't be written."""
+    """Write files as an archive; makes its folder if necessary. OSError: it can't be written."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole(path) as stream:
         stream.write(pack(files, method))

@@ -13,7 +13,7 @@ EPILOG = "Example: golf-impact bench --quick --out bench"
 
 def bench(
     quick: Annotated[
-        bool, typer.Option("--quick", help="A short run: the same, measured less.")
+        bool, typer.Option("--quick", help="A short run: the same with fewer measurements.")
     ] = False,
     folder: Annotated[
         Path, typer.Option("--out", help="The folder for bench.json and figures.")
@@ -41,9 +41,9 @@ def bench(
         about = costs_and_errors(quick, begin("benchmark", TICKS))
     figures, series = about["figures"], about.pop("series")
     targets = {
-        one.key: {"limit": one.in_words, "passed": one.met(figures[one.key])}
-        for one in LIMITS
-        if one.key in figures
+        limit.key: {"limit": limit.in_words, "passed": limit.met(figures[limit.key])}
+        for limit in LIMITS
+        if limit.key in figures
     }
     missed = [key for key, target in targets.items() if not target["passed"]]
     results: dict[str, Any] = {
@@ -119,7 +119,7 @@ def _conclusion(missed: list[str], figures: dict[str, float]) -> list[str]:
     return [f"{fast}{but}.", extended, limits]
 
 
-#: The ways to S, COR and E in words, by what their keys in bench.json are made of.
+#: The methods for S, COR and E in words, by the parts of their keys in bench.json.
 _WAYS = {
     "fmu": ("this FMU", ""),
     "compiled_euler": ("document's scheme, FMU in C", "impact_over_"),
@@ -140,7 +140,7 @@ def _show(results: dict[str, Any]) -> None:
     print_paragraphs([", ".join(words + versions)])
 
     def judged(key: str) -> tuple[str, Any]:
-        """The target of a figure, and whether it is met; nothing for one without."""
+        """The target of a figure, and whether it is met; empty if it has none."""
         target = results["targets"].get(key)
         return (target["limit"], verdict(target["passed"])) if target else ("", "")
 
@@ -181,7 +181,7 @@ def _show(results: dict[str, Any]) -> None:
 
 
 def verdict(passed: bool, number: int | str = "") -> Any:
-    """A cell that says whether something holds."""
+    """A cell with the verdict on a check."""
     from rich.text import Text
 
     return Text("pass", "green") if passed else Text(f"FAIL {number}".strip(), "red")

@@ -48,7 +48,9 @@ def check_any_law(report: Report, name: str, values: Mapping[str, float], metric
         report.check_close(claim, metrics[metric], solved[metric], _SOLVED_WITHIN * scale)
 
 
-def _check_balances(report: Report, name: str, values: Mapping[str, float], metrics: Metrics) -> None:
+def _check_balances(
+    report: Report, name: str, values: Mapping[str, float], metrics: Metrics
+) -> None:
     m_club, m_ball = values["m_club"], values["m_ball"]
     u_club, u_ball = values["club_speed"], values["ball_speed"]
     touch, time = metrics["touch_time"], metrics["contact_time"]
@@ -64,7 +66,7 @@ def _check_balances(report: Report, name: str, values: Mapping[str, float], metr
     club_moved, ball_moved = (end[f"{body}_position"] - u_ball * touch for body in ("club", "ball"))
     momentum = m_club * abs(u_club) + m_ball * abs(u_ball)
     energy = 0.5 * (m_club * u_club**2 + m_ball * u_ball**2)
-    # What the force hasn't values the ball is drag on it, and that is a coefficient times the way.
+    # The rest of the ball's change of momentum is drag: a coefficient times its travel.
     impulse = metrics["impulse"]
     dragged = impulse - m_ball * (v_ball - u_ball)
     drag = 0.0 if abs(dragged) <= 1e-9 * momentum else dragged / ball_moved

@@ -25,7 +25,7 @@ OURS = "this FMU"
 #: From a case and a step size (s) to its outcome.
 Solve = Callable[[Case, float], Outcome]
 
-#: Between which errors the colours change: two decades a colour up to 1, and beyond, where no digit
+#: Errors at which the colours change: two decades a colour up to 1, and beyond, where no digit
 #: is right, in colours of their own.
 _BOUNDS = [*(10.0**power for power in range(-16, 1, 2)), 10.0, 1e3, 1e6]
 _NO_DIGIT = ("#F2A48B", figures.VERMILION, "#7A2000")
