@@ -37,9 +37,9 @@ CALLS = (
     Limit("instantiate_over_empty", "instantiate / an empty FMU with as many variables", 1.3),
     Limit("run_set_in_initialization_over_after", _SET, 1.25),
     Limit("run_law1_over_law2", "such runs, law 1 / law 2", 1.3),
-    # On the reference machine a contact in extended precision may take 0.6 ms, and a step in it that
-    # is read 40 µs; one in closed form (law 1) takes 16.6 µs. Times differ between machines, ratios
-    # within one run of the benchmark don't.
+    # On the reference machine a contact in extended precision may take 0.6 ms, and a step in it
+    # that is read 40 µs; one in closed form (law 1) takes 16.6 µs. Times differ between machines,
+    # ratios within one run of the benchmark don't.
     Limit("unusual_impact_over_usual", _EXTENDED, 36.0),
     Limit("unusual_read_over_usual_run", _READ, 2.4),
 )
