@@ -30,15 +30,15 @@ _IMPACT = (
 
 _SET = "a run whose inputs are set in initialization mode / after it"
 _EXTENDED = "an impact in extended precision / one in closed form (0.6 ms / 16.6 µs)"
-_READ = "a step in extended precision, read / such an impact (40 µs / 16.6 µs)"
+_READ = "a step read in extended precision / such an impact (40 µs / 16.6 µs)"
 CALLS = (
     Limit("do_step_over_empty", "doStep / the empty FMU's", 1.1),
     Limit("step_and_read5_over_empty", "doStep + getReal of 5 in contact / the empty FMU's", 1.03),
     Limit("instantiate_over_empty", "instantiate / an empty FMU with as many variables", 1.3),
     Limit("run_set_in_initialization_over_after", _SET, 1.25),
     Limit("run_law1_over_law2", "such runs, law 1 / law 2", 1.3),
-    # On the reference machine a contact in extended precision may take 0.6 ms, and a step in it
-    # that is read 40 µs; one in closed form (law 1) takes 16.6 µs. Times differ between machines,
+    # On the reference machine an impact in extended precision may take 0.6 ms, and a step that is
+    # read 40 µs; an impact of law 1 in closed form takes 16.6 µs. Times differ between machines,
     # ratios within one run of the benchmark don't.
     Limit("unusual_impact_over_usual", _EXTENDED, 36.0),
     Limit("unusual_read_over_usual_run", _READ, 2.4),

@@ -13,7 +13,7 @@ EPILOG = "Example: golf-impact bench --quick --out bench"
 
 def bench(
     quick: Annotated[
-        bool, typer.Option("--quick", help="A short run: the same with fewer measurements.")
+        bool, typer.Option("--quick", help="A short run: the same, measured less.")
     ] = False,
     folder: Annotated[
         Path, typer.Option("--out", help="The folder for bench.json and figures.")
