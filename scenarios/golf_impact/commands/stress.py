@@ -59,7 +59,7 @@ def _conclusion(results: dict[str, Any]) -> list[str]:
     second = (
         "Limits. This doesn't show that the equations describe a golf ball, and covers no inputs "
         "outside the ranges drawn from. After an approach of duration A, times have an error of "
-        "4e-16 A relative to the contact time T."
+        "4e-16 A/T relative to the contact time T."
     )
     return [first, second]
 
