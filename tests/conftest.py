@@ -15,9 +15,9 @@ from hypothesis import HealthCheck, settings
 
 from golf_build import standalone as standalone_build
 from golf_build.system import COMPANIONS
-from golf_impact.commands import doctor
 from golf_impact.fmu.file import build_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.fmu.libpython import find_libpython_for
 from golf_impact.fmu.system import build_system
 
 pytest_plugins = ["companions"]
@@ -218,10 +218,10 @@ def freed(compiled):
 @pytest.fixture(scope="session")
 def libpython(fmu_path):
     """A libpython that a native host can load the FMU with."""
-    for file in doctor.libpython_files():
-        if doctor.preloaded(file, fmu_path) is None:
-            return file
-    pytest.skip("there is no shared libpython on this machine")
+    file = find_libpython_for(fmu_path)
+    if file is None:
+        pytest.skip("there is no shared libpython on this machine")
+    return file
 
 
 def require(tool):

@@ -8,22 +8,10 @@ from fmpy.fmi1 import FMICallException
 from golf_impact.fmu.impact_fmu import METRICS
 
 
-def set_real(fmu, name, value):
-    fmu.slave.setReal(fmu.references([name]), [value])
-
-
 def begin(fmu, **values):
     """As ImpactFmu.start, without an error: the test checks the messages of the FMU."""
-    slave = fmu.slave
-    fmu.restore_initial_state(fmu.slave)
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
     fmu.messages.clear()
-    for name, value in values.items():
-        if name == "law":
-            slave.setInteger(fmu.references([name]), [value])
-        else:
-            set_real(fmu, name, value)
+    fmu.begin(values)
 
 
 def is_discarded(fmu, point=0.0, size=1e-4):
@@ -64,7 +52,7 @@ def test_out_of_range_before_the_run(fmu, name, value, allowed):
     fmu.end_initialization()
     assert is_discarded(fmu)
     assert is_discarded(fmu), "it stays refused until it is corrected"
-    set_real(fmu, name, good)
+    fmu.set({name: good})
     fmu.slave.doStep(0.0, 1.0)
     assert fmu.read(METRICS) == fmu.impact()
 
@@ -76,7 +64,7 @@ def test_no_such_law(fmu, law):
     assert "1 (absolute) or 2 (relative)" in fmu.messages[0]
     fmu.end_initialization()
     assert is_discarded(fmu)
-    fmu.slave.setInteger(fmu.references(["law"]), [2])
+    fmu.set({"law": 2})
     fmu.slave.doStep(0.0, 1.0)
     assert fmu.read(METRICS) == fmu.impact(law=2)
 
@@ -87,11 +75,11 @@ def test_out_of_range_in_mid_contact(fmu, name, value, allowed):
     fmu.end_initialization()
     fmu.slave.doStep(0.0, 3e-4)
     before = fmu.read(METRICS)
-    set_real(fmu, name, value)
+    fmu.set({name: value})
     assert allowed in fmu.messages[-1]
     assert is_discarded(fmu, 3e-4)
     assert fmu.read(METRICS) == before
-    set_real(fmu, name, float(fmu.variables[name].start))
+    fmu.set({name: float(fmu.variables[name].start)})
     fmu.slave.doStep(3e-4, 1.0)
     after = fmu.read(METRICS)
     fmu.start()
@@ -143,6 +131,6 @@ def test_calls_in_the_wrong_state(fmu):
     slave.terminate()
     assert fmu.read(METRICS) == last
     assert is_discarded(fmu, 1.0)
-    set_real(fmu, "k", 2e6)
+    fmu.set({"k": 2e6})
     assert "after the end of the run" in fmu.messages[-1]
     assert fmu.impact() == last

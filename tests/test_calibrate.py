@@ -6,14 +6,13 @@ import random
 import shlex
 import sys
 
-import numpy as np
 import pytest
 from command import golf, golf_here, refused
 from conftest import numbers
 
 from golf_build.extras import install_command
 from golf_impact.calibration.calibration import Calibration
-from golf_impact.calibration.fit import ContactLaw, _Problem, fit
+from golf_impact.calibration.fit import ContactLaw, fit
 from golf_impact.calibration.measurements import (
     TARGETS,
     Conditions,
@@ -38,7 +37,7 @@ def targets(impact=IMPACT, **values):
 
 def of_impact(fmu, names, **values):
     """Targets that the FMU itself gives, with σ of 1 %."""
-    outputs = [TARGETS[name][0] for name in names]
+    outputs = [TARGETS[name] for name in names]
     predicted = fmu.impact(outputs, **values)
     return targets(**{name: predicted[output] for name, output in zip(names, outputs, strict=True)})
 
@@ -67,7 +66,7 @@ def test_inverse_of_kelvin_voigt(fmu, restitution):
 
 
 def random_case(fmu, seed):
-    """A model, the values of an impact far beyond golf, targets of it, and the generator."""
+    """Impact, law and parameters far beyond golf, targets of them, and the generator."""
     draw = random.Random(seed)
     impact = Conditions(draw.uniform(5, 70), draw.uniform(0.1, 0.4), draw.uniform(0.03, 0.06))
     law = draw.choice((1, 2, 2, 2))
@@ -79,36 +78,40 @@ def random_case(fmu, seed):
     speeds = draw.sample(("ball_speed", "club_speed_after", "cor"), draw.randint(1, 3))
     sizes = ["contact_time", "max_force", "time_of_max_force"]
     names = speeds + draw.sample(sizes, draw.randint(2 if free else 1, 3))
-    model = _Problem(fmu, targets(impact, contact_time=1e-3), chosen)
-    coordinates = {"length": math.log(length), "damping": math.asinh(zeta), "exponent": n}
-    values = model.values(np.array([coordinates[name] for name in model.coordinates]))
-    predicted = model.scalars(values)
-    if math.isnan(predicted["cor"]):
+    # k and b of an undamped compression of this length and of this damping ratio.
+    d, m = chosen.reference_compression, 0.5 * (n + 1.0)
+    k = impact.reduced_mass * m * (impact.club_speed / length) ** 2 * (d / length) ** (n - 1.0)
+    b = zeta * math.sqrt(4.0 * m * k * impact.reduced_mass)
+    true = {"law": law, "k": k, "b": b, "exponent": n, "reference_compression": d}
+    outputs = {name: TARGETS[name] for name in names}
+    predicted = fmu.impact(list(outputs.values()), **true, **vars(impact))
+    if any(map(math.isnan, predicted.values())):
         pytest.skip("these bodies never separate")
-    return model, values, {name: predicted[name] for name in names}, draw
+    measured = {name: predicted[output] for name, output in outputs.items()}
+    return impact, chosen, true, measured, draw
 
 
 @pytest.mark.parametrize("seed", numbers(2, 10, 40))
 def test_round_trip(fmu, seed):
-    """The parameters are found again, or are among the equally good answers."""
-    model, true, measured, _ = random_case(fmu, seed)
-    fitted = fit(fmu, targets(model.data.conditions, **measured), model.law)
+    """The measurements are met; and the same parameters are found if they are the only answer."""
+    impact, law, true, measured, _ = random_case(fmu, seed)
+    fitted = fit(fmu, targets(impact, **measured), law)
     assert fitted.chi_squared < 1e-4
-    assert any(
-        all(answer[name] == pytest.approx(true[name], rel=2e-3) for name in fitted.parameters)
-        for answer in (fitted.values, *fitted.others)
-    )
+    # COR determines the damping, a time or a force k; times and forces may leave two exponents.
+    if law.exponent is not None:
+        for name in fitted.parameters:
+            assert fitted.values[name] == pytest.approx(true[name], rel=2e-3)
 
 
 @pytest.mark.parametrize("seed", numbers(1, 4, 15))
 def test_noisy_targets(fmu, seed):
     """No answer is better than the one found: not even the truth."""
-    model, _, measured, draw = random_case(fmu, 1000 + seed)
+    impact, law, _, measured, draw = random_case(fmu, 1000 + seed)
     noisy = {}
     for name, value in measured.items():
         sigma = 10.0 ** draw.uniform(-5.0, -1.3) * abs(value)
         noisy[name] = Target(value + sigma * draw.gauss(0.0, 1.0), sigma)
-    fitted = fit(fmu, Measurements(model.data.conditions, noisy), model.law)
+    fitted = fit(fmu, Measurements(impact, noisy), law)
     truth = sum(((measured[name] - t.value) / t.sigma) ** 2 for name, t in noisy.items())
     # Rounding the parameters changes χ² by 1e-6 of their number.
     assert fitted.chi_squared <= truth * (1.0 + 1e-9) + 1e-4
@@ -151,19 +154,13 @@ def test_no_damping_is_within_reach(fmu):
     assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
     assert fitted.residuals[0] == pytest.approx(-0.27, abs=0.02)
     assert fitted.parameters["b"].standard_error is None
-    assert "b = 0: it is at its limit" in Calibration(fmu, faster, LINEAR).words[0]
+    assert "b = 0 is at its limit" in Calibration(faster, LINEAR).words[0]
 
 
-def test_two_answers_are_both_given(fmu):
+def test_of_two_answers_the_less_damped_one(fmu):
     """Time and force of a linear ball fit a little damping, or very much."""
     wanted = of_impact(fmu, ("contact_time", "max_force"), law=2, k=9e5, b=40.0)
-    fitted = fit(fmu, wanted, LINEAR)
-    assert fitted.values["b"] == pytest.approx(40.0, rel=1e-4)
-    (other,) = fitted.others
-    assert other["b"] > 4.0 * 40.0
-    again = fmu.impact(("contact_time", "max_force"), **other)
-    for name, value in again.items():
-        assert value == pytest.approx(wanted.targets[name].value, rel=1e-6)
+    assert fit(fmu, wanted, LINEAR).values["b"] == pytest.approx(40.0, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -179,12 +176,9 @@ def test_two_answers_are_both_given(fmu):
         ("--cor 0.7 --max-force 6.6", "6600 for 6.6 kN"),
         ("--cor 0.7 --contact-time 6e-4 --sigma-cor 0", "--sigma-cor 0"),
         ("--cor 0.7 --sigma-max-force 1", "without --max-force"),
-        ("--ball-speed 60 --contact-time 6e-4", "--ball-speed 60 is refused"),
-        ("--ball-speed 20 --contact-time 6e-4", "must be above 0 and below 1"),
-        ("--club-speed-after 30 --contact-time 6e-4", "--club-speed-after 30"),
         ("--cor 0.7", "too few targets"),
         ("--ball-speed 50 --club-speed-after 24 --cor 0.74", "count once"),
-        ("--cor 0.7 --contact-time 6e-4 --exponent free", "need 3 independent ones"),
+        ("--cor 0.7 --contact-time 6e-4 --exponent free", "3 are needed"),
         ("", "--cor 0.743 --contact-time 600e-6"),
         ("--cor 0.7 --contact-time 6e-4 --club-speed -1", "--club-speed -1"),
         ("--cor 0.7 --contact-time 6e-4 --m-club 210", "0.21 for 210 g"),
@@ -263,7 +257,7 @@ def test_the_command(tmp_path):
     assert done.returncode == 0, done.stderr
     (file,) = tmp_path.glob("*_results.json")
     case = json.loads(file.read_text())["custom"]["custom"]
-    for name, (output, *_) in TARGETS.items():
+    for name, output in TARGETS.items():
         assert case[output] == written["predicted"][name]
 
 

@@ -143,10 +143,10 @@ def test_all_together(fmu):
         curve=curve(fmu, 1, **penner),
         cor_speeds=line(1),
     )
-    calibration = Calibration(fmu, data, FREE)
+    calibration = Calibration(data, FREE)
     assert list(calibration.parameters) == ["k", "exponent", *penner]
     assert max(map(abs, deviations(calibration.fit, {**BALL, **penner}))) < 4.0
-    alone = fit(fmu, Measurements(series={"cor_speeds": data.cor_speeds}), LINEAR)
+    alone = fit(fmu, Measurements(cor_speeds=data.cor_speeds), LINEAR)
     for name in penner:
         assert (
             calibration.parameters[name].standard_error
@@ -158,12 +158,12 @@ def test_all_together(fmu):
 
 def test_the_wrong_law_is_noticed(fmu):
     data = measurements({}, curve=curve(fmu))
-    calibration = Calibration(fmu, data, LINEAR)
+    calibration = Calibration(data, LINEAR)
     assert any("correlated" in words for words in calibration.words)
     assert calibration.words[-1].startswith("power law, n free describes")
-    assert not any("correlated" in words for words in Calibration(fmu, data, FREE).words)
+    assert not any("correlated" in words for words in Calibration(data, FREE).words)
     stated = measurements({}, curve=(*curve(fmu), np.full(200, 40.0)))
-    assert any("doesn't fit" in words for words in Calibration(fmu, stated, LINEAR).words)
+    assert any("doesn't fit" in words for words in Calibration(stated, LINEAR).words)
 
 
 def test_predictions_are_the_fmus(fmu):
@@ -267,8 +267,6 @@ def changed(row=None, column=1, value=None, scale=(1.0, 1.0), rows=slice(None)):
         (changed(scale=(1.0, 1e-3)), ("row 36 (line 37)", "not kN")),
         (changed(scale=(1.0, 0.0)), ("row 1 (line 2)", "no touch")),
         (changed(scale=(1.0, -1.0)), ("no touch", "counts as positive")),
-        (changed(rows=slice(30, None)), ("row 1 (line 2)", "begins at")),
-        (changed(rows=slice(0, 40)), ("row 40 (line 41)", "ends at")),
         (changed(rows=slice(0, None, 20)), ("rows in contact",)),
     ],
 )

@@ -16,8 +16,8 @@ def test_version_and_help():
     from golf_impact import __version__
 
     assert golf_here("--version").stdout == f"golf-impact {__version__}\n"
-    for command in ((), ("run",), ("build",), ("list",), ("calibrate",), ("sweep",)):
-        done = golf_here(*command, "--help")
+    for arguments in ((), *((name, "--help") for name in ("run", "build", "calibrate", "sweep"))):
+        done = golf_here(*arguments)
         assert done.returncode == 0
         assert "Usage" in done.stdout
 
@@ -111,29 +111,24 @@ def test_results_without_a_contact_or_a_separation(tmp_path, arguments, words, m
 def test_own_cases_do_not_overwrite_each_other(tmp_path):
     """Even if their names are too long for a file and have the same beginning."""
     many = [f"--set={name}=0.12345678901234567" for name in ("m_club", "m_ball", "gap", "b")]
-    runs = [("--set", "k=8e5"), ("--set", "k=9e5"), ("--ball", "tour"), ("--ball", "document")]
+    runs = [("--set", "k=8e5"), ("--ball", "tour")]
     runs += [(*many, "--set", f"ball_diameter={value}") for value in (0.04, 0.05)]
     for n, arguments in enumerate(runs, 1):
         done = golf_here("run", *arguments, "--no-figures", "--out", tmp_path)
         assert done.returncode == 0, done.stderr
         for pattern in ("custom*.csv", "custom*_results.json", "custom*_report.html"):
             assert len(list(tmp_path.glob(pattern))) == n
-    assert (tmp_path / "custom_k=800000.csv").is_file()
-    assert (tmp_path / "custom_tour.csv").is_file()
 
 
 def test_balls_beside_each_other(tmp_path):
     balls = ("--ball", "tour", "--ball", "document", "--ball", "tour")
     done = golf_here("run", *balls, "--set", "club_speed=42", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
+    assert "Your cases: tour, document, club_speed = 42 m/s" in done.stdout
     (file,) = tmp_path.glob("*_results.json")
     cases = json.loads(file.read_text())["custom"]
     assert list(cases) == ["tour", "document"]
     assert cases["tour"]["max_force"] != cases["document"]["max_force"]
-    assert "Your cases: tour, document, club_speed = 42 m/s" in done.stdout
-    stems = {"custom_tour", "custom_document", "custom_tour_document"}
-    found = {path.stem.split("_club_speed=42")[0] for path in tmp_path.glob("custom*")}
-    assert found == stems
 
 
 @pytest.mark.parametrize("ball", ["document", "tour"])
@@ -158,7 +153,6 @@ def test_the_figure_of_an_own_case(fmu, ball):
     ("arguments", "words"),
     [
         (("--set", "m_club=200"), "--set m_club=200 is taken in kg: write --set m_club=0.2 for"),
-        (("--set", "m_ball=46"), "--set m_ball=46 is taken in kg"),
         (("table1", "--set", "k=8e5"), "a case of your own; they don't change table1"),
         (("table1", "--ball", "tour"), "a case of your own; they don't change table1"),
         (("--set", "m_club=10"), None),
@@ -219,7 +213,6 @@ RUN = "TITLE = 'mine'\ndef run(fmu):\n    "
     [
         (None, ("there is no script", "mine.py")),
         ("TITLE = ", ("mine.py, line 1", "SyntaxError")),
-        ("import sys\nsys.exit('no')", ("mine.py, line 2", "SystemExit: no")),
         ("import numpy\n\nnumpy.nothing", ("mine.py, line 3", "AttributeError")),
         ("run = print", ("mine.py is not a scenario", 'TITLE = "..."')),
         ("TITLE = 'mine'", ("mine.py is not a scenario", "run(fmu)")),
@@ -231,7 +224,6 @@ RUN = "TITLE = 'mine'\ndef run(fmu):\n    "
             ("line 3", "'cor'", "smash_factor, coefficient_of_restitution"),
         ),
         (RUN + "fmu.impact(['separated'])", ("line 3", "separated is Boolean")),
-        (RUN + "fmu.trajectory(names=['forc'])", ("line 3", "'forc'", "force, club_position")),
     ],
 )
 def test_a_script_that_is_no_scenario(tmp_path, text, words):
@@ -247,30 +239,22 @@ def test_two_scenarios_of_one_name(tmp_path):
     refused(golf_here("run", "table1", tmp_path / "table1.py", "--out", tmp_path / "out"), "table1")
 
 
-@pytest.mark.parametrize(
-    ("passed", "colour"), [pytest.param(True, "32m", marks=pytest.mark.ci), (False, "31m")]
-)
+@pytest.mark.parametrize(("passed", "colour"), [(True, "32m"), (False, "31m")])
 def test_the_verdict_has_a_colour(tmp_path, passed, colour):
-    done = golf("run", script_whose_check(passed, tmp_path), "--out", tmp_path, env=TERMINAL)
+    script = tmp_path / "mine.py"
+    script.write_text(
+        "from golf_impact.scenario import Report\nTITLE = 'Mine'\ndef run(fmu):\n"
+        f"    report = Report(TITLE, fmu)\n    report.check('so it is', {passed})\n"
+        "    return report\n"
+    )
+    terminal = {"FORCE_COLOR": "1", "TERM": "xterm"}
+    done = golf("run", script, "--out", tmp_path, env=terminal)
     assert done.returncode == (0 if passed else 1)
     assert ("Check failed: mine: so it is" in done.stderr) == (not passed)
     *_, own, _, total, _ = done.stdout.splitlines()
     for line in (own, total):
         assert colour in line
         assert f"{int(passed)} of 1 checks passed" in line
-
-
-TERMINAL = {"FORCE_COLOR": "1", "TERM": "xterm"}
-
-
-def script_whose_check(passed, folder):
-    script = folder / "mine.py"
-    script.write_text(
-        "from golf_impact.scenario import Report\nTITLE = 'Mine'\ndef run(fmu):\n"
-        f"    report = Report(TITLE, fmu)\n    report.check('so it is', {passed})\n"
-        "    return report\n"
-    )
-    return script
 
 
 @pytest.mark.ci
@@ -286,33 +270,21 @@ def test_a_backend_that_matplotlib_does_not_have(tmp_path):
     [
         (("baselin",), ("baselin", "baseline, club_speed")),
         (("--set", "stiffness=1"), ("stiffness", "k, b, club_speed")),
-        (("--set", "force=1"), ("force", "k, b, club_speed")),
         (("--set", "k=hard"), ("hard", "no number")),
         (("--set", "k"), ("NAME=VALUE",)),
         (("--set", "k=-1"), ("--set k=-1: k = -1.0 N/m", "> 0")),
         (("--set", "b=9", "--set", "gap=-1e-3"), ("--set gap=-1e-3: gap = -0.001 m", ">= 0")),
-        (("--set", "k=nan"), ("k = nan", "> 0")),
-        (("--set", "gap=-1"), ("gap", ">= 0")),
         (("--set", "law=3"), ("law = 3", "1 (absolute) or 2 (relative)")),
-        (("--set", "law=1.5"), ("law", "whole number")),
         (("--set", "law=relative"), ("law=relative", "1 (absolute) or 2 (relative)")),
         (("--set", "exponent=1.5"), ("exponent", "law = 1")),
         (("--set", "b=inf"), ("b = inf", ">= 0")),
         (("--set", "law=4294967298"), ("law", "whole number")),
-        (("--set", "law=nan"), ("law", "whole number")),
         (("--set", "k=1", "--set", "k=2"), ("k is given twice",)),
     ],
 )
 def test_bad_arguments(tmp_path, arguments, words):
     refused(golf_here("run", *arguments, "--out", tmp_path), *words)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_results_of_an_earlier_run_stay_whole(tmp_path):
-    assert golf_here("run", "table1", "--out", tmp_path).returncode == 0
-    before = (tmp_path / "results.json").read_bytes()
-    refused(golf_here("run", "table1", "--set", "k=-1", "--out", tmp_path), "k = -1.0")
-    assert (tmp_path / "results.json").read_bytes() == before
 
 
 @pytest.mark.ci
@@ -329,7 +301,6 @@ def test_a_terminal_without_greek_letters(tmp_path):
         (("nothing",), ("nothing",)),
         (("sweep", "--seed", "abc"), ("--seed",)),
         (("run", ":100:"), (":100:",)),
-        (("sweep", "--set", "k=log:-1:1:5", "--out", "x.csv"), ("k=log:-1:1:5",)),
         (("sweep", "--set", "k=2:1:5", "--out", "x.csv"), ("above its end",)),
         (("sweep", "--set", "k=1", "--set", "k=2", "--out", "x.csv"), ("twice",)),
         (("sweep", "--set", "k=1e6"), ("--out FILE.csv",)),
@@ -339,9 +310,3 @@ def test_one_line_for_any_mistake(arguments, words, tmp_path):
     done = golf_here(*arguments, cwd=tmp_path)
     refused(done, *words)
     assert len(done.stderr.strip().splitlines()) == 1
-
-
-def test_no_arguments_show_help():
-    done = golf()
-    assert done.returncode == 2
-    assert "Usage" in done.stdout + done.stderr

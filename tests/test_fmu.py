@@ -276,16 +276,6 @@ def test_touch_at_a_communication_point_is_not_final(fmu, law, count):
     assert finish(read_outputs=True) == pytest.approx(finish(read_outputs=False), rel=1e-13)
 
 
-def test_touch_in_one_step_is_not_final(fmu):
-    fmu.start(gap=0.035)
-    fmu.step(0.0, 1e-3)
-    assert fmu.read(["contact_time"])["contact_time"] == 0.0
-    fmu.slave.setReal(fmu.references(["club_speed"]), [40.0])
-    fmu.step(1e-3, 1.0)
-    outputs = fmu.read(METRICS)
-    assert outputs["ball_velocity"] / outputs["smash_factor"] == pytest.approx(40.0)
-
-
 @pytest.mark.parametrize("steps", [1, 700])
 @pytest.mark.parametrize("case", range(4))
 def test_power_law_through_the_fmu(fmu, case, steps):

@@ -79,8 +79,4 @@ def test_an_impact_never_changes(values):
 def test_inputs_that_make_no_difference_keep_the_contact():
     impact, (k, b, _) = impact_of({})
     contact = impact.at(1e-4, 0.0)
-    other = contact.with_inputs((k, b, 50.0), 1e-4, 0.0)
-    assert other.phase is contact.phase
-    assert other.inputs == (k, b, 50.0)
-    assert contact.inputs == (k, b, 35.0)
-    assert other.at(1.0, 0.0).state(1.0, 0.0) == contact.at(1.0, 0.0).state(1.0, 0.0)
+    assert contact.with_inputs((k, b, 50.0), 1e-4, 0.0) is contact

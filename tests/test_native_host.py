@@ -9,6 +9,7 @@ from command import run
 from conftest import HOST_TASKS, LAW_1
 
 from golf_impact.commands import doctor
+from golf_impact.fmu.archive import find_odd_characters
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +78,7 @@ def test_the_line_that_doctor_prints_works(host, fmu_path, libpython, capsys):
     same(host("impact", "1e-3", preload=False, **settings))
 
 
-def test_doctor_never_fails(fmu_path, tmp_path, monkeypatch, capsys):
+def test_doctor_on_files_that_are_no_fmu(tmp_path, capsys):
     damaged = tmp_path / "damaged.fmu"
     damaged.write_bytes(b"PK no zip")
     for file in (damaged, tmp_path / "missing.fmu", tmp_path):
@@ -85,8 +86,6 @@ def test_doctor_never_fails(fmu_path, tmp_path, monkeypatch, capsys):
         shown = capsys.readouterr().out.splitlines()
         (line,) = (text for text in shown if text.startswith("problem"))
         assert str(file) in line
-    monkeypatch.setattr(doctor.subprocess, "run", lambda *a, **k: 1 / 0)
-    assert any("couldn't be examined" in text for _, text in doctor.examine(fmu_path))
 
 
 @pytest.mark.parametrize(
@@ -98,7 +97,7 @@ def test_doctor_recognizes_folders_that_pythonfmu_crashes_in(
 ):
     place = tmp_path / folder
     place.mkdir()
-    assert set(doctor.find_odd_characters(Path("/") / folder)) == set(odd)
+    assert set(find_odd_characters(Path("/") / folder)) == set(odd)
     monkeypatch.setenv("TMPDIR", str(place))
     monkeypatch.setattr("tempfile.tempdir", None)
     doctor.doctor(fmu_path)

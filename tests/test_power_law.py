@@ -1,25 +1,20 @@
-"""The contact law with an exponent: against references of 25 digits, quadrature and integration.
+"""The contact law with an exponent: against quadrature with 30 digits, and integration.
 
 The bar for this law is 1e-10 on the scales of the tolerance table. Closed forms and series do much
 better, so the tolerances here are tighter; the worst case measured stands beside each.
 """
 
-import json
 import math
-import random
 from itertools import pairwise
 from operator import mul
-from pathlib import Path
 from typing import NamedTuple
 
 import mpmath
 import pytest
-from golf_physics.laws import contact as contacts
-from golf_physics.laws import relative
+from golf_physics.laws.contact import InitialState
 from golf_physics.laws.power_law import PowerLawContact
 from numpy.polynomial.legendre import leggauss
 from scipy.integrate import solve_ivp
-from test_two_ways import contact_of
 
 #: The bar of exponent 1, which this law keeps too: rounding, and series of 18 terms.
 BAR = 1e-13
@@ -36,13 +31,8 @@ _mp.dps = 30
 mpf = _mp.mpf
 
 
-def power_law(
-    k, b, m_club, m_ball, x_club, compression, v_club, v_ball, closing=None, *,
-    exponent, reference_compression,
-):  # fmt: skip
-    closing = v_club - v_ball if closing is None else closing
-    start = contacts.InitialState(x_club, compression, v_club, v_ball, closing)
-    return PowerLawContact(k, b, m_club, m_ball, start, exponent, reference_compression)
+def contact(k, b, n, *start):
+    return PowerLawContact(k, b, M_CLUB, M_BALL, InitialState(*start), n, D_R)
 
 
 def state_of(phase, t):
@@ -61,19 +51,8 @@ class Start(NamedTuple):
     v_ball: float = 0.0
 
     def phase(self, **changed):
-        start = self._replace(**changed)
-        return power_law(
-            start.k,
-            start.b,
-            M_CLUB,
-            M_BALL,
-            0.0,
-            start.compression,
-            start.v_club,
-            start.v_ball,
-            exponent=start.n,
-            reference_compression=D_R,
-        )
+        k, b, n, compression, v_club, v_ball = start = self._replace(**changed)
+        return contact(k, b, n, 0.0, compression, v_club, v_ball, start.closing)
 
     @property
     def closing(self):
@@ -92,52 +71,6 @@ def off(value, exact, scale=None):
 
 def damping(k, n, zeta):
     return 2.0 * zeta * math.sqrt(0.5 * (n + 1.0) * k * MU)
-
-
-# The printed references
-
-
-def _reference_cases():
-    table = json.loads((Path(__file__).parent / "data" / "power_law.json").read_text())
-    return [pytest.param(case, id=f"power-law-{n}") for n, case in enumerate(table["cases"])]
-
-
-@pytest.mark.parametrize("case", _reference_cases())
-def test_reference(case):
-    given = {name: float(value) for name, value in case["inputs"].items()}
-    expected = {name: float(value) for name, value in case["results"].items()}
-    n, u = given["n"], given["u_club_mps"]
-    b = expected["c"] * D_R ** (0.5 * (n - 1.0))
-    phase = power_law(
-        given["spring_force_at_5mm_N"] / D_R,
-        b,
-        given["m_club_kg"],
-        given["m_ball_kg"],
-        0.0,
-        0.0,
-        u,
-        0.0,
-        exponent=n,
-        reference_compression=D_R,
-    )
-    time = phase.duration
-    force, x_club, x_ball, v_club, v_ball, d = state_of(phase, time)
-    # The references' quadratures are good to 1e-15. Worst here: 5e-16 (compression at the end), and
-    # 1.2e-15 where it is a difference of positions.
-    bar = 1e-14
-    assert off(time, expected["T"]) < bar
-    assert force == 0.0
-    assert off(v_club, expected["v_club"]) < bar
-    assert off(v_ball, expected["v_ball"]) < bar
-    assert off((v_ball - v_club) / u, expected["e"]) < bar
-    assert off(d, expected["dsep"]) < bar
-    assert off(x_club - x_ball, expected["dsep"]) < bar
-    largest, when = phase.peak_force(time)
-    assert off(largest, expected["F"]) < bar
-    assert off(when, expected["tF"]) < bar
-    assert off(phase.peak_compression(time), expected["dmax"]) < bar
-    assert off(state_of(phase, expected["t_dmax"])[5], expected["dmax"]) < bar
-    assert off(phase.closing(expected["t_dmax"]), 0.0, u) < bar
 
 
 # Quadrature with 30 digits, from touch
@@ -331,26 +264,6 @@ def test_against_integration(start):
         assert state_of(phase, step)[0] < force
 
 
-@pytest.mark.parametrize(("n", "smoothing"), [(1.5, 4), (2.0, 2), (3.0, 1), (1.25, 8)])
-def test_touch_against_integration_over_compression(n, smoothing):
-    # The law's infinite slope at d = 0 disappears with d = z^smoothing as the variable.
-    start = Start(8e5, damping(8e5, n, 0.3), n)
-    phase = start.phase()
-    top = (0.7 * phase.peak_compression(phase.duration)) ** (1.0 / smoothing)
-
-    def rates(z, y):
-        d = z**smoothing
-        stretch = smoothing * z ** (smoothing - 1)
-        return [stretch / y[1], -start.force(d, y[1]) / (MU * y[1]) * stretch]
-
-    t, w = solve_ivp(
-        rates, (0.0, top), [0.0, start.closing], method="DOP853", rtol=3e-14, atol=1e-18
-    ).y[:, -1]
-    # Worst: 1.3e-14 (n = 1.5).
-    assert off(state_of(phase, t)[5], top**smoothing) < BAR
-    assert off(phase.closing(t), w) < BAR
-
-
 def test_the_checks_can_fail():
     start = Start(8e5, 20.0, 1.5)
     assert off(start.phase(n=1.5 + 3e-12).duration, start.phase().duration) > BAR
@@ -371,19 +284,7 @@ def test_a_new_phase_continues_the_old_one(n, zeta):
     for fraction in (1e-9, 1e-3, 0.4, 0.9):
         t = fraction * whole.duration
         f, x_club, x_ball, v_club, v_ball, d = state_of(whole, t)
-        rest = power_law(
-            start.k,
-            start.b,
-            M_CLUB,
-            M_BALL,
-            x_club,
-            d,
-            v_club,
-            v_ball,
-            whole.closing(t),
-            exponent=n,
-            reference_compression=D_R,
-        )
+        rest = contact(start.k, start.b, n, x_club, d, v_club, v_ball, whole.closing(t))
         assert x_ball == x_club - d
         # Where spring and damper nearly cancel, what is left of the force, and of the time, is as
         # good as their rounding.
@@ -399,29 +300,6 @@ def test_a_new_phase_continues_the_old_one(n, zeta):
                 assert off(value, reference, scale) < bar
 
 
-def test_many_changes():
-    # k and b change at 40 instants; each phase against the integration, and all of them against
-    # the conservation of momentum.
-    rng = random.Random(4)
-    start = Start(8e5, 20.0, 1.7)
-    phase = start.phase()
-    for _ in range(40):
-        t = 0.03 * phase.duration
-        _, _, _, v_club, v_ball, d = state_of(phase, t)
-        k, b = 8e5 * rng.uniform(0.5, 2.0), rng.uniform(0.0, 60.0)
-        start = Start(k, b, 1.7, d, v_club, v_ball)
-        if start.force(d, v_club - v_ball) <= 0.0:
-            break
-        phase = start.phase()
-        d, w, _ = integrated(start, phase.duration)
-        # Worst: 5e-14 (speed).
-        assert off(state_of(phase, phase.duration)[5], d, 7e-3) < INTEGRATION_BAR
-        assert off(phase.closing(phase.duration), w, 35.0) < INTEGRATION_BAR
-    # Worst: 2e-16.
-    momentum = M_CLUB * start.v_club + M_BALL * start.v_ball
-    assert off(momentum, M_CLUB * 35.0) < 1e-14
-
-
 def test_no_contact_is_a_phase_without_duration():
     # Damped so much all at once that the force would pull.
     phase = Start(8e5, 1e4, 1.5, 1e-3, 20.0, 40.0).phase()
@@ -433,44 +311,6 @@ def test_no_contact_is_a_phase_without_duration():
 
 
 # What must hold whatever the numbers
-
-
-@pytest.mark.parametrize("zeta", [0.0, 0.1, 0.4, 2.0])
-def test_kelvin_voigt_in_the_limit(zeta):
-    # The difference from n = 1 is proportional to n - 1: a tenth of it, a tenth of the difference.
-    k, b = 8e5, damping(8e5, 1.0, zeta)
-    limit = contact_of(
-        relative, k, b, M_CLUB, M_BALL, contacts.InitialState(0.0, 0.0, 35.0, 0.0, 35.0)
-    )
-
-    def values(phase):
-        time = phase.duration
-        _, _, x_ball, v_club, v_ball, d = state_of(phase, time)
-        middle = state_of(phase, 2e-4) if time > 2e-4 else state_of(phase, 0.5 * limit.duration)
-        force = phase.peak_force(time)[0] if zeta < 0.5 else 0.0
-        return [time, x_ball, v_club, v_ball, d, phase.peak_compression(time), force, *middle]
-
-    expected = values(limit)
-    near = values(Start(k, b, 1.0 + 1e-6).phase())
-    nearer = values(Start(k, b, 1.0 + 1e-7).phase())
-    for exact, first, second in zip(expected, near, nearer):
-        assert abs(second - exact) < 1e-6 * abs(exact) + 1e-15
-        if abs(first - exact) > 1e-8 * abs(exact) + 1e-15:
-            # Of quadratic terms and rounding: worst 7e-6.
-            assert off((second - exact) / (first - exact), 0.1) < 1e-3
-
-
-@pytest.mark.parametrize("zeta", [0.0, 0.1, 0.7, 1.0, 50.0])
-@pytest.mark.parametrize("n", [1.0 + 1e-9, 1.2, 1.615544, 10.0])
-def test_restitution_does_not_depend_on_speed(n, zeta):
-    k = 8e5
-    q = math.sqrt(abs(1.0 - zeta) * (1.0 + zeta))
-    s = 1.0 if zeta == 1.0 else (math.atan2(q, zeta) if zeta < 1.0 else math.asinh(q)) / q
-    for speed in (1e-6, 1e-2, 35.0, 1e4):
-        phase = Start(k, damping(k, n, zeta), n, v_club=speed).phase()
-        # A closed form: worst 1.1e-16.
-        restitution = -phase.closing(phase.duration) / speed
-        assert off(restitution, math.exp(-2.0 * zeta * s), 1.0) < 1e-14
 
 
 @pytest.mark.parametrize("zeta", [0.0, 1e-9, 0.1, 0.6, 1.0, 3.0, 1e3])
@@ -495,38 +335,6 @@ def test_everything_is_monotone_and_bounded(n, zeta):
     for t, (f, *_, d) in zip(times, states):
         assert phase.peak_force(t) == ((force, t_force) if t >= t_force else (f, t))
         assert phase.peak_compression(t) >= d * (1.0 - BAR)
-
-
-@pytest.mark.parametrize(
-    "start",
-    [
-        Start(8e5, 0.0, 1.5),
-        Start(8e5, 20.0, 1.5),
-        Start(8e5, 500.0, 2.2),
-        Start(8e5, 20.0, 1.8, 4e-3, 20.0, 40.0),
-        Start(8e5, 3000.0, 1.5, 1e-3, 30.0, 1.0),
-    ],
-)
-def test_energy_balance(start):
-    phase = start.phase()
-
-    def energy(d, w):
-        n = start.n
-        return 0.5 * MU * w * w + start.k * D_R**2 / (n + 1.0) * (d / D_R) ** (n + 1.0)
-
-    def loss(t):
-        f, *_, d = state_of(phase, t)
-        return (f - start.k * D_R * (d / D_R) ** start.n) * phase.closing(t)
-
-    first = energy(start.compression, start.closing)
-    nodes, weights = leggauss(200)
-    for t in (0.3 * phase.duration, phase.duration):
-        # t v^10, because the loss has an infinite slope where d = 0.
-        v = 0.5 * (nodes + 1.0)
-        lost = sum(5.0 * t * w * x**9 * loss(t * x**10) for w, x in zip(weights, v))
-        left = energy(state_of(phase, t)[5], phase.closing(t))
-        # What the quadrature is good for: worst 8e-15.
-        assert off(left + lost, first) < 1e-12
 
 
 @pytest.mark.parametrize("n", [1.0 + 1e-9, 1.5, 10.0])
@@ -577,31 +385,3 @@ def test_the_ends_are_exact():
     assert state_of(elastic, elastic.duration)[5] == 0.0
     left = 1e-9 * elastic.duration
     assert off(state_of(elastic, elastic.duration - left)[5], 35.0 * left) < 1e-6
-
-
-def test_extreme_numbers_stay_finite():
-    rng = random.Random(7)
-
-    def between(low, high):
-        return 10.0 ** rng.uniform(low, high)
-
-    for _ in range(2000):
-        n = rng.choice([1.0 + 2.0**-52, 1.0 + between(-15, 0), rng.uniform(1.0, 12.0)])
-        k, d_r, w = between(-20, 40), between(-8, 3), rng.choice([5e-324, between(-200, 20)])
-        b = rng.choice([0.0, between(-30, 30)])
-        m_club, m_ball = between(-10, 10), between(-10, 10)
-        omega = math.sqrt(0.5 * (n + 1.0) * k * (1.0 / m_club + 1.0 / m_ball))
-        scale = d_r * (w / (d_r * omega)) ** (2.0 / (n + 1.0))
-        d = rng.choice([0.0, scale * between(-300, 0), scale * between(-3, 1)])
-        v_club = w if d == 0.0 else w * rng.choice([1.0, -1.0, 0.0, -1e-6])
-        phase = power_law(
-            k, b, m_club, m_ball, 0.0, d, v_club, 0.0, exponent=n, reference_compression=d_r
-        )
-        time = phase.duration
-        assert 0.0 <= time < math.inf
-        force, when = phase.peak_force(time)
-        assert 0.0 <= when <= time * (1.0 + BAR)
-        for fraction in (0.0, 1e-300, 1e-9, 0.1, 0.9, 1.0 - 1e-12, 1.0):
-            state = state_of(phase, fraction * time)
-            assert all(map(math.isfinite, state))
-            assert 0.0 <= state[0] <= force * (1.0 + 1e-9) + 1e-300

@@ -61,83 +61,29 @@ def content(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir()} if folder.exists() else {}
 
 
-def attack(tmp_path, times, seed, longest, arguments_of, allowed):
-    """Stop a command so many times; in its folder there is always one of what is allowed."""
+@pytest.mark.parametrize(
+    ("times", "longest", "least"),
+    [(5, 1.0, 1), pytest.param(200, 2.0, 20, marks=pytest.mark.nightly)],
+)
+def test_a_run_stopped_at_any_moment(tmp_path, times, longest, least):
+    """Its files are all there or none: they name its k, and those of earlier runs stay."""
     temporary, out = tmp_path / "temporary", tmp_path / "out"
     temporary.mkdir()
-    codes = []
-    rng = random.Random(seed)
+    rng, codes, before = random.Random(1), [], {}
     for n in range(times):
-        number = rng.choice([signal.SIGINT, signal.SIGTERM])
-        delay = rng.uniform(0.0, longest)
-        codes.append(stopped(arguments_of(n, out), delay, number, temporary, tmp_path))
-        allowed(n, content(out))
-    return codes
-
-
-def run_of(n, out):
-    """Runs whose results differ from each to the next."""
-    return ("run", "--set", f"k={5e5 + 1e3 * n}", "--out", out)
-
-
-def attack_run(tmp_path, times, longest):
-    """The files of one run, all of them: they all name the same k, and agree with each other."""
-    before = {}
-
-    def whole(n, files):
-        nonlocal before
+        k = 5e5 + 1e3 * n
+        arguments = ("run", "--set", f"k={k}", "--out", out)
+        number, delay = rng.choice([signal.SIGINT, signal.SIGTERM]), rng.uniform(0.0, longest)
+        codes.append(stopped(arguments, delay, number, temporary, tmp_path))
+        files = content(out)
         if files != before:
-            k = 5e5 + 1e3 * n
             ends = (".csv", "_force.png", "_results.json", "_report.html")
             own = {f"custom_k={k:.0f}{end}" for end in ends}
             assert set(files) == set(before) | own
             assert not own & set(before)
             assert f"k = {k:g} N/m" in files[f"custom_k={k:.0f}_report.html"].decode()
         before = files
-
-    return attack(tmp_path, times, 1, longest, run_of, whole)
-
-
-def attack_build(tmp_path, times, longest):
-    expected = tmp_path / "expected"
-    subprocess.run([COMMAND, "build", "--out", expected / "x.fmu"], check=True, capture_output=True)
-    right = content(expected)
-
-    def build(n, out):
-        out.mkdir(exist_ok=True)
-        for file in out.iterdir():
-            file.unlink()
-        out.joinpath("x.fmu").write_bytes(b"old")
-        return "build", "--out", out / "x.fmu"
-
-    def whole(n, files):
-        assert files in ({"x.fmu": b"old"}, right)
-
-    return attack(tmp_path, times, 2, longest, build, whole)
-
-
-def attack_bench(tmp_path, times, longest):
-    def whole(n, files):
-        assert set(files) in (set(), {"bench.json", "run_time_vs_error.png"})
-
-    return attack(
-        tmp_path, times, 3, longest, lambda n, out: ("bench", "--quick", "--out", out), whole
-    )
-
-
-@pytest.mark.parametrize(
-    ("attacked", "times", "longest", "least"),
-    [
-        (attack_run, 5, 1.0, 1),
-        pytest.param(attack_build, 3, 0.8, 0, marks=pytest.mark.ci),
-        pytest.param(attack_bench, 2, 2.0, 2, marks=pytest.mark.ci),
-        pytest.param(attack_run, 200, 2.0, 20, marks=pytest.mark.nightly),
-        pytest.param(attack_build, 100, 1.2, 20, marks=pytest.mark.nightly),
-        pytest.param(attack_bench, 20, 10.0, 10, marks=pytest.mark.nightly),
-    ],
-)
-def test_a_command_stopped_at_any_moment(tmp_path, attacked, times, longest, least):
-    assert attacked(tmp_path, times, longest).count(130) >= least
+    assert codes.count(130) >= least
 
 
 def test_inside_the_fmu(tmp_path):

@@ -1,17 +1,14 @@
 """Sweeps through the built FMU: what the tables hold, who computes them, and what stops them."""
 
 import csv
-import json
 import math
 import os
 import signal
 import subprocess
 import sys
 import time
-import tracemalloc
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -20,22 +17,19 @@ import pyarrow.parquet
 import pytest
 from command import COMMAND, golf_here, run, run_python
 from conftest import some
-from matplotlib.contour import ContourSet
 
-from golf_impact.commands.sweep import swept
 from golf_impact.errors import UserError
 from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
-from golf_impact.report.styles import STYLES
-from golf_impact.sweeps import Stopped, Study, comparison, run_sweep
+from golf_impact.sweeps import Stopped, Study, comparison, run_sweep, table_file
 from golf_impact.sweeps import run as running
-from golf_impact.sweeps.axes import Normal, Uniform, axis
+from golf_impact.sweeps.axes import axis
 from golf_impact.sweeps.chunk import FmuFile, run_chunk
 from golf_impact.sweeps.comparison import compare
 from golf_impact.sweeps.impacts import impacts, plan
 from golf_impact.sweeps.pictures import draw
 from golf_impact.sweeps.run import Sweep
-from golf_impact.sweeps.sensitivity import sensitivity
-from golf_impact.sweeps.study_file import Options, read_study
+from golf_impact.sweeps.sensitivity import sobol_indices
+from golf_impact.sweeps.study_file import read_study
 
 STUDIES = Path(__file__).parents[1] / "scenarios" / "studies"
 
@@ -60,7 +54,8 @@ def leftovers(folder):
         ("0.5e6:2e6:4", [0.5e6, 1e6, 1.5e6, 2e6]),
         ("log:1e5:1e7:3", [1e5, 1e6, 1e7]),
         ("0, 9,12", [0.0, 9.0, 12.0]),
-        ("7", [7.0]),
+        (7, [7.0]),
+        ([1, 2.5], [1.0, 2.5]),
         ("3:3:1", [3.0]),
         ("-2:-1:2", [-2.0, -1.0]),
     ],
@@ -69,13 +64,9 @@ def test_rows_of_values(text, values):
     assert axis("k", text).values.tolist() == values
 
 
-def test_values_as_a_study_gives_them():
-    assert axis("k", 7).values.tolist() == [7.0]
-    assert axis("k", [1, 2.5]).values.tolist() == [1.0, 2.5]
+def test_values_of_names():
     assert axis("law", [1, 2]).values.dtype == np.int64
     assert axis("ball", "document, roh-lee").values.tolist() == ["document", "roh-lee"]
-    assert axis("k", "normal:45:2") == Normal("k", 45.0, 2.0)
-    assert axis("k", "uniform:1:2") == Uniform("k", 1.0, 2.0)
 
 
 @pytest.mark.parametrize(
@@ -83,22 +74,19 @@ def test_values_as_a_study_gives_them():
     [
         ("k", "2e6:1e6:5", "above its end"),
         ("k", "log:0:1e6:5", "above 0"),
-        ("k", "log:2:1:5", "above its end"),
-        ("k", "1:2:0", "at least 1"),
+        ("k", "1:2:0", "1 to 10,000,000"),
         ("k", "1:2:2.5", "whole number"),
-        ("k", "1:2:1e9", "more than"),
+        ("k", "1:2:1e9", "1 to 10,000,000"),
         ("k", "1:2", "LO:HI:COUNT"),
-        ("k", "nan", "finite"),
         ("k", "1,inf", "finite"),
         ("k", "nan:1:3", "finite"),
-        ("k", "hard", "no number"),
         ("k", "1,,2", "no number"),
-        ("k", "norm:1:2", "none of the forms"),
+        ("k", "norm:1:2", "'norm' is no number; write VALUE, A,B,C, LO:HI:COUNT, log"),
         ("k", "normal:1:0", "> 0"),
-        ("k", "normal:1:nan", "finite"),
         ("k", "uniform:2:1", "above its end"),
-        ("law", "1.5", "whole numbers"),
-        ("law", "normal:1:1", "whole numbers"),
+        ("law", "1.5", "1 .absolute. or 2"),
+        ("law", "normal:1:1", "1 .absolute. or 2"),
+        ("law", "-4294967295", "1 .absolute. or 2"),
         ("ball", "golf", "choose from"),
     ],
 )
@@ -112,12 +100,11 @@ def test_invalid_axes(name, text, words):
     [
         ({"sets": {}}, "nothing is swept"),
         ({"sets": {"k": "normal:1e6:1"}}, "--samples"),
-        ({"sets": {"k": "1"}, "number_of_samples": 5}, "nothing to draw"),
+        ({"sets": {"k": "1"}, "number_of_samples": 5}, "no distribution to draw"),
         ({"sets": {"k": "normal:1e6:1"}, "number_of_samples": 0}, "at least 1"),
         ({"sets": {"k": "1"}, "design": "halton"}, "random, lhs, sobol"),
         ({"sets": {"k": "1"}, "seed": -1}, "--seed"),
         ({"sets": {"k": "1"}, "outputs": ("force", "force")}, "twice"),
-        ({"sets": dict.fromkeys("ab", "0:1:1000000")}, "cases"),
         ({"sets": {"k": "1"}, "outputs": ()}, "empty list"),
         (
             {"sets": {"k": "normal:1:2"}, "number_of_samples": 2**30 + 1, "design": "sobol"},
@@ -133,18 +120,18 @@ def test_invalid_studies(arguments, words):
 def test_the_last_variable_runs_fastest():
     study = Study.of({"k": "1,2", "b": "3,4,5"})
     assert study.cases == 6
-    columns = study.columns(0, 6)
+    columns = study.columns(np.arange(6))
     assert list(columns) == ["k", "b"]
     assert columns["k"].tolist() == [1, 1, 1, 2, 2, 2]
     assert columns["b"].tolist() == [3, 4, 5, 3, 4, 5]
-    assert study.columns(2, 4)["b"].tolist() == [5, 3]
+    assert study.columns(np.array([2, 3]))["b"].tolist() == [5, 3]
 
 
 @pytest.mark.parametrize("design", ["random", "lhs", "sobol"])
 def test_samples(design):
     sets = {"k": "normal:1e6:5e4", "b": "0,9", "club_speed": "uniform:40:50"}
     study = Study.of(sets, None, 1024, 3, design)
-    columns = study.columns(0, study.cases)
+    columns = study.columns(np.arange(study.cases))
     # Every point of the grid has the same samples, and they run fastest.
     assert columns["b"].tolist() == [0.0] * 1024 + [9.0] * 1024
     for name in ("k", "club_speed"):
@@ -158,10 +145,9 @@ def test_samples(design):
     if design != "random":
         # Evenly: one in each of 1024 equal parts.
         assert sorted(np.floor((speed - 40.0) * 102.4)) == list(range(1024))
-    again = Study.of(sets, None, 1024, 3, design).columns(0, 1024)
-    other = Study.of(sets, None, 1024, 4, design).columns(0, 1024)
-    assert again["k"].tolist() == k.tolist()
-    assert other["k"].tolist() != k.tolist()
+    for seed in (3, 4):
+        again = Study.of(sets, None, 1024, seed, design).columns(np.arange(1024))
+        assert (again["k"].tolist() == k.tolist()) == (seed == 3)
 
 
 # Through the FMU
@@ -246,20 +232,16 @@ def test_refused_cases_are_empty_rows(fmu, fmu_path, tmp_path):
     assert columns["separated"] == [None, True, None, None, None, True]
 
 
-def test_all_cases_refused(fmu_path, tmp_path):
-    study = Study.of({"law": "1,3", "exponent": "2,3"})
-    summary = run_sweep(study, tmp_path / "x.csv", fmu=fmu_path)
-    assert summary.refused == summary.cases == 4
-    assert "exponent = 2.0" in summary.first_refused[1]
-
-
-def test_parquet_has_the_numbers_of_csv(fmu_path, tmp_path):
+def test_parquet_has_the_numbers_of_csv(fmu_path, tmp_path, monkeypatch):
+    """Row groups, and so the bytes, are independent of chunks."""
+    monkeypatch.setattr(table_file, "_ROW_GROUP", 64)
     sets = {"ball": "document,document-old", "law": "1,2", "club_speed": "30:50:40"}
     study = Study.of(sets)
     run_sweep(study, tmp_path / "x.csv", fmu=fmu_path)
     header, rows = table(tmp_path / "x.csv")
-    for chunk in (7, 1000):
+    for chunk in (7, 60):
         run_sweep(study, tmp_path / f"{chunk}.parquet", fmu=fmu_path, chunk=chunk)
+    assert pyarrow.parquet.ParquetFile(tmp_path / "7.parquet").num_row_groups == 3
     read = pyarrow.parquet.read_table(tmp_path / "7.parquet")
     assert read.column_names == header
     kinds = [str(kind) for kind in read.schema.types]
@@ -267,7 +249,7 @@ def test_parquet_has_the_numbers_of_csv(fmu_path, tmp_path):
     for name, column in zip(header, zip(*rows, strict=True), strict=True):
         make = {"ball": str, "law": int}.get(name, float)
         assert read[name].to_pylist() == [make(cell) for cell in column]
-    same = [(tmp_path / f"{chunk}.parquet").read_bytes() for chunk in (7, 1000)]
+    same = [(tmp_path / f"{chunk}.parquet").read_bytes() for chunk in (7, 60)]
     assert same[0] == same[1]
 
 
@@ -307,46 +289,24 @@ def test_any_executor(alone, fmu_path, tmp_path):
         assert path.read_bytes() == alone
 
 
-class Lazy(Executor):
-    """Computes when asked for the result, and counts what waits."""
+class Never(Executor):
+    """Never done; counts what waits."""
 
-    def __init__(self):
-        self.waiting = self.most = 0
-
-    def submit(self, function, /, *arguments):
-        self.waiting += 1
-        self.most = max(self.most, self.waiting)
-
-        class Later(Future):
-            def done(later):  # noqa: N805
-                return True
-
-            def result(later):  # noqa: N805
-                self.waiting -= 1
-                return function(*arguments)
-
-        return Later()
-
-
-class Never(Lazy):
-    """Never done."""
+    waiting = 0
 
     def submit(self, function, /, *arguments):
         self.waiting += 1
         return Future()
 
 
-def test_few_chunks_are_under_way(alone, fmu_path, tmp_path):
-    lazy, never = Lazy(), Never()
-    run_sweep(monte_carlo(), tmp_path / "x.csv", fmu=fmu_path, executor=lazy, chunk=5)
-    assert (tmp_path / "x.csv").read_bytes() == alone
-    assert lazy.most == 1
+def test_few_chunks_are_under_way(fmu_path, tmp_path):
+    """Of 200 chunks the memory never holds more than these."""
+    never = Never()
     with pytest.raises(Stopped):
         run_sweep(
             monte_carlo(), tmp_path / "x.csv", fmu=fmu_path, executor=never, chunk=5,
             stop=lambda: never.waiting >= 32,
         )  # fmt: skip
-    # 200 chunks, of which the memory never holds more than these.
     assert never.waiting == 32
 
 
@@ -355,7 +315,7 @@ def test_an_fmu_that_was_damaged_on_the_way(fmu, fmu_path):
     study = Study.of({"k": "1e6"})
     made = plan(study, fmu.variables)
     with pytest.raises(UserError, match="damaged"):
-        run_chunk(FmuFile("0" * 64, file.data), made, True, study.columns(0, 1))
+        run_chunk(FmuFile("0" * 64, file.data), made, True, study.columns(np.array([0])))
 
 
 # What stops it
@@ -482,6 +442,8 @@ def sweep_in_a_session(path, fmu_path, workers, scheduler=None):
             "--workers", str(workers), *where,
         ],
         stderr=subprocess.PIPE, text=True, start_new_session=True,
+        # A test run in the background ignores Ctrl-C, and so would its children.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )  # fmt: skip
     until = time.monotonic() + 60
     while not any(part.stat().st_size > 1e5 for part in path.parent.glob(".*.part")):
@@ -508,98 +470,46 @@ def test_a_full_disk(fmu_path, tmp_path, suffix):
     assert leftovers(tmp_path) == []
 
 
-HUGE = {
-    "cases": {"sets": {"k": "0:1:100000", "b": "0:1:100000"}},
-    "a Latin hypercube": {"sets": {"k": "normal:1e6:1"}, "samples": 3 * 10**9, "design": "lhs"},
-    "a Sobol sequence": {"sets": {"k": "normal:1e6:1"}, "samples": 2**30, "design": "sobol"},
-}
-
-
-@pytest.mark.parametrize("given", HUGE.values(), ids=HUGE)
-def test_what_needs_more_memory_than_there_is(tmp_path, monkeypatch, given):
+@pytest.mark.parametrize(
+    ("sets", "samples", "design"),
+    [
+        ({"k": "0:1:100000", "b": "0:1:100000"}, None, "random"),
+        ({"k": "normal:1e6:1"}, 3 * 10**9, "lhs"),
+        ({"k": "normal:1e6:1"}, 2**30, "sobol"),
+    ],
+)
+def test_what_needs_more_memory_than_there_is(tmp_path, monkeypatch, sets, samples, design):
     """Rejected before anything starts, with the memory needed and the memory free."""
     monkeypatch.setattr(running, "free_bytes", lambda: 10**9)
+    study = Study.of(sets, None, samples, 0, design)
     # The FMU doesn't exist, but is not needed yet.
-    here = Options(out=tmp_path / "x.csv", fmu=tmp_path / "none.fmu", **given)
     with pytest.raises(UserError, match=r"cases need [0-9.]+ GB of memory, and 1.0 GB are free"):
-        swept(here, None)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_study_that_fits_into_memory_and_one_that_just_does_not(monkeypatch):
-    study = Study.of({"k": "0:1:1000"})
-    for figures in (False, True):
-        need = study.memory(figures)
-        monkeypatch.setattr(running, "free_bytes", lambda need=need: need)
-        running.check_size(study, figures=figures)
-        monkeypatch.setattr(running, "free_bytes", lambda need=need: need - 1)
-        with pytest.raises(UserError, match="memory"):
-            running.check_size(study, figures=figures)
-    assert study.memory(True) > study.memory(False) >= 8000
-
-
-@pytest.mark.parametrize("design", ["random", "lhs", "sobol"])
-def test_samples_take_no_more_memory_than_estimated(design):
-    study = Study.of({"k": "normal:1:2", "b": "uniform:0:1"}, None, 2**16, 0, design)
-    study.columns(0, 1)  # so that SciPy is there
-    study = replace(study)
-    tracemalloc.start()
-    try:
-        study.columns(0, 1)
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    assert 16 * 2**16 <= peak <= study.memory(figures=False)
-
-
-@pytest.mark.parametrize("design", ["lhs", "sobol"])
-def test_drawing_samples_can_be_stopped(fmu_path, tmp_path, design):
-    study = Study.of({"k": "normal:1e6:1"}, None, 2**24, 0, design)
-    asked = []
-    with pytest.raises(Stopped) as stopped:
-        run_sweep(
-            study, tmp_path / "x.csv", fmu=fmu_path,
-            stop=lambda: asked.append(0) or len(asked) > 2,
-        )  # fmt: skip
-    assert stopped.value.done == 0
-    assert "_drawn" not in vars(study)
+        run_sweep(study, tmp_path / "x.csv", fmu=tmp_path / "none.fmu")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_files_that_cannot_be_written(fmu_path, tmp_path):
     (tmp_path / "folder.csv").mkdir()
     study = Study.of({"k": "1e6"})
-    for name, words in (
-        ("x.txt", r"\.csv or \.parquet"),
-        ("folder.csv", "is a folder"),
-        ("none/x.csv", "no folder"),
+    for name, options, words in (
+        ("x.txt", {}, r"\.csv or \.parquet"),
+        ("folder.csv", {}, "is a folder"),
+        ("x.csv", {"chunk": 0}, "--chunk 0"),
+        ("x.csv", {"workers": -2, "scheduler": "local"}, "--workers -2"),
+        ("x.csv", {"workers": 100_000}, "--workers 100000 is refused: it must be 1 to 256"),
     ):
         with pytest.raises(UserError, match=words):
-            run_sweep(study, tmp_path / name, fmu=fmu_path)
-    for options, words in (
-        ({"workers": 0}, "--workers 0"),
-        ({"chunk": 0}, "--chunk 0"),
-        ({"workers": 0, "scheduler": "local"}, "--workers 0"),
-        ({"workers": -2, "scheduler": "local"}, "--workers -2"),
-        ({"workers": 100_000}, "--workers 100000 is refused: it must be 1 to 256"),
-    ):
-        with pytest.raises(UserError, match=words):
-            run_sweep(study, tmp_path / "x.csv", fmu=fmu_path, **options)
+            run_sweep(study, tmp_path / name, fmu=fmu_path, **options)
     assert [path.name for path in tmp_path.iterdir()] == ["folder.csv"]
-
-
-def test_a_link_stays_one(fmu_path, tmp_path):
-    (tmp_path / "link.csv").symlink_to(tmp_path / "data.csv")
-    run_sweep(Study.of({"k": "1e6"}), tmp_path / "link.csv", fmu=fmu_path)
-    assert (tmp_path / "link.csv").is_symlink()
-    assert (tmp_path / "data.csv").is_file()
 
 
 # The command, studies, pictures
 
 
-def options(fmu_path, out, sets, **others):
-    return Options(sets=sets, fmu=fmu_path, out=out, **others)
+def sweep(fmu_path, *arguments, **sets):
+    given = [f"--set={name}={values}" for name, values in sets.items()]
+    done = golf_here("sweep", *arguments, *given, "--fmu", fmu_path)
+    assert done.returncode == 0, done.stderr
 
 
 def test_the_command(fmu_path, tmp_path):
@@ -619,9 +529,9 @@ def test_the_command(fmu_path, tmp_path):
 
 
 def test_the_club_fitting_study(fmu_path, tmp_path):
-    given = options(fmu_path, tmp_path / "fit.csv", {"club_speed": "40,50"})
-    assert swept(given, STUDIES / "club_fitting.toml") == 0
-    header, rows = table(tmp_path / "fit.csv")
+    out = tmp_path / "fit.csv"
+    sweep(fmu_path, STUDIES / "club_fitting.toml", "--out", out, club_speed="40,50")
+    header, rows = table(out)
     assert header[:4] == ["ball", "club_speed", "m_club", "contact_time"]
     assert len(rows) == 12
     assert all(cell for row in rows for cell in row)
@@ -629,12 +539,16 @@ def test_the_club_fitting_study(fmu_path, tmp_path):
 
 
 def test_the_tolerance_study(fmu_path, tmp_path):
-    given = options(fmu_path, tmp_path / "x.csv", {"ball_speed": -1}, samples=64, seed=2)
-    assert swept(given, STUDIES / "tolerance.toml") == 0
-    header, rows = table(tmp_path / "x.csv")
+    """Options win over the keys of a study, a variable of both keeps its place."""
+    out = tmp_path / "new" / "x.csv"
+    study = STUDIES / "tolerance.toml"
+    sweep(fmu_path, study, "--out", out, "--samples", 64, "--seed", 2, ball_speed=-1, law=1)
+    header, rows = table(out)
     assert header[:7] == ["club_speed", "law", "k", "b", "m_ball", "ball_speed", "ball_velocity"]
     assert len(rows) == 64
-    assert "First-order Sobol indices" in (tmp_path / "x.html").read_text()
+    assert {row[1] for row in rows} == {"1"}
+    assert "first-order Sobol index" in out.with_suffix(".html").read_text()
+    assert out.with_suffix(".png").is_file()
 
 
 @pytest.mark.parametrize(
@@ -643,19 +557,14 @@ def test_the_tolerance_study(fmu_path, tmp_path):
         ("stuff = 1", "no key stuff: choose from out, outputs"),
         ("samples = 'many'", "samples = 'many' is refused: it must be a whole number"),
         ("samples = true", "whole number"),
-        ("outputs = 'force'", "must be a list"),
+        ("outputs = 'force'", "it must be a list of names"),
         ("outputs = [1]", "list of names"),
         ("set = 1", r"table \[set\]"),
-        ("[set]\nk = true", "k in .set. must be a number"),
         ("[set]\nk = false", "k in .set. must be a number"),
         ("[set]\nk = {}", "k in .set. must be a number"),
-        ("samples = ", "no TOML file"),
         (f"samples = {'9' * 5000}", "no TOML file"),
-        (f"samples = 0x{'f' * 5000}", "more than 64 bits"),
-        (f"[set]\nk = [[{2**63}]]", "more than 64 bits"),
-        (f"out = {'[' * 5000}", "nested too deeply"),
-        ('out = "a\\u0000.csv"', "NUL"),
-        ("# " + 2**20 * "x", "larger than"),
+        (f"out = {'[' * 5000}", "no TOML file"),
+        ('out = "a\\u0000.csv"', "it must be a text"),
     ],
 )
 def test_studies_that_cannot_be_read(tmp_path, text, words):
@@ -663,19 +572,6 @@ def test_studies_that_cannot_be_read(tmp_path, text, words):
     path.write_text(text)
     with pytest.raises(UserError, match=words):
         read_study(path)
-
-
-def test_the_command_line_wins_over_a_study(tmp_path):
-    path = tmp_path / "study.toml"
-    path.write_text(
-        'samples = 5\nseed = 3\nworkers = 2\noutputs = ["force"]\nfigures = false\nout = "a.csv"\n'
-        'compare = true\n[set]\nk = "normal:1:2"\nb = [1, 2]\n'
-    )
-    given = Options(sets={"gap": "1", "k": "1,2"}, samples=7, out=Path("b.csv"))
-    used = given.over(read_study(path))
-    assert list(used.sets.items()) == [("k", "1,2"), ("b", [1, 2]), ("gap", "1")]
-    assert (used.samples, used.seed, used.workers, used.outputs) == (7, 3, 2, ("force",))
-    assert (used.out, used.figures, used.compare) == (Path("b.csv"), False, True)
 
 
 PICTURES = {
@@ -686,44 +582,39 @@ PICTURES = {
     "a law that is none": {"law": "1,3", "k": "1e6,2e6"},
     "samples, some refused": {"k": "normal:0:1e6"},
     "line in falling order": {"b": "12,9,0"},
-    "a line for each of few": {"k": "0.5e6:2e6:12", "b": "0,-1,9,12"},
     "more than two": {"k": "0.5e6:2e6:12", "b": "0,9,12", "club_speed": "30,40"},
     "one ball beside another": {"ball": "document,roh-lee"},
+    "samples of balls": {"ball": "document,roh-lee", "k": "normal:1e6:5e4"},
     "samples over a grid": {"k": "normal:1e6:5e4", "club_speed": "30,40,50"},
     "samples that change nothing": {"gap": "uniform:0:1", "b": 0, "law": 2},
-    # S doesn't depend on club speed but for rounding; SciPy's Sobol indices fail for one variable.
+    # S doesn't depend on club speed but for rounding.
     "one distribution": {"club_speed": "normal:45:2", "law": 1},
-    "one distribution, law 2": {"club_speed": "normal:45:2", "law": 2},
-    "one uniform distribution": {"b": "uniform:5:15", "law": 1},
 }
 
 
 @pytest.mark.parametrize("sets", some(6, PICTURES))
 def test_pictures(fmu_path, tmp_path, sets):
-    random = any(isinstance(axis(name, text), Normal | Uniform) for name, text in sets.items())
-    given = options(
-        fmu_path, tmp_path / "x.csv", sets, samples=40 if random else None,
-        outputs=("smash_factor",),
-    )  # fmt: skip
-    assert swept(given, None) == 0
+    random = any(":" in str(text) and text[0] in "nu" for text in sets.values())
+    samples = ("--samples", 40) if random else ()
+    out = tmp_path / "x.csv"
+    sweep(fmu_path, "--out", out, "--outputs", "smash_factor", *samples, **sets)
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
     assert "data:image/png" in (tmp_path / "x.html").read_text()
 
 
-@pytest.mark.parametrize(("b", "lines"), [("0,9,12", 3), ("0:14:8", 0)])
-def test_few_values_are_lines(fmu, b, lines):
-    """Between them a map would show what nobody computed."""
-    study = Study.of({"k": "0.5e6:2e6:12", "b": b}, ("smash_factor",))
-    variables = {v.name: v for v in fmu.description.modelVariables}
-    axes = draw(study, np.linspace(1.0, 2.0, study.cases), variables, None).axes[0]
-    assert len(axes.lines) == lines
-    assert bool(axes.collections) == (lines == 0)
-
-
 def drawn_axes(fmu, sets, values):
     study = Study.of(sets, ("max_force",))
-    variables = {v.name: v for v in fmu.description.modelVariables}
-    return draw(study, np.asarray(values, float), variables, None).axes
+    return draw(study, np.asarray(values, float), fmu.variables, None).axes
+
+
+def test_few_values_are_lines_and_many_a_map_with_contours(fmu):
+    """Between few a map would show what nobody computed."""
+    for b, lines, collections in (("0,9,12", 3, 0), ("0:14:8", 0, 2)):
+        sets = {"k": "0.5e6:2e6:12", "b": b}
+        axes = drawn_axes(fmu, sets, np.linspace(1.0, 2.0, Study.of(sets).cases))[0]
+        assert (len(axes.lines), len(axes.collections)) == (lines, collections)
+        labels = [line.get_label() for line in axes.lines]
+        assert labels == [f"b = {value} N·s/m" for value in b.split(",")][:lines]
 
 
 def test_numbers_at_axes_have_units_with_a_prefix(fmu):
@@ -735,74 +626,38 @@ def test_numbers_at_axes_have_units_with_a_prefix(fmu):
         assert along.get_offset_text().get_text() == ""
         assert all(0.0 < float(text.get_text()) < 10.0 for text in along.get_ticklabels())
     logarithmic = drawn_axes(fmu, {"k": "log:1e5:1e7:3"}, [1e3, 2e3, 3e3])[0]
-    assert logarithmic.get_xlabel() == "k (N/m)"
-    by = drawn_axes(fmu, {"k": "1e6,2e6,3e6", "b": "0,9"}, range(1, 7))[0]
-    assert [line.get_label() for line in by.lines] == ["b = 0 N·s/m", "b = 9 N·s/m"]
-
-
-def test_lines_that_coincide_are_one(fmu):
-    sets = {"ball": "rating-low,document,rating-high", "club_speed": "30,40,50"}
-    axes = drawn_axes(fmu, sets, [1, 2, 3, 4, 5, 6, 1, 2, 3])[0]
-    labels = [line.get_label() for line in axes.lines]
-    assert labels == ["rating-low, rating-high (the same)", "document"]
-    assert axes.lines[1].get_color() == STYLES["document"].colour
-
-
-@pytest.mark.parametrize(
-    ("count", "contours", "numbers"), [(8, False, 63), (19, False, 0), (20, True, 0)]
-)
-def test_cells_of_a_map(fmu, count, contours, numbers):
-    """Few have their numbers; contours need enough values."""
-    values = np.add.outer(np.arange(count), np.arange(count)).ravel() + 1.0
-    values[5] = np.nan if numbers else values[5]
-    axes = drawn_axes(fmu, {"k": f"1e6:2e6:{count}", "b": f"0:9:{count}"}, values)[0]
-    assert any(isinstance(part, ContourSet) for part in axes.collections) == contours
-    # Contours have labels.
-    assert contours or len(axes.texts) == numbers
+    assert (logarithmic.get_xlabel(), logarithmic.get_xscale()) == ("k (N/m)", "log")
 
 
 def test_nothing_to_draw(fmu_path, tmp_path):
-    assert swept(options(fmu_path, tmp_path / "x.csv", {"k": "1e6"}), None) == 0
+    sweep(fmu_path, "--out", tmp_path / "x.csv", k=1e6)
     assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.html"}
-    given = options(fmu_path, tmp_path / "y.csv", {"k": "1e6,2e6"}, figures=False)
-    assert swept(given, None) == 0
+    sweep(fmu_path, "--out", tmp_path / "y.csv", "--no-figures", k="1e6,2e6")
     assert not (tmp_path / "y.png").exists()
 
 
 def test_sobol_indices_of_a_sum():
-    study = Study.of({"k": "normal:1:2", "m_ball": "7", "b": "uniform:0:1"}, None, 256)
-    columns = study.columns(0, 256)
-    seen = []
+    sets = {"k": "normal:1:2", "m_ball": "7", "b": "uniform:0:1"}
+    study = Study.of(sets, None, 256)
+    columns = study.columns(np.arange(256))
 
     def total(columns):
-        seen.append(len(columns["k"]))
         assert (columns["m_ball"] == 7.0).all()
         return columns["k"] + 6.0 * columns["b"]
 
-    result = sensitivity(study, total(columns), total)
     # Variances 4 and 36 / 12.
-    assert result.values == pytest.approx({"k": 4 / 7, "b": 3 / 7}, abs=0.01)
-    assert seen == [256, 4 * 1024]
-
-
-def test_rank_correlations_where_no_design_is_possible():
-    study = Study.of({"k": "normal:1:2", "b": "uniform:0:1", "gap": "0,1"}, None, 256)
-    columns = study.columns(0, 512)
-    drawn = np.exp(columns["k"])
-    result = sensitivity(study, drawn, lambda columns: pytest.fail("no impacts of its own"))
-    assert result.values["k"] == pytest.approx(1.0)
-    assert abs(result.values["b"]) < 4 / math.sqrt(256)
-    assert "rank" in result.label
-    drawn[:] = 3.0
-    assert sensitivity(study, drawn, lambda columns: drawn) is None
-
-
-def test_a_refused_case_leaves_rank_correlations():
-    study = Study.of({"k": "normal:1:2"}, None, 64)
-    drawn = -study.columns(0, 64)["k"]
-    drawn[5] = math.nan
-    result = sensitivity(study, drawn, lambda columns: pytest.fail("no impacts of its own"))
-    assert result.values == pytest.approx({"k": -1.0})
+    indices = sobol_indices(study, total(columns), total)
+    assert indices == pytest.approx({"k": 4 / 7, "b": 3 / 7}, abs=0.01)
+    # Where no design is possible: a refused case, there or in the design; a constant; a grid.
+    refused = np.where(columns["k"] < 0.0, math.nan, 1.0)
+    for other, drawn, model in (
+        (study, refused, total),
+        (study, columns["k"], lambda columns: np.sqrt(columns["k"])),
+        (study, np.full(256, 3.0), total),
+        (Study.of({**sets, "gap": "0,1"}, None, 256), np.arange(512.0), total),
+    ):
+        with np.errstate(invalid="ignore"):
+            assert sobol_indices(other, drawn, model) is None
 
 
 @pytest.mark.ci
@@ -830,21 +685,10 @@ def test_impacts_in_an_instance_that_has_done_other_things(fmu, fmu_path):
     study = Study.of({"club_speed": "30,40"})
     made = plan(study, fmu.variables)
     with ImpactFmu(fmu_path) as fresh:
-        expected = impacts(fresh, made, study.columns(0, 2)).outputs.tolist()
+        expected = impacts(fresh, made, study.columns(np.arange(2))).outputs.tolist()
     fmu.start(k=3e6, gap=1.0)
     fmu.step(0.0, 1e-3)
-    assert impacts(fmu, made, study.columns(0, 2)).outputs.tolist() == expected
-    json.dumps(expected, allow_nan=False)
-
-
-def test_the_step_is_that_of_one_impact(fmu):
-    rng = np.random.default_rng(5)
-    names = ("k", "m_club", "m_ball", "club_speed", "ball_speed", "gap")
-    values = {name: 10.0 ** rng.uniform(-9, 3, 200) for name in names}
-    values["exponent"] = rng.uniform(1, 12, 200)
-    steps = fmu.horizon({"law": 2, **values})
-    for n in range(200):
-        assert steps[n] == fmu.horizon({"law": 2} | {v: values[v][n].item() for v in values})
+    assert impacts(fmu, made, study.columns(np.arange(2))).outputs.tolist() == expected
 
 
 def test_a_step_long_enough_for_any_exponent(fmu):

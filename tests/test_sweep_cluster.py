@@ -11,12 +11,10 @@ from contextlib import ExitStack, suppress
 
 import distributed
 import pytest
-from command import COMMAND
+from command import COMMAND, golf_here
 
-from golf_impact.commands.sweep import swept
 from golf_impact.errors import UserError
-from golf_impact.sweeps import Stopped, Study, executors, run_sweep
-from golf_impact.sweeps.study_file import Options
+from golf_impact.sweeps import Study, executors, run_sweep
 
 SETS = {"k": "normal:1e6:5e5", "b": "0,9", "law": "1,2"}
 
@@ -45,15 +43,17 @@ def workers():
 @pytest.mark.ci
 def test_a_local_cluster_where_a_port_of_dask_is_taken(alone, fmu_path, tmp_path, capfd):
     """It takes none that another may have, so nothing is warned of."""
-    out = tmp_path / "x.csv"
-    given = Options(sets=SETS, out=out, samples=2000, seed=1, scheduler="local", workers=2,
-                    chunk=333, fmu=fmu_path, figures=False)  # fmt: skip
+    sets = [f"--set={name}={values}" for name, values in SETS.items()]
     with ExitStack() as stack:
         # Somebody else has it already otherwise.
         with suppress(OSError):
             stack.enter_context(socket.create_server(("", 8787)))
-        assert swept(given, None) == 0
-    assert out.read_bytes() == alone
+        done = golf_here(
+            *("sweep", *sets, "--samples", 2000, "--seed", 1, "--scheduler", "local"),
+            *("--workers", 2, "--no-figures", "--out", tmp_path / "x.csv", "--fmu", fmu_path),
+        )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "x.csv").read_bytes() == alone
     assert "8787" not in capfd.readouterr().err
 
 
@@ -77,20 +77,6 @@ def test_a_cluster_whose_worker_dies(alone, fmu_path, tmp_path, workers):
     run_sweep(study(), tmp_path / "y.csv", scheduler=address, fmu=fmu_path, chunk=100)
     assert (tmp_path / "y.csv").read_bytes() == alone
     assert victim not in {worker.pid for worker in workers.workers.values()}
-
-
-def test_stopping(fmu_path, tmp_path, workers):
-    out = tmp_path / "x.csv"
-    out.write_text("earlier")
-    done = []
-    with pytest.raises(Stopped) as stopped:
-        run_sweep(
-            study(), out, scheduler=workers.scheduler_address, fmu=fmu_path, chunk=100,
-            progress=done.append, stop=lambda: bool(done),
-        )  # fmt: skip
-    assert stopped.value.done == 100
-    assert out.read_text() == "earlier"
-    assert [path.name for path in tmp_path.iterdir()] == ["x.csv"]
 
 
 def test_the_executor_of_a_client(alone, fmu_path, tmp_path, workers):
@@ -131,8 +117,8 @@ def test_ctrl_c_while_the_cluster_starts(fmu_path, tmp_path, times):
             start_new_session=True,
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
         )
-        # Made just before the workers are started.
-        while not list(folder.glob("*/golf-impact-workers-*")):
+        # Made when the workers are started.
+        while not list(folder.glob("*/dask-scratch-space")):
             assert process.poll() is None
             time.sleep(0.005)
         time.sleep(rng.uniform(0.0, 2.0))

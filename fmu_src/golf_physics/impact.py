@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from math import inf
 from typing import NamedTuple
 
-from .laws.contact import EARLY, EndState, InitialState, State
+from .laws.contact import EndState, InitialState, State
 from .parameters import Inputs, Parameters
 
 #: Of a host's clock, relative.
@@ -57,9 +57,9 @@ class Impact:
 
     __slots__ = ("_following", "duration", "high", "inputs", "low", "parameters", "touch")
 
-    touched = in_contact = False
+    in_contact = False
     parameters: Parameters
-    inputs: Inputs  #: k, b and club_speed that act
+    inputs: Inputs  #: k, b and club_speed with which the phase began
     high: float  #: the instant at which the phase begins
     low: float
     duration: float  #: of the phase, s; inf if it doesn't end
@@ -84,11 +84,6 @@ class Impact:
         # To a host, an instant is the event's if they differ by no more than the clock's last bit.
         return t if t > RESOLUTION * self.high else 0.0
 
-    def _end(self) -> tuple[float, float]:
-        """The instant at which the phase ends."""
-        duration = self.duration
-        return added(self.high, self.low, duration) if duration else (self.high, self.low)
-
     def _follow(self) -> "Impact":
         """The impact from the next phase on, which is then remembered."""
         raise NotImplementedError
@@ -102,13 +97,7 @@ class Impact:
         return self.at(high, low)._with_inputs(inputs, high, low)
 
     def _with_inputs(self, inputs: Inputs, high: float, low: float) -> "Impact":
-        raise NotImplementedError
-
-    def refusal_of_touch(
-        self, high: float, low: float, inputs: Inputs, step: float
-    ) -> tuple[bool, str | None]:
-        """Whether these inputs lead to a touch that the law rejects; if in this step, why."""
-        return False, None
+        return self
 
     def state(self, high: float, low: float) -> State:
         """Contact force, positions, velocities and compression at an instant of the phase."""
@@ -118,10 +107,6 @@ class Impact:
         """The last contact phase, and how long it has lasted, s."""
         return None
 
-    def contact_displacement(self, state: State) -> float:
-        """The distance that the ball has moved in contact, m."""
-        return 0.0
-
     def impulse_of_step(self, high: float, low: float, step: float) -> float:
         """Impulse of the contact force over the last `step` seconds, N.s, however short it is."""
         last = self.contact_until(high, low)
@@ -129,10 +114,8 @@ class Impact:
             return 0.0
         contact, end = last
         # From the start of the phase: the difference of two late times would lose all digits.
-        before = high - step
-        back = high - before
-        lost = (high - (before + back)) + (back - step)
-        begin = (before - self.high) + ((low - self.low) + lost)
+        before, rest = added(high, low, -step)
+        begin = (before - self.high) + (rest - self.low)
         if contact is self and begin > 0.0:
             return contact.phase.impulse(begin, step) if begin < end else 0.0
         begin = max(0.0, begin if contact is self else begin + end)
@@ -155,8 +138,6 @@ class _Free(Impact):
 
     def state(self, high: float, low: float) -> State:
         t = (high - self.high) + (low - self.low)
-        if t <= RESOLUTION * self.high:
-            t = 0.0
         x_ball, v_club, v_ball, compression, closing = self.motion
         x_ball += v_ball * t
         compression += self.low_part + closing * t
@@ -189,51 +170,32 @@ class Approach(_Free):
         k, b, _ = self.inputs
         x_ball, v_club, v_ball, _, closing = self.motion
         x_ball += v_ball * duration
-        if p.restitution_at_rest:
-            b = p.contact_law.damping(p, k, closing)
-        high, low = self._end()
+        b = p.contact_law.damping(p, k, b, closing)
+        high, low = self.high, self.low
+        if duration:
+            high, low = added(high, low, duration)
         touch = _new(Touch, (high, low, x_ball, v_club))
         start = _new(InitialState, (x_ball, 0.0, v_club, v_ball, closing))
         following = Contact(p, self.inputs, high, low, touch, k, b, start, _NONE_YET)
         self._following = following
         return following
 
-    def _passed(self, high: float, low: float) -> bool:
-        """Whether a step has moved past the touch, by more than the clock's last bit."""
-        if (high - self.high) + (low - self.low) <= self.duration:
-            return False
-        end_high, end_low = self._end()
-        return (high - end_high) + (low - end_low) > RESOLUTION * end_high
-
     def with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
-        t = (high - self.high) + (low - self.low)
-        if t > self.duration and self._passed(high, low):
-            return super().with_inputs(inputs, high, low)
+        t, duration = (high - self.high) + (low - self.low), self.duration
+        if t > duration:
+            end, end_low = added(self.high, self.low, duration)
+            if (high - end) + (low - end_low) > RESOLUTION * end:
+                # A step has moved past the touch, by more than the clock's last bit.
+                return super().with_inputs(inputs, high, low)
         p = self.parameters
         x_ball, v_club, v_ball, compression, closing = self.motion
         if inputs[2] == v_club:
             return Approach(p, inputs, self.high, self.low, x_ball, -compression, -self.low_part)
-        if t >= self.duration:
-            return Approach(p, inputs, *self._end(), x_ball + v_ball * self.duration, 0.0, 0.0)
-        # Two-sum: a speed that changes at 10⁶ points still closes the right gap.
-        step = -closing * t
-        gap = step - compression
-        back = gap - step
-        gap_low = (step - (gap - back)) - (compression + back) - self.low_part
-        return Approach(p, inputs, high, low, x_ball + v_ball * t, gap, gap_low)
-
-    def refusal_of_touch(
-        self, high: float, low: float, inputs: Inputs, step: float
-    ) -> tuple[bool, str | None]:
-        p = self.parameters
-        problem = p.contact_law.refusal_of_touch(p, inputs[2])
-        if problem is None or self._passed(high, low):
-            return False, None
-        if (high - self.high) + (low - self.low) < self.duration:
-            _, x_club, x_ball, *_ = self.state(high, low)
-            if x_ball - x_club > (inputs[2] - p.ball_speed) * step * (1.0 + 1e-12):
-                return True, None
-        return True, problem
+        if t >= duration:
+            return Approach(p, inputs, high, low, x_ball + v_ball * duration, 0.0, 0.0)
+        # Without loss: a speed that changes at 10⁶ points still closes the right gap.
+        gap = added(-compression, -self.low_part, -closing * t)
+        return Approach(p, inputs, high, low, x_ball + v_ball * t, *gap)
 
     def packed(self) -> list:
         return [*super().packed(), self.motion[0], -self.motion[3], -self.low_part]
@@ -246,7 +208,7 @@ class Contact(Impact):
 
     __slots__ = ("b", "before", "initial", "k", "phase")
 
-    touched = in_contact = True
+    in_contact = True
     touch: Touch
 
     def __init__(
@@ -261,21 +223,16 @@ class Contact(Impact):
 
     def _follow(self) -> Impact:
         high, low = added(self.high, self.low, self.duration)
-        following = Flight(self, self.inputs, high, low, self.duration, self.phase.end())
+        following = Flight(self, high, low, self.duration, self.phase.end())
         self._following = following
         return following
 
     def _with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
         p, law, touch = self.parameters, self.parameters.contact_law, self.touch
         k, b, _ = inputs
-        if p.restitution_at_rest:
-            b = law.damping(p, k, touch.club_speed - p.ball_speed)
+        b = law.damping(p, k, b, touch.club_speed - p.ball_speed)
         if (k, b) == (self.k, self.b):
-            other = Contact.__new__(Contact)
-            for name in ("parameters", "high", "low", "touch", "duration", *Contact.__slots__):
-                setattr(other, name, getattr(self, name))
-            other.inputs, other._following = inputs, None
-            return other
+            return self
         _, x_club, x_ball, v_club, v_ball, d = self.state(high, low)
         t = self.elapsed(high, low)
         closing = self.phase.closing(t) if t else self.initial.closing
@@ -284,30 +241,24 @@ class Contact(Impact):
             peaks = *self.peak_force(t), self.peak_compression(t)
             before = Results(self.contact_time(t), *peaks, self.impulse(t))
             return Contact(p, inputs, high, low, touch, k, b, start, before)
-        return Flight(self, inputs, high, low, t, (x_ball, v_club, v_ball, d, closing))
+        return Flight(self, high, low, t, (x_ball, v_club, v_ball, d, closing))
 
     def clamped(self, state: State, t: float) -> State:
         """A state of the dense output as a host may see it, t s after the start of the phase.
 
-        Exact at the start; just after touch compression and force are evaluated separately; and
-        neither is below 0, whatever the rounding: bodies push, they don't pull.
+        Exact at the start; and neither force nor compression is below 0, whatever the rounding:
+        bodies push, they don't pull.
         """
         if not t:
-            x_club, compression, v_club, v_ball, closing = self.initial
-            force = self._force(compression, closing)
-            state[:] = force, x_club, x_club - compression, v_club, v_ball, compression
-        elif t * self.phase.rate <= EARLY and not self.initial.compression:
-            state[5] = self.phase.compression(t)
-            state[0] = self._force(state[5], self.phase.closing(t))
+            p = self.parameters
+            x_club, d, v_club, v_ball, closing = self.initial
+            force = p.contact_law.force(p, self.k, self.b, d, closing)
+            state[:] = force, x_club, x_club - d, v_club, v_ball, d
         if state[0] < 0.0:
             state[0] = 0.0
         if state[5] < 0.0:
             state[2], state[5] = state[1], 0.0
         return state
-
-    def _force(self, compression: float, closing: float) -> float:
-        p = self.parameters
-        return p.contact_law.force(p, self.k, self.b, compression, closing)
 
     def state(self, high: float, low: float) -> State:
         t = self.elapsed(high, low)
@@ -316,9 +267,6 @@ class Contact(Impact):
 
     def contact_until(self, high: float, low: float) -> "tuple[Contact, float]":
         return self, self.elapsed(high, low)
-
-    def contact_displacement(self, state: State) -> float:
-        return state[2] - self.touch.x_ball
 
     def contact_time(self, t: float) -> float:
         return self.before.contact_time + t
@@ -347,43 +295,34 @@ class Contact(Impact):
 class Flight(_Free):
     """The bodies after a contact that lasted so long, s; `motion` as in `_Free`."""
 
-    __slots__ = ("contact", "lasted")
+    __slots__ = ("contact", "lasted", "x_end")
 
-    touched = True
     touch: Touch
     duration = inf
 
     def __init__(
-        self, contact: Contact, inputs: Inputs, high: float, low: float, lasted: float,
-        motion: EndState,
-    ) -> None:  # fmt: skip
-        self.parameters, self.inputs, self.high, self.low = contact.parameters, inputs, high, low
-        self.contact, self.lasted, self.touch = contact, lasted, contact.touch
-        self.motion = motion
-
-    def _with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
-        return Flight(self.contact, inputs, self.high, self.low, self.lasted, self.motion)
+        self, contact: Contact, high: float, low: float, lasted: float, motion: EndState
+    ) -> None:
+        self.parameters, self.inputs, self.touch = contact.parameters, contact.inputs, contact.touch
+        self.contact, self.high, self.low = contact, high, low
+        self.lasted, self.motion, self.x_end = lasted, motion, motion[0]
 
     def contact_until(self, high: float, low: float) -> tuple[Contact, float]:
         return self.contact, self.lasted
 
-    def contact_displacement(self, state: State) -> float:
-        return self.motion[0] - self.touch.x_ball
-
     def packed(self) -> list:
-        return [*super().packed(), self.contact.packed(), self.lasted, self.motion]
+        return ["Flight", self.contact.packed(), self.high, self.low, self.lasted, self.motion]
 
 
 def unpacked(packed: Sequence) -> Impact:
     """The impact that `Impact.packed` was called on; raises ValueError and the like if none was."""
+    if packed[0] == "Flight":
+        _, contact, high, low, lasted, motion = packed
+        return Flight(unpacked(contact), high, low, lasted, tuple(motion))  # type: ignore[arg-type]
     kind, values, inputs, high, low, *rest = packed
-    begin = tuple(inputs), high, low
-    if kind == "Flight":
-        contact, lasted, motion = rest
-        return Flight(unpacked(contact), *begin, lasted, tuple(motion))  # type: ignore[arg-type]
-    parameters = Parameters(*values)
+    begin = Parameters(*values), tuple(inputs), high, low
     if kind == "Approach":
-        return Approach(parameters, *begin, *rest)
+        return Approach(*begin, *rest)
     touch, k, b, initial, before = rest
     start = InitialState(*initial)
-    return Contact(parameters, *begin, Touch(*touch), k, b, start, Results(*before))
+    return Contact(*begin, Touch(*touch), k, b, start, Results(*before))

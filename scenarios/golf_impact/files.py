@@ -15,9 +15,6 @@ from golf_build.archive import plain, whole
 from golf_impact.errors import UserError
 from golf_impact.stopping import held
 
-#: Bytes: a study or a list of measurements has some hundred.
-_LARGEST_TEXT = 2**20
-
 
 def prepare(folder: Path, *names: str) -> None:
     """Check that these files and others can be written into a folder, which may not exist yet.
@@ -29,8 +26,7 @@ def prepare(folder: Path, *names: str) -> None:
     try:
         # A link that leads nowhere exists, too.
         existing = next(f for f in (folder, *folder.absolute().parents) if os.path.lexists(f))
-        with tempfile.TemporaryFile(dir=existing):
-            pass
+        tempfile.TemporaryFile(dir=existing).close()
         for path in (folder / name for name in names):
             plain(path)
     except OSError as error:
@@ -81,14 +77,10 @@ def read_text(path: Path) -> str:
     """A text file (UTF-8, perhaps with a byte order mark) that a user names.
 
     Raises:
-        UserError: it can't be read, isn't UTF-8, or is larger than 1 MiB.
+        UserError: it can't be read, or isn't UTF-8.
     """
     try:
-        with open(path, "rb") as stream:
-            data = stream.read(_LARGEST_TEXT + 1)
-        if len(data) > _LARGEST_TEXT:
-            raise UserError(f"{path} is refused: it is larger than {_LARGEST_TEXT:,} bytes")
-        return data.decode("utf-8-sig")
+        return path.read_text("utf-8-sig")
     except OSError as error:
         raise UserError(f"can't read {path}: {error.strerror}") from error
     except UnicodeDecodeError as error:

@@ -35,38 +35,28 @@ def scratch_folder() -> Iterator[None]:
     # Not at the top: signals are handled before anything slow is imported.
     import tempfile
 
-    before, variable = tempfile.tempdir, os.environ.get("TMPDIR")
-    with held():
-        _scratch = tempfile.mkdtemp(prefix="golf-impact-run-")
+    before, variables = tempfile.tempdir, dict(os.environ)
+    _scratch = tempfile.mkdtemp(prefix="golf-impact-run-")
     tempfile.tempdir = os.environ["TMPDIR"] = _scratch
     try:
         yield
     finally:
         _remove_scratch()
-        _scratch, tempfile.tempdir = "", before
-        del os.environ["TMPDIR"]
-        if variable is not None:
-            os.environ["TMPDIR"] = variable
-
-
-def temporary_folder() -> str:
-    """Where this system keeps temporary files."""
-    import tempfile
-
-    return os.path.dirname(_scratch) or tempfile.gettempdir()
+        tempfile.tempdir = before
+        os.environ.pop("TMPDIR")
+        os.environ.update(variables)
 
 
 def _remove_scratch() -> None:
     import shutil
 
-    # A child that hasn't ended yet may write into it once more.
-    for _ in range(3 if _scratch else 0):
+    if _scratch:
         shutil.rmtree(_scratch, ignore_errors=True)
 
 
 @contextmanager
 def held() -> Iterator[None]:
-    """Signals that come within this block are handled at its end; keep it short."""
+    """Signals are handled at the end of this block: keep it short, or check `is_requested`."""
     global _holding
     _holding += 1
     try:
@@ -75,6 +65,11 @@ def held() -> Iterator[None]:
         _holding -= 1
         if _requested:
             _handle()
+
+
+def is_requested() -> bool:
+    """Whether there was a signal, which is held back."""
+    return _requested
 
 
 def _handle(*_: object) -> None:

@@ -76,7 +76,7 @@ class Component:
         #: The state at this communication point, once it has been read.
         self._now: State | None = None
         #: A state that has been evaluated, and the impact at its instant.
-        self._present: tuple[State | None, Any] = None, None
+        self._present: tuple[State, Any] = [], None
         #: The last list of references read: see `outputs.Reading`.
         self._moving: list[int] | None = None
         self._pick: Callable[[State], list[float]] | None = None
@@ -128,7 +128,7 @@ class Component:
         self._mode = TERMINATED
         self._size = nan
 
-    def _go_on(self, segment: Segment, count: float) -> None:
+    def _go_on(self, segment: Any, count: float) -> None:
         """From here on the instant is that after so many steps of this segment."""
         self._segment, self._count, self._now = segment, count, None
 
@@ -202,12 +202,7 @@ class Component:
             if touch is None or touch.high >= high:
                 origin = point - high
         values = self.values
-        inputs = k, b, _ = values[0], values[1], values[2]
-        watched = False
-        if impact.parameters.restitution_at_rest:
-            watched, problem = impact.refusal_of_touch(high, low, inputs, size)
-            if problem is not None:
-                return problem
+        inputs = k, b, club_speed = values[0], values[1], values[2]
         if inputs != impact.inputs:
             problem = conflict(impact.parameters, inputs)
             if problem is not None:
@@ -216,6 +211,13 @@ class Component:
                 impact = impact.with_inputs(inputs, high, low)
             except (ArithmeticError, ValueError) as error:
                 return f"k = {k!r}, b = {b!r} are refused: {_OUT_OF_RANGE} ({error})"
+        p, watched = impact.parameters, False
+        if p.restitution_at_rest and impact.touch is None:
+            problem = p.contact_law.refusal_of_touch(p, club_speed)
+            watched = problem is not None
+            left = impact.duration - impact.elapsed(high, low)
+            if problem is not None and left <= size * (1.0 + 1e-12):
+                return problem
         self._watched = watched
         self.origin = origin
         if size == segment.size and impact is segment.impact:
@@ -315,14 +317,7 @@ class Component:
     def impact(self) -> Any:
         """The impact at the present instant, for outputs."""
         state, impact = self._present
-        if state is self._now:
-            return impact
-        segment = self._ready()
-        try:
-            return segment.impact.at(*segment.instant(self._count))
-        except (ArithmeticError, ValueError):
-            # Its contact leaves the range of a double: `_evaluate` reports it.
-            return segment.impact
+        return impact if state is self._now else self._segment.impact.at(*self.instant())
 
     def _ready(self) -> Segment:
         """The segment; before stepping, that of the start instant under the present values."""
@@ -338,12 +333,12 @@ class Component:
         """The state at this communication point."""
         segment = self._ready()
         try:
-            self._present = now, _ = segment.state(self._count)
+            self._present = segment.state(self._count)
         except (ArithmeticError, ValueError) as error:
             self._report(f"{_OUT_OF_RANGE} ({error})")
-            now = [nan] * len(MOVING)
-        self._now = now
-        return now
+            self._present = [nan] * len(MOVING), segment.impact
+        self._now, _ = self._present
+        return self._now
 
     def snapshot(self) -> tuple:
         """Everything, for `restore` in any instance of this process."""
@@ -359,22 +354,12 @@ class Component:
         (
             _, values, self._mode, self._refused, self._once, self.start_time, self.origin,
             self._point, self._count, self._segment,
-        ) = snapshot[: state.LENGTH]  # type: ignore[index]  # fmt: skip
+        ) = snapshot  # type: ignore[misc]  # fmt: skip
         self.values = list(values)
         self._anchored = self._watched = False
         self._size = nan
         self._now = None
 
-    @classmethod
-    def packed(cls, snapshot: tuple) -> bytes:
-        """A snapshot as bytes, for another process."""
-        return state.packed(snapshot, cls._pack_more)
-
-    @classmethod
-    def unpacked(cls, data: bytes) -> tuple | None:
-        """The snapshot that became these bytes, or None if they are none of this component's."""
-        return state.unpacked(data, cls._unpack_more)
-
-    #: What a subclass adds to a snapshot, to and from numbers and lists of numbers.
-    _pack_more: Any = staticmethod(list)
-    _unpack_more: Any = staticmethod(tuple)
+    #: A snapshot as bytes, for another process, and back.
+    packed = staticmethod(state.packed)
+    unpacked = staticmethod(state.unpacked)

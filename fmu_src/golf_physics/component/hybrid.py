@@ -4,7 +4,8 @@ An instance isn't told which of the two it is for: the first call that only Mode
 decides. From then on the host's time and states count, and steps are refused.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
+from functools import partial
 from math import inf, isfinite, nan, nextafter
 from typing import Any, NamedTuple
 
@@ -15,42 +16,66 @@ from ..variables import MORE_VARIABLES, VARIABLES
 from . import state
 from .component import BLOCKED, STEPPING, Component
 from .outputs import OUTPUTS, Output, readings
-from .segment import NO_SEGMENT, Segment
+from .segment import NO_READER, Segment
 
 #: Added to an indicator that may be exactly 0 before its event: solvers look for changes of sign.
 _ABOVE_ZERO = 1e-18
 
 
-class SolvedImpact(NamedTuple):
-    """An impact from its last event on; the host's solver has the states: positions (m) and
-    velocities (m/s), each of club and ball. Outputs read its results as those of `Impact`.
-    """
-
+class _Solved(NamedTuple):
     parameters: Parameters
     inputs: Inputs
     k: float  #: of the contact, N/m
     b: float  #: of the contact, N.s/m
+    time: float  #: the host's, s
+    states: list[float]  #: positions (m) and velocities (m/s), each of club and ball
+    started: bool = False  #: whether the start time is fixed
     touch: Touch | None = None  #: in the host's time
     in_contact: bool = False
     refusal_of_touch: str | None = None  #: why the law rejects the touch that there was
     dragged: float = 0.0  #: momentum that drag has taken from the ball until the last event, N.s
     drag: float = 0.0  #: its coefficient from then on, N.s/m
-    x_ball: float = 0.0  #: position of the ball then, m
-    ended: tuple[float, float] = (0.0, 0.0)  #: contact time (s) and x_ball at the end of contact
+    x_ball: float = 0.0  #: position of the ball at that event, m
+    lasted: float = 0.0  #: of the contact once it has ended, s
+    x_end: float = 0.0  #: position of the ball then, m
 
-    @staticmethod
-    def start(parameters: Parameters, inputs: Inputs) -> "tuple[SolvedImpact, list[float]]":
-        """The impact at the start, and the states."""
-        states = [-parameters.gap, 0.0, inputs[2], parameters.ball_speed]
-        return SolvedImpact(parameters, inputs, *inputs[:2]), states
+
+class SolvedImpact(_Solved):
+    """An impact from its last event on, whose motion a host's solver finds.
+
+    Outputs read it as an `Impact`; it takes the place of an instance's communication steps.
+    """
+
+    # As of a segment.
+    size = nan
+    reader = NO_READER
 
     @property
-    def touched(self) -> bool:
-        return self.touch is not None
+    def impact(self) -> "SolvedImpact":
+        return self
 
-    def solver_state(self, states: Sequence[float]) -> State:
+    def instant(self, count: float) -> tuple[float, float]:
+        return self.time, 0.0
+
+    def state(self, count: float) -> "tuple[State, SolvedImpact]":
+        force, *moving, compression = self.solver_state()
+        return [max(0.0, force), *moving, max(0.0, compression)], self
+
+    def packed(self) -> list:
+        return ["SolvedImpact", *self]
+
+    @staticmethod
+    def unpacked(packed: list) -> Any:
+        """A segment or a solved impact from what JSON makes of its `packed`."""
+        if packed[0] != "SolvedImpact":
+            return Segment.unpacked(packed)
+        _, values, inputs, *others = packed
+        solved = SolvedImpact(Parameters(*values), tuple(inputs), *others)
+        return solved._replace(touch=solved.touch and Touch(*solved.touch))
+
+    def solver_state(self) -> State:
         """The state; force and compression continue smoothly below 0 until the event."""
-        x_club, x_ball, v_club, v_ball = states
+        x_club, x_ball, v_club, v_ball = self.states
         if self.touch is None:
             v_club = self.inputs[2]
         compression = x_club - x_ball
@@ -60,52 +85,44 @@ class SolvedImpact(NamedTuple):
             force = p.contact_law.force(p, self.k, self.b, compression, v_club - v_ball)
         return [force, x_club, x_ball, v_club, v_ball, compression]
 
-    def state(self, states: Sequence[float]) -> State:
-        force, *moving, compression = self.solver_state(states)
-        return [max(0.0, force), *moving, max(0.0, compression)]
-
     def with_inputs(self, inputs: Inputs) -> "SolvedImpact":
         p = self.parameters
         k, b, _ = inputs
-        if p.restitution_at_rest and self.touch is not None:
-            b = p.contact_law.damping(p, k, self.touch.club_speed - p.ball_speed)
+        if self.touch is not None:
+            b = p.contact_law.damping(p, k, b, self.touch.club_speed - p.ball_speed)
         return self._replace(inputs=inputs, k=k, b=b)
 
-    def after_event(self, time: float, states: list[float]) -> tuple["SolvedImpact", list[float]]:
-        """The impact and the states after what happens at this instant of the host's time (s)."""
-        x_club, x_ball, _, v_ball = states
+    def after_event(self) -> "SolvedImpact":
+        """The impact after what happens at this instant."""
+        x_club, x_ball, _, v_ball = self.states
         p, impact = self.parameters, self
         if self.touch is None:
             club_speed = self.inputs[2]
-            states = [x_club, x_ball, club_speed, v_ball]
+            impact = self._replace(states=[x_club, x_ball, club_speed, v_ball])
             if x_club >= x_ball and club_speed > v_ball:
                 refusal = p.contact_law.refusal_of_touch(p, club_speed)
-                touch = Touch(time, 0.0, x_ball, club_speed)
-                impact = self._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
+                touch = Touch(self.time, 0.0, x_ball, club_speed)
+                impact = impact._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
                 if refusal is None:
                     impact = impact.with_inputs(self.inputs)
-                impact = impact._with_drag(states)
+                impact = impact._with_drag()
         elif self.in_contact:
-            impact = self._with_drag(states)
-            if separation_indicator(self, self.solver_state(states)) <= 0.0:
-                ended = time - self.touch.high, x_ball
-                impact = impact._replace(ended=ended, in_contact=False)
-        return impact, states
+            impact = self._with_drag()
+            if separation_indicator(self, self.solver_state()) <= 0.0:
+                lasted = self.time - self.touch.high
+                impact = impact._replace(lasted=lasted, x_end=x_ball, in_contact=False)
+        return impact
 
-    def _with_drag(self, states: list[float]) -> "SolvedImpact":
+    def _with_drag(self) -> "SolvedImpact":
         """Sums up the drag on the ball until here, where its coefficient may change."""
-        dragged = self.dragged + self.drag * (states[1] - self.x_ball)
+        x_ball = self.states[1]
+        dragged = self.dragged + self.drag * (x_ball - self.x_ball)
         drag = self.parameters.contact_law.drag(self.b)
-        return self._replace(dragged=dragged, drag=drag, x_ball=states[1])
+        return self._replace(dragged=dragged, drag=drag, x_ball=x_ball)
 
     def contact_until(self, high: float, low: float) -> "tuple[SolvedImpact, float]":
-        in_contact = self.in_contact and self.touch is not None
-        return self, (high + low - self.touch.high if in_contact else self.ended[0])  # type: ignore[union-attr]
-
-    def contact_displacement(self, state: State) -> float:
-        if self.touch is None:
-            return 0.0
-        return (state[2] if self.in_contact else self.ended[1]) - self.touch.x_ball
+        touch = self.touch if self.in_contact else None
+        return self, (self.time - touch.high if touch is not None else self.lasted)
 
     def contact_time(self, t: float) -> float:
         return t
@@ -128,23 +145,15 @@ class SolvedImpact(NamedTuple):
     def impulse_of_step(self, high: float, low: float, step: float) -> float:
         return nan
 
-    def packed(self) -> list:
-        return [self.parameters.values, *self[1:]]
-
-    @staticmethod
-    def unpacked(packed: Sequence) -> "SolvedImpact":
-        values, inputs, k, b, touch, *rest, ended = packed
-        touch = None if touch is None else Touch(*touch)
-        return SolvedImpact._make(
-            (Parameters(*values), tuple(inputs), k, b, touch, *rest, tuple(ended))
-        )
-
 
 def accelerations(impact: Any, state: State) -> tuple[float, float]:
     """Of club and ball (m/s²), in an `Impact` or a `SolvedImpact`, as the indicators below."""
     if not impact.in_contact:
         return 0.0, 0.0
     p = impact.parameters
+    # A host sees a force of at least 0, its solver doesn't.
+    if isinstance(impact, SolvedImpact):
+        state = impact.solver_state()
     force, _, _, v_club, v_ball, _ = state
     drag = p.contact_law.drag(impact.b)
     return -(force + drag * v_club) / p.m_club, (force - drag * v_ball) / p.m_ball
@@ -175,8 +184,8 @@ def separation_indicator(impact: Any, state: State) -> float:
 #: What FMI 2.0 doesn't have.
 _MORE: dict[str, Output] = {
     "time": lambda impact, state, at: at.time(),
-    "club_acceleration": lambda impact, state, at: accelerations(impact, at.unclamped(state))[0],
-    "ball_acceleration": lambda impact, state, at: accelerations(impact, at.unclamped(state))[1],
+    "club_acceleration": lambda impact, state, at: accelerations(impact, state)[0],
+    "ball_acceleration": lambda impact, state, at: accelerations(impact, state)[1],
     "touch_indicator": lambda impact, state, at: touch_indicator(impact, state),
     "separation_indicator": lambda impact, state, at: separation_indicator(impact, state),
 }
@@ -185,35 +194,25 @@ _MORE: dict[str, Output] = {
 class HybridComponent(Component):
     """An instance for co-simulation with event mode, or for Model Exchange."""
 
-    __slots__ = ("_solved", "_started", "_states", "_time")
+    __slots__ = ()
 
     reading = staticmethod(readings(VARIABLES + MORE_VARIABLES, OUTPUTS | _MORE))
 
     def __init__(self, report: Callable[[str], None]) -> None:
         super().__init__(report)
-        #: Model Exchange: the impact; the states and the time of the host's solver; whether the
-        #: start time is fixed.
-        self._solved: SolvedImpact | None = None
-        self._states: list[float] = []
-        self._time = nan
-        self._started = False
         # The start time isn't passed to an instance: it is that of the first step.
         self._point = nan
         self._anchored = False
 
     @property
-    def last_step(self) -> float:
-        return super().last_step if self._solved is None else nan
-
-    def instant(self) -> tuple[float, float]:
-        return super().instant() if self._solved is None else (self._time, 0.0)
+    def _solved(self) -> SolvedImpact | None:
+        """In Model Exchange, the impact."""
+        segment: Any = self._segment
+        return segment if isinstance(segment, SolvedImpact) else None
 
     def time(self) -> float:
         high, low = self.instant()
         return self.origin + (high + low)
-
-    def impact(self) -> Any:
-        return super().impact() if self._solved is None else self._solved
 
     def _check(self, point: float, size: float) -> Segment | str:
         if self._solved is not None:
@@ -224,24 +223,12 @@ class HybridComponent(Component):
             self.start_time = self.origin
         return accepted
 
-    def _evaluate(self) -> State:
-        if self._solved is None:
-            return super()._evaluate()
-        self._now = self._solved.state(self._states)
-        return self._now
-
-    def unclamped(self, state: State) -> State:
-        """Without the lower limit of 0 that a host sees in Model Exchange."""
-        return state if self._solved is None else self._solved.solver_state(self._states)
-
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
         super().set_values(references, values, type_)
+        inputs: Any = tuple(self.values[:INPUTS])
         solved = self._solved
-        if solved is not None:
-            inputs: Any = tuple(self.values[:INPUTS])
-            if inputs != solved.inputs:
-                self._solved = solved.with_inputs(inputs)
-            self._now = None
+        if solved is not None and inputs != solved.inputs:
+            self._go_on(solved.with_inputs(inputs), 0.0)
 
     def update(self) -> tuple[bool, bool, float | None]:
         """Handle the events of this instant.
@@ -256,28 +243,24 @@ class HybridComponent(Component):
         solved = self._solved
         if problem is None and self._refused and (solved is not None or not self.last_step):
             problem = "; ".join(self._refused.values())
-        jumped = False
         if problem is None and solved is not None:
-            self._now = None
-            self._solved, self._states = solved.after_event(self._time, self._states)
-            # At every event: derivatives jump with inputs as well, and fmusim's CVODE is wrong
-            # unless it starts anew.
-            jumped = True
-            problem = self._solved.refusal_of_touch
+            solved = solved.after_event()
+            self._go_on(solved, 0.0)
+            problem = solved.refusal_of_touch
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
-            return True, jumped, None
+            return True, False, None
         # Before the first step it may still be used for Model Exchange, which has indicators.
         ahead = solved is None and self.last_step
-        return False, jumped, next(self._events_after(self._point), None) if ahead else None
+        when = next(self._events_after(self._point), None) if ahead else None
+        # A solver starts anew at every event: derivatives jump with inputs as well, and fmusim's
+        # CVODE is wrong otherwise.
+        return False, solved is not None, when
 
     def _events_after(self, point: float) -> Iterator[float]:
         """When touch and separation are still to come (s), if the host's time is this one now."""
-        segment = self._segment
-        if segment is NO_SEGMENT:
-            return
-        high, low = segment.instant(self._count)
-        impact = segment.impact
+        high, low = self._segment.instant(self._count)
+        impact = self._segment.impact
         inputs: Any = tuple(self.values[:INPUTS])
         try:
             if inputs != impact.inputs:
@@ -313,74 +296,57 @@ class HybridComponent(Component):
                     return self.step(point, size if when == end else when - point), True, when
         return self.step(point, size), False, end
 
-    def _solving(self) -> tuple[SolvedImpact, list[float]]:
-        """The impact to solve and its states; before stepping, those of the present values."""
-        if self._solved is not None:
-            return self._solved, self._states
-        solved, states = SolvedImpact.start(*self._split())
-        time = self.time()
-        solved, states = solved.after_event(time, states)
+    def _solving(self) -> SolvedImpact:
+        """The impact to solve; before stepping, that of the present values."""
+        solved = self._solved
+        if solved is not None:
+            return solved
+        p, inputs = self._split()
+        k, b, club_speed = inputs
+        start = [-p.gap, 0.0, club_speed, p.ball_speed]
+        time = nan if self.last_step else self.time()
+        solved = SolvedImpact(p, inputs, k, b, time, start).after_event()
         if self._mode == STEPPING:
-            self._solved, self._states, self._now = solved, states, None
+            self._go_on(solved, 0.0)
             # From here on the clock is the host's time.
-            self._time, self.origin = nan if self.last_step else time, 0.0
+            self.origin = 0.0
             if solved.refusal_of_touch is not None:
                 self._report(solved.refusal_of_touch)
-        return solved, states
+        return solved
 
     def set_time(self, time: float) -> None:
         """The host's time, s; the first one set before any state is that of the start."""
-        solved, _ = self._solving()
-        if not self._started and self._solved is not None:
-            self._started = True
+        solved = self._solving()
+        if self._solved is None:
+            return
+        if not solved.started:
             self.start_time = time
             if solved.touch is not None:
-                self._solved = solved._replace(touch=solved.touch._replace(high=time))
-        self._time = time
-        self._now = None
+                solved = solved._replace(touch=solved.touch._replace(high=time))
+        self._go_on(solved._replace(time=time, started=True), 0.0)
 
     def states(self) -> list[float]:
         """The continuous states: positions (m) and velocities (m/s), each of club and ball."""
-        return self._solving()[1]
+        return self._solving().states
 
     def set_states(self, states: list[float]) -> None:
         """Of the host's solver; the list is kept."""
-        self._solving()
+        solved = self._solving()
         if self._solved is not None:
-            self._started = True
-            self._states = states
-        self._now = None
+            self._go_on(solved._replace(states=states, started=True), 0.0)
 
     def derivatives(self) -> list[float]:
         """Of the states; NaN while values are refused, so that no solver goes on with others."""
-        solved, states = self._solving()
+        solved = self._solving()
         if self._refused or self._mode == BLOCKED or solved.refusal_of_touch is not None:
             return [nan] * 4
-        now = solved.solver_state(states)
+        now = solved.solver_state()
         return [now[3], now[4], *accelerations(solved, now)]
 
     def indicators(self) -> list[float]:
         """Of touch and separation: above 0 until it happens."""
-        solved, states = self._solving()
-        now = solved.solver_state(states)
+        solved = self._solving()
+        now = solved.solver_state()
         return [touch_indicator(solved, now), separation_indicator(solved, now)]
 
-    def snapshot(self) -> tuple:
-        solving = self._solved, self._states, self._time, self._started
-        return (*super().snapshot(), *solving)
-
-    def restore(self, snapshot: tuple | None) -> None:
-        super().restore(snapshot)
-        if state.is_own(snapshot):
-            self._solved, self._states, self._time, self._started = snapshot[state.LENGTH :]  # type: ignore[index]
-
-    @staticmethod
-    def _pack_more(more: tuple) -> list:
-        solved, *others = more
-        return [solved and solved.packed(), *others]
-
-    @staticmethod
-    def _unpack_more(more: list) -> tuple:
-        solved, states, time, started = more
-        solved = None if solved is None else SolvedImpact.unpacked(solved)
-        return solved, [float(value) for value in states], float(time), bool(started)
+    unpacked = staticmethod(partial(state.unpacked, revive=SolvedImpact.unpacked))

@@ -56,6 +56,13 @@ def _energy_efficiency(impact: Impact, state: State, at: Any) -> float:
     return (m_club * v_club * v_club + m_ball * v_ball * v_ball) / at_touch if at_touch else 1.0
 
 
+def _contact_displacement(impact: Any, state: State, at: Any) -> float:
+    touch = impact.touch
+    if touch is None:
+        return 0.0
+    return (state[2] if impact.in_contact else impact.x_end) - touch.x_ball
+
+
 def _momentum(impact: Impact, state: State, at: Any) -> float:
     return impact.parameters.m_club * state[3] + impact.parameters.m_ball * state[4]
 
@@ -84,9 +91,9 @@ OUTPUTS: dict[str, Output] = {
     "ball_velocity": lambda impact, state, at: state[4],
     "compression": lambda impact, state, at: state[5],
     "mean_force": _mean_force,
-    "touched": lambda impact, state, at: impact.touched,
+    "touched": lambda impact, state, at: impact.touch is not None,
     "in_contact": lambda impact, state, at: impact.in_contact,
-    "separated": lambda impact, state, at: impact.touched and not impact.in_contact,
+    "separated": lambda impact, state, at: impact.touch is not None and not impact.in_contact,
     "touch_time": _touch_time,
     "smash_factor": _smash_factor,
     "coefficient_of_restitution": _coefficient_of_restitution,
@@ -96,7 +103,7 @@ OUTPUTS: dict[str, Output] = {
     "time_of_max_force": _of_contact(lambda contact, t, state: contact.peak_force(t)[1]),
     # After law 2's separation the ball is still compressed, without force.
     "max_compression": _of_contact(lambda c, t, state: max(c.peak_compression(t), state[5])),
-    "contact_displacement": lambda impact, state, at: impact.contact_displacement(state),
+    "contact_displacement": _contact_displacement,
     "impulse": _of_contact(lambda contact, t, state: contact.impulse(t, state)),
     "momentum": _momentum,
     "kinetic_energy": _kinetic_energy,

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from math import ceil, inf
 
-from ..impact import RESOLUTION, Contact, Impact, added
-from ..laws.contact import EARLY, State
+from ..impact import RESOLUTION, Contact, Impact, added, unpacked
+from ..laws.contact import State
 
 #: Next to touch and separation (relative) force and compression may be all rounding error.
 _CLOSE = 1e-12
@@ -13,9 +13,7 @@ _CLOSE = 1e-12
 #: there and that of a step; between which of its times the dense output is the state.
 _Reader = tuple[Callable[[float], State], float, float, float, float, float]
 
-
-def _nowhere(t: float) -> State:
-    raise AssertionError
+NO_READER: _Reader = list, 0.0, 0.0, 0.0, inf, -inf  # type: ignore[assignment]
 
 
 class Segment:
@@ -28,7 +26,7 @@ class Segment:
     def __init__(self, impact: Impact, high: float, low: float, size: float) -> None:
         self.impact, self.high, self.low, self.size = impact, high, low, size
         #: Found on demand, and a function of the values above alone.
-        self.reader: _Reader = _NO_READER
+        self.reader: _Reader = NO_READER
 
     def instant(self, count: float) -> tuple[float, float]:
         """The instant after so many steps, s."""
@@ -52,27 +50,30 @@ class Segment:
         if not impact.in_contact:
             return impact.state(high, low), impact
         assert isinstance(impact, Contact)
-        motion, first, offset, pace, _, _ = self._reader_of(impact)
-        state = motion(offset + (count - first) * pace)
-        return impact.clamped(state, impact.elapsed(high, low)), impact
-
-    def _reader_of(self, impact: Contact) -> _Reader:
         motion, scale = impact.phase.dense_output()
-        offset = (self.high - impact.high) + (self.low - impact.low)
-        first = 0.0
+        offset, first = (self.high - impact.high) + (self.low - impact.low), 0.0
         if offset < 0.0 and self.size:
             # Steps before the phase began would only cost digits.
             first = float(ceil(-offset / self.size - 1e-9))
-            high, low = self.instant(first)
-            offset = (high - impact.high) + (low - impact.low)
+            begin, begin_low = self.instant(first)
+            offset = (begin - impact.high) + (begin_low - impact.low)
         # Next to an event the exact instant decides, and the state is clamped.
-        since = scale * max(EARLY / impact.phase.rate, RESOLUTION * impact.high)
+        since = scale * max(_CLOSE / impact.phase.rate, RESOLUTION * impact.high)
         until = scale * impact.duration * (1.0 - _CLOSE)
-        self.reader = motion, first, scale * offset, scale * self.size, since, until
-        return self.reader
+        offset, pace = scale * offset, scale * self.size
+        self.reader = motion, first, offset, pace, since, until
+        state = motion(offset + (count - first) * pace)
+        return impact.clamped(state, impact.elapsed(high, low)), impact
 
+    def packed(self) -> list:
+        """As numbers and lists of numbers, for `unpacked` in another process."""
+        return [self.impact.packed(), self.high, self.low, self.size]
 
-_NO_READER: _Reader = (_nowhere, 0.0, 0.0, 0.0, inf, -inf)
+    @staticmethod
+    def unpacked(packed: list) -> "Segment":
+        impact, *steps = packed
+        return Segment(unpacked(impact), *steps)
+
 
 #: No steps, and no impact yet.
 NO_SEGMENT = Segment(None, 0.0, 0.0, 0.0)  # type: ignore[arg-type]

@@ -3,25 +3,21 @@
 import json
 from binascii import crc32
 from collections.abc import Callable
+from operator import attrgetter
+from typing import Any
 
-from ..impact import unpacked as unpacked_impact
-from ..parameters import SETTABLE, conflict
-from ..variables import VARIABLES
 from .segment import NO_SEGMENT, Segment
 
 #: First item of a serialized state; it changes with the layout.
-_FORMAT = "golf-impact state 6"
+_FORMAT = "golf-impact state 7"
 
 #: First item of every snapshot; another version of this component in the process has another one.
 OWN = object()
 
-#: Items of a snapshot, before what a subclass adds; the last one is the segment.
-LENGTH = 10
-
 
 def is_own(snapshot: object) -> bool:
     """Whether this component made it."""
-    return type(snapshot) is tuple and len(snapshot) >= LENGTH and snapshot[0] is OWN
+    return type(snapshot) is tuple and snapshot[:1] == (OWN,)
 
 
 def _with_checksum(body: bytes) -> bytes:
@@ -29,37 +25,25 @@ def _with_checksum(body: bytes) -> bytes:
     return body + f", {crc32(body)}]".encode()
 
 
-def packed(snapshot: tuple, pack_more: Callable[[tuple], list]) -> bytes:
+def packed(snapshot: Any) -> bytes:
     """A snapshot as bytes: a JSON list that ends with a checksum."""
     if not is_own(snapshot):
         return b""
-    _, *plain, segment = snapshot[:LENGTH]
-    steps = None
-    if segment is not NO_SEGMENT:
-        steps = [segment.impact.packed(), segment.high, segment.low, segment.size]
-    items = [_FORMAT, *plain, steps, pack_more(snapshot[LENGTH:])]
-    return _with_checksum(json.dumps(items)[:-1].encode())
+    _, *plain, segment = snapshot
+    items = [_FORMAT, *plain, None if segment is NO_SEGMENT else segment.packed()]
+    return _with_checksum(json.dumps(items, default=attrgetter("values"))[:-1].encode())
 
 
-def unpacked(data: bytes, unpack_more: Callable[[list], tuple]) -> tuple | None:
+def unpacked(data: bytes, revive: Callable[[list], Segment] = Segment.unpacked) -> tuple | None:
     """The snapshot that became these bytes, or None if they are none of this component's."""
     try:
         body = data.rpartition(b", ")[0]
         if data != _with_checksum(body):
             return None
-        form, values, mode, refused, once, *numbers, steps, more = json.loads(body + b"]")
+        form, values, mode, refused, once, *numbers, steps = json.loads(body + b"]")
         if form != _FORMAT:
             return None
-        allowed = zip(VARIABLES[:SETTABLE], values, strict=True)
-        if not all(variable.low <= value <= variable.high for variable, value in allowed):
-            return None
-        segment = NO_SEGMENT
-        if steps is not None:
-            impact = unpacked_impact(steps[0])
-            if conflict(impact.parameters, impact.inputs) is not None:
-                return None
-            segment = Segment(impact, *steps[1:])
-        own = OWN, tuple(values), mode, refused, tuple(once), *numbers, segment
-        return (*own, *unpack_more(more)) if is_own(own) else None
+        segment = NO_SEGMENT if steps is None else revive(steps)
+        return OWN, tuple(values), mode, refused, tuple(once), *numbers, segment
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
         return None

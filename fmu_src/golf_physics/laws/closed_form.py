@@ -9,9 +9,8 @@ from math import atan2, cos, exp, expm1, sin, sqrt
 
 from ..numerics.gauss import integral
 from ..numerics.zeros import first_downward_zero, offset_of_real_root
-from .contact import EARLY, ContactPhase, EndState, InitialState, State
-from .extended import ExtendedContact
-from .linear import LinearContact, Row
+from .contact import ContactPhase, EndState, InitialState, State
+from .extended import ExtendedContact, Row, slope
 
 #: A damping ratio of the drag as small as this changes no bit of any result.
 _LEAST_DAMPING = 1e-30
@@ -25,7 +24,7 @@ MOST_DRAG, MOST_DAMPING = 0.7, 0.999
 MOST_REAL_MODE = 0.5
 
 
-class ClosedFormContact(LinearContact):
+class ClosedFormContact(ContactPhase):
     """An underdamped contact in double precision, under either a damper or a drag.
 
     In units of 1/ω, ω² = k/μ, with the mass fractions p of the ball and q of the club, and drag =
@@ -103,17 +102,10 @@ class ClosedFormContact(LinearContact):
             a1, c1, s1, a2, c2, s2,
         )  # fmt: skip
 
-    _rates = property(lambda self: self._motion[:3])
-
-    def _row(self, name: str) -> Row:
-        if name == "force":
-            return self._motion[3:6]
-        d = self._motion[6:9]
-        return d if name == "d" else self._slope(d)
-
     def dense_output(self) -> tuple[Callable[[float], State], float]:
         """The dense output over the angle Rt."""
-        r, h, frequency, f_a, f_c, f_s, a0, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
+        r, h, frequency, _, f_c, f_s, a0, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
+        k = self._arguments[0]
         decay, pair = -r / frequency, -h / frequency
         size = h * h + frequency * frequency
         x_c, x_s = (h * c1 + frequency * s1) / size, (frequency * c1 - h * s1) / size
@@ -127,14 +119,14 @@ class ClosedFormContact(LinearContact):
             if decay:
                 travel = expm1(decay * angle)
                 e = 1.0 + travel
+                d = a0 * e + c0 * c + s0 * s
+                force = k * d
             else:
                 travel, e = angle, 1.0
-            d = a0 * e + c0 * c + s0 * s
+                d = c0 * c + s0 * s
+                force = f_c * c + f_s * s
             x = x_0 + x_a * travel - x_c * c + x_s * s
-            return [
-                f_a * e + f_c * c + f_s * s, x, x - d, a1 * e + c1 * c + s1 * s,
-                a2 * e + c2 * c + s2 * s, d,
-            ]  # fmt: skip
+            return [force, x, x - d, a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s, d]
 
         return state, frequency
 
@@ -157,41 +149,38 @@ class ClosedFormContact(LinearContact):
         closing = (c1 - c2) * c + (s1 - s2) * s
         return x + a2 * t, a1 + c1 * c + s1 * s, a2 + c2 * c + s2 * s, left, closing
 
-    def compression(self, t: float) -> float:
-        if self._motion[0] and t * self.rate <= EARLY and not self._start.compression:
-            # Just after touch the real mode and the pair nearly cancel.
-            return integral(self.closing, t, t)
-        return super().compression(t)
-
     def _value(self, name: str, t: float) -> float:
-        r, h, frequency = self._rates
         a, c, s = self._row(name)
+        return a * exp(-self._motion[0] * t) + self._pair(c, s, t)
+
+    def _row(self, name: str) -> Row:
+        if name == "force":
+            return self._motion[3:6]
+        d = self._motion[6:9]
+        return d if name == "d" else slope(d, self._motion[:3])
+
+    def _pair(self, c: float, s: float, t: float) -> float:
+        _, h, frequency = self._motion[:3]
         size, angle = exp(-h * t), frequency * t
-        return a * exp(-r * t) + c * (size * cos(angle)) + s * (size * sin(angle))
+        return c * (size * cos(angle)) + s * (size * sin(angle))
 
     def impulse(self, begin: float, width: float) -> float:
         if width * self.rate <= 0.5:
             return integral(partial(self._value, "force"), begin + width, width)
-        r, h, frequency = self._rates
+        r, h, frequency = self._motion[:3]
         a, c, s = self._row("force")
-        # The pair's coefficients from the beginning on.
-        size, angle = exp(-h * begin), frequency * begin
-        cosine, sine = size * cos(angle), size * sin(angle)
-        c, s = c * cosine + s * sine, s * cosine - c * sine
-        angle = frequency * width
-        # 1 - e^(-x) cos(angle), also where it is small.
-        lost = 2.0 * sin(0.5 * angle) ** 2 - cos(angle) * expm1(-h * width)
-        pair = (h * c + frequency * s) * lost
-        pair += (frequency * c - h * s) * exp(-h * width) * sin(angle)
         real = -a * exp(-r * begin) * expm1(-r * width) / r if r else a * width
-        return pair / (h * h + frequency * frequency) + real
+        # The integral of the pair is a pair.
+        size = h * h + frequency * frequency
+        c, s = -(h * c + frequency * s) / size, (frequency * c - h * s) / size
+        return real + (self._pair(c, s, begin + width) - self._pair(c, s, begin))
 
     def _find_maxima(self, name: str) -> list[float]:
         """The only one, before the end of the half period, unless the row falls from the start."""
-        a, c, s = self._slope(self._row(name))
+        r, h, frequency = rates = self._motion[:3]
+        a, c, s = slope(self._row(name), rates)
         if a + c <= 0.0:
             return []
-        r, h, frequency = self._rates
         angle = first_downward_zero((h - r) / frequency, a, c, s)
         if angle is None:
             # The slope hardly reaches 0.

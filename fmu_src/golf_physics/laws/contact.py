@@ -4,10 +4,6 @@ from collections.abc import Callable, Iterable
 from operator import itemgetter
 from typing import NamedTuple
 
-#: Until this time (in units of 1/rate) after touch, compression and force are evaluated separately,
-#: as the closed form suffers from cancellation.
-EARLY = 1e-3
-
 #: Of a value, relative.
 _ROUNDING = 4e-15
 
@@ -50,10 +46,6 @@ class ContactPhase:
         """The bodies when contact ends."""
         _, _, x_ball, v_club, v_ball, d = self._state(self.duration)
         return x_ball, v_club, v_ball, max(0.0, d), self.closing(self.duration)
-
-    def compression(self, t: float) -> float:
-        """Compression, m, to full relative accuracy just after touch."""
-        return self._value("d", t)
 
     def closing(self, t: float) -> float:
         """Closing speed v_club - v_ball, m/s, to full relative accuracy."""

@@ -1,10 +1,19 @@
 """Any linear contact in extended precision: one form for every rate, damping and initial state.
 
-The closed forms of a linear contact cancel where two rates meet, where drag is heavy, or where the
-bodies move much faster than they close. In double precision each of these needs a form of its own;
-with 57 digits a cancellation of 40 is harmless, and one form serves them all.
+A linear contact has F = k d + damper · d' and a drag on each body, with the compression d:
 
-The state is x = (d, w, V): compression, closing speed, velocity of the centre of mass. It obeys
+    m_C v_C' = -F - drag v_C,  m_B v_B' = F - drag v_B,  d' = w = v_C - v_B.
+
+It has one real rate -r (0 without drag) and a pair of rates -h ± iR. Every quantity is a row
+(a, c, s) of coefficients, and so are sums, derivatives and integrals of rows:
+
+    a e^(-rt) + c e^(-ht) cos Rt + s e^(-ht) sin Rt.
+
+Every event is a zero of a row. These closed forms cancel where two rates meet, where drag is heavy,
+or where the bodies move much faster than they close. In double precision each of these needs a form
+of its own; with 57 digits a cancellation of 40 is harmless, and one form serves them all.
+
+The state is x = (d, w, V), with the velocity V of the centre of mass. It obeys
 
     d' = w,  w' = -ω² d - α w + β V,  V' = δ w - γ V.
 
@@ -25,8 +34,10 @@ from typing import Any
 
 from ..numerics.decimals import PI, arithmetic
 from ..numerics.zeros import zero_between
-from .contact import EndState, InitialState, State
-from .linear import LinearContact, Row
+from .contact import ContactPhase, InitialState, State
+
+#: The coefficients of a quantity, float or Decimal.
+Row = tuple[Any, Any, Any]
 
 #: Digits; and those for a ratio of damping, masses or speeds (to the closing speed) beyond these:
 #: then up to 70 cancel.
@@ -40,7 +51,14 @@ _LEAST_DAMPING = _APART = Decimal(10) ** -30
 _ZERO, _INFINITY = Decimal(0), Decimal("Infinity")
 
 
-class ExtendedContact(LinearContact):
+def slope(row: Row, rates: Row, sign: int = 1) -> Row:
+    """The derivative of a row; sign is -1 for cosh and sinh instead of cos and sin."""
+    a, c, s = row
+    r, h, second = rates
+    return -r * a, second * s - h * c, -h * s - sign * second * c
+
+
+class ExtendedContact(ContactPhase):
     """A contact with stiffness k (N/m), damper and drag (N.s/m, >= 0) and these masses (kg)."""
 
     def __init__(
@@ -106,8 +124,7 @@ class ExtendedContact(LinearContact):
         self._rows = {"force": _sum(k, d_row, damper, w_row), "d": d_row, "w": w_row}
         self._v_ball = _sum(1, mean, -q, w_row)
         self._x_ball = Decimal(start.x_club) - d
-        self._end = self._end_of_contact()
-        self.duration = float(self._end)
+        self.duration = float(self._end_of_contact())
 
     def _find_pair(self, r: Decimal, h: Decimal, c: Decimal) -> None:
         """Set the rates: r, and the zeros of s² + 2hs + c."""
@@ -134,8 +151,8 @@ class ExtendedContact(LinearContact):
         e, c, s = self._basis(t)
         return [row[0] * e + row[1] * c + row[2] * s for row in rows]
 
-    def _row(self, name: str) -> Row:
-        return self._rows[name]
+    def _slope(self, row: Row) -> Row:
+        return slope(row, self._rates, self._sign)
 
     def _value(self, name: str, t: float | Decimal) -> float:
         with self._in_use():
@@ -164,15 +181,12 @@ class ExtendedContact(LinearContact):
             x_ball = self._x_ball + rate * t + (moved - position[0] - position[1])
             return [float(x) for x in (force, x_ball + d, x_ball, v_ball + w, v_ball, d)]
 
-    def end(self) -> EndState:
-        _, _, x_ball, v_club, v_ball, d = self._state(self._end)
-        # Law 1's compression is 0 but for the last of many digits.
-        return x_ball, v_club, v_ball, max(0.0, d), self._value("w", self._end)
-
     def _find_maxima(self, name: str) -> list[float]:
         with self._in_use():
             # Every oscillation was larger a period before.
-            end = min(self._end, 3 * PI / self._rates[2]) if self._sign > 0 else self._end
+            end = Decimal(self.duration)
+            if self._sign > 0:
+                end = min(end, 3 * PI / self._rates[2])
             slope = self._slope(self._rows[name])
             return [float(t) for t, falls in self._sign_changes(slope, end) if falls]
 

@@ -16,6 +16,9 @@ from ..numerics.chebyshev import NODES, ORDER, Series, evaluate, integrate, inte
 from ..numerics.gauss import integral
 from .contact import ContactPhase, InitialState, State
 
+#: Of the first panel, s, before it is halved where the contact is too stiff for it.
+_FIRST_WIDTH = 1e-4
+
 #: Iterations on a panel before it is halved.
 _ITERATIONS = 30
 
@@ -89,12 +92,11 @@ class IntegratedContact(ContactPhase):
         start: InitialState,
     ) -> None:  # fmt: skip
         self._law, self._drag, self._m_club, self._m_ball = force, drag, m_club, m_ball
-        self._mu = m_club * (m_ball / (m_club + m_ball))
         self._panels: list[_Panel] = []
         x_club, d, _, v_ball, w = start
         motion = {"d": d, "w": w, "v_ball": v_ball, "x_ball": x_club - d, "impulse": 0.0}
         self._speed = abs(w)
-        t, width = 0.0, self._first_width(d, w)
+        t, width = 0.0, _FIRST_WIDTH
         while len(self._panels) < _MOST_PANELS and self.duration == inf:
             panel = self._panel(t, width, **motion)
             if panel is None:
@@ -114,29 +116,10 @@ class IntegratedContact(ContactPhase):
             )
         return force
 
-    def _first_width(self, d: float, w: float) -> float:
-        """A time (s) over which the closing speed changes by a quarter or so."""
-
-        def is_long(width: float) -> bool:
-            try:
-                change = abs(self._law(d + abs(w) * width, w)) * width / self._mu
-            except OverflowError:
-                return True
-            return not change <= 0.25 * (abs(w) + d / width)
-
-        width = 1e-4
-        while width < 1e100 and not is_long(width):
-            width *= 2.0
-        while width > 1e-200 and is_long(width):
-            width *= 0.5
-        return width
-
     def _slopes(self, forces: Series, w: Series, v_ball: Series) -> tuple[Series, Series]:
         """The rates of change of the closing speed and of the ball's velocity, m/s²."""
         drag, m_club, m_ball = self._drag, self._m_club, self._m_ball
         ball = [(force - drag * v) / m_ball for force, v in zip(forces, v_ball)]
-        if not drag:
-            return [-force / self._mu for force in forces], ball
         club = [-(force + drag * (v + w)) / m_club for force, v, w in zip(forces, v_ball, w)]
         return [a - b for a, b in zip(club, ball)], ball
 

@@ -1,5 +1,6 @@
 """A contact law: what is needed is its force and its drag."""
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from .closed_form import linear_contact
@@ -38,12 +39,9 @@ class Law:
         """Why it rejects a touch at this club speed (m/s), or None."""
         return None
 
-    def damping(self, p: "Parameters", k: float, closing: float) -> float:
-        """The damping b for the parameters' coefficient of restitution at an approach speed, m/s.
-
-        Called only if `refusal` accepts restitution_at_rest > 0.
-        """
-        raise AssertionError("such parameters are refused")
+    def damping(self, p: "Parameters", k: float, b: float, closing: float) -> float:
+        """The damping that acts, N.s/m, in a contact with this approach speed, m/s."""
+        return b
 
     def force(
         self, p: "Parameters", k: float, b: float, compression: float, closing: float
@@ -64,10 +62,7 @@ class Law:
 
         Raises ArithmeticError if it leaves the range of a double or can't be integrated.
         """
-
-        def force(compression: float, closing: float) -> float:
-            return self.force(p, k, b, compression, closing)
-
+        force = partial(self.force, p, k, b)
         return IntegratedContact(force, self.drag(b), p.m_club, p.m_ball, start)
 
 

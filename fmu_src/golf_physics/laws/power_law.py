@@ -12,7 +12,7 @@ from itertools import pairwise
 from math import atan2, exp, hypot, inf, pi, sqrt
 
 from ..numerics.gauss import GAUSS_5
-from ..numerics.panels import LEAST, Oscillator, Panel
+from ..numerics.panels import Oscillator, Panel
 from .contact import ContactPhase, InitialState, State
 
 #: Where panels meet, as phases Ωσ since the last zero of x. Its other zeros (pi apart, along the
@@ -22,9 +22,6 @@ _CUTS_ABOVE_CRITICAL = tuple(1.6**n for n in range(1, 16))
 
 #: A panel nearer than this many widths to a zero of x is expanded about that zero.
 _NEAR = 1.5
-
-#: A lower speed is not made the unit: powers might underflow.
-_LEAST_SPEED = 1e-150
 
 
 class PowerLawContact(ContactPhase):
@@ -53,7 +50,7 @@ class PowerLawContact(ContactPhase):
         omega = sqrt(m * (k / mu))
         self._motion = motion = Oscillator(b / (2.0 * mu * omega))
         # L is what the speed could compress to, or the compression: of x and |u| one is 1.
-        speed = max(abs(w), _LEAST_SPEED)
+        speed = abs(w)
         length = (m * speed / omega) ** (1.0 / m) * reference_compression**power
         if length >= d and (w != 0.0 or d == 0.0):
             omega = m * speed / length
@@ -63,19 +60,15 @@ class PowerLawContact(ContactPhase):
             speed = length * omega / m
         u = w / speed if w else 0.0
         x = (d / length) ** m
-        if x < LEAST:
-            x = 0.0
         drive = x + 2.0 * motion.zeta * u
         self._start = x, u
         self._masses = p, m_club / total, mu
         self._powers = m, power
         self._scales = length, speed, omega, mu * omega * speed
         self._panels: list[Panel] = []
-        #: The largest force (N) and its time (s), once found.
-        self._peak: tuple[float, float] | None = None
         #: Contact force (N), compression (m) and closing speed (m/s).
         self._initial = self._force(d / length, drive), d, w
-        if omega > LEAST and (drive > 0.0 or (x == 0.0 and u > 0.0)):
+        if drive > 0.0 or (x == 0.0 and u > 0.0):
             u = self._lay_out()
             d, w = length * (-2.0 * motion.zeta * u) ** (1.0 / m), speed * u
         self._final = 0.0, d, w
@@ -115,9 +108,7 @@ class PowerLawContact(ContactPhase):
             panel = Panel(motion, m, omega, origin, first, last, stop, t)
             self._panels.append(panel)
             t = panel.end
-        if motion.oscillates:
-            return -amplitude * exp(-zeta * end)
-        return -0.5 * motion.after(x, u, end)[0] / zeta
+        return motion.after(x, u, end)[1]
 
     def _force(self, relative: float, drive: float) -> float:
         """Contact force, N, from d/L and x + 2ζu."""
@@ -178,35 +169,17 @@ class PowerLawContact(ContactPhase):
                 return panel.sigma + panel.width * panel.find(t) ** panel.r
         return self._panels[-1].stop
 
-    def peak_force(self, t: float) -> tuple[float, float]:
-        if self._peak is None:
-            self._peak = self._find_peak()
-        largest, when = self._peak
-        return (largest, when) if t >= when else (self._relative_motion(t)[0], t)
-
-    def _find_peak(self) -> tuple[float, float]:
-        # F' = 0 is 2ζP r² + (1 + P - 4ζ²) r - 2ζ = 0 with r = u/x, which only falls: F rises until
-        # r is at the root that isn't negative (the other lies beyond the end, r = -1/2ζ).
+    def _find_maxima(self, name: str) -> list[float]:
         x, u = self._start
-        zeta = self._motion.zeta
-        m, power = self._powers
-        half = 0.5 * (1.0 + power) - 2.0 * zeta * zeta
-        root = hypot(half, 2.0 * zeta * sqrt(power))
-        r = 2.0 * zeta / (half + root) if half > 0.0 else (root - half) / (2.0 * zeta * power)
-        if u <= r * x or not self._panels:
-            return self._initial[0], 0.0
-        sigma = self._sigma_at_ratio(r)
-        x, _, drive = self._motion.after(x, u, sigma)
-        return self._force(x ** (1.0 / m), drive), self._time(sigma)
-
-    def peak_compression(self, t: float) -> float:
-        x, u = self._start
-        if u <= 0.0 or not self._panels:
-            return self._initial[1]
-        sigma = self._sigma_at_ratio(0.0)
-        if t < self.duration and t < self._time(sigma):
-            return self._relative_motion(t)[1]
-        return self._scales[0] * self._motion.after(x, u, sigma)[0] ** (1.0 / self._powers[0])
+        r = 0.0
+        if name == "force":
+            # F' = 0 is 2ζP r² + (1 + P - 4ζ²) r - 2ζ = 0 with r = u/x, which only falls: F rises
+            # until r is at the root that isn't negative (the other is beyond the end, r = -1/2ζ).
+            zeta, power = self._motion.zeta, self._powers[1]
+            half = 0.5 * (1.0 + power) - 2.0 * zeta * zeta
+            root = hypot(half, 2.0 * zeta * sqrt(power))
+            r = 2.0 * zeta / (half + root) if half > 0.0 else (root - half) / (2.0 * zeta * power)
+        return [self._time(self._sigma_at_ratio(r))] if u > r * x and self._panels else []
 
     def _sigma_at_ratio(self, r: float) -> float:
         """σ from the start until u/x has fallen to r >= 0."""

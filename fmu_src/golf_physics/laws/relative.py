@@ -13,7 +13,7 @@ from .closed_form import linear_contact
 from .contact import ContactPhase, InitialState, Inputs
 from .law import LinearLaw
 from .power_law import PowerLawContact
-from .restitution import LEAST, damping_ratio, restitution
+from .restitution import LEAST, damping_ratio
 
 if TYPE_CHECKING:
     from ..parameters import Parameters
@@ -63,7 +63,7 @@ class RelativeLaw(LinearLaw):
         closing = club_speed - p.ball_speed
         if not p.restitution_at_rest or closing <= 0.0:
             return None
-        coefficient = restitution(p.restitution_at_rest, p.restitution_slope, closing)
+        coefficient = p.restitution_at_rest - p.restitution_slope * closing
         if LEAST <= coefficient <= 1.0:
             return None
         return (
@@ -74,9 +74,11 @@ class RelativeLaw(LinearLaw):
             "or another restitution line at the start"
         )
 
-    def damping(self, p: "Parameters", k: float, closing: float) -> float:
+    def damping(self, p: "Parameters", k: float, b: float, closing: float) -> float:
+        if not p.restitution_at_rest:
+            return b
         # Outputs may be read before a step is refused for a COR out of range.
-        coefficient = restitution(p.restitution_at_rest, p.restitution_slope, closing)
+        coefficient = p.restitution_at_rest - p.restitution_slope * closing
         zeta = damping_ratio(max(coefficient, LEAST))
         mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
         return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))

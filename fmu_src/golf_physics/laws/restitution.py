@@ -6,22 +6,10 @@ with s = arccos ζ/√(1-ζ²), or arccosh ζ/√(ζ²-1) above critical damping
 Matter 9, 465–469, 2007). So ζ is chosen at touch.
 """
 
-from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
 from math import asinh, atan2, log, pi, sqrt
 
 #: A lower COR would need more damping than leaves anything of the spring beside it.
 LEAST = 1e-29
-
-_EXACT = Context(prec=40, Emax=MAX_EMAX, Emin=MIN_EMIN)
-
-#: So close to critical damping (ζ - 1) the derivative of s is that of its series.
-_CRITICAL = 1e-4
-
-
-def restitution(at_rest: float, slope: float, closing: float) -> float:
-    """at_rest - slope · closing, the COR at this approach speed (m/s); at most 0 out of range."""
-    # One rounding: near 0 the difference is made of what a double loses of the product.
-    return float(_EXACT.fma(Decimal(-slope), Decimal(closing), Decimal(at_rest)))
 
 
 def damping_ratio(coefficient: float) -> float:
@@ -42,8 +30,7 @@ def damping_ratio(coefficient: float) -> float:
 
 def _s(zeta: float) -> tuple[float, float]:
     """s(ζ) and its derivative."""
-    beyond = zeta - 1.0
-    square = beyond * (zeta + 1.0)
+    square = (zeta - 1.0) * (zeta + 1.0)
     if square < 0.0:
         root = sqrt(-square)
         s = atan2(root, zeta) / root
@@ -51,7 +38,5 @@ def _s(zeta: float) -> tuple[float, float]:
         root = sqrt(square)
         s = asinh(root) / root
     else:
-        s = 1.0
-    if abs(beyond) < _CRITICAL:
-        return s, -1.0 / 3.0 + beyond * 4.0 / 15.0
+        return 1.0, -1.0 / 3.0
     return s, (1.0 - zeta * s) / square

@@ -1,11 +1,8 @@
 """The power law in its scaled time σ: a linear oscillator, and time as a function of σ."""
 
-from math import atan2, cos, exp, expm1, hypot, log, log1p, sin, sqrt
+from math import atan2, cos, exp, expm1, hypot, log1p, sin, sqrt
 
 from .chebyshev import NODES, ORDER, evaluate, interpolate
-
-#: A smaller x, σ or ω counts as 0: powers might underflow.
-LEAST = 1e-290
 
 
 class Oscillator:
@@ -56,8 +53,7 @@ class Oscillator:
         if self.oscillates:
             return atan2(self.frequency * numerator, denominator) / self.frequency
         split = 2.0 * self.frequency
-        ratio = numerator / slow_part
-        return (log1p(split * ratio) if ratio < 1e150 else log(split) + log(ratio)) / split
+        return log1p(split * numerator / slow_part) / split
 
     def amplitude(self, x: float, u: float) -> float:
         """√(x² + 2ζxu + u²), which falls as exp(-ζσ)."""
@@ -108,7 +104,7 @@ class Panel:
         x, u = self.origin
         c, basis_s = self.motion.basis(s)
         if self.at_zero:
-            return abs(u * (basis_s / s)) if abs(s) > LEAST else abs(u)
+            return abs(u * (basis_s / s)) if s else abs(u)
         return x * c + (u + self.motion.slow * x) * basis_s
 
     def _clock(self, v: float) -> float:

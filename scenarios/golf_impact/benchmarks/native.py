@@ -15,7 +15,7 @@ import fmpy
 from golf_build import standalone
 from golf_impact.errors import UserError
 from golf_impact.fmu.file import build_fmu
-from golf_impact.fmu.libpython import libpython_files, preloaded
+from golf_impact.fmu.libpython import find_libpython_for
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.fmu.system import build_system
 
@@ -31,7 +31,7 @@ def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
         folder = Path(scratch)
         alone = build_fmu(folder / "ClubBallImpact.standalone.fmu", standalone=True)
         plain = build_fmu(folder / "ClubBallImpact.fmu")
-        libpython = next((f for f in libpython_files() if preloaded(f, plain) is None), None)
+        libpython = find_libpython_for(plain)
         if libpython is None:
             raise UserError("bench --native needs libpython for the plain FMU: see doctor")
         host = str(folder / "host")

@@ -1,6 +1,5 @@
 """`golf-impact calibrate`: from measurements of an impact to the parameters of a contact law.
 
-`measurements` reads and validates the data, `model` evaluates a contact law through the FMU, `fit`
-finds its parameters by weighted least squares, `calibration` is the result: compared with other
-laws, printed, saved as a ball; `drawing` plots it.
+`measurements` reads and validates the data, `fit` finds the parameters by weighted least squares
+through the FMU, `calibration` is the result, `drawing` plots it.
 """

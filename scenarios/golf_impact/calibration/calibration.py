@@ -4,30 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from golf_build import VERSION
-from golf_impact.calibration.fit import ContactLaw, Fit, fit, missing
+from golf_impact.calibration.fit import ContactLaw, Fit, fit
 from golf_impact.calibration.measurements import (
     DEFAULT_SIGMA,
     TARGETS,
     Conditions,
     Measurements,
-    check_speeds,
     measurements,
     option,
 )
-from golf_impact.calibration.pulse import contact_rows
 from golf_impact.errors import UserError, missing_package
 from golf_impact.facts.balls import Ball, ball_toml
-from golf_impact.facts.quantities import QUANTITIES, format_options, with_error
-from golf_impact.files import prepare, write_together
+from golf_impact.facts.quantities import QUANTITIES, format_options, format_with_error
+from golf_impact.files import write_together
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.fmu.uncertainty import RANGES, standard_errors
+from golf_impact.fmu.uncertainty import standard_errors
 from golf_impact.report.outcome import Table
 
 #: What is worth a sentence: a χ² that law and σ exceed less often than this, a lag-1
@@ -36,7 +35,7 @@ _UNLIKELY, _CORRELATED, _BETTER = 0.01, 4.0, 2.0
 
 _UNITS = {"k": " N/m", "b": " N·s/m", "restitution_slope": " s/m", "touch_time": " s"}
 
-#: Every calibration is compared with Kelvin–Voigt, absolute, Tsuji and free n.
+#: Kelvin–Voigt, absolute, Tsuji and free n, which every calibration is compared with.
 _COMPARED = ((2, 1.0), (1, 1.0), (2, 1.5), (2, None))
 
 #: What is predicted at other club speeds.
@@ -44,7 +43,7 @@ _PREDICTED = ("smash_factor", "coefficient_of_restitution", "ball_velocity")
 
 
 class Interval(NamedTuple):
-    """Predictions with their 95 % intervals, arrays of one shape; NaN where not defined."""
+    """Predictions with their 95 % intervals, arrays of one shape."""
 
     value: np.ndarray
     low: np.ndarray
@@ -58,78 +57,52 @@ class Calibration:
         data: the measurements.
         fit: all of the fit, with arrays over the measured values.
         parameters: value and standard error of the fitted parameters by their FMU names (SI units).
-        covariance: of the parameters, (p, p); NaN where not defined.
+        covariance: of the parameters, (p, p); 0 for one at its limit.
         chi_squared, degrees_of_freedom: of the fit.
         residuals: (model − measured)/σ of `targets`, `curve` and `cor_speeds`.
         fits: the laws compared, as far as they could be fitted.
-        speeds: club speeds of the predictions, m/s.
-        predictions: S, COR and ball speed there, see `predict`.
+        speeds, predictions: club speeds (m/s), and what `predict` gives there.
     """
 
     def __init__(
-        self,
-        fmu: ImpactFmu,
-        data: Measurements,
-        law: ContactLaw,
-        speeds: Sequence[float] | None = None,
+        self, data: Measurements, law: ContactLaw, speeds: Sequence[float] | None = None
     ) -> None:
-        self.data, self._path = data, fmu.path
-        self.fit = best = fit(fmu, data, law)
+        self.data, self.fits = data, list[Fit]()
+        with ImpactFmu(current_fmu()[0]) as fmu:
+            self.fit = best = fit(fmu, data, law)
+            for number, exponent in _COMPARED if data.sized else ():
+                other = ContactLaw(number, exponent, law.reference_compression)
+                # With too few measurements a law isn't compared.
+                with suppress(UserError):
+                    self.fits.append(best if other == law else fit(fmu, data, other))
         self.parameters, self.covariance = best.parameters, best.covariance
         self.chi_squared, self.degrees_of_freedom = best.chi_squared, best.degrees_of_freedom
         self.residuals = {name: best.residuals[rows] for name, rows in data.groups.items()}
-        self.compared: list[tuple[ContactLaw, Fit | str]] = []
-        for number, exponent in _COMPARED if data.sized else ():
-            other = ContactLaw(number, exponent, law.reference_compression)
-            result: Fit | str | None = best if other == law else missing(other, data)
-            try:
-                result = result or fit(fmu, data, other)
-            except UserError as error:
-                result = str(error)
-            self.compared.append((other, result))
-        self.fits = [one for _, one in self.compared if isinstance(one, Fit)]
         if speeds is None:
-            one = data.cor_speeds
-            middle = data.conditions.club_speed if one is None else float(np.mean(one.x))
+            middle = data.cor_speeds.x.mean() if data.cor_speeds else data.conditions.club_speed
             speeds = [float(f"{middle * factor:.2g}") for factor in (0.6, 0.8, 1.0, 1.2, 1.4)]
         self.speeds = np.array(speeds, float)
-        self.predictions = self._predict(fmu, self.speeds)
+        self.predictions = self.predict(self.speeds)
 
     def predict(self, club_speeds: float | Sequence[float] | np.ndarray) -> dict[str, Interval]:
-        """S, COR and ball speed (m/s) at other club speeds, with 95 % intervals.
+        """S, COR and ball speed (m/s) at club speeds (m/s, any shape), with 95 % intervals.
 
         The intervals follow from the covariance of the parameters, linearly; they hold if the law
-        does.
-
-        Args:
-            club_speeds: m/s, an array of any shape.
-
-        Raises:
-            UserError: the FMU refuses a speed.
+        does. UserError: the FMU refuses a speed.
         """
-        with ImpactFmu(self._path) as fmu:
-            return self._predict(fmu, np.asarray(club_speeds, float))
+        speeds = np.asarray(club_speeds, float)
 
-    def _predict(self, fmu: ImpactFmu, speeds: np.ndarray) -> dict[str, Interval]:
         def evaluate(values: Mapping[str, float]) -> np.ndarray:
             cases = ({**values, "club_speed": speed} for speed in speeds.ravel().tolist())
             rows = [list(fmu.impact(_PREDICTED, **case).values()) for case in cases]
             return np.array(rows).T.reshape(len(_PREDICTED), *speeds.shape)
 
-        names, covariance = self._uncertain()
-        value = evaluate(self.fit.values)
-        half = np.full(value.shape, math.nan)
-        if names:
-            errors = standard_errors(evaluate, self.fit.values, names, covariance)
-            half = self.fit.coverage * errors
-        intervals = map(Interval, value, value - half, value + half)
-        return dict(zip(_PREDICTED, intervals, strict=True))
-
-    def _uncertain(self) -> tuple[list[str], np.ndarray]:
-        """Parameters that have a standard error, and their covariance."""
-        defined = np.isfinite(np.diag(self.covariance))
-        names = [name for name, has in zip(self.parameters, defined, strict=True) if has]
-        return names, self.covariance[np.ix_(defined, defined)]
+        best, covariance = self.fit, self.covariance
+        with ImpactFmu(current_fmu()[0]) as fmu:
+            value = evaluate(best.values)
+            errors = standard_errors(evaluate, best.values, list(best.parameters), covariance)
+        low, high = value - best.coverage * errors, value + best.coverage * errors
+        return dict(zip(_PREDICTED, map(Interval, value, low, high)))
 
     @property
     def ball(self) -> Ball:
@@ -138,23 +111,23 @@ class Calibration:
         names += [f"{len(one.y)} rows of {one.name}" for one in self.data.series.values()]
         # The impact isn't part of the ball, but for a mass of its own.
         apart = {"club_speed", "m_club", *["m_ball"] * (impact.m_ball == Conditions.m_ball)}
-        uncertain, covariance = self._uncertain()
         return Ball(
             name="calibrated",
             title=f"calibrated, {self.fit.title}",
             values={name: v for name, v in self.fit.values.items() if name not in apart},
             source=f"golf-impact calibrate: {', '.join(names)}; {impact}",
-            uncertain=tuple(uncertain),
-            covariance=tuple(map(tuple, covariance.tolist())),
+            uncertain=tuple(self.parameters),
+            covariance=tuple(map(tuple, self.covariance.tolist())),
         )
 
     def save(self, path: Path | str) -> Path:
         """Write the ball as a TOML file, for `--ball FILE.toml` and `golf_impact.read_ball`.
 
-        Raises:
-            UserError: the name doesn't end in .toml, or the file can't be written.
+        UserError: the name doesn't end in .toml, or the file can't be written.
         """
-        path = check_save(Path(path))
+        path = Path(path)
+        if path.suffix != ".toml":
+            raise UserError(f"--save {path} is refused: its name must end in .toml")
         return write_together(path.parent, {path.name: ball_toml(self.ball).encode()})[0]
 
     @property
@@ -176,26 +149,13 @@ class Calibration:
         best, data, words = self.fit, self.data, []
         for name, (value, error) in self.parameters.items():
             if error is None:
-                why = "it is at its limit, or these measurements don't determine it"
-                words.append(f"No standard error is defined for {name} = {value:.6g}: {why}.")
-        if best.predicted.get("time_of_max_force") == 0.0:
-            words.append("The force is largest at first touch: a dashpot more than a ball.")
-        for other in best.others:
-            values = ", ".join(f"{name} = {other[name]:.6g}" for name in self.parameters)
-            words.append(f"These parameters meet the measurements equally well: {values}.")
-        if not data.sized:
-            words.append("COR alone doesn't determine k and n: add a curve, a time or a force.")
+                words.append(f"{name} = {value:.6g} is at its limit: it has no standard error.")
         if default := [option(name) for name, one in data.targets.items() if not one.stated]:
-            words.append(
-                f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)} (none was "
-                "given); standard errors and χ² follow from it."
-            )
+            words.append(f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)}.")
         for name in best.estimated:
             sigma = best.sigma[data.groups[name]][0]
-            words.append(
-                f"σ of {data.series[name].name}, {sigma:.3g}, follows from its residuals; so χ² is "
-                "close to the degrees of freedom for any law and doesn't test it."
-            )
+            what = f"σ of {data.series[name].name}, {sigma:.3g}, follows from its residuals"
+            words.append(f"{what}; so χ² doesn't test the law.")
         freedom, chance = best.degrees_of_freedom, best.probability
         square = f"χ² = {best.chi_squared:.3g} with {freedom} degrees of freedom"
         if chance is not None and chance < _UNLIKELY:
@@ -209,22 +169,17 @@ class Calibration:
             if best.chi_squared > 1e-4:
                 met = f"can't meet them together ({square}) and comes as near as it can"
             words.append(f"No more targets than parameters: {best.title} {met}.")
-        if data.curve is not None:
+        if data.curve:
             # Lag-1 autocorrelation in contact; of independent residuals it is normal, 1/√rows.
-            inside = self.residuals["curve"][contact_rows(data.curve.y)]
+            inside = self.residuals["curve"][data.curve.contact]
             correlation = float(inside[1:] @ inside[:-1]) / max(float(inside @ inside), 1e-300)
             if correlation * math.sqrt(len(inside)) > _CORRELATED:
-                words.append(
-                    f"Neighbouring residuals of the curve are correlated ({correlation:.2f}): the "
-                    "law misses its shape, or the noise is correlated; standard errors are too "
-                    "small."
-                )
+                why = "the law misses its shape, or the noise is correlated; errors are too small"
+                words.append(f"Residuals of the curve are correlated ({correlation:.2f}): {why}.")
         better = min((best, *self.fits), key=lambda other: other.aic)
         if best.aic - better.aic > _BETTER:
-            words.append(
-                f"{better.title} describes these measurements better: its AIC is lower by "
-                f"{best.aic - better.aic:.3g}."
-            )
+            lower = f"its AIC is lower by {best.aic - better.aic:.3g}"
+            words.append(f"{better.title} describes these measurements better: {lower}.")
         return words
 
     def tables(self) -> list[Table]:
@@ -232,80 +187,66 @@ class Calibration:
         best, data = self.fit, self.data
         found = dict(self.parameters) | ({"touch_time": best.touch} if best.touch else {})
         parameters = [
-            [name, with_error(*one) + _UNITS.get(name, "")] for name, one in found.items()
+            [name, format_with_error(*one) + _UNITS.get(name, "")] for name, one in found.items()
         ]
         rows = []
-        for name, model in best.predicted.items():
-            quantity, cells = QUANTITIES[TARGETS[name][0]], ["", "", "", "predicted"]
-            if target := data.targets.get(name):
-                off = f"{(model - target.value) / target.sigma:+.2f}"
-                sigma = f"{target.sigma * quantity.factor:.2g}"
-                cells = [quantity.format_value(target.value), sigma, "", off]
-            cells[2] = quantity.format_value(model)
-            rows.append([quantity.label, *cells])
-        for name, at in data.groups.items():
-            if name in data.series:
-                rms, sigma = np.sqrt(np.mean(best.residuals[at] ** 2)), np.mean(best.sigma[at])
-                number = f"{at.stop - at.start} rows"
-                rows.append([data.series[name].name, number, f"{sigma:.3g}", "", f"rms {rms:.2f}"])
+        for (name, target), residual in zip(data.targets.items(), best.residuals):
+            one = QUANTITIES[TARGETS[name]]
+            measured, model = map(one.format_value, (target.value, best.predicted[name]))
+            sigma = f"{target.sigma * one.factor:.2g}"
+            rows.append([one.label, measured, sigma, model, f"{residual:+.2f}"])
+        for name, series in data.series.items():
+            rms = np.sqrt(np.mean(self.residuals[name] ** 2))
+            sigma = f"{np.mean(best.sigma[data.groups[name]]):.3g}"
+            rows.append([series.name, f"{len(series.y)} rows", sigma, "", f"rms {rms:.2f}"])
         speeds = []
         for n, speed in enumerate(self.speeds):
             ends = ((one.value[n], one.high[n] - one.value[n]) for one in self.predictions.values())
-            speeds.append([f"{speed:g}", *(with_error(value, half) for value, half in ends)])
+            speeds.append([f"{speed:g}", *(format_with_error(*pair) for pair in ends)])
+        least, laws = min((one.aic for one in self.fits), default=0.0), []
+        for law in self.fits:
+            values = [f"{name} = {one.value:.4g}" for name, one in law.parameters.items()]
+            square = f"{law.chi_squared:.3g}"
+            laws.append([law.law.title, ", ".join(values), square, f"{law.aic - least:.3g}"])
         square = f"χ² = {best.chi_squared:.4g}, degrees of freedom {best.degrees_of_freedom}"
-        heads = ["club speed (m/s)", *(QUANTITIES[name].label for name in _PREDICTED)]
+        heads = ["", "measured", "σ", "model", "residual (σ)"]
+        labels = ["club speed (m/s)", *(QUANTITIES[name].label for name in _PREDICTED)]
         tables = [
             Table(f"{best.title} (law {best.law.law})", ["", "value ± standard error"], parameters),
-            Table(
-                f"Measurements, {data.conditions}: {square}",
-                ["", "measured", "σ", "model", "residual (σ)"],
-                rows,
-            ),
-            Table("Predictions with 95 % intervals, valid if the law is", heads, speeds),
+            Table(f"Measurements, {data.conditions}: {square}", heads, rows),
+            Table("Predictions with 95 % intervals, valid if the law is", labels, speeds),
+            Table("Contact laws compared", ["", "parameters", "χ²", "AIC − least AIC"], laws),
         ]
-        if self.fits:
-            least = min(one.aic for one in self.fits)
-            names = [name for name in RANGES if any(name in one.parameters for one in self.fits)]
-            columns = ["", *names, *(f"σ of {name}" for name in best.estimated)]
-            laws = []
-            for one in self.fits:
-                cells = [f"{one.values[n]:.4g}" if n in one.values else "" for n in names]
-                cells += [f"{one.sigma[data.groups[name]][0]:.3g}" for name in one.estimated]
-                cells += [f"{one.chi_squared:.3g}", f"{one.aic - least:.3g}"]
-                laws.append([one.law.title, *cells])
-            heads, *lines = map(list, zip([*columns, "χ²", "AIC − least AIC"], *laws))
-            tables.append(Table("Contact laws compared", heads, lines))
-        return tables
+        return tables if laws else tables[:-1]
 
     def as_json(self) -> dict[str, Any]:
         """All of it, for calibrate.json (SI units); null where something isn't defined."""
         best, data = self.fit, self.data
-        targets = [
-            {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
-            | {"model": best.predicted[name], "residual": float(residual)}
-            for (name, one), residual in zip(data.targets.items(), best.residuals)
-        ]
-        series = {
-            name: {"name": one.name, "rows": len(one.y), "sigma_given": one.sigma is not None}
-            | {"sigma": float(np.mean(best.sigma[data.groups[name]]))}
-            for name, one in data.series.items()
-        }
-        predictions = [
-            {"club_speed": speed, **{k: _at(n, one) for k, one in self.predictions.items()}}
-            for n, speed in enumerate(self.speeds.tolist())
-        ]
-        comparison = [
-            {"title": law.title, "law": law.law, "exponent": law.exponent}
-            | ({"not_fitted": one} if isinstance(one, str) else one.as_json())
-            for law, one in self.compared
-        ]
         return {
-            **{"version": VERSION, "command": self.command, "law": best.law.law},
-            **{"title": best.title, **best.as_json()},
+            "version": VERSION,
+            "command": self.command,
+            **best.as_json(),
             "touch_time": best.touch._asdict() if best.touch else None,
-            "fixed": {n: v for n, v in best.values.items() if n not in best.parameters},
-            **{"targets": targets, "series": series, "predictions": predictions},
-            **{"other_solutions": best.others, "notes": self.words, "comparison": comparison},
+            "targets": [
+                {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
+                | {"model": best.predicted[name], "residual": float(residual)}
+                for (name, one), residual in zip(data.targets.items(), best.residuals)
+            ],
+            "series": {
+                name: {"name": one.name, "rows": len(one.y), "sigma_given": one.sigma is not None}
+                | {"sigma": float(np.mean(best.sigma[data.groups[name]]))}
+                for name, one in data.series.items()
+            },
+            "predictions": [
+                {"club_speed": speed}
+                | {
+                    name: {part: float(of[n]) for part, of in one._asdict().items()}
+                    for name, one in self.predictions.items()
+                }
+                for n, speed in enumerate(self.speeds.tolist())
+            ],
+            "notes": self.words,
+            "comparison": [one.as_json() for one in self.fits],
         }
 
     def draw(self) -> Any:
@@ -313,10 +254,6 @@ class Calibration:
         from golf_impact.calibration.drawing import draw
 
         return draw(self)
-
-
-def _at(n: int, interval: Interval) -> dict[str, float]:
-    return {part: float(values[n]) for part, values in interval._asdict().items()}
 
 
 def calibrate(
@@ -355,27 +292,7 @@ def calibrate(
     """
     chosen = ContactLaw.of(law, exponent, reference_compression)
     data = measurements(scalars, csv, curve, cor_speeds)
-    if not data.targets and not data.series:
-        raise UserError(
-            "calibrate needs measurements: --curve FILE.csv, --cor-speeds FILE.csv or at least two "
-            "targets, e.g. golf-impact calibrate --cor 0.743 --contact-time 600e-6; there are "
-            f"{', '.join(map(option, TARGETS))}"
-        )
-    if chosen.law == 2:
-        check_speeds(data)
-    if why := missing(chosen, data):
-        raise UserError(f"{chosen.title} can't be fitted: {why}")
     try:
-        import scipy  # noqa: F401
+        return Calibration(data, chosen, predict)
     except ImportError:
         raise missing_package("calibrate", "SciPy", "calibrate") from None
-    with ImpactFmu(current_fmu()[0]) as fmu:
-        return Calibration(fmu, data, chosen, predict)
-
-
-def check_save(path: Path) -> Path:
-    """A path that a ball can be saved to; UserError if it can't."""
-    if path.suffix != ".toml":
-        raise UserError(f"--save {path} is refused: the name of a ball's file must end in .toml")
-    prepare(path.parent, path.name)
-    return path

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from golf_impact.calibration.measurements import TARGETS
-from golf_impact.calibration.pulse import contact_rows
+from golf_impact.facts.quantities import QUANTITIES
 from golf_impact.report import figures
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ _DOTS: dict[str, Any] = {"color": figures.BLACK, "marker": ".", "ms": 5, "ls": "
 def draw(calibration: Calibration) -> Figure:
     """A column for the force, one for COR over speed, one for the scalars' residuals."""
     data = calibration.data
-    columns = [(name, f"{name} off") for name in data.series]
-    columns += [("targets", "targets")] * bool(data.targets)
+    columns = [[name, f"{name} residuals"] for name in data.series]
+    columns += [["targets", "targets"]] * bool(data.targets)
     figure, axes = figures.plt.subplot_mosaic(
         [list(row) for row in zip(*columns)],
         figsize=(max(7.2, 5.4 * len(columns)), 5.6),
@@ -34,33 +34,27 @@ def draw(calibration: Calibration) -> Figure:
     )
     figure.suptitle(f"Calibrated: {calibration.fit.title}", x=0.01, ha="left", fontweight="bold")
     for name in data.series:
-        _draw_series(calibration, name, axes[name], axes[f"{name} off"])
+        _draw_series(calibration, name, axes[name], axes[f"{name} residuals"])
     if data.targets:
         _draw_targets(calibration, axes["targets"])
     return figure
 
 
 def _draw_series(calibration: Calibration, name: str, above: Axes, below: Axes) -> None:
-    """Measured values and the fit's 95 % band; residuals in the band of a new measurement."""
-    fit, series, rows = (
-        calibration.fit,
-        calibration.data.series[name],
-        calibration.data.groups[name],
-    )
+    """Measured values and the fit; residuals in the 95 % band of a measurement."""
+    fit, series = calibration.fit, calibration.data.series[name]
     order, x = np.argsort(series.x), series.x
     if fit.touch and name == "curve":
         x = 1e6 * (series.x - fit.touch.value)
-        inside = x[contact_rows(series.y)]
+        inside = x[series.contact]
         margin = 0.3 * np.ptp(inside)
         for axes in (above, below):
             axes.set_xlim(inside[0] - margin, inside[-1] + margin)
-    residuals = fit.residuals[rows] * fit.sigma[rows]
-    model, errors = series.y + residuals, fit.coverage * np.nan_to_num(fit.model_errors[rows])
-    half = np.hypot(errors, fit.coverage * fit.sigma[rows])[order]
-    low, high = (model - errors)[order], (model + errors)[order]
+    sigma = fit.sigma[calibration.data.groups[name]]
+    residuals = calibration.residuals[name] * sigma
+    half = fit.coverage * sigma[order]
     above.plot(x, series.y, **_DOTS, label="measured")
-    above.plot(x[order], model[order], color=figures.BLUE, label="fit")
-    above.fill_between(x[order], low, high, color=figures.BLUE, alpha=0.3, label="fit, 95 %")
+    above.plot(x[order], (series.y + residuals)[order], color=figures.BLUE, label="fit")
     below.fill_between(x[order], -half, half, color=figures.BLACK, alpha=0.14, lw=0, label="95 %")
     below.plot(x, residuals, **_DOTS)
     below.axhline(0.0, color=figures.BLACK, lw=0.8)
@@ -71,18 +65,9 @@ def _draw_series(calibration: Calibration, name: str, above: Axes, below: Axes) 
 
 
 def _draw_targets(calibration: Calibration, axes: Axes) -> None:
-    """Residuals of the scalars for each law, those of the fit filled."""
-    targets, best, widest = calibration.data.targets, calibration.fit, 2.5
-    for one in (*(one for one in calibration.fits if one is not best), best):
-        n, power = one.law.exponent, "Tsuji" if one.law.exponent == 1.5 else "power law"
-        look = figures.STYLES[f"law {one.law.law}" if n == 1.0 else power]
-        residuals = one.residuals[: len(targets)]
-        widest = max(widest, float(np.abs(residuals).max()))
-        marker: dict[str, Any] = {"mfc": look.colour if one is best else "white", "ms": 7}
-        label = one.law.title
-        axes.plot(
-            residuals, range(len(targets)), look.marker, color=look.colour, label=label, **marker
-        )
-    figures.label_rows(axes, [TARGETS[name][1] for name in targets], band=1.96)
-    axes.set(xlabel="(fit − target) / σ; band: 95 %", xlim=(-1.15 * widest, 1.15 * widest))
-    axes.legend(loc="upper right", fontsize=9)
+    """Residuals of the scalars."""
+    residuals = calibration.residuals["targets"]
+    axes.plot(residuals, range(len(residuals)), "o", ms=7)
+    names = [QUANTITIES[TARGETS[name]].plain for name in calibration.data.targets]
+    figures.label_rows(axes, names, band=1.96)
+    axes.set(xlabel="(fit − target) / σ; band: 95 %")

@@ -4,31 +4,27 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from golf_impact.calibration.measurements import RESTITUTION, TARGETS, Measurements, number
-from golf_impact.calibration.pulse import contact_rows, impulse_ratio, noise
 from golf_impact.errors import UserError
+from golf_impact.facts.quantities import LAWS_IN_WORDS
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.uncertainty import RANGES, gradient
 
 #: The parameters of COR = first − second · approach speed; they replace b.
 LINE = ("restitution_at_rest", "restitution_slope")
 
-#: Damping ratios and exponents of the starts, and how many of the best of them are refined; the
-#: impulse of a curve gives its ζ.
-_ZETAS, _EXPONENTS = (1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0), (1.05, 1.5, 2.2, 4.0, 9.0)
-_REFINED = 20
+#: Damping ratios and exponents of the starts.
+_ZETAS, _EXPONENTS = [1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0], [1.05, 1.5, 2.2, 4.0]
 
-#: Starts are refined on about this many rows of a curve, the best of them on all.
-_ROWS = 50
-
-#: The unit of the coordinate of touch, s; the residual, in σ, where the bodies never separate, and
-#: the largest of all; parameters are rounded to this fraction of their standard error.
+#: The unit of the coordinate of touch, s; the largest residual, also where no contact ends, in σ;
+#: parameters are rounded to this fraction of their standard error.
 _CLOCK, _FAR, _ROUNDING = 1e-4, 1e9, 1e-3
 
 
@@ -43,8 +39,10 @@ class ContactLaw:
     @classmethod
     def of(cls, law: int, exponent: float | str, reference_compression: float) -> ContactLaw:
         """From options: the exponent is a number or "free"; UserError if there is no such law."""
+        if law not in (1, 2):
+            raise UserError(f"--law {law} is refused: {LAWS_IN_WORDS}")
         number(reference_compression, "reference_compression")
-        n = None if str(exponent).strip().lower() == "free" else number(exponent, "exponent")
+        n = None if exponent == "free" else number(exponent, "exponent")
         if law == 1 and n != 1.0:
             why = "with --law 1 (absolute), which is linear: leave it out, or take --law 2"
             raise UserError(f"--exponent {exponent} is refused {why}")
@@ -60,7 +58,7 @@ class ContactLaw:
 
 
 class Estimate(NamedTuple):
-    """A fitted value in SI units; the standard error is None where it isn't defined."""
+    """A fitted value in SI units; the standard error is None if it is at its limit."""
 
     value: float
     standard_error: float | None
@@ -71,18 +69,18 @@ class Fit:
     """The best parameters of one law; arrays over all measured values have the shape (n,)."""
 
     law: ContactLaw
-    title: str
     values: dict[str, float]  #: the FMU's inputs and parameters of this impact, SI units
     parameters: dict[str, Estimate]  #: those of them that were fitted
-    covariance: np.ndarray  #: of the parameters, (p, p); NaN where not defined
+    covariance: np.ndarray  #: of the parameters, (p, p); 0 for one at its limit
     touch: Estimate | None  #: the instant by the curve's clock, s
     predicted: dict[str, float]  #: scalar targets as the FMU gives them
     residuals: np.ndarray  #: (model − measured)/σ
     sigma: np.ndarray  #: standard deviations of the measured values
-    model_errors: np.ndarray  #: standard errors of the model at the measured values
     estimated: tuple[str, ...]  #: groups of measurements whose σ follows from the residuals
-    aic: float  #: Akaike's information criterion
-    others: list[dict[str, float]]  #: values of further minima that are as good
+
+    @property
+    def title(self) -> str:
+        return self.law.title + " with COR line" * (LINE[0] in self.parameters)
 
     @property
     def chi_squared(self) -> float:
@@ -102,6 +100,12 @@ class Fit:
         return float(chdtrc(self.degrees_of_freedom, self.chi_squared)) if tested else None
 
     @property
+    def aic(self) -> float:
+        """Akaike's criterion, −2 ln(likelihood) + 2 · fitted parameters, but for a constant."""
+        fitted = len(self.residuals) - self.degrees_of_freedom
+        return self.chi_squared + 2.0 * float(np.sum(np.log(self.sigma))) + 2.0 * fitted
+
+    @property
     def coverage(self) -> float:
         """Half the width of a 95 % interval in standard errors: Student's t or normal."""
         from scipy.special import stdtrit
@@ -112,6 +116,8 @@ class Fit:
         """The part of calibrate.json that every fit has."""
         names = ("predicted", "chi_squared", "degrees_of_freedom", "probability", "aic")
         return {
+            "title": self.title,
+            "law": self.law.law,
             "exponent": self.values.get("exponent"),
             "parameters": {name: one._asdict() for name, one in self.parameters.items()},
             "covariance": self.covariance.tolist(),
@@ -119,251 +125,209 @@ class Fit:
         }
 
 
-def missing(law: ContactLaw, data: Measurements) -> str | None:
-    """Why these measurements can't determine the law's free parameters, or None if they can."""
-    line = data.cor_speeds is not None
-    if law.law == 1 and line:
-        return "its damping has no COR line (--cor-speeds): take --law 2"
-    speeds = sum(name in RESTITUTION for name in data.targets)
-    sizes = len(data.targets) - speeds
-    have, free = sizes + (line or speeds > 0), ("k", "b", "exponent")[: 2 + (law.exponent is None)]
-    only_line = line and not sizes and law.exponent is not None
-    if data.curve is not None or only_line or have >= len(free):
-        return None
-    return (
-        f"too few targets: {', '.join(free)} need {len(free)} independent ones, these are {have} "
-        "(ball speed, club speed after and COR depend on the damping only: they count once)"
-    )
-
-
 def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
-    """The parameters of a law that meet these measurements best.
+    """The parameters of a law that meet these measurements best, rounded.
 
     Weighted least squares (SciPy's dogbox method) from several starts. A σ that isn't given is
     estimated from the residuals, for each series separately.
 
     Raises:
-        UserError: no contact that ends comes near the measurements, or they leave the range of
-            double precision.
+        UserError: the measurements don't determine the law's parameters, or no contact that ends
+            comes near them.
     """
-    few, curve = data, data.curve
-    if curve is not None and (step := len(curve.y) // _ROWS) > 1:
-        sigma = None if curve.sigma is None else curve.sigma[::step]
-        thinned = replace(curve, x=curve.x[::step], y=curve.y[::step], sigma=sigma)
-        few = replace(data, series={**data.series, "curve": thinned})
-    try:
-        with np.errstate(all="ignore"):
-            return _Problem(fmu, data, law).fit(_Problem(fmu, few, law).minima())
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
+    _check_number(law, data)
+    problem = _Problem(fmu, data, law)
+    with np.errstate(all="ignore"):
+        result = problem.minimum()
+        for _ in range(3 if problem.estimated else 0):
+            problem.estimate_sigma(result)
+            result = problem.solve(result.x)
+        values, free = problem.values(result.x), problem.free
+        at = np.flatnonzero(result.active_mask == 0)
+        jacobian = problem.jacobian(values, [free[n] for n in at])
+        for n, slope in zip(at[: len(at) - bool(data.curve)], jacobian):
+            unit = _ROUNDING / max(float(np.linalg.norm(slope)), 1e-300)
+            values[free[n]] = round(values[free[n]], -math.floor(math.log10(unit)))
+        residuals = problem.residuals(values)
+        # Scaled, so that rounding doesn't matter; 0 for parameters at a limit.
+        scale = np.linalg.norm(jacobian, axis=1, keepdims=True)
+        normal = (jacobian / scale) @ (jacobian / scale).T
+        covariance = np.zeros((len(free), len(free)))
+        covariance[np.ix_(at, at)] = np.linalg.pinv(normal) / (scale * scale.T)
+    errors = [math.sqrt(variance) or None for variance in covariance.diagonal()]
+    parameters = {n: Estimate(values[n], error) for n, error in zip(free, errors)}
+    touch, p = parameters.pop("touch", None), len(parameters)
+    values.pop("touch", None)
+    return Fit(
+        law=law,
+        values=values,
+        parameters=parameters,
+        covariance=covariance[:p, :p],
+        touch=touch,
+        predicted=problem.scalars(values),
+        residuals=residuals,
+        sigma=problem.sigma,
+        estimated=problem.estimated,
+    )
+
+
+def _check_number(law: ContactLaw, data: Measurements) -> None:
+    """Raise UserError if these measurements can't determine the law's free parameters."""
+    line, speeds = bool(data.cor_speeds), sum(name in RESTITUTION for name in data.targets)
+    have, need = len(data.targets) - speeds + (line or speeds > 0), 2 + (law.exponent is None)
+    if law.law == 1 and line:
+        raise UserError("--cor-speeds is refused with --law 1: its damping has no COR line")
+    if have < need and not (data.curve or (line and need == 2 and not data.sized)):
         raise UserError(
-            f"{law.title}: the measurements or their σ are too small or too large for double "
-            f"precision ({error})"
-        ) from error
+            f"{law.title} can't be fitted: too few targets, {have} where {need} are needed (ball "
+            "speed, club speed after and COR count once); give --curve FILE.csv, --cor-speeds "
+            "FILE.csv or more of them, e.g. --cor 0.743 --contact-time 600e-6"
+        )
 
 
 class _Problem:
     """One law and the measurements that it has to meet.
 
-    The coordinates of a fit suit least squares better than k and b. With v the club speed,
-    m = (n + 1)/2 and ω = √(m k/μ) at the reference compression, the length L with
-    ω (L/d_r)^(m − 1) = m v/L is the compression that the speed would reach without damping, up to a
-    factor of order 1; ζ = b/(2 μ ω). Then speeds depend on ζ alone, times are proportional to L and
-    forces to 1/L, whatever d_r is. They are
+    The coordinates of a fit are its free parameters, in this order and as they suit least squares:
 
-    - length: ln(L/1 m),
-    - damping: arsinh ζ, or the two parameters of a COR line,
+    - k: its logarithm, in which dependences on k and n are nearly linear,
+    - b: the damping ratio ζ = b/√(2 (n + 1) k μ), on which alone speeds depend; or the two
+      parameters of a COR line,
     - exponent: n, if free,
     - touch: the instant of touch since the first row of the curve, if there is one, in `_CLOCK`.
     """
 
     def __init__(self, fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> None:
         self.fmu, self.data, self.law = fmu, data, law
-        line, sized = data.cor_speeds is not None, data.sized
-        exponent = ["exponent"] if law.exponent is None and sized else []
-        damping, touch = LINE if line else ("damping",), ["touch"] * (data.curve is not None)
-        self.coordinates = (*["length"] * sized, *damping, *exponent, *touch)
-        #: The FMU's names of what is fitted.
-        self.free = [*["k"] * sized, *["b"] * (not line), *exponent, *LINE * line]
-        ranges = {name: ends[:2] for name, ends in RANGES.items()} | {"damping": (0.0, 12.0)}
-        unbounded = (-math.inf, math.inf)
-        self.bounds = np.array([ranges.get(name, unbounded) for name in self.coordinates]).T
+        exponent = ["exponent"] if law.exponent is None else []
+        damping = LINE if data.cor_speeds else ("b",)
+        fitted = (*damping, *exponent, "k") if data.sized else damping
+        #: The names of what is fitted: the FMU's, and touch.
+        self.free = [name for name in RANGES if name in fitted] + ["touch"] * bool(data.curve)
+        ranges = {**RANGES, **dict.fromkeys(("k", "touch"), (-math.inf, math.inf))}
+        self.bounds = np.array([ranges[name] for name in self.free]).T
         self.estimated = tuple(name for name, one in data.series.items() if one.sigma is None)
         sigma = [np.array([target.sigma for target in data.targets.values()])]
-        for name, one in data.series.items():
-            guess = 0.01 if name == "cor_speeds" else max(noise(one.y), 1e-3 * one.y.max())
-            sigma.append(np.full(len(one.y), guess) if one.sigma is None else one.sigma)
+        for one in data.series.values():
+            guess = np.full(len(one.y), 0.01 * one.y.max())
+            sigma.append(guess if one.sigma is None else one.sigma)
         self.sigma = np.concatenate(sigma)
 
     # The model
 
     def values(self, x: np.ndarray) -> dict[str, float]:
-        """Inputs and parameters of the FMU at these coordinates, by name (SI units)."""
-        at = dict(zip(self.coordinates, map(float, x)))
-        impact, d = self.data.conditions, self.law.reference_compression
-        values: dict[str, float] = {"law": self.law.law}
-        if "length" in at:
-            length, n = math.exp(at["length"]), at.get("exponent", self.law.exponent or 1.0)
-            m = 0.5 * (n + 1.0)
-            omega = m * (impact.club_speed / length) * (d / length) ** (m - 1.0)
-            k = impact.reduced_mass * omega * omega / m
+        """Inputs and parameters of the FMU at these coordinates, by name, and touch (SI units)."""
+        values: dict[str, float] = {"law": self.law.law, **dict(zip(self.free, x.tolist()))}
+        if self.data.sized:
+            k, n = float(np.exp(values["k"])), values.get("exponent", self.law.exponent or 1.0)
+            if "b" in values:
+                values["b"] *= math.sqrt(2.0 * (n + 1.0) * k * self.data.conditions.reduced_mass)
+            d = self.law.reference_compression
             values |= {"k": k, "exponent": n, "reference_compression": d}
-            if "damping" in at:
-                values["b"] = 2.0 * math.sinh(at["damping"]) * impact.reduced_mass * omega
-        return values | {name: at[name] for name in LINE if name in at} | vars(impact)
-
-    def touch(self, x: np.ndarray) -> float:
-        """The instant of touch by the curve's clock at these coordinates, s; 0 without a curve."""
-        return self.data.curve.x[0] + _CLOCK * float(x[-1]) if self.data.curve else 0.0
+        if self.data.curve:
+            values["touch"] = self.data.curve.x[0] + _CLOCK * values["touch"]
+        return values | vars(self.data.conditions)
 
     def scalars(self, values: Mapping[str, float]) -> dict[str, float]:
         """Scalar targets by name; NaN if the bodies never separate. Times and forces need a k."""
-        outputs = {n: TARGETS[n][0] for n in TARGETS if self.data.sized or n in RESTITUTION}
+        outputs = {n: TARGETS[n] for n in TARGETS if self.data.sized or n in RESTITUTION}
         given = self.fmu.impact(list(outputs.values()), **values)
         return {name: given[output] for name, output in outputs.items()}
 
-    def residuals(self, values: Mapping[str, float], touch: float) -> np.ndarray:
+    def residuals(self, values: Mapping[str, float]) -> np.ndarray:
         """(model − measured)/σ; large where there is no contact that ends."""
-        data, cor, far = self.data, TARGETS["cor"][0], np.full(len(self.sigma), _FAR)
+        data, far = self.data, np.full(len(self.sigma), _FAR)
+        impact = {name: value for name, value in values.items() if name != "touch"}
         try:
-            scalars = self.scalars(values)
+            scalars = self.scalars(impact)
+            if math.isnan(scalars["cor"]):
+                return far
             parts: list[Any] = [[scalars[name] for name in data.targets]]
-            if data.curve is not None:
-                instants = data.curve.x - touch
+            if data.curve:
+                instants = data.curve.x - values["touch"]
                 inside = (instants > 0.0) & (instants < scalars["contact_time"])
-                force = np.where(math.isnan(scalars["cor"]), math.nan, np.zeros(len(instants)))
-                self.fmu.start(**values)
+                self.fmu.start(**impact)
                 times = np.concatenate([[0.0], instants[inside]])
-                force[inside] = self.fmu.sample(times, ("force",))["force"][1:]
-                parts.append(force)
-            if data.cor_speeds is not None:
-                cases = ({**values, "club_speed": v} for v in data.cor_speeds.x.tolist())
-                parts.append([self.fmu.impact((cor,), **case)[cor] for case in cases])
-        except (UserError, OverflowError):
+                parts.append(np.zeros(len(instants)))
+                parts[-1][inside] = self.fmu.sample(times, ("force",))["force"][1:]
+            if data.cor_speeds:
+                cases = ({**impact, "club_speed": v} for v in data.cor_speeds.x.tolist())
+                parts.append([self.scalars(case)["cor"] for case in cases])
+        except UserError:
             # Far from any ball values may leave the FMU's range; the search has to turn back.
             return far
         residuals = (np.concatenate(parts) - data.values) / self.sigma
         return residuals if np.all(np.abs(residuals) < _FAR) else far
 
+    def jacobian(self, values: Mapping[str, float], names: Sequence[str]) -> np.ndarray:
+        """Derivatives of the residuals: a row for each of these parameters, (p, n)."""
+        inner = gradient(self.residuals, values, [name for name in names if name != "touch"])
+        if not self.data.curve:
+            return inner
+        # The force jumps or rises steeply at touch: a difference over a row, 0 for the rows there.
+        instants = self.data.curve.x - values["touch"]
+        half = 0.5 * float(np.median(np.diff(instants)))
+        ends = (self.residuals({**values, "touch": values["touch"] + s}) for s in (-half, half))
+        slope = np.subtract(*ends) / (-2.0 * half)
+        slope[self.data.groups["curve"]][np.abs(instants) <= 1.5 * half] = 0.0
+        return np.vstack([inner.reshape(-1, len(slope)), slope])
+
     # Least squares
 
-    def solve(self, start: np.ndarray, tolerance: float) -> Any:
+    def solve(self, start: np.ndarray, tolerance: float = 1e-10) -> Any:
         """SciPy's result from one start."""
         from scipy.optimize import least_squares
 
         return least_squares(
-            lambda x: self.residuals(self.values(x), self.touch(x)),
+            lambda x: self.residuals(self.values(x)),
             np.clip(start, *self.bounds),
-            # A difference of 1e-6 is far above the FMU's rounding; a curve's is worth the speed.
-            **({"jac": "3-point"} if self.data.curve is None else {"diff_step": 1e-6}),
-            # Of SciPy's methods the one that ends exactly at a limit.
-            method="dogbox",
+            diff_step=1e-6,  # far above the FMU's rounding
+            method="dogbox",  # of SciPy's methods the one that ends exactly at a limit
             bounds=self.bounds,
             x_scale="jac",
-            **dict.fromkeys(("xtol", "ftol", "gtol"), tolerance),
+            xtol=tolerance,
+            ftol=tolerance,
+            gtol=tolerance,
             max_nfev=100,
         )
 
-    def minima(self) -> list[np.ndarray]:
-        """The best minimum and all that are as good: the least damped first, then by exponent."""
-        refined = sorted((self.solve(x, 1e-3) for x in self.starts()), key=lambda r: r.cost)
-        tolerance = 1e-15 if self.data.curve is None else 1e-8
-        number = _REFINED if self.data.curve is None else 4
-        refined = [self.solve(result.x, tolerance) for result in refined[:number]]
-        best = min(refined, key=lambda r: r.cost)
-        if best.cost >= _FAR:
-            raise UserError(f"{self.law.title}: no contact that ends comes near these measurements")
-        if self.data.curve is not None:
-            return [best.x]
-        equal = [r.x for r in refined if r.cost - best.cost <= 5e-7 * (1.0 + best.cost)]
-        places: list[np.ndarray] = []
-        for x in sorted(equal, key=lambda x: tuple(np.round(x[1:], 6))):
-            if not any(np.allclose(x, other, 0.0, 1e-4) for other in places):
-                places.append(x)
-        return places
-
     def starts(self) -> list[np.ndarray]:
-        """A grid of ζ and n, each with the length and touch of an undamped linear contact."""
-        impact, curve, line = self.data.conditions, self.data.curve, self.data.cor_speeds
-        momentum = impact.reduced_mass * impact.club_speed
-        omega, at, zetas, touches = math.pi / 5e-4, dict[str, float](), list(_ZETAS), [0.0]
-        for name, one in self.data.targets.items():
-            if name == "max_force":
-                omega = one.value / momentum
-            elif name not in RESTITUTION:
-                omega = (math.pi if name == "contact_time" else 0.5 * math.pi) / one.value
-        if curve is not None:
-            rows = contact_rows(curve.y)
-            omega = math.pi / (1.1 * float(np.ptp(curve.x[rows])))
-            first = (curve.x[rows[0]] - curve.x[0]) / _CLOCK
-            touches = [first - late / (omega * _CLOCK) for late in (0.0, 0.2, 0.4)]
-            cor = min(max(impulse_ratio(curve, momentum) - 1.0, 0.05), 0.98)
-            zetas = [-math.log(cor) / math.pi]
-        if line is not None:
-            weights, zetas = 1.0 / self.sigma[self.data.groups["cor_speeds"]], [0.1]
-            slope, rest = np.polyfit(line.x, line.y, 1, w=weights)
-            at |= {LINE[0]: rest, LINE[1]: -slope}
-        starts = []
-        exponents = _EXPONENTS if "exponent" in self.coordinates else _EXPONENTS[:1]
+        """A grid of ζ and n; k from an undamped contact as long as the curve's, or 0.5 ms."""
+        impact, curve, d = self.data.conditions, self.data.curve, self.law.reference_compression
+        duration, touches = 5e-4, [0.0]
+        if curve:
+            contact = curve.x[curve.contact]
+            duration = 1.2 * float(np.ptp(contact))
+            touches = [(contact[0] - s * duration - curve.x[0]) / _CLOCK for s in (0.0, 0.1)]
+        starts, zetas = [], [0.1] if self.data.series else _ZETAS
+        exponents = _EXPONENTS if "exponent" in self.free else [self.law.exponent or 1.0]
         for zeta, n, touch in itertools.product(zetas, exponents, touches):
-            length = math.log(0.5 * (n + 1.0) * impact.club_speed / omega)
-            at |= {"length": length, "damping": math.asinh(zeta), "exponent": n, "touch": touch}
-            starts.append(np.array([at[name] for name in self.coordinates]))
+            # With ω = π/duration and the compression L = m v/ω: √(m k/μ) = ω (d_r/L)^(m − 1).
+            m, omega = 0.5 * (n + 1.0), math.pi / duration
+            power = (n - 1.0) * math.log(d * omega / (m * impact.club_speed))
+            k = math.log(impact.reduced_mass * omega**2 / m) + power
+            at = {"k": k, "b": zeta, "exponent": n, LINE[0]: 0.8, LINE[1]: 0.002, "touch": touch}
+            starts.append(np.array([at[name] for name in self.free]))
         return starts
 
-    def fit(self, places: list[np.ndarray]) -> Fit:
-        """The best minimum from the first of these places; the others are as good as that."""
-        data, free = self.data, self.free
-        result = self.solve(places[0], 1e-15 if data.curve is None else 1e-10)
-        if data.curve is not None:
+    def minimum(self) -> Any:
+        """SciPy's result of the best minimum; of several that are as good, the least damped one."""
+        starts, curve = self.starts(), self.data.curve
+        if curve:
+            best = min((self.solve(x, 1e-2) for x in starts), key=attrgetter("cost"))
             # Law 2's force jumps or rises steeply at touch, so that χ² has a minimum between any
             # two rows: the best of the neighbouring ones.
-            row = float(np.median(np.diff(data.curve.x))) / _CLOCK
-            shifts = np.outer((-4.0, -2.0, -1.0, 1.0, 2.0), np.eye(len(result.x))[-1] * row)
-            near = [result, *(self.solve(result.x + shift, 1e-8) for shift in shifts)]
-            result = min(near, key=lambda one: one.cost)
-        for _ in range(10):
-            before = self.sigma.copy()
-            self.estimate_sigma(result)
-            if len(data.groups) == 1 or np.allclose(before, self.sigma, 0.01):
-                break
-            result = self.solve(result.x, 1e-10)
-        values, touch = self.values(result.x), self.touch(result.x)
-        ends = dict(zip(self.coordinates, result.active_mask))
-        ends["b"] = ends.get("damping", 0)
-        varied = [name for name in free if not ends.get(name)]
-        jacobian = self.jacobian(values, touch, varied)
-        covariance = _covariance(jacobian)
-        for name, slope in zip(varied, jacobian):
-            unit = _ROUNDING / float(np.linalg.norm(slope))
-            if np.isnan(covariance).any():
-                unit = 1e-6 * abs(values[name])
-            if 0.0 < unit < math.inf:
-                values[name] = round(values[name], -math.floor(math.log10(unit)))
-        residuals = self.residuals(values, touch)
-        # NaN for parameters at a limit.
-        at = [free.index(name) for name in varied]
-        full = np.full((len(free), len(free)), math.nan)
-        full[np.ix_(at, at)] = covariance[: len(at), : len(at)]
-        errors = [error if error == error else None for error in np.sqrt(np.diag(full)).tolist()]
-        model_variance = np.einsum("in,ij,jn->n", jacobian, covariance, jacobian)
-        titles = [self.law.title] * data.sized + ["COR line"] * (data.cor_speeds is not None)
-        return Fit(
-            law=self.law,
-            title=" with ".join(titles) or self.law.title,
-            values=values,
-            parameters={n: Estimate(values[n], e) for n, e in zip(free, errors)},
-            covariance=full,
-            touch=Estimate(touch, math.sqrt(covariance[-1, -1])) if data.curve else None,
-            predicted=self.scalars(values),
-            residuals=residuals,
-            sigma=self.sigma,
-            model_errors=self.sigma * np.sqrt(model_variance),
-            estimated=self.estimated,
-            aic=self.aic(residuals, len(jacobian)),
-            others=[self.values(x) for x in places[1:]],
-        )
-
-    # Statistics
+            row = np.eye(len(best.x))[-1] * np.median(np.diff(curve.x)) / _CLOCK
+            for rows in (4, 2, 1):
+                near = [self.solve(best.x + shift * row, 1e-6) for shift in (rows, 0, -rows)]
+                best = min(near, key=attrgetter("cost"))
+            starts = [best.x]
+        results = [self.solve(x) for x in starts]
+        least = min(result.cost for result in results)
+        if least >= _FAR:
+            raise UserError(f"{self.law.title}: no contact that ends comes near these measurements")
+        equal = (one for one in results if one.cost - least <= 5e-7 * (1.0 + least))
+        return min(equal, key=lambda one: tuple(np.round(one.x[1:], 6)))
 
     def estimate_sigma(self, result: Any) -> None:
         """σ of the series without: residuals over rows less the parameters that they determine."""
@@ -374,39 +338,3 @@ class _Problem:
             # Data computed without noise leave residuals of rounding only.
             least = 1e-9 * float(np.abs(self.data.values[rows]).max()) / self.sigma[rows.start]
             self.sigma[rows] *= max(math.sqrt(np.sum(result.fun[rows] ** 2) / freedom), least)
-
-    def jacobian(self, values: dict[str, float], touch: float, names: list[str]) -> np.ndarray:
-        """Derivatives of the residuals: a row for each parameter, and one for touch."""
-        inner = gradient(lambda at: self.residuals(at, touch), values, names)
-        jacobian = inner = inner.reshape(len(names), -1)
-        # The force rises steeply or jumps at touch. So the derivative is a difference over two
-        # standard errors of touch, to the side on which no row comes near that rise.
-        here, step = self.residuals(values, touch), 0.05 * _CLOCK
-        for _ in range(4 if self.data.curve else 0):
-            slopes = [(self.residuals(values, touch + s) - here) / s for s in (step, -step)]
-            jacobian = np.vstack([inner, min(slopes, key=lambda one: float(one @ one))])
-            variance = _covariance(jacobian)[-1, -1]
-            step = min(2.0 * math.sqrt(variance), step) if variance > 0.0 else step
-        return jacobian
-
-    def aic(self, residuals: np.ndarray, fitted: int) -> float:
-        """−2 ln(likelihood) + 2 · fitted parameters, but for a constant of the data.
-
-        A σ that is estimated counts as a parameter, with its likeliest value.
-        """
-        total = 2.0 * (fitted + len(self.estimated))
-        for name, rows in self.data.groups.items():
-            square, n = float(np.sum(residuals[rows] ** 2)), rows.stop - rows.start
-            if name in self.estimated:
-                square = n * math.log(square * self.sigma[rows.start] ** 2 / n)
-            total += square
-        return total
-
-
-def _covariance(jacobian: np.ndarray) -> np.ndarray:
-    """(J Jᵀ)⁻¹; NaN if J's rank is deficient."""
-    scale = np.linalg.norm(jacobian, axis=1)
-    normal = (jacobian / scale[:, None]) @ (jacobian / scale[:, None]).T
-    if normal.size and not (np.isfinite(normal).all() and np.linalg.cond(normal) < 1e14):
-        return np.full(normal.shape, math.nan)
-    return np.linalg.inv(normal) / np.outer(scale, scale)

@@ -11,19 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from golf_impact.calibration.pulse import check_curve
 from golf_impact.errors import UserError
 from golf_impact.facts import closed_forms
 from golf_impact.files import read_text
 
-#: Scalar targets by name: the FMU's output, and the quantity in words.
+#: Scalar targets by name: the outputs of the FMU.
 TARGETS = {
-    "ball_speed": ("ball_velocity", "ball speed after"),
-    "club_speed_after": ("club_velocity", "club speed after"),
-    "cor": ("coefficient_of_restitution", "COR"),
-    "contact_time": ("contact_time", "contact time"),
-    "max_force": ("max_force", "max force"),
-    "time_of_max_force": ("time_of_max_force", "time of max force"),
+    "ball_speed": "ball_velocity",
+    "club_speed_after": "club_velocity",
+    "cor": "coefficient_of_restitution",
+    "contact_time": "contact_time",
+    "max_force": "max_force",
+    "time_of_max_force": "time_of_max_force",
 }
 
 #: Targets that depend on the damping alone. A law of two bodies has one COR, so that all of them
@@ -88,6 +87,11 @@ class Series:
     y: np.ndarray
     sigma: np.ndarray | None = None  #: of y; None if it follows from the residuals
 
+    @property
+    def contact(self) -> np.ndarray:
+        """Rows of a curve with more than a quarter of the largest force."""
+        return np.flatnonzero(self.y > 0.25 * self.y.max())
+
 
 @dataclass(frozen=True)
 class Measurements:
@@ -95,15 +99,14 @@ class Measurements:
 
     conditions: Conditions = Conditions()
     targets: Mapping[str, Target] = field(default_factory=dict)
-    series: Mapping[str, Series] = field(default_factory=dict)  #: by a key of COLUMNS
+    curve: Series | None = None
+    cor_speeds: Series | None = None
 
     @property
-    def curve(self) -> Series | None:
-        return self.series.get("curve")
-
-    @property
-    def cor_speeds(self) -> Series | None:
-        return self.series.get("cor_speeds")
+    def series(self) -> dict[str, Series]:
+        """Those of the series that there are."""
+        series = {"curve": self.curve, "cor_speeds": self.cor_speeds}
+        return {name: one for name, one in series.items() if one}
 
     @property
     def values(self) -> np.ndarray:
@@ -115,9 +118,8 @@ class Measurements:
     def groups(self) -> dict[str, slice]:
         """Where scalars, forces and CORs are in `values`."""
         lengths = {"targets": len(self.targets)} | {n: len(s.y) for n, s in self.series.items()}
-        ends = np.cumsum(list(lengths.values())).tolist()
-        groups = zip(lengths.items(), ends, strict=True)
-        return {name: slice(end - length, end) for (name, length), end in groups if length}
+        ends = zip(lengths.items(), np.cumsum(list(lengths.values())).tolist())
+        return {name: slice(end - length, end) for (name, length), end in ends if length}
 
     @property
     def sized(self) -> bool:
@@ -148,95 +150,78 @@ def measurements(
     curve: Any = None,
     cor_speeds: Any = None,
 ) -> Measurements:
-    """Validated measurements from options or arguments and, where these are silent, from a file.
+    """Validated measurements, see `golf_impact.calibrate`; scalars given win over the file's.
 
-    Args:
-        scalars: by name, None where not given: targets, the σ of each as sigma_ball_speed and so
-            on, club_speed, m_club and m_ball.
-        file: a CSV file of scalars with the columns target, value and, optionally, sigma.
-        curve: a CSV file `time,force[,sigma]`, or arrays in this order or by these names.
-        cor_speeds: the same with `approach_speed,cor[,sigma]`.
-
-    Raises:
-        UserError: a value is impossible; it is named, or its file and row.
+    UserError: a value is impossible; it is named, or its file and row.
     """
-    exact = tuple(vars(Conditions()))
-    known = (*TARGETS, *(f"sigma_{name}" for name in TARGETS), *exact)
-    values: dict[str, float] = {}
+    known = (*TARGETS, *vars(Conditions()))
+    in_file: dict[str, tuple[Any, str]] = {}
     for where, cells in _rows(file, ("target", "value")) if file else ():
-        name = cells["target"].lower().lstrip("-").replace("-", "_")
-        for key, cell in ((name, cells["value"]), (f"sigma_{name}", cells.get("sigma"))):
-            if key in values:
-                raise UserError(f"{where}: {key} is given twice")
-            if cell and key not in known:
-                choice = ", ".join((*TARGETS, *exact))
-                raise UserError(f"{where}: there is no target {key!r}: choose from {choice}")
-            if cell or key == name:
-                values[key] = number(cell, key, where)
-    for name, value in scalars.items():
-        if name not in known:
-            raise UserError(f"there is no target {name!r}: choose from {', '.join(TARGETS)}")
-        if value is not None:
-            values[name] = number(value, name)
+        name = cells["target"].strip().lower().lstrip("-").replace("-", "_")
+        if name in in_file:
+            raise UserError(f"{where}: {name} is given twice")
+        in_file[name] = cells["value"], where
+        if cells.get("sigma"):
+            in_file[f"sigma_{name}"] = cells["sigma"], where
+    given = in_file | {name: (value, "") for name, value in scalars.items() if value is not None}
+    values = {}
+    for name, (value, where) in given.items():
+        if name not in known and name.removeprefix("sigma_") not in TARGETS:
+            place, choice = where or "calibrate", ", ".join(known)
+            raise UserError(f"{place}: there is no target {name!r}: choose from {choice}")
+        values[name] = number(value, name, where)
     targets = {}
     for name in TARGETS:
-        sigma = f"sigma_{name}"
+        sigma = values.get(f"sigma_{name}")
         if name in values:
-            stated = sigma in values
             default = DEFAULT_SIGMA * abs(values[name])
-            deviation = values[sigma] if stated else number(default, sigma)
-            targets[name] = Target(values[name], deviation, stated)
-        elif sigma in values:
-            raise UserError(f"{option(sigma)} {values[sigma]:g} is refused without {option(name)}")
-    impact = Conditions(**{name: values[name] for name in exact if name in values})
-    given = {"curve": curve, "cor_speeds": cor_speeds}
-    series = {name: _read_series(one, name) for name, one in given.items() if one is not None}
-    if curve is not None:
-        check_curve(series["curve"], impact.reduced_mass * impact.club_speed)
-    if cor_speeds is not None:
-        line = series["cor_speeds"]
-        if len(set(line.x.tolist())) < 2:
-            raise UserError(f"{line.name} is refused: a line needs COR at two speeds or more")
-        if len(line.y) == 2 and line.sigma is None:
-            why = "two rows leave no residuals; add a column sigma, or rows"
-            raise UserError(f"{line.name} is refused: {why}")
-    return Measurements(impact, targets, series)
+            deviation = sigma or number(default, f"sigma_{name}")
+            targets[name] = Target(values[name], deviation, sigma is not None)
+        elif sigma is not None:
+            raise UserError(f"{option(f'sigma_{name}')} is refused without {option(name)}")
+    impact = Conditions(**{n: values[n] for n in vars(Conditions()) if n in values})
+    force = None if curve is None else _read_series(curve, "curve")
+    line = None if cor_speeds is None else _read_series(cor_speeds, "cor_speeds")
+    if force:
+        _check_curve(force, impact.reduced_mass * impact.club_speed)
+    if line and len(set(line.x.tolist())) < 2:
+        raise UserError(f"{line.name} is refused: a line needs COR at two speeds or more")
+    if line and len(line.y) == 2 and line.sigma is None:
+        why = "two rows leave no residuals; add a column sigma, or rows"
+        raise UserError(f"{line.name} is refused: {why}")
+    return Measurements(impact, targets, force, line)
 
 
 def _rows(path: Path, columns: Sequence[str]) -> list[tuple[str, dict[str, str]]]:
-    """Where each row is, and its cells by column; blank lines are skipped."""
+    """Where each row is, and its cells by column; rows without any are skipped."""
     try:
-        table = list(csv.reader(read_text(path).splitlines()))
+        reader = csv.DictReader(read_text(path).splitlines(), restval="")
+        reader.fieldnames = header = [cell.strip().lower() for cell in reader.fieldnames or ()]
+        table = [(reader.line_num, cells) for cells in reader if any(cells.values())]
     except csv.Error as error:
         raise UserError(f"{path} can't be read as CSV: {error}") from error
-    header = [cell.strip().lower() for cell in (table[0] if table else [])]
-    if tuple(header) not in (tuple(columns), (*columns, "sigma")):
+    if header not in ([*columns], [*columns, "sigma"]):
         names = ",".join(columns)
         why = f"its first line must be {names} or {names},sigma, not {','.join(header)!r}"
         raise UserError(f"{path} is refused: {why}")
-    rows: list[tuple[str, dict[str, str]]] = []
-    for line, row in enumerate(table[1:], 2):
-        cells = [cell.strip() for cell in row]
-        where = f"{path}, row {len(rows) + 1} (line {line})"
+    rows = [(f"{path}, row {n} (line {line})", cells) for n, (line, cells) in enumerate(table, 1)]
+    for where, cells in rows:
         if len(cells) > len(header):
             raise UserError(f"{where} is refused: more cells than the first line has")
-        if any(cells):
-            rows.append((where, dict.fromkeys(header, "") | dict(zip(header, cells))))
     return rows
 
 
 def _read_series(given: Any, kind: str) -> Series:
-    """A series from a CSV file, a mapping of columns, two or three arrays, or a table of rows."""
-    names: Sequence[str] = (*COLUMNS[kind], "sigma")
+    """A series from a CSV file, a mapping of columns, two or three arrays, or an array of rows."""
+    names = (*COLUMNS[kind], "sigma")
     if isinstance(given, str | Path):
-        kind = str(given)
-        read = _rows(Path(given), names[:2])
-        where: Sequence[str] = [place for place, _ in read]
-        rows: Sequence[Any] = [list(cells.values()) for _, cells in read]
+        read = _rows(Path(given), COLUMNS[kind])
+        kind, where = str(given), [place for place, _ in read]
+        rows: list[Any] = [tuple(cells.values()) for _, cells in read]
     else:
         if hasattr(given, "keys"):
             given = [given[name] for name in names if name in given]
-        elif getattr(given, "ndim", 0) == 2 and len(given) > 3:
+        elif isinstance(given, np.ndarray) and len(given) > 3:
             given = given.T
         try:
             rows = list(zip(*given, strict=True))
@@ -247,21 +232,38 @@ def _read_series(given: Any, kind: str) -> Series:
         raise UserError(f"{kind} is refused: it has no rows of {', '.join(names[:2])}")
     table = [
         [number(cell, name, place) for cell, name in zip(row, names)]
-        for place, row in zip(where, rows, strict=True)
+        for place, row in zip(where, rows)
     ]
     return Series(kind, where, *np.array(table).T)
 
 
-def check_speeds(data: Measurements) -> None:
-    """Raise UserError for speeds of no contact that conserves momentum, as law 2 does."""
-    impact, u = data.conditions, data.conditions.club_speed
-    for name, mass in (("ball_speed", impact.m_club), ("club_speed_after", impact.m_ball)):
-        if one := data.targets.get(name):
-            factor = (impact.m_club + impact.m_ball) / (mass * u)
-            gained = one.value if name == "ball_speed" else u - one.value
-            cor, spread = factor * gained - 1.0, factor * one.sigma
-            if not -spread < cor < 1.0 + spread:
-                raise UserError(
-                    f"{option(name)} {one.value:g} is refused: at a club speed of {u:g} m/s it is "
-                    f"a COR of {cor:.4g}, which must be above 0 and below 1"
-                )
+def _check_curve(curve: Series, momentum: float) -> None:
+    """Raise UserError for a curve that is no force in s and N; `momentum` is μ v, kg·m/s."""
+    time, force = curve.x, curve.y
+    if (backward := np.flatnonzero(np.diff(time) <= 0.0)).size:
+        n = int(backward[0]) + 1
+        raise UserError(
+            f"{curve.rows[n]}: time = {time[n]:g} s isn't after {time[n - 1]:g} s; sort the rows "
+            "by time and remove duplicates"
+        )
+    peak = int(force.argmax())
+    where, newton = f"{curve.rows[peak]}: the largest force", f"{force[peak]:.4g}"
+    if force[peak] <= -3.0 * force.min():
+        raise UserError(
+            f"{where} is {newton} N, no more than the rest: there is no touch in this curve (the "
+            "force on the ball counts as positive)"
+        )
+    if (lasting := float(np.ptp(time[curve.contact]))) > 0.02:
+        raise UserError(
+            f"{where} belongs to a contact of about {lasting:.3g} s, where an impact lasts about "
+            "600e-6: time must be in s, not ms or µs"
+        )
+    if (rows := len(curve.contact)) < 5:
+        raise UserError(f"{where} is one of only {rows} rows in contact: 5 are needed")
+    # 1 + COR, if momentum is conserved.
+    ratio = float(np.trapezoid(force[curve.contact], time[curve.contact])) / momentum
+    if not 0.5 < ratio < 3.0:
+        raise UserError(
+            f"{where} is {newton}, and the impulse {ratio:.2g} of reduced mass times club speed, "
+            "where 1 to 2 is possible: force must be in N, not kN, and --club-speed in m/s"
+        )

@@ -19,7 +19,6 @@ from golf_impact.errors import UserError
 app = typer.Typer(
     help="Impact of a golf club on a ball: build the co-simulation FMU, run and check scenarios.",
     epilog="Example: golf-impact run baseline elastic --out results",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # its help cuts the names of options short at 80 columns
@@ -59,22 +58,12 @@ _add(calibrate.calibrate, calibrate.EPILOG)
 _add(sweep.sweep, sweep.EPILOG)
 
 
-def _refuse_missing_folder() -> None:
-    try:
-        os.getcwd()
-    except FileNotFoundError:
-        folder = os.environ.get("PWD", "the working folder")
-        raise UserError(
-            f"the working folder {folder} no longer exists: change to another folder (cd)"
-        ) from None
-
-
 def _refuse_empty(arguments: list[str]) -> None:
+    """Raises a UserError for arguments as of an unset variable of the shell."""
     for text in arguments:
-        option, equals, value = text.partition("=")
-        if not text or (equals and not value and option.startswith("--")):
+        if not text or (text.startswith("--") and text.endswith("=")):
             raise UserError(
-                f"an argument is empty ({option or 'two quotes with nothing in between'}): "
+                f"an argument is empty ({text or 'two quotes with nothing in between'}): "
                 "write a value, or leave the option out; is a variable of your shell unset?"
             )
 
@@ -86,7 +75,6 @@ def one_line(arguments: list[str]) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        _refuse_missing_folder()
         _refuse_empty(arguments)
         with stopping.scratch_folder():
             code = _code_of(arguments)
@@ -106,22 +94,15 @@ def one_line(arguments: list[str]) -> int:
 
 def _code_of(arguments: list[str]) -> int:
     try:
-        code = app(arguments, standalone_mode=False)
-    except SystemExit as stop:
-        code = stop.code if isinstance(stop.code, int) else 1
+        code = app(arguments or ["--help"], standalone_mode=False)
     except Exception as error:
         # Errors of the parser, in click or in typer's copy of it.
         words = getattr(error, "format_message", None)
         if words is None:
             raise
-        if type(error).__name__ == "NoArgsIsHelpError":
-            error.show()  # type: ignore[attr-defined]
-            return 2
         context = getattr(error, "ctx", None)
         where = f" (see {context.command_path} --help)" if context else ""
         raise UserError(f"{words().rstrip('.')}{where}") from None
-    if code == 130:
-        warn("Stopped; nothing half-written is left.", style="red")
     return code if isinstance(code, int) else 0
 
 

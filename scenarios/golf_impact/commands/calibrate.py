@@ -3,10 +3,9 @@
 from pathlib import Path
 from typing import Annotated
 
-from typer import BadParameter, Option
+from typer import Option
 
 from golf_impact.commands.console import RESULTS, err, out, print_paragraphs, print_table, say
-from golf_impact.facts.quantities import LAWS_IN_WORDS
 
 EPILOG = (
     "Examples: golf-impact calibrate --curve force.csv --exponent free --save mine.toml · "
@@ -25,12 +24,6 @@ _CSV = (
 _CURVE = "A measured force curve: time,force or time,force,sigma; s and N, any origin of time."
 _SPEEDS = "COR at several speeds: approach_speed,cor or approach_speed,cor,sigma; fits a line."
 _SAVE = "Save the ball as FILE.toml, for --ball FILE.toml."
-
-
-def _law(given: str | int) -> int:
-    if str(given) not in ("1", "2"):
-        raise BadParameter(f"{given} is refused: {LAWS_IN_WORDS}")
-    return int(given)
 
 
 def calibrate(
@@ -60,7 +53,7 @@ def calibrate(
     ] = None,
     m_ball: Annotated[_Value, Option(help="Mass of the ball, kg.", show_default="0.04593")] = None,
     csv: Annotated[Path | None, Option("--csv", help=_CSV)] = None,
-    law: Annotated[int, Option(parser=_law, metavar="1|2", help="1 absolute, 2 relative.")] = 2,
+    law: Annotated[int, Option(metavar="1|2", help="1 absolute, 2 relative.")] = 2,
     exponent: Annotated[
         str, Option(help="n of law 2's power law: a number, or free to fit it too.")
     ] = "1",
@@ -84,12 +77,9 @@ def calibrate(
     """
     values = locals()
     from golf_impact.calibration.calibration import calibrate as fit
-    from golf_impact.calibration.calibration import check_save
     from golf_impact.files import as_json, prepare, write_together
 
     prepare(folder, "calibrate.json", "calibrate.png")
-    if save is not None:
-        check_save(save)
     not_arguments = ("save", "folder", "figures")
     given = {name: value for name, value in values.items() if name not in not_arguments}
     with err.status("calibrating"):
@@ -99,9 +89,8 @@ def calibrate(
             from golf_impact.report.figures import to_png
 
             files["calibrate.png"] = to_png(calibration.draw())
-        written = write_together(folder, files)
-        if save is not None:
-            written.append(calibration.save(save))
+        written = [calibration.save(save)] if save else []
+        written = write_together(folder, files) + written
     for table in calibration.tables():
         print_table(table)
     print_paragraphs(calibration.words)

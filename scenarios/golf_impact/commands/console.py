@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,20 +37,6 @@ def print_paragraphs(words: Iterable[str]) -> None:
     """Print paragraphs, wrapped at words."""
     for paragraph in words:
         out.print(paragraph, highlight=False)
-
-
-def print_entries(title: str, entries: Mapping[str, Iterable[str]]) -> None:
-    """Print entries with a name and some lines each, wrapped at words beside the name."""
-    from rich.table import Table as RichTable
-
-    grid = RichTable.grid(padding=(0, 2, 0, 0))
-    grid.add_column(no_wrap=True, style="bold")
-    grid.add_column()
-    for name, lines in entries.items():
-        grid.add_row(name, "\n".join((*lines, "")))
-    out.print(title, style="bold")
-    out.print()
-    out.print(grid, highlight=False)
 
 
 def print_table(table: Table, numbers: bool = True) -> None:

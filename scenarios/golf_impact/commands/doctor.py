@@ -1,7 +1,6 @@
 """`golf-impact doctor`: does the FMU load here, and what does a host that isn't Python need?"""
 
 import importlib.metadata
-import json
 import platform
 import shlex
 import subprocess
@@ -12,19 +11,21 @@ from typing import Annotated
 
 from typer import Argument
 
-from golf_impact.commands.console import out
-from golf_impact.fmu.archive import find_flaw, find_odd_characters
-from golf_impact.fmu.libpython import last_line, libpython_files, preloaded
-from golf_impact.stopping import temporary_folder
+from golf_build import standalone
+from golf_impact.commands.console import out, say
+from golf_impact.errors import UserError
+from golf_impact.fmu.archive import check_temporary_folder, find_flaw
+from golf_impact.fmu.file import current_fmu
+from golf_impact.fmu.libpython import find_libpython_for
 
 EPILOG = "Example: golf-impact doctor ClubBallImpact.fmu"
 
 #: One impact in a process of its own: a crash there is a finding here.
 _LOAD = """
-import fmpy, json, sys
+import fmpy, sys
 rows = fmpy.simulate_fmu(sys.argv[1], stop_time=0.005, step_size=0.001, output_interval=0.001,
                          output=["smash_factor", "coefficient_of_restitution"])
-print(json.dumps([float(rows[-1][1]), float(rows[-1][2])]))
+print("S = {1:.6g}, COR = {2:.6g}".format(*rows[-1]))
 """
 
 _COLOURS = {"ok": "green", "warning": "yellow", "problem": "red"}
@@ -36,18 +37,16 @@ def doctor(
     ] = None,
 ) -> int:
     """Check whether the FMU loads on this machine, and show how native hosts load it."""
-    from rich.text import Text
-
-    levels = []
+    levels = set()
     for level, text in examine(fmu):
-        line = Text(f"{level:<8} ", _COLOURS[level]).append(text, "default")
-        out.print(line, soft_wrap=True, highlight=False)
-        levels.append(level)
+        out.print(f"{level:<8}", style=_COLOURS[level], end=" ")
+        say(text)
+        levels.add(level)
     return int("problem" in levels)
 
 
 def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
-    """Level and text of each finding about this Python, an FMU and native hosts, errors included.
+    """Level and text of each finding about this Python, an FMU and native hosts.
 
     The FMU is that of the current sources if none is given, built if necessary.
     """
@@ -57,40 +56,26 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
     about = f"Python {platform.python_version()} ({sys.executable}), {versions}, {machine}"
     known = machine in ("Linux x86_64", "Windows AMD64")
     yield ("ok", about) if known else ("problem", f"{about}: pythonfmu has no binary for it")
-    folder = temporary_folder()
-    if odd := find_odd_characters(folder):
-        yield (
-            "warning",
-            f"temporary folder, where tools extract FMUs: {folder} has {' '.join(odd)} in its "
-            "name: pythonfmu can't load a plain FMU there (set TMPDIR to a folder without, e.g. "
-            "TMPDIR=/tmp; a standalone FMU can be loaded)",
-        )
     try:
-        if fmu is None:
-            from golf_impact.fmu.file import current_fmu
-
-            fmu = current_fmu()[0]
-        if why := find_flaw(fmu):
-            yield "problem", f"FMU: {why}"
-            return
-        command = [sys.executable, "-c", _LOAD, str(fmu)]
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace")
-        code = done.returncode
-        if code:
-            ended = f"signal {-code}" if code < 0 else f"exit {code}"
-            why = last_line(done.stderr)
-            yield "problem", f"FMU: {fmu} can't be run here ({ended}): {why}"
-        else:
-            smash, cor = json.loads(done.stdout.splitlines()[-1])
-            yield "ok", f"FMU: {fmu} loads and runs here (S = {smash:.6g}, COR = {cor:.6g})"
-        yield from _native(fmu)
-    except Exception as error:  # an examination reports what it meets
-        yield "warning", f"FMU: couldn't be examined: {last_line(error)}"
+        check_temporary_folder()
+    except UserError as error:
+        yield "warning", f"temporary folder: {error}; a standalone FMU can be loaded there"
+    fmu = fmu or current_fmu()[0]
+    if why := find_flaw(fmu):
+        yield "problem", f"FMU: {why}"
+        return
+    command = [sys.executable, "-c", _LOAD, str(fmu)]
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace")
+    if code := done.returncode:
+        ended = f"signal {-code}" if code < 0 else f"exit {code}"
+        why = (done.stderr.strip() or "no message").splitlines()[-1]
+        yield "problem", f"FMU: {fmu} can't be run here ({ended}): {why}"
+    else:
+        yield "ok", f"FMU: {fmu} loads and runs here ({done.stdout.splitlines()[-1]})"
+    yield from _native(fmu)
 
 
 def _native(fmu: Path) -> Iterator[tuple[str, str]]:
-    from golf_build import standalone
-
     if sys.platform == "win32":
         yield "ok", f"native hosts: set PATH={sys.base_prefix};%PATH%  (python3.dll is there)"
         return
@@ -105,17 +90,14 @@ def _native(fmu: Path) -> Iterator[tuple[str, str]]:
         "native hosts: recommended is the standalone FMU (golf-impact build --standalone), which "
         "needs no Python; this plain one needs libpython, by LD_PRELOAD",
     )
-    for file in libpython_files():
-        if wrong := preloaded(file, fmu):
-            yield "warning", f"libpython: {file} can't be used: {wrong}"
-            continue
+    if file := find_libpython_for(fmu):
         preload = f"LD_PRELOAD={shlex.quote(str(file))} PYTHONHOME={shlex.quote(sys.base_prefix)}"
         yield "ok", f"native hosts: {preload} your-host"
         return
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     yield (
         "warning",
-        f"libpython: none found for Python {version}; hosts written in Python don't need it, "
-        f"others do (Debian, Ubuntu: apt-get install libpython{version}; pyenv: "
+        f"libpython: none for Python {version} that loads this FMU; hosts written in Python don't "
+        f"need it, others do (Debian, Ubuntu: apt-get install libpython{version}; pyenv: "
         "PYTHON_CONFIGURE_OPTS=--enable-shared pyenv install; conda has it)",
     )

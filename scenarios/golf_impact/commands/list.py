@@ -11,17 +11,18 @@ def list_(
     balls: Annotated[bool, Option("--balls", help="List the preset balls of --ball.")] = False,
 ) -> None:
     """List the scenarios, or the preset balls."""
-    from golf_impact.commands.console import print_entries, print_table
+    from golf_impact.commands.console import print_table
     from golf_impact.commands.scripts import load_scenarios
     from golf_impact.facts.balls import BALLS
     from golf_impact.report.outcome import Table
 
     if balls:
-        entries = {}
+        rows = []
         for ball in BALLS.values():
             values = " ".join(f"{name}={value:.6g}" for name, value in ball.values.items())
-            entries[ball.name] = [ball.title, f"{values} (SI units)", f"Source: {ball.source}"]
-        print_entries("Balls", entries)
+            text = f"{ball.title}\n{values} (SI units)\nSource: {ball.source}\n"
+            rows.append([ball.name, text])
+        print_table(Table("Balls", ["name", "what it is"], rows), numbers=False)
     else:
         rows = [
             [name, title_beside(name, script.TITLE)] for name, script in load_scenarios().items()

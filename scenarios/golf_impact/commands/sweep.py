@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Argument, Option
+from typer import Argument, Context, Option
 
 from golf_impact.commands.console import err, progress, say, warn
 from golf_impact.commands.run import fmu_file, pairs_of
 from golf_impact.errors import UserError, missing_package
-from golf_impact.stopping import SIGNALS
+from golf_impact.stopping import held, is_requested
 
 if TYPE_CHECKING:
-    from golf_impact.report.report import Report
     from golf_impact.sweeps.run import Summary, Sweep
-    from golf_impact.sweeps.sensitivity import Sensitivity
-    from golf_impact.sweeps.study_file import Options
 
 EPILOG = (
     "Examples: golf-impact sweep --set k=0.5e6:2e6:100 --out k.csv · golf-impact sweep "
@@ -37,6 +29,7 @@ _CHUNK = "Cases that a worker gets at a time; changes no result."
 
 
 def sweep(
+    context: Context,
     study: Annotated[
         Path | None,
         Argument(metavar="[STUDY]", help="A study as a TOML file; options win over it."),
@@ -57,89 +50,72 @@ def sweep(
         str | None, Option(metavar="tcp://HOST:PORT|local", help="Compute on a Dask cluster.")
     ] = None,
     compare: Annotated[
-        bool, Option("--compare", help="Also measure a loop over fmpy.simulate_fmu.")
-    ] = False,
+        bool | None, Option("--compare", help="Also measure a loop over fmpy.simulate_fmu.")
+    ] = None,
     figures: Annotated[bool | None, Option(help="Write FILE.png and FILE.html.")] = None,
     fmu: Annotated[Path | None, Option(help="Use this .fmu file; don't build.")] = None,
 ) -> int:
     """Many impacts through the FMU into one table: a row a case, variables first, then outputs."""
-    from golf_impact.sweeps.study_file import Options
+    from golf_impact.sweeps.study_file import KEYS, read_study
 
-    sets = pairs_of(set_ or [], "VALUES", "k=0.5e6:2e6:100", "write one list, NAME=A,B")
-    names = None if outputs is None else tuple(outputs.split(","))
-    how = Options(sets, out, names, samples, seed, design, workers, chunk, scheduler)
-    return swept(replace(how, compare=compare or None, figures=figures, fmu=fmu), study)
-
-
-def swept(options: Options, study: Path | None) -> int:
-    """Run the sweep that options and a study describe, and print what came out.
-
-    Returns the exit code: 0, or 130 if the user stopped it. UserError if something in it isn't
-    allowed, or a file can't be written.
-    """
-    from golf_impact.files import prepare
-    from golf_impact.sweeps.run import CHUNK, Stopped, Sweep, check_size
-    from golf_impact.sweeps.study import Study
-    from golf_impact.sweeps.study_file import read_study
-    from golf_impact.sweeps.table_file import check_path
-
-    if study is not None:
-        options = options.over(read_study(study))
-    if options.out is None:
+    sets, options = ({}, {}) if study is None else read_study(study)
+    sets |= pairs_of(set_ or [], "VALUES", "k=0.5e6:2e6:100", "write one list, NAME=A,B")
+    # The keys of a study are these options.
+    given = {name: value for name, value in context.params.items() if name in KEYS}
+    options |= {name: value for name, value in given.items() if value is not None}
+    if "out" not in options:
         raise UserError("say where the table goes: --out FILE.csv or FILE.parquet")
-    out, workers, scheduler = options.out, options.workers, options.scheduler
-    seed, design = options.seed or 0, options.design or "random"
-    asked = Study.of(options.sets, options.outputs, options.samples, seed, design)
-    chunk = CHUNK if options.chunk is None else options.chunk
-    figures = options.figures is not False
-    check_size(asked, workers, chunk, figures)
-    check_path(out)
+    return _run(sets, **options)
+
+
+def _run(
+    sets: dict[str, Any],
+    out: str,
+    outputs: str | list[str] | None = None,
+    samples: int | None = None,
+    seed: int = 0,
+    design: str = "random",
+    compare: bool = False,
+    figures: bool = True,
+    fmu: str | None = None,
+    **how: Any,
+) -> int:
+    from golf_impact.files import prepare
+    from golf_impact.sweeps.run import Stopped, Sweep
+    from golf_impact.sweeps.study import Study
+
+    names = outputs.split(",") if isinstance(outputs, str) else outputs
+    study, file = Study.of(sets, names, samples, seed, design), Path(out)
     if figures:
-        prepare(out.parent, *(out.with_suffix(suffix).name for suffix in (".png", ".html")))
-    with _stop_asked() as stop, Sweep(asked, fmu_file(options.fmu), stop.is_set) as running:
-        try:
-            with progress() as begin:
-                move = begin("sweep", asked.cases)
-                summary = running.run(
-                    out, workers=workers, scheduler=scheduler, chunk=chunk, progress=move
-                )
-            words = _words(summary, options, chunk)
-            for line in words:
-                say(line)
-            if options.compare:
-                words.append(_compared(running))
-            if figures:
-                outcome, sensitivity = _outcome(running, summary, words)
-        except Stopped as stopped:
-            kept = "is written" if stopped.written else "is as it was"
-            file = f"{out} {kept if out.exists() else 'was not written'}"
-            warn(f"{stopped.done:,} of {asked.cases:,} cases were done; {file}.")
-            return 130
-    if figures:
-        for path in _draw(running, summary, outcome, sensitivity):
-            say(path)
+        prepare(file.parent, file.with_suffix(".png").name, file.with_suffix(".html").name)
+    with Sweep(study, fmu_file(Path(fmu) if fmu else None)) as running:
+        # Ctrl-C and SIGTERM end the sweep between chunks, and the process at the end of this block.
+        with held():
+            try:
+                with progress() as begin:
+                    move = begin("sweep", study.cases)
+                    summary = running.run(file, progress=move, stop=is_requested, **how)
+            except Stopped as stopped:
+                state = "is as it was" if file.exists() else "was not written"
+                warn(f"{stopped.done:,} of {study.cases:,} cases were done; {file} {state}.")
+                return 130
+        words = _describe(summary, **how)
+        for line in words:
+            say(line)
+        if compare:
+            words.append(_compare(running))
+        if figures:
+            for path in _write_report(running, summary, words):
+                say(path)
     return 0
 
 
-@contextmanager
-def _stop_asked() -> Iterator[threading.Event]:
-    """Set on Ctrl-C and SIGTERM, which take effect between cases, never inside the FMU's code."""
-    stop = threading.Event()
-    # nohup has a signal ignored, and so it stays.
-    heard = [n for n in SIGNALS if n == signal.SIGINT or signal.getsignal(n) != signal.SIG_IGN]
-    before = {number: signal.signal(number, lambda *_: stop.set()) for number in heard}
-    try:
-        yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-def _words(summary: Summary, options: Options, chunk: int) -> list[str]:
-    workers = min(options.workers or 1, -(-summary.cases // chunk))
-    who = f"in {workers} processes" if workers > 1 else "in one process"
-    if options.scheduler is not None:
-        who = f"on {options.scheduler}" if options.scheduler != "local" else "on a local cluster"
+def _describe(
+    summary: Summary, workers: int = 1, scheduler: str | None = None, **_: object
+) -> list[str]:
+    who = "in one process" if workers == 1 else f"in {workers} processes"
+    if scheduler is not None:
+        who = "on a local cluster" if scheduler == "local" else f"on {scheduler}"
     done = f"{summary.path}: {summary.cases:,} cases in {summary.seconds:.2f} s"
     words = [f"{done} {who} ({summary.cases / summary.seconds:,.0f} impacts/s)"]
     if summary.first_refused is not None:
@@ -151,11 +127,11 @@ def _words(summary: Summary, options: Options, chunk: int) -> list[str]:
     return words
 
 
-def _compared(sweep: Sweep) -> str:
+def _compare(sweep: Sweep) -> str:
     from golf_impact.sweeps.comparison import compare
 
     with err.status("comparing with fmpy.simulate_fmu"):
-        both = compare(sweep, tick=sweep.go_on)
+        both = compare(sweep)
     same = "the same numbers to the last bit" if both.same else "OTHER NUMBERS"
     words = (
         f"In turns, on the same cases and outputs, both written to CSV: {both.sweep:,.0f} "
@@ -169,51 +145,39 @@ def _compared(sweep: Sweep) -> str:
     return words
 
 
-def _outcome(sweep: Sweep, summary: Summary, words: list[str]) -> tuple[Report, Sensitivity | None]:
-    """The tables of the page, and how much each distribution matters, if there is one."""
+def _write_report(sweep: Sweep, summary: Summary, words: list[str]) -> list[Path]:
+    """The picture beside the data, and the page with it."""
     import numpy as np
 
+    from golf_impact.files import write_together
+    from golf_impact.report.figures import to_png
+    from golf_impact.report.page import render_page
     from golf_impact.report.report import Report
+    from golf_impact.sweeps.pictures import draw
+    from golf_impact.sweeps.sensitivity import sobol_indices
 
-    outcome = Report(f"Sweep {summary.path.name}", sweep.fmu)
-    rows = [[one.name, one.described] for one in sweep.study.axes]
-    outcome.table("Swept variables (SI units)", ["", "values"], rows)
-    outcome.words = words
-    name, drawn = sweep.study.outputs[0], summary.drawn
+    path, name, drawn = summary.path, sweep.study.outputs[0], summary.drawn
+    report = Report(f"Sweep {path.name}", sweep.fmu)
+    report.words = words
+    rows = [[one.name, one.text] for one in sweep.study.axes]
+    report.table("Swept variables (SI units)", ["", "values"], rows)
     usable = drawn[np.isfinite(drawn)]
     if len(usable):
         columns = ["", "least", "5 %", "median", "95 %", "greatest", "mean", "standard deviation"]
         values = (*np.percentile(usable, (0, 5, 50, 95, 100)), usable.mean(), usable.std())
         row = [name, *(f"{value:.6g}" for value in values)]
-        outcome.table(f"{name} over all cases", columns, [row])
-    if not sweep.study.distributions:
-        return outcome, None
+        report.table(f"{name} over all cases", columns, [row])
+    indices = None
     try:
-        from golf_impact.sweeps.sensitivity import sensitivity
-
-        result = sensitivity(sweep.study, drawn, sweep.first_output)
+        indices = sobol_indices(sweep.study, drawn, sweep.first_output)
     except ImportError:
         words.append(f"{missing_package('the table of sensitivities', 'SciPy', 'sweep')}.")
-        return outcome, None
-    if result is not None:
-        words.append(result.note)
-        rows = [[one, f"{value:.4f}"] for one, value in result.values.items()]
-        outcome.table(f"What {name} depends on", ["", result.label], rows)
-    return outcome, result
-
-
-def _draw(
-    sweep: Sweep, summary: Summary, outcome: Report, sensitivity: Sensitivity | None
-) -> list[Path]:
-    """The picture beside the data, and the page with it."""
-    from golf_impact.files import write_together
-    from golf_impact.report.figures import to_png
-    from golf_impact.report.page import render_page
-    from golf_impact.sweeps.pictures import draw
-
-    figure = draw(sweep.study, summary.drawn, sweep.fmu.variables, sensitivity)
-    images = {} if figure is None else {outcome.title: to_png(figure)}
-    path = summary.path
+    if indices is not None:
+        rows = [[one, f"{value:.4f}"] for one, value in indices.items()]
+        title = f"What {name} depends on: shares of its variance that each variable explains"
+        report.table(title, ["", "first-order Sobol index"], rows)
+    figure = draw(sweep.study, drawn, sweep.fmu.variables, indices)
+    images = {} if figure is None else {report.title: to_png(figure)}
     files = {path.with_suffix(".png").name: image for image in images.values()}
-    report = render_page({"sweep": outcome}, {"sweep": images}, sweep.fmu.description.guid)
-    return write_together(path.parent, files | {path.with_suffix(".html").name: report})
+    page = render_page({"sweep": report}, {"sweep": images}, sweep.fmu.description.guid)
+    return write_together(path.parent, files | {path.with_suffix(".html").name: page})

@@ -6,7 +6,6 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from golf_impact.errors import UserError
@@ -57,63 +56,66 @@ def rating_stiffness(rating: float) -> float:
     return 2.0 * _RATING_LOAD / ((160.0 - rating) * _MIL)
 
 
-def _power(exponent: float) -> dict[str, float]:
-    return {"exponent": exponent, "reference_compression": 0.005}
-
-
 _DOCUMENT = "Doing Physics with Python, golfSpring.py"
-_LINE = {"restitution_at_rest": PENNER_AT_REST, "restitution_slope": PENNER_SLOPE}
 _FITTED = f"{ROH}, as the document quotes them; fitted by golf-impact calibrate"
-_RATING_SOURCE = (
-    f"indicative: PGA rating = 160 - mil of deflection at 200 lbf; bands: document; COR: {PENNER}"
-)
+_LINE = {"restitution_at_rest": PENNER_AT_REST, "restitution_slope": PENNER_SLOPE}
 
 #: Law, stiffness and exponent of the finite-element ball, fitted with a free exponent.
-_ROH_LEE = {"law": 2, "k": 769684.1103947455, **_power(1.6165131732807367)}
-
-
-def _ball(name: str, title: str, source: str, values: dict[str, float]) -> Ball:
-    return Ball(name, title, MappingProxyType(values), source)
+_ROH_LEE = {"law": 2, "k": 769684.1103947455, "exponent": 1.6165131732807367}
 
 
 def _rated(name: str, rating: float, band: str) -> Ball:
-    title = f"compression rating {rating:g} ({band})"
-    values = {"law": 2, "k": rating_stiffness(rating), **_LINE}
-    return _ball(name, title, _RATING_SOURCE, values)
+    return Ball(
+        name,
+        f"compression rating {rating:g} ({band})",
+        {"law": 2, "k": rating_stiffness(rating), **_LINE},
+        "indicative: PGA rating = 160 - mil of deflection at 200 lbf; bands: document; COR: "
+        + PENNER,
+    )
 
 
 _PRESETS = (
-    _ball(
-        *("document", "the document's fit by trial and error (law 1)", _DOCUMENT),
+    Ball(
+        "document",
+        "the document's fit by trial and error (law 1)",
         {"law": 1, "k": 1e6, "b": 9.0},
+        _DOCUMENT,
     ),
-    _ball(
-        *("document-old", "the document's old ball: softer, more damped (law 1)", _DOCUMENT),
+    Ball(
+        "document-old",
+        "the document's old ball: softer, more damped (law 1)",
         {"law": 1, "k": 0.5e6, "b": 12.0},
+        _DOCUMENT,
     ),
-    _ball(
-        *("roh-lee", "the finite-element ball at 35 m/s (law 2, n free)", _FITTED),
+    Ball(
+        "roh-lee",
+        "the finite-element ball at 35 m/s (law 2, n free)",
         {**_ROH_LEE, "b": 39.20569001063178},
+        _FITTED,
     ),
-    _ball(
-        *("roh-lee-tsuji", "the same with n = 1.5", _FITTED),
-        {"law": 2, "k": 823261.7897934683, "b": 37.075005685987676, **_power(1.5)},
+    Ball(
+        "roh-lee-tsuji",
+        "the same with n = 1.5",
+        {"law": 2, "k": 823261.7897934683, "b": 37.075005685987676, "exponent": 1.5},
+        _FITTED,
     ),
-    _ball(
-        *("roh-lee-linear", "the same with n = 1 (Kelvin–Voigt), a poor fit", _FITTED),
+    Ball(
+        "roh-lee-linear",
+        "the same with n = 1 (Kelvin–Voigt), a poor fit",
         {"law": 2, "k": 1038092.3101883758, "b": 26.169288181247552},
+        _FITTED,
     ),
-    _ball(
+    Ball(
         "penner",
         "stiffness of the finite-element ball, COR decreasing with speed as measured",
-        f"k, n: {ROH}; COR 0.86 - 0.0029 v: {PENNER}",
         {**_ROH_LEE, **_LINE},
+        f"k, n: {ROH}; COR 0.86 - 0.0029 v: {PENNER}",
     ),
-    _ball(
+    Ball(
         "tour",
         "ball and flexible face of a tour driver together: 113 mph, S 1.478, 475 µs",
+        {"law": 2, "k": 1241578.1199332434, "b": 35.73150805888275, "exponent": 1.5},
         f"{TRACKMAN}; contact 450-500 µs: {USGA}; fitted by golf-impact calibrate",
-        {"law": 2, "k": 1241578.1199332434, "b": 35.73150805888275, **_power(1.5)},
     ),
     _rated("rating-low", 45.0, "low, 30-60"),
     _rated("rating-mid", 73.0, "mid, 61-85"),
@@ -140,17 +142,9 @@ def ball(name: str) -> Ball:
 
 # Files
 
-#: What a ball's file may set: the FMU's variables that belong to a ball.
-_SETTABLE = (
-    *("law", "k", "b", "exponent", "reference_compression"),
-    *("restitution_at_rest", "restitution_slope", "m_ball", "ball_diameter"),
-)
-
-#: Those of them that may have a covariance.
+#: What a ball's file may set, and what of it may have a covariance.
 _UNCERTAIN = ("k", "b", "exponent", "restitution_at_rest", "restitution_slope")
-
-#: Bytes; a ball has some hundred.
-_LARGEST_FILE = 2**16
+_SETTABLE = ("law", *_UNCERTAIN, "reference_compression", "m_ball", "ball_diameter")
 
 
 def read_ball(path: Path | str) -> Ball:
@@ -162,17 +156,13 @@ def read_ball(path: Path | str) -> Ball:
         UserError: the file can't be read, or something in it isn't a ball's.
     """
     try:
-        with open(path, "rb") as stream:
-            text = stream.read(_LARGEST_FILE + 1).decode("utf-8-sig")
-        if len(text) > _LARGEST_FILE:
-            raise UserError(f"{path} is refused: it is larger than any ball's file")
-        table = tomllib.loads(text)
+        table = tomllib.loads(Path(path).read_text("utf-8-sig"))
     except OSError as error:
         raise UserError(f"can't read {path}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
         raise UserError(f"{path} is no TOML file: {error}") from error
-    title, source = (table.pop(key, "") for key in ("title", "source"))
-    uncertainty = table.pop("uncertainty", {})
+    title, source = str(table.pop("title", f"of {path}")), str(table.pop("source", path))
+    uncertainty = table.pop("uncertainty", {"parameters": [], "covariance": []})
     for name, value in table.items():
         if name not in _SETTABLE:
             raise UserError(
@@ -182,39 +172,27 @@ def read_ball(path: Path | str) -> Ball:
             raise UserError(f"{path}: {name} = {value!r} is refused: it must be a finite number")
     if not table:
         raise UserError(f"{path} is no ball: give it lines such as law = 2, k = 8e5, b = 30")
-    if not (isinstance(title, str) and isinstance(source, str)):
-        raise UserError(f"{path}: title and source must be texts")
-    names, rows = _uncertainty(path, uncertainty, table)
-    values = MappingProxyType(table)
-    return Ball(str(path), title or f"of {path}", values, source or str(path), names, rows)
+    try:
+        names = tuple(uncertainty["parameters"])
+        rows = tuple(map(tuple, uncertainty["covariance"]))
+        square = len(rows) == len(names) and all(len(row) == len(names) for row in rows)
+        known = all(name in _UNCERTAIN and name in table for name in names)
+        numbers = all(_is_number(cell) for row in rows for cell in row)
+        right = square and known and numbers and all(row[n] >= 0.0 for n, row in enumerate(rows))
+    except (KeyError, TypeError):
+        right = False
+    if not right:
+        raise UserError(
+            f"{path}: uncertainty is refused: it needs parameters, p names of values above it, and "
+            "covariance, p rows of p finite numbers with none on its diagonal below 0"
+        )
+    return Ball(str(path), title, table, source, names, rows)
 
 
 def _is_number(value: Any) -> bool:
     # A Boolean is an integer to Python.
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     return number and math.isfinite(value) and abs(value) < 2.0**63
-
-
-def _uncertainty(
-    path: Path | str, given: Any, values: Mapping[str, float]
-) -> tuple[tuple[str, ...], tuple[tuple[float, ...], ...]]:
-    """Names and covariance of the table `uncertainty`."""
-    wrong = f"{path}: uncertainty is refused:"
-    if not isinstance(given, dict) or set(given) - {"parameters", "covariance"}:
-        raise UserError(f"{wrong} it has the keys parameters and covariance")
-    names, rows = given.get("parameters", []), given.get("covariance", [])
-    if not isinstance(names, list) or any(
-        name not in _UNCERTAIN or name not in values for name in names
-    ):
-        raise UserError(f"{wrong} parameters must be names of values above it")
-    p = len(names)
-    square = isinstance(rows, list) and len(rows) == p
-    square = square and all(isinstance(r, list) and len(r) == p for r in rows)
-    if not (square and all(_is_number(cell) for row in rows for cell in row)):
-        raise UserError(f"{wrong} covariance must be {p} rows of {p} finite numbers")
-    if any(rows[n][n] < 0.0 for n in range(p)):
-        raise UserError(f"{wrong} a variance, on the diagonal of covariance, is below 0")
-    return tuple(names), tuple(tuple(map(float, row)) for row in rows)
 
 
 def ball_toml(ball: Ball) -> str:

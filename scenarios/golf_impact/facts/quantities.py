@@ -120,7 +120,7 @@ def format_shortest(value: float) -> str:
     return repr(float(value)).removesuffix(".0")
 
 
-def with_error(value: float, error: float | None) -> str:
+def format_with_error(value: float, error: float | None) -> str:
     """A value and its error, both to two digits of the error: 827300 ± 5700."""
     if error is None or not 0.0 < error < math.inf:
         return f"{value:.6g}" if error == 0.0 else f"{value:.6g} (error not defined)"

@@ -7,34 +7,27 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-#: The FMU's ranges of the parameters that may be uncertain, and the least step of a difference: a
-#: small part of what matters in an impact.
+#: The FMU's ranges of the parameters that may be uncertain.
 RANGES = {
-    "k": (0.0, math.inf, 0.0),
-    "b": (0.0, math.inf, 1e-3),
-    "exponent": (1.0, 12.0, 0.0),
-    "restitution_at_rest": (0.0, 1.0, 0.0),
-    "restitution_slope": (0.0, math.inf, 1e-6),
+    "k": (0.0, math.inf),
+    "b": (0.0, math.inf),
+    "exponent": (1.0, 12.0),
+    "restitution_at_rest": (0.0, 1.0),
+    "restitution_slope": (0.0, math.inf),
 }
 
 Evaluate = Callable[[Mapping[str, float]], np.ndarray]
 
 
 def gradient(evaluate: Evaluate, values: Mapping[str, float], names: Sequence[str]) -> np.ndarray:
-    """Derivatives of outputs by central differences, one-sided at the end of a range.
+    """Derivatives of outputs of an impact to p of its values: an array (p, *outputs), SI units.
 
-    Args:
-        evaluate: outputs of an impact, an array, from inputs and parameters by name (SI units).
-        values: inputs and parameters of the impact.
-        names: those of them to vary, (p,).
-
-    Returns:
-        Of the shape (p, *outputs).
+    By central differences, one-sided at the end of a range.
     """
     slopes = []
     for name in names:
-        value, (low, high, least) = values[name], RANGES[name]
-        step = max(1e-4 * abs(value), least)
+        value, (low, high) = values[name], RANGES[name]
+        step = max(1e-4 * abs(value), 1e-6)
         ends = max(low, value - step), min(high, value + step)
         first, last = (evaluate({**values, name: end}) for end in ends)
         slopes.append((last - first) / (ends[1] - ends[0]))

@@ -11,7 +11,7 @@ import numpy as np
 
 from golf_impact.facts import closed_forms
 from golf_impact.facts.balls import Ball
-from golf_impact.facts.quantities import QUANTITIES, format_unit, with_error
+from golf_impact.facts.quantities import QUANTITIES, format_unit, format_with_error
 from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_impact.fmu.uncertainty import standard_errors
 from golf_impact.report.any_law import check_any_law
@@ -60,8 +60,10 @@ def own_cases(
         errors = _errors(report, ball, given)
         columns.append(
             [
-                with_error(metrics[metric] * one.factor, _COVERAGE * errors[metric] * one.factor)
-                if metric in errors
+                format_with_error(
+                    metrics[metric] * one.factor, _COVERAGE * errors[metric] * one.factor
+                )
+                if errors.get(metric)
                 else one.format_value(metrics[metric])
                 for metric, one in QUANTITIES.items()
             ]

@@ -16,8 +16,6 @@ from golf_impact.facts.quantities import LAWS_IN_WORDS
 #: More values of one variable than this are a slip of the keyboard.
 _MOST_VALUES = 10_000_000
 
-#: Forms that begin with a word.
-_FORMS = {"normal": "normal:MEAN:SIGMA", "uniform": "uniform:LO:HI", "log": "log:LO:HI:COUNT"}
 FORMS = "VALUE, A,B,C, LO:HI:COUNT, log:LO:HI:COUNT, normal:MEAN:SIGMA or uniform:LO:HI"
 
 
@@ -29,64 +27,34 @@ class Grid:
     """
 
     name: str
+    text: str  # as the user wrote it
     values: np.ndarray
 
-    @property
-    def varies(self) -> bool:
-        return len(self.values) > 1
-
-    @property
-    def described(self) -> str:
-        values = [value if isinstance(value, str) else f"{value:g}" for value in self.values[:6]]
-        if len(self.values) > len(values):
-            return f"{', '.join(values[:3])} … {self.values[-1]:g} ({len(self.values):,} values)"
-        return ", ".join(values)
-
 
 @dataclass(frozen=True)
-class Normal:
-    """A variable that is normally distributed, with this mean and standard deviation."""
+class Distribution:
+    """A variable that is normally or uniformly distributed."""
 
     name: str
-    mean: float
-    sigma: float
+    text: str  # as the user wrote it
+    kind: str  # "normal" or "uniform"
+    first: float  # its mean, or its least value
+    second: float  # its standard deviation, or its greatest value
 
-    @property
-    def described(self) -> str:
-        return f"normal, mean {self.mean:g}, standard deviation {self.sigma:g}"
+    def draw(self, generator: np.random.Generator, number: int) -> np.ndarray:
+        """Independent samples, shape (number,)."""
+        distribution = generator.normal if self.kind == "normal" else generator.uniform
+        return distribution(self.first, self.second, number)
 
-    def from_unit(self, u: np.ndarray) -> np.ndarray:
-        """Values at these places (0 to 1) of the cumulative distribution."""
-        from scipy.special import ndtri
+    def of_scipy(self) -> Any:
+        """The same distribution of scipy.stats."""
+        from scipy import stats
 
-        # A place of 0 would be minus infinity.
-        return self.mean + self.sigma * ndtri(np.clip(u, 2.0**-53, 1.0 - 2.0**-53))
-
-    def drawn(self, generator: np.random.Generator, number: int) -> np.ndarray:
-        return generator.normal(self.mean, self.sigma, number)
-
-
-@dataclass(frozen=True)
-class Uniform:
-    """A variable that is equally likely anywhere between two values."""
-
-    name: str
-    low: float
-    high: float
-
-    @property
-    def described(self) -> str:
-        return f"uniform, {self.low:g} to {self.high:g}"
-
-    def from_unit(self, u: np.ndarray) -> np.ndarray:
-        """Values at these places (0 to 1) of the cumulative distribution."""
-        return self.low + (self.high - self.low) * u
-
-    def drawn(self, generator: np.random.Generator, number: int) -> np.ndarray:
-        return self.from_unit(generator.random(number))
+        if self.kind == "normal":
+            return stats.norm(self.first, self.second)
+        return stats.uniform(self.first, self.second - self.first)
 
 
-Distribution = Normal | Uniform
 Axis = Grid | Distribution
 
 
@@ -100,52 +68,43 @@ def axis(name: str, given: Any) -> Axis:
     text = str(given).strip()
     if name == "ball":
         names = [ball(one.strip()).name for one in text.split(",")]
-        return Grid(name, np.array(names, dtype=object))
+        return Grid(name, text, np.array(names, dtype=object))
     try:
-        if name != "law":
-            return _axis(name, text)
-        if text.isalpha():
-            raise ValueError(LAWS_IN_WORDS)
         made = _axis(name, text)
-        if not isinstance(made, Grid) or (made.values % 1.0).any():
-            raise ValueError(f"law takes whole numbers: {LAWS_IN_WORDS}")
-        if np.abs(made.values).max() >= 2**31:
-            raise ValueError(LAWS_IN_WORDS)
-        return Grid(name, made.values.astype(np.int64))
+        if name != "law":
+            return made
+        # An Integer of FMI has 32 bits.
+        if isinstance(made, Grid) and not (made.values % 1.0).any() and max(abs(made.values)) < 2e9:
+            return Grid(name, text, made.values.astype(np.int64))
+        raise ValueError("not whole numbers")
     except ValueError as error:
-        raise UserError(f"{name}={text} is refused: {error}") from None
+        why = LAWS_IN_WORDS if name == "law" else error
+        raise UserError(f"{name}={text} is refused: {why}") from None
 
 
 def _axis(name: str, text: str) -> Axis:
     first, *rest = text.split(":")
     if "," in text or not rest:
-        return Grid(name, np.array([_number(item) for item in text.split(",")]))
+        return Grid(name, text, np.array([_number(item) for item in text.split(",")]))
     word = first.strip().lower()
-    if word not in _FORMS:
-        if word[:1].isalpha() and word not in ("inf", "nan"):
-            raise ValueError(f"{first!r} is none of the forms {FORMS}")
+    if word not in ("log", "normal", "uniform"):
         rest = [first, *rest]
-    form = _FORMS.get(word, "LO:HI:COUNT")
-    if len(rest) != (3 if form.endswith("COUNT") else 2):
-        raise ValueError(f"write {form}")
+    if len(rest) != (2 if word in ("normal", "uniform") else 3):
+        raise ValueError(f"write {FORMS}")
     low, high, *count = map(_number, rest)
-    if word == "normal":
-        if high <= 0.0:
-            raise ValueError(f"the standard deviation {high:g} must be > 0")
-        return Normal(name, low, high)
+    if word == "normal" and high <= 0.0:
+        raise ValueError(f"the standard deviation {high:g} must be > 0")
     if word == "log" and low <= 0.0:
         raise ValueError(f"a logarithmic range must begin above 0, not at {low:g}")
-    if low > high:
+    if word != "normal" and low > high:
         raise ValueError(f"the range begins at {low:g}, above its end {high:g}")
-    if word == "uniform":
-        return Uniform(name, low, high)
-    (number,) = count
-    if number % 1.0 or number < 1:
-        raise ValueError(f"the count {number:g} must be a whole number of at least 1")
-    if number > _MOST_VALUES:
-        raise ValueError(f"{number:g} values of one variable are more than {_MOST_VALUES:,}")
+    if not count:
+        return Distribution(name, text, word, low, high)
+    number = count[0]
+    if number % 1.0 or not 1 <= number <= _MOST_VALUES:
+        raise ValueError(f"the count {number:g} must be a whole number, 1 to {_MOST_VALUES:,}")
     spaced = np.geomspace if word == "log" else np.linspace
-    return Grid(name, spaced(low, high, int(number)))
+    return Grid(name, text, spaced(low, high, int(number)))
 
 
 def _number(text: str) -> float:

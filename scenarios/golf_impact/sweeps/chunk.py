@@ -6,11 +6,9 @@ import hashlib
 import tempfile
 import threading
 from collections.abc import Mapping
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 from multiprocessing.util import Finalize
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -33,35 +31,28 @@ class FmuFile:
         return cls(hashlib.sha256(data).hexdigest(), data)
 
 
-class Chunk(NamedTuple):
-    """What one chunk gave."""
-
-    text: bytes  # its cases as lines of CSV (UTF-8); empty if they weren't requested
-    results: Results
-
-
 _lock = threading.RLock()
-#: The instance of this process with the digest of its file, and what frees it.
-_loaded: tuple[str, ImpactFmu] | None = None
-_open = ExitStack()
+#: The instance of this process by the digest of its file, if there is one.
+_loaded: dict[str, ImpactFmu] = {}
 
 
-def run_chunk(fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]) -> Chunk:
+def run_chunk(
+    fmu: FmuFile, plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]
+) -> tuple[bytes, Results]:
     """Run the cases of one chunk, in any process: the FMU is loaded there when first needed.
 
-    `columns` are the swept variables, arrays of shape (cases,). UserError if the FMU isn't what it
-    should be, or can't be loaded here.
+    `columns` are the swept variables, arrays of shape (cases,). Returns the cases as lines of CSV
+    (UTF-8; empty without `as_text`), and their results. UserError if the FMU isn't what it should
+    be, or can't be loaded here.
     """
-    global _loaded
     with _lock:
         try:
             results = impacts(instance_of(fmu), plan, plan.values(columns))
         except FMICallException as error:
             # After an error the standard allows no call any more that the FMU must survive.
-            _loaded = None
-            _open.pop_all()
+            _loaded.clear()
             raise UserError(f"the FMU broke down ({error}): run `golf-impact build`") from None
-    return Chunk(_text(plan, columns, results.outputs) if as_text else b"", results)
+    return _text(plan, columns, results.outputs) if as_text else b"", results
 
 
 def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) -> bytes:
@@ -80,24 +71,22 @@ def _text(plan: Plan, columns: Mapping[str, np.ndarray], outputs: np.ndarray) ->
 
 def instance_of(fmu: FmuFile) -> ImpactFmu:
     """This process's instance, loaded if need be."""
-    global _loaded
     with _lock:
-        if _loaded is None or _loaded[0] != fmu.digest:
+        if fmu.digest not in _loaded:
             release()
             if hashlib.sha256(fmu.data).hexdigest() != fmu.digest:
                 raise UserError("the FMU was damaged on its way to this process")
             with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
                 path = Path(folder, "ClubBallImpact.fmu")
                 path.write_bytes(fmu.data)
-                _loaded = fmu.digest, _open.enter_context(ImpactFmu(path))
+                _loaded[fmu.digest] = ImpactFmu(path).__enter__()
             # When the process ends: an FMU that is never freed may take it down then.
             Finalize(None, release, exitpriority=10)
-        return _loaded[1]
+        return _loaded[fmu.digest]
 
 
 def release() -> None:
     """Free the instance of this process, if there is one."""
-    global _loaded
     with _lock:
-        _loaded = None
-        _open.close()
+        for digest in list(_loaded):
+            _loaded.pop(digest).__exit__(None, None, None)

@@ -15,7 +15,7 @@ import fmpy
 import numpy as np
 
 from golf_impact.errors import UserError
-from golf_impact.sweeps.chunk import run_chunk
+from golf_impact.sweeps.chunk import instance_of, run_chunk
 from golf_impact.sweeps.impacts import impacts
 from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.table_file import table_file
@@ -40,29 +40,25 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
     UserError if the FMU refuses all cases tried.
     """
     study, plan = sweep.study, sweep.plan
-    # Evenly from all; where there are fewer, again and again.
-    index = np.arange(_CASES)
-    index = index * study.cases // _CASES if study.cases > _CASES else index % study.cases
-    values = plan.values(study.columns_at(index))
-    expected, _, reason = impacts(sweep.instance, plan, values)
-    usable = np.flatnonzero(~np.isnan(expected).any(axis=1))
-    if not len(usable):
+    # Evenly from all; where there are fewer, some several times.
+    columns = study.columns(np.linspace(0, study.cases - 1, _CASES).astype(int))
+    values = plan.values(columns)
+    expected, _, reason = impacts(instance_of(sweep.file), plan, values)
+    usable = np.flatnonzero(~np.isnan(expected).any(axis=1)).tolist()
+    if not usable:
         raise UserError(f"there is nothing to compare: no case has all outputs {reason}".strip())
-    steps = np.broadcast_to(sweep.fmu.horizon({**plan.fixed, **values}), len(index))
-    # Start values, communication step and the sweep's outputs.
-    some = usable[:: max(1, len(usable) // (4 * _LOOPED))]
-    given = [plan.fixed | {name: row[n].item() for name, row in values.items()} for n in some]
-    cases = cycle(zip(given, steps[some].tolist(), expected[some].tolist()))
+    steps = np.broadcast_to(sweep.fmu.horizon({**plan.fixed, **values}), _CASES)
+    cases = cycle(usable[:: max(1, len(usable) // (4 * _LOOPED))])
     same = True
     with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
         fmpy.extract(str(sweep.fmu.path), f"{folder}/fmu")
 
         def swept() -> float:
             begin = perf_counter()
-            columns = study.columns_at(index)
-            with table_file(Path(folder, "sweep.csv"), study, plan) as table:
-                table.write(columns, run_chunk(sweep.file, plan, True, columns))
-            return (perf_counter() - begin) / len(index)
+            with table_file(Path(folder, "sweep.csv"), study, plan) as write:
+                text, results = run_chunk(sweep.file, plan, True, columns)
+                write(columns, text, results.outputs)
+            return (perf_counter() - begin) / _CASES
 
         def looped() -> float:
             nonlocal same
@@ -70,18 +66,19 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
             with open(f"{folder}/loop.csv", "w", newline="") as stream:
                 writer = csv.writer(stream)
                 writer.writerow((*study.names, *plan.outputs))
-                for start, step, numbers in islice(cases, _LOOPED):
+                for n in islice(cases, _LOOPED):
+                    start = plan.fixed | {name: row[n].item() for name, row in values.items()}
                     result = fmpy.simulate_fmu(
                         f"{folder}/fmu",
-                        stop_time=step,
-                        output_interval=step,
+                        stop_time=steps[n],
+                        output_interval=steps[n],
                         start_values=start,
                         output=plan.outputs,
                         model_description=sweep.fmu.description,
                     )
                     row = [result[name][-1].item() for name in plan.outputs]
                     writer.writerow((*start.values(), *row))
-                    same &= row == numbers
+                    same &= row == expected[n].tolist()
             return (perf_counter() - begin) / _LOOPED
 
         times = run_interleaved({"sweep": swept, "loop": looped}, rounds, tick)

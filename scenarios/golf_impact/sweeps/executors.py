@@ -5,16 +5,14 @@ from __future__ import annotations
 import logging
 import os
 import pickle
-import shutil
 import signal
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import partial
 from multiprocessing import get_context, parent_process, resource_tracker
-from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -52,20 +50,20 @@ def opened(
 
 @contextmanager
 def process_pool(workers: int) -> Iterator[Executor]:
-    """So many worker processes on this machine, all of them started.
+    """So many worker processes on this machine.
 
     They finish what they have begun at the end of the block, ignore Ctrl-C, and end when this
     process does, whatever ended it.
     """
     with tempfile.TemporaryDirectory(
         prefix="golf-impact-workers-", ignore_cleanup_errors=True
-    ) as scratch:
-        pool = _Pool(workers, scratch)
+    ) as folder:
+        pool = _Pool(workers, folder)
         try:
             # A pool ends its workers by SIGTERM when one of them has died.
             with _blocked({*SIGNALS} - {signal.SIGTERM}):
-                started = [pool.submit(os.getpid) for _ in range(workers)]
-            wait(started)
+                for _ in range(workers):
+                    pool.submit(os.getpid)  # starts a worker
             yield pool
         finally:
             pool.shutdown(cancel_futures=True)
@@ -96,13 +94,13 @@ class _InFile:
         self.value, self.folder = value, folder
 
     def __reduce__(self) -> tuple[Callable, tuple[str]]:
-        handle, name = tempfile.mkstemp(prefix="golf-impact-message-", dir=self.folder)
+        handle, name = tempfile.mkstemp(dir=self.folder)
         with open(handle, "wb") as stream:
             pickle.dump(self.value, stream)
-        return _taken, (name,)
+        return _read_value, (name,)
 
 
-def _taken(name: str) -> Any:
+def _read_value(name: str) -> Any:
     data = Path(name).read_bytes()
     os.unlink(name)
     return pickle.loads(data)
@@ -112,20 +110,16 @@ def _call(folder: str, call: Callable[[], Any]) -> Any:
     return _InFile(call(), folder)
 
 
-def _begin_worker(scratch: str) -> None:
-    """In a new worker: temporary files go to `scratch`, which its parent removes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    tempfile.tempdir = scratch
-    threading.Thread(target=_end_with_parent, args=(scratch,), daemon=True).start()
-    # At its end, as golf_impact.commands.app does it: this process has loaded an FMU.
-    Finalize(None, os._exit, (0,), exitpriority=0)
+def _begin_worker(folder: str) -> None:
+    """In a new worker: temporary files go to a folder that its parent removes."""
+    tempfile.tempdir = folder
+    threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
-def _end_with_parent(scratch: str) -> None:
+def _end_with_parent() -> None:
     parent = parent_process()
     if parent is not None:
         parent.join()
-        shutil.rmtree(scratch, ignore_errors=True)
         os._exit(1)
 
 
@@ -161,14 +155,10 @@ def dask_executor(scheduler: str, workers: int | None = None) -> Iterator[Execut
     with ExitStack() as stack:
         try:
             if scheduler == "local":
-                # The workers' temporary files are removed here, whatever happens to them.
-                scratch = stack.enter_context(
-                    tempfile.TemporaryDirectory(prefix="golf-impact-workers-")
-                )
                 with _blocked({*SIGNALS}):
                     cluster = distributed.LocalCluster(
                         n_workers=workers or os.cpu_count(), threads_per_worker=1,
-                        silence_logs=logging.CRITICAL, env={"TMPDIR": scratch},
+                        silence_logs=logging.CRITICAL,
                         # None would take port 8787, and warn if it is in use.
                         dashboard_address=":0", scheduler_kwargs={"dashboard": False},
                     )  # fmt: skip

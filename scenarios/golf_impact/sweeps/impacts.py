@@ -114,17 +114,14 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Res
     `values` is what varies (and possibly more), by variable: arrays of shape (cases,).
     """
     number = len(next(iter(values.values())))
-    inputs = _Rows(fmu, plan.varied, np.zeros((number, len(plan.varied))))
-    laws = _Rows(fmu, plan.laws, np.zeros((number, len(plan.laws)), np.intc))
+    inputs = _Rows(fmu, plan.varied, number, float)
+    laws = _Rows(fmu, plan.laws, number, np.intc)
     for rows in (inputs, laws):
-        for column, name in enumerate(rows.names):
-            rows.values[:, column] = values[name]
-    real_names = [name for name in plan.outputs if name not in plan.booleans]
-    reals = _Rows(fmu, real_names, np.zeros((number, len(real_names))))
-    # Whether there was a contact and a separation is read where an output depends on it.
-    decisive = ["touched", "separated"] * bool({*undefined_results(False, False)} & {*real_names})
-    flag_names = [*plan.booleans, *(name for name in decisive if name not in plan.booleans)]
-    flags = _Rows(fmu, flag_names, np.zeros((number, len(flag_names)), np.intc))
+        for column, name in zip(rows.values.T, rows.names):
+            column[:] = values[name]
+    reals = _Rows(fmu, [name for name in plan.outputs if name not in plan.booleans], number, float)
+    # Results depend on whether there was a contact and a separation.
+    flags = _Rows(fmu, sorted({*plan.booleans, "touched", "separated"}), number, np.intc)
     steps = np.broadcast_to(fmu.horizon({**plan.fixed, **values}), number).tolist()
     restore, leave_initialization, set_real, set_integer, do_step, get_real, get_boolean = (
         ctypes.CFUNCTYPE(_INT, _POINTER, *arguments)((name, fmu.slave.dll))
@@ -161,8 +158,7 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Res
             else:
                 if reals.width:
                     get_real(component, reals.references, reals.width, real_at)
-                if flags.width:
-                    get_boolean(component, flags.references, flags.width, flag_at)
+                get_boolean(component, flags.references, flags.width, flag_at)
             real_at += reals.stride
             flag_at += flags.stride
     finally:
@@ -173,7 +169,7 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Res
     unusable = np.isnan(outputs).any(axis=1)
     unusable[refused] = True
     outputs[unusable] = math.nan
-    for touched in (False, True) if decisive else ():
+    for touched in (False, True):
         without = (columns["touched"] == touched) & (columns["separated"] == 0)
         for name in undefined_results(touched, False).keys() & {*plan.outputs}:
             outputs[without, plan.outputs.index(name)] = math.nan
@@ -184,9 +180,10 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Res
 class _Rows:
     """Values of these variables, a row a case, and the FMU's references of them, as addresses."""
 
-    def __init__(self, fmu: ImpactFmu, names: Sequence[str], values: np.ndarray) -> None:
-        self.names, self.width, self.values = names, len(names), values
+    def __init__(self, fmu: ImpactFmu, names: Sequence[str], cases: int, kind: type) -> None:
+        self.names, self.width = names, len(names)
+        self.values: np.ndarray = np.zeros((cases, self.width), kind)
         self._references = (ctypes.c_uint * self.width)(*fmu.references(names))
         self.references = ctypes.addressof(self._references)
-        self.address = values.ctypes.data
-        self.stride = self.width * values.itemsize
+        self.address = self.values.ctypes.data
+        self.stride = self.width * self.values.itemsize

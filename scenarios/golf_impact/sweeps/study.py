@@ -29,13 +29,7 @@ OUTPUTS = (
 DESIGNS = ("random", "lhs", "sobol")
 
 #: SciPy's Sobol sequence has so many points.
-_MOST_CASES, _MOST_OF_SOBOL = 10**10, 2**30
-#: Bytes that a case takes: its first output, and in pictures and tables what is sorted of it; and
-#: that a sample takes, of each distribution, while it is drawn.
-_CASE, _CASE_DRAWN, _SAMPLE = 8, 40, 32
-
-_SAY_HOW_MANY = "say with --samples how many to draw"
-_GIVE_ONE = "give a distribution, e.g. --set club_speed=normal:45:2"
+_MOST_OF_SOBOL = 2**30
 
 
 @dataclass(frozen=True)
@@ -78,22 +72,27 @@ class Study:
         axes = tuple(axis(name, given) for name, given in sets.items())
         chosen = OUTPUTS if outputs is None else tuple(name.strip() for name in outputs)
         number = 1 if number_of_samples is None else number_of_samples
-        most = _MOST_OF_SOBOL if design == "sobol" else _MOST_CASES
         study = cls(axes, chosen, number, seed, design)
-        random = next((one.name for one in study.distributions), None)
-        drawn, known = number_of_samples is not None, ", ".join(DESIGNS)
-        many, samples = f"{study.cases:,} cases", f"--samples {number:,} is refused"
+        random, samples = study.distributions, f"--samples {number:,}"
         for refused, why in (
             (not axes, "nothing is swept: give --set NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100"),
             (not chosen, "outputs is an empty list: name one at least, or leave it out"),
             (len({*chosen}) < len(chosen), f"--outputs {','.join(chosen)} names one output twice"),
-            (design not in DESIGNS, f"--design {design} is unknown: choose from {known}"),
+            (design not in DESIGNS, f"--design {design} is unknown: it is {', '.join(DESIGNS)}"),
             (seed < 0, f"--seed {seed} is refused: it must be at least 0"),
-            (random and not drawn, f"{random} is a distribution: {_SAY_HOW_MANY}"),
-            (drawn and not random, f"--samples has nothing to draw from: {_GIVE_ONE}"),
-            (number < 1, f"--samples {number} is refused: it must be at least 1"),
-            (number > most, f"{samples}: the design {design} gives at most {most:,}"),
-            (study.cases > _MOST_CASES, f"{many} are more than {_MOST_CASES:,}: use fewer values"),
+            (
+                random and number_of_samples is None,
+                "a distribution is swept: say with --samples how many to draw",
+            ),
+            (
+                number_of_samples is not None and not random,
+                f"{samples} has no distribution to draw from, e.g. --set club_speed=normal:45:2",
+            ),
+            (number < 1, f"{samples} is refused: it must be at least 1"),
+            (
+                design == "sobol" and number > _MOST_OF_SOBOL,
+                f"{samples} is refused: the design sobol gives at most {_MOST_OF_SOBOL:,}",
+            ),
         ):
             if refused:
                 raise UserError(why)
@@ -107,11 +106,11 @@ class Study:
     @property
     def varied_grid(self) -> tuple[Grid, ...]:
         """Those of them with more than one value."""
-        return tuple(one for one in self.grid if one.varies)
+        return tuple(one for one in self.grid if len(one.values) > 1)
 
     @property
     def distributions(self) -> tuple[Distribution, ...]:
-        return tuple(one for one in self.axes if not isinstance(one, Grid))
+        return tuple(one for one in self.axes if isinstance(one, Distribution))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -121,16 +120,12 @@ class Study:
     def cases(self) -> int:
         return prod(len(one.values) for one in self.grid) * self.number_of_samples
 
-    def memory(self, figures: bool) -> int:
-        """About the bytes that it takes at most, with or without pictures; chunks come on top."""
-        drawn = self.number_of_samples * len(self.distributions)
-        return self.cases * (_CASE_DRAWN if figures else _CASE) + drawn * _SAMPLE
+    @property
+    def memory(self) -> int:
+        """About the bytes that it takes at most, with its picture; chunks come on top."""
+        return 40 * self.cases + 64 * self.number_of_samples * len(self.distributions)
 
-    def columns(self, start: int, stop: int) -> dict[str, np.ndarray]:
-        """The values of the swept variables in the cases from `start` to `stop` (exclusive)."""
-        return self.columns_at(np.arange(start, stop))
-
-    def columns_at(self, index: np.ndarray) -> dict[str, np.ndarray]:
+    def columns(self, index: np.ndarray) -> dict[str, np.ndarray]:
         """Arrays of the swept variables' values in the cases of these numbers (from 0), by name.
 
         Each is a function of the case's number alone: chunks of any size give the same.
@@ -151,27 +146,20 @@ class Study:
         generator, number = np.random.default_rng(self.seed), self.number_of_samples
         axes = self.distributions
         if self.design == "random":
-            return {one.name: one.drawn(generator, number) for one in axes}
-        if self.design == "sobol":
-            units = iter(unit_samples(len(axes), number, generator, "sobol").T)
+            return {one.name: one.draw(generator, number) for one in axes}
+        try:
+            from scipy.stats import qmc
+        except ImportError as error:
+            otherwise = ", or use --design random"
+            raise missing_package(
+                f"the design {self.design}", "SciPy", "sweep", otherwise
+            ) from error
+        if self.design == "lhs":
+            # Its dimensions are independent: one by one they take less memory.
+            units = (qmc.LatinHypercube(1, seed=generator).random(number)[:, 0] for _ in axes)
         else:
-            # The dimensions of a Latin hypercube are independent: one by one they take less memory.
-            units = (unit_samples(1, number, generator, "lhs")[:, 0] for _ in axes)
-        return {one.name: one.from_unit(next(units)) for one in axes}
-
-
-def unit_samples(
-    dimensions: int, number: int, generator: np.random.Generator, design: str
-) -> np.ndarray:
-    """Points of a design ("lhs" or "sobol") in the unit cube, shape (number, dimensions)."""
-    try:
-        from scipy.stats import qmc
-    except ImportError as error:
-        otherwise = ", or use --design random"
-        raise missing_package(f"the design {design}", "SciPy", "sweep", otherwise) from error
-    if design == "lhs":
-        return qmc.LatinHypercube(dimensions, seed=generator).random(number)
-    with warnings.catch_warnings():
-        # Balanced only for powers of 2: any other number is still a fair sample.
-        warnings.simplefilter("ignore", UserWarning)
-        return qmc.Sobol(dimensions, scramble=True, seed=generator).random(number)
+            with warnings.catch_warnings():
+                # Balanced only for powers of 2: any other number is still a fair sample.
+                warnings.simplefilter("ignore", UserWarning)
+                units = iter(qmc.Sobol(len(axes), seed=generator).random(number).T)
+        return {one.name: one.of_scipy().ppf(next(units)) for one in axes}
