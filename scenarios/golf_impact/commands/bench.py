@@ -73,11 +73,11 @@ def _native(quick: bool, folder: Path) -> int:
     title = "In a native host: standalone, and plain with LD_PRELOAD"
     names = ("standalone", "plain", "ratio", "limit")
     rows = [
-        [one["meaning"], *(f"{one[name]:.3g}" for name in names), verdict(one["passed"])]
-        for one in figures.values()
+        [figure["meaning"], *(f"{figure[name]:.3g}" for name in names), verdict(figure["passed"])]
+        for figure in figures.values()
     ]
     print_table(Table(title, ["", *names[:3], "at most", ""], rows))
-    passed = all(one["passed"] for one in figures.values())
+    passed = all(figure["passed"] for figure in figures.values())
     results = {"quick": quick, "passed": passed, "figures": figures}
     write_together(folder, {"bench_native.json": as_json(results)})
     say(f"Results in {folder}")
@@ -156,7 +156,7 @@ def _show(results: dict[str, Any]) -> None:
     columns = ["", "law", "error", "µs", "ratio", "target", ""]
     print_table(Table("S, COR and E of one impact", columns, rows))
     for title, limits in (("FMI calls, and other runs", CALLS), ("Accuracy and sweeps", SWEEPS)):
-        meanings = {one.key: f"\n  {one.meaning}" for one in limits}
+        meanings = {limit.key: f"\n  {limit.meaning}" for limit in limits}
         if limits is SWEEPS:
             meanings |= {
                 key: "" for key in figures if key.startswith("sweep_") and key not in meanings
@@ -164,12 +164,12 @@ def _show(results: dict[str, Any]) -> None:
         rows = [[f"{k}{words}", f"{figures[k]:.3g}", *judged(k)] for k, words in meanings.items()]
         print_table(Table(title, ["", "figure", "target", ""], rows))
     rows = []
-    for series in zip(*results["run_time_vs_error"].values(), strict=True):
-        for law, one in enumerate(series, 1):
-            order = "" if one["order"] is None else f"{one['order']:.2f}"
-            errors, micro = one["errors"], [1e6 * seconds for seconds in one["seconds"]]
+    for of_laws in zip(*results["run_time_vs_error"].values(), strict=True):
+        for law, series in enumerate(of_laws, 1):
+            order = "" if series["order"] is None else f"{series['order']:.2f}"
+            errors, micro = series["errors"], [1e6 * seconds for seconds in series["seconds"]]
             ends = (cell for n in (0, -1) for cell in (f"{errors[n]:.0e}", f"{micro[n]:.0f}"))
-            rows.append([one["method"], str(law), order, *ends])
+            rows.append([series["method"], str(law), order, *ends])
     columns = ["", "law", "order", "error at coarsest", "µs", "error at finest", "µs"]
     print_table(Table("Run time against error, by step size or tolerance", columns, rows))
     where = results["worst_error_is_of"]

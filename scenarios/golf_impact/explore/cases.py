@@ -83,7 +83,7 @@ class Example:
 def _document(
     name: str, values: Mapping[str, float], printed: Mapping[str, document.Printed], hint: str
 ) -> Example:
-    return Example(name, values, {metric: one.text for metric, one in printed.items()}, hint)
+    return Example(name, values, {metric: number.text for metric, number in printed.items()}, hint)
 
 
 EXAMPLES = (
@@ -165,7 +165,7 @@ def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
     """Data of the page and of `Evaluator` beside the instances, for JSON."""
     impact, launch, _ = fmus
     inputs = (v for v in impact.variables.values() if v.causality in ("input", "parameter"))
-    defaults = {one.name: float(one.start) for one in inputs}
+    defaults = {v.name: float(v.start) for v in inputs}
     defaults |= {name: launch.default(name) for name in LOFT}
     facts: dict[str, Any] = {
         "defaults": defaults,
@@ -174,15 +174,15 @@ def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
         "contact": CONTACT,
         "opening": dict(BALLS[OPENING].values),
         "laws": [(number, name) for number, (name, _) in LAWS.items()],
-        "quantities": [asdict(one) for one in QUANTITIES],
+        "quantities": [asdict(quantity) for quantity in QUANTITIES],
         # Their values are read-only mappings, which asdict and JSON don't take.
-        "balls": [{**vars(one), "values": dict(one.values)} for one in BALLS.values()],
+        "balls": [{**vars(ball), "values": dict(ball.values)} for ball in BALLS.values()],
         **{
-            name: [{**vars(one), "values": dict(one.values)} for one in examples]
+            name: [{**vars(example), "values": dict(example.values)} for example in examples]
             for name, examples in (("examples", EXAMPLES), ("clubs", CLUBS))
         },
     }
     evaluator = Evaluator(fmus, UserError, facts)
-    for one in facts["examples"]:
-        one["check"] = evaluator({"values": one["values"]})["metrics"]
+    for example in facts["examples"]:
+        example["check"] = evaluator({"values": example["values"]})["metrics"]
     return facts

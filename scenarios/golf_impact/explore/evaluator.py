@@ -156,9 +156,9 @@ class Evaluator:
             path[f"{body}_shown"] = [speed / size for speed in path[f"{body}_velocity"]]
         shot, flight, problem = self.shot(values, metrics) if separated else ({}, {}, "")
         example: Mapping[str, Any] = {}
-        for one in (*self.facts["examples"], *self.facts["clubs"]):
-            if values == {**self.defaults, **one["values"]}:
-                example = one
+        for known in (*self.facts["examples"], *self.facts["clubs"]):
+            if values == {**self.defaults, **known["values"]}:
+                example = known
         # Without a parameter the page opens, and `golf-impact run` runs, something else.
         given = self.changed(values) or {"law": 1}
         loft = {name: values[name] for name in LOFT if values[name] != self.defaults[name]}
@@ -211,10 +211,10 @@ class Evaluator:
 
     def sweep(self, values: Mapping[str, float], over: str) -> dict[str, Any]:
         """S and COR over one variable; None where it is refused or there is no separation."""
-        one = next((one for one in self.facts["quantities"] if one["name"] == over), None)
-        if one is None or not one["step"]:
+        q = next((q for q in self.facts["quantities"] if q["name"] == over), None)
+        if q is None or not q["step"]:
             raise ValueError(f"S and COR can't be shown over {over}.")
-        low, high = one["low"] * one["scale"], one["high"] * one["scale"]
+        low, high = q["low"] * q["scale"], q["high"] * q["scale"]
         xs = [low + n / (SWEPT - 1) * (high - low) for n in range(SWEPT)]
         swept: dict[str, Any] = {"x": xs, **{name: [None] * SWEPT for name in SWEPT_METRICS}}
         for n, x in enumerate(xs):
@@ -230,9 +230,9 @@ class Evaluator:
     def check(self) -> dict[str, Any]:
         """How far the metrics of the examples are from those that the facts carry (`check`)."""
         worst, count = 0.0, 0
-        for one in self.facts["examples"]:
-            metrics = self({"values": one["values"]})["metrics"]
-            for name, expected in one["check"].items():
+        for example in self.facts["examples"]:
+            metrics = self({"values": example["values"]})["metrics"]
+            for name, expected in example["check"].items():
                 error = abs(metrics[name] - expected)
                 worst = max(worst, error / abs(expected) if expected else error)
                 count += 1

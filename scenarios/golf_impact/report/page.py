@@ -71,7 +71,7 @@ def render_page(
         document=document,
         readings=reading.tables() if len(reports) > 1 else [],
         checks=[check for report in reports.values() for check in report.checks],
-        deviations=[one for report in reports.values() for one in report.deviations],
+        deviations=[text for report in reports.values() for text in report.deviations],
         kinds=KINDS,
         summarize=summarize_checks,
     )

@@ -16,7 +16,7 @@ def tables() -> list[Table]:
         Table(
             "What the document says and how it is read",
             ["the document says", "why not literally", "how it is read here", "implemented in"],
-            [[*one[:3], locate(one.file, one.line)] for one in document.READINGS],
+            [[*row[:3], locate(row.file, row.line)] for row in document.READINGS],
         ),
         Table(
             "Table 1 and the values that the printed results come from",
@@ -36,8 +36,8 @@ def tables() -> list[Table]:
             "Printed numbers that the document's scheme doesn't reproduce",
             ["number", "printed", "its scheme gives", "remark"],
             [
-                [one.case, one.number.text, one.scheme, one.remark]
-                for one in document.NOT_REPRODUCED.values()
+                [row.case, row.number.text, row.scheme, row.remark]
+                for row in document.NOT_REPRODUCED.values()
             ],
         ),
     ]
