@@ -1,4 +1,4 @@
-"""What the wheel holds beside its three packages, as data inside them.
+"""Files of the wheel beside its three packages, as data inside them.
 
 An editable installation needs none of it: there each file is where it is in the checkout.
 """
@@ -18,9 +18,9 @@ class CustomBuildHook(BuildHookInterface):
         root = Path(self.root)
         files = {root / "LICENSE": "golf_build/LICENSE"}
         for folder, pattern, place in (
-            ("fmu_src", "*.py", "golf_build/faces"),
-            ("fmu_src", "host/*.py", "golf_build/faces"),
-            ("fmu_src", "loader/*", "golf_build/faces"),
+            ("fmu_src", "*.py", "golf_build/adapters"),
+            ("fmu_src", "host/*.py", "golf_build/adapters"),
+            ("fmu_src", "loader/*", "golf_build/adapters"),
             ("scenarios", "*.py", "golf_impact/scripts"),
             ("scenarios", "studies/*.toml", "golf_impact/scripts"),
             ("scenarios", "*.ipynb", "golf_impact/scripts"),

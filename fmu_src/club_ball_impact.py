@@ -5,8 +5,8 @@ No physics in here, and no list of variables: both are golf_physics's.
 
 from golf_physics.component.component import Component
 from golf_physics.variables import ALL_REFERENCES, VARIABLES
+from host.adapter import Adapter, accessors
 from host.at_exit import prepare_process
-from host.face import Adapter, accessors
 from host.messages import Messages
 from pythonfmu import Fmi2Slave
 
@@ -14,8 +14,8 @@ from pythonfmu import Fmi2Slave
 class ClubBallImpact(Adapter, Fmi2Slave):
     """A golf club hits a ball; see golf_physics.variables for what goes in and comes out."""
 
-    # Calls that a host makes again and again run straight into the component. pythonfmu looks them
-    # up by name every time: a slot is found without a look into the instance's dictionary.
+    # Frequent calls are bound to the component in slots: pythonfmu resolves them by name each time,
+    # and a slot is found without searching the instance's dictionary.
     __slots__ = (
         "_component",
         "_get_fmu_state",

@@ -9,14 +9,14 @@ from ctypes import c_uint64
 
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import ALL_REFERENCES, INDICATORS, STATES, VARIABLES
+from host.adapter import Adapter, accessors
 from host.at_exit import prepare_process
-from host.face import Adapter, accessors
 from pythonfmu3 import Fmi3Slave, ModelExchange
 from pythonfmu3.enums import Fmi3Status
 from pythonfmu3.logmsg import LogMsg
 
-#: What fmi3UpdateDiscreteStates returns, by the names that pythonfmu3's binary reads; its own class
-#: for this has others (discreteStateNeedsUpdate ...).
+#: Results of fmi3UpdateDiscreteStates, named as pythonfmu3's binary reads them; its own class has
+#: other names (discreteStateNeedsUpdate ...).
 Update = namedtuple(
     "Update",
     "terminateSimulation valuesOfContinuousStatesChanged nextEventTimeDefined nextEventTime "

@@ -25,12 +25,15 @@ def _with_checksum(body: bytes) -> bytes:
 
 
 class Companion(Fmi2Slave):
-    """A slave whose variables are its attributes. Its `_step` takes a step, or returns why not."""
+    """A slave whose variables are its attributes.
+
+    `_step` takes a step, or returns the reason for a refusal.
+    """
 
     #: Parameters and inputs, rows of name, unit (None: Boolean), start, least and greatest allowed
     #: value, description; outputs, rows of name, unit (None: Boolean), description.
     tables: tuple[_Rows, _Rows, _Rows]
-    #: Attributes that belong to the state beside the variables; their objects are never changed.
+    #: Attributes of the state beside the variables; their objects are immutable or only extended.
     inside: tuple[str, ...] = ()
     #: Those of them that are serialized as arguments (`begins`, or a tuple), and their types.
     objects: tuple[tuple[str, Callable], ...] = ()
@@ -48,8 +51,8 @@ class Companion(Fmi2Slave):
         self._fixed = False
         for fixed, rows in zip((True, False, False), self.tables):
             for name, unit, *values, _ in rows:
-                usual, *bounds = values or [0.0 if unit else False]
-                setattr(self, name, start.get(name, usual))
+                default, *bounds = values or [0.0 if unit else False]
+                setattr(self, name, start.get(name, default))
                 setter = self._setter(name, fixed, *bounds) if bounds else self._no_setter
                 # Not more: modelDescription.xml is made from the same tables.
                 self.register_variable((Real if unit else Boolean)(name, setter=setter))
@@ -111,11 +114,11 @@ class Companion(Fmi2Slave):
         return problem
 
     def _begin(self) -> str | None:
-        """Use the parameters; returns why if they can't be used."""
+        """Use the parameters; or return why they can't be used."""
         return None
 
     def _state_names(self) -> tuple[str, ...]:
-        return "_fixed", "_refused", *self.inside, *(one.name for one in self.vars.values())
+        return "_fixed", "_refused", *self.inside, *(v.name for v in self.vars.values())
 
     def _get_fmu_state(self) -> dict:
         return {name: getattr(self, name) for name in self._state_names()}
@@ -133,7 +136,7 @@ class Companion(Fmi2Slave):
     def _fmu_state_to_bytes(state: dict | None) -> bytes:
         if state is None:
             return b""
-        # A motion is made again from what it begins with.
+        # A motion is computed again from its initial values.
         return _with_checksum(json.dumps(state, default=attrgetter("begins")).encode()[:-1])
 
     @classmethod

@@ -135,7 +135,7 @@ class _Piece(NamedTuple):
         return State(*[value(one, t - self.start) for one in self.series])
 
 
-class Course:
+class Motion:
     """A swing from a state on, under a constant force on the head.
 
     Args:

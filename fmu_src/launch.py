@@ -70,7 +70,7 @@ OUTPUTS = (
 
 DESCRIPTION = "Launch of a golf ball by a lofted club: tangential force, backspin, launch angle"
 
-#: Pieces of a contact at least. Phases at most: usual contacts have up to three, random ones 15.
+#: Pieces of a contact at least. Phases at most: contacts in golf have up to three, random ones 15.
 _PIECES, _PHASES = 64, 100
 
 #: Share of the contact left out at its end. Friction transmits at most 1e-20 mu of the impulse

@@ -31,7 +31,7 @@ github.com/markccchiang/Simple-Golf-Simulator).
 from math import cos, pi, sin
 
 from companion import Companion
-from double_pendulum import HELD, Ball, Course, Golfer, State
+from double_pendulum import HELD, Ball, Golfer, Motion, State
 
 _CLUB_INERTIA = "Of the club about the wrist; at least club_first_moment^2 / club_mass"
 _RELEASE = "The wrist is held until the arms are this far from straight down; arm_start: not held"
@@ -101,8 +101,8 @@ class Swing(Companion):
 
     reaction_impulse: float
 
-    inside = ("_time", "_lost", "_rise", "_course", "_origin", "_ball", "_position", "_current")
-    objects = ("_course", Course), ("_ball", Ball)
+    inside = ("_time", "_lost", "_rise", "_motion", "_origin", "_ball", "_position", "_current")
+    objects = ("_motion", Motion), ("_ball", Ball)
     tables = PARAMETERS, INPUTS, OUTPUTS
 
     #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer, however
@@ -111,7 +111,7 @@ class Swing(Companion):
     #: Start of the rise of a prescribed speed, s since the start.
     _rise: float | None = None
     #: The motion, its begin (s since the start), and how it meets the ball, likewise.
-    _course: Course | None = None
+    _motion: Motion | None = None
     _origin = 0.0
     _ball: Ball | None = None
     #: The integral of club_speed over the steps: the importer's head, m from the ball.
@@ -132,21 +132,21 @@ class Swing(Companion):
         golfer = Golfer(**values | {"gravity": self.gravity * sin(self.plane_angle)})
         top = State(-self.arm_start, -self.arm_start - self.wrist_start, *[0.0] * 5)
         try:
-            course = Course(golfer, top, HELD)
-            ball = course.ball(self.spin_loft)
+            motion = Motion(golfer, top, HELD)
+            ball = motion.ball(self.spin_loft)
         except (ArithmeticError, ValueError) as error:
             return f"these parameters leave the range of a double ({error})"
         if ball is None:
             return "these parameters are refused: the arms don't reach the ball"
-        self._course, self._origin = course, self.backswing_time
+        self._motion, self._origin = motion, self.backswing_time
         self._ball = ball._replace(time=ball.time + self._origin)
         return None
 
     def _step(self, current_time: float, size: float) -> str | None:
         exact = size - self._lost
         end = self._time + exact
-        if self._course and self._ball:
-            problem = self._swing(size, end, self._course, self._origin, self._ball)
+        if self._motion and self._ball:
+            problem = self._swing(size, end, self._motion, self._origin, self._ball)
             if problem:
                 return problem
         else:
@@ -156,7 +156,7 @@ class Swing(Companion):
         return None
 
     def _swing(
-        self, size: float, end: float, course: Course, origin: float, ball: Ball
+        self, size: float, end: float, motion: Motion, origin: float, ball: Ball
     ) -> str | None:
         begin = self._time
         if begin < ball.time and size > 0.5 * ball.time:
@@ -165,18 +165,18 @@ class Swing(Companion):
                 f"{0.5 * ball.time:g} s, half of the swing"
             )
         force = (self.impulse - self.reaction_impulse) / size
-        if force != course.force and begin >= origin:
-            course = Course(course.golfer, *course.at(begin - origin), force, ball.normal)
+        if force != motion.force and begin >= origin:
+            motion = Motion(motion.golfer, *motion.at(begin - origin), force, ball.normal)
             origin = begin
             if begin < ball.time:
-                met = course.ball(self.spin_loft)
+                met = motion.ball(self.spin_loft)
                 if met:
                     ball = met._replace(time=met.time + origin, normal=ball.normal)
-        work = course.work_against(begin - origin, end - origin) if course.force else 0.0
+        work = motion.work_against(begin - origin, end - origin) if motion.force else 0.0
         position = self._position + self.club_speed * size
         flat, rounding = cos(self.spin_loft), ball.speed * end * _ROUNDING
         if position >= -rounding and (self.club_speed > 0.0 or end >= ball.time):
-            speed = course.at(end - origin)[0].head_speed(course.golfer) * flat
+            speed = motion.at(end - origin)[0].head_speed(motion.golfer) * flat
         else:
             waiting, after = position, end + size
             if after <= self.backswing_time:
@@ -186,19 +186,19 @@ class Swing(Companion):
                 head = max(-back * after / self.backswing_time, position - ball.speed * size)
                 waiting = min(position, head)
             speed = _approach(position, waiting, end, size, ball, rounding)
-        self._course, self._origin, self._ball = course, origin, ball
+        self._motion, self._origin, self._ball = motion, origin, ball
         self._position, self.club_speed = position, speed
         self.reaction_work += work
         return None
 
     def get_real(self, vrs):
-        course, ball, time = self._course, self._ball, self._time
-        if course and ball and not self._current and not _MOVING.isdisjoint(vrs):
-            golfer, state = course.golfer, _motion(course, self._origin, ball, time)
+        motion, ball, time = self._motion, self._ball, self._time
+        if motion and ball and not self._current and not _MOVING.isdisjoint(vrs):
+            golfer, state = motion.golfer, _state_at(motion, self._origin, ball, time)
             speed, down = state.head_speed(golfer), time - self._origin
             self.head_speed = -speed if down < 0.0 else speed
             self.arm_angle, self.club_angle = state.arm, state.club
-            hands = (0.0, 0.0) if down < 0.0 else course.hands(down, state)
+            hands = (0.0, 0.0) if down < 0.0 else motion.hands(down, state)
             self.hand_force, self.wrist_torque = hands
             self.shoulder_torque, self.effective_mass = state.shoulder_torque, ball.effective_mass
             self.energy, self.work, self._current = state.energy(golfer), state.work, True
@@ -241,17 +241,17 @@ def _approach(
     return min((min(target, position) - position) / size, 0.0)
 
 
-def _motion(course: Course, origin: float, ball: Ball, time: float) -> State:
+def _state_at(motion: Motion, origin: float, ball: Ball, time: float) -> State:
     """The state at a time (s) since the start of the swing.
 
     The backswing is the downswing in reverse: from the ball to the top with
     x^3 (10 - 15 x + 6 x^2), which begins and ends at rest.
     """
     if time >= origin:
-        return course.at(time - origin)[0]
+        return motion.at(time - origin)[0]
     x, down = time / origin, ball.time - origin
     share = x * x * x * (10.0 - x * (15.0 - 6.0 * x))
     pace = -30.0 * (x * (1.0 - x)) ** 2 * down / origin
-    state = course.at(down * (1.0 - share))[0]
+    state = motion.at(down * (1.0 - share))[0]
     back = {"arm_rate": state.arm_rate * pace, "club_rate": state.club_rate * pace}
     return state._replace(**back, shoulder_torque=0.0, wrist_torque=0.0, work=0.0)

@@ -276,14 +276,14 @@ def _draw_swing(report, runs, swing):
         ball, club = "ClubBallImpact.ball_velocity", "ClubBallImpact.club_velocity"
         swinging = "Swing.head_speed"
         points = {"color": figures.VERMILION, "ls": ":", "marker": "o", "lw": 1.4, "ms": 5}
-        for path, column, look, label in (
+        for path, column, style, label in (
             (fine, ball, figures.STYLES["ball"].line, "ball"),
             (fine, club, figures.STYLES["club"].line, "free head, along the normal"),
             (fine, swinging, {"color": figures.BLACK}, "swing's head, along its path, 10 µs"),
             (coarse, swinging, points, "the same, 1 ms"),
         ):
             near = milli(path) > -1.2
-            axes.plot(milli(path)[near], path[column][near], **look, label=label)
+            axes.plot(milli(path)[near], path[column][near], **style, label=label)
         for column, above in ((swinging, 5), (club, -15)):
             speed = fine[column][np.argmax(fine["time"] > touch + 2.6e-3)]
             at, words = (2.62, speed), f"{speed:.1f} m/s"

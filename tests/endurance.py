@@ -15,7 +15,7 @@ from golf_impact.timing import resident_bytes
 
 
 def impact(slave):
-    """Three steps, with a look in mid-contact, and all real variables at the end."""
+    """Three steps, with a read in mid-contact, and all real variables at the end."""
     slave.doStep(0.0, 2e-4)
     slave.getReal(slave.reals)
     slave.doStep(2e-4, 1e-4)

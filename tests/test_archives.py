@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from command import golf, refused
 
-from golf_build.packaging import bundled, guid_of
+from golf_build.packaging import bundle, guid_of
 from golf_impact.benchmarks import empty_fmu
 from golf_impact.errors import UserError
 from golf_impact.fmu.archive import find_flaw
@@ -49,7 +49,7 @@ def refused_run(fmu, *words, tmp_path):
     assert list(temporary.iterdir()) == list(cwd.iterdir()) == []
 
 
-# What the command says, for one of each kind
+# Messages of the command, for one of each kind
 
 
 def truncated(tmp_path, files, fmu):
@@ -229,7 +229,7 @@ def test_the_list_of_files(tmp_path, fmu_path, files):
         *(f"documentation/licenses/{name}.txt" for name in ("license", "pythonfmu")),
         f"{package}/club_ball_impact.py",
     }
-    ours |= {f"{package}/{name}" for name in bundled()}
+    ours |= {f"{package}/{name}" for name in bundle()}
     theirs = {
         LIBRARY: "resources/binaries/linux64/libpythonfmu-export.so",
         "binaries/win64/ClubBallImpact.dll": "resources/binaries/win64/pythonfmu-export.dll",

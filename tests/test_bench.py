@@ -117,7 +117,7 @@ def calls_inside(scene):
 
 @pytest.mark.parametrize("law", [1, 2])
 def test_calls_inside_the_fmu(fmu, law):
-    """A count of what times would show: few for an impact, and as many for each step of any run."""
+    """Few calls for an impact, and as many for each step of any run."""
     metrics = fmu.references(METRICS)
     read = fmu.references(("force", "club_position", "ball_position", "club_velocity"))
     slave = fmu.slave

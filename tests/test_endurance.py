@@ -53,20 +53,20 @@ def at_once(calls):
 
 @sizes
 def test_instances_made_and_freed(much, folders, record_property):
-    answers = at_once(("instances", much["instances"], folder) for folder in folders.values())
-    each = {name: one["bytes_each"] for name, one in zip(folders, answers)}
+    results = at_once(("instances", much["instances"], folder) for folder in folders.values())
+    each = {name: one["bytes_each"] for name, one in zip(folders, results)}
     record_property("bytes_each", each)
-    # pythonfmu itself leaks some; ours adds nothing to it but pages that aren't full.
+    # pythonfmu itself leaks some; ours adds only pages that aren't full.
     assert each["ours"] <= each["empty"] + 300_000 / much["instances"]
     assert each["ours"] <= each["empty wide"] + 300_000 / much["instances"]
-    assert answers[0]["instances"] > much["instances"]
+    assert results[0]["instances"] > much["instances"]
 
 
 @sizes
 def test_resets_and_restores(much, folders, record_property):
-    answers = at_once(("cycles", much["cycles"], folder) for folder in folders.values())
-    ours = answers[0]
-    record_property("cycles", answers)
+    results = at_once(("cycles", much["cycles"], folder) for folder in folders.values())
+    ours = results[0]
+    record_property("cycles", results)
     assert ours["wrong"] == 0
     assert ours["cycles"] > much["cycles"]
     # Not one object may stay behind in a cycle: the smallest has 16 bytes.
@@ -75,8 +75,8 @@ def test_resets_and_restores(much, folders, record_property):
 
 @sizes
 def test_process_starts_with_two_fmus(much, folders):
-    """Each must end with code 0, not with a damaged heap, and all must say the same."""
-    answers = at_once([("start", 2, folders["ours"], folders["empty wide"])] * much["starts"])
-    assert len(answers) == much["starts"]
-    assert all(one == answers[0] for one in answers)
-    assert answers[0]["outputs"][0] == answers[0]["outputs"][1] != answers[0]["outputs"][2]
+    """Each must end with code 0, not with a damaged heap, and all must give the same."""
+    results = at_once([("start", 2, folders["ours"], folders["empty wide"])] * much["starts"])
+    assert len(results) == much["starts"]
+    assert all(one == results[0] for one in results)
+    assert results[0]["outputs"][0] == results[0]["outputs"][1] != results[0]["outputs"][2]

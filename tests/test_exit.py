@@ -57,7 +57,7 @@ def test_with_a_companion_it_ends_cleanly(ends, files):
         ends(fmu)
 
 
-def test_without_the_remedy_it_does_not(ends, tmp_path):
-    # If this fails, pythonfmu has mended it, and `release_at_exit` can go.
+def test_without_the_workaround_it_does_not(ends, tmp_path):
+    # If this fails, pythonfmu has fixed it, and `host.at_exit` isn't needed any more.
     plain = build_plain_fmu(Path(empty_fmu.__file__), tmp_path)
     ends(plain, code=-signal.SIGSEGV)

@@ -409,7 +409,7 @@ def test_a_port_that_is_taken():
         done = subprocess.run(arguments, capture_output=True, text=True)
     assert done.returncode == 2
     line = done.stderr.strip().splitlines()[-1]
-    assert line.startswith(f"Error: port {port} can't be had")
+    assert line.startswith(f"Error: port {port} can't be used")
 
 
 @pytest.mark.ci
@@ -421,7 +421,7 @@ def test_no_browser_to_open():
     with subprocess.Popen(
         arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=env
     ) as process:
-        # If the FMU had to be built, that is said before.
+        # If the FMU had to be built, a line about that comes before.
         lines = iter(process.stderr.readline, "")
         assert any("No browser can be opened here" in line for line in lines)
         process.kill()
@@ -432,9 +432,9 @@ def test_ctrl_c_ends_it(tmp_path):
         assert address.startswith("http://127.0.0.1:")
         assert "restitution_at_rest=0.86" in address
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=30)
         assert process.returncode == 130
-        assert "Traceback" not in said
+        assert "Traceback" not in errors
     assert list(tmp_path.iterdir()) == []
 
 
@@ -639,7 +639,7 @@ def browser():
     for argument in (
         *("--headless=new", "--no-sandbox", "--disable-gpu", "--window-size=1400,900"),
         *("--disable-background-networking", "--disable-dev-shm-usage"),
-        # Nothing but this machine can be found: what asks for more, fails.
+        # No other machine is found: requests to one fail.
         "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
     ):
         options.add_argument(argument)
@@ -666,8 +666,8 @@ def _no_error_and_no_request_outside(request):
     if not {"browser", "address"} <= set(request.fixturenames):
         return
     browser, address = (request.getfixturevalue(name) for name in ("browser", "address"))
-    said = [one for one in browser.get_log("browser") if one["level"] in ("SEVERE", "WARNING")]
-    assert said == []
+    entries = browser.get_log("browser")
+    assert [one for one in entries if one["level"] in ("SEVERE", "WARNING")] == []
     messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
     requests = [one["params"] for one in messages if one["method"] == "Network.requestWillBeSent"]
     own = (address, "data:", "blob:", "chrome:")
@@ -699,9 +699,9 @@ def test_the_page_opens_with_a_measured_ball(browser, address, evaluator):
     check_page(tab, evaluator)
     assert "document: 1.57" in tab.readout("smash_factor")
     assert browser.title == "Golf impact"
-    # An exported page says what it is.
-    said = tab.text("runtime")
-    assert said == "" or "240 numbers agree with the FMU's within" in said
+    # An exported page has a line on its check.
+    text = tab.text("runtime")
+    assert text == "" or "240 numbers agree with the FMU's within" in text
     tab.close()
 
 
@@ -889,7 +889,7 @@ def test_downloads(tab, tmp_path):
     )
     assert row.startswith('"document","law=1",21.52')
     for figure in ("force", "sweep"):
-        # Chromium takes ten files from a page, and then asks.
+        # Chromium takes ten files from a page without a prompt.
         assert got(f"{figure}.png").startswith(b"\x89PNG")
         svg = got(f"{figure}.svg").decode()
         assert svg.startswith("<svg")
@@ -1029,7 +1029,7 @@ def test_light_and_dark(tab):
 @pytest.mark.parametrize(
     "missing", ["pyodide/pyodide.asm.wasm", "pyodide/pyodide.mjs", "physics.zip"]
 )
-def test_a_missing_runtime_is_said(browser, exported, tmp_path, missing):
+def test_a_missing_runtime_is_reported(browser, exported, tmp_path, missing):
     shutil.copytree(exported, tmp_path / "page")
     (tmp_path / "page" / missing).unlink()
     handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=tmp_path)
@@ -1039,8 +1039,8 @@ def test_a_missing_runtime_is_said(browser, exported, tmp_path, missing):
         threading.Thread(target=server.serve_forever, daemon=True).start()
         browser.get(f"http://127.0.0.1:{server.server_port}/page/")
         end = time.monotonic() + 60.0
-        said = "return document.getElementById('runtime').textContent"
-        while "don't work" not in (words := browser.execute_script(said)):
+        script = "return document.getElementById('runtime').textContent"
+        while "don't work" not in (words := browser.execute_script(script)):
             assert time.monotonic() < end, words
             time.sleep(0.1)
         assert browser.execute_script("return document.body.dataset.ready") is None

@@ -530,9 +530,9 @@ print(json.dumps([[float(row["smash_factor"][-1]) for row in rows], sorted(packa
 """
     for fmus in ([fmu_path, fmi3_path], [fmi3_path, fmu_path]):
         done = run_python(program, json.dumps([str(fmu) for fmu in fmus]))
-        answers, packages = json.loads(done.stdout)
-        assert answers[1:] == answers[:-1]
-        assert answers[0] == pytest.approx(EXPECTED[1][0], rel=1e-15)
+        results, packages = json.loads(done.stdout)
+        assert results[1:] == results[:-1]
+        assert results[0] == pytest.approx(EXPECTED[1][0], rel=1e-15)
         digests = sorted(f"golf_physics_{BUILDERS[fmi].digest()[:16]}" for fmi in (2, 3))
         assert packages == digests
 
@@ -549,7 +549,7 @@ with EcosSimulationStructure() as structure:
         assert simulation.init(parameter_set="case")
         simulation.set_real("impact::k", k)
         simulation.step(steps)
-        print("answers", json.dumps([simulation.get_real(f"impact::{name}") for name in names]))
+        print("results", json.dumps([simulation.get_real(f"impact::{name}") for name in names]))
 """
 
 
@@ -558,7 +558,7 @@ with EcosSimulationStructure() as structure:
 def test_ecos(fmi3_path, fmu, step):
     require("ecospy")
     done = run_python(_ECOS, json.dumps([str(fmi3_path), step, round(5e-3 / step), 8e5, CRITERIA]))
-    (line,) = (text for text in done.stdout.splitlines() if text.startswith("answers "))
+    (line,) = (text for text in done.stdout.splitlines() if text.startswith("results "))
     exact = fmu.impact(CRITERIA, gap=0.002, k=8e5)
-    answers = json.loads(line.removeprefix("answers "))
-    assert answers == pytest.approx(list(exact.values()), rel=1e-12)
+    results = json.loads(line.removeprefix("results "))
+    assert results == pytest.approx(list(exact.values()), rel=1e-12)

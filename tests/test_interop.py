@@ -25,9 +25,9 @@ STEPS = (1e-3, 1e-4, 1e-6)
 STOP = 0.005
 
 
-def same(answers, law=1):
+def same(results, law=1):
     # Measured: 3e-16.
-    assert list(answers) == pytest.approx(list(EXPECTED[law]), rel=1e-12, abs=0.0)
+    assert list(results) == pytest.approx(list(EXPECTED[law]), rel=1e-12, abs=0.0)
 
 
 def run(slave, step=1e-3, law=1):
@@ -65,16 +65,16 @@ def test_low_level(extracted, step):
 
 def one_run(extracted, law):
     slave = make_instance(extracted)
-    answers = run(slave, 1e-5, law)
+    results = run(slave, 1e-5, law)
     discard(slave)
-    return answers
+    return results
 
 
 def test_threads(extracted):
     laws = [1, 2] * 6
     with ThreadPoolExecutor(4) as pool:
-        for law, answers in zip(laws, pool.map(one_run, [extracted] * 12, laws), strict=True):
-            same(answers, law)
+        for law, results in zip(laws, pool.map(one_run, [extracted] * 12, laws), strict=True):
+            same(results, law)
 
 
 _PROCESSES = """
@@ -87,8 +87,8 @@ if __name__ == "__main__":
     same(one_run(extracted, 1))  # a fork then has a loaded FMU in it
     with multiprocessing.get_context(method).Pool(2) as pool:
         laws = [1, 2] * 4
-        for law, answers in zip(laws, pool.starmap(one_run, [(extracted, law) for law in laws])):
-            same(answers, law)
+        for law, results in zip(laws, pool.starmap(one_run, [(extracted, law) for law in laws])):
+            same(results, law)
     print("done")
 """
 
@@ -139,7 +139,7 @@ if law != 1:
     assert execution.integer_initial_value(index, variables["law"].reference, law)
 observer = CosimObserver.create_last_value()
 assert execution.add_observer(observer) and execution.step(steps)
-answers = observer.last_real_values(index, [variables[name].reference for name in names])
+results = observer.last_real_values(index, [variables[name].reference for name in names])
 """
 
 _ECOS = """
@@ -151,7 +151,7 @@ with EcosSimulationStructure() as structure:
     with EcosSimulation(structure=structure, step_size=step) as simulation:
         assert simulation.init(parameter_set="case")
         simulation.step(steps)
-        answers = [simulation.get_real(f"impact::{name}") for name in names]
+        results = [simulation.get_real(f"impact::{name}") for name in names]
 """
 
 
@@ -163,11 +163,11 @@ def test_other_importers(fmu_path, tool, code, step, law):
     require(tool)
     given = json.dumps([str(fmu_path), step, round(STOP / step), law, CRITERIA])
     prelude = "import json, sys\nfmu, step, steps, law, names = json.loads(sys.argv[1])\n"
-    program = f'{prelude}{code}\nprint("answers", json.dumps(list(answers)))'
+    program = f'{prelude}{code}\nprint("results", json.dumps(list(results)))'
     done = run_python(program, given)
     # libcosim writes its log to stdout as well.
-    (line,) = (text for text in done.stdout.splitlines() if text.startswith("answers "))
-    same(json.loads(line.removeprefix("answers ")), law)
+    (line,) = (text for text in done.stdout.splitlines() if text.startswith("results "))
+    same(json.loads(line.removeprefix("results ")), law)
 
 
 # fmu-manipulation-toolbox
@@ -182,9 +182,9 @@ def _toolbox(command, *arguments):
 
 @pytest.mark.importers
 def test_fmutool_finds_it_compliant(fmu_path):
-    said = _toolbox("fmutool", "-check", "-input", fmu_path)
-    assert "seems to be compliant with FMI-2.0" in said
-    assert "No semantic error" in said
+    output = _toolbox("fmutool", "-check", "-input", fmu_path)
+    assert "seems to be compliant with FMI-2.0" in output
+    assert "No semantic error" in output
 
 
 def test_what_omsimulator_reads(fmu_path, ssp):
@@ -243,6 +243,6 @@ print(json.dumps([float(rows[name][-1]) for name in names]), flush=True)
 """
     given = json.dumps([str(tmp_path / "both.fmu"), step, [*CRITERIA, "carry"]])
     done = run_python(program, given)
-    *answers, carry = json.loads(done.stdout.splitlines()[-1])
-    same(answers)
+    *results, carry = json.loads(done.stdout.splitlines()[-1])
+    same(results)
     assert carry == pytest.approx(156.80936501820162, rel=1e-12)

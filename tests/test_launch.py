@@ -146,9 +146,9 @@ def damping_ratio(restitution):
     for _ in range(200):
         # Not at the border between the two forms.
         zeta = zeta if abs(zeta - 1.0) > 1e-7 else 1.0 + 1e-7
-        off = math.log(restitution) + 2.0 * zeta * quarter(zeta)
-        zeta = max(zeta - off / (2.0 * quarter(zeta) * 0.6), 1e-9)
-        if abs(off) < 1e-15:
+        error = math.log(restitution) + 2.0 * zeta * quarter(zeta)
+        zeta = max(zeta - error / (2.0 * quarter(zeta) * 0.6), 1e-9)
+        if abs(error) < 1e-15:
             break
     return zeta
 
@@ -272,7 +272,7 @@ def test_between_stick_and_slip_at_touch(launch, friction, ratio):
     """Stick if ratio * tan(spin loft) is at most the friction."""
     border = math.atan(friction / ratio)
     given = {"friction": friction, "tangential_stiffness_ratio": ratio}
-    cases = [DRIVER | given | {"spin_loft": border * (1.0 + off)} for off in (-1e-9, 0.0, 1e-9)]
+    cases = [DRIVER | given | {"spin_loft": border * (1.0 + part)} for part in (-1e-9, 0.0, 1e-9)]
     first, at, last = (launch(case)["tangential_impulse"] for case in cases)
     assert (first, last) == pytest.approx((at, at), rel=1e-7)
     assert at == pytest.approx(integrated(cases[1])[0], rel=1e-8)
@@ -282,8 +282,8 @@ def test_between_stick_and_slip_at_touch(launch, friction, ratio):
 def test_around_critical_and_without_damping(launch, restitution):
     """COR exp(-2) is critical damping; 1 is none."""
     values = [
-        launch(DRIVER | {"coefficient_of_restitution": restitution * (1.0 - off)})["backspin"]
-        for off in (0.0, 1e-9, 2e-9)
+        launch(DRIVER | {"coefficient_of_restitution": restitution * (1.0 - part)})["backspin"]
+        for part in (0.0, 1e-9, 2e-9)
     ]
     assert values[:2] == pytest.approx(values[1:], rel=1e-7)
     assert values[0] > 0.0

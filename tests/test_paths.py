@@ -42,7 +42,7 @@ def installed(folder):
     for package in ("scenarios/golf_impact", "build/golf_build", "fmu_src/golf_physics"):
         (folder / "checkout" / package).rename(folder / Path(package).name)
     (folder / "checkout" / "LICENSE").rename(folder / "golf_build" / "LICENSE")
-    (folder / "checkout" / "fmu_src").rename(folder / "golf_build" / "faces")
+    (folder / "checkout" / "fmu_src").rename(folder / "golf_build" / "adapters")
     (folder / "checkout" / "scenarios").rename(folder / "golf_impact" / "scripts")
     shutil.rmtree(folder / "checkout")
     return {"PYTHONPATH": str(folder)}

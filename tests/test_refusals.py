@@ -61,7 +61,7 @@ def test_a_refused_start_value_is_seen_by_default(fmus, request, name):
         assert "ExitInitializationMode failed with status 3 (error)" in out
         assert err == ""
     elif name == "fmi3":
-        # pythonfmu3 hands errors on even if logging is off.
+        # pythonfmu3 forwards errors even if logging is off.
         assert err == ""
     else:
         # Once, though every step is refused for it.
@@ -164,16 +164,16 @@ def loaded(standalone_path):
 
 
 def instantiate(slave, kind, guid):
-    said = []
+    messages = []
 
     def log(environment, name, status, category, message):
-        said.append((status, message.decode()))
+        messages.append((status, message.decode()))
 
     callbacks = fmpy.fmi2.fmi2CallbackFunctions()
     callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(log)
     slave.kept = callbacks
     made = slave.fmi2Instantiate(b"two", kind, guid, b"", ctypes.byref(callbacks), 0, 0)
-    return made, said
+    return made, messages
 
 
 def test_what_the_loader_refuses(loaded):
@@ -187,9 +187,9 @@ def test_what_the_loader_refuses(loaded):
         made, ((status, text),) = instantiate(loaded, kind, given)
         assert (made, status) == (None, 3)
         assert why in text
-    made, said = instantiate(loaded, 1, guid)
+    made, messages = instantiate(loaded, 1, guid)
     assert made
-    assert said == []
+    assert messages == []
     with pytest.raises(FMICallException, match="error"):
         loaded.fmi2SetFMUstate(made, None)
     loaded.fmi2FreeInstance(made)
@@ -205,11 +205,11 @@ def test_a_wrong_token_is_refused(standalone_fmi3_path):
 
 
 def test_out_of_memory_is_reported(loaded):
-    made, said = instantiate(loaded, 1, loaded.guid.encode())
+    made, messages = instantiate(loaded, 1, loaded.guid.encode())
     references, values = (ctypes.c_uint * 1)(0), (ctypes.c_double * 1)()
     with pytest.raises(FMICallException):
         loaded.fmi2GetReal(made, references, 2**60, values)
-    assert said == [(4, "out of memory")]
+    assert messages == [(4, "out of memory")]
     loaded.fmi2FreeInstance(made)
 
 

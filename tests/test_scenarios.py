@@ -158,7 +158,7 @@ def test_the_report_introduces_itself(fmu):
         *("Law 1 (absolute)", "Law 2 (relative)", "3 printed numbers", *KINDS),
     ):
         assert words in introduction
-    # Each table of what the document says, with file and line of what was made of it.
+    # Each table of the document's statements, with file and line of their implementation.
     for table in reading.tables():
         for row in table.rows:
             for cell in row:

@@ -127,15 +127,15 @@ def test_the_private_python_has_the_plain_fmus_numbers(
     tables = [json.loads((HERE / "data" / f"{name}.json").read_text()) for name in _TABLES]
     lines = [line for table in tables for case in table["cases"] for line in _calls(case)]
     program = compiled("replay")
-    answers = []
+    results = []
     preloaded = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
     for fmu, env in ((standalone_path, {}), (fmu_path, preloaded)):
         folder = extracted(fmu, tmp_path / fmu.stem)
         done = run(program, folder, guid(folder), input="\n".join(lines), env=env, timeout=300)
         assert done.stdout.endswith("done\n"), done.stderr[-2000:]
-        answers.append(done.stdout.splitlines())
-    assert len(answers[0]) == len(lines) + 1 > 1000
-    differences = [row for row in zip(lines, *answers) if row[1] != row[2]]
+        results.append(done.stdout.splitlines())
+    assert len(results[0]) == len(lines) + 1 > 1000
+    differences = [row for row in zip(lines, *results) if row[1] != row[2]]
     assert not differences, differences[:3]
 
 
@@ -290,10 +290,10 @@ def test_libcosims_library_runs_the_system(compiled, system, system_files, tmp_p
     library = Path(package.__file__).parent / "libcosimc" / "libcosimc.so"
     folder = tmp_path / "ssp"
     shutil.unpack_archive(str(system[4]), folder, "zip")
-    answers = outputs(compiled("cosim"), library, folder, 9700, env={"TMPDIR": str(tmp_path)})
+    results = outputs(compiled("cosim"), library, folder, 9700, env={"TMPDIR": str(tmp_path)})
     # The drive by fmpy.ssp, with the plain FMUs; 1e-12 as in test_system.py.
     expected = run_ssp(system_files()[-1], 1e-3, 0.967)["ClubBallImpact.smash_factor"][-1]
-    assert answers["smash_factor"] == pytest.approx(expected, rel=1e-12)
+    assert results["smash_factor"] == pytest.approx(expected, rel=1e-12)
 
 
 # FMI 3.0
@@ -431,8 +431,8 @@ def test_built_by_debians_python(host, tmp_path):
     """Its pyconfig.h lies elsewhere, and its modules are in libpython."""
     python, version = "/usr/bin/python3", f"{sys.version_info[:2]}"
     code = "import sys; print(sys.version_info[:2])"
-    asked = subprocess.run([python, "-c", code], capture_output=True, text=True)
-    if sys.base_prefix == "/usr" or asked.stdout.strip() != version:
+    reported = subprocess.run([python, "-c", code], capture_output=True, text=True)
+    if sys.base_prefix == "/usr" or reported.stdout.strip() != version:
         pytest.skip(f"{python} is the one that builds anyway, or no {version}")
     # An FMU that was loaded here has left its resources behind, with a pythonfmu that can't build.
     ours = [
@@ -501,8 +501,8 @@ def lines_on_native_hosts(fmu):
 @pytest.mark.ci
 @pytest.mark.parametrize("fmu", ["standalone_path", "standalone_fmi3_path"])
 def test_doctor_gives_the_glibc_that_a_standalone_fmu_needs(request, fmu):
-    (said,) = lines_on_native_hosts(request.getfixturevalue(fmu))
-    assert re.search(r"needs glibc 2\.\d+ or newer, and nothing of Python", said)
+    (line,) = lines_on_native_hosts(request.getfixturevalue(fmu))
+    assert re.search(r"needs glibc 2\.\d+ or newer, and nothing of Python", line)
 
 
 @pytest.mark.ci

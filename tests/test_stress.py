@@ -7,7 +7,7 @@ import mpmath
 import pytest
 from conftest import reference_cases, some
 
-from golf_impact.commands.stress import _beside_tolerance, _show, stress
+from golf_impact.commands.stress import _over_tolerance, _show, stress
 from golf_impact.peers.stepping import METHODS
 from golf_impact.stress import all as all_
 from golf_impact.stress import cases, invariants, special_points, stability
@@ -53,7 +53,7 @@ def test_the_worst_case_is_shown_and_the_others_are_in_the_file(results, capsys)
     worst = max(ratios, key=ratios.get)
     assert f"what is allowed: {worst}, {checks[worst]['worst']:.2g}, at " in shown
     assert "in stress.json" in shown
-    assert _beside_tolerance({"worst": math.nan, "tolerance": 1.0}) == math.inf
+    assert _over_tolerance({"worst": math.nan, "tolerance": 1.0}) == math.inf
 
 
 def test_worst_cases_have_their_inputs(results):

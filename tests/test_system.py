@@ -324,7 +324,7 @@ def integrated(companion_slave, speed):
 def test_flight_against_an_integration(companion, speed, values):
     flight = flown(companion, speed, **values)
     carry, apex, duration = get(flight, "carry", "apex", "flight_time")
-    # 1e-12 asked of the integration.
+    # 1e-12 stated for the integration.
     assert (carry, apex, duration) == pytest.approx(integrated(flight, speed), rel=1e-12, abs=0.0)
 
 
@@ -734,7 +734,7 @@ def test_the_host_in_the_readme(fmu_path, tmp_path):
         assert impulse == pytest.approx(0.04593 * ball, rel=1e-12)
         # 40 m/s and 400 N over half a metre before the ball.
         speed = math.sqrt(40.0**2 + 2.0 * 400.0 / 0.2 * 0.5)
-        # S of law 2 for this head, at a speed that is off by the push over a step at most.
+        # S of law 2 for this head, at a speed with an error of at most the push over a step.
         smash = (1.0 + EXPECTED[2][1]) / (1.0 + 0.04593 / 0.2)
         assert ball == pytest.approx(smash * speed, rel=0.02)
         after = math.sqrt((speed - impulse / 0.2) ** 2 + 2.0 * 400.0 / 0.2 * 0.5)

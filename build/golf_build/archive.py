@@ -23,20 +23,20 @@ EPOCH_TEXT = "1980-01-01T00:00:00Z"
 _FIRST = ("modelDescription.xml", "SystemStructure.ssd")
 
 
-def unpacked(archive: Path) -> dict[str, bytes]:
+def unpack(archive: Path) -> dict[str, bytes]:
     """Read the files of an archive, by name."""
     with zipfile.ZipFile(archive) as opened:
         return {info.filename: opened.read(info) for info in opened.infolist()}
 
 
-def sums(files: dict[str, bytes]) -> bytes:
+def checksums(files: dict[str, bytes]) -> bytes:
     """The SHA-256 digests of files, in the format of `sha256sum -c`."""
     lines = (f"{hashlib.sha256(files[name]).hexdigest()}  {name}\n" for name in sorted(files))
     return "".join(lines).encode()
 
 
-def archived(files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
-    """An archive with the same order, times and attributes on every machine."""
+def pack(files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
+    """Make an archive with the same order, times and attributes on every machine."""
     data = io.BytesIO()
     with zipfile.ZipFile(data, "w", method, compresslevel=9) as archive:
         for name in sorted(files, key=lambda name: (name not in _FIRST, name)):
@@ -49,10 +49,10 @@ def archived(files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> byt
 
 
 def write_archive(path: Path, files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> Path:
-    """Write `archived` to a file, whose folder is made if necessary; OSError if it can't be."""
+    """Write files as an archive; makes its folder if necessary. OSError: it can't be written."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole(path) as stream:
-        stream.write(archived(files, method))
+        stream.write(pack(files, method))
     return path.resolve()
 
 

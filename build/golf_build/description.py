@@ -25,7 +25,7 @@ _ELEMENTS = {
 }
 
 
-def rendered(template: Path, **values: Any) -> bytes:
+def render(template: Path, **values: Any) -> bytes:
     """Render a jinja template (UTF-8)."""
     import jinja2
 
@@ -39,10 +39,10 @@ def rendered(template: Path, **values: Any) -> bytes:
     return environment.get_template(template.name).render(values).encode()
 
 
-def described(
+def write_description(
     fmi: int, rows: Sequence[Variable], derivatives: Mapping[str, str] | None = None, **more: Any
 ) -> bytes:
-    """The text of the file.
+    """Write modelDescription.xml, in UTF-8.
 
     Args:
         fmi: version of FMI, 2 or 3.
@@ -59,7 +59,7 @@ def described(
         state = (derivatives or {}).get(row.name)
         own = _of_type(row) | {"derivative": references[state] if state else None}
         variables.append((row, _ELEMENTS[fmi][row.type], own))
-    text = rendered(
+    text = render(
         HERE / "modelDescription.xml.jinja",
         fmi=fmi,
         variables=variables,

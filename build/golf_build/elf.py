@@ -10,23 +10,23 @@ _LOAD = 1
 def glibc(data: bytes) -> tuple[int, ...]:
     """The oldest glibc that has all that it needs, as (2, 17)."""
     versions = re.findall(rb"\0GLIBC_([\d.]+)(?=\0)", data)
-    return max((tuple(map(int, one.split(b"."))) for one in versions), default=(0,))
+    return max((tuple(map(int, text.split(b"."))) for text in versions), default=(0,))
 
 
-def stripped(data: bytes) -> bytes:
-    """Without sections (debugging information, names that only a compiler's linker reads)."""
+def strip(data: bytes) -> bytes:
+    """Remove sections (debugging information, names that only a compiler's linker reads)."""
     (table,), (size, count) = unpack_from("<Q", data, 32), unpack_from("<HH", data, 54)
     # Type, flags, offset in the file, two addresses, size in the file.
     headers = (unpack_from("<IIQQQQ", data, table + n * size) for n in range(count))
     head = bytearray(data[: max(header[2] + header[5] for header in headers if header[0] == _LOAD)])
-    # Offset, size, number of the section headers and which one has their names.
+    # Offset, size, number of the section headers and which of them has their names.
     pack_into("<Q", head, 40, 0)
     pack_into("<HHH", head, 58, 0, 0, 0)
     return bytes(head)
 
 
-def renamed(data: bytes, names: Mapping[str, str]) -> bytes:
-    """With libraries, itself too, under new names; a name keeps its length."""
+def rename(data: bytes, names: Mapping[str, str]) -> bytes:
+    """Rename libraries, this one too; a name keeps its length."""
     for old, new in names.items():
         assert len(old) == len(new), (old, new)
         data = data.replace(f"\0{old}\0".encode(), f"\0{new}\0".encode())

@@ -21,9 +21,9 @@ def install_command(extra: str) -> str:
     command = shlex.quote(_shown(pip if own else Path(sys.executable))) + " -m pip" * (not own)
     if (_ROOT / "pyproject.toml").is_file():
         return f'{command} install -e "{_shown(_ROOT)}[{extra}]"'
-    asked = re.compile(rf"\bextra\s*==\s*['\"]{extra}['\"]")
+    of_extra = re.compile(rf"\bextra\s*==\s*['\"]{extra}['\"]")
     declared = (line.partition(";") for line in importlib.metadata.requires("golf-impact") or ())
-    packages = (f'"{name.strip()}"' for name, _, marker in declared if asked.search(marker))
+    packages = (f'"{name.strip()}"' for name, _, marker in declared if of_extra.search(marker))
     return f"{command} install {' '.join(packages)}"
 
 

@@ -24,9 +24,9 @@ class {model}(Adapter):
 
 _ABOUT = "Impact of a golf club on a ball: contact force, smash factor, restitution, energy"
 
-#: What both versions of FMI have alike. The outputs in `constant` are 0 at the start whatever the
-#: other variables are. Systems feed them back: without this an importer must take that for an
-#: algebraic loop in initialization.
+#: Common to both versions of FMI. The outputs in `constant` are 0 at the start whatever the other
+#: variables are. Systems feed them back: without this an importer must take that for an algebraic
+#: loop in initialization.
 TABLES = {
     "description": _ABOUT,
     "laws": LAWS,

@@ -10,11 +10,11 @@ import marshal
 import sys
 from importlib.machinery import PathFinder
 
-#: Accelerators that the standard library does without, and what they would bring along.
+#: Accelerators that the standard library doesn't need, and their dependencies.
 _WITHOUT = ("_bz2", "_elementtree", "_hashlib", "_lzma", "_uuid", "pyexpat", "zlib")
 
 
-def _frozen(own: list[str]) -> list:
+def _freeze(own: list[str]) -> list:
     for name in _WITHOUT:
         sys.modules[name] = None  # type: ignore[assignment]
     # The last one is imported by name, later than the rest.
@@ -25,7 +25,7 @@ def _frozen(own: list[str]) -> list:
     for name, module in sorted(sys.modules.items()):
         spec = getattr(module, "__spec__", None)
         if spec is not None and spec.name != name:
-            # One that has put another in its place (collections.abc of 3.13); os.path has no file.
+            # A module that has replaced itself (collections.abc of 3.13); os.path has no file.
             folder = getattr(sys.modules.get(name.rpartition(".")[0]), "__path__", None)
             spec = PathFinder.find_spec(name, folder) if folder is not None else None
         # typing.io and the like are no modules.
@@ -38,11 +38,11 @@ def _frozen(own: list[str]) -> list:
             source = file.read()
         bare = 0 if name.partition(".")[0] in tops else 2
         code = compile(source, f"<frozen {name}>", "exec", dont_inherit=True, optimize=bare)
-        # Once more: what marshal writes depends on who else has hold of a string.
+        # Once more: the output of marshal depends on other references to a string.
         written = marshal.dumps(marshal.loads(marshal.dumps(code)))
         rows.append([name, spec.submodule_search_locations is not None, written.hex()])
     return rows
 
 
 if __name__ == "__main__":
-    print(json.dumps(_frozen(sys.argv[1:])))
+    print(json.dumps(_freeze(sys.argv[1:])))

@@ -19,8 +19,8 @@ from xml.etree import ElementTree
 import golf_physics
 from golf_physics.variables import Variable
 
-from golf_build.archive import SUMS, scratch, sums, unpacked, write_archive
-from golf_build.description import HERE, RUNTIMES, described, rendered
+from golf_build.archive import SUMS, checksums, scratch, unpack, write_archive
+from golf_build.description import HERE, RUNTIMES, render, write_description
 
 _PHYSICS = Path(golf_physics.__file__).resolve().parent
 
@@ -34,7 +34,7 @@ class Builder(NamedTuple):
         sources: files and folders of fmu_src, the module with the class first.
         entry: the module that the runtime loads; {package}, {module}, {model} and {start} are
             filled in.
-        tables: arguments of `described`, from the module with the class.
+        tables: arguments of `write_description`, from the module with the class.
         start: start values by name, where they aren't those of the tables.
     """
 
@@ -84,14 +84,14 @@ class Builder(NamedTuple):
         names = {"package": package, "module": module, "model": model}
         entry = self.entry.format(**names, start=self.start).encode()
         with packaged(self.fmi, f"{module}_{suffix}", entry, beside) as raw:
-            files = unpacked(raw)
+            files = unpack(raw)
             tables = self.tables(sys.modules[f"{package}.{module}"])
         start = self.start
         rows = [row._replace(start=start.get(row.name, row.start)) for row in tables.pop("rows")]
         naming: dict[str, Any] = {"name": model, "token": self.guid()}
-        files["modelDescription.xml"] = described(self.fmi, rows, **naming, **tables)
+        files["modelDescription.xml"] = write_description(self.fmi, rows, **naming, **tables)
         files |= self._documents(rows, tables)
-        return files | {SUMS: sums(files)}
+        return files | {SUMS: checksums(files)}
 
     def _documents(self, rows: list[Variable], tables: dict[str, Any]) -> dict[str, bytes]:
         """The licences of an FMU; of ClubBallImpact also pictures and index.html."""
@@ -104,7 +104,7 @@ class Builder(NamedTuple):
             files |= {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
             files["model.png"] = (HERE / "model.png").read_bytes()
             about = {"fmi": self.fmi, "runtime": runtime, "version": golf_physics.__version__}
-            files["documentation/index.html"] = rendered(
+            files["documentation/index.html"] = render(
                 folder / "index.html.jinja", rows=rows, **about, **tables
             )
         return files
@@ -113,8 +113,8 @@ class Builder(NamedTuple):
 def guid_of(fmu: Path) -> str | None:
     """The GUID in an FMU file; None if the file has been changed since it was built."""
     try:
-        files = unpacked(fmu)
-        if files.pop(SUMS) != sums(files):
+        files = unpack(fmu)
+        if files.pop(SUMS) != checksums(files):
             return None
         root = ElementTree.fromstring(files["modelDescription.xml"])
     except Exception:  # zipfile and ElementTree raise many types for damaged files
@@ -125,7 +125,7 @@ def guid_of(fmu: Path) -> str | None:
 
 def fmu_source(name: str) -> Path:
     """A file or folder of fmu_src; inside this package where it is installed."""
-    installed = HERE / "faces" / name
+    installed = HERE / "adapters" / name
     return installed if installed.exists() else _PHYSICS.parent / name
 
 
@@ -139,7 +139,7 @@ def _read(sources: Iterable[str]) -> dict[str, bytes]:
     return files
 
 
-def bundled() -> dict[str, bytes]:
+def bundle() -> dict[str, bytes]:
     """The modules of the physics by their paths in an FMU's package, and host in it."""
     return _read(("golf_physics", "host"))
 

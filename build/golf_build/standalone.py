@@ -1,7 +1,7 @@
 """An FMU for hosts without Python: any of ours, with a Python of its own and a loader in C.
 
 The loader (fmu_src/loader) takes the place of pythonfmu's library, which has undefined symbols of
-Python. What it starts is the libpython of the Python that builds, with the few modules that the FMU
+Python. It starts the libpython of the Python that builds, with the few modules that the FMU
 imports frozen into a library beside it. Linux on x86-64 only.
 """
 
@@ -23,10 +23,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from golf_build import elf
-from golf_build.archive import SUMS, scratch, sums, unpacked
+from golf_build.archive import SUMS, checksums, scratch, unpack
 from golf_build.description import HERE, RUNTIMES
 from golf_build.extras import install_command
-from golf_build.packaging import bundled, fmu_source
+from golf_build.packaging import bundle, fmu_source
 
 SUFFIX = ".standalone"
 
@@ -45,7 +45,7 @@ _PACKERS = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
 _STAND_INS = {
     "uuid": "# The real one loads libuuid, which writes into /var/lib; this number is never read.\n"
     "def uuid1():\n    return None\n",
-    "ctypes": "# The real one looks for Python in the global scope: it would find the host's.\n"
+    "ctypes": "# The real one searches for Python in the global scope: it would find the host's.\n"
     "class c_uint64:\n    def __init__(self, value):\n        self.value = value\n",
 }
 
@@ -70,7 +70,7 @@ class PrivatePython(NamedTuple):
     modules: tuple[str, ...]
 
 
-# What the machine has
+# This machine
 
 
 def compiler() -> list[str]:
@@ -118,7 +118,7 @@ def _headers() -> Path:
 
 
 def _libraries(files: list[Path]) -> dict[str, Path]:
-    """All that these libraries need beside glibc, by name: where the dynamic linker finds it."""
+    """Dependencies of these libraries, without glibc: paths on this machine, by name."""
     libraries = {}
     for file in files:
         listed = subprocess.run(["ldd", file], capture_output=True, text=True, check=True).stdout
@@ -128,11 +128,11 @@ def _libraries(files: list[Path]) -> dict[str, Path]:
     return libraries
 
 
-# Python, and what goes with it
+# The included Python
 
 
-def _frozen(modules: dict[str, bytes]) -> list[tuple[str, bool | None, str]]:
-    """These modules, and what they need; see `frozen_modules`."""
+def _freeze(modules: dict[str, bytes]) -> list[tuple[str, bool | None, str]]:
+    """Compile these modules and those they import; see `frozen_modules`."""
     files = modules | {f"{name}.py": text.encode() for name, text in _STAND_INS.items()}
     files["frozen_modules.py"] = (HERE / "frozen_modules.py").read_bytes()
     with scratch(files) as folder:
@@ -180,8 +180,8 @@ def _loader() -> dict[str, bytes]:
     return {file.name: file.read_bytes() for file in fmu_source("loader").iterdir()}
 
 
-def _compiled(files: dict[str, bytes], name: str, *options: str) -> bytes:
-    """A shared library from C sources, without sections."""
+def _compile(files: dict[str, bytes], name: str, *options: str) -> bytes:
+    """Compile C sources to a shared library without sections."""
     import fmpy
 
     headers = Path(fmpy.__file__).parent / "c-code"
@@ -194,7 +194,7 @@ def _compiled(files: dict[str, bytes], name: str, *options: str) -> bytes:
         if done.returncode:
             why = done.stderr.strip() or "no message"
             raise StandaloneError(f"--standalone: {command[0]} can't compile {name}: {why}")
-        return elf.stripped((folder / "made.so").read_bytes())
+        return elf.strip((folder / "made.so").read_bytes())
 
 
 @cache
@@ -202,30 +202,30 @@ def private_python() -> PrivatePython:
     """The Python that is included; StandaloneError if this machine can't build it."""
     compiler()
     python, include = libpython(), _headers()
-    # What the physics imports decides which modules these are; its own code is every FMU's.
-    physics = {f"golf_physics/{name}": data for name, data in bundled().items()}
-    rows = _frozen(_runtime_modules() | physics)
+    # The modules are those that the physics imports; its own code is in every FMU.
+    physics = {f"golf_physics/{name}": data for name, data in bundle().items()}
+    rows = _freeze(_runtime_modules() | physics)
     rows = [row for row in rows if row[0].partition(".")[0] != "golf_physics"]
     extensions = {name: Path(path) for name, package, path in rows if package is None}
-    # By the name under which others ask for it.
+    # By the name that dependents use.
     libraries = {python.name: python} | _libraries([python, *extensions.values()])
     contents = {name: file.read_bytes() for name, file in libraries.items()}
     modules = {f"{name}.so": file.read_bytes() for name, file in extensions.items()}
     blob = _blob(rows)
     everything = {**contents, **modules, **_loader(), "standard_library.bin": blob}
-    digest = hashlib.sha256(sums(everything)).hexdigest()
+    digest = hashlib.sha256(checksums(everything)).hexdigest()
     # Private names of the libraries as well: another one of that name must not be taken.
     names = {name: (f"golf{n}" + digest)[: len(name)] for n, name in enumerate(sorted(contents))}
     files = {names[name]: data for name, data in contents.items()}
     files |= {f"golf-{digest[:12]}-{name}": data for name, data in modules.items()}
-    files = {name: elf.renamed(data, names) for name, data in files.items()}
+    files = {name: elf.rename(data, names) for name, data in files.items()}
     library = f"golf-python-{digest[:16]}.so"
     # All of them, in the order in which they are loaded: what one of them needs is there then.
     linked = ["-L.", "-Wl,--no-as-needed", *(f"-l:{name}" for name in files), "-Wl,--as-needed"]
-    # Debian's pyconfig.h asks for another one by a path from there, which has glibc's, too.
+    # Debian's pyconfig.h includes another one relative to that folder, which has glibc's headers.
     included = [f"-I{include}", "-idirafter", str(include.parent)]
     names_of_modules = " ".join(f"X({name})" for name in sorted(extensions))
-    compiled = _compiled(
+    compiled = _compile(
         {**files, "standard_library.bin": blob},
         "private_python.c",
         *linked,
@@ -234,7 +234,7 @@ def private_python() -> PrivatePython:
         f"-DEXTENSIONS={names_of_modules}",
     )
     # A compiler's linker reads the sections, the dynamic one doesn't.
-    files = {name: elf.stripped(data) for name, data in files.items()} | {library: compiled}
+    files = {name: elf.strip(data) for name, data in files.items()} | {library: compiled}
     return PrivatePython(
         library=library,
         files=files,
@@ -244,7 +244,7 @@ def private_python() -> PrivatePython:
 
 
 def _licences(libraries: Iterable[str]) -> dict[str, bytes]:
-    """Of Python and of all that may travel along."""
+    """Of Python and of everything included."""
     for name in libraries:
         if not name.startswith(_KNOWN):
             raise StandaloneError(
@@ -274,7 +274,7 @@ def standalone(files: dict[str, bytes]) -> dict[str, bytes]:
     folder = old.rpartition("/")[0]
     found = (re.fullmatch(r"resources/((\w+).*\.py)", name) for name in files)
     own = {one[1]: files[one[0]] for one in found if one and one[2] not in RUNTIMES.values()}
-    rows = _frozen(_runtime_modules() | own)
+    rows = _freeze(_runtime_modules() | own)
     ours = {_module_name(name).partition(".")[0] for name in own}
     mine = [row for row in rows if row[0].partition(".")[0] in ours]
     stray = {row[0] for row in rows if row not in mine} - {*python.modules}
@@ -284,7 +284,7 @@ def standalone(files: dict[str, bytes]) -> dict[str, bytes]:
     (plain,) = re.findall(' (?:guid|instantiationToken)="([0-9a-f-]+)"', text)
     token = str(uuid.uuid5(uuid.UUID(plain), python.library))
     made = {n: d for n, d in files.items() if not n.startswith("binaries/") and n != SUMS}
-    made[old] = _compiled(
+    made[old] = _compile(
         {"modules.bin": _blob(mine)},
         "fmi3.c" if folder.endswith("/x86_64-linux") else "fmi2.c",
         f'-DMODULE="{files["resources/slavemodule.txt"].decode().strip()}"',
@@ -298,12 +298,12 @@ def standalone(files: dict[str, bytes]) -> dict[str, bytes]:
     mode = 'hasEventMode="true"'
     text = text.replace(mode, mode + ' mightReturnEarlyFromDoStep="true"').replace(plain, token)
     made["modelDescription.xml"] = text.encode()
-    return made | {SUMS: sums(made)}
+    return made | {SUMS: checksums(made)}
 
 
 def glibc_of(fmu: Path) -> tuple[int, ...] | None:
     """The oldest glibc that a standalone FMU can do with, as (2, 17); None for another FMU."""
-    files = unpacked(fmu)
+    files = unpack(fmu)
     if not any("/golf-python-" in name for name in files):
         return None
     return max(elf.glibc(data) for name, data in files.items() if name.startswith("binaries/"))

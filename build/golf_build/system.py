@@ -10,8 +10,8 @@ from golf_physics.variables import Unit, Variable
 
 from golf_build import fmi2
 from golf_build import standalone as alone
-from golf_build.archive import archived, write_archive
-from golf_build.description import HERE, rendered
+from golf_build.archive import pack, write_archive
+from golf_build.description import HERE, render
 from golf_build.packaging import Builder
 
 #: The system's file, and in it the folder of the FMUs (SSP 1.0, section 5).
@@ -98,7 +98,7 @@ STOP_TIME, STEP_SIZE = 1.0, 1e-4
 
 
 def _tables(module: Any) -> dict[str, Any]:
-    """The tables of a companion's module as arguments of `described`."""
+    """The tables of a companion's module as arguments of `write_description`."""
     groups = {"parameter": module.PARAMETERS, "input": module.INPUTS, "output": module.OUTPUTS}
     rows = []
     for causality, group in groups.items():
@@ -142,7 +142,7 @@ def build(folder: Path, standalone: bool = False) -> list[Path]:
         # An importer that sets nothing, such as fmpy.ssp, which ignores parameter bindings, has
         # these start values too.
         builder = COMPANIONS.get(name, fmi2.BUILDER)._replace(start=start)
-        system[f"{_RESOURCES}/{name}.fmu"] = archived(files(builder))
+        system[f"{_RESOURCES}/{name}.fmu"] = pack(files(builder))
     ssp = (folder / NAME).with_suffix(f"{suffix}.ssp")
     # FMUs are compressed already.
     return [*made, write_archive(ssp, system, zipfile.ZIP_STORED)]
@@ -155,7 +155,7 @@ def _system_structure() -> bytes:
         connectors = [(name, "input") for _, _, component, name in CONNECTIONS if component == one]
         outputs = [name for component, name, _, _ in CONNECTIONS if component == one]
         components[one] = connectors + [(name, "output") for name in (*outputs, *observed)]
-    return rendered(
+    return render(
         HERE / "SystemStructure.ssd.jinja",
         components=components,
         connections=CONNECTIONS,

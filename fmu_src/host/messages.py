@@ -17,8 +17,8 @@ class Messages:
     """Reports refusals: called with a message, it queues one for the runtime.
 
     pythonfmu 0.7 drops all messages unless the host has switched debug logging on, and no host does
-    by default: a refused start value would end in results that nothing explains. So while logging
-    is off a message is written to stderr, once: not again while the same refusal stands.
+    by default: a refused start value would end in unexplained results. So while logging is off
+    a message is written to stderr, once: not again while the same refusal stands.
 
     Args:
         queue: the slave's `log_queue`.
@@ -40,7 +40,7 @@ class Messages:
         now = self._now()
         if now != self._written_at:
             self._written, self._written_at = [], now
-        # One that contains an earlier message only adds refused steps or other refused values.
+        # A message that contains an earlier one only adds refused steps or other refused values.
         if not any(written in text for written in self._written):
             self._written.append(text)
             # A host may have none, or a closed one.
@@ -50,7 +50,7 @@ class Messages:
 
 
 def _is_logging(logger: int) -> bool:
-    """Whether pythonfmu's logger with this address hands messages on."""
+    """Whether pythonfmu's logger with this address forwards messages."""
     try:
         from ctypes import c_bool
     except ImportError:

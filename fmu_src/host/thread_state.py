@@ -1,4 +1,4 @@
-"""Spares a host that isn't Python the making of a Python thread state at every call.
+"""Avoids a new Python thread state at every call of a host that isn't Python.
 
 A thread that Python didn't start has no thread state, so PyGILState_Ensure makes one at every FMI
 call and PyGILState_Release drops it: that is ten times the cost of the call. While one more Ensure
@@ -41,7 +41,7 @@ class Hold:
         self._release = lambda: release(outer)
 
     def release(self) -> None:
-        """Let go of the thread state."""
+        """Release the thread state."""
         release, self._release = self._release, None
         if release is not None and getattr(_this_thread, "mark", None) is self._thread:
             release()

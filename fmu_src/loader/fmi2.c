@@ -18,7 +18,7 @@
 
 /* The text is a format to C hosts; others, fmpy among them, show it as it is and take no arguments.
    So it has no directives. */
-static void say(Instance *i, int status, const char *category, const char *text)
+static void log_message(Instance *i, int status, const char *category, const char *text)
 {
     char format[2048];
     size_t n = 0;

@@ -1,7 +1,7 @@
 /* The functions of FMI 3.0, for a slave that is a Python class: Co-Simulation and Model Exchange.
 
-   Unlike pythonfmu3 0.3.4's, they tell the slave the start time, and the host when a step has ended
-   early at an event. */
+   Unlike pythonfmu3 0.3.4's, they pass the start time to the slave, and report to the host when a
+   step has ended early at an event. */
 
 #include "loader.h"
 
@@ -13,7 +13,7 @@
 #define COUNT , __attribute__((unused)) size_t value_count
 #include "functions.h"
 
-static void say(Instance *i, int status, const char *category, const char *text)
+static void log_message(Instance *i, int status, const char *category, const char *text)
 {
     if (wanted(i, status, category, text))
         ((fmi3LogMessageCallback)i->logger)(i->environment, (fmi3Status)status, category, text);
@@ -54,7 +54,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance
               simple(i, "enter_initialization_mode", NULL, NULL));
 }
 
-/* Modes that the slave needn't know of. */
+/* Modes that don't concern the slave. */
 #define MODE(name)                                                                                 \
     fmi3Status name(fmi3Instance c) { return c ? fmi3OK : fmi3Error; }
 MODE(fmi3EnterEventMode)
@@ -161,7 +161,7 @@ FLOATS(NominalsOfContinuousStates, "get_nominals_of_continuous_states",
 NUMBER(ContinuousStates, "get_number_of_continuous_states")
 NUMBER(EventIndicators, "get_number_of_event_indicators")
 
-/* What the slave hasn't got */
+/* Functions that the slave doesn't have */
 
 #define UNSUPPORTED_TYPE(name) UNSUPPORTED(Get##name) UNSUPPORTED(Set##name)
 UNSUPPORTED_TYPE(Float32)

@@ -1,5 +1,5 @@
-/* The functions that FMI 2.0 and 3.0 have alike. Whoever includes this says what they are named,
-   FMI(name), and with COUNT what the functions of values have at the end of their arguments. */
+/* The functions that FMI 2.0 and 3.0 have in common. The including file defines their names,
+   FMI(name), and with COUNT the last argument of the functions of values. */
 
 #define Status FMI(Status)
 #define QUOTED(name) QUOTED_(name)
@@ -26,7 +26,7 @@ Status FMI(SetDebugLogging)(void *c, FMI(Boolean) on, size_t count, const char *
     return FMI(OK);
 }
 
-/* The slave says whether the start values can be used. */
+/* The slave returns whether the start values can be used. */
 Status FMI(ExitInitializationMode)(void *c)
 {
     int accepted = 0;
@@ -116,10 +116,11 @@ Status FMI(DeserializeFMUState)(void *c, const FMI(Byte) data[], size_t size, vo
                    kept = keep_state(i, found, state)) && kept);
 }
 
-/* For what the slave hasn't got. Which arguments there are doesn't matter. */
+/* For functions that the slave doesn't have. Their arguments don't matter. */
 #define UNSUPPORTED(name)                                                                          \
     Status FMI(name)(void *c)                                                                      \
     {                                                                                              \
-        if (c) say(c, FMI(Error), "logStatusError", QUOTED(FMI(name)) " isn't supported");           \
+        if (c)                                                                                     \
+            log_message(c, FMI(Error), "logStatusError", QUOTED(FMI(name)) " isn't supported");    \
         return FMI(Error);                                                                         \
     }

@@ -1,7 +1,7 @@
 /* What the functions of FMI 2.0 and 3.0 share: a Python to run in, and calls of the slave.
 
    Nothing of Python is linked here. Its functions are looked up at run time: in the host if that is
-   a Python itself, else in the private one that travels in the FMU. All of them belong to the stable
+   a Python itself, else in the private one included in the FMU. All of them belong to the stable
    ABI, so this binary works with every Python from 3.10 on.
 
    The build defines MODULE and CLASS of the slave, PRIVATE_PYTHON, TOKEN (the GUID) and the file of
@@ -72,7 +72,7 @@ typedef struct {
 
 static pthread_mutex_t loading = PTHREAD_MUTEX_INITIALIZER;
 static Object *slave_class;
-static void (*hold)(void); /* NULL in a host's Python, which has its own ways */
+static void (*hold)(void); /* NULL in a host's Python, which keeps its own states */
 static char resources[4096];
 static char failure[1024];
 static const char token[] = TOKEN;
@@ -80,7 +80,7 @@ static const char token[] = TOKEN;
 /* Of the statuses of FMI 2.0 and 3.0, which have the same numbers. */
 enum { FMI_ERROR = 3, FMI_FATAL = 4 };
 
-static void say(Instance *i, int status, const char *category, const char *text);
+static void log_message(Instance *i, int status, const char *category, const char *text);
 
 /* The host's Python, if it can be used: it runs, and is neither too old nor without a GIL. */
 static int of_host(int *visible)
@@ -94,8 +94,8 @@ static int of_host(int *visible)
     return major == 3 && minor >= 10 && !strstr(version(), "free-threading");
 }
 
-/* The library of the private Python, by its soname: that finds one which another FMU has brought
-   along, or this FMU's by its own RUNPATH, and decides under the linker's own lock, so that FMUs
+/* The library of the private Python, by its soname: that finds one which another FMU has
+   loaded, or this FMU's by its own RUNPATH, and decides under the linker's own lock, so that FMUs
    started in several threads get one. Bound now: later, names would be looked up in a Python that
    the host has started meanwhile. In a host that shows symbols of Python, the private one's own
    come first. */
@@ -219,11 +219,11 @@ static void leave(Entry entry)
     restore_floating(entry.floating);
 }
 
-/* Hands messages on to the host; an exception, too. Returns 0 if there was none, or the status. */
+/* Forwards messages to the host; an exception, too. Returns 0 if there was none, or the status. */
 static int flush(Instance *i)
 {
     int status = PyErr_Occurred() ? fetch() : 0;
-    if (status == FMI_FATAL) say(i, status, "logStatusFatal", failure);
+    if (status == FMI_FATAL) log_message(i, status, "logStatusFatal", failure);
     intptr_t count = i->messages ? PyList_Size(i->messages) : 0;
     for (intptr_t n = 0; n < count; n++) {
         Object *message = PyList_GetItem(i->messages, n);
@@ -232,7 +232,7 @@ static int flush(Instance *i)
         Object *text = PyObject_GetAttrString(message, "msg");
         const char *words = PyUnicode_AsUTF8AndSize(text, NULL);
         const char *kind = PyUnicode_AsUTF8AndSize(category, NULL);
-        say(i, (int)PyLong_AsLongLong(status), kind ? kind : "", words ? words : "");
+        log_message(i, (int)PyLong_AsLongLong(status), kind ? kind : "", words ? words : "");
         Py_DecRef(status);
         Py_DecRef(category);
         Py_DecRef(text);
@@ -315,8 +315,8 @@ static Instance *new_instance(const char *name, const char *given, const char *r
                  given ? given : "NULL", token);
         refused = text;
     }
-    if (refused) say(&made, FMI_ERROR, "logStatusError", refused);
-    else if (!ready()) say(&made, FMI_FATAL, "logStatusFatal", failure);
+    if (refused) log_message(&made, FMI_ERROR, "logStatusError", refused);
+    else if (!ready()) log_message(&made, FMI_FATAL, "logStatusFatal", failure);
     else {
         Entry entry = enter();
         int fine = new_slave(&made);
@@ -328,7 +328,7 @@ static Instance *new_instance(const char *name, const char *given, const char *r
             free(i);
             i = NULL;
             made.name = (char *)(name ? name : "");
-            if (fine) say(&made, FMI_FATAL, "logStatusFatal", "out of memory");
+            if (fine) log_message(&made, FMI_FATAL, "logStatusFatal", "out of memory");
             drop_slave(&made);
         }
         leave(entry);
@@ -348,10 +348,10 @@ static void free_instance(Instance *i)
     free(i);
 }
 
-/* Does something with what Python has answered, `found`; 1 if it raised nothing. */
-#define TAKE(answer, ...)                                                                          \
+/* Uses the result of a Python call, `found`; 1 if there was no exception. */
+#define TAKE(result, ...)                                                                          \
     ({                                                                                             \
-        Object *found = answer;                                                                    \
+        Object *found = result;                                                                    \
         if (found) __VA_ARGS__;                                                                    \
         Py_DecRef(found);                                                                          \
         found != NULL;                                                                             \
@@ -363,9 +363,9 @@ static int simple(Instance *i, const char *method, Object *first, Object *second
     return TAKE(call(i, method, first, second), (void)0);
 }
 
-/* values[n] = converted, which reads `item`, for each item of the list that Python has answered. */
-#define READ(answer, count, values, converted)                                                     \
-    TAKE(answer, for (size_t n = 0; n < (count); n++) {                                            \
+/* values[n] = converted, which reads `item`, for each item of the list that Python returned. */
+#define READ(result, count, values, converted)                                                     \
+    TAKE(result, for (size_t n = 0; n < (count); n++) {                                            \
         Object *item = PyList_GetItem(found, (intptr_t)n);                                         \
         if (!item) break;                                                                          \
         (values)[n] = converted;                                                                   \
@@ -385,8 +385,8 @@ static Object *reference_list(const uint32_t references[], size_t count)
     return LIST(count, PyLong_FromLongLong((int32_t)references[n]));
 }
 
-/* What the host has of a state: the slave's own object. `itself` makes a mistake of fmusim's harmless,
-   which hands the state to FreeFMUState instead of its address. */
+/* The host's handle of a state: the slave's own object. `itself` makes an error of fmusim harmless,
+   which passes the state to FreeFMUState instead of its address. */
 typedef struct state {
     struct state *itself;
     Object *object;
@@ -396,7 +396,7 @@ static int keep_state(Instance *i, Object *object, void **handle)
 {
     State *state = malloc(sizeof *state);
     if (!state) {
-        say(i, FMI_ERROR, "logStatusError", "out of memory");
+        log_message(i, FMI_ERROR, "logStatusError", "out of memory");
         return 0;
     }
     *state = (State){state, object};
@@ -417,7 +417,7 @@ static void free_state(void **handle)
 static Object *of_state(Instance *i, const char *method, const State *state)
 {
     if (!state) {
-        say(i, FMI_ERROR, "logStatusError", "a state of NULL is refused");
+        log_message(i, FMI_ERROR, "logStatusError", "a state of NULL is refused");
         return NULL;
     }
     Py_IncRef(state->object);

@@ -1,4 +1,4 @@
-/* What systems and compilers do in ways of their own. It runs on Linux; for Windows and macOS it is
+/* Differences between systems and compilers. It runs on Linux; for Windows and macOS it is
    compiled, and untried. */
 
 #define _GNU_SOURCE
@@ -60,7 +60,7 @@ static inline void restore_floating(unsigned before) { (void)before; }
     extern const unsigned char name[] __asm__(#name);                                              \
     extern const unsigned char name##_end[] __asm__(#name "_end");
 
-/* Where the library with this address lies; 0 if nobody knows. */
+/* Where the library with this address lies; 0 if it is unknown. */
 static inline int find_library(void *address, char *path, size_t size)
 {
 #ifdef _WIN32

@@ -97,7 +97,7 @@ static int start(void)
     config.site_import = 0;
     config.write_bytecode = 0;
     config.module_search_paths_set = 1;
-    /* Given, they aren't looked for on the host's disk. */
+    /* If given, they aren't searched for on the host's disk. */
     wchar_t **places[] = {&config.executable, &config.base_executable, &config.prefix,
                           &config.base_prefix, &config.exec_prefix, &config.base_exec_prefix,
                           &config.home};

@@ -1,4 +1,4 @@
-"""What ClubBallImpact.fmu costs, and how exact it is, beside other methods (golf_impact.peers).
+"""Run time and accuracy of ClubBallImpact.fmu and of other methods (golf_impact.peers).
 
 - `floor`: calls, beside FMUs in which nothing is computed (`empty_fmu`, and `empty_wide_fmu` with
   as many variables; each packed by pythonfmu from one file alone).

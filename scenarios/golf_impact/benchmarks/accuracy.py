@@ -21,10 +21,10 @@ def worst_error(driver: Driver, randoms: int) -> dict[str, Any]:
         scales = Scales(impact.values, final, impact.approach)
         for pattern, steps in cases.partitions(impact, final["contact_time"], 20).items():
             record = partial(ledger.record, case={"case": name, "pattern": pattern})
-            course = driver.run(impact, steps)
-            every = max(1, len(course) // 10)
-            chosen = {*range(every - 1, len(course), every), len(course) - 1}
-            check_reference(record, impact, scales, steps, course, chosen)
+            path = driver.run(impact, steps)
+            every = max(1, len(path) // 10)
+            chosen = {*range(every - 1, len(path), every), len(path) - 1}
+            check_reference(record, impact, scales, steps, path, chosen)
     check = ledger.checks["reference"]
     where = {name: check.case[name] for name in ("case", "output", "pattern")}
     return {

@@ -1,7 +1,7 @@
-"""What an impact costs: S, COR and E through this FMU, by other ways, and in other runs.
+"""Run time of an impact: S, COR and E by this FMU, by other methods, and in other runs.
 
 One impact is a restored start state, a new k, one step and one read. k changes at every impact, so
-that nothing can come from a cache of the last one.
+that no result can come from a cache.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -52,7 +52,7 @@ def other_ways(
     for law, suffix in ((2, ""), (1, "_law1")):
         case = Case(law=law)
         exact = exact_outcome(case)
-        # Of a folder of its own: it isn't to profit from a library that another one has loaded.
+        # In a folder of its own, so that its library isn't already loaded by another instance.
         with LoadedFmu(ours.path) as alone:
             # From names of outputs to the impact.
             ways: dict[str, Callable[[Sequence[str]], Impact]] = {
@@ -69,8 +69,8 @@ def other_ways(
             for name, way in ways.items():
                 outcome = Outcome(*way(Outcome._fields)(case.k))
                 figures[f"impact_by_{name}{suffix}_error"] = max(errors(case, outcome, exact))
-            # So many of the fast ones per round that the first ones, after another job has had the
-            # processor's caches, don't count.
+            # So many of the fast ones per round that the first ones, whose data aren't in the
+            # processor's caches, don't matter.
             numbers = {"document_fmu": 1, "simulate_fmu": 2, "scipy": 2}
             jobs = {name: _job(way(METRICS), numbers.get(name, 200)) for name, way in ways.items()}
             times = run_interleaved(jobs, rounds)
@@ -85,7 +85,7 @@ def other_ways(
 
 
 def other_runs(ours: LoadedFmu, rounds: int) -> dict[str, float]:
-    """Runs that begin otherwise, and contacts in extended precision: ratios, and µs (`…_us`).
+    """Other initializations, and contacts in extended precision: ratios, and µs (`…_us`).
 
     One run is a restored state, k, b and club_speed set, one step and two reads.
     """
@@ -230,5 +230,5 @@ def _heavy_reads(fmu: LoadedFmu) -> Job:
         walk(slave, _POINTS[:1], _POINT, moving)
         return measure_seconds(partial(walk, slave, _POINTS[1:], _POINT, moving), len(_POINTS) - 1)
 
-    # As long as the runs that it is compared with: a busy machine then hits both alike.
+    # As long as the runs that it is compared with, so that a busy machine affects both equally.
     return lambda: sum(read() for _ in range(5)) / 5

@@ -1,10 +1,10 @@
-"""What is promised of the benchmark's figures."""
+"""Targets of the benchmark's figures."""
 
 from typing import NamedTuple
 
 
 class Limit(NamedTuple):
-    """What is promised of a figure."""
+    """The target of a figure."""
 
     key: str  #: in bench.json
     meaning: str  #: in words
@@ -16,7 +16,7 @@ class Limit(NamedTuple):
 
     @property
     def in_words(self) -> str:
-        """The limit with its sense."""
+        """The target with its sign."""
         return f"{'≥' if self.rising else '≤'} {self.value:g}"
 
 

@@ -1,4 +1,4 @@
-"""What the FMUs cost in a host that isn't Python: the standalone one beside the plain one.
+"""Run time and memory in a host that isn't Python: the standalone FMU beside the plain one.
 
 The plain FMU gets libpython by LD_PRELOAD. Both are measured in turns, in processes of their own.
 """
@@ -23,7 +23,7 @@ _OUTPUTS = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball
 
 
 def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
-    """Both FMUs' medians by key, their ratio, and the largest one that is wanted; run in turns.
+    """Both FMUs' medians by key, their ratio, and its target; run in turns.
 
     UserError: this machine can't build the standalone FMU, or has no libpython.
     """
@@ -50,7 +50,7 @@ def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
             call = [host, str(count), *words, *fmus]
             return [float(x) for x in _output(call, "the native host failed", environment).split()]
 
-        run(1, other, with_python)  # so that its bytecode is there
+        run(1, other, with_python)  # writes its bytecode
         count, times = (20_000, 3) if quick else (200_000, 9)
         rounds = [
             (run(count, one, {}), run(count, other, with_python), run(1, all_, {}))

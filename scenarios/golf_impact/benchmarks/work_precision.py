@@ -86,16 +86,16 @@ def run_time_and_error(
     ways.append((FMU_ONCE, "dt", [STEP], in_one_step))
     made = []
     for method, setting, settings, way in ways:
-        one: Series = {"method": method, "setting": setting, "settings": settings}
-        one |= {"seconds": [], "errors": []}
+        series: Series = {"method": method, "setting": setting, "settings": settings}
+        series |= {"seconds": [], "errors": []}
         for value in settings:
             impact, stiffnesses = way(value), cycle(_STIFFNESSES)
             error = max(errors(case, Outcome(*impact(case.k)), exact))
-            one["errors"].append(error if math.isfinite(error) else math.inf)
+            series["errors"].append(error if math.isfinite(error) else math.inf)
             seconds = typical_seconds(lambda: impact(next(stiffnesses)), budget, least)  # noqa: B023
-            one["seconds"].append(seconds)
-        one["order"] = slope(steps, one["errors"]) if settings is steps else None
-        made.append(one)
+            series["seconds"].append(seconds)
+        series["order"] = slope(steps, series["errors"]) if settings is steps else None
+        made.append(series)
     return made
 
 
@@ -108,7 +108,7 @@ def _one_two_five(high: int, low: int) -> list[float]:
 
 
 def slope(settings: Sequence[float], errors: Sequence[float]) -> float | None:
-    """The least-squares slope of log error over log dt, while rounding plays no part."""
+    """The least-squares slope of log error over log dt, where rounding is negligible."""
     points = [(dt, error) for dt, error in zip(settings, errors) if 1e-11 < error < 1.0]
     if len(points) < 3:
         return None

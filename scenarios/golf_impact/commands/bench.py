@@ -41,9 +41,9 @@ def bench(
         about = costs_and_errors(quick, begin("benchmark", TICKS))
     figures, series = about["figures"], about.pop("series")
     targets = {
-        one.key: {"limit": one.in_words, "passed": one.met(figures[one.key])}
-        for one in LIMITS
-        if one.key in figures
+        limit.key: {"limit": limit.in_words, "passed": limit.met(figures[limit.key])}
+        for limit in LIMITS
+        if limit.key in figures
     }
     missed = [key for key, target in targets.items() if not target["passed"]]
     results: dict[str, Any] = {
@@ -73,11 +73,11 @@ def _native(quick: bool, folder: Path) -> int:
     title = "In a native host: standalone, and plain with LD_PRELOAD"
     names = ("standalone", "plain", "ratio", "limit")
     rows = [
-        [one["meaning"], *(f"{one[name]:.3g}" for name in names), verdict(one["passed"])]
-        for one in figures.values()
+        [figure["meaning"], *(f"{figure[name]:.3g}" for name in names), verdict(figure["passed"])]
+        for figure in figures.values()
     ]
     print_table(Table(title, ["", *names[:3], "at most", ""], rows))
-    passed = all(one["passed"] for one in figures.values())
+    passed = all(figure["passed"] for figure in figures.values())
     results = {"quick": quick, "passed": passed, "figures": figures}
     write_together(folder, {"bench_native.json": as_json(results)})
     say(f"Results in {folder}")
@@ -119,7 +119,7 @@ def _conclusion(missed: list[str], figures: dict[str, float]) -> list[str]:
     return [f"{fast}{but}.", extended, limits]
 
 
-#: The ways to S, COR and E in words, by what their keys in bench.json are made of.
+#: The methods for S, COR and E in words, by the parts of their keys in bench.json.
 _WAYS = {
     "fmu": ("this FMU", ""),
     "compiled_euler": ("document's scheme, FMU in C", "impact_over_"),
@@ -140,7 +140,7 @@ def _show(results: dict[str, Any]) -> None:
     print_paragraphs([", ".join(words + versions)])
 
     def judged(key: str) -> tuple[str, Any]:
-        """The target of a figure, and whether it is met; nothing for one without."""
+        """The target of a figure, and whether it is met; empty if it has none."""
         target = results["targets"].get(key)
         return (target["limit"], verdict(target["passed"])) if target else ("", "")
 
@@ -156,7 +156,7 @@ def _show(results: dict[str, Any]) -> None:
     columns = ["", "law", "error", "µs", "ratio", "target", ""]
     print_table(Table("S, COR and E of one impact", columns, rows))
     for title, limits in (("FMI calls, and other runs", CALLS), ("Accuracy and sweeps", SWEEPS)):
-        meanings = {one.key: f"\n  {one.meaning}" for one in limits}
+        meanings = {limit.key: f"\n  {limit.meaning}" for limit in limits}
         if limits is SWEEPS:
             meanings |= {
                 key: "" for key in figures if key.startswith("sweep_") and key not in meanings
@@ -164,12 +164,12 @@ def _show(results: dict[str, Any]) -> None:
         rows = [[f"{k}{words}", f"{figures[k]:.3g}", *judged(k)] for k, words in meanings.items()]
         print_table(Table(title, ["", "figure", "target", ""], rows))
     rows = []
-    for series in zip(*results["run_time_vs_error"].values(), strict=True):
-        for law, one in enumerate(series, 1):
-            order = "" if one["order"] is None else f"{one['order']:.2f}"
-            errors, micro = one["errors"], [1e6 * seconds for seconds in one["seconds"]]
+    for of_laws in zip(*results["run_time_vs_error"].values(), strict=True):
+        for law, series in enumerate(of_laws, 1):
+            order = "" if series["order"] is None else f"{series['order']:.2f}"
+            errors, micro = series["errors"], [1e6 * seconds for seconds in series["seconds"]]
             ends = (cell for n in (0, -1) for cell in (f"{errors[n]:.0e}", f"{micro[n]:.0f}"))
-            rows.append([one["method"], str(law), order, *ends])
+            rows.append([series["method"], str(law), order, *ends])
     columns = ["", "law", "order", "error at coarsest", "µs", "error at finest", "µs"]
     print_table(Table("Run time against error, by step size or tolerance", columns, rows))
     where = results["worst_error_is_of"]
@@ -181,7 +181,7 @@ def _show(results: dict[str, Any]) -> None:
 
 
 def verdict(passed: bool, number: int | str = "") -> Any:
-    """A cell that says whether something holds."""
+    """A cell with the verdict on a check."""
     from rich.text import Text
 
     return Text("pass", "green") if passed else Text(f"FAIL {number}".strip(), "red")

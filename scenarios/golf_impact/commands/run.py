@@ -72,8 +72,8 @@ def run(
     if names and own:
         say(f"--set and --ball define a case of your own; they don't change {', '.join(names)}.")
     scripts = {} if names or own else load_scenarios()
-    for given in dict.fromkeys(names or ()):
-        script, name = load_scenario(given), Path(given).stem
+    for name_or_path in dict.fromkeys(names or ()):
+        script, name = load_scenario(name_or_path), Path(name_or_path).stem
         if scripts.setdefault(name, script) is not script:
             raise UserError(f"two scenarios are named {name}: run one at a time")
     prepare(folder, *(("results.json", "report.html") if scripts else ()))
@@ -113,16 +113,16 @@ def run(
     return int(failed)
 
 
-def fmu_file(given: Path | None) -> Path:
+def fmu_file(path: Path | None) -> Path:
     """The FMU that a user names (UserError if it can't be used), or that of the current sources."""
     from golf_impact.fmu.file import check_fmu, current_fmu
 
-    if given is not None:
-        return check_fmu(given)
-    path, why = current_fmu()
+    if path is not None:
+        return check_fmu(path)
+    built, why = current_fmu()
     if why:
-        warn(f"Built {path}: {why}.")
-    return path
+        warn(f"Built {built}: {why}.")
+    return built
 
 
 def _run_script(script: "ModuleType", fmu: "ImpactFmu") -> "Report":

@@ -55,9 +55,9 @@ def _conclusion(results: dict[str, Any]) -> list[str]:
         + ("every invariant." if not failed else f"all invariants but: {', '.join(failed)}.")
     )
     second = (
-        "Limits. It shows nothing about the model (an exact solution of wrong equations is still "
-        "wrong), inputs outside the ranges drawn from, or a clock finer than a double's: after an "
-        "approach A the contact time T is exact to 4e-16 A/T."
+        "Limits. This doesn't show that the equations describe a golf ball, and covers no inputs "
+        "outside the ranges drawn from. After an approach of duration A, times have an error of "
+        "4e-16 A/T relative to the contact time T."
     )
     return [first, second]
 
@@ -72,9 +72,9 @@ def _show(results: dict[str, Any]) -> None:
         rows.append([f"{name}\n  {check['claim']}", *numbers, passed])
     title = f"Stress, seed {results['seed']}: worst cases"
     print_table(Table(title, ["check", "worst", "tolerance", "count", ""], rows))
-    name, check = max(results["checks"].items(), key=lambda item: _beside_tolerance(item[1]))
+    name, check = max(results["checks"].items(), key=lambda item: _over_tolerance(item[1]))
     worst = (
-        f"The worst case, beside what is allowed: {name}, {check['worst']:.2g}, at "
+        f"The worst case, relative to its tolerance: {name}, {check['worst']:.2g}, at "
         f"{_inputs(check['case'])}. Those of the other checks are in stress.json."
     )
     tiny = (
@@ -87,8 +87,8 @@ def _show(results: dict[str, Any]) -> None:
     print_paragraphs((worst, *tiny, impacts, *results["conclusion"]))
 
 
-def _beside_tolerance(check: dict[str, Any]) -> float:
-    """The worst error in multiples of what is allowed, which may be 0; NaN is beyond all."""
+def _over_tolerance(check: dict[str, Any]) -> float:
+    """The worst error in multiples of its tolerance, which may be 0; infinite for NaN."""
     ratio = check["worst"] / (check["tolerance"] or sys.float_info.min)
     return math.inf if math.isnan(ratio) else ratio
 

@@ -1,4 +1,4 @@
-"""What the page offers: quantities with their sliders, balls, and the cases one click away."""
+"""Quantities with their sliders, balls, and example cases of the page."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -25,7 +25,7 @@ OPENING = "penner"
 #: Units of speed, each with its m/s.
 SPEEDS = {"m/s": 1.0, "mph": MPH, "km/h": 1.0 / 3.6}
 
-#: What a ball is made of; the masses and speeds are not part of it.
+#: The variables that define a ball; masses and speeds aren't among them.
 CONTACT = (
     "law", "k", "b", "exponent", "reference_compression", "restitution_at_rest",
     "restitution_slope",
@@ -70,20 +70,20 @@ QUANTITIES = (
 
 @dataclass(frozen=True)
 class Example:
-    """A case that is one click away."""
+    """A case with a button."""
 
     name: str  #: on its button
     values: Mapping[str, float]  #: inputs and parameters that aren't the FMU's start values
-    printed: Mapping[str, str]  #: what is published of it, by metric, as it is shown
+    printed: Mapping[str, str]  #: published results, by metric, as they are shown
     hint: str  #: what to look for, in one sentence
     source: str = "document"  #: where
-    beside: Mapping[str, float] | None = None  #: a case that is pinned to be compared with
+    beside: Mapping[str, float] | None = None  #: a case that is pinned for comparison
 
 
 def _document(
     name: str, values: Mapping[str, float], printed: Mapping[str, document.Printed], hint: str
 ) -> Example:
-    return Example(name, values, {metric: one.text for metric, one in printed.items()}, hint)
+    return Example(name, values, {metric: number.text for metric, number in printed.items()}, hint)
 
 
 EXAMPLES = (
@@ -162,10 +162,10 @@ def companions(fmu: ImpactFmu) -> Iterator[tuple[LoadedFmu, ...]]:
 
 
 def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
-    """What the page and `Evaluator` need beside the instances, as JSON takes it."""
+    """Data of the page and of `Evaluator` beside the instances, for JSON."""
     impact, launch, _ = fmus
     inputs = (v for v in impact.variables.values() if v.causality in ("input", "parameter"))
-    defaults = {one.name: float(one.start) for one in inputs}
+    defaults = {v.name: float(v.start) for v in inputs}
     defaults |= {name: launch.default(name) for name in LOFT}
     facts: dict[str, Any] = {
         "defaults": defaults,
@@ -174,15 +174,15 @@ def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
         "contact": CONTACT,
         "opening": dict(BALLS[OPENING].values),
         "laws": [(number, name) for number, (name, _) in LAWS.items()],
-        "quantities": [asdict(one) for one in QUANTITIES],
+        "quantities": [asdict(quantity) for quantity in QUANTITIES],
         # Their values are read-only mappings, which asdict and JSON don't take.
-        "balls": [{**vars(one), "values": dict(one.values)} for one in BALLS.values()],
+        "balls": [{**vars(ball), "values": dict(ball.values)} for ball in BALLS.values()],
         **{
-            name: [{**vars(one), "values": dict(one.values)} for one in examples]
+            name: [{**vars(example), "values": dict(example.values)} for example in examples]
             for name, examples in (("examples", EXAMPLES), ("clubs", CLUBS))
         },
     }
     evaluator = Evaluator(fmus, UserError, facts)
-    for one in facts["examples"]:
-        one["check"] = evaluator({"values": one["values"]})["metrics"]
+    for example in facts["examples"]:
+        example["check"] = evaluator({"values": example["values"]})["metrics"]
     return facts

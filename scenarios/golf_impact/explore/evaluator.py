@@ -16,17 +16,17 @@ METRICS = (
 )  # fmt: skip
 PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
 
-#: What an impact without separation has.
+#: Results of an impact without separation.
 MAXIMA = ("max_force", "time_of_max_force", "max_compression", "compression_over_diameter")
 
 #: Communication points before touch, in contact, after it.
 POINTS = (8, 100, 16)
 
-#: What is shown over one variable, at how many of its values.
+#: Results that are plotted over one variable, and the number of its values.
 SWEPT_METRICS = ("smash_factor", "coefficient_of_restitution")
 SWEPT = 25
 
-#: Parameters of Launch.fmu that are set here, and what it gets from the impact.
+#: Parameters of Launch.fmu that are set here, and its inputs from the impact.
 LOFT = ("dynamic_loft", "attack_angle", "friction")
 FROM_IMPACT = ("ball_velocity", "club_velocity", "smash_factor", "coefficient_of_restitution")
 
@@ -85,11 +85,11 @@ class Evaluator:
         Args:
             request: `values`, inputs and parameters by name (SI; start values for the others),
                 numbers or text; `unit` of speeds; `over`, the variable over which S and COR are
-                wanted, instead of the impact.
+                computed, instead of the impact.
 
         Returns:
-            What can be written as JSON; `refused`, a sentence, and `about`, the variable that it is
-            about, where the values can't be used.
+            A dictionary for JSON; `refused`, a sentence, and `about`, the variable concerned, where
+            the values can't be used.
         """
         try:
             values = self._values(request.get("values") or {})
@@ -100,9 +100,9 @@ class Evaluator:
             about = str(error).partition(" ")[0]
             return {"refused": str(error), "about": about if about in self.defaults else ""}
 
-    def _values(self, given: Mapping[str, Any]) -> dict[str, float]:
+    def _values(self, changes: Mapping[str, Any]) -> dict[str, float]:
         values = dict(self.defaults)
-        for name, value in given.items():
+        for name, value in changes.items():
             if name not in values:
                 known = ", ".join(values)
                 raise ValueError(f"There is no input or parameter {name}: choose from {known}.")
@@ -145,7 +145,7 @@ class Evaluator:
         }
 
     def impact(self, values: dict[str, float], unit: str) -> dict[str, Any]:
-        """All that is shown of a case; speeds as text and as `…_shown` are in the unit."""
+        """Everything that is shown of a case; speeds as text and as `…_shown` are in the unit."""
         metrics = self.metrics(values)
         touched, separated = map(self.instance.read_flag, ("touched", "separated"))
         path = self._path(values, metrics, touched, separated)
@@ -156,9 +156,9 @@ class Evaluator:
             path[f"{body}_shown"] = [speed / size for speed in path[f"{body}_velocity"]]
         shot, flight, problem = self.shot(values, metrics) if separated else ({}, {}, "")
         example: Mapping[str, Any] = {}
-        for one in (*self.facts["examples"], *self.facts["clubs"]):
-            if values == {**self.defaults, **one["values"]}:
-                example = one
+        for known in (*self.facts["examples"], *self.facts["clubs"]):
+            if values == {**self.defaults, **known["values"]}:
+                example = known
         # Without a parameter the page opens, and `golf-impact run` runs, something else.
         given = self.changed(values) or {"law": 1}
         loft = {name: values[name] for name in LOFT if values[name] != self.defaults[name]}
@@ -170,7 +170,7 @@ class Evaluator:
             "metrics": metrics | shot,
             "flight": flight,
             "example": example.get("name", ""),
-            # Loft is no matter of `run`.
+            # `run` has no loft.
             "command": "golf-impact run"
             + "".join(f" --set {name}={texts[name]}" for name in given),
             "ranges": _ranges(path, metrics, values, shot),
@@ -211,10 +211,10 @@ class Evaluator:
 
     def sweep(self, values: Mapping[str, float], over: str) -> dict[str, Any]:
         """S and COR over one variable; None where it is refused or there is no separation."""
-        one = next((one for one in self.facts["quantities"] if one["name"] == over), None)
-        if one is None or not one["step"]:
+        q = next((q for q in self.facts["quantities"] if q["name"] == over), None)
+        if q is None or not q["step"]:
             raise ValueError(f"S and COR can't be shown over {over}.")
-        low, high = one["low"] * one["scale"], one["high"] * one["scale"]
+        low, high = q["low"] * q["scale"], q["high"] * q["scale"]
         xs = [low + n / (SWEPT - 1) * (high - low) for n in range(SWEPT)]
         swept: dict[str, Any] = {"x": xs, **{name: [None] * SWEPT for name in SWEPT_METRICS}}
         for n, x in enumerate(xs):
@@ -230,9 +230,9 @@ class Evaluator:
     def check(self) -> dict[str, Any]:
         """How far the metrics of the examples are from those that the facts carry (`check`)."""
         worst, count = 0.0, 0
-        for one in self.facts["examples"]:
-            metrics = self({"values": one["values"]})["metrics"]
-            for name, expected in one["check"].items():
+        for example in self.facts["examples"]:
+            metrics = self({"values": example["values"]})["metrics"]
+            for name, expected in example["check"].items():
                 error = abs(metrics[name] - expected)
                 worst = max(worst, error / abs(expected) if expected else error)
                 count += 1
@@ -243,10 +243,10 @@ class Evaluator:
     ) -> dict[str, list[float]]:
         contact = metrics["contact_time"] if separated else _half_period(values)
         if touched and not separated:
-            contact *= 10.0  # the time in which it takes shape
+            contact *= 10.0  # the time in which the contact develops
         end = nice(1.15 * contact)
         times = _times(contact, end, metrics["time_of_max_force"])
-        # The approach is shown as well, whatever the gap of the case is.
+        # The approach is shown too, for any gap of the case.
         lead = -times[0]
         if touched:
             gap = (values["club_speed"] - values["ball_speed"]) * lead
@@ -407,7 +407,7 @@ def _area(metrics: Mapping[str, float], values: Mapping[str, float], touched: bo
         return f"no loop: F = k d.\nThe drag takes {lost:.2f} J"
     if values["law"] == 2:
         return f"loop area: {lost:.2f} J,\nthe energy lost"
-    # Of another law nothing is known but its results.
+    # Another law, of which only the results are known.
     return f"{lost:.2f} J of kinetic energy lost"
 
 

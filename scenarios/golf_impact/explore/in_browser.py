@@ -1,4 +1,4 @@
-"""The slave classes inside the FMUs, without an FMI importer: what an exported page runs."""
+"""The slave classes inside the FMUs, without an FMI importer: for exported pages."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -78,7 +78,7 @@ class Instance:
 
 
 def make_evaluator(fmus: str, facts: str) -> tuple[Callable[[str], str], str]:
-    """What the worker of an exported page needs.
+    """The evaluator for the worker of an exported page.
 
     Args:
         fmus: arguments of `Instance` for ClubBallImpact, Launch and BallFlight, as JSON.

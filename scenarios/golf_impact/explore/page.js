@@ -6,7 +6,7 @@ const model = (name) => {
   if (!models.has(name)) models.set(name, Bokeh.documents[0].get_model_by_name(name))
   return models.get(name)
 }
-const quantities = new Map(facts.quantities.map((one) => [one.name, one]))
+const quantities = new Map(facts.quantities.map((quantity) => [quantity.name, quantity]))
 const figures = ["animation", "force", "loop", "energies", "velocities", "positions", "sweep", "flight"]
 const COLOURS = ["#CC79A7", "#009E73", "#D55E00", "#999933", "#882255", "#888888", "#44AA99", "#DDCC77"]
 const HINT = "Move a slider, or type any number that the FMU allows. Point at a curve, or press Play, to see one instant in all pictures."
@@ -91,10 +91,10 @@ let pins = []
 let drawnPins = pins
 let swept = null
 const unit = () => get("unit").value
-const size = (one) => one.unit in facts.speeds ? facts.speeds[unit()] : one.scale
+const size = (quantity) => quantity.unit in facts.speeds ? facts.speeds[unit()] : quantity.scale
 // 15 digits: 45.93 g are 0.04593 kg to the last digit.
-const toSi = (one, value) => size(one) == 1 ? value : Number((value * size(one)).toPrecision(15))
-const fromSi = (one, value) => Number((value / size(one)).toPrecision(8))
+const toSi = (quantity, value) => size(quantity) == 1 ? value : Number((value * size(quantity)).toPrecision(15))
+const fromSi = (quantity, value) => Number((value / size(quantity)).toPrecision(8))
 
 function requestImpact(values, control) {
   Object.assign(requested, values)
@@ -102,7 +102,7 @@ function requestImpact(values, control) {
 }
 
 function show(result, control) {
-  for (const one of document.querySelectorAll(".refused")) one.textContent = ""
+  for (const place of document.querySelectorAll(".refused")) place.textContent = ""
   if ("refused" in result) {
     const place = get(`${result.about || control}_refused`)
     if (place) place.textContent = result.refused
@@ -119,15 +119,15 @@ function show(result, control) {
 
 function draw() {
   const {values, path, ranges} = shown
-  for (const [name, one] of quantities) {
-    const field = get(name), slider = get(`${name}_slider`), value = fromSi(one, values[name])
+  for (const [name, quantity] of quantities) {
+    const field = get(name), slider = get(`${name}_slider`), value = fromSi(quantity, values[name])
     if (document.activeElement != field || Number(field.value) != value) field.value = value
     if (slider) slider.value = value
   }
-  for (const one of document.getElementsByName("law")) one.checked = Number(one.value) == values.law
-  const ball = facts.balls.find((one) => facts.contact.every((name) => values[name] == (one.values[name] ?? facts.defaults[name])))
+  for (const button of document.getElementsByName("law")) button.checked = Number(button.value) == values.law
+  const ball = facts.balls.find((ball) => facts.contact.every((name) => values[name] == (ball.values[name] ?? facts.defaults[name])))
   get("ball").value = ball?.name ?? ""
-  get("club").value = String(facts.clubs.findIndex((one) => one.name == shown.example)).replace("-1", "")
+  get("club").value = String(facts.clubs.findIndex((club) => club.name == shown.example)).replace("-1", "")
   get("source").textContent = ball?.source ?? ""
   get("hint").textContent = shown.hint || HINT
   get("state").textContent = shown.state
@@ -139,17 +139,17 @@ function draw() {
   })
   get("readouts").replaceChildren(tag("tbody", {}, ...rows))
   for (const name in ranges) {
-    const all = [ranges, ...pins.map((one) => one.ranges)].map((one) => one[name])
+    const all = [ranges, ...pins.map((pin) => pin.ranges)].map((ranges) => ranges[name])
     // The animation is to scale: that of the present case.
     const used = name == "width" || name == "height" ? [ranges[name]] : all
-    model(`${name}_range`).setv({start: Math.min(...used.map((one) => one[0])), end: Math.max(...used.map((one) => one[1]))})
+    model(`${name}_range`).setv({start: Math.min(...used.map(([low]) => low)), end: Math.max(...used.map(([, high]) => high))})
   }
   model("path").data = path
   const none = {distance: [], height: []}
   model("flight_path").data = {...none, ...shown.flight}
   if (drawnPins != pins) model("pinned").data = {
-    color: pins.map((one) => one.color),
-    ...Object.fromEntries(Object.keys({...path, ...none}).map((name) => [name, pins.map((one) => one.path[name] ?? one.flight[name] ?? [])])),
+    color: pins.map((pin) => pin.color),
+    ...Object.fromEntries(Object.keys({...path, ...none}).map((name) => [name, pins.map((pin) => pin.path[name] ?? pin.flight[name] ?? [])])),
   }
   drawnPins = pins
   model("peak").setv({x: shown.metrics.time_of_max_force, y: shown.metrics.max_force, text: shown.peak})
@@ -167,16 +167,16 @@ function tag(name, attributes, ...children) {
 function drawSweep(result) {
   if (result.refused) return
   swept = result.swept
-  const one = quantities.get(result.over), x = swept.x.map((value) => value / size(one)), end = x.length - 1
-  const place = shown.values[one.name] / size(one), n = Math.min(Math.max(x.findIndex((value) => value >= place), 1), end)
+  const quantity = quantities.get(result.over), x = swept.x.map((value) => value / size(quantity)), end = x.length - 1
+  const place = shown.values[quantity.name] / size(quantity), n = Math.min(Math.max(x.findIndex((value) => value >= place), 1), end)
   const share = (place - x[n - 1]) / (x[n] - x[n - 1])
   const nan = (column) => column.map((value) => value ?? NaN)
   model("swept").data = {x, smash_factor: nan(swept.smash_factor), coefficient_of_restitution: nan(swept.coefficient_of_restitution)}
   const y = [swept.smash_factor, swept.coefficient_of_restitution].map((column) => nan(column)[n - 1] * (1 - share) + nan(column)[n] * share)
   model("here").data = share >= 0 && share <= 1 ? {x: [place, place], y} : {x: [], y: []}
-  const picture = model("sweep"), label = one.unit in facts.speeds ? unit() : one.unit
+  const picture = model("sweep"), label = quantity.unit in facts.speeds ? unit() : quantity.unit
   picture.x_range.setv({start: x[0], end: x[end]})
-  picture.below[0].axis_label = `${one.label} (${label})`
+  picture.below[0].axis_label = `${quantity.label} (${label})`
 }
 
 // Everything that depends on the instant: the sample nearest to the scrub's place is the cursor's one row.
@@ -233,34 +233,34 @@ function play() {
 
 function pin(name = "") {
   if (pins.length == COLOURS.length) return
-  const color = COLOURS.find((one) => pins.every((other) => other.color != one))
+  const color = COLOURS.find((colour) => pins.every((pin) => pin.color != colour))
   // Without a name: its ball, and what else differs from the start values.
-  const ball = get("ball").value, given = [...new URLSearchParams(shown.query)].filter(([one]) => !ball || !facts.contact.includes(one))
-  const club = facts.clubs.some((one) => one.name == shown.example) && shown.example
-  pins = [...pins, {...shown, color, name: name || club || [...(ball ? [ball] : []), ...given.map((one) => one.join(" = "))].join(", ")}]
+  const ball = get("ball").value, given = [...new URLSearchParams(shown.query)].filter(([variable]) => !ball || !facts.contact.includes(variable))
+  const club = facts.clubs.some((club) => club.name == shown.example) && shown.example
+  pins = [...pins, {...shown, color, name: name || club || [...(ball ? [ball] : []), ...given.map((pair) => pair.join(" = "))].join(", ")}]
   drawPins()
 }
 
 function drawPins() {
   get("pin").disabled = pins.length == COLOURS.length
   const button = (label, n, click) => tag("button", {type: "button", textContent: label, ariaLabel: `${label} pin ${n}`, onclick: click})
-  const rows = pins.map((one, n) => tag("tr", {},
-    tag("th", {scope: "row"}, tag("span", {style: `color: ${one.color}`, ariaHidden: "true"}, "━━ "),
-      tag("input", {type: "text", value: one.name, ariaLabel: `Name of pin ${n + 1}`, onchange: (event) => { one.name = event.target.value }})),
-    ...one.readouts.map(({value}) => tag("td", {}, value)),
-    tag("td", {}, button("Reopen", n + 1, () => requestImpact(one.values, "law")), " ",
-      button("Remove", n + 1, () => { pins = pins.filter((other) => other != one); drawPins(); get("pin").focus() }))))
+  const rows = pins.map((pin, n) => tag("tr", {},
+    tag("th", {scope: "row"}, tag("span", {style: `color: ${pin.color}`, ariaHidden: "true"}, "━━ "),
+      tag("input", {type: "text", value: pin.name, ariaLabel: `Name of pin ${n + 1}`, onchange: (event) => { pin.name = event.target.value }})),
+    ...pin.readouts.map(({value}) => tag("td", {}, value)),
+    tag("td", {}, button("Reopen", n + 1, () => requestImpact(pin.values, "law")), " ",
+      button("Remove", n + 1, () => { pins = pins.filter((other) => other != pin); drawPins(); get("pin").focus() }))))
   const head = ["case", ...shown.readouts.map(({label}) => label), ""].map((label) => tag("th", {scope: "col"}, label))
   get("pins").replaceChildren(...(pins.length ? [tag("thead", {}, tag("tr", {}, ...head)), tag("tbody", {}, ...rows)] : []))
   draw()
 }
 
 async function changeUnit() {
-  for (const [name, one] of quantities) if (one.unit in facts.speeds) {
+  for (const [name, quantity] of quantities) if (quantity.unit in facts.speeds) {
     document.querySelector(`[data-unit="${name}"]`).textContent = unit()
-    Object.assign(get(`${name}_slider`), {min: Math.round(one.low / size(one)), max: Math.round(one.high / size(one))})
+    Object.assign(get(`${name}_slider`), {min: Math.round(quantity.low / size(quantity)), max: Math.round(quantity.high / size(quantity))})
   }
-  const repin = (one) => request(one.color, {values: one.values, unit: unit()}, (result) => Object.assign(one, result))
+  const repin = (pin) => request(pin.color, {values: pin.values, unit: unit()}, (result) => Object.assign(pin, result))
   await Promise.all([requestImpact({}, "law"), ...pins.map(repin)])
   pins = [...pins]
   drawPins()
@@ -281,6 +281,8 @@ const UNITS = {
   momentum_initial: facts.units.momentum, momentum_final: facts.units.momentum,
 }
 
+const inSi = (columns) => Object.keys(columns).filter((name) => name in UNITS)
+
 function csv(rows, names) {
   const cell = (x) => typeof x == "string" ? `"${x.replaceAll('"', '""')}"` : String(x)
   const head = names.map((name) => UNITS[name] ? `${name} (${UNITS[name]})` : name)
@@ -291,8 +293,8 @@ async function download(choice) {
   const [name, kind] = choice.split("."), {path, metrics} = shown
   if (kind != "csv") model(name).hold_render = false
   const file = kind != "csv" ? await Bokeh.index.find_one(model(name)).export(kind).to_blob()
-    : name == "path" ? csv(path.time.map((_, i) => Object.fromEntries(Object.keys(path).map((one) => [one, path[one][i]]))), Object.keys(path).filter((one) => one in UNITS))
-    : csv(pins.map((one) => ({...one, ...one.metrics})), ["name", "query", ...Object.keys(metrics).filter((one) => one in UNITS)])
+    : name == "path" ? csv(path.time.map((_, i) => Object.fromEntries(Object.keys(path).map((column) => [column, path[column][i]]))), inSi(path))
+    : csv(pins.map((pin) => ({...pin, ...pin.metrics})), ["name", "query", ...inSi(metrics)])
   const link = tag("a", {href: URL.createObjectURL(file), download: `golf-impact-${choice}`})
   link.click()
   // Not at once: the browser may not have begun to read it.
@@ -310,20 +312,20 @@ function setDark(dark) {
 // Controls
 
 function listen() {
-  for (const [name, one] of quantities) {
+  for (const [name, quantity] of quantities) {
     get(name).onchange = ({target}) => {
-      if (target.value != "") requestImpact({[name]: toSi(one, Number(target.value))}, name)
-      else get(`${name}_refused`).textContent = `${one.label} must be a number`
+      if (target.value != "") requestImpact({[name]: toSi(quantity, Number(target.value))}, name)
+      else get(`${name}_refused`).textContent = `${quantity.label} must be a number`
     }
     const slider = get(`${name}_slider`)
-    if (slider) slider.oninput = () => requestImpact({[name]: toSi(one, Number(slider.value))}, name)
+    if (slider) slider.oninput = () => requestImpact({[name]: toSi(quantity, Number(slider.value))}, name)
   }
-  for (const one of document.getElementsByName("law")) one.onchange = () => requestImpact({law: Number(one.value)}, "law")
+  for (const button of document.getElementsByName("law")) button.onchange = () => requestImpact({law: Number(button.value)}, "law")
   get("ball").onchange = ({target}) => {
-    const ball = facts.balls.find((one) => one.name == target.value)
+    const ball = facts.balls.find((ball) => ball.name == target.value)
     if (ball) requestImpact({...Object.fromEntries(facts.contact.map((name) => [name, facts.defaults[name]])), ...ball.values}, "k")
   }
-  for (const one of document.querySelectorAll("[data-example]")) one.onclick = () => openExample(facts.examples[one.dataset.example])
+  for (const button of document.querySelectorAll("[data-example]")) button.onclick = () => openExample(facts.examples[button.dataset.example])
   get("club").onchange = ({target}) => { if (target.value) openExample(facts.clubs[target.value]) }
   get("pin").onclick = () => pin()
   get("unit").onchange = changeUnit

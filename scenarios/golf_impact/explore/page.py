@@ -20,7 +20,7 @@ def page_files(evaluator: Evaluator, worker: Mapping[str, Any] | None = None) ->
 
     Args:
         evaluator: computes the numbers that are in the pictures when the page opens.
-        worker: what an exported page gives its worker; None where numbers come by POST /impact.
+        worker: arguments of an exported page's worker; None where numbers come by POST /impact.
     """
     facts = evaluator.facts
     opening = evaluator({"values": facts["opening"]})

@@ -35,7 +35,7 @@ _UNITS = {"µs": 1e-6, "mm": 1e-3, "kN": 1e3}
 
 _DOT: dict[str, Any] = {"size": 9, "line_color": "white"}
 
-#: What moves with the cursor lies on a canvas of its own: the rest isn't painted again.
+#: Glyphs that move with the cursor are on a canvas of their own: the rest isn't painted again.
 _CURSOR: dict[str, Any] = {"level": "overlay"}
 
 

@@ -18,8 +18,8 @@ from golf_impact.fmu.impact_fmu import ImpactFmu
 
 HOST = "127.0.0.1"
 
-#: Names of this machine in `Host` and `Origin`. Under any other name a foreign page would be
-#: served what is meant for this machine alone (DNS rebinding).
+#: Names of this machine in `Host` and `Origin`. Under any other name a foreign page could
+#: read results of this machine (DNS rebinding).
 NAMES = ("127.0.0.1", "localhost", "::1")
 
 #: Bytes of a request: one has some hundred.
@@ -35,7 +35,7 @@ def serve(path: Path, port: int, ready: Callable[[str], None]) -> None:
         ready: called with the page's address when it can be opened.
 
     Raises:
-        UserError: the port can't be had.
+        UserError: the port can't be used.
     """
     folder = TemporaryDirectory(prefix="golf-impact-")
     with ImpactFmu(path) as fmu, companions(fmu) as fmus, folder as page:
@@ -47,7 +47,7 @@ def serve(path: Path, port: int, ready: Callable[[str], None]) -> None:
             server = ThreadingHTTPServer((HOST, port), handler)
         except (OSError, OverflowError) as error:
             raise UserError(
-                f"port {port} can't be had ({getattr(error, 'strerror', None) or error}): choose "
+                f"port {port} can't be used ({getattr(error, 'strerror', None) or error}): choose "
                 "another with --port, or --port 0 for any that is free"
             ) from error
         with server:
@@ -102,7 +102,7 @@ class _Handler(SimpleHTTPRequestHandler):
         return False
 
     def end_headers(self) -> None:
-        """Nothing is kept: the next version has the same address."""
+        """Nothing is cached: the next version has the same address."""
         self.send_header("Cache-Control", "no-store")
         super().end_headers()
 

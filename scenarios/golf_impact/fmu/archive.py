@@ -5,7 +5,7 @@ import re
 import tempfile
 from pathlib import Path
 
-from golf_build.archive import SUMS, sums, unpacked
+from golf_build.archive import SUMS, checksums, unpack
 from golf_impact.errors import UserError
 
 
@@ -15,7 +15,7 @@ def first_line(error: BaseException | str) -> str:
 
 
 def find_flaw(path: Path) -> str | None:
-    """What is wrong with an .fmu file as an archive, in one line that says what to do; or None.
+    """What is wrong with an .fmu file as an archive, in one line with what to do; or None.
 
     A file that has a list of its members, with the digests that they were built with, must have
     these members and no others.
@@ -25,8 +25,8 @@ def find_flaw(path: Path) -> str | None:
         return f"there is no FMU file at {path}: run `golf-impact build`"
     why = None
     try:
-        files = unpacked(path)  # which checks sizes and CRCs
-        if SUMS in files and files.pop(SUMS) != sums(files):
+        files = unpack(path)  # which checks sizes and CRCs
+        if SUMS in files and files.pop(SUMS) != checksums(files):
             why = "it has been changed since it was built"
         elif "modelDescription.xml" not in files:
             why = "modelDescription.xml is missing"

@@ -16,7 +16,7 @@ from golf_impact.facts.quantities import undefined_results
 from golf_impact.fmu.archive import check_temporary_folder, find_flaw, first_line
 from golf_impact.fmu.loaded import Entered, LoadedFmu, Named
 
-#: A communication step (s) that is longer than any usual contact; results don't depend on it.
+#: A communication step (s) that is longer than any contact in golf; results don't depend on it.
 HORIZON = 1.0
 
 #: The outputs that are read once, at the end of an impact in one step.
@@ -70,8 +70,8 @@ class ImpactFmu(LoadedFmu):
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         super().__exit__(kind, error, trace)
         if isinstance(error, FMICallException):
-            said = f": {first_line(self.messages[-1])}" if self.messages else ""
-            raise UserError(f"{self.path} failed ({first_line(error)}{said})") from error
+            message = f": {first_line(self.messages[-1])}" if self.messages else ""
+            raise UserError(f"{self.path} failed ({first_line(error)}{message})") from error
 
     def impact(self, outputs: Sequence[str] = METRICS, **values: Any) -> Named[float]:
         """Compute an impact in one communication step; see `golf_impact.run_impact`.
@@ -92,21 +92,21 @@ class ImpactFmu(LoadedFmu):
         The values (SI units; defaults for the others) are numbers or arrays of one shape, which is
         that of the result. They may be values that the FMU rejects.
         """
-        gap, club, ball = self._given(values, "gap", "club_speed", "ball_speed")
+        gap, club, ball = self._values(values, "gap", "club_speed", "ball_speed")
         approach = np.where(club > ball, gap / (club - ball), 0.0)
         steps = np.fmax(HORIZON, 20.0 * self.half_period(values)) + approach
         return np.where(np.isfinite(steps) & (steps > 0.0), steps, HORIZON)
 
-    def _given(self, values: Mapping[str, Any], *names: str) -> Iterator[np.ndarray]:
+    def _values(self, values: Mapping[str, Any], *names: str) -> Iterator[np.ndarray]:
         return (np.asarray(values.get(name, self.default(name)), float) for name in names)
 
     @np.errstate(all="ignore")
     def half_period(self, values: Mapping[str, Any]) -> np.ndarray:
         """The contact time without damping, s: π √(μ/k); an estimate if the exponent isn't 1."""
-        m_club, m_ball, k, n = self._given(values, "m_club", "m_ball", "k", "exponent")
+        m_club, m_ball, k, n = self._values(values, "m_club", "m_ball", "k", "exponent")
         mu = 1.0 / (1.0 / m_club + 1.0 / m_ball)
         period = math.pi * np.sqrt(mu / k)
-        club, ball, length = self._given(
+        club, ball, length = self._values(
             values, "club_speed", "ball_speed", "reference_compression"
         )
         closing = np.abs(club - ball)

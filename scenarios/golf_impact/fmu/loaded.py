@@ -121,9 +121,9 @@ class LoadedFmu:
         def log(environment, instance, status, category, message) -> None:
             self.messages.append(message.decode("utf-8", "replace"))
 
-        usual = fmi2.defaultCallbacks
+        defaults = fmi2.defaultCallbacks
         logger = fmi2.fmi2CallbackLoggerTYPE(log)
-        return fmi2.fmi2CallbackFunctions(logger, usual.allocateMemory, usual.freeMemory)
+        return fmi2.fmi2CallbackFunctions(logger, defaults.allocateMemory, defaults.freeMemory)
 
     def references(self, names: Sequence[str]) -> list[int]:
         """The value references of variables; UserError if there is none of a name."""

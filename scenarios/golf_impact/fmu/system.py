@@ -40,7 +40,7 @@ def run_ssp(ssp: Path, step: float, stop: float) -> dict[str, np.ndarray]:
     """
     from fmpy.ssp.simulation import simulate_ssp
 
-    # fmpy adds up its steps; half a step less ends it where it should.
+    # fmpy adds up its steps: half a step less, and it ends at the stop time.
     rows = simulate_ssp(str(ssp), stop_time=stop - 0.5 * step, step_size=step)
     columns = {name: np.asarray(rows[name], dtype=float) for name in rows.dtype.names[1:]}
     return {"time": step * np.arange(1, len(rows) + 1), **columns}
@@ -56,7 +56,7 @@ def run_system(
 
     All components step in parallel: an output reaches the others in the next step. With rollback
     the Swing's part of a step is repeated, from the state before it, whenever the impulse at its
-    end differs from the one that the Swing had been given.
+    end differs from the one that the Swing has used.
 
     Args:
         fmus: files by the names of the components: Swing, ClubBallImpact, perhaps the others.
@@ -89,13 +89,13 @@ def run_system(
         impact.set(swing.read(["club_speed"]))
         time, rows = 0.0, []
         for size in steps:
-            given = swing.read(["impulse"])
+            used = swing.read(["impulse"])
             before = swing.slave.getFMUstate() if rollback else None
             for fmu in loaded.values():
                 fmu.step(time, size)
             if rollback:
                 known = impact.read(["impulse"])
-                if known != given:
+                if known != used:
                     swing.slave.setFMUstate(before)
                     swing.set(known)
                     swing.step(time, size)
@@ -106,6 +106,6 @@ def run_system(
                 end.set({name: value})
             time += size
             read = [fmu.read(outputs[name]).values() for name, fmu in loaded.items()]
-            rows.append([time, *(one for row in read for one in row)])
-        columns = ["time", *(f"{name}.{one}" for name in loaded for one in outputs[name])]
+            rows.append([time, *(value for row in read for value in row)])
+        columns = ["time", *(f"{name}.{output}" for name in loaded for output in outputs[name])]
         return dict(zip(columns, np.array(rows).T, strict=True))

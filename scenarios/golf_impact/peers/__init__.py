@@ -1,6 +1,6 @@
-"""The same impact, as others would compute it.
+"""Other methods for the same impact.
 
-The problem and its results: `problem` (Case, Outcome, errors). `stepping`: methods of
-order 1 to 4, in plain Python. `solve_ivp`: SciPy's adaptive methods. `document_fmu`: the source
-document's scheme as an FMU; `document_scheme` drives it.
+`problem`: case, outcome and errors. `stepping`: methods of order 1 to 4, in plain Python.
+`solve_ivp`: SciPy's adaptive methods. `document_fmu`: the source document's scheme as an FMU;
+`document_scheme` drives it.
 """

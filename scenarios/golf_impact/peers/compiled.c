@@ -143,7 +143,7 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) { return (void
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
 
-/* What FMI wants besides, and an impact doesn't. */
+/* Functions of FMI that an impact doesn't need. */
 #define ALWAYS(status, name, ...) \
     fmi2Status fmi2##name(fmi2Component c, ##__VA_ARGS__) { return (void)c, status; }
 ALWAYS(fmi2OK, SetDebugLogging, fmi2Boolean on, size_t n, const fmi2String categories[])

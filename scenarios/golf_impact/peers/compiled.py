@@ -1,6 +1,6 @@
 """Stepping methods compiled from C and packed as FMUs 2.0: `compiled.c`.
 
-What a modeller who writes C would ship: all steps of an impact inside one communication step. The
+As a modeller would write them in C: all steps of an impact inside one communication step. The
 arithmetic is that of the document's FMU (masses divide; with reciprocals it would be a quarter
 faster).
 """

@@ -6,10 +6,10 @@ spring force is k d and each body is dragged by b times its own velocity, until 
 force is k d + b d', until it is negative. Nothing is interpolated: the contact time is a whole
 number of sub-steps and the largest force is the largest sample.
 
-The document doesn't say when its program stops. What it prints is what comes out if the spring goes
+The document doesn't give the end of its simulation. Its printed numbers follow if the spring goes
 on pulling after d = 0, until the bodies are some 36 um apart (35 to 48 um fit): 3 or 4 samples,
 depending on the case. That is the parameter `end_gap`. It is 0 unless set, which is the scheme at
-its best. With 36e-6 every printed number comes out but three: K2 with b = 9 (117.62 J here, in
+its best. With 36e-6 every printed number follows but three: K2 with b = 9 (117.62 J here, in
 print 117.61 J), and v_Ball 54.9 and 55.8 in the compression table (54.84 and 55.67 here; the
 document itself has 54.84 elsewhere). Two contact times are ties: 437.5 and 620.5 us, printed as 438
 and 620.

@@ -28,8 +28,8 @@ class DocumentFmu(LoadedFmu):
         return self.read(RESULTS)
 
     def as_printed(self, **values: float) -> Metrics:
-        """One impact as the document's program ends it: what it rounds to print (SI units), by the
-        names of results.json.
+        """One impact as the document's program ends it: the numbers that it prints rounded (SI
+        units), by the names of results.json.
         """
         given = {"club_speed": 35.0, "ball_speed": 0.0, **USED, **values}
         return derive_metrics(self.impact(end_gap=END_GAP, **values), given)

@@ -51,7 +51,7 @@ class Case:
 
 
 class Outcome(NamedTuple):
-    """What an impact leads to."""
+    """Results of an impact."""
 
     club_velocity: float  # at the end of contact, m/s
     ball_velocity: float  # at the end of contact, m/s

@@ -25,36 +25,38 @@ _QUADRATURE = 1e-8
 _SOLVER, _SOLVED_WITHIN = 1e-10, 1e-6
 
 
-def check_any_law(report: Report, name: str, given: Mapping[str, float], found: Metrics) -> None:
+def check_any_law(report: Report, name: str, values: Mapping[str, float], metrics: Metrics) -> None:
     """Check an impact by balances and by an integration of its right-hand side.
 
-    `given` are all inputs and parameters, `found` its metrics (SI units).
+    `values` are all inputs and parameters (SI units).
     """
-    if np.isnan(found["contact_time"]):
+    if np.isnan(metrics["contact_time"]):
         return
-    _check_balances(report, name, given, found)
-    end = found["touch_time"] + 1.5 * found["contact_time"]
+    _check_balances(report, name, values, metrics)
+    end = metrics["touch_time"] + 1.5 * metrics["contact_time"]
     options = {"stop_time": end, "output_interval": end / 10, "relative_tolerance": _SOLVER}
     with LoadedFmu3(current_fmu(fmi=3)[0]) as fmi3:
-        solved = fmi3.simulate(fmi3.model, _SOLVED, start_values=dict(given), **options)
-    speed = abs(given["club_speed"]) + abs(given["ball_speed"])
+        solved = fmi3.simulate(fmi3.model, _SOLVED, start_values=dict(values), **options)
+    speed = abs(values["club_speed"]) + abs(values["ball_speed"])
     # The slower the bodies part, the larger is the effect of an error in position on that time.
-    parting = abs(found["ball_velocity"] - found["club_velocity"])
+    parting = abs(metrics["ball_velocity"] - metrics["club_velocity"])
     scales = dict.fromkeys(_SOLVED, speed) | {
-        "contact_time": found["contact_time"] * max(1.0, speed / max(parting, 1e-9 * speed))
+        "contact_time": metrics["contact_time"] * max(1.0, speed / max(parting, 1e-9 * speed))
     }
     for metric, scale in scales.items():
         claim = f"{name}: {metric} agrees with an integration of the equations of motion by CVODE"
-        report.check_close(claim, found[metric], solved[metric], _SOLVED_WITHIN * scale)
+        report.check_close(claim, metrics[metric], solved[metric], _SOLVED_WITHIN * scale)
 
 
-def _check_balances(report: Report, name: str, given: Mapping[str, float], found: Metrics) -> None:
-    m_club, m_ball = given["m_club"], given["m_ball"]
-    u_club, u_ball = given["club_speed"], given["ball_speed"]
-    touch, time = found["touch_time"], found["contact_time"]
+def _check_balances(
+    report: Report, name: str, values: Mapping[str, float], metrics: Metrics
+) -> None:
+    m_club, m_ball = values["m_club"], values["m_ball"]
+    u_club, u_ball = values["club_speed"], values["ball_speed"]
+    touch, time = metrics["touch_time"], metrics["contact_time"]
     points, weights = np.polynomial.legendre.leggauss(_NODES)
     nodes, weights = 0.5 * points * (3.0 - points**2), 0.75 * time * (1.0 - points**2) * weights
-    report.fmu.start(**given)
+    report.fmu.start(**values)
     instants = np.array([0.0, *(touch + 0.5 * time * (1.0 + nodes)), touch + time])
     path = report.fmu.sample(instants, _STATE)
     force, club, ball = (path[name][1:-1] for name in ("force", "club_velocity", "ball_velocity"))
@@ -64,8 +66,8 @@ def _check_balances(report: Report, name: str, given: Mapping[str, float], found
     club_moved, ball_moved = (end[f"{body}_position"] - u_ball * touch for body in ("club", "ball"))
     momentum = m_club * abs(u_club) + m_ball * abs(u_ball)
     energy = 0.5 * (m_club * u_club**2 + m_ball * u_ball**2)
-    # What the force hasn't given the ball is drag on it, and that is a coefficient times the way.
-    impulse = found["impulse"]
+    # The rest of the ball's change of momentum is drag: a coefficient times its travel.
+    impulse = metrics["impulse"]
     dragged = impulse - m_ball * (v_ball - u_ball)
     drag = 0.0 if abs(dragged) <= 1e-9 * momentum else dragged / ball_moved
     of_club = 0.5 * m_club * (v_club**2 - u_club**2)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from golf_build import VERSION
-from golf_build.packaging import rendered
+from golf_build.packaging import render
 from golf_impact.facts import document
 from golf_impact.files import as_json, write_together
 from golf_impact.report import reading
@@ -62,7 +62,7 @@ def render_page(
         name: [_figure(reports[name], *item) for item in of_report.items()]
         for name, of_report in images.items()
     }
-    return rendered(
+    return render(
         Path(__file__).with_name("report.html.jinja"),
         reports=reports,
         figures=shown,
@@ -71,7 +71,7 @@ def render_page(
         document=document,
         readings=reading.tables() if len(reports) > 1 else [],
         checks=[check for report in reports.values() for check in report.checks],
-        deviations=[one for report in reports.values() for one in report.deviations],
+        deviations=[text for report in reports.values() for text in report.deviations],
         kinds=KINDS,
         summarize=summarize_checks,
     )

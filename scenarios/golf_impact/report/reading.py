@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from golf_build.packaging import bundled
+from golf_build.packaging import bundle
 from golf_impact.facts import document
 from golf_impact.report.outcome import Table
 
@@ -16,7 +16,7 @@ def tables() -> list[Table]:
         Table(
             "What the document says and how it is read",
             ["the document says", "why not literally", "how it is read here", "implemented in"],
-            [[*one[:3], locate(one.file, one.line)] for one in document.READINGS],
+            [[*row[:3], locate(row.file, row.line)] for row in document.READINGS],
         ),
         Table(
             "Table 1 and the values that the printed results come from",
@@ -36,8 +36,8 @@ def tables() -> list[Table]:
             "Printed numbers that the document's scheme doesn't reproduce",
             ["number", "printed", "its scheme gives", "remark"],
             [
-                [one.case, one.number.text, one.scheme, one.remark]
-                for one in document.NOT_REPRODUCED.values()
+                [row.case, row.number.text, row.scheme, row.remark]
+                for row in document.NOT_REPRODUCED.values()
             ],
         ),
     ]
@@ -50,7 +50,7 @@ def locate(file: str, beginning: str) -> str:
     """
     package, _, inside = file.partition("/")
     if package == "golf_physics":
-        path, text = f"fmu_src/{file}", bundled()[inside].decode()
+        path, text = f"fmu_src/{file}", bundle()[inside].decode()
     else:
         scripts = _PACKAGE / "scripts" if (_PACKAGE / "scripts").is_dir() else _PACKAGE.parent
         folder = _PACKAGE.parent if package == "golf_impact" else scripts

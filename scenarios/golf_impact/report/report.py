@@ -31,18 +31,18 @@ Metrics = Named[float]
 _PRINTED = "0.5 % numerical error of the document and half a printed digit"
 
 
-def derive_metrics(outputs: Mapping[str, float], given: Mapping[str, float]) -> Metrics:
+def derive_metrics(outputs: Mapping[str, float], values: Mapping[str, float]) -> Metrics:
     """The metrics of an impact by the names of results.json (SI units).
 
     Of the outputs, velocities and contact_displacement are needed; momentum and kinetic_energy are
-    used if they are there. `given` has masses, diameter and initial speeds.
+    used if they are there. `values` has masses, diameter and initial speeds.
     """
-    m_club, m_ball = given["m_club"], given["m_ball"]
-    u_club, u_ball = given["club_speed"], given["ball_speed"]
+    m_club, m_ball = values["m_club"], values["m_ball"]
+    u_club, u_ball = values["club_speed"], values["ball_speed"]
     v_club, v_ball = outputs["club_velocity"], outputs["ball_velocity"]
     displacement = outputs["contact_displacement"]
     # NaN stays the same object: it has its reason.
-    diameters = displacement if math.isnan(displacement) else displacement / given["ball_diameter"]
+    diameters = displacement if math.isnan(displacement) else displacement / values["ball_diameter"]
     energy = 0.5 * (m_club * v_club**2 + m_ball * v_ball**2)
     return Metrics(
         {
@@ -98,8 +98,8 @@ class Report:
             The metrics by the names of results.json (SI units). Results that need a contact or a
             separation are NaN if there is none, see `ImpactFmu.impact`.
         """
-        given = self.starts | values
-        metrics = derive_metrics(self.fmu.impact(METRICS, **values), given)
+        complete = self.starts | values
+        metrics = derive_metrics(self.fmu.impact(METRICS, **values), complete)
         self.cases[name] = metrics
         # Without a value the page opens with a case of its own.
         self.commands[name] = f"golf-impact explore {format_options(values or {'law': 1})}"
@@ -118,15 +118,15 @@ class Report:
                 f"kinetic energy and impulse are those after {after:g} s."
             )
         elif metrics["kinetic_energy_initial"]:
-            for metric, expected in _definitions(metrics, given).items():
+            for metric, expected in _definitions(metrics, complete).items():
                 allowed = SELF_CHECK * max(1.0, abs(expected))
                 what = "its definition, applied to the FMU's own velocities"
                 compare(metric, expected, allowed, "consistency", what)
-            speed = abs(given["club_speed"]) + abs(given["ball_speed"])
-            momentum = (given["m_club"] + given["m_ball"]) * speed
+            speed = abs(complete["club_speed"]) + abs(complete["ball_speed"])
+            momentum = (complete["m_club"] + complete["m_ball"]) * speed
             scales = {"ball_velocity": speed, "momentum_final": momentum}
             scales["coefficient_of_restitution"] = 1.0
-            solution = closed_forms.expected(given, metrics)
+            solution = closed_forms.expected(complete, metrics)
             for metric, expected in solution.items():
                 allowed = SELF_CHECK * scales.get(metric, abs(expected))
                 # Where there is no solution for COR, the impulse is compared in a balance, too.
@@ -242,11 +242,11 @@ class Report:
         return keep
 
 
-def _definitions(metrics: Metrics, given: Mapping[str, float]) -> dict[str, float]:
+def _definitions(metrics: Metrics, values: Mapping[str, float]) -> dict[str, float]:
     """S, COR and E by their definitions, from the FMU's velocities."""
-    u_club, u_ball = given["club_speed"], given["ball_speed"]
+    u_club, u_ball = values["club_speed"], values["ball_speed"]
     v_club, v_ball = metrics["club_velocity"], metrics["ball_velocity"]
-    energy = 0.5 * (given["m_club"] * v_club**2 + given["m_ball"] * v_ball**2)
+    energy = 0.5 * (values["m_club"] * v_club**2 + values["m_ball"] * v_ball**2)
     return {
         "smash_factor": v_ball / u_club if u_club else 0.0,
         "coefficient_of_restitution": (v_ball - v_club) / (u_club - u_ball),

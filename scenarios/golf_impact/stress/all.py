@@ -17,10 +17,10 @@ _FLAT = ("flat", "the map of this FMU: error at any step size and damping", 1e-1
 def checks_and_maps(
     quick: bool, seed: int, progress: Callable[[str, int], Callable[[], None]]
 ) -> dict[str, Any]:
-    """What stress.json holds; a seed gives the same impacts and steps again."""
+    """The contents of stress.json; a seed reproduces impacts and steps."""
     impacts, specials = IMPACTS[quick]
     ledger = invariants.Ledger(*invariants.CLAIMS, *long_runs.CLAIMS, _FLAT)
-    # Of so many impacts one is held against the reference.
+    # Every tenth random impact and every special one is compared with the reference.
     random = ("random impacts", impacts, cases.random_impact, 10)
     special = ("special points", specials, special_points.special_impact, 1)
     with driver() as fmu:

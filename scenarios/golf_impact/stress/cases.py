@@ -28,13 +28,13 @@ class Segment:
 
 @dataclass(frozen=True)
 class ImpactCase:
-    """What a run begins with, and its segments."""
+    """Inputs and parameters of a run, and its segments."""
 
     number: int  #: of the impact in its run; with the seed it determines the impact
     values: dict[str, float]  #: inputs and parameters by name
     start_time: float  #: the host's time at the start, s
     segments: tuple[Segment, ...]  #: the first one's k and b are those of `values`
-    kind: str = "random"  #: what its random numbers are drawn for
+    kind: str = "random"  #: part of the seed of its steps
 
     @property
     def changed(self) -> bool:
@@ -68,7 +68,7 @@ def critical_damping(k: float, m_club: float, m_ball: float) -> float:
 
 
 def contact_time_of_law2(zeta: float, values: Mapping[str, float]) -> float:
-    """How long law 2 is in contact, s: the time in which law 1 does what it does, too."""
+    """Contact time of law 2, s; also the time scale of law 1."""
     omega = math.sqrt(values["k"] / reduced_mass(values["m_club"], values["m_ball"]))
     return 2.0 * half_contact(zeta) / omega
 
@@ -134,7 +134,7 @@ def unchanged(number: int, values: dict[str, float], contact_times: float) -> Im
 
 
 def random_impact(seed: int, number: int) -> ImpactCase:
-    """The same for the same seed and number, on any machine."""
+    """A random impact; the same for the same seed and number, on any machine."""
     rng = random.Random(f"{seed}/{number}")
     k = _decades(rng, 2, 12)
     mass, ratio = _decades(rng, -3, 1), _decades(rng, -6, 6)
@@ -161,7 +161,7 @@ def random_impact(seed: int, number: int) -> ImpactCase:
         b = values["b"] * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)
         inputs.append((k * _decades(rng, -2, 2), b))
     end = touch + 4.0 * contact
-    if rng.random() < 0.2:  # a long way on
+    if rng.random() < 0.2:  # long after separation
         end += _decades(rng, -3, 0)
     return ImpactCase(number, values, start_time, segments_between([*edges, end], inputs))
 

@@ -12,7 +12,7 @@ Outputs = dict[str, Any]
 
 
 class Driver(ImpactFmu):
-    """The FMU, for as many impacts as are wanted; refusals are messages, not errors."""
+    """The FMU, for any number of impacts; refusals are messages, not errors."""
 
     @cached_property
     def _columns(self) -> tuple[list[str], list[int], list[int]]:
@@ -35,14 +35,14 @@ class Driver(ImpactFmu):
     def run(self, impact: ImpactCase, steps: Steps) -> list[Outputs]:
         """The outputs after each of these steps through an impact."""
         self.begin_run(impact.values, impact.start_time)
-        point, seen = impact.start_time, []
+        point, path = impact.start_time, []
         for segment, sizes in zip(impact.segments, steps, strict=True):
             self.set({"k": segment.k, "b": segment.b})
             for size in sizes:
                 self.slave.doStep(point, size)
                 point += size
-                seen.append(self.outputs())
-        return seen
+                path.append(self.outputs())
+        return path
 
 
 def driver() -> Driver:

@@ -1,4 +1,4 @@
-"""What holds for every impact, whatever its inputs and whatever the steps."""
+"""Checks that hold for every impact, for any inputs and steps."""
 
 import math
 import warnings
@@ -39,14 +39,14 @@ RISING = ("contact_time", "max_force", "time_of_max_force", "max_compression", "
 
 @dataclass
 class Invariant:
-    """What must hold, and how well it did; errors are without unit."""
+    """A check and its errors, which are without unit."""
 
     claim: str  #: in words
     tolerance: float  #: the largest error that passes
     worst: float = 0.0  #: the largest error seen
     count: int = 0  #: of evaluations
     failures: int = 0
-    #: Where the worst error was seen: everything needed to see it again.
+    #: Of the worst error: everything needed to reproduce it.
     case: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -62,7 +62,7 @@ class Ledger:
         self.checks = {name: Invariant(claim, tolerance) for name, claim, tolerance in claims}
 
     def record(self, name: str, error: float, case: Mapping[str, Any], **where: Any) -> None:
-        """Note one error of a check; `where` adds to the case, if this is the worst so far."""
+        """Record an error of a check; `where` adds to the case, if this is the worst so far."""
         check = self.checks[name]
         check.count += 1
         check.failures += not error <= check.tolerance  # NaN is bad
@@ -75,8 +75,8 @@ Record = Callable[..., None]
 
 
 def check(driver: Driver, ledger: Ledger, impact: ImpactCase, seed: int, exact: bool) -> None:
-    """Check one impact in every way; against the reference too, if `exact`."""
-    # Everything needed to do it again by hand.
+    """Check one impact; against the reference too, if `exact`."""
+    # Everything needed to reproduce it.
     case = {"seed": seed, **asdict(impact), "damping_ratio": cases.damping_ratio(impact.values)}
     record = partial(ledger.record, case=case)
     driver.messages.clear()
@@ -98,13 +98,13 @@ def _check_contact(
     final = driver.run(impact, cases.one_step(impact))[-1]
     scales = _scales(driver, impact, final)
     partitions = cases.partitions(impact, final["contact_time"], seed)
-    courses = {name: driver.run(impact, steps) for name, steps in partitions.items()}
-    for name, course in courses.items():
+    paths = {name: driver.run(impact, steps) for name, steps in partitions.items()}
+    for name, path in paths.items():
         steps = cases.flat(partitions[name])
-        _check_course(partial(record, partition=name), impact, scales, steps, course)
+        _check_path(partial(record, partition=name), impact, scales, steps, path)
         for output, value in final.items():
             if output != "mean_force":  # it belongs to the last step
-                error = scales.error(output, course[-1][output], value)
+                error = scales.error(output, path[-1][output], value)
                 record("partition", error, output=output, partition=name)
     restitution = final["coefficient_of_restitution"]
     if impact.values["law"] == 2 and not impact.changed:
@@ -113,18 +113,18 @@ def _check_contact(
         record("restitution", error, restitution=restitution)
     record("energy", _energy_error(driver, impact))
     for name in ("random", "straddling") if exact else ():
-        course = courses[name]
+        path = paths[name]
         # A few instants in contact, and the end.
-        in_contact = [n for n, now in enumerate(course) if now["in_contact"]]
-        chosen = {*in_contact[:: max(1, len(in_contact) // 3)], len(course) - 1}
-        check_reference(record, impact, scales, partitions[name], course, chosen)
+        in_contact = [n for n, now in enumerate(path) if now["in_contact"]]
+        chosen = {*in_contact[:: max(1, len(in_contact) // 3)], len(path) - 1}
+        check_reference(record, impact, scales, partitions[name], path, chosen)
 
 
 def _scales(driver: Driver, impact: ImpactCase, final: Outputs) -> Scales:
     """After the run in one step, whose outputs are `final`.
 
-    A contact that isn't over (law 1 may never part) is followed on for ten natural time units, to
-    see how large things get in it.
+    A contact that isn't over (law 1 may never part) is continued for ten natural time units, to
+    see how large the quantities become.
     """
     mu = reduced_mass(impact.values["m_club"], impact.values["m_ball"])
     later = final
@@ -148,8 +148,8 @@ def _check_finite(record: Record, outputs: Outputs) -> None:
     record("finite", float(len(bad)), outputs=bad)
 
 
-def _check_course(
-    record: Record, impact: ImpactCase, scales: Scales, sizes: list[float], course: list[Outputs]
+def _check_path(
+    record: Record, impact: ImpactCase, scales: Scales, sizes: list[float], path: list[Outputs]
 ) -> None:
     """The outputs after each step of one run."""
     record = partial(record, steps=sizes)
@@ -158,7 +158,7 @@ def _check_course(
     parts = (m_club * v["club_speed"], m_ball * v["ball_speed"])
     before: Outputs = {"touched": False, "separated": False, "contact_time": 0.0}
     impulse = 0.0
-    for size, now in zip(sizes, course, strict=True):
+    for size, now in zip(sizes, path, strict=True):
         _check_finite(record, now)
         force = now["force"]
         over = max(0.0, -force, force - now["max_force"])
@@ -185,16 +185,15 @@ def _check_course(
         impulse += now["mean_force"] * size
         before = now
     if before["impulse"]:
-        off = abs(impulse - before["impulse"]) / scales.of("impulse")
+        error = abs(impulse - before["impulse"]) / scales.of("impulse")
         # The end of contact within a step is exact to the rounding of the step's length.
-        record("mean_force", max(0.0, off - scales.rounding_of_time("mean_force")))
+        record("mean_force", max(0.0, error - scales.rounding_of_time("mean_force")))
 
 
 def _energy_error(driver: Driver, impact: ImpactCase) -> float:
-    """By how much kinetic and spring energy at the ends of each phase differ from what was
-    dissipated between them, over the largest.
+    """Error of the balance of kinetic, spring and dissipated energy by phase, over the largest.
 
-    The impact begins with touch here: a gap would only blur when the phases begin.
+    The impact begins with touch here: a gap would add an error to the starts of the phases.
     """
     impact = cases.without_gap(impact)
     contact_time = driver.run(impact, cases.one_step(impact))[-1]["contact_time"]
@@ -226,7 +225,7 @@ def _energy_error(driver: Driver, impact: ImpactCase) -> float:
 
 
 def _dissipated(driver: Driver, law: float, b: float, begin: float, places: list[float]) -> float:
-    """What the damping takes until the last of these times after `begin`, J; all in s.
+    """Energy dissipated until the last of these times after `begin`, J; all in s.
 
     The power follows from velocities read at the points of SciPy's adaptive quadrature, with breaks
     at the other times. The FMU is then at the last one.
@@ -253,7 +252,7 @@ def check_reference(
     impact: ImpactCase,
     scales: Scales,
     steps: Steps,
-    course: list[Outputs],
+    path: list[Outputs],
     chosen: Set[int],
 ) -> None:
     """Every output after the chosen ones of all steps, by their number from 0 on."""
@@ -262,9 +261,9 @@ def check_reference(
         return {name: scales.error(name, outputs[name], x) for name, x in expected.items()}
 
     for number, expected in outputs_after(impact, steps, chosen).items():
-        errors = errors_of(course[number], expected)
+        errors = errors_of(path[number], expected)
         if impact.changed and not all(error <= TOLERANCE for error in errors.values()):
-            # The instant at which k and b change is exact to one unit in its last place.
+            # The instant at which k and b change has an error of up to one unit in the last place.
             shaken = outputs_after(impact, steps, chosen, 1.0 + 2.0**-52)[number]
             for name, unknown in errors_of(shaken, expected).items():
                 errors[name] = 0.0 if errors[name] <= unknown else errors[name] - unknown

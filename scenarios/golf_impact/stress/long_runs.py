@@ -11,7 +11,7 @@ from golf_impact.stress.reference import Reference
 from golf_impact.stress.scales import TOLERANCE, Scales
 from golf_impact.timing import resident_bytes
 
-#: s; with this stiffness the contact lasts 1.24 ms, so that a million are all in it.
+#: s; with this stiffness the contact lasts 1.24 ms, longer than a million steps.
 _TINY = 1e-9
 _VALUES = BASELINE | {"k": 2.5e5}
 
@@ -57,7 +57,7 @@ def tiny_steps(
 def many_impacts(
     driver: Driver, ledger: Ledger, number: int, tick: Callable[[], None]
 ) -> dict[str, Any]:
-    """One instance from impact to impact, k and law different each time, over and over again."""
+    """One instance from impact to impact, k and law different each time."""
     rounds = [
         {**_VALUES, "law": 1 + n % 2, "k": 1e6 * (1.0 + 0.01 * n), "gap": 1e-4 * (n % 3)}
         for n in range(30)

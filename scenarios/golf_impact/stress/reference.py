@@ -3,8 +3,8 @@
 The one reference of stress, benchmark and tests.
 
 In contact all quantities are sums of two (law 2) or three (law 1) exponentials whose rates are the
-eigenvalues of the equations of motion. With 80 digits the coefficients simply follow from a value
-and its derivatives: what cancels, cancels far below the digits that are wanted. Law 2's events are
+eigenvalues of the equations of motion. With 80 digits the coefficients follow from a value and its
+derivatives: cancellation affects only digits far below those needed. Law 2's events are
 zeros of one pair of exponentials, which are closed forms. Law 1's are searched between the zeros of
 f' - s f, s being the real rate: there exp(-s t) f is monotone, so f has one zero at most (Rolle).
 SI units throughout. None of this is shared with the FMU.
@@ -20,7 +20,7 @@ import mpmath
 from golf_impact.peers.problem import Case, Outcome
 from golf_impact.stress.cases import ImpactCase, Steps
 
-_mp: Any = mpmath.mp.clone()  # a context of its own: the precision of others stays
+_mp: Any = mpmath.mp.clone()  # a context of its own: the precision of others is unchanged
 _mp.dps = 80
 Real = Any  # an mpmath number: the package has no types
 _ZERO = _mp.mpf(0)
@@ -103,7 +103,7 @@ class _Sum:
             yield self._root(left, right, sign)
 
     def _settled(self) -> Real:
-        """When the real exponential has become larger than an oscillating pair, for good."""
+        """The time from which the real exponential stays larger than the oscillating pair."""
         real, first, _ = self.rates
         slower_by = real - _mp.re(first)
         amplitude, rest = 2 * abs(self.c[1]), abs(_mp.re(self.c[0]))
@@ -201,7 +201,7 @@ class Reference:
         self.touch_clock: Real = None
         self.parted = False
         self.mean_force = _ZERO
-        # The present phase: free motion, or a contact with constant k and b. Where it began:
+        # The present phase, free motion or a contact with constant k and b, and its start:
         self.contact: _Contact | None = None
         self.begun = self.x_ball = self.touch_position = _ZERO
         self.state = [-exact["gap"], self.club_speed, self.u_ball]  # d, v_club, v_ball
@@ -255,7 +255,7 @@ class Reference:
         return self.so_far["impulse"] + (self.contact.force.integral(t) if self.contact else 0)
 
     def _so_far(self, clock: Real) -> dict[str, Real]:
-        """The outputs that stay what they are when contact is over."""
+        """The outputs that are constant after contact."""
         if self.contact is None:
             return self.so_far
         t, before = clock - self.begun, self.so_far

@@ -1,4 +1,4 @@
-"""What an error of each output is measured by: the tolerance table of the design, in one place."""
+"""Scales of errors by output: the tolerance table, in one place."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ TOLERANCE = 1e-13
 class Scales:
     """The scales of one impact that is over (or as far as it got)."""
 
-    values: Mapping[str, float]  #: what the run began with, and start_time
+    values: Mapping[str, float]  #: inputs and parameters at the start, and start_time
     largest: Mapping[str, float]  #: outputs then: max_force, max_compression, impulse, contact_time
     approach: float  #: s from the start to first touch
     span: float = 0.0  #: s from the start to the instant of the outputs
-    #: The fastest rate in the contact, 1/s: where a time is known to 4e-16 of the approach, this
-    #: fast the outputs in contact change with it.
+    #: The fastest rate in the contact, 1/s: an error in time, 4e-16 of the approach, becomes one of
+    #: the outputs in contact by this rate.
     fastest: float = 0.0
-    #: |v_C| + |v_B| (m/s) and kinetic energy (J) after the contact, for impacts that may gain some:
-    #: a stiffness that rises adds energy.
+    #: |v_C| + |v_B| (m/s) and kinetic energy (J) after the contact, for impacts that gain energy
+    #: from a stiffness that rises.
     speed_after: float = 0.0
     energy_after: float = 0.0
 
@@ -57,7 +57,7 @@ class Scales:
         return self._table[name]
 
     def error(self, name: str, value: Any, exact: Any) -> float:
-        """How far a value is from the exact one, without unit; the approach's share taken off.
+        """Error of a value, without unit, less that which is due to the approach.
 
         A flag is right (0) or wrong (inf).
         """
@@ -69,13 +69,13 @@ class Scales:
         return max(0.0, float(abs(exact - value)) / scale - self.rounding_of_time(name))
 
     def rounding_of_time(self, name: str) -> float:
-        """What the clock of a double leaves open: 4e-16 A/T, or more if things change faster."""
+        """Error due to rounding of times: 4e-16 A/T, or more if the output changes faster."""
         before, growth, time = self.approach, 1.0, self.largest["contact_time"]
         if name == "touch_time":
             before += abs(self.values.get("start_time", 0.0))
         elif name in (*_PLACES, "mean_force"):
             before = max(before, self.span)  # these reach over all the time that has passed
         if name in _PLACES:
-            # Bodies that leave at another velocity get ever farther from where they should be.
+            # The effect of an error in velocity on a position grows with time.
             growth = max(1.0, (self.span - self.approach) / time)
         return max(4e-16 * before / time, 4e-16 * self.approach * self.fastest * growth)

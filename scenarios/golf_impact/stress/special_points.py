@@ -1,7 +1,7 @@
-"""Impacts at the points where closed forms change over, and a hair beside them. SI units.
+"""Impacts at the borders of closed forms, and close to them. SI units.
 
 Random values never fall there: dampings at which two rates of law 1 coincide, critical damping,
-the dampings at which the FMU changes from doubles to decimals, equal masses, bodies that move much
+the dampings from which the FMU uses extended precision, equal masses, bodies that move much
 faster than they close, and k and b that change just at an event.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from golf_impact.stress import cases
 
-#: Where the physics hands over from doubles to decimals, by law; and, under law 2, where the
+#: Borders between double and extended precision, by law; and, under law 2, the damping at which the
 #: largest force moves to the start.
 _BORDERS = {1: (0.7,), 2: (0.999, 0.5)}
 
@@ -32,7 +32,7 @@ def coinciding_rates(m_club: float, m_ball: float) -> list[float]:
 
 
 def special_impact(seed: int, number: int) -> cases.ImpactCase:
-    """The same for the same seed and number, on any machine."""
+    """A random impact; the same for the same seed and number, on any machine."""
     rng = random.Random(f"special {seed}/{number}")
     law = rng.choice((1, 2))
     m_club = rng.choice((0.25, 10.0 ** rng.uniform(-3, 1)))
@@ -70,7 +70,7 @@ def beside(rng: random.Random, value: float) -> float:
 def _segments(
     rng: random.Random, k: float, b: float, approach: float, contact: float
 ) -> tuple[cases.Segment, ...]:
-    """K and b change at touch, at the peak, in the rebound or at separation; to and fro."""
+    """K and b change at touch, at the peak, in the rebound or at separation, also back."""
     others = [(k, b), (k, 0.0), (k, beside(rng, b)), (k * 4.0, b), (k * 4.0, 2.0 * b)]
     others += [(k * 10.0 ** rng.uniform(-6, 6), b * 10.0 ** rng.uniform(-3, 3))]
     places = [0.0, 0.5, 0.75, 1.0 - 10.0 ** rng.uniform(-12, -2), 1.0]

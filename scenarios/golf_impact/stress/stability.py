@@ -25,7 +25,7 @@ OURS = "this FMU"
 #: From a case and a step size (s) to its outcome.
 Solve = Callable[[Case, float], Outcome]
 
-#: Between which errors the colours change: two decades a colour up to 1, and beyond, where no digit
+#: Errors at which the colours change: two decades a colour up to 1, and beyond, where no digit
 #: is right, in colours of their own.
 _BOUNDS = [*(10.0**power for power in range(-16, 1, 2)), 10.0, 1e3, 1e6]
 _NO_DIGIT = ("#F2A48B", figures.VERMILION, "#7A2000")
@@ -47,9 +47,9 @@ def maps(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
     for zeta in damping:
         case = _case(zeta)
         exact = exact_outcome(case)
-        for one, solve in zip(made, methods.values(), strict=True):
+        for map_, solve in zip(made, methods.values(), strict=True):
             sizes = [x / case.natural_frequency for x in steps]
-            one["errors"].append([_error(case, solve, size, exact) for size in sizes])
+            map_["errors"].append([_error(case, solve, size, exact) for size in sizes])
         tick()
     return made
 
@@ -84,11 +84,11 @@ def draw(maps: list[Map]) -> bytes:
     usable = figures.plt.get_cmap("cividis", number)(range(number))
     colours = ListedColormap([*usable, *_NO_DIGIT]).with_extremes(bad="0.75")
     norm = BoundaryNorm(_BOUNDS, colours.N)
-    for one, place in zip(maps, axes.flat, strict=True):
-        table = np.ma.masked_invalid(one["errors"]).clip(_BOUNDS[0], _BOUNDS[-1] * 0.999)
+    for map_, place in zip(maps, axes.flat, strict=True):
+        table = np.ma.masked_invalid(map_["errors"]).clip(_BOUNDS[0], _BOUNDS[-1] * 0.999)
         image = place.pcolormesh(table, cmap=colours, norm=norm)
-        place.set_title(one["method"], fontsize=10.5)
-        for axis, values in ((place.xaxis, one["steps"]), (place.yaxis, one["damping"])):
+        place.set_title(map_["method"], fontsize=10.5)
+        for axis, values in ((place.xaxis, map_["steps"]), (place.yaxis, map_["damping"])):
             chosen = [n for n, x in enumerate(values) if not x or math.log10(x) % 1.0 < 1e-9]
             chosen = chosen[:: 1 + len(chosen) // 8]
             axis.set_ticks([n + 0.5 for n in chosen], [_power(values[n]) for n in chosen])

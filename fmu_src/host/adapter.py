@@ -1,4 +1,4 @@
-"""What the adapters for FMI 2.0 and 3.0 share."""
+"""Common parts of the FMI adapters."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,11 +6,11 @@ from typing import Any
 from .thread_state import Hold
 
 
-def accessors(type_: str, made: Callable = lambda value: value) -> tuple[Callable, Callable]:
-    """A slave's get_… and set_… for one type of the table; `made` is what the runtime wants."""
+def accessors(type_: str, convert: Callable = lambda value: value) -> tuple[Callable, Callable]:
+    """A slave's get_… and set_… for a type of the table; `convert` gives the runtime's type."""
 
     def get(self, vrs):
-        return [made(value) for value in self._component.discretes(vrs, type_)]
+        return [convert(value) for value in self._component.discretes(vrs, type_)]
 
     def put(self, vrs, values):
         self._component.set_values(vrs, values, type_)
