@@ -21,6 +21,8 @@ Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value =
   return properties.get(key)
 }
 addEventListener("resize", () => properties.clear())
+// Nothing on the page is placed beside the element of a glyph renderer, whose place changes with every curve.
+Bokeh.require("models/renderers/glyph_renderer").GlyphRendererView.prototype.update_position = () => {}
 
 // Numbers: a request at a time, to this machine's server or to the worker.
 
