@@ -239,6 +239,8 @@ _INTERRUPTED = """
 import collections, os, random, signal, sys, threading, time
 sys.path.insert(0, sys.argv[2])
 from test_refusals import instance
+# A process in the background ignores Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 times, ready = int(sys.argv[3]), threading.Event()
 
 def interrupt():
