@@ -93,7 +93,7 @@ def random_case(fmu, seed):
 
 @pytest.mark.parametrize("seed", numbers(2, 10, 40))
 def test_round_trip(fmu, seed):
-    """The measurements are met; and the same parameters are found if they are the only answer."""
+    """The measurements are met; with a given exponent by the true parameters."""
     impact, law, true, measured, _ = random_case(fmu, seed)
     fitted = fit(fmu, targets(impact, **measured), law)
     assert fitted.chi_squared < 1e-4
@@ -105,7 +105,7 @@ def test_round_trip(fmu, seed):
 
 @pytest.mark.parametrize("seed", numbers(1, 4, 15))
 def test_noisy_targets(fmu, seed):
-    """No answer is better than the one found: not even the truth."""
+    """No parameters fit better than those found, not even the true ones."""
     impact, law, _, measured, draw = random_case(fmu, 1000 + seed)
     noisy = {}
     for name, value in measured.items():

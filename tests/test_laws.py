@@ -258,10 +258,10 @@ from golf_impact.fmu.impact_fmu import ImpactFmu
 
 with ImpactFmu(current_fmu()[0]) as fmu, companions(fmu) as fmus:
     evaluator = Evaluator(fmus, UserError, facts_of(fmus))
-    answer = evaluator({"values": {"law": 3, "b": 30.0}})
+    result = evaluator({"values": {"law": 3, "b": 30.0}})
     page = page_files(evaluator)["index.html"].decode()
-    print(answer["values"]["law"], answer["metrics"]["contact_time"] > 1e-4, end=" ")
-    print("3, hunt-crossley" in page and " loop" not in str(answer) and "loop " not in str(answer))
+    print(result["values"]["law"], result["metrics"]["contact_time"] > 1e-4, end=" ")
+    print("3, hunt-crossley" in page and " loop" not in str(result) and "loop " not in str(result))
 """
 
 added = pytest.mark.skipif("GOLF_IMPACT_LAWS" in os.environ, reason="the run with a law added")

@@ -15,7 +15,7 @@ from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.measured import MPH, ROH_LEE_FIGURES, TOUR
 from golf_impact.facts.quantities import format_value
-from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.fmu.impact_fmu import METRICS, PATH, ImpactFmu
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.fmu.system import build_system
 
@@ -169,6 +169,8 @@ def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
     defaults |= {name: launch.default(name) for name in LOFT}
     facts: dict[str, Any] = {
         "defaults": defaults,
+        "metrics": METRICS,
+        "path": PATH,
         "units": {v.name: v.unit for fmu in fmus for v in fmu.variables.values() if v.unit},
         "speeds": SPEEDS,
         "contact": CONTACT,

@@ -9,13 +9,6 @@ from itertools import pairwise
 from typing import Any
 from urllib.parse import urlencode
 
-METRICS = (
-    "club_velocity", "ball_velocity", "touch_time", "smash_factor", "coefficient_of_restitution",
-    "energy_efficiency", "contact_time", "max_force", "time_of_max_force", "max_compression",
-    "contact_displacement", "impulse", "momentum", "kinetic_energy",
-)  # fmt: skip
-PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
-
 #: Results of an impact without separation.
 MAXIMA = ("max_force", "time_of_max_force", "max_compression", "compression_over_diameter")
 
@@ -69,7 +62,8 @@ class Evaluator:
     Args:
         instances: of ClubBallImpact, Launch and BallFlight: `LoadedFmu` or `in_browser.Instance`.
         refusal: the exception that they raise where they refuse a value.
-        facts: start values (`defaults`), `speeds` by unit in m/s, `quantities` and `examples`.
+        facts: start values (`defaults`), outputs that are read (`metrics`, `path`), `speeds` by
+            unit in m/s, `quantities` and `examples`.
     """
 
     def __init__(
@@ -120,7 +114,7 @@ class Evaluator:
         approach = v["gap"] / closing if closing > 0.0 else 0.0
         # Over within the step, unless it takes longer than 30 years.
         instance.step(0.0, min(1.0 + 20.0 * _half_period(v) + approach, 1e9))
-        m = instance.read(METRICS)
+        m = instance.read(self.facts["metrics"])
         if not all(map(math.isfinite, m.values())):
             raise ValueError("This impact leaves the range of double precision.")
         m["contact_displacement_over_diameter"] = m["contact_displacement"] / v["ball_diameter"]
@@ -257,11 +251,12 @@ class Evaluator:
             raise ValueError(f"A contact of {contact:g} s is too short or too long to be drawn.")
         instance = self.instance
         instance.start(**self.changed(values))
-        rows = [instance.read(PATH)]
+        names = self.facts["path"]
+        rows = [instance.read(names)]
         for point, step in zip(host, steps):
             instance.step(point, step)
-            rows.append(instance.read(PATH))
-        path = {name: [row[name] for row in rows] for name in PATH}
+            rows.append(instance.read(names))
+        path = {name: [row[name] for row in rows] for name in names}
         touch = instance.read(("touch_time",))["touch_time"] if touched else 0.0
         for body in ("club", "ball"):
             moved = values["ball_speed"] * touch
