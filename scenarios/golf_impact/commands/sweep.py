@@ -62,7 +62,7 @@ def sweep(
     ] = None,
 ) -> int:
     """Many impacts through the FMU into one table: a row a case, variables first, then outputs."""
-    from golf_impact.sweeps.study_file import KEYS, read_study
+    from golf_impact.sweeps.study import KEYS, read_study
 
     sets, options = ({}, {}) if file is None else read_study(file)
     sets |= pairs_of(set_ or [], "VALUES", "k=0.5e6:2e6:100", "write one list, NAME=A,B")

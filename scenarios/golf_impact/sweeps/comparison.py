@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import csv
 import tempfile
-from collections.abc import Callable
 from itertools import cycle, islice
 from pathlib import Path
 from statistics import median
-from time import perf_counter
 from typing import NamedTuple
 
 import fmpy
 import numpy as np
 
 from golf_impact.errors import UserError
-from golf_impact.sweeps.chunk import instance_of, run_chunk
-from golf_impact.sweeps.impacts import impacts
+from golf_impact.sweeps.impacts import impacts, run_chunk
 from golf_impact.sweeps.run import Sweep
-from golf_impact.sweeps.table_file import table_file
-from golf_impact.timing import median_ratio, run_interleaved
+from golf_impact.timing import measure_seconds, median_ratio, run_interleaved
 
 #: Cases of the sweep per round, and of the loop, which takes about as long for them.
 _CASES, _LOOPED = 2000, 25
@@ -34,7 +30,7 @@ class Comparison(NamedTuple):
     same: bool  # whether their numbers were the same to the last bit
 
 
-def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: None) -> Comparison:
+def compare(sweep: Sweep, rounds: int = 7) -> Comparison:
     """Measure both on cases of a study: the same cases, outputs and communication step.
 
     UserError if the FMU refuses all cases tried.
@@ -43,7 +39,7 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
     # Evenly spaced; if there are fewer, some are repeated.
     columns = study.columns(np.linspace(0, study.cases - 1, _CASES).astype(int))
     values = plan.values(columns)
-    expected, _, reason = impacts(instance_of(sweep.file), plan, values)
+    expected, _, reason = impacts(plan, columns)
     usable = np.flatnonzero(~np.isnan(expected).any(axis=1)).tolist()
     if not usable:
         raise UserError(f"there is nothing to compare: no case has all outputs {reason}".strip())
@@ -53,16 +49,13 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
     with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
         fmpy.extract(str(sweep.fmu.path), f"{folder}/fmu")
 
-        def run_sweep() -> float:
-            begin = perf_counter()
-            with table_file(Path(folder, "sweep.csv"), study, plan) as write:
-                text, results = run_chunk(sweep.file, plan, True, columns)
+        def run_sweep() -> None:
+            with sweep.table(Path(folder, "sweep.csv")) as write:
+                text, results = run_chunk(plan, True, columns)
                 write(columns, text, results.outputs)
-            return (perf_counter() - begin) / _CASES
 
-        def run_loop() -> float:
+        def run_loop() -> None:
             nonlocal same
-            begin = perf_counter()
             with open(f"{folder}/loop.csv", "w", newline="") as stream:
                 writer = csv.writer(stream)
                 writer.writerow((*study.names, *plan.outputs))
@@ -79,8 +72,11 @@ def compare(sweep: Sweep, rounds: int = 7, tick: Callable[[], None] = lambda: No
                     row = [result[name][-1].item() for name in plan.outputs]
                     writer.writerow((*start.values(), *row))
                     same &= row == expected[n].tolist()
-            return (perf_counter() - begin) / _LOOPED
 
-        times = run_interleaved({"sweep": run_sweep, "loop": run_loop}, rounds, tick)
+        jobs = {
+            "sweep": lambda: measure_seconds(run_sweep, _CASES),
+            "loop": lambda: measure_seconds(run_loop, _LOOPED),
+        }
+        times = run_interleaved(jobs, rounds)
     ratio = median_ratio(times["loop"], times["sweep"])
     return Comparison(1.0 / median(times["sweep"]), 1.0 / median(times["loop"]), ratio, same)

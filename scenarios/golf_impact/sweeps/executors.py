@@ -13,6 +13,7 @@ from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExec
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import partial
 from multiprocessing import get_context, parent_process, resource_tracker
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -58,7 +59,9 @@ def process_pool(workers: int) -> Iterator[Executor]:
     with tempfile.TemporaryDirectory(
         prefix="golf-impact-workers-", ignore_cleanup_errors=True
     ) as folder:
-        pool = _Pool(workers, folder)
+        # A forked process would inherit threads' locks, and an FMU that has been loaded.
+        pool = _Pool(workers, get_context("spawn"), _begin_worker, (folder,))
+        pool.folder = folder
         try:
             # A pool ends its workers by SIGTERM when one of them has died.
             with _blocked({*SIGNALS} - {signal.SIGTERM}):
@@ -76,21 +79,18 @@ class _Pool(ProcessPoolExecutor):
     others forever, and this one too. Longer messages go through files of a folder.
     """
 
-    def __init__(self, workers: int, folder: str) -> None:
-        # A forked process would inherit threads' locks, and an FMU that has been loaded.
-        super().__init__(workers, get_context("spawn"), _begin_worker, (folder,))
-        self.folder = folder
+    folder: str
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """See `concurrent.futures.Executor`."""
         call: Any = _InFile(partial(fn, *args, **kwargs), self.folder)
-        return super().submit(_call, self.folder, call)
+        return super().submit(_call, call)
 
 
 class _InFile:
     """Pickled as the name of a file that holds the value, and unpickled as the value."""
 
-    def __init__(self, value: Any, folder: str) -> None:
+    def __init__(self, value: Any, folder: str | None = None) -> None:
         self.value, self.folder = value, folder
 
     def __reduce__(self) -> tuple[Callable, tuple[str]]:
@@ -106,21 +106,19 @@ def _read_value(name: str) -> Any:
     return pickle.loads(data)
 
 
-def _call(folder: str, call: Callable[[], Any]) -> Any:
-    return _InFile(call(), folder)
+def _call(call: Callable[[], Any]) -> Any:
+    return _InFile(call())
 
 
 def _begin_worker(folder: str) -> None:
     """In a new worker: temporary files go to a folder that its parent removes."""
     tempfile.tempdir = folder
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with, args=(parent_process(),), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+def _end_with(process: BaseProcess) -> None:
+    process.join()
+    os._exit(1)
 
 
 @contextmanager
@@ -154,18 +152,17 @@ def dask_executor(scheduler: str, workers: int | None = None) -> Iterator[Execut
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
         try:
+            address: Any = scheduler
             if scheduler == "local":
                 with _blocked({*SIGNALS}):
                     cluster = distributed.LocalCluster(
-                        n_workers=workers or os.cpu_count(), threads_per_worker=1,
-                        silence_logs=logging.CRITICAL,
+                        n_workers=workers, threads_per_worker=1, silence_logs=logging.CRITICAL,
                         # None would take port 8787, and warn if it is in use.
                         dashboard_address=":0", scheduler_kwargs={"dashboard": False},
                     )  # fmt: skip
-                    client = distributed.Client(stack.enter_context(cluster))
-            else:
-                client = distributed.Client(scheduler, timeout=_PATIENCE)
-            stack.enter_context(client).wait_for_workers(1, timeout=_PATIENCE)
+                    address = stack.enter_context(cluster)
+            client = stack.enter_context(distributed.Client(address, timeout=_PATIENCE))
+            client.wait_for_workers(1, timeout=_PATIENCE)
         except (OSError, ValueError) as error:
             raise UserError(
                 f"no Dask cluster with workers at {scheduler} ({first_line(error)}): start "

@@ -2,51 +2,42 @@
 
 The instance is brought once to the last state that all cases have in common, which is saved. Each
 impact restores it, sets what varies in one call, makes one communication step that is longer than
-the contact, and reads all outputs in one call. The FMU's functions are called directly, with the
-addresses of rows in NumPy arrays: fmpy's own methods copy each value twice.
+the contact, and reads all outputs in one call. The FMU's functions are called directly, with rows
+of arrays that NumPy sees too: fmpy's own methods copy each value twice.
 """
 
 from __future__ import annotations
 
 import ctypes
+import hashlib
 import math
+import tempfile
+import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
-from typing import NamedTuple
+from multiprocessing.util import Finalize
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
-from fmpy.model_description import ScalarVariable
 
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import ball
 from golf_impact.facts.quantities import undefined_results
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.sweeps.axes import Grid
-from golf_impact.sweeps.study import Study
-
-_POINTER, _DOUBLE, _INT = ctypes.c_void_p, ctypes.c_double, ctypes.c_int
-_VALUES = (_POINTER, ctypes.c_size_t, _POINTER)
-
-#: Types of the arguments after the component, for addresses in place of typed pointers.
-_FUNCTIONS = {
-    "fmi2SetFMUstate": (_POINTER,),
-    "fmi2ExitInitializationMode": (),
-    "fmi2SetReal": _VALUES,
-    "fmi2SetInteger": _VALUES,
-    "fmi2DoStep": (_DOUBLE, _DOUBLE, _INT),
-    "fmi2GetReal": _VALUES,
-    "fmi2GetBoolean": _VALUES,
-}
+from golf_impact.sweeps.study import Grid, Study
 
 _DISCARD = 2
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What every worker sets and reads, in order."""
+    """What every worker needs: the FMU, and what it sets and reads, in order."""
 
+    digest: str  # SHA-256 of the FMU's file, in hexadecimal
+    data: bytes = field(repr=False)  # the file
     fixed: dict[str, float]  # inputs and parameters that are the same in all cases
     varied: tuple[str, ...]  # the Real ones that aren't, in the order in which they are set
     laws: tuple[str, ...]  # the Integer `law`, if it isn't either
@@ -64,8 +55,9 @@ class Plan:
         return values
 
 
-def plan(study: Study, variables: Mapping[str, ScalarVariable]) -> Plan:
-    """The plan of a study for the FMU with these variables; UserError if it lacks one."""
+def make_plan(study: Study, fmu: ImpactFmu) -> Plan:
+    """The plan of a study for this FMU; UserError if it lacks a variable."""
+    variables, data = fmu.variables, fmu.path.read_bytes()
     settable = [v.name for v in variables.values() if v.causality in ("input", "parameter")]
     outputs = {v.name: v.type for v in variables.values() if v.causality == "output"}
     for name in study.names:
@@ -82,7 +74,7 @@ def plan(study: Study, variables: Mapping[str, ScalarVariable]) -> Plan:
     presets = {} if names is None else {name: ball(name).values for name in names}
     # What balls set, unless it is swept itself; defaults for what a ball doesn't set.
     balls = {
-        name: {of: preset.get(name, float(variables[name].start)) for of, preset in presets.items()}
+        name: {of: preset.get(name, fmu.default(name)) for of, preset in presets.items()}
         for name in sorted(set(chain(*presets.values())) - set(values))
     }
     values |= {name: np.array(list(of_ball.values())) for name, of_ball in balls.items()}
@@ -95,7 +87,8 @@ def plan(study: Study, variables: Mapping[str, ScalarVariable]) -> Plan:
     laws = ("law",) if "law" in values and "law" not in fixed else ()
     only_inputs = all(variables[name].causality == "input" for name in (*varied, *laws))
     booleans = tuple(name for name in study.outputs if outputs[name] == "Boolean")
-    return Plan(fixed, varied, laws, only_inputs, balls, study.outputs, booleans)
+    digest = hashlib.sha256(data).hexdigest()
+    return Plan(digest, data, fixed, varied, laws, only_inputs, balls, study.outputs, booleans)
 
 
 class Results(NamedTuple):
@@ -108,26 +101,82 @@ class Results(NamedTuple):
     reason: str  #: why it refused the first of these; empty if there is none
 
 
-def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Results:
-    """Run these cases, whatever the instance did before; FMICallException if it breaks down.
+_lock = threading.RLock()
+#: The instance of this process, if any, by the digest of its file.
+_loaded: dict[str, ImpactFmu] = {}
 
-    `values` is what varies (and possibly more), by variable: arrays of shape (cases,).
+
+def load(plan: Plan) -> ImpactFmu:
+    """This process's instance of the FMU, loaded if necessary; UserError if it can't be."""
+    with _lock:
+        if plan.digest not in _loaded:
+            release()
+            if hashlib.sha256(plan.data).hexdigest() != plan.digest:
+                raise UserError("the FMU was damaged on its way to this process")
+            with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+                path = Path(folder, "ClubBallImpact.fmu")
+                path.write_bytes(plan.data)
+                _loaded[plan.digest] = ImpactFmu(path).__enter__()
+            # When the process ends: an FMU that is never freed may crash it then.
+            Finalize(None, release, exitpriority=10)
+        return _loaded[plan.digest]
+
+
+def release() -> None:
+    """Free the instance of this process, if any."""
+    with _lock:
+        for digest in list(_loaded):
+            _loaded.pop(digest).__exit__(None, None, None)
+
+
+def run_chunk(
+    plan: Plan, as_text: bool, columns: Mapping[str, np.ndarray]
+) -> tuple[bytes, Results]:
+    """Run some cases, in any process: lines of CSV (UTF-8; optional), and results of `impacts`."""
+    results = impacts(plan, columns)
+    if not as_text:
+        return b"", results
+    # Doubles get as many digits as a lossless conversion needs.
+    cells = [list(map(str, column.tolist())) for column in columns.values()]
+    for name, column in zip(plan.outputs, results.outputs.T):
+        values = np.nan_to_num(column).astype(int) if name in plan.booleans else column
+        cells.append(list(map(repr, values.tolist())))
+        for n in np.flatnonzero(np.isnan(column)).tolist():
+            cells[-1][n] = ""
+    return ("\n".join(map(",".join, zip(*cells))) + "\n").encode(), results
+
+
+def impacts(plan: Plan, columns: Mapping[str, np.ndarray]) -> Results:
+    """Run some cases; `columns` are the swept variables, arrays of shape (cases,).
+
+    UserError: the FMU is damaged, can't be loaded here, or breaks down.
     """
+    with _lock:
+        try:
+            return _run(load(plan), plan, plan.values(columns))
+        except FMICallException as error:
+            # After an error the standard allows no further calls.
+            _loaded.clear()
+            raise UserError(f"the FMU broke down ({error}): run `golf-impact build`") from None
+
+
+def _run(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Results:
     number = len(next(iter(values.values())))
-    inputs = _Rows(fmu, plan.varied, number, float)
-    laws = _Rows(fmu, plan.laws, number, np.intc)
-    for rows in (inputs, laws):
-        for column, name in zip(rows.values.T, rows.names):
-            column[:] = values[name]
-    reals = _Rows(fmu, [name for name in plan.outputs if name not in plan.booleans], number, float)
-    # Results depend on whether there was a contact and a separation.
-    flags = _Rows(fmu, sorted({*plan.booleans, "touched", "separated"}), number, np.intc)
     steps = np.broadcast_to(fmu.horizon({**plan.fixed, **values}), number).tolist()
-    restore, leave_initialization, set_real, set_integer, do_step, get_real, get_boolean = (
-        ctypes.CFUNCTYPE(_INT, _POINTER, *arguments)((name, fmu.slave.dll))
-        for name, arguments in _FUNCTIONS.items()
-    )
-    component = fmu.slave.component
+    inputs = _Table(fmu, plan.varied, number, ctypes.c_double)
+    laws = _Table(fmu, plan.laws, number, ctypes.c_int)
+    for name, column in (inputs.columns | laws.columns).items():
+        column[:] = values[name]
+    names = [name for name in plan.outputs if name not in plan.booleans]
+    reals = _Table(fmu, names, number, ctypes.c_double)
+    # Results depend on whether there was a contact and a separation.
+    names = sorted({*plan.booleans, "touched", "separated"})
+    flags = _Table(fmu, names, number, ctypes.c_int)
+    dll, component = fmu.slave.dll, ctypes.c_void_p(fmu.slave.component)
+    restore, leave_initialization = dll["fmi2SetFMUstate"], dll["fmi2ExitInitializationMode"]
+    set_real, set_integer, do_step = dll["fmi2SetReal"], dll["fmi2SetInteger"], dll["fmi2DoStep"]
+    get_real, get_boolean = dll["fmi2GetReal"], dll["fmi2GetBoolean"]
+    begin, refused = ctypes.c_double(0.0), np.zeros(number, bool)
     fmu.messages.clear()
     fmu.begin(plan.fixed)
     if plan.only_inputs:
@@ -135,55 +184,46 @@ def impacts(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Res
         fmu.end_initialization()
         # Refusals due to the defaults of varied inputs don't concern the cases.
         fmu.messages[:] = refusals
-    state = fmu.slave.getFMUstate()
-    start, initializing = state.value, not plan.only_inputs
-    input_at, law_at, real_at, flag_at = (rows.address for rows in (inputs, laws, reals, flags))
-    refused: list[int] = []
+    start = fmu.slave.getFMUstate()
     try:
-        for n, size in enumerate(steps):
+        for n, (size, *row) in enumerate(
+            zip(steps, inputs.rows, laws.rows, reals.rows, flags.rows)
+        ):
             restore(component, start)
             if inputs.width:
-                set_real(component, inputs.references, inputs.width, input_at)
-                input_at += inputs.stride
+                set_real(component, inputs.references, inputs.width, row[0])
             if laws.width:
-                set_integer(component, laws.references, 1, law_at)
-                law_at += laws.stride
-            if initializing:
+                set_integer(component, laws.references, laws.width, row[1])
+            if not plan.only_inputs:
                 leave_initialization(component)
-            status = do_step(component, 0.0, size, 1)
-            if status:
-                if status > _DISCARD:
-                    raise FMICallException("fmi2DoStep", status)
-                refused.append(n)
-            else:
+            status = do_step(component, begin, ctypes.c_double(size), 1)
+            if status > _DISCARD:
+                raise FMICallException("fmi2DoStep", status)
+            refused[n] = status
+            if not status:
                 if reals.width:
-                    get_real(component, reals.references, reals.width, real_at)
-                get_boolean(component, flags.references, flags.width, flag_at)
-            real_at += reals.stride
-            flag_at += flags.stride
+                    get_real(component, reals.references, reals.width, row[2])
+                get_boolean(component, flags.references, flags.width, row[3])
     finally:
-        fmu.slave.freeFMUstate(state)
-    columns = dict(zip([*reals.names, *flags.names], [*reals.values.T, *flags.values.T]))
-    outputs = np.stack([columns[name] for name in plan.outputs], axis=1).astype(float)
+        fmu.slave.freeFMUstate(start)
+    read = reals.columns | flags.columns
+    outputs = np.stack([read[name] for name in plan.outputs], axis=1).astype(float)
     # Overflow is detected only when an output is read.
-    unusable = np.isnan(outputs).any(axis=1)
-    unusable[refused] = True
-    outputs[unusable] = math.nan
+    refused |= np.isnan(outputs).any(axis=1)
+    outputs[refused] = math.nan
     for touched in (False, True):
-        without = (columns["touched"] == touched) & (columns["separated"] == 0)
+        without = (read["touched"] == touched) & (read["separated"] == 0)
         for name in undefined_results(touched, False).keys() & {*plan.outputs}:
             outputs[without, plan.outputs.index(name)] = math.nan
     reason = fmu.messages[0] if fmu.messages else "it leaves the range of a double"
-    return Results(outputs, unusable, reason if unusable.any() else "")
+    return Results(outputs, refused, reason if refused.any() else "")
 
 
-class _Rows:
-    """Values of these variables, a row a case, and the FMU's references of them, as addresses."""
+class _Table:
+    """Values of these variables in rows for C functions, one a case, and in columns for NumPy."""
 
     def __init__(self, fmu: ImpactFmu, names: Sequence[str], cases: int, kind: type) -> None:
-        self.names, self.width = names, len(names)
-        self.values: np.ndarray = np.zeros((cases, self.width), kind)
-        self._references = (ctypes.c_uint * self.width)(*fmu.references(names))
-        self.references = ctypes.addressof(self._references)
-        self.address = self.values.ctypes.data
-        self.stride = self.width * self.values.itemsize
+        self.width = ctypes.c_size_t(len(names))
+        self.references = (ctypes.c_uint * len(names))(*fmu.references(names))
+        self.rows: Any = (kind * len(names) * cases)()
+        self.columns = dict(zip(names, np.ctypeslib.as_array(self.rows).T))

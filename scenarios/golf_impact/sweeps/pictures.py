@@ -14,8 +14,7 @@ from matplotlib.figure import Figure
 
 from golf_impact.facts.quantities import choose_prefix
 from golf_impact.report import figures
-from golf_impact.sweeps.axes import Grid
-from golf_impact.sweeps.study import Study
+from golf_impact.sweeps.study import Grid, Study
 
 #: More points of a line, or along a side of a map, are invisible.
 _MOST_POINTS, _MOST_SIDE = 2000, 300
@@ -36,105 +35,141 @@ def draw(
     `drawn` is its first output, shape (cases,), NaN where refused. None if fewer
     than two cases were accepted.
     """
-    usable = drawn[np.isfinite(drawn)]
-    if len(usable) < 2:
+    if np.isfinite(drawn).sum() < 2:
         return None
-    units = {name: variable.unit for name, variable in variables.items()}
+    picture = _Picture(study, drawn, {name: v.unit for name, v in variables.items()})
     if not study.varied_grid:
-        return _histogram(usable, study.outputs[0], units, indices)
+        return picture.histogram(indices)
     # Over amounts, the one with most values first, with a line for each ball or law.
     along, *others = sorted(
         study.varied_grid, key=lambda grid: (grid.name in _NAMED, -len(grid.values))
     )
     by = next((grid for grid in others if grid.name in _NAMED), others[0] if others else None)
     if by is None or by.name in _NAMED or len(by.values) <= _FEW:
-        return _lines(study, drawn, units, along, by)
+        return picture.lines(along, by)
     # The last --set varies fastest: it is the vertical axis.
-    return _map(study, drawn, units, *sorted((along, by), key=study.grid.index))
+    return picture.map(*sorted((along, by), key=study.grid.index))
 
 
-def _lines(
-    study: Study, drawn: np.ndarray, units: Mapping[str, Any], along: Grid, by: Grid | None
-) -> Figure:
-    over = [along] if by is None else [along, by]
-    figure, axes = _new(study, units, over)
-    (x, *groups), levels = _reduce(study, drawn, over, _MOST_POINTS)
-    levels = levels.reshape(3, len(x), -1)
-    named, many = along.name in _NAMED, study.number_of_samples > 1
-    places = [_describe(along, value, units) for value in x] if named else x
-    for n, shade in enumerate(figures.make_shades(levels.shape[-1])):
-        low, middle, high = levels[..., n]
-        text = _describe(by, groups[0][n], units) if by else "median" if many else ""
-        # A ball or a law has the style of all figures.
-        style = figures.STYLES.get(text, shade)
-        line = style.points if named or len(x) <= 12 else style.line
-        axes.plot(places, middle, **line | ({"ls": ""} if named else {}), label=text or None, ms=4)
-        if many:
-            # Labels that begin with _ aren't shown.
-            band = "_" * n + "5 to 95 % of the samples"
-            if named:
-                axes.vlines(places, low, high, color=style.colour, label=band)
-            else:
-                axes.fill_between(x, low, high, color=style.colour, alpha=0.2, lw=0, label=band)
-    if named:
-        figure.autofmt_xdate(rotation=20)
-    else:
-        axes.set_xscale(_scale(along))
-        _name(axes.xaxis, along.name, units)
-    _name(axes.yaxis, study.outputs[0], units)
-    if by or many:
+class _Picture:
+    def __init__(self, study: Study, drawn: np.ndarray, units: Mapping[str, Any]) -> None:
+        self.study, self.drawn, self.units = study, drawn, units
+        self.output = study.outputs[0]
+
+    def lines(self, along: Grid, by: Grid | None) -> Figure:
+        over = [along] if by is None else [along, by]
+        figure, axes = self._new(over)
+        (x, *groups), levels = self._reduce(over, _MOST_POINTS)
+        levels = levels.reshape(3, len(x), -1)
+        named, many = along.name in _NAMED, self.study.number_of_samples > 1
+        places = [self._describe(along, value) for value in x] if named else x
+        for n, shade in enumerate(figures.make_shades(levels.shape[-1])):
+            low, middle, high = levels[..., n]
+            text = self._describe(by, groups[0][n]) if by else "median" if many else ""
+            # A ball or a law has the style of all figures.
+            style = figures.STYLES.get(text, shade)
+            line = style.points if named or len(x) <= 12 else style.line
+            axes.plot(places, middle, **line | ({"ls": ""} if named else {}), label=text, ms=4)
+            if many:
+                # Labels that begin with _ aren't shown.
+                band = "_" * n + "5 to 95 % of the samples"
+                if named:
+                    axes.vlines(places, low, high, color=style.colour, label=band)
+                else:
+                    axes.fill_between(x, low, high, color=style.colour, alpha=0.2, lw=0, label=band)
+        if named:
+            figure.autofmt_xdate(rotation=20)
+        else:
+            axes.set_xscale(_scale(along))
+            self._name(axes.xaxis, along.name)
+        self._name(axes.yaxis, self.output)
+        if by or many:
+            figures.add_legend_above(axes, columns=3)
+        return figure
+
+    def map(self, along: Grid, up: Grid) -> Figure:
+        figure, axes = self._new([along, up])
+        (x, y), levels = self._reduce([along, up], _MOST_SIDE)
+        values = np.ma.masked_invalid(levels[1].T)
+        image = axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", rasterized=True)
+        colours = figure.colorbar(image, ax=axes, pad=0.02)
+        axes.set(xscale=_scale(along), yscale=_scale(up))
+        self._name(axes.xaxis, along.name)
+        self._name(axes.yaxis, up.name)
+        self._name(colours.ax.yaxis, self.output)
+        if np.ptp(values) > 0.0:
+            factor = choose_prefix(self.units[self.output], float(np.abs(values).max()))[0]
+            lines = axes.contour(x, y, values, levels=8, colors="white", linewidths=0.9)
+            axes.clabel(lines, fontsize=8, fmt=lambda level: f"{level * factor:.6g}")
+        axes.grid(False)
+        return figure
+
+    def histogram(self, indices: Mapping[str, float] | None) -> Figure:
+        usable = self.drawn[np.isfinite(self.drawn)]
+        title = f"{_capital(self.output)} of {len(usable):,} samples"
+        if indices is None:
+            figure, axes = figures.new(title)
+        else:
+            figure, (axes, beside) = figures.new_pair(title)
+            _draw_bars(beside, indices)
+        bins = int(np.clip(np.sqrt(len(usable)), 8, 80))
+        low, high = usable.min(), usable.max()
+        largest = max(abs(low), abs(high))
+        if high - low < 1e-12 * largest:
+            # Equal but for rounding: bins would be too narrow for doubles.
+            low, high = low - 1e-3 * largest, high + 1e-3 * largest
+        axes.hist(usable, bins, range=(low, high), color=figures.SKY)
+        factor, unit = choose_prefix(self.units[self.output], largest)
+        for percent, style in ((5, "--"), (50, "-"), (95, ":")):
+            value = np.percentile(usable, percent)
+            text = f"{percent} %: {value * factor:.6g} {unit}"
+            axes.axvline(value, color=figures.BLACK, lw=1.4, ls=style, label=text)
+        self._name(axes.xaxis, self.output)
+        axes.set_ylabel("samples")
         figures.add_legend_above(axes, columns=3)
-    return figure
+        return figure
 
+    def _reduce(self, over: Sequence[Grid], most: int) -> tuple[list[np.ndarray], np.ndarray]:
+        """Values of some axes in rising order, thinned out, and the output there.
 
-def _map(
-    study: Study, drawn: np.ndarray, units: Mapping[str, Any], along: Grid, up: Grid
-) -> Figure:
-    figure, axes = _new(study, units, [along, up])
-    (x, y), levels = _reduce(study, drawn, [along, up], _MOST_SIDE)
-    values = np.ma.masked_invalid(levels[1].T)
-    image = axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", rasterized=True)
-    colours = figure.colorbar(image, ax=axes, pad=0.02)
-    axes.set(xscale=_scale(along), yscale=_scale(up))
-    _name(axes.xaxis, along.name, units)
-    _name(axes.yaxis, up.name, units)
-    _name(colours.ax.yaxis, study.outputs[0], units)
-    if np.ptp(values) > 0.0:
-        factor = choose_prefix(units[study.outputs[0]], float(np.abs(values).max()))[0]
-        lines = axes.contour(x, y, values, levels=8, colors="white", linewidths=0.9)
-        axes.clabel(lines, fontsize=8, fmt=lambda level: f"{level * factor:.6g}")
-    axes.grid(False)
-    return figure
+        The output is percentiles 5, 50 and 95 of its samples, first dimension. The other axes stand
+        at their first value.
+        """
+        grid, table = self.study.grid, self.drawn.reshape(self.study.shape)
+        values = []
+        for axis in over:
+            order = np.arange(len(axis.values))
+            if axis.name not in _NAMED:
+                order = np.argsort(axis.values, kind="stable")
+            order = order[:: -(-len(order) // most)]
+            values.append(axis.values[order])
+            table = table.take(order, grid.index(axis))
+        for n, axis in enumerate(grid):
+            if axis not in over:
+                table = table.take([0], n)
+        table = np.moveaxis(table, [grid.index(axis) for axis in over], range(len(over)))
+        table = table.reshape(*map(len, values), -1)
+        with warnings.catch_warnings():
+            # A point where all is refused stays empty.
+            warnings.simplefilter("ignore", RuntimeWarning)
+            return values, np.nanpercentile(table, (5, 50, 95), axis=-1)
 
+    def _new(self, over: Sequence[Grid]) -> tuple[Figure, Axes]:
+        """A figure of the output over these axes, with the others' first values in its title."""
+        title = f"{_capital(self.output)} over {' and '.join(_words(axis.name) for axis in over)}"
+        rest = [axis for axis in self.study.varied_grid if axis not in over]
+        others = ", ".join(self._describe(axis, axis.values[0]) for axis in rest)
+        return figures.new(f"{title} ({others})" if others else title)
 
-def _histogram(
-    usable: np.ndarray,
-    output: str,
-    units: Mapping[str, Any],
-    indices: Mapping[str, float] | None,
-) -> Figure:
-    title = f"{_capital(output)} of {len(usable):,} samples"
-    if indices is None:
-        figure, axes = figures.new(title)
-    else:
-        figure, (axes, beside) = figures.new_pair(title)
-        _draw_bars(beside, indices)
-    bins = int(np.clip(np.sqrt(len(usable)), 8, 80))
-    low, high = usable.min(), usable.max()
-    largest = max(abs(low), abs(high))
-    if high - low < 1e-12 * largest:
-        # Equal but for rounding: bins would be too narrow for doubles.
-        low, high = low - 1e-3 * largest, high + 1e-3 * largest
-    axes.hist(usable, bins, range=(low, high), color=figures.SKY)
-    factor, unit = choose_prefix(units[output], largest)
-    for percent, style in ((5, "--"), (50, "-"), (95, ":")):
-        value = np.percentile(usable, percent)
-        text = f"{percent} %: {value * factor:.6g} {unit}"
-        axes.axvline(value, color=figures.BLACK, lw=1.4, ls=style, label=text)
-    _name(axes.xaxis, output, units)
-    axes.set_ylabel("samples")
-    figures.add_legend_above(axes, columns=3)
-    return figure
+    def _describe(self, grid: Grid, value: Any) -> str:
+        """A variable and its value, with its unit."""
+        if grid.name in _NAMED:
+            return str(value) if isinstance(value, str) else f"{grid.name} {value}"
+        factor, unit = choose_prefix(self.units[grid.name], float(np.abs(grid.values).max()))
+        return f"{_words(grid.name)} = {value * factor:g} {unit}".rstrip()
+
+    def _name(self, axis: Axis, name: str) -> None:
+        figures.name_axis(axis, _words(name), self.units[name])
 
 
 def _draw_bars(axes: Axes, indices: Mapping[str, float]) -> None:
@@ -145,53 +180,6 @@ def _draw_bars(axes: Axes, indices: Mapping[str, float]) -> None:
     axes.set(xlabel="first-order Sobol index")
     axes.margins(x=0.15)
     axes.grid(axis="y", visible=False)
-
-
-def _reduce(
-    study: Study, drawn: np.ndarray, over: Sequence[Grid], most: int
-) -> tuple[list[np.ndarray], np.ndarray]:
-    """Values of some axes in rising order, thinned out, and the output there.
-
-    The output is percentiles 5, 50 and 95 of its samples, first dimension. The other axes stand at
-    their first value.
-    """
-    table = drawn.reshape(*(len(grid.values) for grid in study.grid), study.number_of_samples)
-    places = {grid.name: np.array([0]) for grid in study.grid}
-    for grid in over:
-        order = np.arange(len(grid.values))
-        if grid.name not in _NAMED:
-            order = np.argsort(grid.values, kind="stable")
-        places[grid.name] = order[:: -(-len(order) // most)]
-    table = table[np.ix_(*places.values())]
-    table = np.moveaxis(table, [study.grid.index(grid) for grid in over], range(len(over)))
-    values = [grid.values[places[grid.name]] for grid in over]
-    table = table.reshape(*map(len, values), study.number_of_samples)
-    if study.number_of_samples == 1:
-        return values, np.stack([table[..., 0]] * 3)
-    with warnings.catch_warnings():
-        # A point where all is refused stays empty.
-        warnings.simplefilter("ignore", RuntimeWarning)
-        return values, np.nanpercentile(table, (5, 50, 95), axis=-1)
-
-
-def _new(study: Study, units: Mapping[str, Any], over: Sequence[Grid]) -> tuple[Figure, Axes]:
-    """A figure of the output over these axes, with the others' first values in its title."""
-    title = f"{_capital(study.outputs[0])} over {' and '.join(_words(grid.name) for grid in over)}"
-    rest = [grid for grid in study.varied_grid if grid not in over]
-    others = ", ".join(_describe(grid, grid.values[0], units) for grid in rest)
-    return figures.new(f"{title} ({others})" if others else title)
-
-
-def _describe(grid: Grid, value: Any, units: Mapping[str, Any]) -> str:
-    """A variable and its value, with its unit."""
-    if grid.name in _NAMED:
-        return str(value) if isinstance(value, str) else f"{grid.name} {value}"
-    factor, unit = choose_prefix(units[grid.name], float(np.abs(grid.values).max()))
-    return f"{_words(grid.name)} = {value * factor:g} {unit}".rstrip()
-
-
-def _name(axis: Axis, name: str, units: Mapping[str, Any]) -> None:
-    figures.name_axis(axis, _words(name), units[name])
 
 
 def _scale(grid: Grid) -> str:

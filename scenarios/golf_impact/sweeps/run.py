@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
-from contextlib import AbstractContextManager, closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
-from golf_impact.errors import UserError
+from golf_build.archive import whole
+from golf_impact.errors import UserError, missing_package
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.sweeps.chunk import FmuFile, instance_of, release, run_chunk
 from golf_impact.sweeps.executors import opened
-from golf_impact.sweeps.impacts import Results, impacts, plan
+from golf_impact.sweeps.impacts import Plan, Results, impacts, load, make_plan, release, run_chunk
 from golf_impact.sweeps.study import Study
-from golf_impact.sweeps.table_file import table_file
 from golf_impact.timing import free_bytes
 
 #: Cases of a chunk: some 40 ms of work.
@@ -34,6 +33,13 @@ _MOST_WORKERS = 256
 _POOLS = 3
 #: Chunks that may be under way or waiting to be written: a bound of the memory.
 _IN_FLIGHT = 32
+#: Rows of a Parquet row group: independent of chunks, so that the file is too.
+_ROW_GROUP = 2**16
+
+#: The values of swept variables by name, arrays of shape (cases,).
+Columns = dict[str, np.ndarray]
+#: Writes some cases: the swept variables; lines of CSV, if it is one; outputs, (cases, outputs).
+Write = Callable[[Columns, bytes, np.ndarray], object]
 
 
 class Stopped(Exception):  # noqa: N818 (not an error: the user asked for it)
@@ -56,10 +62,6 @@ class Summary:
     drawn: np.ndarray  # the first output of all cases, shape (cases,); NaN without a value
 
 
-#: The values of swept variables by name, arrays of shape (cases,).
-Columns = dict[str, np.ndarray]
-
-
 class Sweep:
     """A study and the FMU that it runs through, loaded into this process in a `with` block.
 
@@ -67,7 +69,9 @@ class Sweep:
     """
 
     def __init__(self, study: Study, fmu: Path | str | None = None) -> None:
-        need, free = study.memory, free_bytes()
+        # An estimate of the largest memory, with the figure but without chunks.
+        need = 40 * study.cases + 64 * study.number_of_samples * len(study.distributions)
+        free = free_bytes()
         if free is not None and need > free:
             raise UserError(
                 f"{study.cases:,} cases need {need / 1e9:,.1f} GB of memory, and {free / 1e9:,.1f} "
@@ -75,12 +79,11 @@ class Sweep:
             )
         self.study = study
         self.fmu = ImpactFmu(current_fmu()[0] if fmu is None else Path(fmu))
-        self.file = FmuFile.read(self.fmu.path)
-        self.plan = plan(study, self.fmu.variables)
+        self.plan = make_plan(study, self.fmu)
 
     def __enter__(self) -> Sweep:
         self.study.columns(np.array([0]))  # draws the samples
-        instance_of(self.file)
+        load(self.plan)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -88,8 +91,7 @@ class Sweep:
 
     def first_output(self, columns: Columns) -> np.ndarray:
         """The first output of these cases, shape (cases,); NaN without a value."""
-        values = self.plan.values(columns)
-        return impacts(instance_of(self.file), self.plan, values).outputs[:, 0]
+        return impacts(self.plan, columns).outputs[:, 0]
 
     def run(
         self,
@@ -110,14 +112,13 @@ class Sweep:
         ):
             if not 1 <= number <= most:
                 raise UserError(f"{option} {number} is refused: it must be 1 to {most:,}")
-        pools = (opened(executor, scheduler, workers) for _ in range(_POOLS))
+        open_executor = partial(opened, executor, scheduler, workers)
         drawn = np.empty(cases)
         refused, first, done = 0, None, 0
         begin = time.perf_counter()
-        with (
-            table_file(out, self.study, self.plan) as write,
-            closing(self._chunks(pools, chunk, out.suffix.lower() == ".csv", stop)) as chunks,
-        ):
+        as_text = out.suffix.lower() == ".csv"
+        chunks = self._chunks(open_executor, chunk, as_text, stop)
+        with self.table(out) as write, closing(chunks):
             for columns, text, (outputs, unusable, reason) in chunks:
                 write(columns, text, outputs)
                 drawn[done : done + len(outputs)] = outputs[:, 0]
@@ -129,25 +130,21 @@ class Sweep:
         return Summary(out, cases, refused, first, time.perf_counter() - begin, drawn)
 
     def _chunks(
-        self,
-        pools: Iterable[AbstractContextManager[Executor]],
-        size: int,
-        as_text: bool,
-        stop: Callable[[], bool],
+        self, open_executor: Callable, size: int, as_text: bool, stop: Callable[[], bool]
     ) -> Generator[tuple[Columns, bytes, Results], None, None]:
         """Columns and results of all chunks in order, those of a broken pool by the next one."""
         done, cases = 0, self.study.cases
-        for pool in pools:
+        for _ in range(_POOLS):
             starts = iter(range(done, cases, size))
             #: Begun some time before it is their turn.
             under_way: deque[tuple[Columns, Future[tuple[bytes, Results]]]] = deque()
             try:
-                with pool as executor:
+                with open_executor() as executor:
                     while done < cases:
                         for start in starts:
                             columns = self.study.columns(np.arange(start, min(start + size, cases)))
-                            call = partial(run_chunk, self.file, self.plan, as_text, columns)
-                            under_way.append((columns, executor.submit(call)))
+                            future = executor.submit(run_chunk, self.plan, as_text, columns)
+                            under_way.append((columns, future))
                             if under_way[0][1].done() or len(under_way) >= _IN_FLIGHT:
                                 break
                         columns, future = under_way[0]
@@ -169,6 +166,65 @@ class Sweep:
             f"worker processes ended unexpectedly {_POOLS} times (killed, out of memory, or a "
             'script without `if __name__ == "__main__":`?): nothing was written'
         ) from broken
+
+    @contextmanager
+    def table(self, path: Path) -> Iterator[Write]:
+        """A function that writes the file, for a `with` block; afterwards it is complete or absent.
+
+        UserError if the file can't be written.
+        """
+        suffix, names = path.suffix.lower(), (*self.study.names, *self.plan.outputs)
+        if suffix not in (".csv", ".parquet"):
+            raise UserError(f"--out {path} is refused: its name must end in .csv or .parquet")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with whole(path) as stream:
+                if suffix == ".csv":
+                    stream.write((",".join(names) + "\n").encode())
+                    yield lambda columns, text, outputs: stream.write(text)
+                else:
+                    with _parquet(stream, names, self.plan) as write:
+                        yield write
+        except OSError as error:
+            raise UserError(
+                f"can't write {path}: {error.strerror or error}; a file there stays as it was"
+            ) from error
+
+
+@contextmanager
+def _parquet(stream: BinaryIO, names: tuple[str, ...], plan: Plan) -> Iterator[Write]:
+    """Columns in row groups of one size; outputs without a value are null."""
+    try:
+        import pyarrow
+        from pyarrow.parquet import ParquetWriter
+    except ImportError as error:
+        raise missing_package("Parquet", "pyarrow", "sweep", ", or name a .csv file") from error
+    kinds = {"ball": pyarrow.string(), "law": pyarrow.int64()}
+    kinds |= dict.fromkeys(plan.booleans, pyarrow.bool_())
+    schema = pyarrow.schema([(name, kinds.get(name, pyarrow.float64())) for name in names])
+    waiting, rows = [schema.empty_table()], 0
+
+    def write(columns: Columns, text: bytes, outputs: np.ndarray) -> None:
+        nonlocal rows
+        arrays = [pyarrow.array(column) for column in columns.values()]
+        arrays += [pyarrow.array(column, mask=np.isnan(column)) for column in outputs.T]
+        waiting.append(pyarrow.table(arrays, names=names).cast(schema))
+        rows += len(outputs)
+        if rows >= _ROW_GROUP:
+            write_group()
+
+    def write_group() -> None:
+        nonlocal waiting, rows
+        table = pyarrow.concat_tables(waiting)
+        waiting, rows = [table.slice(_ROW_GROUP)], max(0, rows - _ROW_GROUP)
+        writer.write_table(table.slice(0, _ROW_GROUP).combine_chunks(), row_group_size=_ROW_GROUP)
+
+    with ParquetWriter(stream, schema) as writer:
+        yield write
+        if rows:
+            write_group()
+    # Later steps need the memory.
+    pyarrow.default_memory_pool().release_unused()
 
 
 def run_sweep(

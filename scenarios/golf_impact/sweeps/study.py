@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import math
+import sys
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import prod
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from golf_impact.errors import UserError, missing_package
-from golf_impact.sweeps.axes import Axis, Distribution, Grid, parse_axis
+from golf_impact.facts.balls import ball
+from golf_impact.facts.quantities import LAWS_IN_WORDS
+from golf_impact.files import read_text
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 #: Default outputs: those known at the end of contact. Law 1 has to search for extremes (max_force
 #: ...), and Booleans take a separate call.
@@ -31,6 +40,109 @@ DESIGNS = ("random", "lhs", "sobol")
 #: Length of SciPy's Sobol sequence.
 _MOST_OF_SOBOL = 2**30
 
+#: More values of one variable than this are a typing error.
+_MOST_VALUES = 10_000_000
+
+_FORMS = "VALUE, A,B,C, LO:HI:COUNT, log:LO:HI:COUNT, normal:MEAN:SIGMA or uniform:LO:HI"
+
+#: Keys of a study as a file beside [set]: their types, and these in words.
+KEYS = {
+    **dict.fromkeys(("out", "design", "scheduler", "fmu"), (str, "a text")),
+    **dict.fromkeys(("samples", "seed", "workers", "chunk"), (int, "a whole number")),
+    **dict.fromkeys(("compare", "figures"), (bool, "true or false")),
+    "outputs": (list, "a list of names"),
+}
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A variable of the FMU, or "ball", that takes each of these values, shape (n,).
+
+    They are doubles, integers for `law`, or names for `ball`.
+    """
+
+    name: str
+    text: str  # as the user wrote it
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """A variable that is normally or uniformly distributed."""
+
+    name: str
+    text: str  # as the user wrote it
+    kind: str  # "normal" or "uniform"
+    first: float  # its mean, or its least value
+    second: float  # its standard deviation, or its greatest value
+
+    def of_scipy(self) -> Any:
+        """The same distribution of scipy.stats."""
+        from scipy import stats
+
+        if self.kind == "normal":
+            return stats.norm(self.first, self.second)
+        return stats.uniform(self.first, self.second - self.first)
+
+
+def parse_axis(name: str, spec: Any) -> Grid | Distribution:
+    """The axis that a user gives: text as in `--set NAME=text`, a number or a list.
+
+    UserError: it is no axis: unknown form, `lo > hi`, a logarithm of nothing, no values, NaN.
+    """
+    if isinstance(spec, Sequence | np.ndarray) and not isinstance(spec, str):
+        spec = ",".join(map(str, spec))
+    text = str(spec).strip()
+    if name == "ball":
+        names = [ball(item.strip()).name for item in text.split(",")]
+        return Grid(name, text, np.array(names, dtype=object))
+    try:
+        axis = _parse(name, text)
+        if name != "law":
+            return axis
+        # An Integer of FMI has 32 bits.
+        if isinstance(axis, Grid) and not (axis.values % 1.0).any() and max(abs(axis.values)) < 2e9:
+            return Grid(name, text, axis.values.astype(np.int64))
+        raise ValueError("not whole numbers")
+    except ValueError as error:
+        why = LAWS_IN_WORDS if name == "law" else error
+        raise UserError(f"{name}={text} is refused: {why}") from None
+
+
+def _parse(name: str, text: str) -> Grid | Distribution:
+    first, *rest = text.split(":")
+    if "," in text or not rest:
+        return Grid(name, text, np.array([_number(item) for item in text.split(",")]))
+    word = first.strip().lower()
+    if word not in ("log", "normal", "uniform"):
+        rest = [first, *rest]
+    if len(rest) != (2 if word in ("normal", "uniform") else 3):
+        raise ValueError(f"write {_FORMS}")
+    low, high, *count = map(_number, rest)
+    if word == "normal" and high <= 0.0:
+        raise ValueError(f"the standard deviation {high:g} must be > 0")
+    if word == "log" and low <= 0.0:
+        raise ValueError(f"a logarithmic range must begin above 0, not at {low:g}")
+    if word != "normal" and low > high:
+        raise ValueError(f"the range begins at {low:g}, above its end {high:g}")
+    if not count:
+        return Distribution(name, text, word, low, high)
+    number = count[0]
+    if number % 1.0 or not 1 <= number <= _MOST_VALUES:
+        raise ValueError(f"the count {number:g} must be a whole number, 1 to {_MOST_VALUES:,}")
+    spaced = np.geomspace if word == "log" else np.linspace
+    return Grid(name, text, spaced(low, high, int(number)))
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise ValueError(f"{text.strip()!r} is no number; write {_FORMS}") from None
+    if not math.isfinite(value):
+        raise ValueError(f"{text.strip()} is no finite number")
+    return value
+
 
 @dataclass(frozen=True)
 class Study:
@@ -40,7 +152,7 @@ class Study:
     of the grid has the same samples (otherwise one), which vary faster than any axis.
     """
 
-    axes: tuple[Axis, ...]
+    axes: tuple[Grid | Distribution, ...]
     outputs: tuple[str, ...] = OUTPUTS
     number_of_samples: int = 1
     seed: int = 0
@@ -69,29 +181,22 @@ class Study:
             UserError: an axis, an output or a number isn't allowed.
         """
         axes = tuple(parse_axis(name, spec) for name, spec in sets.items())
-        chosen = OUTPUTS if outputs is None else tuple(name.strip() for name in outputs)
+        names = OUTPUTS if outputs is None else tuple(name.strip() for name in outputs)
         number = 1 if number_of_samples is None else number_of_samples
-        study = cls(axes, chosen, number, seed, design)
-        random, samples = study.distributions, f"--samples {number:,}"
+        study, samples = cls(axes, names, number, seed, design), f"--samples {number:,}"
+        without, random = number_of_samples is None, bool(study.distributions)
+        of_nothing = "has no distribution to draw from, e.g. --set club_speed=normal:45:2"
+        too_many = f"is refused: the design sobol gives at most {_MOST_OF_SOBOL:,}"
         for refused, reason in (
             (not axes, "nothing is swept: give --set NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100"),
-            (not chosen, "outputs is an empty list: name one at least, or leave it out"),
-            (len({*chosen}) < len(chosen), f"--outputs {','.join(chosen)} names one output twice"),
+            (not names, "outputs is an empty list: name one at least, or leave it out"),
+            (len({*names}) < len(names), f"--outputs {','.join(names)} names one output twice"),
             (design not in DESIGNS, f"--design {design} is unknown: it is {', '.join(DESIGNS)}"),
             (seed < 0, f"--seed {seed} is refused: it must be at least 0"),
-            (
-                random and number_of_samples is None,
-                "a distribution is swept: give the number of samples with --samples",
-            ),
-            (
-                number_of_samples is not None and not random,
-                f"{samples} has no distribution to draw from, e.g. --set club_speed=normal:45:2",
-            ),
+            (random and without, "a distribution needs a number of samples: give --samples N"),
+            (not random and not without, f"{samples} {of_nothing}"),
             (number < 1, f"{samples} is refused: it must be at least 1"),
-            (
-                design == "sobol" and number > _MOST_OF_SOBOL,
-                f"{samples} is refused: the design sobol gives at most {_MOST_OF_SOBOL:,}",
-            ),
+            (design == "sobol" and number > _MOST_OF_SOBOL, f"{samples} {too_many}"),
         ):
             if refused:
                 raise UserError(reason)
@@ -115,28 +220,23 @@ class Study:
     def names(self) -> tuple[str, ...]:
         return tuple(axis.name for axis in self.axes)
 
-    @cached_property
-    def cases(self) -> int:
-        return prod(len(axis.values) for axis in self.grid) * self.number_of_samples
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The numbers of values of the grid's axes, and of samples."""
+        return (*(len(axis.values) for axis in self.grid), self.number_of_samples)
 
     @property
-    def memory(self) -> int:
-        """Estimate of the largest memory in bytes, with the figure but without chunks."""
-        return 40 * self.cases + 64 * self.number_of_samples * len(self.distributions)
+    def cases(self) -> int:
+        return math.prod(self.shape)
 
     def columns(self, index: np.ndarray) -> dict[str, np.ndarray]:
         """Arrays of the swept variables' values in the cases of these numbers (from 0), by name.
 
         Each is a function of the case's number alone: chunks of any size give the same.
         """
-        columns: dict[str, np.ndarray] = {}
-        stride = self.number_of_samples
-        for axis in reversed(self.axes):
-            if isinstance(axis, Grid):
-                columns[axis.name] = axis.values[index // stride % len(axis.values)]
-                stride *= len(axis.values)
-            else:
-                columns[axis.name] = self._samples[axis.name][index % self.number_of_samples]
+        *points, sample = np.unravel_index(index, self.shape)
+        columns = {axis.name: axis.values[at] for axis, at in zip(self.grid, points)}
+        columns |= {name: samples[sample] for name, samples in self._samples.items()}
         return {name: columns[name] for name in self.names}
 
     @cached_property
@@ -145,14 +245,13 @@ class Study:
         generator, number = np.random.default_rng(self.seed), self.number_of_samples
         axes = self.distributions
         if self.design == "random":
-            return {axis.name: axis.draw(generator, number) for axis in axes}
+            draws = {"normal": generator.normal, "uniform": generator.uniform}
+            return {axis.name: draws[axis.kind](axis.first, axis.second, number) for axis in axes}
         try:
             from scipy.stats import qmc
         except ImportError as error:
-            otherwise = ", or use --design random"
-            raise missing_package(
-                f"the design {self.design}", "SciPy", "sweep", otherwise
-            ) from error
+            what, otherwise = f"the design {self.design}", ", or use --design random"
+            raise missing_package(what, "SciPy", "sweep", otherwise) from error
         if self.design == "lhs":
             # Its dimensions are independent: separately they take less memory.
             units = (qmc.LatinHypercube(1, seed=generator).random(number)[:, 0] for _ in axes)
@@ -162,3 +261,26 @@ class Study:
                 warnings.simplefilter("ignore", UserWarning)
                 units = iter(qmc.Sobol(len(axes), seed=generator).random(number).T)
         return {axis.name: axis.of_scipy().ppf(next(units)) for axis in axes}
+
+
+def read_study(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Read a TOML file: swept variables by name, as `Study.of` takes them, and other options.
+
+    UserError if it can't be read, or has a key that isn't in `KEYS`, or a value of another type.
+    """
+    try:
+        options = tomllib.loads(read_text(path))
+    except (ValueError, RecursionError) as error:
+        raise UserError(f"{path} is no TOML file: {error}") from error
+    sets = options.pop("set", {})
+    if not isinstance(sets, dict):
+        raise UserError(f"{path}: write a table [set] with a line for each swept variable")
+    for key, value in options.items():
+        if key not in KEYS:
+            raise UserError(f"{path}: there is no key {key}: choose from {', '.join(KEYS)}, [set]")
+        kind, words = KEYS[key]
+        # Not isinstance: a Boolean is an integer to Python. No path has a NUL character.
+        fits = type(value) is kind and "\0" not in str(value)
+        if not fits or (kind is list and not all(isinstance(name, str) for name in value)):
+            raise UserError(f"{path}: {key} = {value!r} is refused: it must be {words}")
+    return sets, options
