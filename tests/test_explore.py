@@ -384,7 +384,7 @@ def test_refused_commands(monkeypatch, tmp_path):
     refused(explore("--export", page, "--pyodide", empty), "has no pyodide.mjs that can be read")
     refused(explore("--export", page, "--set", "k=1"), "takes no --ball or --set")
     refused(explore("--pyodide", empty), "--export FOLDER")
-    refused(explore("--export", file), f"can't write into {file}")
+    refused(explore("--export", file), f"can't write {file}")
     monkeypatch.setenv("PATH", str(empty))
     refused(explore("--export", page), "npm isn't there: install npm, or")
     assert not page.exists()

@@ -17,11 +17,7 @@ from golf_impact.stopping import held
 
 
 def prepare(folder: Path, *names: str) -> None:
-    """Check that these files and others can be written into a folder, which may not exist yet.
-
-    Raises:
-        UserError: it can't be made, or not be written into.
-    """
+    """UserError unless these files and others can be written into a folder, which may not exist."""
     path = folder
     try:
         # A broken link exists, too.
@@ -30,10 +26,8 @@ def prepare(folder: Path, *names: str) -> None:
         for path in (folder / name for name in names):
             plain(path)
     except OSError as error:
-        where = f"into {folder}" if path is folder else path
-        raise UserError(
-            f"can't write {where}: {error.strerror}; choose another folder with --out"
-        ) from error
+        why = f"{error.strerror}; choose another folder with --out"
+        raise UserError(f"can't write {path}: {why}") from error
 
 
 def write_together(
@@ -41,8 +35,7 @@ def write_together(
 ) -> list[Path]:
     """Write files, content by name, into a folder, and remove stale ones: all or nothing.
 
-    Raises:
-        UserError: one of them can't be written; then all are as they were.
+    UserError: one of them can't be written; then all are as they were.
     """
     path = folder
     with held():
@@ -50,7 +43,13 @@ def write_together(
             folder.mkdir(parents=True, exist_ok=True)
             # They take their names when the block ends; until then other runs wait.
             with ExitStack() as stack:
-                _lock(folder, stack)
+                if os.name == "posix":
+                    import fcntl
+
+                    handle = os.open(folder, os.O_RDONLY)
+                    stack.callback(os.close, handle)
+                    with suppress(OSError):  # some file systems have no locks
+                        fcntl.flock(handle, fcntl.LOCK_EX)
                 for path in (folder / name for name in files):
                     stream = stack.enter_context(whole(path))
                     stream.write(files[path.name])
@@ -63,22 +62,8 @@ def write_together(
     return [folder / name for name in files]
 
 
-def _lock(folder: Path, stack: ExitStack) -> None:
-    if os.name == "posix":
-        import fcntl
-
-        handle = os.open(folder, os.O_RDONLY)
-        stack.callback(os.close, handle)
-        with suppress(OSError):  # some file systems have no locks
-            fcntl.flock(handle, fcntl.LOCK_EX)
-
-
 def read_text(path: Path) -> str:
-    """A text file (UTF-8, perhaps with a byte order mark) that a user names.
-
-    Raises:
-        UserError: it can't be read, or isn't UTF-8.
-    """
+    """A text file (UTF-8, perhaps with a byte order mark); UserError if it can't be read."""
     try:
         return path.read_text("utf-8-sig")
     except OSError as error:

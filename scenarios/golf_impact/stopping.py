@@ -1,19 +1,16 @@
 """Ctrl-C, SIGTERM and SIGHUP end the process at once; nothing half-written is left.
 
-No exception is raised: one that passes through an FMU's code is fatal to it (pythonfmu), and
-freeing the instance afterwards may crash. Instead all temporary files lie in one folder, which
-is removed, and results are put in place while signals are held back.
+No exception is raised, since one that passes through an FMU's code is fatal to it (pythonfmu). The
+folder of all temporary files is removed; results are put in place while signals are held back.
 """
 
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 #: Signals that request the end; a terminal, or a system shutting down, sends them to all processes.
-SIGNALS = tuple(
-    number for number in signal.Signals if number.name in ("SIGINT", "SIGTERM", "SIGHUP")
-)
+SIGNALS = tuple(s for s in signal.Signals if s.name in ("SIGINT", "SIGTERM", "SIGHUP"))
 
 _scratch = ""
 _holding = 0
@@ -24,64 +21,49 @@ def listen() -> None:
     """Handle these signals from now on, except those that the caller ignores (nohup)."""
     for number in SIGNALS:
         if signal.getsignal(number) != signal.SIG_IGN:
-            signal.signal(number, _handle)
+            signal.signal(number, _end)
 
 
 @contextmanager
 def scratch_folder() -> Iterator[None]:
-    """All temporary files of this process and its children lie in one folder within the block.
-
-    It is removed at the end. OSError: it can't be made.
-    """
+    """All temporary files of this process lie in one folder within the block; OSError: in none."""
     global _scratch
     # Not at the top: signals are handled before anything slow is imported.
     import tempfile
 
-    before, variables = tempfile.tempdir, dict(os.environ)
-    _scratch = tempfile.mkdtemp(prefix="golf-impact-run-")
-    tempfile.tempdir = os.environ["TMPDIR"] = _scratch
-    try:
-        yield
-    finally:
-        _remove_scratch()
-        tempfile.tempdir = before
-        os.environ.pop("TMPDIR")
-        os.environ.update(variables)
-
-
-def _remove_scratch() -> None:
-    import shutil
-
-    if _scratch:
-        shutil.rmtree(_scratch, ignore_errors=True)
+    before = tempfile.tempdir
+    with tempfile.TemporaryDirectory(
+        prefix="golf-impact-run-", ignore_cleanup_errors=True
+    ) as _scratch:
+        tempfile.tempdir = _scratch
+        try:
+            yield
+        finally:
+            tempfile.tempdir = before
 
 
 @contextmanager
-def held() -> Iterator[None]:
-    """Signals are handled at the end of this block: keep it short, or check `is_requested`."""
+def held() -> Iterator[Callable[[], bool]]:
+    """Signals are handled at the end of this block; yields whether there was one, a function."""
     global _holding
     _holding += 1
     try:
-        yield
+        yield lambda: _requested
     finally:
         _holding -= 1
         if _requested:
-            _handle()
+            _end()
 
 
-def is_requested() -> bool:
-    """Whether there was a signal, which is held back."""
-    return _requested
-
-
-def _handle(*_: object) -> None:
+def _end(*_: object) -> None:
     global _requested
     _requested = True
     if _holding:
         return
-    for number in SIGNALS:
-        signal.signal(number, signal.SIG_IGN)
-    _remove_scratch()
+    import shutil
+
+    if _scratch:
+        shutil.rmtree(_scratch, ignore_errors=True)
     # The line of a progress bar is cleared, and the cursor that it hid is shown.
     with suppress(OSError):
         clear = b"\r\x1b[2K\x1b[?25h" if os.isatty(2) else b""

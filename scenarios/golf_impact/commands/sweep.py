@@ -10,7 +10,7 @@ from typer import Argument, Context, Option
 from golf_impact.commands.console import err, progress, say, warn
 from golf_impact.commands.run import fmu_file, pairs_of
 from golf_impact.errors import UserError, missing_package
-from golf_impact.stopping import held, is_requested
+from golf_impact.stopping import held
 
 if TYPE_CHECKING:
     from golf_impact.sweeps.run import Summary, Sweep
@@ -96,7 +96,7 @@ def _run(
         prepare(file.parent, file.with_suffix(".png").name, file.with_suffix(".html").name)
     with Sweep(study, fmu_file(Path(fmu) if fmu else None)) as running:
         # Ctrl-C and SIGTERM end the sweep between chunks, and the process at the end of this block.
-        with held():
+        with held() as is_requested:
             try:
                 with progress() as begin:
                     move = begin("sweep", study.cases)

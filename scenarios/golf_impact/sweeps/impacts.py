@@ -222,8 +222,8 @@ def _run(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Result
 class _Table:
     """Values of these variables in rows for C functions, one a case, and in columns for NumPy."""
 
-    def __init__(self, fmu: ImpactFmu, names: Sequence[str], cases: int, kind: type) -> None:
+    def __init__(self, fmu: ImpactFmu, names: Sequence[str], cases: int, kind: Any) -> None:
         self.width = ctypes.c_size_t(len(names))
         self.references = (ctypes.c_uint * len(names))(*fmu.references(names))
-        self.rows: Any = (kind * len(names) * cases)()
+        self.rows = (kind * len(names) * cases)()
         self.columns = dict(zip(names, np.ctypeslib.as_array(self.rows).T))

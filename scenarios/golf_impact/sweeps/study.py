@@ -72,7 +72,7 @@ class Distribution:
 
     name: str
     text: str  # as the user wrote it
-    kind: str  # "normal" or "uniform"
+    kind: str  # "normal" or "uniform", as NumPy's generators call it
     first: float  # its mean, or its least value
     second: float  # its standard deviation, or its greatest value
 
@@ -245,8 +245,8 @@ class Study:
         generator, number = np.random.default_rng(self.seed), self.number_of_samples
         axes = self.distributions
         if self.design == "random":
-            draws = {"normal": generator.normal, "uniform": generator.uniform}
-            return {axis.name: draws[axis.kind](axis.first, axis.second, number) for axis in axes}
+            draws = (getattr(generator, axis.kind) for axis in axes)
+            return {a.name: draw(a.first, a.second, number) for a, draw in zip(axes, draws)}
         try:
             from scipy.stats import qmc
         except ImportError as error:
