@@ -243,7 +243,7 @@ def test_shots_of_clubs(evaluator, fmus, club):
 def test_a_shot_that_is_refused_leaves_the_impact(evaluator):
     result = evaluator({"values": {"dynamic_loft": 1.4, "attack_angle": -0.5}})
     assert result["state"].startswith("No flight: attack_angle = -0.5 is refused")
-    assert result["flight"] == {}
+    assert result["flight"] == {"distance": [], "height": []}
     assert result["metrics"].items() <= evaluator({})["metrics"].items()
     assert [one["value"] for one in result["readouts"][-3:]] == ["–"] * 3
 
