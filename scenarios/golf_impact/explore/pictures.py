@@ -14,10 +14,13 @@ from golf_impact.report.styles import BLUE, GREEN, ORANGE, SKY, VERMILION
 THEME = Theme(
     json={
         "attrs": {
-            "Plot": {"background_fill_color": None, "border_fill_color": None, "min_border": 2},
+            "Plot": dict.fromkeys(
+                ("background_fill_color", "border_fill_color", "outline_line_color")
+            ),
             "Toolbar": {"autohide": True, "logo": None},
             "Axis": {"axis_label_standoff": 2, "minor_tick_line_color": None},
             "ContinuousTicker": {"desired_num_ticks": 5},
+            "Label": {"text_font_size": "12px"},
         }
     }
 )
@@ -77,7 +80,7 @@ class Pictures:
         ends = {"x_range": self.ranges["scene_width"], "y_range": self.ranges["scene_height"]}
         picture = figure(**ends, tools="", toolbar_location=None)
         picture.html_attributes = {"aria-label": "Club and ball, to scale", "role": "img"}
-        picture.sizing_mode = "stretch_both"
+        picture.sizing_mode, picture.min_border = "stretch_both", 0
         picture.axis.visible = picture.grid.visible = False
         picture.hspan(y=[0], line_alpha=0.4, **_GREY)
         club: dict[str, Any] = {"left": "club_back", "right": "club_position"}
@@ -161,6 +164,7 @@ class Pictures:
         idle: dict[str, Any] = {"tools": "box_zoom,reset,save", "active_drag": None}
         picture = figure(title=title, x_range=ends[0], y_range=ends[1], **idle)
         picture.sizing_mode, picture.toolbar_location = "stretch_both", "above"
+        picture.min_border = 2
         about = f"{title}: {labels[1]} over {labels[0]}"
         picture.html_attributes = {"aria-label": about, "role": "img"}
         for axis, label in zip((picture.xaxis, picture.yaxis), labels):
