@@ -145,7 +145,8 @@ class Evaluator:
         valid = metrics if separated else {name: metrics[name] for name in MAXIMA if touched}
         shot, flight, problem = self.shot(values, metrics) if separated else ({}, NO_FLIGHT, "")
         cases = (*self.facts["examples"], *self.facts["clubs"])
-        example = next((one for one in cases if values == self.defaults | one["values"]), {})
+        same = [one for one in cases if values == self.defaults | one["values"]]
+        example: Mapping[str, Any] = same[0] if same else {}
         changed = {name: x for name, x in values.items() if x != self.defaults[name]}
         texts = {name: repr(x).removesuffix(".0") for name, x in changed.items()}
         # Without a parameter the page opens, and `golf-impact run` runs, something else.

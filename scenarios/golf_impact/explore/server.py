@@ -2,7 +2,7 @@
 
 import json
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -26,20 +26,24 @@ NAMES = {"127.0.0.1", "localhost", "::1"}
 _LARGEST = 65536
 
 
-def serve(path: Path, port: int, ready: Callable[[str], None]) -> None:
+def serve(path: Path, port: int, values: Mapping[str, float], ready: Callable[[str], None]) -> None:
     """Serve the page until the process is stopped.
 
     Args:
         path: the .fmu file.
         port: 0 for any that is free.
+        values: inputs and parameters of the case to begin with; none for that of the page.
         ready: called with the page's address when it can be opened.
 
     Raises:
-        UserError: the port can't be used.
+        UserError: the FMU refuses a value, or the port can't be used.
     """
     folder = TemporaryDirectory(prefix="golf-impact-")
     with ImpactFmu(path) as fmu, companions(fmu) as fmus, folder as page:
         evaluator = Evaluator(fmus, UserError, facts_of(fmus))
+        case = evaluator({"values": values})
+        if "refused" in case:
+            raise UserError(case["refused"])
         for name, data in page_files(evaluator).items():
             Path(page, name).write_bytes(data)
         handler = partial(_Handler, evaluator, directory=page)
@@ -51,7 +55,8 @@ def serve(path: Path, port: int, ready: Callable[[str], None]) -> None:
                 "--port 0 for any that is free"
             ) from error
         with server:
-            ready(f"http://{HOST}:{server.server_port}/")
+            query = f"?{case['query']}" if values else ""
+            ready(f"http://{HOST}:{server.server_port}/{query}")
             server.serve_forever()
 
 
