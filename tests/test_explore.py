@@ -539,13 +539,13 @@ def test_the_physics_in_webassembly(exported, fmu):
 class Tab:
     """The page in a tab."""
 
-    def __init__(self, browser, address, new=True):
+    def __init__(self, browser, address, new=True, ready="yes"):
         self.browser = browser
         if new:
             browser.switch_to.new_window("tab")
         self.handle = browser.current_window_handle
         browser.get(address)
-        self.until(lambda: self.js("return document.body.dataset.ready") == "yes")
+        self.until(lambda: self.js("return document.body.dataset.ready") == ready)
 
     def js(self, code, *arguments):
         return self.browser.execute_script(code, *arguments)
@@ -1024,6 +1024,21 @@ def test_light_and_dark(tab):
     assert tab.js(background) != light
     tab.press("Light")
     assert tab.js(background) == light
+
+
+@pytest.mark.parametrize("address", ["exported"], indirect=True)
+def test_a_runtime_that_is_late_is_reported(browser, address):
+    """The page's minute lasts a tenth of a second here."""
+    browser.switch_to.new_window("tab")
+    source = "const wait = setTimeout; setTimeout = (f, ms) => wait(f, ms == 60000 ? 100 : ms)"
+    browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": source})
+    browser.execute_cdp_cmd("Emulation.setCPUThrottlingRate", {"rate": 4})
+    tab = Tab(browser, address, new=False, ready=None)
+    tab.until(lambda: "has not started within 60 s" in tab.text("runtime"))
+    browser.execute_cdp_cmd("Emulation.setCPUThrottlingRate", {"rate": 1})
+    # It may come all the same.
+    tab.until(lambda: "numbers agree" in tab.text("runtime"))
+    tab.close()
 
 
 @pytest.mark.parametrize(
