@@ -13,12 +13,6 @@ from golf_impact.facts.toml import read_toml
 _UNCERTAIN = ("k", "b", "exponent", "restitution_at_rest", "restitution_slope")
 _SETTABLE = ("law", *_UNCERTAIN, "reference_compression", "m_ball", "ball_diameter")
 
-#: The load of the PGA compression rating: 200 lbf, N.
-_RATING_LOAD = 200.0 * 4.4482216152605
-
-#: A thousandth of an inch, m.
-_MIL = 25.4e-6
-
 
 @dataclass(frozen=True)
 class Ball:
@@ -49,7 +43,8 @@ def rating_stiffness(rating: float) -> float:
     deflection is on each side. The compression is slow, its force a fifth of an impact's or less,
     and there is no industry standard.
     """
-    return 2.0 * _RATING_LOAD / ((160.0 - rating) * _MIL)
+    load, mil = 200.0 * 4.4482216152605, 25.4e-6  # N, m
+    return 2.0 * load / ((160.0 - rating) * mil)
 
 
 def ball(name: str) -> Ball:

@@ -56,7 +56,7 @@ class Printed:
 
 
 class Deviation(NamedTuple):
-    """A printed number that the document's own scheme doesn't give."""
+    """A printed number (in SI units) that the document's own scheme doesn't give."""
 
     case: str  #: in words
     printed: str

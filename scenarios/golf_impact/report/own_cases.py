@@ -73,7 +73,7 @@ def own_cases(
 
     @report.figure(f"{stem}_force")
     def force(figures):
-        case = "" if len(balls) > 1 else report.describe(**{**balls[0].values, **values})
+        case = "" if len(balls) > 1 else report.describe(**given)
         return figures.plot_forces(f"Contact force: {title}", case, curves)
 
     return stem, report
