@@ -1,4 +1,4 @@
-"""The source document: its title, equations and printed numbers, and how they are read here.
+"""The source document: its equations and printed numbers, and how they are read here.
 
 Its numbers are those of an explicit Euler scheme with a step of 0.5 µs, stopped a few samples after
 the end of contact; they differ by some tenths of a per cent from the exact solution of its own
@@ -11,10 +11,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from golf_impact.facts.toml import read_toml
-
-SERIES = "Doing Physics with Python"
-TITLE = "A one-dimensional model for the collision between a golf club and golf ball"
-SCRIPT = "golfSpring.py"
 
 #: The step of the document's scheme, s.
 TIME_STEP = 0.5e-6

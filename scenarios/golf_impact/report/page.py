@@ -11,7 +11,7 @@ from golf_build import VERSION
 from golf_build.packaging import render
 from golf_impact.facts import document
 from golf_impact.files import as_json, write_together
-from golf_impact.report.outcome import KINDS, Table, summarize_checks
+from golf_impact.report.outcome import Table, summarize_checks
 from golf_impact.report.report import Report
 
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -69,11 +69,9 @@ def render_page(
         figures=shown,
         guid=guid,
         version=VERSION,
-        document=document,
         readings=document_tables() if len(reports) > 1 else [],
         checks=[check for report in reports.values() for check in report.checks],
         deviations=[text for report in reports.values() for text in report.deviations],
-        kinds=KINDS,
         summarize=summarize_checks,
     )
 
