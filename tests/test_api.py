@@ -9,9 +9,9 @@ from golf_impact import api
 
 
 def test_public_names():
-    assert golf_impact.__all__ == api.__all__ == sorted(api.__all__)
-    assert set(api.__all__) <= set(dir(golf_impact))
-    for name in api.__all__:
+    assert golf_impact.__all__ == sorted(golf_impact.__all__)
+    assert set(golf_impact.__all__) <= set(dir(golf_impact))
+    for name in golf_impact.__all__:
         assert getattr(golf_impact, name) is getattr(api, name)
     with pytest.raises(AttributeError, match="no attribute 'golf'"):
         golf_impact.golf  # noqa: B018

@@ -7,28 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from golf_impact.calibration.calibration import Calibration, calibrate
-from golf_impact.errors import UserError
-from golf_impact.facts.balls import BALLS, Ball, read_ball
+from golf_impact.calibration.calibration import Calibration, calibrate  # noqa: F401
+from golf_impact.errors import UserError  # noqa: F401
+from golf_impact.facts.balls import BALLS, Ball, read_ball  # noqa: F401
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import METRICS, PATH, ImpactFmu
-from golf_impact.sweeps import Study, Summary, run_sweep
-
-__all__ = [
-    "Ball",
-    "Calibration",
-    "ImpactFmu",
-    "Study",
-    "Summary",
-    "UserError",
-    "balls",
-    "calibrate",
-    "load_fmu",
-    "read_ball",
-    "run_impact",
-    "run_sweep",
-    "run_trajectory",
-]
+from golf_impact.sweeps import Study, Summary, run_sweep  # noqa: F401
 
 
 def load_fmu(path: Path | str | None = None) -> ImpactFmu:

@@ -32,9 +32,7 @@ def scratch_folder() -> Iterator[None]:
     import tempfile
 
     before = tempfile.tempdir
-    with tempfile.TemporaryDirectory(
-        prefix="golf-impact-run-", ignore_cleanup_errors=True
-    ) as _scratch:
+    with tempfile.TemporaryDirectory(prefix="golf-impact-", ignore_cleanup_errors=True) as _scratch:
         tempfile.tempdir = _scratch
         try:
             yield

@@ -15,25 +15,21 @@ from functools import partial
 from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 from golf_impact.errors import UserError, missing_package
 from golf_impact.fmu.loaded import first_line
 from golf_impact.stopping import SIGNALS
-
-P = ParamSpec("P")
-T = TypeVar("T")
 
 #: How long a cluster may take to respond, and to have a worker.
 _PATIENCE = "20s"
 
 
 class Here(Executor):
-    """Runs each call at once, in this thread."""
+    """Runs each call at once, in this thread; its errors are raised by `submit`."""
 
-    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """See `concurrent.futures.Executor`; errors are raised here."""
-        future: Future[T] = Future()
+    def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
+        future: Future = Future()
         future.set_result(fn(*args, **kwargs))
         return future
 
@@ -56,9 +52,7 @@ def process_pool(workers: int) -> Iterator[Executor]:
     At the end of the block they finish their calls. They ignore Ctrl-C, and end with this process,
     however it ends.
     """
-    with tempfile.TemporaryDirectory(
-        prefix="golf-impact-workers-", ignore_cleanup_errors=True
-    ) as folder:
+    with tempfile.TemporaryDirectory(prefix="golf-impact-workers-") as folder:
         # A forked process would inherit threads' locks, and an FMU that has been loaded.
         pool = _Pool(workers, get_context("spawn"), _begin_worker, (folder,))
         pool.folder = folder
@@ -81,8 +75,7 @@ class _Pool(ProcessPoolExecutor):
 
     folder: str
 
-    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """See `concurrent.futures.Executor`."""
+    def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
         call: Any = _InFile(partial(fn, *args, **kwargs), self.folder)
         return super().submit(_call, call)
 

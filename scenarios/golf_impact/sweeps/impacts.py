@@ -27,7 +27,7 @@ from golf_impact.errors import UserError
 from golf_impact.facts.balls import ball
 from golf_impact.facts.quantities import undefined_results
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.sweeps.study import Grid, Study
+from golf_impact.sweeps.study import Study
 
 _DISCARD = 2
 
@@ -39,8 +39,7 @@ class Plan:
     digest: str  # SHA-256 of the FMU's file, in hexadecimal
     data: bytes = field(repr=False)  # the file
     fixed: dict[str, float]  # inputs and parameters that are the same in all cases
-    varied: tuple[str, ...]  # the Real ones that aren't, in the order in which they are set
-    laws: tuple[str, ...]  # the Integer `law`, if it isn't either
+    varied: tuple[str, ...]  # those that aren't, in the order in which they are set
     only_inputs: bool  # whether all that varies may still change after initialization
     balls: dict[str, dict[str, float]]  # what ball presets set: values by variable and ball
     outputs: tuple[str, ...]  # what is read, in order
@@ -60,35 +59,29 @@ def make_plan(study: Study, fmu: ImpactFmu) -> Plan:
     variables, data = fmu.variables, fmu.path.read_bytes()
     settable = [v.name for v in variables.values() if v.causality in ("input", "parameter")]
     outputs = {v.name: v.type for v in variables.values() if v.causality == "output"}
-    for name in study.names:
-        if name not in (*settable, "ball"):
-            raise UserError(
-                f"there is no input or parameter {name}: choose from {', '.join(settable)} and ball"
-            )
-    for name in study.outputs:
-        if name not in outputs:
-            raise UserError(f"there is no output {name!r}: choose from {', '.join(outputs)}")
-    # None for a distribution.
-    values = {axis.name: axis.values if isinstance(axis, Grid) else None for axis in study.axes}
-    names = values.pop("ball", None)
-    presets = {} if names is None else {name: ball(name).values for name in names}
+    for kind, names, known in (
+        ("input or parameter", study.names, [*settable, "ball"]),
+        ("output", study.outputs, outputs),
+    ):
+        for name in names:
+            if name not in known:
+                raise UserError(f"there is no {kind} {name!r}: choose from {', '.join(known)}")
+    grids = {axis.name: axis.values for axis in study.grid}
+    presets = {name: ball(name).values for name in grids.pop("ball", ())}
     # What balls set, unless it is swept itself; defaults for what a ball doesn't set.
     balls = {
         name: {of: preset.get(name, fmu.default(name)) for of, preset in presets.items()}
-        for name in sorted(set(chain(*presets.values())) - set(values))
+        for name in sorted(set(chain(*presets.values())) - set(study.names))
     }
-    values |= {name: np.array(list(of_ball.values())) for name, of_ball in balls.items()}
+    grids |= {name: np.array(list(of_ball.values())) for name, of_ball in balls.items()}
     fixed = {
-        name: column[0].item()
-        for name, column in values.items()
-        if column is not None and (column == column[0]).all()
+        name: column[0].item() for name, column in grids.items() if (column == column[0]).all()
     }
-    varied = tuple(name for name in values if name not in fixed and name != "law")
-    laws = ("law",) if "law" in values and "law" not in fixed else ()
-    only_inputs = all(variables[name].causality == "input" for name in (*varied, *laws))
+    varied = [name for name in (*study.names, *balls) if name not in (*fixed, "ball")]
+    only_inputs = all(variables[name].causality == "input" for name in varied)
     booleans = tuple(name for name in study.outputs if outputs[name] == "Boolean")
     digest = hashlib.sha256(data).hexdigest()
-    return Plan(digest, data, fixed, varied, laws, only_inputs, balls, study.outputs, booleans)
+    return Plan(digest, data, fixed, tuple(varied), only_inputs, balls, study.outputs, booleans)
 
 
 class Results(NamedTuple):
@@ -108,18 +101,17 @@ _loaded: dict[str, ImpactFmu] = {}
 
 def load(plan: Plan) -> ImpactFmu:
     """This process's instance of the FMU, loaded if necessary; UserError if it can't be."""
-    with _lock:
-        if plan.digest not in _loaded:
-            release()
-            if hashlib.sha256(plan.data).hexdigest() != plan.digest:
-                raise UserError("the FMU was damaged on its way to this process")
-            with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
-                path = Path(folder, "ClubBallImpact.fmu")
-                path.write_bytes(plan.data)
-                _loaded[plan.digest] = ImpactFmu(path).__enter__()
-            # When the process ends: an FMU that is never freed may crash it then.
-            Finalize(None, release, exitpriority=10)
-        return _loaded[plan.digest]
+    if plan.digest not in _loaded:
+        release()
+        if hashlib.sha256(plan.data).hexdigest() != plan.digest:
+            raise UserError("the FMU was damaged on its way to this process")
+        with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+            path = Path(folder, "ClubBallImpact.fmu")
+            path.write_bytes(plan.data)
+            _loaded[plan.digest] = ImpactFmu(path).__enter__()
+        # When the process ends: an FMU that is never freed may crash it then.
+        Finalize(None, release, exitpriority=10)
+    return _loaded[plan.digest]
 
 
 def release() -> None:
@@ -163,15 +155,15 @@ def impacts(plan: Plan, columns: Mapping[str, np.ndarray]) -> Results:
 def _run(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Results:
     number = len(next(iter(values.values())))
     steps = np.broadcast_to(fmu.horizon({**plan.fixed, **values}), number).tolist()
-    inputs = _Table(fmu, plan.varied, number, ctypes.c_double)
-    laws = _Table(fmu, plan.laws, number, ctypes.c_int)
+    # All inputs and parameters are Real but for the law.
+    inputs = _Table(fmu, [n for n in plan.varied if n != "law"], number, ctypes.c_double)
+    laws = _Table(fmu, [n for n in plan.varied if n == "law"], number, ctypes.c_int)
     for name, column in (inputs.columns | laws.columns).items():
         column[:] = values[name]
-    names = [name for name in plan.outputs if name not in plan.booleans]
-    reals = _Table(fmu, names, number, ctypes.c_double)
     # Results depend on whether there was a contact and a separation.
     names = sorted({*plan.booleans, "touched", "separated"})
     flags = _Table(fmu, names, number, ctypes.c_int)
+    reals = _Table(fmu, [n for n in plan.outputs if n not in names], number, ctypes.c_double)
     dll, component = fmu.slave.dll, ctypes.c_void_p(fmu.slave.component)
     restore, leave_initialization = dll["fmi2SetFMUstate"], dll["fmi2ExitInitializationMode"]
     set_real, set_integer, do_step = dll["fmi2SetReal"], dll["fmi2SetInteger"], dll["fmi2DoStep"]

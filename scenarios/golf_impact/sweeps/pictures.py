@@ -32,8 +32,7 @@ def draw(
 ) -> Figure | None:
     """A line, lines, a heat map, or a histogram beside Sobol indices, whichever fits the study.
 
-    `drawn` is its first output, shape (cases,), NaN where refused. None if fewer
-    than two cases were accepted.
+    `drawn` is its first output, shape (cases,), NaN where refused. None if it has fewer than two.
     """
     if np.isfinite(drawn).sum() < 2:
         return None
@@ -41,9 +40,8 @@ def draw(
     if not study.varied_grid:
         return picture.histogram(indices)
     # Over amounts, the one with most values first, with a line for each ball or law.
-    along, *others = sorted(
-        study.varied_grid, key=lambda grid: (grid.name in _NAMED, -len(grid.values))
-    )
+    grids = sorted(study.varied_grid, key=lambda grid: (grid.name in _NAMED, -len(grid.values)))
+    along, *others = grids
     by = next((grid for grid in others if grid.name in _NAMED), others[0] if others else None)
     if by is None or by.name in _NAMED or len(by.values) <= _FEW:
         return picture.lines(along, by)
@@ -106,12 +104,18 @@ class _Picture:
 
     def histogram(self, indices: Mapping[str, float] | None) -> Figure:
         usable = self.drawn[np.isfinite(self.drawn)]
-        title = f"{_capital(self.output)} of {len(usable):,} samples"
+        title = f"{_words(self.output).capitalize()} of {len(usable):,} samples"
         if indices is None:
             figure, axes = figures.new(title)
         else:
             figure, (axes, beside) = figures.new_pair(title)
-            _draw_bars(beside, indices)
+            names = sorted(indices, key=lambda name: indices[name])
+            shares = [indices[name] for name in names]
+            bars = beside.barh([*map(_words, names)], shares, color=figures.BLUE, height=0.6)
+            beside.bar_label(bars, fmt="{:.2f}", padding=4)
+            beside.set(xlabel="first-order Sobol index")
+            beside.margins(x=0.15)
+            beside.grid(axis="y", visible=False)
         bins = int(np.clip(np.sqrt(len(usable)), 8, 80))
         low, high = usable.min(), usable.max()
         largest = max(abs(low), abs(high))
@@ -135,20 +139,18 @@ class _Picture:
         The output is percentiles 5, 50 and 95 of its samples, first dimension. The other axes stand
         at their first value.
         """
-        grid, table = self.study.grid, self.drawn.reshape(self.study.shape)
-        values = []
+        places = {axis.name: np.array([0]) for axis in self.study.grid}
         for axis in over:
             order = np.arange(len(axis.values))
             if axis.name not in _NAMED:
                 order = np.argsort(axis.values, kind="stable")
-            order = order[:: -(-len(order) // most)]
-            values.append(axis.values[order])
-            table = table.take(order, grid.index(axis))
-        for n, axis in enumerate(grid):
-            if axis not in over:
-                table = table.take([0], n)
-        table = np.moveaxis(table, [grid.index(axis) for axis in over], range(len(over)))
+            places[axis.name] = order[:: -(-len(order) // most)]
+        table = self.drawn.reshape(self.study.shape)[np.ix_(*places.values())]
+        table = np.moveaxis(table, [self.study.grid.index(axis) for axis in over], range(len(over)))
+        values = [axis.values[places[axis.name]] for axis in over]
         table = table.reshape(*map(len, values), -1)
+        if self.study.number_of_samples == 1:
+            return values, np.stack([table[..., 0]] * 3)
         with warnings.catch_warnings():
             # A point where all is refused stays empty.
             warnings.simplefilter("ignore", RuntimeWarning)
@@ -156,7 +158,8 @@ class _Picture:
 
     def _new(self, over: Sequence[Grid]) -> tuple[Figure, Axes]:
         """A figure of the output over these axes, with the others' first values in its title."""
-        title = f"{_capital(self.output)} over {' and '.join(_words(axis.name) for axis in over)}"
+        names = " and ".join(_words(axis.name) for axis in over)
+        title = f"{_words(self.output).capitalize()} over {names}"
         rest = [axis for axis in self.study.varied_grid if axis not in over]
         others = ", ".join(self._describe(axis, axis.values[0]) for axis in rest)
         return figures.new(f"{title} ({others})" if others else title)
@@ -172,23 +175,9 @@ class _Picture:
         figures.name_axis(axis, _words(name), self.units[name])
 
 
-def _draw_bars(axes: Axes, indices: Mapping[str, float]) -> None:
-    names = sorted(indices, key=lambda name: indices[name])
-    values = [indices[name] for name in names]
-    bars = axes.barh([_words(name) for name in names], values, color=figures.BLUE, height=0.6)
-    axes.bar_label(bars, fmt="{:.2f}", padding=4)
-    axes.set(xlabel="first-order Sobol index")
-    axes.margins(x=0.15)
-    axes.grid(axis="y", visible=False)
-
-
 def _scale(grid: Grid) -> str:
     return "log" if grid.text.startswith("log:") else "linear"
 
 
 def _words(name: str) -> str:
     return name.replace("_", " ")
-
-
-def _capital(name: str) -> str:
-    return _words(name[:1].upper() + name[1:])

@@ -38,8 +38,6 @@ _ROW_GROUP = 2**16
 
 #: The values of swept variables by name, arrays of shape (cases,).
 Columns = dict[str, np.ndarray]
-#: Writes some cases: the swept variables; lines of CSV, if it is one; outputs, (cases, outputs).
-Write = Callable[[Columns, bytes, np.ndarray], object]
 
 
 class Stopped(Exception):  # noqa: N818 (not an error: the user asked for it)
@@ -168,10 +166,11 @@ class Sweep:
         ) from broken
 
     @contextmanager
-    def table(self, path: Path) -> Iterator[Write]:
-        """A function that writes the file, for a `with` block; afterwards it is complete or absent.
+    def table(self, path: Path) -> Iterator[Callable[..., object]]:
+        """Write the file in a `with` block; afterwards it is complete, or as it was.
 
-        UserError if the file can't be written.
+        Yields a function that writes some cases: columns of swept variables, lines of CSV (unused
+        in other files), and outputs of shape (cases, outputs). UserError: it can't be written.
         """
         suffix, names = path.suffix.lower(), (*self.study.names, *self.plan.outputs)
         if suffix not in (".csv", ".parquet"):
@@ -192,7 +191,9 @@ class Sweep:
 
 
 @contextmanager
-def _parquet(stream: BinaryIO, names: tuple[str, ...], plan: Plan) -> Iterator[Write]:
+def _parquet(
+    stream: BinaryIO, names: tuple[str, ...], plan: Plan
+) -> Iterator[Callable[..., object]]:
     """Columns in row groups of one size; outputs without a value are null."""
     try:
         import pyarrow

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,12 +15,7 @@ import numpy as np
 from golf_impact.errors import UserError, missing_package
 from golf_impact.facts.balls import ball
 from golf_impact.facts.quantities import LAWS_IN_WORDS
-from golf_impact.files import read_text
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from golf_impact.facts.toml import read_toml
 
 #: Default outputs: those known at the end of contact. Law 1 has to search for extremes (max_force
 #: ...), and Booleans take a separate call.
@@ -36,9 +30,6 @@ OUTPUTS = (
 
 #: Sampling designs: independent, Latin hypercube, scrambled Sobol sequence.
 DESIGNS = ("random", "lhs", "sobol")
-
-#: Length of SciPy's Sobol sequence.
-_MOST_OF_SOBOL = 2**30
 
 #: More values of one variable than this are a typing error.
 _MOST_VALUES = 10_000_000
@@ -110,15 +101,21 @@ def parse_axis(name: str, spec: Any) -> Grid | Distribution:
 
 
 def _parse(name: str, text: str) -> Grid | Distribution:
-    first, *rest = text.split(":")
-    if "," in text or not rest:
-        return Grid(name, text, np.array([_number(item) for item in text.split(",")]))
-    word = first.strip().lower()
+    word, _, rest = text.partition(":")
+    word = word.strip().lower()
     if word not in ("log", "normal", "uniform"):
-        rest = [first, *rest]
-    if len(rest) != (2 if word in ("normal", "uniform") else 3):
+        word, rest = "", text
+    try:
+        numbers = [float(number) for number in rest.split(":" if word or ":" in rest else ",")]
+    except ValueError:
+        raise ValueError(f"write {_FORMS}") from None
+    if not np.isfinite(numbers).all():
+        raise ValueError("its numbers must be finite")
+    if not word and ":" not in rest:
+        return Grid(name, text, np.array(numbers))
+    if len(numbers) != (2 if word in ("normal", "uniform") else 3):
         raise ValueError(f"write {_FORMS}")
-    low, high, *count = map(_number, rest)
+    low, high, *count = numbers
     if word == "normal" and high <= 0.0:
         raise ValueError(f"the standard deviation {high:g} must be > 0")
     if word == "log" and low <= 0.0:
@@ -127,21 +124,10 @@ def _parse(name: str, text: str) -> Grid | Distribution:
         raise ValueError(f"the range begins at {low:g}, above its end {high:g}")
     if not count:
         return Distribution(name, text, word, low, high)
-    number = count[0]
-    if number % 1.0 or not 1 <= number <= _MOST_VALUES:
-        raise ValueError(f"the count {number:g} must be a whole number, 1 to {_MOST_VALUES:,}")
+    if count[0] % 1.0 or not 1 <= count[0] <= _MOST_VALUES:
+        raise ValueError(f"the count {count[0]:g} must be a whole number, 1 to {_MOST_VALUES:,}")
     spaced = np.geomspace if word == "log" else np.linspace
-    return Grid(name, text, spaced(low, high, int(number)))
-
-
-def _number(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise ValueError(f"{text.strip()!r} is no number; write {_FORMS}") from None
-    if not math.isfinite(value):
-        raise ValueError(f"{text.strip()} is no finite number")
-    return value
+    return Grid(name, text, spaced(low, high, int(count[0])))
 
 
 @dataclass(frozen=True)
@@ -186,7 +172,7 @@ class Study:
         study, samples = cls(axes, names, number, seed, design), f"--samples {number:,}"
         without, random = number_of_samples is None, bool(study.distributions)
         of_nothing = "has no distribution to draw from, e.g. --set club_speed=normal:45:2"
-        too_many = f"is refused: the design sobol gives at most {_MOST_OF_SOBOL:,}"
+        too_many = f"is refused: the design sobol gives at most {2**30:,}"
         for refused, reason in (
             (not axes, "nothing is swept: give --set NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100"),
             (not names, "outputs is an empty list: name one at least, or leave it out"),
@@ -196,7 +182,7 @@ class Study:
             (random and without, "a distribution needs a number of samples: give --samples N"),
             (not random and not without, f"{samples} {of_nothing}"),
             (number < 1, f"{samples} is refused: it must be at least 1"),
-            (design == "sobol" and number > _MOST_OF_SOBOL, f"{samples} {too_many}"),
+            (design == "sobol" and number > 2**30, f"{samples} {too_many}"),
         ):
             if refused:
                 raise UserError(reason)
@@ -268,10 +254,7 @@ def read_study(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
     UserError if it can't be read, or has a key that isn't in `KEYS`, or a value of another type.
     """
-    try:
-        options = tomllib.loads(read_text(path))
-    except (ValueError, RecursionError) as error:
-        raise UserError(f"{path} is no TOML file: {error}") from error
+    options = read_toml(path)
     sets = options.pop("set", {})
     if not isinstance(sets, dict):
         raise UserError(f"{path}: write a table [set] with a line for each swept variable")
