@@ -16,9 +16,7 @@ Job = Callable[[], float]
 
 def measure_seconds(work: Callable[[], object], units: int = 1) -> float:
     """Run time of a call per unit of work, s."""
-    begin = timeit.default_timer()
-    work()
-    return (timeit.default_timer() - begin) / units
+    return timeit.timeit(work, number=1) / units
 
 
 def run_interleaved(

@@ -2,10 +2,6 @@
 
 From Python: `run_sweep(Study.of({"k": "0.5e6:2e6:100", "b": "0,9,12"}), "k.csv")`. With
 `executor=` any executor of the interface of concurrent.futures takes the chunks.
-
-- `study`: swept variables. · `impacts`: calls of the FMU. · `run`, `executors`: distribution of
-  chunks, the output file. · `comparison`: against a loop over fmpy.simulate_fmu. · `pictures`,
-  `sensitivity`: results.
 """
 
 from golf_impact.sweeps.run import Stopped, Summary, Sweep, run_sweep

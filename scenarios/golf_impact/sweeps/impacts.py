@@ -40,7 +40,6 @@ class Plan:
     data: bytes = field(repr=False)  # the file
     fixed: dict[str, float]  # inputs and parameters that are the same in all cases
     varied: tuple[str, ...]  # those that aren't, in the order in which they are set
-    only_inputs: bool  # whether all that varies may still change after initialization
     balls: dict[str, dict[str, float]]  # what ball presets set: values by variable and ball
     outputs: tuple[str, ...]  # what is read, in order
     booleans: tuple[str, ...]  # those of them that are Booleans
@@ -78,10 +77,9 @@ def make_plan(study: Study, fmu: ImpactFmu) -> Plan:
         name: column[0].item() for name, column in grids.items() if (column == column[0]).all()
     }
     varied = [name for name in (*study.names, *balls) if name not in (*fixed, "ball")]
-    only_inputs = all(variables[name].causality == "input" for name in varied)
     booleans = tuple(name for name in study.outputs if outputs[name] == "Boolean")
     digest = hashlib.sha256(data).hexdigest()
-    return Plan(digest, data, fixed, tuple(varied), only_inputs, balls, study.outputs, booleans)
+    return Plan(digest, data, fixed, tuple(varied), balls, study.outputs, booleans)
 
 
 class Results(NamedTuple):
@@ -168,10 +166,12 @@ def _run(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Result
     restore, leave_initialization = dll["fmi2SetFMUstate"], dll["fmi2ExitInitializationMode"]
     set_real, set_integer, do_step = dll["fmi2SetReal"], dll["fmi2SetInteger"], dll["fmi2DoStep"]
     get_real, get_boolean = dll["fmi2GetReal"], dll["fmi2GetBoolean"]
+    # What may still change after initialization.
+    only_inputs = all(fmu.variables[name].causality == "input" for name in plan.varied)
     begin, refused = ctypes.c_double(0.0), np.zeros(number, bool)
     fmu.messages.clear()
     fmu.begin(plan.fixed)
-    if plan.only_inputs:
+    if only_inputs:
         refusals = list(fmu.messages)
         fmu.end_initialization()
         # Refusals due to the defaults of varied inputs don't concern the cases.
@@ -186,7 +186,7 @@ def _run(fmu: ImpactFmu, plan: Plan, values: Mapping[str, np.ndarray]) -> Result
                 set_real(component, inputs.references, inputs.width, row[0])
             if laws.width:
                 set_integer(component, laws.references, laws.width, row[1])
-            if not plan.only_inputs:
+            if not only_inputs:
                 leave_initialization(component)
             status = do_step(component, begin, ctypes.c_double(size), 1)
             if status > _DISCARD:

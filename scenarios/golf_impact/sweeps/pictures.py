@@ -139,16 +139,16 @@ class _Picture:
         The output is percentiles 5, 50 and 95 of its samples, first dimension. The other axes stand
         at their first value.
         """
-        places = {axis.name: np.array([0]) for axis in self.study.grid}
+        orders = []
         for axis in over:
-            order = np.arange(len(axis.values))
-            if axis.name not in _NAMED:
-                order = np.argsort(axis.values, kind="stable")
-            places[axis.name] = order[:: -(-len(order) // most)]
-        table = self.drawn.reshape(self.study.shape)[np.ix_(*places.values())]
-        table = np.moveaxis(table, [self.study.grid.index(axis) for axis in over], range(len(over)))
-        values = [axis.values[places[axis.name]] for axis in over]
-        table = table.reshape(*map(len, values), -1)
+            named, values = axis.name in _NAMED, axis.values
+            order = np.arange(len(values)) if named else np.argsort(values, kind="stable")
+            orders.append(order[:: -(-len(order) // most)])
+        *places, samples = np.ix_(*orders, np.arange(self.study.number_of_samples))
+        at = {axis.name: place for axis, place in zip(over, places)}
+        index = (*(at.get(axis.name, 0) for axis in self.study.grid), samples)
+        table = self.drawn.reshape(self.study.shape)[index]
+        values = [axis.values[order] for axis, order in zip(over, orders)]
         if self.study.number_of_samples == 1:
             return values, np.stack([table[..., 0]] * 3)
         with warnings.catch_warnings():

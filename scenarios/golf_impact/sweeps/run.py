@@ -36,9 +36,6 @@ _IN_FLIGHT = 32
 #: Rows of a Parquet row group: independent of chunks, so that the file is too.
 _ROW_GROUP = 2**16
 
-#: The values of swept variables by name, arrays of shape (cases,).
-Columns = dict[str, np.ndarray]
-
 
 class Stopped(Exception):  # noqa: N818 (not an error: the user asked for it)
     """The user stopped a sweep after so many cases."""
@@ -87,7 +84,7 @@ class Sweep:
     def __exit__(self, *_: object) -> None:
         release()
 
-    def first_output(self, columns: Columns) -> np.ndarray:
+    def first_output(self, columns: dict[str, np.ndarray]) -> np.ndarray:
         """The first output of these cases, shape (cases,); NaN without a value."""
         return impacts(self.plan, columns).outputs[:, 0]
 
@@ -111,15 +108,15 @@ class Sweep:
             if not 1 <= number <= most:
                 raise UserError(f"{option} {number} is refused: it must be 1 to {most:,}")
         open_executor = partial(opened, executor, scheduler, workers)
+        chunks = self._chunks(open_executor, chunk, out.suffix.lower() == ".csv", stop)
         drawn = np.empty(cases)
         refused, first, done = 0, None, 0
         begin = time.perf_counter()
-        as_text = out.suffix.lower() == ".csv"
-        chunks = self._chunks(open_executor, chunk, as_text, stop)
         with self.table(out) as write, closing(chunks):
-            for columns, text, (outputs, unusable, reason) in chunks:
-                write(columns, text, outputs)
-                drawn[done : done + len(outputs)] = outputs[:, 0]
+            for text, (outputs, unusable, reason) in chunks:
+                index = np.arange(done, done + len(outputs))
+                write(self.study.columns(index), text, outputs)
+                drawn[index] = outputs[:, 0]
                 if reason and first is None:
                     first = done + int(unusable.argmax()) + 1, reason
                 refused += int(unusable.sum())
@@ -129,36 +126,34 @@ class Sweep:
 
     def _chunks(
         self, open_executor: Callable, size: int, as_text: bool, stop: Callable[[], bool]
-    ) -> Generator[tuple[Columns, bytes, Results], None, None]:
-        """Columns and results of all chunks in order, those of a broken pool by the next one."""
+    ) -> Generator[tuple[bytes, Results], None, None]:
+        """Results of all chunks in order, those of a broken pool by the next one."""
         done, cases = 0, self.study.cases
         for _ in range(_POOLS):
             starts = iter(range(done, cases, size))
             #: Begun some time before it is their turn.
-            under_way: deque[tuple[Columns, Future[tuple[bytes, Results]]]] = deque()
+            under_way: deque[Future[tuple[bytes, Results]]] = deque()
             try:
                 with open_executor() as executor:
                     while done < cases:
                         for start in starts:
                             columns = self.study.columns(np.arange(start, min(start + size, cases)))
                             future = executor.submit(run_chunk, self.plan, as_text, columns)
-                            under_way.append((columns, future))
-                            if under_way[0][1].done() or len(under_way) >= _IN_FLIGHT:
+                            under_way.append(future)
+                            if under_way[0].done() or len(under_way) >= _IN_FLIGHT:
                                 break
-                        columns, future = under_way[0]
-                        while not future.done() and not stop():
-                            wait([future], timeout=0.1)
+                        while not under_way[0].done() and not stop():
+                            wait([under_way[0]], timeout=0.1)
                         if stop():
                             raise Stopped(done)
-                        text, results = future.result()
-                        under_way.popleft()
+                        text, results = under_way.popleft().result()
                         done += len(results.outputs)
-                        yield columns, text, results
+                        yield text, results
                 return
             except BrokenExecutor as error:
                 broken = error
             finally:
-                for _, future in under_way:
+                for future in under_way:
                     future.cancel()
         raise UserError(
             f"worker processes ended unexpectedly {_POOLS} times (killed, out of memory, or a "
@@ -166,7 +161,7 @@ class Sweep:
         ) from broken
 
     @contextmanager
-    def table(self, path: Path) -> Iterator[Callable[..., object]]:
+    def table(self, path: Path) -> Iterator[Callable]:
         """Write the file in a `with` block; afterwards it is complete, or as it was.
 
         Yields a function that writes some cases: columns of swept variables, lines of CSV (unused
@@ -191,9 +186,7 @@ class Sweep:
 
 
 @contextmanager
-def _parquet(
-    stream: BinaryIO, names: tuple[str, ...], plan: Plan
-) -> Iterator[Callable[..., object]]:
+def _parquet(stream: BinaryIO, names: tuple[str, ...], plan: Plan) -> Iterator[Callable]:
     """Columns in row groups of one size; outputs without a value are null."""
     try:
         import pyarrow
@@ -205,7 +198,7 @@ def _parquet(
     schema = pyarrow.schema([(name, kinds.get(name, pyarrow.float64())) for name in names])
     waiting, rows = [schema.empty_table()], 0
 
-    def write(columns: Columns, text: bytes, outputs: np.ndarray) -> None:
+    def write(columns: dict[str, np.ndarray], text: bytes, outputs: np.ndarray) -> None:
         nonlocal rows
         arrays = [pyarrow.array(column) for column in columns.values()]
         arrays += [pyarrow.array(column, mask=np.isnan(column)) for column in outputs.T]
@@ -229,11 +222,7 @@ def _parquet(
 
 
 def run_sweep(
-    study: Study,
-    out: Path | str,
-    *,
-    fmu: Path | str | None = None,
-    **options: Any,
+    study: Study, out: Path | str, *, fmu: Path | str | None = None, **options: Any
 ) -> Summary:
     """Run a study through the FMU and write one row a case.
 
