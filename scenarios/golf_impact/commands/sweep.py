@@ -159,8 +159,7 @@ def _write_report(sweep: Sweep, summary: Summary, words: list[str]) -> list[Path
     from golf_impact.report.figures import to_png
     from golf_impact.report.page import render_page
     from golf_impact.report.report import Report
-    from golf_impact.sweeps.pictures import draw
-    from golf_impact.sweeps.sensitivity import sobol_indices
+    from golf_impact.sweeps.pictures import draw, sobol_indices
 
     path, name, drawn = summary.path, sweep.study.outputs[0], summary.drawn
     report = Report(f"Sweep {path.name}", sweep.fmu)

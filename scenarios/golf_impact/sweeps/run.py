@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
@@ -66,8 +67,8 @@ class Sweep:
     def __init__(self, study: Study, fmu: Path | str | None = None) -> None:
         # An estimate of the largest memory, with the figure but without chunks.
         need = 40 * study.cases + 64 * study.number_of_samples * len(study.distributions)
-        free = free_bytes()
-        if free is not None and need > free:
+        free = free_bytes() or math.inf
+        if need > free:
             raise UserError(
                 f"{study.cases:,} cases need {need / 1e9:,.1f} GB of memory, and {free / 1e9:,.1f} "
                 "GB are free: use fewer values, or a study for each part"

@@ -28,12 +28,6 @@ OUTPUTS = (
     "contact_time",
 )
 
-#: Sampling designs: independent, Latin hypercube, scrambled Sobol sequence.
-DESIGNS = ("random", "lhs", "sobol")
-
-#: More values of one variable than this are a typing error.
-_MOST_VALUES = 10_000_000
-
 _FORMS = "VALUE, A,B,C, LO:HI:COUNT, log:LO:HI:COUNT, normal:MEAN:SIGMA or uniform:LO:HI"
 
 #: Keys of a study as a file beside [set]: their types, and these in words.
@@ -124,8 +118,9 @@ def _parse(name: str, text: str) -> Grid | Distribution:
         raise ValueError(f"the range begins at {low:g}, above its end {high:g}")
     if not count:
         return Distribution(name, text, word, low, high)
-    if count[0] % 1.0 or not 1 <= count[0] <= _MOST_VALUES:
-        raise ValueError(f"the count {count[0]:g} must be a whole number, 1 to {_MOST_VALUES:,}")
+    # More would be a typing error.
+    if count[0] % 1.0 or not 1 <= count[0] <= 10_000_000:
+        raise ValueError(f"the count {count[0]:g} must be a whole number, 1 to 10,000,000")
     spaced = np.geomspace if word == "log" else np.linspace
     return Grid(name, text, spaced(low, high, int(count[0])))
 
@@ -167,9 +162,10 @@ class Study:
             UserError: an axis, an output or a number isn't allowed.
         """
         axes = tuple(parse_axis(name, spec) for name, spec in sets.items())
-        names = OUTPUTS if outputs is None else tuple(name.strip() for name in outputs)
+        names = OUTPUTS if outputs is None else tuple(str(name).strip() for name in outputs)
         number = 1 if number_of_samples is None else number_of_samples
         study, samples = cls(axes, names, number, seed, design), f"--samples {number:,}"
+        designs = ("random", "lhs", "sobol")
         without, random = number_of_samples is None, bool(study.distributions)
         of_nothing = "has no distribution to draw from, e.g. --set club_speed=normal:45:2"
         too_many = f"is refused: the design sobol gives at most {2**30:,}"
@@ -177,7 +173,7 @@ class Study:
             (not axes, "nothing is swept: give --set NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100"),
             (not names, "outputs is an empty list: name one at least, or leave it out"),
             (len({*names}) < len(names), f"--outputs {','.join(names)} names one output twice"),
-            (design not in DESIGNS, f"--design {design} is unknown: it is {', '.join(DESIGNS)}"),
+            (design not in designs, f"--design {design} is unknown: it is {', '.join(designs)}"),
             (seed < 0, f"--seed {seed} is refused: it must be at least 0"),
             (random and without, "a distribution needs a number of samples: give --samples N"),
             (not random and not without, f"{samples} {of_nothing}"),
@@ -263,7 +259,6 @@ def read_study(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
             raise UserError(f"{path}: there is no key {key}: choose from {', '.join(KEYS)}, [set]")
         kind, words = KEYS[key]
         # Not isinstance: a Boolean is an integer to Python. No path has a NUL character.
-        fits = type(value) is kind and "\0" not in str(value)
-        if not fits or (kind is list and not all(isinstance(name, str) for name in value)):
+        if type(value) is not kind or "\0" in str(value):
             raise UserError(f"{path}: {key} = {value!r} is refused: it must be {words}")
     return sets, options
