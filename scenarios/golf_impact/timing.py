@@ -19,10 +19,8 @@ def measure_seconds(work: Callable[[], object], units: int = 1) -> float:
     return timeit.timeit(work, number=1) / units
 
 
-def run_interleaved(
-    jobs: Mapping[str, Job], rounds: int, tick: Callable[[], None] = lambda: None
-) -> dict[str, list[float]]:
-    """Seconds per unit of work, of each job in each round; `tick` is called after each round.
+def run_interleaved(jobs: Mapping[str, Job], rounds: int) -> dict[str, list[float]]:
+    """Seconds per unit of work, of each job in each round.
 
     The order rotates from round to round, so that no job always follows the same other one. A
     round before the first one is a warm-up and isn't counted. Garbage collection is off, as in
@@ -30,7 +28,6 @@ def run_interleaved(
     """
     names = list(jobs)
     times: dict[str, list[float]] = {name: [] for name in names}
-    collecting = gc.isenabled()
     gc.collect()
     gc.disable()
     try:
@@ -40,10 +37,8 @@ def run_interleaved(
                 time = jobs[name]()
                 if n >= 0:
                     times[name].append(time)
-            tick()
     finally:
-        if collecting:
-            gc.enable()
+        gc.enable()
     return times
 
 
