@@ -14,8 +14,7 @@ def run(fmu):
         for style, k in (("less", 0.5e6), ("baseline", 1e6), ("more", 2e6)):
             printed = document.COMPRESSION[k]
             exact = report.impact(f"k = {k / 1e6:g}e6", printed, k=k)
-            scheme = euler.as_printed(k=k)
-            report.compare(f"k = {k / 1e6:g}e6 N/m", printed, scheme, exact)
+            report.compare(f"k = {k / 1e6:g}e6 N/m", printed, euler.as_printed(k=k), exact)
             path = fmu.trajectory(names=("force",), k=k)
             curves.append((style, f"k = {k / 1e6:g} MN/m", exact, path))
 
@@ -31,11 +30,6 @@ def run(fmu):
         ("E is larger", report.rises, "energy_efficiency"),
     ):
         check(f"a stiffer ball, as the document states: {claim}", metric, kind="documents")
-    report.say(
-        f"At k = 2e6 N/m the document prints v_B = {printed['ball_velocity'].text} m/s; its own "
-        f"scheme gives {scheme['ball_velocity']:.2f} m/s, the exact solution "
-        f"{exact['ball_velocity']:.3f} m/s."
-    )
 
     @report.figure(
         "compression_force",
@@ -43,9 +37,8 @@ def run(fmu):
         "impulse.",
     )
     def force(figures):
-        return figures.plot_forces(
-            "A stiffer ball: more force, shorter contact", "law 1, b = 9 N·s/m, 35 m/s", curves
-        )
+        title, case = "A stiffer ball: more force, shorter contact", "law 1, b = 9 N·s/m, 35 m/s"
+        return figures.plot_forces(title, case, curves)
 
     return report
 

@@ -32,9 +32,8 @@ def run(fmu):
         check(f"an old ball, as the document states: {claim}", metric, kind="documents")
     new, old = report.each("smash_factor")
     report.say(
-        f"Half the stiffness and a third more damping reduce S from {new:.3f} to {old:.3f}. "
-        "Lower stiffness alone does not: without damping S is independent of stiffness. With "
-        "damping, the drag acts longer in a longer contact."
+        f"S decreases from {new:.3f} to {old:.3f}. Lower stiffness alone does not reduce it: "
+        "without damping S is independent of stiffness. The drag acts longer in a longer contact."
     )
 
     @report.figure(
@@ -43,9 +42,8 @@ def run(fmu):
         "that the ball gains plus the impulse of its drag.",
     )
     def force(figures):
-        return figures.plot_forces(
-            "An old ball: less force, longer contact", "law 1, 35 m/s", curves
-        )
+        title = "An old ball: less force, longer contact"
+        return figures.plot_forces(title, "law 1, 35 m/s", curves)
 
     return report
 
