@@ -55,9 +55,7 @@ def run(fmu):
         axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, 7.7))
         return figure
 
-    @report.figure(
-        "baseline_forces", "The contact forces on club and ball are opposite and equal at any time."
-    )
+    @report.figure("baseline_forces", "The forces on club and ball are opposite and equal.")
     def both(figures):
         figure, axes = figures.new("Contact force on each body: opposite and equal", case=case)
         axes.axhline(0, color="0.6", lw=0.8)

@@ -36,9 +36,7 @@ def run(fmu):
         "document's 621 and 620 µs differ because of its time step."
     )
 
-    @report.figure(
-        "club_speed_force", "Contact force is proportional to club speed; contact time is the same."
-    )
+    @report.figure("club_speed_force", "Force is proportional to speed; contact time is the same.")
     def force(figures):
         return figures.plot_forces("Club speed: more force, same time", report.describe(), curves)
 

@@ -43,11 +43,7 @@ def run(fmu):
         "exceeds its K1 = 128.62 J: explicit Euler increases the energy by 0.15 %."
     )
 
-    @report.figure(
-        "elastic_force",
-        "A softer ball has less force and a longer contact. Without losses the areas, and "
-        "therefore the ball speeds, are the same.",
-    )
+    @report.figure("elastic_force", "A softer ball: less force, longer contact, the same speed.")
     def force(figures):
         title = "Without damping: different force, same impulse"
         return figures.plot_forces(title, "b = 0 (either law), 35 m/s", curves)

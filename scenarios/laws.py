@@ -45,11 +45,7 @@ def run(fmu):
     for law in (1, 2):
         report.trajectories[f"law_{law}"] = fmu.trajectory(names=_PATH, law=law)
 
-    @report.figure(
-        "laws",
-        "Law 1 removes momentum from the system, law 2 doesn't. The kinetic energy dips while the "
-        "spring stores energy.",
-    )
+    @report.figure("laws", "Law 1 removes momentum, law 2 doesn't; the spring stores energy.")
     def momentum_and_energy(figures):
         title, case = (
             "Momentum and kinetic energy during contact",

@@ -168,11 +168,7 @@ def _show_forces(report, shots):
         "is compared.",
     )
 
-    @report.figure(
-        "loft_forces",
-        "The ball sticks to the face until friction limits the force near the end, where the "
-        "tangential spring returns its energy: the force has changed its sign.",
-    )
+    @report.figure("loft_forces", "The ball sticks to the face until friction limits the force.")
     def forces(figures):
         figure, axes = figures.new("Forces on the ball: loft 11.5°, 35 m/s")
         micro, limit = time * 1e6, _FRICTION * normal / 1e3
@@ -229,11 +225,7 @@ def _show_range(report, shots):
         right.legend()
         return figure
 
-    @report.figure(
-        "loft_backspin",
-        "At high loft the contact slips throughout: friction limits the backspin, and the ball "
-        "leaves closer to the face normal. Below that limit friction hardly matters.",
-    )
+    @report.figure("loft_backspin", "At high loft the contact slips: friction limits the backspin.")
     def backspin(figures):
         return plot(figures, "Backspin at 40 m/s", "backspin", "backspin (rpm)", _RPM)
 
@@ -292,11 +284,7 @@ def _show_tour(report, shots):
         f"{max(less):.0f} % less: no less than the deviation that is left.",
     )
 
-    @report.figure(
-        "loft_tour",
-        "Dynamic loft is chosen so that the launch angle is TrackMan's; nothing else is fitted. "
-        "The grey band is 15 %.",
-    )
+    @report.figure("loft_tour", "Nothing is fitted but the dynamic loft. The grey band is 15 %.")
     def tour(figures):
         figure, axes = figures.new("Deviation from PGA Tour averages", size=(7.2, 4.8))
         clubs = list(report.cases)[1:]

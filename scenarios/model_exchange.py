@@ -123,11 +123,7 @@ def _show(report):
         f"{count[steep] / count[smooth]:.1f} times the evaluations of the linear law 2."
     )
 
-    @report.figure(
-        "model_exchange",
-        "Each digit costs a general solver run time. One communication step of the closed form "
-        "equals the FMI 2.0 FMU to the last bit: its points are at 0.",
-    )
+    @report.figure("model_exchange", "Each digit costs a solver run time; the closed form is at 0.")
     def error_against_run_time(figures):
         title = "Run time over error: a general solver and the closed form"
         case = "k = 1 MN/m, b = 9 N·s/m (power law: ball roh-lee), 35 m/s"

@@ -36,11 +36,7 @@ def run(fmu):
         "without damping S is independent of stiffness. The drag acts longer in a longer contact."
     )
 
-    @report.figure(
-        "old_ball_force",
-        "The old ball has less force and a longer contact. The area under a curve is the momentum "
-        "that the ball gains plus the impulse of its drag.",
-    )
+    @report.figure("old_ball_force", "The old ball has less force and a longer contact.")
     def force(figures):
         title = "An old ball: less force, longer contact"
         return figures.plot_forces(title, "law 1, 35 m/s", curves)

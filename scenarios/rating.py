@@ -65,11 +65,7 @@ def run(fmu):
         f"{gain:.1f} m/s at {at:g} m/s between low and high.",
     )
 
-    @report.figure(
-        "rating",
-        "With the same b a higher rating gives a higher ball speed; with the measured COR only "
-        "compression, force and contact time differ.",
-    )
+    @report.figure("rating", "The rating determines compression, ball speed only if b is the same.")
     def over_speed(figures):
         title = "Compression ratings over club speed (indicative)"
         figure, (left, right) = figures.new_pair(title, "law 2, k from the rating")

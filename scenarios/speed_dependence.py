@@ -70,11 +70,7 @@ def run(fmu):
     # S = (1 + COR)/(1 + m_B/m_C), with the ball at rest.
     ratio = 1.0 + document.USED["m_ball"] / document.USED["m_club"]
 
-    @report.figure(
-        "speed_dependence",
-        "With constant k and b COR and S are independent of speed. Measured COR falls; only the "
-        "ball with a COR line follows it.",
-    )
+    @report.figure("speed_dependence", "Measured COR falls; a ball with a COR line follows it.")
     def cor_and_smash_factor(figures):
         figure, (left, right) = figures.new_pair("COR and smash factor over club speed")
         for name, words in _BALLS.items():

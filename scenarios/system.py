@@ -139,11 +139,7 @@ def _show_order(report, drive, mass):
         "or two steps; these are no part of the fit.",
     )
 
-    @report.figure(
-        "system_error",
-        "Energy taken from the swing, against the limit of small steps; the largest error of three "
-        "positions of touch inside a step. First order with a step's delay, second without.",
-    )
+    @report.figure("system_error", "First order with one step's delay, second order without.")
     def plot(figures):
         figure, axes = figures.new("Error of the coupling")
         micro, scale = np.array(_FINER) * 1e6, np.array([10.0, 100.0])
@@ -203,11 +199,7 @@ def _show_drive(report, path, acting, flat):
 def _draw_swing(report, coarse, fine):
     touch = fine["ClubBallImpact.touch_time"][-1]
 
-    @report.figure(
-        "system_swing",
-        "The wrist keeps its angle for the first half of the downswing by inertia, and opens then: "
-        "the arms slow down, and the club takes their energy.",
-    )
+    @report.figure("system_swing", "The wrist opens late; the club takes the arms' energy.")
     def downswing(figures):
         figure, axes = figures.new("The downswing, every 10 ms and at the ball", size=(6.4, 5.8))
         instants = np.append(np.arange(_BACKSWING, touch, 0.01), touch)
@@ -228,11 +220,7 @@ def _draw_swing(report, coarse, fine):
         figures.add_legend_above(axes)
         return figure
 
-    @report.figure(
-        "system_speeds",
-        "The swing loses the momentum that the ball gains: at a step of 10 µs during contact, at "
-        "1 ms one step late.",
-    )
+    @report.figure("system_speeds", "The swing loses what the ball gains, at 1 ms one step late.")
     def speeds(figures):
         figure, axes = figures.new("Speeds through the impact (law 2)")
         ball, club = "ClubBallImpact.ball_velocity", "ClubBallImpact.club_velocity"

@@ -83,11 +83,7 @@ def run(fmu):
         path = fmu.trajectory(names=("force",), club_speed=speed, **BALLS[name].values)
         report.trajectories[f"validation_{name}"] = path
 
-    @report.figure(
-        "validation",
-        "The document's ball has the right maximum force but too high a COR; no linear ball has "
-        "both; with a free exponent n the model agrees with the paper.",
-    )
+    @report.figure("validation", "Only with a free exponent n does the model agree with the paper.")
     def beside_the_paper(figures):
         figure, (left, right) = figures.new_pair("The model and the finite-element ball (35 m/s)")
         for name in ("document", "roh-lee-linear", "roh-lee-tsuji", "roh-lee"):
