@@ -32,15 +32,7 @@ _GROUND = [[-0.5, 0.5], *([x, x - 0.12 - 0.14j] for x in (-0.4, -0.2, 0.0, 0.2, 
 def run(fmu):
     """A diagram; nothing is simulated."""
     report = Report(TITLE, fmu)
-    report.figure(
-        "diagram",
-        "The ball is a mass m_B behind a spring k that the club face compresses by d = x_C − x_B.",
-    )(draw)
-    report.say(
-        "Law 1 is the document's equations, read with d = x_C − x_B: a drag on each body against "
-        "the ground. Law 2 is the document's text: a damper between the bodies, parallel to the "
-        "spring."
-    )
+    report.figure("diagram", "The ball is a mass behind a spring: d = x_C − x_B.")(draw)
     return report
 
 

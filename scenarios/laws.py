@@ -47,11 +47,8 @@ def run(fmu):
 
     @report.figure("laws", "Law 1 removes momentum, law 2 doesn't; the spring stores energy.")
     def momentum_and_energy(figures):
-        title, case = (
-            "Momentum and kinetic energy during contact",
-            "k = 1 MN/m, b = 9 N·s/m, 35 m/s",
-        )
-        figure, (left, right) = figures.new_pair(title, case)
+        title = "Momentum and kinetic energy during contact"
+        figure, (left, right) = figures.new_pair(title, "k = 1 MN/m, b = 9 N·s/m, 35 m/s")
         for law, words in ((1, "drag on each body"), (2, "damper between them")):
             path, line = report.trajectories[f"law_{law}"], figures.STYLES[f"law {law}"].line
             left.plot(path["time"] * 1e6, path["momentum"], **line, label=f"law {law}: {words}")
