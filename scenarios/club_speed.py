@@ -7,7 +7,6 @@ CHAPTER = 4
 
 
 def run(fmu):
-    """Metrics and contact force of both impacts."""
     report = Report(TITLE, fmu)
     curves = []
     with document_fmu() as euler:

@@ -7,7 +7,6 @@ CHAPTER = 5
 
 
 def run(fmu):
-    """Metrics and contact force of three impacts."""
     report = Report(TITLE, fmu)
     curves = []
     with document_fmu() as euler:

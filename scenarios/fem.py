@@ -30,7 +30,6 @@ def envelope():
 
 
 def run(fmu):
-    """The rough calculation, and the document's fit under both laws."""
     report = Report(TITLE, fmu)
     numbers, rows = envelope(), []
     units = ("N", "m", "", "", "", "N·s", "N·s", "J", "J", "%")

@@ -66,7 +66,9 @@ class Shots:
         normal = {"m_club": m_club, "club_speed": speed * cos(loft - attack)}
         impact = self.fmu.impact(_IMPACT, **BALLS[ball].values, **normal)
         self.launch.start(**head, **values)
-        return impact | self._launch(self.launch, impact, _LAUNCH)
+        self.launch.set({**impact, "separated": True})
+        self.launch.step(0.0, 1e-3)
+        return impact | self.launch.read(_LAUNCH)
 
     def lofted(self, speed, angle, attack, **values):
         """The shot with the dynamic loft (rad) whose launch has this angle (rad)."""
@@ -79,15 +81,11 @@ class Shots:
 
     def carry(self, shot):
         """Of a shot, m."""
-        launched = {name: shot[name] for name in ("launch_angle", "backspin")}
-        launched["ball_velocity"] = shot["ball_speed"]
-        self.flight.start()
-        return self._launch(self.flight, launched, ["carry"])["carry"]
-
-    def _launch(self, fmu, values, outputs):
-        fmu.set({**values, "separated": True})
-        fmu.step(0.0, 1e-3)
-        return fmu.read(outputs)
+        angle, backspin = shot["launch_angle"], shot["backspin"]
+        self.flight.start(ball_velocity=shot["ball_speed"], launch_angle=angle, backspin=backspin)
+        self.flight.set({"separated": True})
+        self.flight.step(0.0, 1e-3)
+        return self.flight.read(["carry"])["carry"]
 
     def contact(self, ball, m_club, approach, u):
         """Time, force and compression (SI units) where the relative velocity is u × approach."""
@@ -162,10 +160,9 @@ def _show_forces(report, shots):
     report.check(claim, 0.0 < turn < time[-1] and force[least] < 0.0, words)
     report.say(
         f"Roh & Lee's club, 11.5° and 35 m/s: the tangential force reaches {force[most]:.0f} N at "
-        f"{time[most] * 1e6:.0f} µs, changes its sign at {turn * 1e6:.0f} µs and ends after "
-        f"{force[least]:.0f} N; the ball leaves with {shot['backspin'] * _RPM:.0f} rpm. Of the "
-        "second curve of its Fig. 2 the document's text has the change of sign alone: nothing else "
-        "is compared.",
+        f"{time[most] * 1e6:.0f} µs and ends after {force[least]:.0f} N; the ball leaves with "
+        f"{shot['backspin'] * _RPM:.0f} rpm. Of the second curve of its Fig. 2 the document's text "
+        "has the change of sign alone: nothing else is compared.",
     )
 
     @report.figure("loft_forces", "The ball sticks to the face until friction limits the force.")
@@ -269,10 +266,9 @@ def _show_tour(report, shots):
     claim = "a strike 10 to 20 mm above the centre of mass would explain the driver's backspin"
     report.check(claim, 0.010 < height < 0.020, f"{height * 1e3:.1f} mm")
     report.say(
-        "A spring, a damper and friction across the face, with one friction, one stiffness ratio "
-        "and one COR line for all clubs, give the irons' backspin within "
-        f"{_between(irons)}, the ball speed within {_between(ball)} (woods have a flexible face, "
-        f"this ball doesn't) and the carry within {_between(carry)}. The ball leaves "
+        "With one friction, one stiffness ratio and one COR line for all clubs the irons' backspin "
+        f"is within {_between(irons)}, the ball speed within {_between(ball)} (woods have a "
+        f"flexible face) and the carry within {_between(carry)}. The ball leaves "
         f"{min(toward):.0f} to {max(toward):.0f} % of the way from the path to the face normal "
         "(PING measured 61 to 83 %).",
         f"Not explained is the driver: {driver:+.0f} %. Its head turns during contact; a strike "

@@ -35,7 +35,6 @@ _SAME = 1e-13
 
 
 def run(fmu):
-    """All laws by CVode, by explicit Euler and in co-simulation."""
     report = Report(TITLE, fmu)
     with LoadedFmu3(current_fmu(fmi=3)[0]) as fmi3:
         runs = _runs(fmi3)
@@ -80,16 +79,10 @@ def _show(report):
     columns = ("ball_velocity_error", "contact_time_error", "run_time", "derivative_evaluations")
     speed, time, seconds, count = (dict(zip(report.cases, report.each(one))) for one in columns)
     some = [name for names in _CVODE.values() for name in names[::3]]
-    rows = (
-        [
-            name,
-            f"{count[name]:.0f}",
-            f"{seconds[name] * 1e3:.3g}",
-            f"{speed[name]:.1e}",
-            f"{time[name]:.1e}",
-        ]
-        for name in (*some, *_EULER, *_STEPPED.values())
-    )
+    rows = []
+    for name in (*some, *_EULER, *_STEPPED.values()):
+        costs = f"{count[name]:.0f}", f"{seconds[name] * 1e3:.3g}"
+        rows.append([name, *costs, f"{speed[name]:.1e}", f"{time[name]:.1e}"])
     report.table(TITLE, ["", "evaluations", "ms", "error of v_B", "error of contact time"], rows)
 
     def order(settings, names):
@@ -100,9 +93,8 @@ def _show(report):
     for law, names in _CVODE.items():
         worst = max(speed[_STEPPED[law]], time[_STEPPED[law]])
         claim = f"{law}: FMI 3.0 co-simulation agrees with the FMI 2.0 FMU"
-        report.check(
-            claim, worst <= _SAME, f"error {worst:.1e}, allowed {_SAME:.0e}", "consistency"
-        )
+        words = f"error {worst:.1e}, allowed {_SAME:.0e}"
+        report.check(claim, worst <= _SAME, words, "consistency")
         # BDF controls the error of each step; over the contact these add up.
         slope = order(_TOLERANCES, names)
         claim = f"{law}: CVode's error decreases with its tolerance"
@@ -136,9 +128,8 @@ def _show(report):
         lines = {"ms": 5, "lw": 1.4}
         for law, names in _CVODE.items():
             plot(names, f"{law}, CVode", figures.STYLES[law].points | lines)
-        plot(
-            _EULER, "law 1, explicit Euler", figures.STYLES["explicit Euler, Python"].points | lines
-        )
+        style = figures.STYLES["explicit Euler, Python"].points | lines
+        plot(_EULER, "law 1, explicit Euler", style)
         points = {"ls": "", "ms": 10, "mec": figures.BLACK, "clip_on": False}
         for law, name in _STEPPED.items():
             plot([name], f"{name} in one step", figures.STYLES[law].points | points)

@@ -7,7 +7,6 @@ CHAPTER = 6
 
 
 def run(fmu):
-    """Metrics and contact force of two impacts."""
     report = Report(TITLE, fmu)
     curves = []
     with document_fmu() as euler:
