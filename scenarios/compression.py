@@ -25,8 +25,8 @@ def run(fmu):
 
     @report.figure("compression_force", "Twice the stiffness has 1.4 times the force.")
     def force(figures):
-        title, case = "A stiffer ball: more force, shorter contact", "law 1, b = 9 N·s/m, 35 m/s"
-        return figures.plot_forces(title, case, curves)
+        title = "A stiffer ball: more force, shorter contact"
+        return figures.plot_forces(title, "law 1, b = 9 N·s/m, 35 m/s", curves)
 
     return report
 

@@ -158,7 +158,8 @@ def _show_drive(report, path, acting, flat):
     touch, smash = case["touch_time"], case["smash_factor"]
     speed = path["Swing.head_speed"][path["time"] < touch][-1]
     normal = case["ball_velocity"] / smash
-    half, time = "half of its last digit", touch - _BACKSWING
+    time = touch - _BACKSWING
+    half = "half of its last digit"
     claim = "the head's speed at the ball is the source's"
     report.check_close(claim, speed, _SOURCE_SPEED, 0.005, half)
     claim = "the time from the top to the ball is the source's"
