@@ -47,11 +47,11 @@ def run(fmu):
     relative = report.impact("law 2, the same k and b", law=2)
     rows, errors = [], {}
     for metric, value in measured.ROH_LEE_FIGURES.items():
-        one = QUANTITIES[metric]
-        rows.append([one.plain, f"{value * one.factor:.5g}"])
+        quantity = QUANTITIES[metric]
+        rows.append([quantity.plain, f"{value * quantity.factor:.5g}"])
         errors[metric] = [(metrics[metric] / value - 1.0) * 100 for metrics in (model, relative)]
         for metrics, error in zip((model, relative), errors[metric]):
-            rows[-1] += [f"{metrics[metric] * one.factor:.5g}", f"{error:+.1f}"]
+            rows[-1] += [f"{metrics[metric] * quantity.factor:.5g}", f"{error:+.1f}"]
     title = "Roh & Lee's finite-element ball and the document's fit (k = 1e6 N/m, b = 9 N·s/m)"
     report.table(title, ["", "paper", "law 1", "error (%)", "law 2", "error (%)"], rows)
     force, time = errors["max_force"][0], errors["contact_time"][0]

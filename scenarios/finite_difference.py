@@ -34,7 +34,8 @@ def run(fmu):
             case = name.replace("e6", "e6 N/m")
             report.compare(f"The document's scheme: {case}", printed, scheme, exact)
             for metric, number in printed.items():
-                errors[f"{label(metric)}, {case}"] = abs(scheme[metric] / exact[metric] - 1.0)
+                quantity = label(metric)
+                errors[f"{quantity}, {case}"] = abs(scheme[metric] / exact[metric] - 1.0)
                 # Rounded or truncated: the document does both (K1 = 128.625 is printed 128.62).
                 reproduced = abs(scheme[metric] - number.value) <= number.half_digit * 1.05
                 known = document.NOT_REPRODUCED.get((name, metric))
@@ -42,12 +43,8 @@ def run(fmu):
                     words = f"printed {number.text}, the scheme gives {known.scheme}"
                     report.deviations.append(f"{known.case}: {words}")
                     continue
-                of = f"{name}: the scheme's {label(metric)}"
-                claim, found = (
-                    f"{of} agrees with the printed {number.text}",
-                    f"{scheme[metric]:.8g}",
-                )
-                report.check(claim, reproduced, found, "documents")
+                claim = f"{name}: the scheme's {quantity} agrees with the printed {number.text}"
+                report.check(claim, reproduced, f"{scheme[metric]:.8g}", "documents")
         velocity = report.cases["baseline"]["ball_velocity"]
         coarse, fine = (abs(euler.impact(h)["ball_velocity"] - velocity) for h in (4e-6, 0.25e-6))
 

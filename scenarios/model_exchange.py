@@ -40,11 +40,11 @@ def run(fmu):
         runs = _runs(fmi3)
         # Interleaved, so that other load on the machine affects all; it only adds time.
         seconds = dict.fromkeys(runs, inf)
-        for name, one in list(runs.items()) * _ROUNDS:
-            seconds[name] = min(seconds[name], *repeat(one, number=1, repeat=_RUNS))
-        for name, one in runs.items():
+        for name, call in list(runs.items()) * _ROUNDS:
+            seconds[name] = min(seconds[name], *repeat(call, number=1, repeat=_RUNS))
+        for name, call in runs.items():
             exact = fmu.impact(_METRICS, **_LAWS[name.partition(",")[0]])
-            metrics, evaluations = fmi3.count_evaluations(one)
+            metrics, evaluations = fmi3.count_evaluations(call)
             errors = {f"{m}_error": abs(metrics[m] - exact[m]) / exact[m] for m in _METRICS[:2]}
             cost = {"run_time": seconds[name], "derivative_evaluations": float(evaluations)}
             report.cases[name] = {**metrics, **cost, **errors}
@@ -77,7 +77,7 @@ def _runs(fmi3):
 def _show(report):
     """Table, checks, conclusions and figure."""
     columns = ("ball_velocity_error", "contact_time_error", "run_time", "derivative_evaluations")
-    speed, time, seconds, count = (dict(zip(report.cases, report.each(one))) for one in columns)
+    speed, time, seconds, count = (dict(zip(report.cases, report.each(name))) for name in columns)
     some = [name for names in _CVODE.values() for name in names[::3]]
     rows = []
     for name in (*some, *_EULER, *_STEPPED.values()):
