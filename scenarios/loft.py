@@ -1,7 +1,7 @@
 """Loft: tangential force, backspin and launch angle by Launch.fmu, beside measured launches."""
 
 import tempfile
-from math import copysign, cos, degrees, exp, pi, radians, sqrt, tan
+from math import atan, copysign, cos, degrees, exp, pi, radians, sqrt, tan
 from pathlib import Path
 
 import numpy as np
@@ -107,22 +107,22 @@ def _bisect(function, low, high):
     return high
 
 
-def march(restitution, sliding, m_club):
+def march(restitution, sliding, m_club, damped=True, steps=20_000):
     """Tangential force of a contact by explicit Euler steps: another method than Launch.fmu's.
 
     `sliding` is the speed of the face across the ball at touch over the approach speed; the head
-    (kg) doesn't turn.
+    (kg) doesn't turn; `damped` adds a tangential damper to the spring.
 
     Returns arrays: relative normal velocity divided by the approach speed, normal force and
     tangential force on one scale, and whether the contact slips.
     """
     half = closed_forms.half_contact
     zeta = _bisect(lambda z: restitution - exp(-2.0 * z * half(z)), 0.0, 0.9)
-    s, size = np.linspace(0.0, 2.0 * half(zeta), 20_001, retstep=True)
-    q, damping = sqrt(1.0 - zeta * zeta), 2.0 * zeta
+    s, size = np.linspace(0.0, 2.0 * half(zeta), steps + 1, retstep=True)
+    q, damping = sqrt(1.0 - zeta * zeta), 2.0 * zeta if damped else 0.0
     x, c = np.exp(-zeta * s) * np.sin(q * s) / q, np.exp(-zeta * s) * np.cos(q * s)
     u = c - zeta * x
-    normal = np.maximum(x + damping * u, 0.0)
+    normal = np.maximum(x + 2.0 * zeta * u, 0.0)
     rho = (3.5 + _M_BALL / m_club) / (1.0 + _M_BALL / m_club)
     y, p, tangential, slips = 0.0, sliding, [], []
     for limit in (_FRICTION * normal).tolist():
@@ -130,7 +130,8 @@ def march(restitution, sliding, m_club):
         slips.append(abs(force) > limit)
         if slips[-1]:
             force = copysign(limit, force)
-            rate = (force / _RATIO - y) / damping
+            # Without a damper the spring follows within the step.
+            rate = (force / _RATIO - y) / (damping or size)
         tangential.append(force)
         y += rate * size
         p -= rho * force * size
@@ -234,7 +235,7 @@ def _show_range(report, shots):
 
 def _show_tour(report, shots):
     """Twelve clubs: nothing is fitted but the dynamic loft, from the launch angle."""
-    rows, off, toward, less = [], [], [], []
+    rows, off, toward, undamped, less = [], [], [], [], []
     for club, mph, attack, ball_mph, angle, rpm, yards, mass in measured.TOUR:
         speed, path, up = mph * measured.MPH, radians(attack), radians(angle)
         shot = shots.lofted(speed, up, path, m_club=mass)
@@ -246,8 +247,11 @@ def _show_tour(report, shots):
         toward.append((up - path) / spin_loft * 100.0)
         cells = [cell for x, d in zip(ours, off[-1]) for cell in (f"{x:.0f}", f"{d:+.0f} %")]
         rows.append([club, f"{degrees(loft):.1f}", *cells, f"{toward[-1]:.0f} %"])
+        restitution = shot["coefficient_of_restitution"]
+        spring = _undamped(restitution, speed, path, up, mass)
+        undamped.append((spring * _RPM / rpm - 1.0) * 100.0)
         # With the lever arm r - d instead of r, for the same tangential force.
-        u, _, force, _ = march(shot["coefficient_of_restitution"], tan(spin_loft), mass)
+        u, _, force, _ = march(restitution, tan(spin_loft), mass)
         _, _, compression = shots.contact("penner", mass, speed * cos(spin_loft), u)
         less.append(100.0 * float(np.sum(force * compression) / np.sum(force) / _RADIUS))
     columns = ["club", "loft (°)", "rpm", "", "ball mph", "", "carry yd", "", "towards normal"]
@@ -275,9 +279,10 @@ def _show_tour(report, shots):
         f"{height * 1e3:.1f} mm above its centre of mass would give TrackMan's backspin. Nobody "
         "measured that height: it can explain the difference, it doesn't predict it.",
         "How much of the agreement is luck: the tangential damper was adopted after the spring "
-        "alone had missed the irons by about a half. And the force acts with the lever arm of the "
-        f"round ball: with that of the compressed one backspin would be {min(less):.0f} to "
-        f"{max(less):.0f} % less: no less than the deviation that is left.",
+        f"alone had missed the irons by {_between(undamped[4:])}, fitted in the same way. And the "
+        "force acts with the lever arm of the round ball: with that of the compressed one backspin "
+        f"would be {min(less):.0f} to {max(less):.0f} % less: no less than the deviation that is "
+        "left.",
     )
 
     @report.figure("loft_tour", "Nothing is fitted but the dynamic loft. The grey band is 15 %.")
@@ -298,6 +303,18 @@ def _show_tour(report, shots):
 
 def _between(deviations):
     return f"{min(deviations):+.0f} to {max(deviations):+.0f} %"
+
+
+def _undamped(restitution, speed, attack, angle, m_club):
+    """Backspin, rad/s, by a tangential spring without a damper, at the same launch angle (rad)."""
+
+    def slope(loft):
+        _, normal, tangential, _ = march(restitution, tan(loft - attack), m_club, False, 2_000)
+        return float(np.sum(tangential) / np.sum(normal))
+
+    loft = _bisect(lambda loft: loft - atan(slope(loft)) - angle, max(attack, 0.0), 0.9)
+    ball_speed = (1.0 + restitution) * speed * cos(loft - attack) / (1.0 + _M_BALL / m_club)
+    return ball_speed * slope(loft) / (0.4 * _RADIUS)
 
 
 if __name__ == "__main__":
