@@ -15,14 +15,12 @@ from golf_impact.commands.console import (
     say,
     warn,
 )
+from golf_impact.commands.list import title_beside
 from golf_impact.errors import UserError
 from golf_impact.facts.quantities import LAWS_IN_WORDS, check_masses
+from golf_impact.report.outcome import Check, Table, summarize_checks
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
-    from golf_impact.fmu.impact_fmu import ImpactFmu
-    from golf_impact.report.outcome import Check
     from golf_impact.report.report import Report
 
 EPILOG = (
@@ -30,33 +28,28 @@ EPILOG = (
     "--set k=8e5 --set club_speed=42 · golf-impact run path/to/mine.py"
 )
 
+_NAMES = "Scenarios or scripts of your own; default: all scenarios."
+_SET = "Run a case of your own; repeatable."
 _BALL = (
     "Run a case with this ball (golf-impact list --balls, or a .toml file); repeatable; --set "
     "overrides its values."
 )
+_FMU = "Use this FMU; don't build."
 
 
 def run(
-    names: Annotated[
-        list[str] | None,
-        Argument(metavar="NAME", help="Scenarios or scripts of your own; default: all scenarios."),
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        Option("--set", metavar="NAME=VALUE", help="Run a case of your own; repeatable."),
-    ] = None,
+    names: Annotated[list[str] | None, Argument(metavar="NAME", help=_NAMES)] = None,
+    set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUE", help=_SET)] = None,
     balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
     folder: Annotated[Path, Option("--out", metavar="FOLDER", help="Output folder.")] = RESULTS,
     figures: Annotated[bool, Option(help="Plot figures.")] = True,
-    fmu: Annotated[
-        Path | None, Option("--fmu", metavar="FILE.fmu", help="Use this FMU; don't build.")
-    ] = None,
+    fmu: Annotated[Path | None, Option(metavar="FILE.fmu", help=_FMU)] = None,
 ) -> int:
     """Run and check scenarios; write results and a report.
 
     All scenarios are summarized in a line each. With NAME, --set or --ball the tables are printed.
     """
-    from golf_impact.commands.scripts import load_scenario, load_scenarios
+    from golf_impact.commands.scripts import load_scenario, load_scenarios, run_scenario
     from golf_impact.facts.balls import ball as named_ball
     from golf_impact.files import prepare
     from golf_impact.fmu.impact_fmu import ImpactFmu
@@ -84,7 +77,7 @@ def run(
         advance = begin("running", len(scripts) + own)
         for n, (name, script) in enumerate(scripts.items()):
             advance(n, f"running {name}")
-            sets.setdefault("", {})[name] = _run_script(script, instance)
+            sets.setdefault("", {})[name] = run_scenario(script, instance)
         if own:
             try:
                 stem, report = own_cases(instance, values, own_balls)
@@ -107,10 +100,10 @@ def run(
         advance = begin("plotting" if figures else "writing", number)
         for prefix, of_set in sets.items():
             write_reports(folder, of_set, guid, figures, prefix, advance)
-    failed = _conclude(reports)
+    passed = _conclude(reports)
     words = f"Results in {folder}{os.sep}; report: {', '.join(pages)}"
     say(f"{words} (replaces an earlier one)" if replaced else words)
-    return int(failed)
+    return 0 if passed else 1
 
 
 def fmu_file(path: Path | None) -> Path:
@@ -123,25 +116,6 @@ def fmu_file(path: Path | None) -> Path:
     if why:
         warn(f"Built {built}: {why}.")
     return built
-
-
-def _run_script(script: "ModuleType", fmu: "ImpactFmu") -> "Report":
-    """The report of a scenario; UserError for errors in its script, with their position."""
-    from golf_impact.commands.scripts import describe_error, locate_error
-    from golf_impact.report.report import Report
-
-    path = Path(str(script.__file__))
-    try:
-        report = script.run(fmu)
-    except OSError:
-        raise
-    except UserError as error:
-        raise UserError(f"{locate_error(path, error)}: {error}") from error
-    except Exception as error:
-        raise UserError(describe_error(path, error)) from error
-    if not isinstance(report, Report):
-        raise UserError(f"{path}: run(fmu) returns {report!r}; it must return its Report")
-    return report
 
 
 def values_of(pairs: list[str]) -> dict[str, float]:
@@ -182,16 +156,12 @@ def _show(name: str, report: "Report") -> None:
         print_table(table)
     print_paragraphs(report.words)
     if report.checks:
-        words, style = _verdict(report.checks)
-        say(f"{name}: {words}", f"bold {style}")
+        say(f"{name}: {summarize_checks(report.checks)}", f"bold {_colour(report.checks)}")
     out.print()
 
 
 def _summarize(reports: "dict[str, Report]") -> None:
     """Print a line for each scenario, and the verdicts."""
-    from golf_impact.commands.list import title_beside
-    from golf_impact.report.outcome import Table
-
     rows = []
     for name, report in reports.items():
         passed = [check.passed for check in report.checks if check.kind != "consistency"]
@@ -203,7 +173,7 @@ def _summarize(reports: "dict[str, Report]") -> None:
 
 
 def _conclude(reports: "dict[str, Report]") -> bool:
-    """Print failed checks and totals; whether a check failed."""
+    """Print failed checks and totals; whether all checks passed."""
     for name, report in reports.items():
         for check in report.checks:
             if not check.passed:
@@ -211,16 +181,12 @@ def _conclude(reports: "dict[str, Report]") -> bool:
                 warn(f"Check failed: {name}: {claim} ({check.detail})", style="red")
     checks = [check for report in reports.values() for check in report.checks]
     if checks:
-        words, style = _verdict(checks)
-        say(f"{words}.", style)
+        say(f"{summarize_checks(checks)}.", _colour(checks))
     deviations = sum(len(report.deviations) for report in reports.values())
     if deviations:
         say(f"Printed numbers of the document not reproduced: {deviations} (see the report).")
-    return not all(check.passed for check in checks)
+    return all(check.passed for check in checks)
 
 
-def _verdict(checks: "list[Check]") -> tuple[str, str]:
-    """The number of checks passed, in words, and their colour."""
-    from golf_impact.report.outcome import summarize_checks
-
-    return summarize_checks(checks), "green" if all(check.passed for check in checks) else "red"
+def _colour(checks: list[Check]) -> str:
+    return "green" if all(check.passed for check in checks) else "red"
