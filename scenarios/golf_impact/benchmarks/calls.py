@@ -85,14 +85,10 @@ def _instantiating(fmu: LoadedFmu) -> Job:
 
 def _runs(fmu: LoadedFmu, law: int, in_initialization: bool) -> Job:
     """A restored state, k, b and club_speed set, one step and two reads, s."""
-    slave = fmu.new_instance()
-    slave.instantiate()
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    fmu.set({"law": law}, slave)
+    fmu.begin({"law": law})
     if not in_initialization:
-        slave.exitInitializationMode()
-    start = slave.getFMUstate()
+        fmu.end_initialization()
+    slave, start = fmu.slave, fmu.slave.getFMUstate()
     inputs, metrics, speeds = map(fmu.references, (("k", "b", "club_speed"), METRICS, _SPEEDS))
 
     def runs() -> None:

@@ -39,21 +39,13 @@ def _common(
     pass
 
 
-for command in (
-    build.build,
-    doctor.doctor,
-    list_.list_,
-    run.run,
-    explore.explore,
-    bench.bench,
-    stress.stress,
-    calibrate.calibrate,
-    sweep.sweep,
-):
+for module in (build, doctor, list_, run, explore, bench, stress, calibrate, sweep):
+    name = module.__name__.rpartition(".")[2]
     # One example per line: paragraphs after \b are not wrapped.
-    first, _, lines = sys.modules[command.__module__].EPILOG.partition(": ")
+    first, _, lines = module.EPILOG.partition(": ")
     examples = "\n  ".join(("\b", f"{first}:", *lines.split(" · ")))
-    app.command(command.__name__.strip("_"), epilog=examples)(command)
+    # A function can't have the name of a built-in one.
+    app.command(name, epilog=examples)(vars(module).get(name, list_.list_))
 
 
 def one_line(arguments: list[str]) -> int:

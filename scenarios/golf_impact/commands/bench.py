@@ -1,27 +1,45 @@
 """`golf-impact bench`."""
 
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Annotated, Any
 
 from typer import Option
 
-from golf_impact.commands.console import RESULTS, print_paragraphs, print_table, progress, say
+from golf_impact.commands.console import RESULTS, Out, print_paragraphs, print_table, progress, say
 from golf_impact.errors import missing_package
 from golf_impact.report.outcome import Table
 
 EPILOG = "Example: golf-impact bench --quick --out bench"
 
-_QUICK = "A short run: the same with fewer repetitions."
-_NATIVE = "Instead: the FMUs in a host that isn't Python."
+# The conclusion, with figures by their keys in bench.json.
+_FAST = (
+    "S, COR and E of an impact take {impact_by_fmu_us:.1f} µs under law 2 and "
+    "{impact_by_fmu_law1_us:.1f} µs under law 1, at a worst error of {worst_error:.1g}"
+)
+_COMPILED = (
+    ": {impact_over_compiled_euler:.2f} and {impact_over_compiled_euler_law1:.2f} times the "
+    "document's scheme as an FMU compiled from C, with an error of "
+    "{impact_by_compiled_euler_error:.1g}"
+)
+_WORST = (
+    "Worst error {worst_error:.2g}: {output} of {case}, {pattern} "
+    "({numbers_compared} numbers in {cases} cases)."
+)
+_EXTENDED = (
+    "Contacts that need extended precision (heavy damping, nearly equal rates) take "
+    "{unusual_impact_us:.0f} µs an impact and {unusual_read_us:.0f} µs a step that is read."
+)
+_LIMITS = (
+    "Limits. Through fmpy every FMU pays for FMI calls from Python; in a native host compiled "
+    "code is faster. Each step whose outputs are read costs a few µs, and instances in one "
+    "process share one interpreter lock. Numerical accuracy does not improve the model."
+)
 
 
 def bench(
-    quick: Annotated[bool, Option("--quick", help=_QUICK)] = False,
-    folder: Annotated[
-        Path, Option("--out", metavar="FOLDER", help="For bench.json and figures.")
-    ] = RESULTS,
-    native: Annotated[bool, Option("--native", help=_NATIVE)] = False,
+    quick: Annotated[bool, Option("--quick", help="The same with fewer repetitions.")] = False,
+    folder: Out = RESULTS,
+    native: Annotated[bool, Option("--native", help="Instead: the FMUs in a C host.")] = False,
 ) -> int:
     """Measure run time against error beside other methods, and what an impact costs.
 
@@ -45,7 +63,11 @@ def bench(
 
         with progress() as begin:
             results = costs_and_errors(quick, begin("benchmark", TICKS))
-        results["conclusion"] = _conclusion(results)
+        missed = [key for key, target in results["targets"].items() if not target["passed"]]
+        fast = _FAST + (_COMPILED if "impact_over_compiled_euler" in results["figures"] else "")
+        fast += f"; missed on this machine: {', '.join(missed)}." if missed else "."
+        conclusion = [words.format(**results["figures"]) for words in (fast, _EXTENDED, _LIMITS)]
+        results["conclusion"] = conclusion
         image = run_time_vs_error(results["run_time_vs_error"])
         files = {"bench.json": as_json(results), "run_time_vs_error.png": image}
         _show(results)
@@ -69,35 +91,6 @@ def _show_native(figures: dict[str, dict[str, Any]]) -> None:
     ]
     title = "In a native host: standalone, and plain with LD_PRELOAD"
     print_table(Table(title, ["", "standalone", "plain", "ratio", "at most", ""], rows))
-
-
-def _conclusion(results: dict[str, Any]) -> list[str]:
-    figures = results["figures"]
-    missed = [key for key, target in results["targets"].items() if not target["passed"]]
-    fast = (
-        f"S, COR and E of an impact take {figures['impact_by_fmu_us']:.1f} µs under law 2 and "
-        f"{figures['impact_by_fmu_law1_us']:.1f} µs under law 1, at a worst error of "
-        f"{figures['worst_error']:.1g}"
-    )
-    if "impact_over_compiled_euler" in figures:
-        fast += (
-            f": {figures['impact_over_compiled_euler']:.2f} and "
-            f"{figures['impact_over_compiled_euler_law1']:.2f} times the document's scheme as an "
-            f"FMU compiled from C, whose error is {figures['impact_by_compiled_euler_error']:.1g}"
-        )
-    if missed:
-        fast += f"; missed on this machine: {', '.join(missed)}"
-    extended = (
-        "Contacts that need extended precision (heavy damping, nearly equal rates) take "
-        f"{figures['unusual_impact_us'] / 1e3:.2f} ms an impact and "
-        f"{figures['unusual_read_us']:.0f} µs a step that is read."
-    )
-    limits = (
-        "Limits. Through fmpy every FMU pays for FMI calls from Python; in a native host compiled "
-        "code is faster. Each step whose outputs are read costs a few µs, and instances in one "
-        "process share one interpreter lock. Numerical accuracy does not improve the model."
-    )
-    return [f"{fast}.", extended, limits]
 
 
 #: The methods for S, COR and E in words, by the parts of their keys in bench.json.
@@ -152,11 +145,7 @@ def _show(results: dict[str, Any]) -> None:
             rows.append(row)
     columns = ["", "law", "order", "error at coarsest", "µs", "error at finest", "µs"]
     print_table(Table("Run time against error, by step size or tolerance", columns, rows))
-    where = results["worst_error_is_of"]
-    worst = (
-        f"Worst error {results['worst_error']:.2g}: {where['output']} of {where['case']}, "
-        f"{where['pattern']} ({where['numbers_compared']} numbers in {where['cases']} cases)."
-    )
+    worst = _WORST.format(**figures, **results["worst_error_is_of"])
     print_paragraphs([worst, *results["conclusion"]])
 
 

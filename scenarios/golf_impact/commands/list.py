@@ -17,16 +17,16 @@ def list_(
     from golf_impact.commands.scripts import load_scenarios
     from golf_impact.facts.balls import BALLS
 
-    rows = []
     if balls:
+        rows = []
         for ball in BALLS.values():
             values = " ".join(f"{name}={value:.6g}" for name, value in ball.values.items())
             text = f"{ball.title}\n{values} (SI units)\nSource: {ball.source}\n"
             rows.append([ball.name, text])
         table = Table("Balls", ["name", "what it is"], rows)
     else:
-        for name, script in load_scenarios().items():
-            rows.append([name, title_beside(name, script.TITLE)])
+        scripts = load_scenarios()
+        rows = [[name, title_beside(name, scripts[name].TITLE)] for name in scripts]
         table = Table("Scenarios", ["name", "what it shows"], rows)
     print_table(table, numbers=False)
 

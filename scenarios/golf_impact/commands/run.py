@@ -8,7 +8,7 @@ from typer import Argument, Option
 
 from golf_impact.commands.console import (
     RESULTS,
-    out,
+    Out,
     print_paragraphs,
     print_table,
     progress,
@@ -18,7 +18,7 @@ from golf_impact.commands.console import (
 from golf_impact.commands.list import title_beside
 from golf_impact.errors import UserError
 from golf_impact.facts.quantities import LAWS_IN_WORDS, check_masses
-from golf_impact.report.outcome import Check, Table, summarize_checks
+from golf_impact.report.outcome import Table, summarize_checks
 
 if TYPE_CHECKING:
     from golf_impact.report.report import Report
@@ -34,16 +34,15 @@ _BALL = (
     "Run a case with this ball (golf-impact list --balls, or a .toml file); repeatable; --set "
     "overrides its values."
 )
-_FMU = "Use this FMU; don't build."
 
 
 def run(
     names: Annotated[list[str] | None, Argument(metavar="NAME", help=_NAMES)] = None,
     set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUE", help=_SET)] = None,
     balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
-    folder: Annotated[Path, Option("--out", metavar="FOLDER", help="Output folder.")] = RESULTS,
+    folder: Out = RESULTS,
     figures: Annotated[bool, Option(help="Plot figures.")] = True,
-    fmu: Annotated[Path | None, Option(metavar="FILE.fmu", help=_FMU)] = None,
+    fmu: Annotated[Path | None, Option(metavar="FILE.fmu", help="Use this; don't build.")] = None,
 ) -> int:
     """Run and check scenarios; write results and a report.
 
@@ -88,11 +87,7 @@ def run(
                 raise UserError(f"{next(typed, '')}{error}") from error
             sets[f"{stem}_"] = {"custom": report}
     reports = {name: report for of_set in sets.values() for name, report in of_set.items()}
-    if names or own:
-        for name, report in reports.items():
-            _show(name, report)
-    else:
-        _summarize(reports)
+    (_show if names or own else _summarize)(reports)
     pages = [f"{prefix}report.html" for prefix in sets]
     replaced = any((folder / page).exists() for page in pages)
     with progress() as begin:
@@ -121,7 +116,7 @@ def fmu_file(path: Path | None) -> Path:
 def values_of(pairs: list[str]) -> dict[str, float]:
     """Numbers by name of options --set NAME=VALUE; UserError for another form, or a name twice."""
     values = {}
-    for name, text in pairs_of(pairs, "VALUE", "k=8e5", "write it once").items():
+    for name, text in pairs_of(pairs, "NAME=VALUE, e.g. --set k=8e5").items():
         try:
             values[name] = float(text)
         except ValueError:
@@ -131,33 +126,30 @@ def values_of(pairs: list[str]) -> dict[str, float]:
     return values
 
 
-def pairs_of(pairs: list[str], what: str, example: str, once: str) -> dict[str, str]:
-    """Texts by name of options --set NAME=TEXT; UserError for another form, or a name twice.
-
-    `what`, `example` and `once` (in place of a name twice) are for error messages.
-    """
+def pairs_of(pairs: list[str], form: str) -> dict[str, str]:
+    """Texts by name of options --set NAME=TEXT; UserError for another form, or a name twice."""
     texts: dict[str, str] = {}
     for pair in pairs:
-        name, equals, text = pair.partition("=")
-        if not (equals and name.strip() and text.strip()):
-            raise UserError(
-                f"--set {pair} is refused: write --set NAME={what}, e.g. --set {example}"
-            )
-        name = name.strip()
+        name, _, text = map(str.strip, pair.partition("="))
+        if not (name and text):
+            raise UserError(f"--set {pair} is refused: write --set {form}")
         if name in texts:
-            raise UserError(f"--set {name} is given twice: {once}")
+            raise UserError(f"--set {name} is given twice: write it once, as --set {form}")
         texts[name] = text
     return texts
 
 
-def _show(name: str, report: "Report") -> None:
-    """Print the tables, conclusions and number of checks of one scenario."""
-    for table in report.tables:
-        print_table(table)
-    print_paragraphs(report.words)
-    if report.checks:
-        say(f"{name}: {summarize_checks(report.checks)}", f"bold {_colour(report.checks)}")
-    out.print()
+def _show(reports: "dict[str, Report]") -> None:
+    """Print the tables, conclusions and numbers of checks of scenarios."""
+    for name, report in reports.items():
+        for table in report.tables:
+            print_table(table)
+        print_paragraphs(report.words)
+        if report.checks:
+            passed = all(check.passed for check in report.checks)
+            style = "bold green" if passed else "bold red"
+            say(f"{name}: {summarize_checks(report.checks)}", style)
+        say("")
 
 
 def _summarize(reports: "dict[str, Report]") -> None:
@@ -169,24 +161,19 @@ def _summarize(reports: "dict[str, Report]") -> None:
         rows.append([name, title_beside(name, report.title), count])
     print_table(Table("", ["scenario", "what it shows", "checks"], rows), numbers=False)
     print_paragraphs(report.verdict for report in reports.values() if report.verdict)
-    out.print()
+    say("")
 
 
 def _conclude(reports: "dict[str, Report]") -> bool:
     """Print failed checks and totals; whether all checks passed."""
-    for name, report in reports.items():
-        for check in report.checks:
-            if not check.passed:
-                claim = check.claim.removeprefix(f"{name}: ")
-                warn(f"Check failed: {name}: {claim} ({check.detail})", style="red")
-    checks = [check for report in reports.values() for check in report.checks]
+    checks = [(name, check) for name, report in reports.items() for check in report.checks]
+    failed = [(name, check) for name, check in checks if not check.passed]
+    for name, check in failed:
+        claim = check.claim.removeprefix(f"{name}: ")
+        warn(f"Check failed: {name}: {claim} ({check.detail})", style="red")
     if checks:
-        say(f"{summarize_checks(checks)}.", _colour(checks))
+        say(f"{summarize_checks([check for _, check in checks])}.", "red" if failed else "green")
     deviations = sum(len(report.deviations) for report in reports.values())
     if deviations:
         say(f"Printed numbers of the document not reproduced: {deviations} (see the report).")
-    return all(check.passed for check in checks)
-
-
-def _colour(checks: list[Check]) -> str:
-    return "green" if all(check.passed for check in checks) else "red"
+    return not failed

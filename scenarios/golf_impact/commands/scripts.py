@@ -1,9 +1,9 @@
 """Finds scenario scripts in their folder, loads them by path and runs them."""
 
-import importlib.util
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -28,8 +28,7 @@ def list_names() -> list[str]:
 def load_scenarios() -> dict[str, ModuleType]:
     """Load these scenarios, in the order of their chapters; by name."""
     loaded = {name: load_scenario(name) for name in list_names()}
-    last = float("inf")
-    return dict(sorted(loaded.items(), key=lambda item: getattr(item[1], "CHAPTER", last)))
+    return dict(sorted(loaded.items(), key=lambda item: item[1].CHAPTER))
 
 
 def load_scenario(name_or_path: str) -> ModuleType:
@@ -47,17 +46,16 @@ def load_scenario(name_or_path: str) -> ModuleType:
         path = FOLDER / f"{name_or_path}.py"
     if not path.is_file():
         raise UserError(f"there is no script {path}")
-    spec = importlib.util.spec_from_file_location(f"golf_scenario_{path.stem}", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
+    loader = SourceFileLoader(f"golf_scenario_{path.stem}", str(path))
+    module = ModuleType(loader.name)
+    module.__file__ = loader.path
     with _located(path):
-        spec.loader.exec_module(module)
-    if not isinstance(getattr(module, "TITLE", None), str):
-        raise UserError(f'{path} is not a scenario: it needs a line TITLE = "..."')
-    if not callable(getattr(module, "run", None)):
+        loader.exec_module(module)
+    title, run = getattr(module, "TITLE", None), getattr(module, "run", None)
+    if not (isinstance(title, str) and callable(run)):
         raise UserError(
-            f"{path} is not a scenario: it needs a function run(fmu) that returns a Report"
+            f'{path} is not a scenario: it needs a line TITLE = "..." and a function run(fmu) that '
+            "returns a Report"
         )
     return module
 
