@@ -15,8 +15,8 @@ from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 from golf_impact.benchmarks import accuracy, empty_wide_fmu
+from golf_impact.benchmarks.all import FIGURES, is_met
 from golf_impact.benchmarks.impact import METRICS
-from golf_impact.benchmarks.limits import FIGURES, is_met
 from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slope
 from golf_impact.commands.bench import bench
 from golf_impact.fmu.file import build_plain_fmu

@@ -3,6 +3,6 @@
 - `calls`: calls, beside FMUs in which nothing is computed (`empty_fmu`, and `empty_wide_fmu` with
   as many variables; each packed by pythonfmu from one file alone); other runs.
 - `impact`, `sweep_rate`: an impact, and many. · `work_precision`: run time against error.
-- `accuracy`: the worst error of all reference cases. · `native`: FMUs in a host in C. · `limits`:
-  the targets.
+- `accuracy`: the worst error of all reference cases. · `native`: FMUs in a host in C. · `all`: all
+  but that, and the targets, limits.csv.
 """

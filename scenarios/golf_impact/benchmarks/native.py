@@ -37,7 +37,7 @@ def standalone_and_plain(quick: bool) -> dict[str, Any]:
         host, source = folder / "host", Path(__file__).with_name("native_host.c")
         headers = Path(fmpy.__file__).with_name("c-code")
         flags = ["-O2", f"-I{headers}", source, "-o", host, "-ldl"]
-        _output([*standalone.compiler(), *flags], "the host can't be compiled")
+        _output([*standalone.compiler(), *flags])
         references = LoadedFmu(plain).references(_OUTPUTS)
         one, other = _extracted(alone, folder), _extracted(plain, folder)
         companions = build_system(folder, standalone=True)[:2]
@@ -45,8 +45,7 @@ def standalone_and_plain(quick: bool) -> dict[str, Any]:
         with_python = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
 
         def run(count: int, fmus: list[str], **environment: str) -> list[float]:
-            command = [host, count, *references, "--", *fmus]
-            out = _output(command, "the native host failed", environment)
+            out = _output([host, count, *references, "--", *fmus], environment)
             return [float(number) for number in out.split()]
 
         run(1, other, **with_python)  # writes its bytecode
@@ -81,9 +80,9 @@ def _extracted(fmu: Path, folder: Path) -> list[str]:
     return [str(library), f"file://{place}/resources", LoadedFmu(fmu).description.guid]
 
 
-def _output(command: list[Any], otherwise: str, environment: dict[str, str] | None = None) -> str:
+def _output(command: list[Any], environment: dict[str, str] | None = None) -> str:
     words = [str(word) for word in command]
     done = subprocess.run(words, env=environment, capture_output=True, text=True)
     if done.returncode:
-        raise UserError(f"{otherwise}: {done.stderr.strip()}")
+        raise UserError(f"{words[0]} failed: {done.stderr.strip()}")
     return done.stdout

@@ -105,7 +105,7 @@ _WAYS = {
 
 
 def _show(results: dict[str, Any]) -> None:
-    from golf_impact.benchmarks.limits import FIGURES
+    from golf_impact.benchmarks.all import FIGURES
 
     about, figures = results["machine"], results["figures"]
     versions = [f"{name} {about[name]}" for name in ("fmpy", "pythonfmu", "numpy", "scipy")]

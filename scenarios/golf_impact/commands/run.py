@@ -101,12 +101,12 @@ def run(
     return 0 if passed else 1
 
 
-def fmu_file(path: Path | None) -> Path:
+def fmu_file(path: Path | str | None) -> Path:
     """The FMU that a user names (UserError if it can't be used), or that of the current sources."""
     from golf_impact.fmu.file import check_fmu, current_fmu
 
     if path is not None:
-        return check_fmu(path)
+        return check_fmu(Path(path))
     built, why = current_fmu()
     if why:
         warn(f"Built {built}: {why}.")

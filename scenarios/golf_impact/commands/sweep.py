@@ -72,8 +72,7 @@ def sweep(
     with_report, with_loop = options.pop("figures", True), options.pop("compare", False)
     if with_report:
         prepare(table.parent, table.with_suffix(".png").name, table.with_suffix(".html").name)
-    fmu_given = options.pop("fmu", None)
-    with Sweep(study, fmu_file(fmu_given and Path(fmu_given))) as running:
+    with Sweep(study, fmu_file(options.pop("fmu", None))) as running:
         # Ctrl-C and SIGTERM end the sweep between chunks, and the process at the end of this block.
         with held():
             try:
