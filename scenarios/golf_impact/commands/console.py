@@ -21,9 +21,6 @@ RESULTS = Path("golf-impact-results")
 out = Console(markup=False, emoji=False)
 err = Console(stderr=True, markup=False, emoji=False)
 
-#: Width of a table beside the text of its cells: of each column, and once.
-_PADDING, _EDGE = 3, 1
-
 
 def say(words: object, style: str | None = None, console: Console = out) -> None:
     """Print a line, without wrapping."""
@@ -68,11 +65,12 @@ def _parts(cells: list[list[str]], width: int) -> Iterator[dict[int, int]]:
     least = [max(len(word) for cell in column for word in cell.split() or [""]) for column in cells]
     others = [*range(1, len(cells))]
     while True:
-        widths, left = {0: least[0]}, width - _EDGE - _PADDING - least[0]
-        while others and (left >= least[others[0]] + _PADDING or len(widths) == 1):
+        # A column is wider than its text by 3, a table than its columns by 1.
+        widths, left = {0: least[0]}, width - 4 - least[0]
+        while others and (left >= least[others[0]] + 3 or len(widths) == 1):
             n = others.pop(0)
             widths[n] = least[n]
-            left -= least[n] + _PADDING
+            left -= least[n] + 3
         # The remaining width goes to the columns that wrap: the first one, then the narrowest.
         while left > 0 and (wrapped := [n for n in widths if widths[n] < longest[n]]):
             widths[min(wrapped, key=lambda n: (n > 0, widths[n]))] += 1
