@@ -18,7 +18,7 @@ _FAST = (
 )
 _COMPILED = (
     ": {impact_over_compiled_euler:.2f} and {impact_over_compiled_euler_law1:.2f} times the "
-    "document's scheme as an FMU compiled from C, with an error of "
+    "document's scheme as an FMU compiled from C, whose error is "
     "{impact_by_compiled_euler_error:.1g}"
 )
 _WORST = (
