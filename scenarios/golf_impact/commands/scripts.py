@@ -28,7 +28,8 @@ def list_names() -> list[str]:
 def load_scenarios() -> dict[str, ModuleType]:
     """Load these scenarios, in the order of their chapters; by name."""
     loaded = {name: load_scenario(name) for name in list_names()}
-    return dict(sorted(loaded.items(), key=lambda item: item[1].CHAPTER))
+    last = float("inf")
+    return dict(sorted(loaded.items(), key=lambda item: getattr(item[1], "CHAPTER", last)))
 
 
 def load_scenario(name_or_path: str) -> ModuleType:
