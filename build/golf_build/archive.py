@@ -18,7 +18,6 @@ SUMS = "documentation/SHA256SUMS"
 
 #: The time of all files in an archive.
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-EPOCH_TEXT = "1980-01-01T00:00:00Z"
 
 _FIRST = ("modelDescription.xml", "SystemStructure.ssd")
 

@@ -28,12 +28,13 @@ _ABOUT = "Impact of a golf club on a ball: contact force, smash factor, restitut
 #: variables are. Systems feed them back: without this an importer must take that for an algebraic
 #: loop in initialization.
 TABLES = {
+    "rows": VARIABLES,
     "description": _ABOUT,
+    "units": UNITS,
     "laws": LAWS,
     "constant": ("mean_force", "impulse"),
 }
 
-_SOURCES = ("club_ball_impact.py", "golf_physics", "host")
 BUILDER = Builder(
-    2, "ClubBallImpact", _SOURCES, ENTRY, lambda _: TABLES | {"rows": VARIABLES, "units": UNITS}
+    2, "ClubBallImpact", ("club_ball_impact.py", "golf_physics", "host"), ENTRY, TABLES
 )

@@ -24,9 +24,8 @@ from typing import NamedTuple
 
 from golf_build import elf
 from golf_build.archive import SUMS, checksums, scratch, unpack
-from golf_build.description import HERE, RUNTIMES
 from golf_build.extras import install_command
-from golf_build.packaging import bundle, fmu_source
+from golf_build.packaging import HERE, RUNTIMES, bundle, fmu_source
 
 SUFFIX = ".standalone"
 
