@@ -2,9 +2,9 @@
 
 pythonfmu 0.7.0 and pythonfmu3 0.3.4 write a random GUID and the time of day; their
 modelDescription.xml lacks units, ranges, initial unknowns and derivatives that are also states, and
-has 16 digits of a start value. Modules are found by name, so that a
-second build in the same process would silently run the code of the first one; here the names of an
-FMU's modules contain the digest of its sources.
+has 16 digits of a start value. Modules are found by name, so that a second build in the same
+process would silently run the code of the first one; here the names of an FMU's modules contain the
+digest of its sources.
 """
 
 import hashlib
