@@ -35,9 +35,6 @@ _PIECES, _PHASES = 64, 100
 #: there, and the sign of the normal force is lost in rounding errors.
 _END = 1e-10
 
-#: x, u, y and p.
-State = tuple[float, float, float, float]
-
 
 def duration(zeta: float) -> float:
     """Duration of a contact with this damping ratio, in scaled time.
@@ -91,7 +88,7 @@ class Contact(NamedTuple):
         limit, decaying = 0, 0.0
         while left > least:
             piece, following = min(size, left), side
-            series = xs, us, ys, ps = self._series((x, u, y, p))
+            series = xs, us, ys, ps = self._series(x, u, y, p)
             drive = self.rho * self.friction - side * self.gamma
             if side:
                 slip = partial(self._slip, us, side * p - drive * u, drive - ratio, decaying)
@@ -138,9 +135,9 @@ class Contact(NamedTuple):
         whole = duration(self.zeta)
         return whole / (_PIECES + whole * (1.0 + double + sqrt(stiffness) + double * stiffness))
 
-    def _series(self, state: State) -> list[Series]:
-        """The series of x, u, y and p in scaled time while the contact sticks."""
-        series = xs, us, ys, ps = [[one] for one in state]
+    def _series(self, *start: float) -> list[Series]:
+        """The series of x, u, y and p in scaled time while the contact sticks, from their start."""
+        series = xs, us, ys, ps = [[one] for one in start]
         for n in range(ORDER):
             m, double = n + 1, 2.0 * self.zeta
             force = xs[n] + double * us[n]
