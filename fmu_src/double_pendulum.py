@@ -168,12 +168,12 @@ class Motion:
         along, up = after[0] - before[0], after[1] - before[1]
         return self.force * (along * cos(self.direction) + up * sin(self.direction))
 
-    def hands(self, t: float) -> tuple[float, float]:
-        """Force (N) and torque (N.m) of the hands on the club."""
+    def hands(self, t: float, state: State) -> tuple[float, float]:
+        """Force (N) and torque (N.m) of the hands on the club in this state at t."""
         piece, golfer, force = self._piece(t), self.golfer, self.force
         if piece.stage == FINISHED:
             return 0.0, 0.0
-        p, q, u, w, _, torque, _ = piece.state(t)
+        p, q, u, w, _, torque, _ = state
         p2, q2 = (value(slope(one), t - piece.start) for one in piece.series[2:4])
         r, mass, first = golfer.arm_length, golfer.club_mass, golfer.club_first_moment
         # Of the club's centre of mass, times its mass.

@@ -27,7 +27,7 @@ from companion import Companion
 from double_pendulum import HELD, Ball, Golfer, Motion, State
 
 #: Outputs that a step computes; the others are computed from the motion when they are read.
-_STEPPED = {"club_speed", "reaction_work", "reaction_impulse"}
+_STEPPED = ("club_speed", "reaction_work", "reaction_impulse")
 
 #: Of the time since the start: differences smaller than this are rounding errors.
 _ROUNDING = 1e-12
@@ -53,6 +53,10 @@ class Swing(Companion):
     _position = 0.0
     #: Whether the outputs of the motion belong to this communication point.
     _current = False
+
+    def __init__(self, rows: list[tuple], **kwargs) -> None:
+        super().__init__(rows, **kwargs)
+        self._stepped = {reference for reference, row in enumerate(rows) if row[0] in _STEPPED}
 
     def _begin(self) -> str | None:
         if self.prescribed_speed:
@@ -125,13 +129,12 @@ class Swing(Companion):
 
     def get_real(self, vrs):
         motion, ball, time = self._motion, self._ball, self._time
-        read = {self.vars[reference].name for reference in vrs}
-        if motion and ball and not self._current and not read <= _STEPPED:
+        if motion and ball and not self._current and not self._stepped.issuperset(vrs):
             down = time - motion.origin
             state = motion.at(down)[0] if down >= 0.0 else _backswing(motion, ball, time)
             speed = state.head_speed(motion.golfer)
             self.head_speed = speed if down >= 0.0 else -speed
-            hands = motion.hands(down) if down >= 0.0 else (0.0, 0.0)
+            hands = motion.hands(down, state) if down >= 0.0 else (0.0, 0.0)
             self.arm_angle, self.club_angle = state.arm, state.club
             self.hand_force, self.wrist_torque = hands
             self.shoulder_torque, self.effective_mass = state.shoulder_torque, ball.effective_mass

@@ -7,6 +7,7 @@ from golf_build.packaging import Builder
 #: Of every FMU for FMI 2.0.
 ENTRY = '''"""The entry point of the FMU; pythonfmu compiles this file anew for every instance."""
 
+from {package} import VALUES
 from {package}.{module} import {model} as Adapter
 
 
@@ -19,7 +20,7 @@ class {model}(Adapter):
 
     # pythonfmu 0.7.0 crashes on the second instance of a class without a method in its body.
     def __init__(self, **kwargs):
-        Adapter.__init__(self, {start}, **kwargs)
+        Adapter.__init__(self, VALUES, **kwargs)
 '''
 
 _ABOUT = "Impact of a golf club on a ball: contact force, smash factor, restitution, energy"

@@ -36,8 +36,9 @@ class Builder(NamedTuple):
         fmi: 2 or 3.
         name: of the file, without .fmu; up to a dot, that of the model and its class.
         sources: files and folders of fmu_src, the module with the class first.
-        entry: the module that the runtime loads; {package}, {module}, {model}, {start} and {rows}
-            (of each variable name, causality, type, unit, start, low, high) are filled in.
+        entry: the module that the runtime loads; {package}, {module} and {model} are filled in. The
+            package has VALUES: `start` if there are laws; else name, causality, type, unit, start,
+            low and high of every variable.
         tables: `rows`, the variables, the value reference of each being its index; `description`;
             `units` by name; `laws` of ClubBallImpact; `constant` (outputs whose initial values
             depend on no variable); in FMI 3.0 `derivatives` (by the names of their states),
@@ -83,17 +84,18 @@ class Builder(NamedTuple):
         suffix, model, runtime = self.digest()[:16], self.name.partition(".")[0], RUNTIMES[self.fmi]
         module = self.sources[0].removesuffix(".py")
         package = f"golf_{'physics' if 'golf_physics' in self.sources else module}_{suffix}"
+        start = self.start
+        rows = [row._replace(start=start.get(row.name, row.start)) for row in self.tables["rows"]]
+        values = start if "laws" in self.tables else [row[:7] for row in rows]
         modules = {"__init__.py": b"", **_read(self.sources)}
+        modules["__init__.py"] += f"VALUES = {values}\n".encode()
         tops = "|".join({name.partition("/")[0].removesuffix(".py") for name in modules})
         beside = {}
         for name, data in modules.items():
             text = re.sub(r"(?m)^from golf_physics\b", f"from {package}", data.decode())
             text = re.sub(rf"(?m)^from ({tops})\b", rf"from {package}.\1", text)
             beside[f"{package}/{name}"] = text.encode()
-        start = self.start
-        rows = [row._replace(start=start.get(row.name, row.start)) for row in self.tables["rows"]]
-        names = {"package": package, "module": module, "model": model}
-        entry = self.entry.format(**names, start=start, rows=[row[:7] for row in rows])
+        entry = self.entry.format(package=package, module=module, model=model)
         with packaged(self.fmi, f"{module}_{suffix}", entry.encode(), beside) as raw:
             files = unpack(raw)
         context = self.tables | {

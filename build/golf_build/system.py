@@ -52,9 +52,7 @@ def _companion(name: str, *sources: str) -> Builder:
     used = {row.unit for row in rows}
     units = {unit: about for unit, about in _UNITS.items() if unit in used}
     tables = {"rows": rows, "description": description, "units": units}
-    # The slave gets the whole table, not only what differs from it.
-    entry = fmi2.ENTRY.replace("{start}", "{rows}")
-    return Builder(2, name, (*sources, "companion.py", "host"), entry, tables)
+    return Builder(2, name, (*sources, "companion.py", "host"), fmi2.ENTRY, tables)
 
 
 #: The companions by name.
