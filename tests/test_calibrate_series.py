@@ -146,7 +146,7 @@ def test_all_together(fmu):
     calibration = Calibration(data, FREE)
     assert list(calibration.parameters) == ["k", "exponent", *penner]
     assert max(map(abs, deviations(calibration.fit, {**BALL, **penner}))) < 4.0
-    alone = Fit(fmu, Measurements(cor_speeds=data.cor_speeds), LINEAR)
+    alone = Fit(fmu, Measurements({}, cor_speeds=data.cor_speeds), LINEAR)
     for name in penner:
         assert (
             calibration.parameters[name].standard_error

@@ -33,6 +33,9 @@ from golf_impact.report.outcome import Table
 #: autocorrelation of a curve's residuals, times √rows, above this, an AIC lower by this.
 _UNLIKELY, _CORRELATED, _BETTER = 0.01, 4.0, 2.0
 
+#: The impact in which scalars and curve were measured, in words.
+_IMPACT = "{club_speed:g} m/s, club {m_club:g} kg, ball {m_ball:g} kg"
+
 _UNITS = {"k": " N/m", "b": " N·s/m", "restitution_slope": " s/m", "touch_time": " s"}
 
 #: Kelvin–Voigt, absolute, Tsuji and free n, which every calibration is compared with.
@@ -115,7 +118,7 @@ class Calibration:
             name="calibrated",
             title=f"calibrated, {self.fit.title}",
             values={name: v for name, v in self.fit.values.items() if name not in apart},
-            source=f"golf-impact calibrate: {', '.join(names)}; {data.impact_in_words}",
+            source=f"golf-impact calibrate: {', '.join(names)}; {_IMPACT.format(**data.impact)}",
             uncertain=tuple(self.parameters),
             covariance=tuple(map(tuple, self.covariance.tolist())),
         )
@@ -211,7 +214,7 @@ class Calibration:
         labels = ["club speed (m/s)", *(QUANTITIES[name].label for name in _PREDICTED)]
         tables = [
             Table(f"{best.title} (law {best.law.law})", ["", "value ± standard error"], parameters),
-            Table(f"Measurements, {data.impact_in_words}: {square}", heads, rows),
+            Table(f"Measurements, {_IMPACT.format(**data.impact)}: {square}", heads, rows),
             Table("Predictions with 95 % intervals, if the law holds", labels, speeds),
             Table("Contact laws compared", ["", "parameters", "χ²", "AIC − least AIC"], laws),
         ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -80,49 +80,35 @@ class Series:
         return np.flatnonzero(self.y > 0.25 * self.y.max())
 
 
-@dataclass(frozen=True)
 class Measurements:
-    """All that a fit has to meet."""
+    """All that a fit has to meet.
 
-    targets: Mapping[str, Target] = field(default_factory=dict)
-    curve: Series | None = None
-    cor_speeds: Series | None = None
-    impact: Mapping[str, float] = field(default_factory=IMPACT.copy)  #: of scalars and curve
+    Attributes:
+        impact: of scalars and curve, speed (m/s) and masses (kg).
+        series: curve and COR over speed, as far as there are any.
+        values: all measured values: scalars, forces, CORs.
+        groups: where each of these are in `values`.
+        sized: whether anything depends on the stiffness.
+    """
 
-    @property
-    def reduced_mass(self) -> float:
-        """μ = m_C m_B / (m_C + m_B), kg."""
-        return closed_forms.reduced_mass(self.impact["m_club"], self.impact["m_ball"])
-
-    @property
-    def impact_in_words(self) -> str:
-        return "{club_speed:g} m/s, club {m_club:g} kg, ball {m_ball:g} kg".format(**self.impact)
-
-    @property
-    def series(self) -> dict[str, Series]:
-        """Those of the series that there are."""
-        series = {"curve": self.curve, "cor_speeds": self.cor_speeds}
-        return {name: one for name, one in series.items() if one}
-
-    @property
-    def values(self) -> np.ndarray:
-        """All measured values: scalars, forces, CORs."""
-        scalars = [target.value for target in self.targets.values()]
-        return np.concatenate([scalars, *(one.y for one in self.series.values())])
-
-    @property
-    def groups(self) -> dict[str, slice]:
-        """Where scalars, forces and CORs are in `values`."""
-        groups = {"targets": slice(0, len(self.targets))} if self.targets else {}
-        end = len(self.targets)
-        for name, one in self.series.items():
-            groups[name] = slice(end, end := end + len(one.y))
-        return groups
-
-    @property
-    def sized(self) -> bool:
-        """Whether anything depends on the stiffness."""
-        return self.curve is not None or any(name not in RESTITUTION for name in self.targets)
+    def __init__(
+        self,
+        targets: Mapping[str, Target],
+        curve: Series | None = None,
+        cor_speeds: Series | None = None,
+        impact: Mapping[str, float] = IMPACT,
+    ) -> None:
+        self.targets, self.curve, self.cor_speeds, self.impact = targets, curve, cor_speeds, impact
+        self.reduced_mass = closed_forms.reduced_mass(impact["m_club"], impact["m_ball"])
+        series = {"curve": curve, "cor_speeds": cor_speeds}
+        self.series = {name: one for name, one in series.items() if one}
+        parts = {"targets": np.array([target.value for target in targets.values()])}
+        parts |= {name: one.y for name, one in self.series.items()}
+        self.values = np.concatenate([*parts.values()])
+        ends = np.cumsum([len(part) for part in parts.values()]).tolist()
+        pairs = zip(parts.items(), ends)
+        self.groups = {name: slice(end - len(p), end) for (name, p), end in pairs if len(p)}
+        self.sized = bool(curve) or any(name not in RESTITUTION for name in targets)
 
 
 def option(name: str) -> str:
