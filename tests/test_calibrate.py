@@ -22,11 +22,9 @@ from golf_impact.calibration.measurements import (
 )
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import BALLS
-from golf_impact.facts.closed_forms import reduced_mass
 from golf_impact.facts.measured import MPH
 
 LINEAR = ContactLaw(2, 1.0)
-ABSOLUTE = ContactLaw(1, 1.0)
 FREE = ContactLaw(2, None)
 ROH_LEE = {"ball_speed": 50.0, "club_speed_after": 24.0, "contact_time": 6e-4, "max_force": 6600.0}
 
@@ -44,7 +42,7 @@ def of_impact(fmu, names, **values):
 
 def inverse(restitution, time):
     """The k and b of Kelvin–Voigt by bisection of θ cot θ = L/2 (θ coth θ for L > 2)."""
-    mu, half = reduced_mass(0.210, 0.04593), -0.5 * math.log(restitution)
+    mu, half = Measurements({}).reduced_mass, -0.5 * math.log(restitution)
     slope = (lambda t: t / math.tan(t)) if half < 1.0 else (lambda t: t / math.tanh(t))
     sign = 1.0 if half < 1.0 else -1.0
     low, high = 1e-9, 0.5 * math.pi if half < 1.0 else half + 1.0
@@ -68,8 +66,9 @@ def test_inverse_of_kelvin_voigt(fmu, restitution):
 def random_case(fmu, seed):
     """Impact, law and parameters far beyond golf, targets of them, and the generator."""
     draw = random.Random(seed)
-    speed, *masses = draw.uniform(5, 70), draw.uniform(0.1, 0.4), draw.uniform(0.03, 0.06)
-    impact, mu = dict(zip(IMPACT, (speed, *masses))), reduced_mass(*masses)
+    ranges = {"club_speed": (5, 70), "m_club": (0.1, 0.4), "m_ball": (0.03, 0.06)}
+    impact = {name: draw.uniform(*ends) for name, ends in ranges.items()}
+    speed, mu = impact["club_speed"], Measurements({}, impact=impact).reduced_mass
     law = draw.choice((1, 2, 2, 2))
     free = law == 2 and draw.random() < 0.5
     n = 1.0 if law == 1 or (not free and draw.random() < 0.5) else draw.uniform(1.05, 3.5)
