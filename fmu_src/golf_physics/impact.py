@@ -1,13 +1,14 @@
 """One impact as a sequence of exact phases: approach, contact, flight.
 
 An impact is a value: `at` returns the impact from the phase that holds an instant on, `with_inputs`
-the impact that other inputs lead to; neither changes anything. Instants are pairs (high, low) whose
-sum is the time since the start, s: an instant a nanosecond into a contact that began after a long
-approach is exact.
+the impact that other inputs lead to; neither changes anything. `arguments`
+are those of the constructor: they make the same impact in another process. Instants are pairs
+(high, low) whose sum is the time since the start, s: an instant a nanosecond into a contact that
+began after a long approach is exact.
 """
 
-from collections.abc import Sequence
 from math import inf
+from operator import attrgetter
 from typing import NamedTuple
 
 from .laws.contact import EndState, InitialState, State
@@ -55,7 +56,7 @@ _NONE_YET = Results()
 class Impact:
     """An impact from the start of one of its phases on."""
 
-    __slots__ = ("_following", "duration", "high", "inputs", "low", "parameters", "touch")
+    __slots__ = ("_following", "duration", "high", "inputs", "low", "motion", "parameters", "touch")
 
     in_contact = False
     parameters: Parameters
@@ -64,12 +65,16 @@ class Impact:
     low: float
     duration: float  #: of the phase, s; inf if it doesn't end
     touch: Touch | None
+    #: At the start of a phase of free motion; the compression is below 0 before touch.
+    motion: EndState
+    #: Of that compression, below the resolution of a double, m.
+    low_part = 0.0
     _following: "Impact | None"
 
     @staticmethod
     def start(parameters: Parameters, inputs: Inputs) -> "Impact":
         """The impact at time 0: the ball lies at 0, the club face at -gap."""
-        return Approach(parameters, inputs, 0.0, 0.0, 0.0, parameters.gap, 0.0)
+        return Approach(parameters, inputs, 0.0, 0.0, 0.0, -parameters.gap, 0.0)
 
     def at(self, high: float, low: float) -> "Impact":
         """The impact whose phase holds this instant; no earlier than this one's."""
@@ -85,7 +90,7 @@ class Impact:
         return t if t > RESOLUTION * self.high else 0.0
 
     def _follow(self) -> "Impact":
-        """The impact from the next phase on, which is then remembered."""
+        """The impact from the next phase on, which is then remembered; not of flight."""
         raise NotImplementedError
 
     def with_inputs(self, inputs: Inputs, high: float, low: float) -> "Impact":
@@ -101,7 +106,13 @@ class Impact:
 
     def state(self, high: float, low: float) -> State:
         """Contact force, positions, velocities and compression at an instant of the phase."""
-        raise NotImplementedError
+        t = (high - self.high) + (low - self.low)
+        x_ball, v_club, v_ball, compression, closing = self.motion
+        x_ball += v_ball * t
+        compression += self.low_part + closing * t
+        # Bodies that close aren't compressed yet, whatever the rounding.
+        left = compression if compression > 0.0 >= closing else 0.0
+        return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
 
     def contact_until(self, high: float, low: float) -> "tuple[Contact, float] | None":
         """The last contact phase, and how long it has lasted, s."""
@@ -121,33 +132,9 @@ class Impact:
         begin = max(0.0, begin if contact is self else begin + end)
         return contact.phase.impulse(begin, end - begin) if begin < end else 0.0
 
-    def packed(self) -> list:
-        """The impact as numbers and lists of numbers, for `unpacked` in another process."""
-        return [type(self).__name__, self.parameters.values, self.inputs, self.high, self.low]
 
-
-class _Free(Impact):
-    """Both bodies move freely."""
-
-    __slots__ = ("motion",)
-
-    #: At the start of the phase; the compression is below 0 before touch.
-    motion: EndState
-    #: Of the compression, below the resolution of a double, m.
-    low_part = 0.0
-
-    def state(self, high: float, low: float) -> State:
-        t = (high - self.high) + (low - self.low)
-        x_ball, v_club, v_ball, compression, closing = self.motion
-        x_ball += v_ball * t
-        compression += self.low_part + closing * t
-        # Bodies that close aren't compressed yet, whatever the rounding.
-        left = compression if compression > 0.0 >= closing else 0.0
-        return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
-
-
-class Approach(_Free):
-    """The bodies before first touch; `gap` (m, as a pair) is the distance between them."""
+class Approach(Impact):
+    """The bodies before first touch; the compression (m, as a pair) is minus their distance."""
 
     __slots__ = ("low_part",)
 
@@ -155,14 +142,14 @@ class Approach(_Free):
 
     def __init__(
         self, parameters: Parameters, inputs: Inputs, high: float, low: float, x_ball: float,
-        gap: float, gap_low: float,
+        compression: float, low_part: float,
     ) -> None:  # fmt: skip
         self.parameters, self.inputs, self.high, self.low = parameters, inputs, high, low
         v_club, v_ball = inputs[2], parameters.ball_speed
         closing = v_club - v_ball
-        self.motion = x_ball, v_club, v_ball, -gap, closing
-        self.low_part = -gap_low
-        self.duration = max(0.0, gap + gap_low) / closing if closing > 0.0 else inf
+        self.motion = x_ball, v_club, v_ball, compression, closing
+        self.low_part = low_part
+        self.duration = max(0.0, -(compression + low_part)) / closing if closing > 0.0 else inf
         self._following = None
 
     def _follow(self) -> Impact:
@@ -190,15 +177,18 @@ class Approach(_Free):
         p = self.parameters
         x_ball, v_club, v_ball, compression, closing = self.motion
         if inputs[2] == v_club:
-            return Approach(p, inputs, self.high, self.low, x_ball, -compression, -self.low_part)
+            return Approach(p, inputs, self.high, self.low, x_ball, compression, self.low_part)
         if t >= duration:
             return Approach(p, inputs, high, low, x_ball + v_ball * duration, 0.0, 0.0)
         # Without loss: a speed that changes at 10⁶ points still closes the right gap.
-        gap = added(-compression, -self.low_part, -closing * t)
-        return Approach(p, inputs, high, low, x_ball + v_ball * t, *gap)
+        moved = added(compression, self.low_part, closing * t)
+        return Approach(p, inputs, high, low, x_ball + v_ball * t, *moved)
 
-    def packed(self) -> list:
-        return [*super().packed(), self.motion[0], -self.motion[3], -self.low_part]
+    @property
+    def arguments(self) -> tuple:
+        x_ball, _, _, compression, _ = self.motion
+        begin = self.parameters, self.inputs, self.high, self.low
+        return *begin, x_ball, compression, self.low_part
 
 
 class Contact(Impact):
@@ -210,6 +200,9 @@ class Contact(Impact):
 
     in_contact = True
     touch: Touch
+    arguments = property(
+        attrgetter("parameters", "inputs", "high", "low", "touch", "k", "b", "initial", "before")
+    )
 
     def __init__(
         self, parameters: Parameters, inputs: Inputs, high: float, low: float, touch: Touch,
@@ -235,7 +228,7 @@ class Contact(Impact):
             return self
         _, x_club, x_ball, v_club, v_ball, d = self.state(high, low)
         t = self.elapsed(high, low)
-        closing = self.phase.closing(t) if t else self.initial.closing
+        closing = self.phase.value("w", t) if t else self.initial.closing
         if law.force(p, k, b, d, closing) > 0.0 or (not d and closing > 0.0):
             start = InitialState(x_club, d, v_club, v_ball, closing)
             peaks = *self.peak_force(t), self.peak_compression(t)
@@ -274,7 +267,7 @@ class Contact(Impact):
     def peak_force(self, t: float) -> tuple[float, float]:
         """The largest contact force, N, and its time since first touch, s."""
         time, most, when, _, _ = self.before
-        force, later = self.phase.peak_force(t)
+        force, later = self.phase.largest("force", t)
         # k or b changed just before the peak: if the force keeps rising, the later phase counts.
         rising = later > 0.0 and when == time
         if force > most or (rising and force >= most * (1.0 - 1e-15)):
@@ -282,23 +275,21 @@ class Contact(Impact):
         return most, when
 
     def peak_compression(self, t: float) -> float:
-        return max(self.before.max_compression, self.phase.peak_compression(t))
+        return max(self.before.max_compression, self.phase.largest("d", t)[0])
 
     def impulse(self, t: float, state: State | None = None) -> float:
         """Impulse of the contact force until t, s since the start of the phase, N.s."""
         return self.before.impulse + self.phase.impulse(0.0, t)
 
-    def packed(self) -> list:
-        return [*super().packed(), self.touch, self.k, self.b, self.initial, self.before]
 
-
-class Flight(_Free):
-    """The bodies after a contact that lasted so long, s; `motion` as in `_Free`."""
+class Flight(Impact):
+    """The bodies after a contact that lasted so long, s."""
 
     __slots__ = ("contact", "lasted", "x_end")
 
     touch: Touch
     duration = inf
+    arguments = property(attrgetter("contact", "high", "low", "lasted", "motion"))
 
     def __init__(
         self, contact: Contact, high: float, low: float, lasted: float, motion: EndState
@@ -309,20 +300,3 @@ class Flight(_Free):
 
     def contact_until(self, high: float, low: float) -> tuple[Contact, float]:
         return self.contact, self.lasted
-
-    def packed(self) -> list:
-        return ["Flight", self.contact.packed(), self.high, self.low, self.lasted, self.motion]
-
-
-def unpacked(packed: Sequence) -> Impact:
-    """The impact that `Impact.packed` was called on; raises ValueError and the like if none was."""
-    if packed[0] == "Flight":
-        _, contact, high, low, lasted, motion = packed
-        return Flight(unpacked(contact), high, low, lasted, tuple(motion))  # type: ignore[arg-type]
-    kind, values, inputs, high, low, *rest = packed
-    begin = Parameters(*values), tuple(inputs), high, low
-    if kind == "Approach":
-        return Approach(*begin, *rest)
-    touch, k, b, initial, before = rest
-    start = InitialState(*initial)
-    return Contact(*begin, Touch(*touch), k, b, start, Results(*before))

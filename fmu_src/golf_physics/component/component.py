@@ -14,9 +14,9 @@ from ..impact import Impact
 from ..laws.contact import State
 from ..parameters import INPUTS, SETTABLE, Inputs, Parameters, conflict, refusal
 from ..variables import VARIABLES
-from . import state
 from .outputs import MOVING, OUTPUTS, Output, readings
 from .segment import NO_SEGMENT, Segment
+from .state import Snapshot, packed, unpacked
 
 #: Modes of an instance, in the order in which a host passes through them. Blocked: initialization
 #: has ended on values that can't be used, so parameters may still be set.
@@ -26,8 +26,8 @@ _START_VALUES = tuple(variable.start for variable in VARIABLES[:SETTABLE])
 _LOW = [variable.low for variable in VARIABLES[:INPUTS]]
 _HIGH = [variable.high for variable in VARIABLES[:INPUTS]]
 
-#: A snapshot after its mark and the values, in its order.
-_plain = attrgetter(
+#: A snapshot after the values, in its order.
+_fields = attrgetter(
     *("_mode", "_refused", "_once", "start_time", "origin", "_point", "_count", "_segment")
 )
 
@@ -321,7 +321,7 @@ class Component:
 
     def _ready(self) -> Segment:
         """The segment; before stepping, that of the start instant under the present values."""
-        if self._segment is NO_SEGMENT:
+        if self._segment.impact is None:
             parameters, inputs = self._split()
             if conflict(parameters, inputs) is not None:
                 # Bodies that never meet.
@@ -342,24 +342,24 @@ class Component:
 
     def snapshot(self) -> tuple:
         """Everything, for `restore` in any instance of this process."""
-        return state.OWN, tuple(self.values), *_plain(self)
+        return Snapshot((tuple(self.values), *_fields(self)))
 
     def restore(self, snapshot: tuple | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
-        if not state.is_own(snapshot):
+        if not isinstance(snapshot, Snapshot):
             self._refuse_once(
                 "a state that this component didn't make is refused; it has no effect"
             )
             return
         (
-            _, values, self._mode, self._refused, self._once, self.start_time, self.origin,
+            values, self._mode, self._refused, self._once, self.start_time, self.origin,
             self._point, self._count, self._segment,
-        ) = snapshot  # type: ignore[misc]  # fmt: skip
+        ) = snapshot  # fmt: skip
         self.values = list(values)
         self._anchored = self._watched = False
         self._size = nan
         self._now = None
 
     #: A snapshot as bytes, for another process, and back.
-    packed = staticmethod(state.packed)
-    unpacked = staticmethod(state.unpacked)
+    packed = staticmethod(packed)
+    unpacked = staticmethod(unpacked)

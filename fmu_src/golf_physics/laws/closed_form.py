@@ -149,7 +149,7 @@ class ClosedFormContact(ContactPhase):
         closing = (c1 - c2) * c + (s1 - s2) * s
         return x + a2 * t, a1 + c1 * c + s1 * s, a2 + c2 * c + s2 * s, left, closing
 
-    def _value(self, name: str, t: float) -> float:
+    def value(self, name: str, t: float) -> float:
         a, c, s = self._row(name)
         return a * exp(-self._motion[0] * t) + self._pair(c, s, t)
 
@@ -166,7 +166,7 @@ class ClosedFormContact(ContactPhase):
 
     def impulse(self, begin: float, width: float) -> float:
         if width * self.rate <= 0.5:
-            return integral(partial(self._value, "force"), begin + width, width)
+            return integral(partial(self.value, "force"), begin + width, width)
         r, h, frequency = self._motion[:3]
         a, c, s = self._row("force")
         real = -a * exp(-r * begin) * expm1(-r * width) / r if r else a * width
@@ -175,7 +175,7 @@ class ClosedFormContact(ContactPhase):
         c, s = -(h * c + frequency * s) / size, (frequency * c - h * s) / size
         return real + (self._pair(c, s, begin + width) - self._pair(c, s, begin))
 
-    def _find_maxima(self, name: str) -> list[float]:
+    def find_maxima(self, name: str) -> list[float]:
         """The only one, before the end of the half period, unless the row falls from the start."""
         r, h, frequency = rates = self._motion[:3]
         a, c, s = slope(self._row(name), rates)
@@ -184,7 +184,7 @@ class ClosedFormContact(ContactPhase):
         angle = first_downward_zero((h - r) / frequency, a, c, s)
         if angle is None:
             # The slope hardly reaches 0.
-            return ExtendedContact(*self._arguments, self._start)._find_maxima(name)
+            return ExtendedContact(*self._arguments, self._start).find_maxima(name)
         return [angle / frequency]
 
 

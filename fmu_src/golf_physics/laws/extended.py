@@ -154,7 +154,7 @@ class ExtendedContact(ContactPhase):
     def _slope(self, row: Row) -> Row:
         return slope(row, self._rates, self._sign)
 
-    def _value(self, name: str, t: float | Decimal) -> float:
+    def value(self, name: str, t: float | Decimal) -> float:
         with self._in_use():
             return float(self._at(Decimal(t), self._rows[name])[0])
 
@@ -172,7 +172,7 @@ class ExtendedContact(ContactPhase):
             first, time = Decimal(begin), Decimal(width)
             return float(rate * time + self._at(first + time, row)[0] - self._at(first, row)[0])
 
-    def _state(self, t: float | Decimal) -> State:
+    def state(self, t: float | Decimal) -> State:
         with self._in_use():
             t = Decimal(t)
             rate, position = self._antiderivative(self._v_ball)
@@ -181,7 +181,7 @@ class ExtendedContact(ContactPhase):
             x_ball = self._x_ball + rate * t + (moved - position[0] - position[1])
             return [float(x) for x in (force, x_ball + d, x_ball, v_ball + w, v_ball, d)]
 
-    def _find_maxima(self, name: str) -> list[float]:
+    def find_maxima(self, name: str) -> list[float]:
         with self._in_use():
             # Every oscillation was larger a period before.
             end = Decimal(self.duration)

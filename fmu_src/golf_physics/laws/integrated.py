@@ -187,19 +187,19 @@ class IntegratedContact(ContactPhase):
             )
         return [panel.at(name, t) for name in names]
 
-    def _state(self, t: float) -> State:
+    def state(self, t: float) -> State:
         d, w, v_ball, x_ball = self._at(t, "d", "w", "v_ball", "x_ball")
         return [self._force(d, w), x_ball + d, x_ball, v_ball + w, v_ball, d]
 
-    def _value(self, name: str, t: float) -> float:
+    def value(self, name: str, t: float) -> float:
         return self._force(*self._at(t, "d", "w")) if name == "force" else self._at(t, name)[0]
 
     def impulse(self, begin: float, width: float) -> float:
         if width < _SHORT * min(self.duration, self._panels[-1].end):
-            return integral(partial(self._value, "force"), begin + width, width)
+            return integral(partial(self.value, "force"), begin + width, width)
         return self._at(begin + width, "impulse")[0] - self._at(begin, "impulse")[0]
 
-    def _find_maxima(self, name: str) -> Iterator[float]:
+    def find_maxima(self, name: str) -> Iterator[float]:
         rising = False
         for panel in self._panels:
             panel.series["slope"] = chebyshev.differentiate(panel.series[name])

@@ -115,14 +115,14 @@ class PowerLawContact(ContactPhase):
         force = self._scales[3] * relative ** (self._powers[0] - 1.0) * drive
         return force if force > 0.0 else 0.0
 
-    def _state(self, t: float) -> State:
+    def state(self, t: float) -> State:
         x_club, d0, v_club, v_ball, w0 = self._bodies
         p, q, _ = self._masses
         force, d, w = self._relative_motion(t)
         x = x_club + ((p * v_ball + q * v_club) * t - p * (d0 - d))
         return [force, x, x - d, v_club - p * (w0 - w), v_ball + q * (w0 - w), d]
 
-    def _value(self, name: str, t: float) -> float:
+    def value(self, name: str, t: float) -> float:
         return self._relative_motion(t)[("force", "d", "w").index(name)]
 
     def _relative_motion(self, t: float) -> tuple[float, float, float]:
@@ -169,7 +169,7 @@ class PowerLawContact(ContactPhase):
                 return panel.sigma + panel.width * panel.find(t) ** panel.r
         return self._panels[-1].stop
 
-    def _find_maxima(self, name: str) -> list[float]:
+    def find_maxima(self, name: str) -> list[float]:
         x, u = self._start
         r = 0.0
         if name == "force":
