@@ -14,7 +14,7 @@ from ..impact import Impact
 from ..laws.contact import State
 from ..parameters import INPUTS, SETTABLE, Inputs, Parameters, conflict, refusal
 from ..variables import VARIABLES
-from .outputs import MOVING, OUTPUTS, Output, readings
+from .outputs import MOVING, OUTPUTS, readings
 from .segment import NO_SEGMENT, Segment
 from .state import Snapshot, packed, unpacked
 
@@ -42,9 +42,8 @@ class Component:
     """An instance; `report` is called with a message whenever something is refused."""
 
     __slots__ = (
-        "_anchored", "_count", "_mode", "_moving", "_now", "_once", "_outputs", "_pick", "_point",
-        "_present", "_refused", "_report", "_segment", "_size", "_watched", "origin", "start_time",
-        "values",
+        "_anchored", "_count", "_mode", "_now", "_once", "_pick", "_point", "_present", "_refused",
+        "_report", "_requested", "_segment", "_size", "_watched", "origin", "start_time", "values",
     )  # fmt: skip
 
     #: How to read variables, by their value references.
@@ -78,9 +77,7 @@ class Component:
         #: A state that has been evaluated, and the impact at its instant.
         self._present: tuple[State, Any] = [], None
         #: The last list of references read: see `outputs.Reading`.
-        self._moving: list[int] | None = None
-        self._pick: Callable[[State], list[float]] | None = None
-        self._outputs: tuple[list[int], tuple[Output, ...]] = [], ()
+        self._requested, self._pick = self.reading((), "Real")
 
     def set_up(self, start_time: float) -> None:
         """The host's time at the start, s."""
@@ -280,34 +277,28 @@ class Component:
 
     def reals(self, references: list[int]) -> list[float]:
         """Values of Real variables; the list may go on after them, and must not be changed."""
-        if references == self._moving:
-            # The fast read, in 2/3 of the time: from the dense output of the contact.
-            now = self._now
-            if now is None:
-                motion, first, offset, pace, since, until = self._segment.reader
-                t = offset + (self._count - first) * pace
-                now = self._now = motion(t) if since < t < until else self._evaluate()
-            pick = self._pick
-            return now if pick is None else pick(now)
-        last_read, outputs = self._outputs
-        if references != last_read:
-            self._moving, self._pick, outputs = self.reading(tuple(references), "Real")
-            if self._moving:
-                return self.reals(references)
-            self._outputs = list(references), outputs
-        now = self._now or self._evaluate()
+        if references != self._requested:
+            self._requested, self._pick = self.reading(tuple(references), "Real")
+        now = self._now
+        if now is None:
+            # In 2/3 of the time from the dense output of the contact.
+            motion, first, offset, pace, since, until = self._segment.reader
+            t = offset + (self._count - first) * pace
+            now = self._now = motion(t) if since < t < until else self._evaluate()
+        pick = self._pick
+        if pick is None:
+            return now
         try:
-            impact = self.impact()
-            return [output(impact, now, self) for output in outputs]
+            return pick(now, self)
         except (ArithmeticError, ValueError) as error:
             self._report(f"{_OUT_OF_RANGE} ({error})")
-            return [nan] * len(outputs)
+            return [nan] * len(references)
 
     def discretes(self, references: list[int], type_: str) -> list:
         """Values of variables of another type ("Enumeration", "Boolean")."""
+        _, pick = self.reading(tuple(references), type_)
         now = self._now or self._evaluate()
-        impact, outputs = self.impact(), self.reading(tuple(references), type_)[2]
-        return [output(impact, now, self) for output in outputs]
+        return now if pick is None else pick(now, self)
 
     def unknown(self, type_: str) -> float:
         """For a value reference that no variable of this type has."""

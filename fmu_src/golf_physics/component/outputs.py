@@ -112,9 +112,9 @@ OUTPUTS: dict[str, Output] = {
 #: The value references of what a phase's state is, in its order.
 MOVING = range(SETTABLE, SETTABLE + 6)
 
-#: How to read a list of references: they themselves and how to pick their values from the state,
-#: if all are of the state (None: they are its first ones); else None twice, and the outputs.
-Reading = tuple[list[int] | None, Callable[[State], list[float]] | None, tuple[Output, ...]]
+#: How to read a list of references: they themselves, and their values from the state and the
+#: instance; None if they are the first ones of the state.
+Reading = tuple[list[int], Callable[[State, Any], list] | None]
 
 
 def readings(
@@ -133,14 +133,18 @@ def readings(
     # A host reads the same few lists at every step.
     @lru_cache(256)
     def reading(references: tuple[int, ...], type_: str) -> Reading:
-        if type_ != "Real" or len(references) < 2 or not all(n in MOVING for n in references):
-            return None, None, tuple(output(n, type_) for n in references)
-        requested, places = list(references), [MOVING.index(n) for n in references]
-        first, last = places[0], places[-1]
-        if places != list(range(first, last + 1)):
-            pick = itemgetter(*places)
-            return requested, lambda state: list(pick(state)), ()
-        whole = first == 0 and last > 3
-        return requested, None if whole else itemgetter(slice(first, last + 1)), ()
+        requested = list(references)
+        if type_ == "Real" and len(requested) > 1 and all(n in MOVING for n in requested):
+            if requested == list(MOVING[: len(requested)]):
+                return requested, None
+            pick = itemgetter(*map(MOVING.index, requested))
+            return requested, lambda state, at: list(pick(state))
+        outputs = [output(n, type_) for n in requested]
+
+        def values(state: State, at: Any) -> list:
+            impact = at.impact()
+            return [output(impact, state, at) for output in outputs]
+
+        return requested, values
 
     return reading
