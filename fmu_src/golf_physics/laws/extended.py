@@ -9,9 +9,9 @@ It has one real rate -r (0 without drag) and a pair of rates -h ± iR. Every qua
 
     a e^(-rt) + c e^(-ht) cos Rt + s e^(-ht) sin Rt.
 
-Every event is a zero of a row. These closed forms cancel where two rates meet, where drag is heavy,
-or where the bodies move much faster than they close. In double precision each of these needs a form
-of its own; with 57 digits a cancellation of 40 is harmless, and one form serves them all.
+Every event is a zero of a row. In double precision these closed forms cancel where two rates meet,
+where drag is heavy, or where the bodies move much faster than they close; with 57 digits a
+cancellation of 40 is harmless.
 
 The state is x = (d, w, V), with the velocity V of the centre of mass. It obeys
 
@@ -91,11 +91,9 @@ class ExtendedContact(ContactPhase):
         apart, gamma = drag * (m_club - m_ball) / total, 2 * drag / total
         alpha, beta, delta = damper / mu + slow + fast - gamma, apart / mu, apart / total
         omega_squared = k / mu
-        # The characteristic polynomial is s³ + trace s² + minors s + product.
         trace = alpha + gamma
         minors, product = alpha * gamma - beta * delta + omega_squared, omega_squared * gamma
-        r = _real_root(trace, minors, product, slow, fast)
-        self._find_pair(r, (trace - r) / 2, product / r if r else minors)
+        self._find_rates(trace, minors, product, slow, fast)
         self.rate = float(max(trace, omega_squared.sqrt()))
 
         def shifted(x: Row, rate: Decimal) -> Row:
@@ -126,8 +124,17 @@ class ExtendedContact(ContactPhase):
         self._x_ball = Decimal(start.x_club) - d
         self.duration = float(self._end_of_contact())
 
-    def _find_pair(self, r: Decimal, h: Decimal, c: Decimal) -> None:
-        """Set the rates: r, and the zeros of s² + 2hs + c."""
+    def _find_rates(
+        self, trace: Decimal, minors: Decimal, product: Decimal, slow: Decimal, fast: Decimal
+    ) -> None:
+        """Set the rates, from s³ + trace s² + minors s + product: the real one is between these."""
+
+        def value(r: Decimal) -> Row:
+            slope = r * (2 * trace - 3 * r) - minors
+            return product - r * (minors - r * (trace - r)), slope, 2 * trace - 6 * r
+
+        r = zero_between(value, slow, fast, True) if slow < fast else slow
+        h, c = (trace - r) / 2, product / r if r else minors
         square = c - h * h
         if abs(square) < _APART * c:
             square = -_APART * c
@@ -261,15 +268,3 @@ def _sum(x: Decimal | int, row: Row, y: Decimal, other: Row) -> Row:
     """x · row + y · other."""
     a, c, s = (x * first + y * second for first, second in zip(row, other))
     return a, c, s
-
-
-def _real_root(
-    trace: Decimal, minors: Decimal, product: Decimal, slow: Decimal, fast: Decimal
-) -> Decimal:
-    """r between these two, where -r is a root of s³ + trace s² + minors s + product."""
-
-    def value(r: Decimal) -> Row:
-        slope = r * (2 * trace - 3 * r) - minors
-        return product - r * (minors - r * (trace - r)), slope, 2 * trace - 6 * r
-
-    return zero_between(value, slow, fast, True) if slow < fast else slow

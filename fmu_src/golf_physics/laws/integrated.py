@@ -6,7 +6,7 @@ so the dense output. A panel is halved until its series has converged: panels be
 force has a kink, as a power of the compression has at touch and at the end of contact.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from math import inf, isfinite
 from operator import mul
@@ -36,18 +36,14 @@ _SHORTEST = 1e-15
 _SHORT = 1e-2
 
 
-def _from_start(times: int) -> list[list[float]]:
-    """The matrix from values at the nodes to their repeated integrals from -1 to the nodes."""
-    columns = []
+def _from_start() -> Iterator[list[float]]:
+    """The columns of the matrix from values at the nodes to integrals from -1 to the nodes."""
     for i in range(ORDER):
-        series = interpolate([float(i == j) for j in range(ORDER)])
-        for _ in range(times):
-            series = integrate(series, 0.0, 1.0)
-        columns.append([evaluate(series, z) for z in NODES])
-    return [list(row) for row in zip(*columns)]
+        series = integrate(interpolate([float(i == j) for j in range(ORDER)]), 0.0, 1.0)
+        yield [evaluate(series, z) for z in NODES]
 
 
-_ONCE, _TWICE = _from_start(1), _from_start(2)
+_INTEGRALS = list(zip(*_from_start()))
 
 
 class _Panel:
@@ -130,34 +126,31 @@ class IntegratedContact(ContactPhase):
         """The panel from this motion on, or None if its series doesn't converge."""
         half = 0.5 * width
         shortest = width <= _SHORTEST * t
-        straight = [d + w * half * (1.0 + z) for z in NODES]
+
+        def integrals(slopes: Iterable[float], start: float) -> list[float]:
+            return [start + half * sum(map(mul, row, slopes)) for row in _INTEGRALS]
+
         forces, speeds, v_balls = [self._force(d, w)] * ORDER, [w] * ORDER, [v_ball] * ORDER
         before = inf
         for _ in range(_ITERATIONS):
             closing, pull = self._slopes(forces, speeds, v_balls)
-            changed = [w + half * sum(map(mul, row, closing)) for row in _ONCE]
+            changed = integrals(closing, w)
             error = max(abs(new - old) for new, old in zip(changed, speeds))
-            speeds = changed
-            if self._drag:
-                v_balls = [v_ball + half * sum(map(mul, row, pull)) for row in _ONCE]
-            moved = (half * half * sum(map(mul, row, closing)) for row in _TWICE)
+            speeds, v_balls = changed, integrals(pull, v_ball)
             try:
-                forces = [self._force(x + y, v) for x, y, v in zip(straight, moved, speeds)]
+                forces = list(map(self._force, integrals(speeds, d), speeds))
             except OverflowError:
                 return None
             self._speed = max(self._speed, abs(speeds[0]))
-            if error <= _CHANGE * self._speed and 2.0 * error >= before:
+            if error >= before:
                 break
-            if error >= before and error > _CHANGE * self._speed and not shortest:
-                return None
             before = error
         closing, pull = map(interpolate, self._slopes(forces, speeds, v_balls))
         left_out = (abs(closing[0]) + abs(closing[1])) * width
-        if not shortest and (left_out > _TOLERANCE * self._speed or error > 1e-13 * self._speed):
+        if not shortest and (left_out > _TOLERANCE * self._speed or error > _CHANGE * self._speed):
             return None
-        force, w_series, v_series = interpolate(forces), *(
-            integrate(series, value, half) for series, value in ((closing, w), (pull, v_ball))
-        )  # fmt: skip
+        force = interpolate(forces)
+        w_series, v_series = integrate(closing, w, half), integrate(pull, v_ball, half)
         return _Panel(
             t, width, force=force, w=w_series, v_ball=v_series, d=integrate(w_series, d, half),
             x_ball=integrate(v_series, x_ball, half), impulse=integrate(force, impulse, half),
