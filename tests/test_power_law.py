@@ -13,6 +13,7 @@ import mpmath
 import pytest
 from golf_physics.laws.contact import InitialState
 from golf_physics.laws.power_law import PowerLawContact
+from golf_physics.parameters import Parameters
 from numpy.polynomial.legendre import leggauss
 from scipy.integrate import solve_ivp
 
@@ -32,7 +33,8 @@ mpf = _mp.mpf
 
 
 def contact(k, b, n, *start):
-    return PowerLawContact(k, b, M_CLUB, M_BALL, InitialState(*start), n, D_R)
+    parameters = Parameters(M_CLUB, M_BALL, 0.04, 0.0, 0.0, 2, n, D_R, 0.0, 0.0)
+    return PowerLawContact(parameters, k, b, InitialState(*start))
 
 
 def state_of(phase, t):

@@ -32,7 +32,7 @@ def damper_and_drag(law, b):
 
 def in_extended_precision(law, k, b, m_club, m_ball, start):
     """The same contact in extended precision."""
-    return ExtendedContact(k, *damper_and_drag(law, b), m_club, m_ball, start)
+    return ExtendedContact((k, *damper_and_drag(law, b), m_club, m_ball), start)
 
 
 #: On the scales of the tolerance table. The worst of 5,658 random ones was 6e-15: a contact time
@@ -200,7 +200,7 @@ def worst_of(law, cases):
     for k, b, m_club, m_ball, start in cases:
         exact = in_extended_precision(law, k, b, m_club, m_ball, start)
         try:
-            closed = ClosedFormContact(k, *damper_and_drag(law, b), m_club, m_ball, start)
+            closed = ClosedFormContact((k, *damper_and_drag(law, b), m_club, m_ball), start)
             if not closed.duration:
                 return math.inf
             worst = max(worst, *differences(k, closed, exact, start).values())

@@ -36,6 +36,9 @@ from ..numerics.decimals import PI, arithmetic
 from ..numerics.zeros import zero_between
 from .contact import ContactPhase, InitialState, State
 
+#: Stiffness k (N/m), damper and drag (N.s/m, >= 0), masses of club and ball (kg).
+Coefficients = tuple[float, float, float, float, float]
+
 #: The coefficients of a quantity, float or Decimal.
 Row = tuple[Any, Any, Any]
 
@@ -59,12 +62,10 @@ def slope(row: Row, rates: Row, sign: int = 1) -> Row:
 
 
 class ExtendedContact(ContactPhase):
-    """A contact with stiffness k (N/m), damper and drag (N.s/m, >= 0) and these masses (kg)."""
+    """A linear contact in extended precision."""
 
-    def __init__(
-        self, k: float, damper: float, drag: float, m_club: float, m_ball: float,
-        start: InitialState,
-    ) -> None:  # fmt: skip
+    def __init__(self, coefficients: Coefficients, start: InitialState) -> None:
+        k, damper, drag, m_club, m_ball = coefficients
         mu = m_club * (m_ball / (m_club + m_ball))
         omega = sqrt(k / mu)
         moved = abs(start.closing) + omega * start.compression
@@ -76,11 +77,9 @@ class ExtendedContact(ContactPhase):
         self._in_use, self._exp, self._cos_sin = arithmetic(_MANY_DIGITS if many else _DIGITS)
         self._start = start
         with self._in_use():
-            self._set_up(*map(Decimal, (k, damper, drag, m_club, m_ball)))
+            self._set_up(*map(Decimal, coefficients))
 
-    def _set_up(
-        self, k: Decimal, damper: Decimal, drag: Decimal, m_club: Decimal, m_ball: Decimal
-    ) -> None:
+    def _set_up(self, k: Any, damper: Any, drag: Any, m_club: Any, m_ball: Any) -> None:
         total = m_club + m_ball
         p = m_ball / total
         q = m_club / total

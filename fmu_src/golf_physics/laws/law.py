@@ -79,4 +79,4 @@ class LinearLaw(Law):
         return k * compression + self.damper(b) * closing
 
     def contact(self, p: "Parameters", k: float, b: float, start: InitialState) -> ContactPhase:
-        return linear_contact(k, self.damper(b), self.drag(b), p.m_club, p.m_ball, start)
+        return linear_contact((k, self.damper(b), self.drag(b), p.m_club, p.m_ball), start)

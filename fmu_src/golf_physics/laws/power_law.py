@@ -10,10 +10,14 @@ form in σ; only t is an integral over σ.
 
 from itertools import pairwise
 from math import atan2, exp, hypot, inf, pi, sqrt
+from typing import TYPE_CHECKING
 
 from ..numerics.gauss import GAUSS_5
 from ..numerics.panels import Oscillator, Panel
 from .contact import ContactPhase, InitialState, State
+
+if TYPE_CHECKING:
+    from ..parameters import Parameters
 
 #: Where panels meet, as phases Ωσ since the last zero of x. Its other zeros (pi apart, along the
 #: imaginary axis above critical damping) are so far away that coefficients fall as 7^-j or faster.
@@ -37,11 +41,10 @@ class PowerLawContact(ContactPhase):
     #: Unbounded: the force has a kink at d = 0.
     rate = inf
 
-    def __init__(
-        self, k: float, b: float, m_club: float, m_ball: float, start: InitialState,
-        exponent: float, reference_compression: float,
-    ) -> None:  # fmt: skip
+    def __init__(self, parameters: "Parameters", k: float, b: float, start: InitialState) -> None:
         _, d, _, _, w = self._bodies = start
+        exponent, reference_compression = parameters.exponent, parameters.reference_compression
+        m_club, m_ball = parameters.m_club, parameters.m_ball
         total = m_club + m_ball
         p = m_ball / total
         mu = m_club * p
