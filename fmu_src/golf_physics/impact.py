@@ -17,6 +17,8 @@ from .parameters import Inputs, Parameters
 #: Of a host's clock, relative.
 RESOLUTION = 2.0**-52
 
+Place = tuple[float, float, float]
+
 #: Makes a named tuple in a third of the time of its constructor.
 _new = tuple.__new__
 
@@ -74,7 +76,7 @@ class Impact:
     @staticmethod
     def start(parameters: Parameters, inputs: Inputs) -> "Impact":
         """The impact at time 0: the ball lies at 0, the club face at -gap."""
-        return Approach(parameters, inputs, 0.0, 0.0, 0.0, -parameters.gap, 0.0)
+        return Approach(parameters, inputs, 0.0, 0.0, (0.0, -parameters.gap, 0.0))
 
     def at(self, high: float, low: float) -> "Impact":
         """The impact whose phase holds this instant; no earlier than this one's."""
@@ -99,10 +101,8 @@ class Impact:
         A touch at this very instant hasn't been passed yet, so it is still undecided. Raises
         ArithmeticError or ValueError if the contact that follows leaves the range of a double.
         """
-        return self.at(high, low)._with_inputs(inputs, high, low)
-
-    def _with_inputs(self, inputs: Inputs, high: float, low: float) -> "Impact":
-        return self
+        impact = self.at(high, low)
+        return impact.changed(inputs, high, low) if isinstance(impact, Contact) else impact
 
     def state(self, high: float, low: float) -> State:
         """Contact force, positions, velocities and compression at an instant of the phase."""
@@ -127,24 +127,27 @@ class Impact:
         # From the start of the phase: the difference of two late times would lose all digits.
         before, rest = added(high, low, -step)
         begin = (before - self.high) + (rest - self.low)
-        if contact is self and begin > 0.0:
-            return contact.phase.impulse(begin, step) if begin < end else 0.0
+        whole = contact is self and begin > 0.0
         begin = max(0.0, begin if contact is self else begin + end)
-        return contact.phase.impulse(begin, end - begin) if begin < end else 0.0
+        return contact.phase.impulse(begin, step if whole else end - begin) if begin < end else 0.0
 
 
 class Approach(Impact):
-    """The bodies before first touch; the compression (m, as a pair) is minus their distance."""
+    """The bodies before first touch.
 
-    __slots__ = ("low_part",)
+    `place` has the position of the ball (m) and the compression (m, as a pair): minus the distance.
+    """
+
+    __slots__ = ("low_part", "place")
 
     touch = None
+    arguments = property(attrgetter("parameters", "inputs", "high", "low", "place"))
 
     def __init__(
-        self, parameters: Parameters, inputs: Inputs, high: float, low: float, x_ball: float,
-        compression: float, low_part: float,
-    ) -> None:  # fmt: skip
+        self, parameters: Parameters, inputs: Inputs, high: float, low: float, place: Place
+    ) -> None:
         self.parameters, self.inputs, self.high, self.low = parameters, inputs, high, low
+        x_ball, compression, low_part = self.place = place
         v_club, v_ball = inputs[2], parameters.ball_speed
         closing = v_club - v_ball
         self.motion = x_ball, v_club, v_ball, compression, closing
@@ -163,7 +166,7 @@ class Approach(Impact):
             high, low = added(high, low, duration)
         touch = _new(Touch, (high, low, x_ball, v_club))
         start = _new(InitialState, (x_ball, 0.0, v_club, v_ball, closing))
-        following = Contact(p, self.inputs, high, low, touch, k, b, start, _NONE_YET)
+        following = Contact(p, self.inputs, high, low, touch, b, start, _NONE_YET)
         self._following = following
         return following
 
@@ -177,40 +180,34 @@ class Approach(Impact):
         p = self.parameters
         x_ball, v_club, v_ball, compression, closing = self.motion
         if inputs[2] == v_club:
-            return Approach(p, inputs, self.high, self.low, x_ball, compression, self.low_part)
+            return Approach(p, inputs, self.high, self.low, self.place)
         if t >= duration:
-            return Approach(p, inputs, high, low, x_ball + v_ball * duration, 0.0, 0.0)
+            return Approach(p, inputs, high, low, (x_ball + v_ball * duration, 0.0, 0.0))
         # Without loss: a speed that changes at 10⁶ points still closes the right gap.
         moved = added(compression, self.low_part, closing * t)
-        return Approach(p, inputs, high, low, x_ball + v_ball * t, *moved)
-
-    @property
-    def arguments(self) -> tuple:
-        x_ball, _, _, compression, _ = self.motion
-        begin = self.parameters, self.inputs, self.high, self.low
-        return *begin, x_ball, compression, self.low_part
+        return Approach(p, inputs, high, low, (x_ball + v_ball * t, *moved))
 
 
 class Contact(Impact):
     """The bodies in contact, from touch or from a change of k or b on; `before` has the results of
-    the contact phases before. k (N/m) and b (N.s/m) are those that act.
+    the contact phases before. b (N.s/m) is that which acts.
     """
 
-    __slots__ = ("b", "before", "initial", "k", "phase")
+    __slots__ = ("b", "before", "initial", "phase")
 
     in_contact = True
     touch: Touch
     arguments = property(
-        attrgetter("parameters", "inputs", "high", "low", "touch", "k", "b", "initial", "before")
+        attrgetter("parameters", "inputs", "high", "low", "touch", "b", "initial", "before")
     )
 
     def __init__(
         self, parameters: Parameters, inputs: Inputs, high: float, low: float, touch: Touch,
-        k: float, b: float, initial: InitialState, before: Results,
+        b: float, initial: InitialState, before: Results,
     ) -> None:  # fmt: skip
         self.parameters, self.inputs, self.high, self.low = parameters, inputs, high, low
-        self.touch, self.k, self.b, self.initial, self.before = touch, k, b, initial, before
-        self.phase = parameters.contact_law.contact(parameters, k, b, initial)
+        self.touch, self.b, self.initial, self.before = touch, b, initial, before
+        self.phase = parameters.contact_law.contact(parameters, inputs[0], b, initial)
         self.duration = self.phase.duration
         self._following = None
 
@@ -220,11 +217,12 @@ class Contact(Impact):
         self._following = following
         return following
 
-    def _with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
+    def changed(self, inputs: Inputs, high: float, low: float) -> Impact:
+        """With other inputs from this instant on."""
         p, law, touch = self.parameters, self.parameters.contact_law, self.touch
         k, b, _ = inputs
         b = law.damping(p, k, b, touch.club_speed - p.ball_speed)
-        if (k, b) == (self.k, self.b):
+        if (k, b) == (self.inputs[0], self.b):
             return self
         _, x_club, x_ball, v_club, v_ball, d = self.state(high, low)
         t = self.elapsed(high, low)
@@ -233,7 +231,7 @@ class Contact(Impact):
             start = InitialState(x_club, d, v_club, v_ball, closing)
             peaks = *self.peak_force(t), self.peak_compression(t)
             before = Results(self.contact_time(t), *peaks, self.impulse(t))
-            return Contact(p, inputs, high, low, touch, k, b, start, before)
+            return Contact(p, inputs, high, low, touch, b, start, before)
         return Flight(self, high, low, t, (x_ball, v_club, v_ball, d, closing))
 
     def clamped(self, state: State, t: float) -> State:
@@ -245,7 +243,7 @@ class Contact(Impact):
         if not t:
             p = self.parameters
             x_club, d, v_club, v_ball, closing = self.initial
-            force = p.contact_law.force(p, self.k, self.b, d, closing)
+            force = p.contact_law.force(p, self.inputs[0], self.b, d, closing)
             state[:] = force, x_club, x_club - d, v_club, v_ball, d
         if state[0] < 0.0:
             state[0] = 0.0

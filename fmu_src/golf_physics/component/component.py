@@ -310,24 +310,19 @@ class Component:
         state, impact = self._present
         return impact if state is self._now else self._segment.impact.at(*self.instant())
 
-    def _ready(self) -> Segment:
-        """The segment; before stepping, that of the start instant under the present values."""
+    def _evaluate(self) -> State:
+        """The state at this communication point; before stepping, under the present values."""
         if self._segment.impact is None:
             parameters, inputs = self._split()
             if conflict(parameters, inputs) is not None:
                 # Bodies that never meet.
                 inputs = 1.0, 0.0, parameters.ball_speed
             self._segment = Segment(Impact.start(parameters, inputs), 0.0, 0.0, 0.0)
-        return self._segment
-
-    def _evaluate(self) -> State:
-        """The state at this communication point."""
-        segment = self._ready()
         try:
-            self._present = segment.state(self._count)
+            self._present = self._segment.state(self._count)
         except (ArithmeticError, ValueError) as error:
             self._report(f"{_OUT_OF_RANGE} ({error})")
-            self._present = [nan] * len(MOVING), segment.impact
+            self._present = [nan] * len(MOVING), self._segment.impact
         self._now, _ = self._present
         return self._now
 

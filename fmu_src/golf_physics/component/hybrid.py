@@ -142,10 +142,10 @@ class HybridComponent(Component):
         if solved is not None:
             return solved
         p, inputs = self._split()
-        k, b, club_speed = inputs
+        _, b, club_speed = inputs
         start = [-p.gap, 0.0, club_speed, p.ball_speed]
         time = nan if self.last_step else self.time()
-        solved = SolvedImpact(p, inputs, k, b, start).after_event(time)
+        solved = SolvedImpact(p, inputs, b, start).after_event(time)
         if self._mode == STEPPING:
             self._solve(solved, time)
             # From here on the clock is the host's time.

@@ -16,7 +16,6 @@ class SolvedImpact(NamedTuple):
 
     parameters: Parameters
     inputs: Inputs
-    k: float  #: of the contact, N/m
     b: float  #: of the contact, N.s/m
     states: list[float]  #: positions (m) and velocities (m/s), each of club and ball
     started: bool = False  #: whether the start time is fixed
@@ -44,7 +43,7 @@ class SolvedImpact(NamedTuple):
         force = 0.0
         if self.in_contact:
             p = self.parameters
-            force = p.contact_law.force(p, self.k, self.b, compression, v_club - v_ball)
+            force = p.contact_law.force(p, self.inputs[0], self.b, compression, v_club - v_ball)
         return [force, x_club, x_ball, v_club, v_ball, compression]
 
     def with_inputs(self, inputs: Inputs) -> "SolvedImpact":
@@ -52,7 +51,7 @@ class SolvedImpact(NamedTuple):
         k, b, _ = inputs
         if self.touch is not None:
             b = p.contact_law.damping(p, k, b, self.touch.club_speed - p.ball_speed)
-        return self._replace(inputs=inputs, k=k, b=b)
+        return self._replace(inputs=inputs, b=b)
 
     def after_event(self, time: float) -> "SolvedImpact":
         """The impact after what happens at this instant of the host's time, s."""
