@@ -82,14 +82,8 @@ def _of_contact(result: Callable[..., float]) -> Output:
     return output
 
 
-#: By name; Model Exchange adds its own.
+#: By name, beside the state; Model Exchange adds its own.
 OUTPUTS: dict[str, Output] = {
-    "force": lambda impact, state, at: state[0],
-    "club_position": lambda impact, state, at: state[1],
-    "ball_position": lambda impact, state, at: state[2],
-    "club_velocity": lambda impact, state, at: state[3],
-    "ball_velocity": lambda impact, state, at: state[4],
-    "compression": lambda impact, state, at: state[5],
     "mean_force": _mean_force,
     "touched": lambda impact, state, at: impact.touch is not None,
     "in_contact": lambda impact, state, at: impact.in_contact,
@@ -128,6 +122,8 @@ def readings(
             return lambda impact, state, at: at.unknown(type_)
         if reference < SETTABLE:
             return lambda impact, state, at: at.values[reference]
+        if reference in MOVING:
+            return lambda impact, state, at: state[reference - SETTABLE]
         return functions[variables[reference].name]
 
     # A host reads the same few lists at every step.

@@ -94,7 +94,7 @@ class IntegratedContact(ContactPhase):
         self._speed = abs(w)
         t, width = 0.0, _FIRST_WIDTH
         while len(self._panels) < _MOST_PANELS and self.duration == inf:
-            panel = self._panel(t, width, **motion)
+            panel = self._panel(t, width, motion)
             if panel is None:
                 width *= 0.5
                 continue
@@ -119,11 +119,9 @@ class IntegratedContact(ContactPhase):
         club = [-(force + drag * (v + w)) / m_club for force, v, w in zip(forces, v_ball, w)]
         return [a - b for a, b in zip(club, ball)], ball
 
-    def _panel(
-        self, t: float, width: float, d: float, w: float, v_ball: float, x_ball: float,
-        impulse: float,
-    ) -> _Panel | None:  # fmt: skip
+    def _panel(self, t: float, width: float, motion: dict[str, float]) -> _Panel | None:
         """The panel from this motion on, or None if its series doesn't converge."""
+        d, w, v_ball, x_ball, impulse = motion.values()
         half = 0.5 * width
         shortest = width <= _SHORTEST * t
 
