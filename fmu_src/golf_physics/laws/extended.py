@@ -141,6 +141,8 @@ class ExtendedContact(ContactPhase):
         self._rates, self._sign, self._product = (r, h, second), 1 if square > 0 else -1, c
         self._fast = h if square > 0 else h + second
         self._slow = h if square > 0 else c / self._fast
+        # Maxima and first zeros lie within three half periods: earlier oscillations are larger.
+        self._window = 3 * PI / second if square > 0 else _INFINITY
 
     def _basis(self, t: Decimal) -> Row:
         """The three functions that a row has coefficients of."""
@@ -189,11 +191,7 @@ class ExtendedContact(ContactPhase):
 
     def find_maxima(self, name: str) -> list[float]:
         with self._in_use():
-            # Every oscillation was larger a period before.
-            end = Decimal(self.duration)
-            if self._sign > 0:
-                end = min(end, 3 * PI / self._rates[2])
-            slope = self._slope(self._rows[name])
+            slope, end = self._slope(self._rows[name]), min(Decimal(self.duration), self._window)
             return [float(t) for t, falls in self._sign_changes(slope, end) if falls]
 
     def _extrema(self, row: Row) -> Iterator[Decimal]:
@@ -244,12 +242,10 @@ class ExtendedContact(ContactPhase):
     def _end_of_contact(self) -> Decimal:
         """The first downward zero of the force, s."""
         r, h, second = self._rates
-        oscillates, force = self._sign > 0, self._rows["force"]
-        # The first downward zero of e^(rt) F lies within three half periods.
-        for when, _ in self._sign_changes(force, 3 * PI / second if oscillates else _INFINITY):
+        force, growth = self._rows["force"], r - h
+        for when, _ in self._sign_changes(force, self._window):
             return when
-        growth = r - h
-        if not oscillates or growth <= 0:
+        if self._sign < 0 or growth <= 0:
             return _INFINITY
         # e^(rt) F oscillates about the real mode's coefficient with a growing amplitude.
         points = self._extrema(force)

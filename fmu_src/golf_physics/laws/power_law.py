@@ -173,27 +173,21 @@ class PowerLawContact(ContactPhase):
 
     def find_maxima(self, name: str) -> list[float]:
         x, u = self._start
-        r = 0.0
+        motion, r = self._motion, 0.0
         if name == "force":
             # F' = 0 is 2ζP r² + (1 + P - 4ζ²) r - 2ζ = 0 with r = u/x, which only falls: F rises
             # until r is at the root that isn't negative (the other is beyond the end, r = -1/2ζ).
-            zeta, power = self._motion.zeta, self._power
+            zeta, power = motion.zeta, self._power
             half = 0.5 * (1.0 + power) - 2.0 * zeta * zeta
             root = hypot(half, 2.0 * zeta * sqrt(power))
             r = 2.0 * zeta / (half + root) if half > 0.0 else (root - half) / (2.0 * zeta * power)
-        return [self._time(self._sigma_at_ratio(r))] if u > r * x and self._panels else []
-
-    def _sigma_at_ratio(self, r: float) -> float:
-        """σ from the start until u/x has fallen to r >= 0."""
-        x, u = self._start
-        motion = self._motion
-        return motion.until(
+        if u <= r * x or not self._panels:
+            return []
+        # σ until u/x has fallen to r.
+        sigma = motion.until(
             u - r * x,
             x + motion.zeta * u + r * (u + motion.zeta * x),
             x * (1.0 + r * motion.fast) + u * (motion.slow + r),
         )
-
-    def _time(self, sigma: float) -> float:
-        """Time since the start of the phase, s, when σ has passed."""
         panel = next((panel for panel in self._panels if sigma < panel.stop), self._panels[-1])
-        return panel.time(sigma)
+        return [panel.time(sigma)]
