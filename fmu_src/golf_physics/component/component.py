@@ -117,7 +117,7 @@ class Component:
         problem = "; ".join(refused) or conflict(parameters, inputs)
         if problem is None:
             self._mode = STEPPING
-            self._go_on(Segment(Impact.start(parameters, inputs), 0.0, 0.0, 0.0), 0.0)
+            self._go_on(Segment(Impact.start(parameters, inputs), 0.0, 0.0, 0.0))
         return problem
 
     def terminate(self) -> None:
@@ -125,9 +125,9 @@ class Component:
         self._mode = TERMINATED
         self._size = nan
 
-    def _go_on(self, segment: Any, count: float) -> None:
-        """From here on the instant is that after so many steps of this segment."""
-        self._segment, self._count, self._now = segment, count, None
+    def _go_on(self, segment: Segment) -> None:
+        """From here on the instant is that at which this segment begins."""
+        self._segment, self._count, self._now = segment, 0.0, None
 
     def _split(self) -> tuple[Parameters, Inputs]:
         k, b, club_speed, *parameters = self.values
@@ -251,7 +251,7 @@ class Component:
                 self.values[reference] = value
                 self._size = nan
                 if self._mode < STEPPING:
-                    self._go_on(NO_SEGMENT, 0.0)
+                    self._go_on(NO_SEGMENT)
 
     def _accepts(self, reference: int, value: Any, type_: str) -> bool:
         """Whether a value may be set; if not, it is refused."""

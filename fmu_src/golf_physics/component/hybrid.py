@@ -47,7 +47,7 @@ class HybridComponent(Component):
 
     def _solve(self, solved: SolvedImpact, time: float) -> None:
         """Go on with this impact at this time of the host, s."""
-        self._go_on(Segment(solved, time, 0.0, nan), 0.0)
+        self._go_on(Segment(solved, time, 0.0, nan))
 
     def time(self) -> float:
         high, low = self.instant()
