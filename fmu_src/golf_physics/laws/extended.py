@@ -118,9 +118,9 @@ class ExtendedContact(ContactPhase):
         d_row, w_row, mean = [
             (a, e - a, (s - (h - r) * f * g) / second) for a, e, s, f in zip(real, x, y, z)
         ]
-        self._rows = {"force": _sum(k, d_row, damper, w_row), "d": d_row, "w": w_row}
-        self._v_ball = _sum(1, mean, -q, w_row)
-        self._x_ball = Decimal(start.x_club) - d
+        force = tuple(k * e + damper * f for e, f in zip(d_row, w_row))
+        self._rows: dict[str, Any] = {"force": force, "d": d_row, "w": w_row, "mean": mean}
+        self._initial, self._bodies = x, (drag, total, m_ball, q)
         self.duration = float(self._end_of_contact())
 
     def _find_rates(
@@ -138,7 +138,7 @@ class ExtendedContact(ContactPhase):
         if abs(square) < _APART * c:
             square = -_APART * c
         second = abs(square).sqrt()
-        self._rates, self._sign, self._product = (r, h, second), 1 if square > 0 else -1, c
+        self._rates, self._sign = (r, h, second), 1 if square > 0 else -1
         self._fast = h if square > 0 else h + second
         self._slow = h if square > 0 else c / self._fast
         # Maxima and first zeros lie within three half periods: earlier oscillations are larger.
@@ -166,27 +166,28 @@ class ExtendedContact(ContactPhase):
         with self._in_use():
             return float(self._at(Decimal(t), self._rows[name])[0])
 
-    def _antiderivative(self, row: Row) -> tuple[Decimal, Row]:
-        """The rate of the term that is linear in time, and a row."""
-        a, c, s = row
-        r, h, second = self._rates
-        pair = -(h * c + second * s), self._sign * second * c - h * s
-        pair = pair[0] / self._product, pair[1] / self._product
-        return (_ZERO, (-a / r, *pair)) if r else (a, (_ZERO, *pair))
+    def _motion(self, t: float | Decimal) -> list[Decimal]:
+        """Force, compression, closing speed, and of the ball velocity and displacement."""
+        t = Decimal(t)
+        d_0, _, mean_0 = self._initial
+        drag, total, _, q = self._bodies
+        force, d, w, mean = self._at(t, *self._rows.values())
+        moved = mean * t - q * (d - d_0)
+        if drag:
+            # Drag times the sum of the paths is the momentum that is lost.
+            moved = (total * (mean_0 - mean) / drag - (d - d_0)) / 2
+        return [force, d, w, mean - q * w, moved]
 
     def impulse(self, begin: float, width: float) -> float:
         with self._in_use():
-            rate, row = self._antiderivative(self._rows["force"])
-            first, time = Decimal(begin), Decimal(width)
-            return float(rate * time + self._at(first + time, row)[0] - self._at(first, row)[0])
+            first, last = self._motion(begin), self._motion(Decimal(begin) + Decimal(width))
+            drag, _, m_ball, _ = self._bodies
+            return float(m_ball * (last[3] - first[3]) + drag * (last[4] - first[4]))
 
-    def state(self, t: float | Decimal) -> State:
+    def state(self, t: float) -> State:
         with self._in_use():
-            t = Decimal(t)
-            rate, position = self._antiderivative(self._v_ball)
-            rows = *self._rows.values(), self._v_ball, position
-            force, d, w, v_ball, moved = self._at(t, *rows)
-            x_ball = self._x_ball + rate * t + (moved - position[0] - position[1])
+            force, d, w, v_ball, moved = self._motion(t)
+            x_ball = Decimal(self._start.x_club) - self._initial[0] + moved
             return [float(x) for x in (force, x_ball + d, x_ball, v_ball + w, v_ball, d)]
 
     def find_maxima(self, name: str) -> list[float]:
@@ -257,9 +258,3 @@ class ExtendedContact(ContactPhase):
         while self._at(when, force)[0] > 0:
             when += 2 * half_period
         return self._zero(force, when - half_period, when, True)
-
-
-def _sum(x: Decimal | int, row: Row, y: Decimal, other: Row) -> Row:
-    """x · row + y · other."""
-    a, c, s = (x * first + y * second for first, second in zip(row, other))
-    return a, c, s

@@ -147,8 +147,7 @@ class PowerLawContact(ContactPhase):
         first, last = self._sigma(begin), self._sigma(begin + width)
         span = last - first
         if span * max(1.0, motion.fast) > 0.1:
-            lost = motion.after(x, u, first)[1] - motion.after(x, u, last)[1]
-            return scale * lost
+            return scale * (motion.after(x, u, first)[1] - motion.after(x, u, last)[1])
         # ∫ F dt is ∫ (x + 2ζu) dσ up to a factor. Over a short time the rounding of σ cancels in
         # the quotient of that and of t = ∫ x^(-P) dσ (not smooth at x = 0, but σ is exact there).
         points = [
