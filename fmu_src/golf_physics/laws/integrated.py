@@ -8,6 +8,7 @@ force has a kink, as a power of the compression has at touch and at the end of c
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
+from itertools import pairwise
 from math import inf, isfinite
 from operator import mul
 
@@ -48,7 +49,8 @@ _INTEGRALS = list(zip(*_from_start()))
 
 class _Panel:
     """An interval of a contact, and the series on it: compression d (m), closing speed w (m/s),
-    v_ball (m/s) and x_ball (m), the force (N) and its impulse since the start of the phase (N.s).
+    v_ball (m/s) and x_ball (m), the impulse since the start of the phase (N.s), and the slope of
+    the force, of which the sign alone is used.
     """
 
     def __init__(self, begin: float, width: float, **series: Series) -> None:
@@ -150,8 +152,9 @@ class IntegratedContact(ContactPhase):
         force = interpolate(forces)
         w_series, v_series = integrate(closing, w, half), integrate(pull, v_ball, half)
         return _Panel(
-            t, width, force=force, w=w_series, v_ball=v_series, d=integrate(w_series, d, half),
+            t, width, w=w_series, v_ball=v_series, d=integrate(w_series, d, half),
             x_ball=integrate(v_series, x_ball, half), impulse=integrate(force, impulse, half),
+            slope=chebyshev.differentiate(force),
         )  # fmt: skip
 
     def _end_on(self, panel: _Panel) -> float:
@@ -162,11 +165,9 @@ class IntegratedContact(ContactPhase):
             # A force that grows from 0 at touch isn't one that has fallen to 0.
             return 1.0 if w >= 0.0 else min(d, self._force(d, w))
 
-        low, *times = panel.times()
-        for high in times:
+        for low, high in pairwise(panel.times()):
             if left(high) <= 0.0:
                 return _bisect(low, high, left)
-            low = high
         return inf
 
     def _at(self, t: float, *names: str) -> list[float]:
@@ -191,13 +192,8 @@ class IntegratedContact(ContactPhase):
         return self._at(begin + width, "impulse")[0] - self._at(begin, "impulse")[0]
 
     def find_maxima(self, name: str) -> Iterator[float]:
-        rising = False
-        for panel in self._panels:
-            panel.series["slope"] = chebyshev.differentiate(panel.series[name])
-            slope = partial(panel.at, "slope")
-            low, *times = panel.times()
-            for high in (low, *(min(time, self.duration) for time in times)):
-                rises = slope(high) > 0.0
-                if rising and not rises:
-                    yield _bisect(low, high, slope)
-                rising, low = rises, high
+        slope = partial(self.value, "w" if name == "d" else "slope")
+        times = [min(t, self.duration) for panel in self._panels for t in panel.times()]
+        for low, high in pairwise(times):
+            if slope(low) > 0.0 >= slope(high):
+                yield _bisect(low, high, slope)
