@@ -27,9 +27,10 @@ derivative of e^(rt) f, for a row f, has no real mode, so its extrema have a clo
 Between two of them f has at most one zero (Rolle's theorem), which is bracketed: none is missed.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from decimal import Decimal
 from math import atan2, pi, sqrt
+from operator import mul
 from typing import Any
 
 from ..numerics.decimals import PI, arithmetic
@@ -95,14 +96,11 @@ class ExtendedContact(ContactPhase):
         self._find_rates(trace, minors, product, slow, fast)
         self.rate = float(max(trace, omega_squared.sqrt()))
 
-        def shifted(x: Row, rate: Decimal) -> Row:
+        matrix = (_ZERO, 1, _ZERO), (-omega_squared, -alpha, beta), (_ZERO, delta, -gamma)
+
+        def shifted(x: Sequence[Any], rate: Decimal) -> list:
             """(A + rate) x."""
-            d, w, v = x
-            return (
-                w + rate * d,
-                beta * v - omega_squared * d + (rate - alpha) * w,
-                delta * w + (rate - gamma) * v,
-            )
+            return [sum(map(mul, row, x)) + rate * e for row, e in zip(matrix, x)]
 
         r, h, second = self._rates
         start = self._start

@@ -10,6 +10,8 @@ gives: COR = exp(-2ζs(ζ)) depends on the damping ratio ζ alone, whatever the 
 arccos ζ/√(1-ζ²), or arccosh ζ/√(ζ²-1) above critical damping. So ζ is chosen at touch.
 """
 
+from __future__ import annotations
+
 from math import asinh, atan2, inf, log, pi, sqrt
 from typing import TYPE_CHECKING
 
@@ -58,7 +60,7 @@ class RelativeLaw(LinearLaw):
     name = "relative"
     description = "A spring and a damper between the bodies: conserves momentum"
 
-    def refusal(self, p: "Parameters", inputs: Inputs) -> str | None:
+    def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
         """Powers must stay in the range of a double."""
         n, length = p.exponent, p.reference_compression
         if n == 1.0:
@@ -85,7 +87,7 @@ class RelativeLaw(LinearLaw):
             f"which they do above {1.0 / _LARGEST:g} s"
         )
 
-    def refusal_of_touch(self, p: "Parameters", club_speed: float) -> str | None:
+    def refusal_of_touch(self, p: Parameters, club_speed: float) -> str | None:
         """A coefficient of restitution that falls with speed must stay in 0…1."""
         closing = club_speed - p.ball_speed
         if not p.restitution_at_rest or closing <= 0.0:
@@ -101,7 +103,7 @@ class RelativeLaw(LinearLaw):
             "or another restitution line at the start"
         )
 
-    def damping(self, p: "Parameters", k: float, b: float, closing: float) -> float:
+    def damping(self, p: Parameters, k: float, b: float, closing: float) -> float:
         if not p.restitution_at_rest:
             return b
         # Outputs may be read before a step is refused for a COR out of range.
@@ -110,7 +112,7 @@ class RelativeLaw(LinearLaw):
         mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
         return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
-    def contact(self, p: "Parameters", k: float, b: float, start: InitialState) -> ContactPhase:
+    def contact(self, p: Parameters, k: float, b: float, start: InitialState) -> ContactPhase:
         if p.exponent == 1.0:
             return linear_contact((k, b, 0.0, p.m_club, p.m_ball), start)
         return PowerLawContact(p, k, b, start)
@@ -118,9 +120,7 @@ class RelativeLaw(LinearLaw):
     def damper(self, b: float) -> float:
         return b
 
-    def force(
-        self, p: "Parameters", k: float, b: float, compression: float, closing: float
-    ) -> float:
+    def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         n = p.exponent
         if n == 1.0:
             return k * compression + b * closing
