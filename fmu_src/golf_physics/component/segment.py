@@ -19,8 +19,8 @@ NO_READER: _Reader = list, 0.0, 0.0, 0.0, inf, -inf  # type: ignore[assignment]
 
 
 class Segment:
-    """Communication steps of one size (s; 0 before the first one) from one instant on, without a
-    change of inputs. `impact` is that at the instant or before. A value.
+    """Communication steps of one size (s; 0 before the first one, NaN in Model Exchange) from one
+    instant on, without a change of inputs. `impact` is that at the instant or before. A value.
     """
 
     __slots__ = ("high", "impact", "low", "reader", "size")
