@@ -12,10 +12,10 @@ from conftest import numbers
 
 from golf_build.extras import install_command
 from golf_impact.calibration.calibration import Calibration
-from golf_impact.calibration.fit import ContactLaw, fit
+from golf_impact.calibration.fit import ContactLaw, Fit
 from golf_impact.calibration.measurements import (
+    IMPACT,
     TARGETS,
-    Conditions,
     Measurements,
     Target,
     measurements,
@@ -24,15 +24,13 @@ from golf_impact.errors import UserError
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.measured import MPH
 
-IMPACT = Conditions()
 LINEAR = ContactLaw(2, 1.0)
-ABSOLUTE = ContactLaw(1, 1.0)
 FREE = ContactLaw(2, None)
 ROH_LEE = {"ball_speed": 50.0, "club_speed_after": 24.0, "contact_time": 6e-4, "max_force": 6600.0}
 
 
 def targets(impact=IMPACT, **values):
-    return measurements({**vars(impact), **values})
+    return measurements({**impact, **values})
 
 
 def of_impact(fmu, names, **values):
@@ -42,9 +40,9 @@ def of_impact(fmu, names, **values):
     return targets(**{name: predicted[output] for name, output in zip(names, outputs, strict=True)})
 
 
-def inverse(restitution, time, mu=IMPACT.reduced_mass):
+def inverse(restitution, time):
     """The k and b of Kelvin–Voigt by bisection of θ cot θ = L/2 (θ coth θ for L > 2)."""
-    half = -0.5 * math.log(restitution)
+    mu, half = Measurements({}).reduced_mass, -0.5 * math.log(restitution)
     slope = (lambda t: t / math.tan(t)) if half < 1.0 else (lambda t: t / math.tanh(t))
     sign = 1.0 if half < 1.0 else -1.0
     low, high = 1e-9, 0.5 * math.pi if half < 1.0 else half + 1.0
@@ -57,7 +55,7 @@ def inverse(restitution, time, mu=IMPACT.reduced_mass):
 
 @pytest.mark.parametrize("restitution", [0.999, 0.743, 0.2, 0.13, 0.05])
 def test_inverse_of_kelvin_voigt(fmu, restitution):
-    fitted = fit(fmu, targets(cor=restitution, contact_time=6e-4), LINEAR)
+    fitted = Fit(fmu, targets(cor=restitution, contact_time=6e-4), LINEAR)
     k, b = inverse(restitution, 6e-4)
     # Rounded to a thousandth of their standard errors, which follow from σ of 1 %.
     assert fitted.values["k"] == pytest.approx(k, rel=3e-5)
@@ -68,23 +66,25 @@ def test_inverse_of_kelvin_voigt(fmu, restitution):
 def random_case(fmu, seed):
     """Impact, law and parameters far beyond golf, targets of them, and the generator."""
     draw = random.Random(seed)
-    impact = Conditions(draw.uniform(5, 70), draw.uniform(0.1, 0.4), draw.uniform(0.03, 0.06))
+    ranges = {"club_speed": (5, 70), "m_club": (0.1, 0.4), "m_ball": (0.03, 0.06)}
+    impact = {name: draw.uniform(*ends) for name, ends in ranges.items()}
+    speed, mu = impact["club_speed"], Measurements({}, impact=impact).reduced_mass
     law = draw.choice((1, 2, 2, 2))
     free = law == 2 and draw.random() < 0.5
     n = 1.0 if law == 1 or (not free and draw.random() < 0.5) else draw.uniform(1.05, 3.5)
     zeta = draw.choice((draw.uniform(0.002, 0.3), 10.0 ** draw.uniform(-3.0, -0.1)))
-    length = impact.club_speed * 10.0 ** draw.uniform(-4.3, -3.3)
+    length = speed * 10.0 ** draw.uniform(-4.3, -3.3)
     chosen = ContactLaw(law, None if free else n, 10.0 ** draw.uniform(-3.5, -1.5))
     speeds = draw.sample(("ball_speed", "club_speed_after", "cor"), draw.randint(1, 3))
     sizes = ["contact_time", "max_force", "time_of_max_force"]
     names = speeds + draw.sample(sizes, draw.randint(2 if free else 1, 3))
     # k and b of an undamped compression of this length and of this damping ratio.
     d, m = chosen.reference_compression, 0.5 * (n + 1.0)
-    k = impact.reduced_mass * m * (impact.club_speed / length) ** 2 * (d / length) ** (n - 1.0)
-    b = zeta * math.sqrt(4.0 * m * k * impact.reduced_mass)
+    k = mu * m * (speed / length) ** 2 * (d / length) ** (n - 1.0)
+    b = zeta * math.sqrt(4.0 * m * k * mu)
     true = {"law": law, "k": k, "b": b, "exponent": n, "reference_compression": d}
     outputs = {name: TARGETS[name] for name in names}
-    predicted = fmu.impact(list(outputs.values()), **true, **vars(impact))
+    predicted = fmu.impact(list(outputs.values()), **true, **impact)
     if any(map(math.isnan, predicted.values())):
         pytest.skip("these bodies never separate")
     measured = {name: predicted[output] for name, output in outputs.items()}
@@ -95,7 +95,7 @@ def random_case(fmu, seed):
 def test_round_trip(fmu, seed):
     """The measurements are met; with a given exponent by the true parameters."""
     impact, law, true, measured, _ = random_case(fmu, seed)
-    fitted = fit(fmu, targets(impact, **measured), law)
+    fitted = Fit(fmu, targets(impact, **measured), law)
     assert fitted.chi_squared < 1e-4
     # COR determines the damping, a time or a force k; times and forces may leave two exponents.
     if law.exponent is not None:
@@ -111,7 +111,7 @@ def test_noisy_targets(fmu, seed):
     for name, value in measured.items():
         sigma = 10.0 ** draw.uniform(-5.0, -1.3) * abs(value)
         noisy[name] = Target(value + sigma * draw.gauss(0.0, 1.0), sigma)
-    fitted = fit(fmu, Measurements(impact, noisy), law)
+    fitted = Fit(fmu, Measurements(noisy, impact=impact), law)
     truth = sum(((measured[name] - t.value) / t.sigma) ** 2 for name, t in noisy.items())
     # Rounding the parameters changes χ² by 1e-6 of their number.
     assert fitted.chi_squared <= truth * (1.0 + 1e-9) + 1e-4
@@ -119,7 +119,7 @@ def test_noisy_targets(fmu, seed):
 
 def test_standard_error_of_an_exact_inverse(fmu):
     """b = 2 μ L/T, so its relative variance is the sum of those of L = -ln COR and T."""
-    fitted = fit(fmu, targets(cor=0.743, contact_time=6e-4), LINEAR)
+    fitted = Fit(fmu, targets(cor=0.743, contact_time=6e-4), LINEAR)
     expected = fitted.values["b"] * math.hypot(0.01 / -math.log(0.743), 0.01)
     assert fitted.parameters["b"].standard_error == pytest.approx(expected, rel=1e-5)
     assert fitted.degrees_of_freedom == 0
@@ -137,7 +137,7 @@ def test_standard_error_of_an_exact_inverse(fmu):
 )
 def test_presets_are_what_calibrate_finds(fmu, name, law):
     tour = {"club_speed": 113 * MPH, "ball_speed": 167 * MPH, "contact_time": 475e-6}
-    fitted = fit(fmu, measurements(tour if name == "tour" else ROH_LEE), law)
+    fitted = Fit(fmu, measurements(tour if name == "tour" else ROH_LEE), law)
     for variable, value in BALLS[name].values.items():
         # Calibrate rounds to a thousandth of the standard errors.
         assert fitted.values[variable] == pytest.approx(value, rel=1e-4)
@@ -145,12 +145,12 @@ def test_presets_are_what_calibrate_finds(fmu, name, law):
 
 def test_no_damping_is_within_reach(fmu):
     elastic = of_impact(fmu, ("contact_time", "max_force"), law=2, b=0.0, k=7e5)
-    fitted = fit(fmu, elastic, LINEAR)
+    fitted = Fit(fmu, elastic, LINEAR)
     assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
     assert fitted.values["k"] == pytest.approx(7e5, rel=3e-5)
     # A ball a little faster than an elastic one, but within its σ: b is held at 0.
     faster = targets(contact_time=6e-4, ball_speed=57.6)
-    fitted = fit(fmu, faster, LINEAR)
+    fitted = Fit(fmu, faster, LINEAR)
     assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
     assert fitted.residuals[0] == pytest.approx(-0.27, abs=0.02)
     assert fitted.parameters["b"].standard_error is None
@@ -160,7 +160,7 @@ def test_no_damping_is_within_reach(fmu):
 def test_of_two_answers_the_less_damped_one(fmu):
     """Time and force of a linear ball fit a little damping, or very much."""
     wanted = of_impact(fmu, ("contact_time", "max_force"), law=2, k=9e5, b=40.0)
-    assert fit(fmu, wanted, LINEAR).values["b"] == pytest.approx(40.0, rel=1e-4)
+    assert Fit(fmu, wanted, LINEAR).values["b"] == pytest.approx(40.0, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -204,7 +204,7 @@ def test_targets_from_a_file(tmp_path):
         "target,value,sigma\nball-speed,50,0.5\ncor,0.74,\n\nclub_speed,36,\nm_club,0.2,\n"
     )
     data = measurements({"cor": 0.75, "sigma_cor": 0.02, "m_club": 0.21}, file)
-    assert data.conditions == Conditions(club_speed=36.0, m_club=0.21)
+    assert data.impact == {**IMPACT, "club_speed": 36.0, "m_club": 0.21}
     assert data.targets == {"ball_speed": Target(50.0, 0.5), "cor": Target(0.75, 0.02)}
     file.write_text("target,value\ncor,0.74\n")
     assert measurements({}, file).targets == {"cor": Target(0.74, 0.0074, False)}

@@ -10,7 +10,7 @@ from conftest import numbers, some
 
 import golf_impact
 from golf_impact.calibration.calibration import Calibration
-from golf_impact.calibration.fit import ContactLaw, fit
+from golf_impact.calibration.fit import ContactLaw, Fit
 from golf_impact.calibration.measurements import Measurements, measurements
 from golf_impact.errors import UserError
 
@@ -39,7 +39,7 @@ def line(seed=0, rest=0.86, slope=0.0029, sigma=0.004):
 
 
 def fitted(fmu, law=FREE, conditions=(), **given):
-    return fit(fmu, measurements(dict(conditions), **given), law)
+    return Fit(fmu, measurements(dict(conditions), **given), law)
 
 
 def deviations(found, true):
@@ -146,7 +146,7 @@ def test_all_together(fmu):
     calibration = Calibration(data, FREE)
     assert list(calibration.parameters) == ["k", "exponent", *penner]
     assert max(map(abs, deviations(calibration.fit, {**BALL, **penner}))) < 4.0
-    alone = fit(fmu, Measurements(cor_speeds=data.cor_speeds), LINEAR)
+    alone = Fit(fmu, Measurements({}, cor_speeds=data.cor_speeds), LINEAR)
     for name in penner:
         assert (
             calibration.parameters[name].standard_error

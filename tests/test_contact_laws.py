@@ -29,7 +29,7 @@ def test_results_and_path(case, contact):
     assert x_ball == pytest.approx(expected["ball_position"], abs=TOLERANCE * speed * time)
     if "club_position" in expected:
         assert x_club == pytest.approx(expected["club_position"], abs=TOLERANCE * speed * time)
-    largest, when = phase.peak_force(phase.duration)
+    largest, when = phase.largest("force", phase.duration)
     assert largest == pytest.approx(force, rel=TOLERANCE, abs=0)
     assert when == pytest.approx(expected["time_of_max_force"], abs=TOLERANCE * time)
     if "impulse" in expected:
@@ -122,7 +122,7 @@ def test_law_2s_peak_just_after_touch(below):
     zeta = 0.5 * (1.0 - below)
     b = 2.0 * zeta * (k * mu) ** 0.5
     phase = contact_of(relative, k, b, m_club, m_ball, touch(35.0))
-    force, when = phase.peak_force(phase.duration)
+    force, when = phase.largest("force", phase.duration)
     zeta = b / (2.0 * (k * mu) ** 0.5)
     # Schwager & Pöschel (2007): see physics of law 2, ω t_F from its tangent.
     rate = (1.0 - zeta * zeta) ** 0.5

@@ -127,7 +127,7 @@ def test_the_border_of_grazing_from_both_sides(borders):
     masses = bodies["m_club"], bodies["m_ball"]
 
     def contact(b):
-        return linear_contact(bodies["k"], 0.0, b, *masses, start)
+        return linear_contact((bodies["k"], 0.0, b, *masses), start)
 
     low, high = 0.5 * borders["light ball"], borders["light ball"]
     while low < (middle := 0.5 * (low + high)) < high:

@@ -214,7 +214,7 @@ class SplitLaw(LinearLaw):
     description = "A spring"
 
     def contact(self, p, k, b, start):
-        return ExtendedContact(k, b, 0.0, p.m_club, p.m_ball, start)
+        return ExtendedContact((k, b, 0.0, p.m_club, p.m_ball), start)
 '''
 
 

@@ -5,7 +5,7 @@ import math
 import mpmath
 import pytest
 from fmpy.fmi1 import FMICallException
-from golf_physics.laws.restitution import damping_ratio
+from golf_physics.laws.relative import damping_ratio
 
 from golf_impact.errors import UserError
 from golf_impact.fmu.impact_fmu import METRICS

@@ -1,13 +1,14 @@
 """One impact as a sequence of exact phases: approach, contact, flight.
 
 An impact is a value: `at` returns the impact from the phase that holds an instant on, `with_inputs`
-the impact that other inputs lead to; neither changes anything. Instants are pairs (high, low) whose
-sum is the time since the start, s: an instant a nanosecond into a contact that began after a long
-approach is exact.
+the impact that other inputs lead to; neither changes anything. `arguments`
+are those of the constructor: they make the same impact in another process. Instants are pairs
+(high, low) whose sum is the time since the start, s: an instant a nanosecond into a contact that
+began after a long approach is exact.
 """
 
-from collections.abc import Sequence
 from math import inf
+from operator import attrgetter
 from typing import NamedTuple
 
 from .laws.contact import EndState, InitialState, State
@@ -15,6 +16,8 @@ from .parameters import Inputs, Parameters
 
 #: Of a host's clock, relative.
 RESOLUTION = 2.0**-52
+
+Place = tuple[float, float, float]
 
 #: Makes a named tuple in a third of the time of its constructor.
 _new = tuple.__new__
@@ -55,7 +58,7 @@ _NONE_YET = Results()
 class Impact:
     """An impact from the start of one of its phases on."""
 
-    __slots__ = ("_following", "duration", "high", "inputs", "low", "parameters", "touch")
+    __slots__ = ("_following", "duration", "high", "inputs", "low", "motion", "parameters", "touch")
 
     in_contact = False
     parameters: Parameters
@@ -64,12 +67,16 @@ class Impact:
     low: float
     duration: float  #: of the phase, s; inf if it doesn't end
     touch: Touch | None
+    #: At the start of a phase of free motion; the compression is below 0 before touch.
+    motion: EndState
+    #: Of that compression, below the resolution of a double, m.
+    low_part = 0.0
     _following: "Impact | None"
 
     @staticmethod
     def start(parameters: Parameters, inputs: Inputs) -> "Impact":
         """The impact at time 0: the ball lies at 0, the club face at -gap."""
-        return Approach(parameters, inputs, 0.0, 0.0, 0.0, parameters.gap, 0.0)
+        return Approach(parameters, inputs, 0.0, 0.0, (0.0, -parameters.gap, 0.0))
 
     def at(self, high: float, low: float) -> "Impact":
         """The impact whose phase holds this instant; no earlier than this one's."""
@@ -85,7 +92,7 @@ class Impact:
         return t if t > RESOLUTION * self.high else 0.0
 
     def _follow(self) -> "Impact":
-        """The impact from the next phase on, which is then remembered."""
+        """The impact from the next phase on, which is then remembered; not of flight."""
         raise NotImplementedError
 
     def with_inputs(self, inputs: Inputs, high: float, low: float) -> "Impact":
@@ -94,14 +101,18 @@ class Impact:
         A touch at this very instant hasn't been passed yet, so it is still undecided. Raises
         ArithmeticError or ValueError if the contact that follows leaves the range of a double.
         """
-        return self.at(high, low)._with_inputs(inputs, high, low)
-
-    def _with_inputs(self, inputs: Inputs, high: float, low: float) -> "Impact":
-        return self
+        impact = self.at(high, low)
+        return impact.changed(inputs, high, low) if isinstance(impact, Contact) else impact
 
     def state(self, high: float, low: float) -> State:
         """Contact force, positions, velocities and compression at an instant of the phase."""
-        raise NotImplementedError
+        t = (high - self.high) + (low - self.low)
+        x_ball, v_club, v_ball, compression, closing = self.motion
+        x_ball += v_ball * t
+        compression += self.low_part + closing * t
+        # Bodies that close aren't compressed yet, whatever the rounding.
+        left = compression if compression > 0.0 >= closing else 0.0
+        return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
 
     def contact_until(self, high: float, low: float) -> "tuple[Contact, float] | None":
         """The last contact phase, and how long it has lasted, s."""
@@ -116,53 +127,32 @@ class Impact:
         # From the start of the phase: the difference of two late times would lose all digits.
         before, rest = added(high, low, -step)
         begin = (before - self.high) + (rest - self.low)
-        if contact is self and begin > 0.0:
-            return contact.phase.impulse(begin, step) if begin < end else 0.0
+        whole = contact is self and begin > 0.0
         begin = max(0.0, begin if contact is self else begin + end)
-        return contact.phase.impulse(begin, end - begin) if begin < end else 0.0
-
-    def packed(self) -> list:
-        """The impact as numbers and lists of numbers, for `unpacked` in another process."""
-        return [type(self).__name__, self.parameters.values, self.inputs, self.high, self.low]
+        return contact.phase.impulse(begin, step if whole else end - begin) if begin < end else 0.0
 
 
-class _Free(Impact):
-    """Both bodies move freely."""
+class Approach(Impact):
+    """The bodies before first touch.
 
-    __slots__ = ("motion",)
+    `place` has the position of the ball (m) and the compression (m, as a pair): minus the distance.
+    """
 
-    #: At the start of the phase; the compression is below 0 before touch.
-    motion: EndState
-    #: Of the compression, below the resolution of a double, m.
-    low_part = 0.0
-
-    def state(self, high: float, low: float) -> State:
-        t = (high - self.high) + (low - self.low)
-        x_ball, v_club, v_ball, compression, closing = self.motion
-        x_ball += v_ball * t
-        compression += self.low_part + closing * t
-        # Bodies that close aren't compressed yet, whatever the rounding.
-        left = compression if compression > 0.0 >= closing else 0.0
-        return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
-
-
-class Approach(_Free):
-    """The bodies before first touch; `gap` (m, as a pair) is the distance between them."""
-
-    __slots__ = ("low_part",)
+    __slots__ = ("low_part", "place")
 
     touch = None
+    arguments = property(attrgetter("parameters", "inputs", "high", "low", "place"))
 
     def __init__(
-        self, parameters: Parameters, inputs: Inputs, high: float, low: float, x_ball: float,
-        gap: float, gap_low: float,
-    ) -> None:  # fmt: skip
+        self, parameters: Parameters, inputs: Inputs, high: float, low: float, place: Place
+    ) -> None:
         self.parameters, self.inputs, self.high, self.low = parameters, inputs, high, low
+        x_ball, compression, low_part = self.place = place
         v_club, v_ball = inputs[2], parameters.ball_speed
         closing = v_club - v_ball
-        self.motion = x_ball, v_club, v_ball, -gap, closing
-        self.low_part = -gap_low
-        self.duration = max(0.0, gap + gap_low) / closing if closing > 0.0 else inf
+        self.motion = x_ball, v_club, v_ball, compression, closing
+        self.low_part = low_part
+        self.duration = max(0.0, -(compression + low_part)) / closing if closing > 0.0 else inf
         self._following = None
 
     def _follow(self) -> Impact:
@@ -176,7 +166,7 @@ class Approach(_Free):
             high, low = added(high, low, duration)
         touch = _new(Touch, (high, low, x_ball, v_club))
         start = _new(InitialState, (x_ball, 0.0, v_club, v_ball, closing))
-        following = Contact(p, self.inputs, high, low, touch, k, b, start, _NONE_YET)
+        following = Contact(p, self.inputs, high, low, touch, b, start, _NONE_YET)
         self._following = following
         return following
 
@@ -190,34 +180,34 @@ class Approach(_Free):
         p = self.parameters
         x_ball, v_club, v_ball, compression, closing = self.motion
         if inputs[2] == v_club:
-            return Approach(p, inputs, self.high, self.low, x_ball, -compression, -self.low_part)
+            return Approach(p, inputs, self.high, self.low, self.place)
         if t >= duration:
-            return Approach(p, inputs, high, low, x_ball + v_ball * duration, 0.0, 0.0)
+            return Approach(p, inputs, high, low, (x_ball + v_ball * duration, 0.0, 0.0))
         # Without loss: a speed that changes at 10⁶ points still closes the right gap.
-        gap = added(-compression, -self.low_part, -closing * t)
-        return Approach(p, inputs, high, low, x_ball + v_ball * t, *gap)
-
-    def packed(self) -> list:
-        return [*super().packed(), self.motion[0], -self.motion[3], -self.low_part]
+        moved = added(compression, self.low_part, closing * t)
+        return Approach(p, inputs, high, low, (x_ball + v_ball * t, *moved))
 
 
 class Contact(Impact):
     """The bodies in contact, from touch or from a change of k or b on; `before` has the results of
-    the contact phases before. k (N/m) and b (N.s/m) are those that act.
+    the contact phases before. b (N.s/m) is that which acts.
     """
 
-    __slots__ = ("b", "before", "initial", "k", "phase")
+    __slots__ = ("b", "before", "initial", "phase")
 
     in_contact = True
     touch: Touch
+    arguments = property(
+        attrgetter("parameters", "inputs", "high", "low", "touch", "b", "initial", "before")
+    )
 
     def __init__(
         self, parameters: Parameters, inputs: Inputs, high: float, low: float, touch: Touch,
-        k: float, b: float, initial: InitialState, before: Results,
+        b: float, initial: InitialState, before: Results,
     ) -> None:  # fmt: skip
         self.parameters, self.inputs, self.high, self.low = parameters, inputs, high, low
-        self.touch, self.k, self.b, self.initial, self.before = touch, k, b, initial, before
-        self.phase = parameters.contact_law.contact(parameters, k, b, initial)
+        self.touch, self.b, self.initial, self.before = touch, b, initial, before
+        self.phase = parameters.contact_law.contact(parameters, inputs[0], b, initial)
         self.duration = self.phase.duration
         self._following = None
 
@@ -227,20 +217,21 @@ class Contact(Impact):
         self._following = following
         return following
 
-    def _with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
+    def changed(self, inputs: Inputs, high: float, low: float) -> Impact:
+        """With other inputs from this instant on."""
         p, law, touch = self.parameters, self.parameters.contact_law, self.touch
         k, b, _ = inputs
         b = law.damping(p, k, b, touch.club_speed - p.ball_speed)
-        if (k, b) == (self.k, self.b):
+        if (k, b) == (self.inputs[0], self.b):
             return self
         _, x_club, x_ball, v_club, v_ball, d = self.state(high, low)
         t = self.elapsed(high, low)
-        closing = self.phase.closing(t) if t else self.initial.closing
+        closing = self.phase.value("w", t) if t else self.initial.closing
         if law.force(p, k, b, d, closing) > 0.0 or (not d and closing > 0.0):
             start = InitialState(x_club, d, v_club, v_ball, closing)
             peaks = *self.peak_force(t), self.peak_compression(t)
             before = Results(self.contact_time(t), *peaks, self.impulse(t))
-            return Contact(p, inputs, high, low, touch, k, b, start, before)
+            return Contact(p, inputs, high, low, touch, b, start, before)
         return Flight(self, high, low, t, (x_ball, v_club, v_ball, d, closing))
 
     def clamped(self, state: State, t: float) -> State:
@@ -252,7 +243,7 @@ class Contact(Impact):
         if not t:
             p = self.parameters
             x_club, d, v_club, v_ball, closing = self.initial
-            force = p.contact_law.force(p, self.k, self.b, d, closing)
+            force = p.contact_law.force(p, self.inputs[0], self.b, d, closing)
             state[:] = force, x_club, x_club - d, v_club, v_ball, d
         if state[0] < 0.0:
             state[0] = 0.0
@@ -274,7 +265,7 @@ class Contact(Impact):
     def peak_force(self, t: float) -> tuple[float, float]:
         """The largest contact force, N, and its time since first touch, s."""
         time, most, when, _, _ = self.before
-        force, later = self.phase.peak_force(t)
+        force, later = self.phase.largest("force", t)
         # k or b changed just before the peak: if the force keeps rising, the later phase counts.
         rising = later > 0.0 and when == time
         if force > most or (rising and force >= most * (1.0 - 1e-15)):
@@ -282,23 +273,21 @@ class Contact(Impact):
         return most, when
 
     def peak_compression(self, t: float) -> float:
-        return max(self.before.max_compression, self.phase.peak_compression(t))
+        return max(self.before.max_compression, self.phase.largest("d", t)[0])
 
     def impulse(self, t: float, state: State | None = None) -> float:
         """Impulse of the contact force until t, s since the start of the phase, N.s."""
         return self.before.impulse + self.phase.impulse(0.0, t)
 
-    def packed(self) -> list:
-        return [*super().packed(), self.touch, self.k, self.b, self.initial, self.before]
 
-
-class Flight(_Free):
-    """The bodies after a contact that lasted so long, s; `motion` as in `_Free`."""
+class Flight(Impact):
+    """The bodies after a contact that lasted so long, s."""
 
     __slots__ = ("contact", "lasted", "x_end")
 
     touch: Touch
     duration = inf
+    arguments = property(attrgetter("contact", "high", "low", "lasted", "motion"))
 
     def __init__(
         self, contact: Contact, high: float, low: float, lasted: float, motion: EndState
@@ -309,20 +298,3 @@ class Flight(_Free):
 
     def contact_until(self, high: float, low: float) -> tuple[Contact, float]:
         return self.contact, self.lasted
-
-    def packed(self) -> list:
-        return ["Flight", self.contact.packed(), self.high, self.low, self.lasted, self.motion]
-
-
-def unpacked(packed: Sequence) -> Impact:
-    """The impact that `Impact.packed` was called on; raises ValueError and the like if none was."""
-    if packed[0] == "Flight":
-        _, contact, high, low, lasted, motion = packed
-        return Flight(unpacked(contact), high, low, lasted, tuple(motion))  # type: ignore[arg-type]
-    kind, values, inputs, high, low, *rest = packed
-    begin = Parameters(*values), tuple(inputs), high, low
-    if kind == "Approach":
-        return Approach(*begin, *rest)
-    touch, k, b, initial, before = rest
-    start = InitialState(*initial)
-    return Contact(*begin, Touch(*touch), k, b, start, Results(*before))

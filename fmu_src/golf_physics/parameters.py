@@ -19,11 +19,10 @@ _NAMES = tuple(row.name for row in VARIABLES if row.causality == "parameter")
 class Parameters:
     """The values, in the table's order, that stay fixed from the end of initialization on."""
 
-    __slots__ = (*_NAMES, "contact_law", "ordinary", "values")
+    __slots__ = (*_NAMES, "arguments", "contact_law", "ordinary")
 
     def __init__(self, *values: Any) -> None:
-        #: What it is made from.
-        self.values = values
+        self.arguments = values
         # At once: a loop over the names would take four times as long.
         (
             self.m_club, self.m_ball, self.ball_diameter, self.ball_speed, self.gap, self.law,

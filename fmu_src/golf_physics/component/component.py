@@ -14,9 +14,9 @@ from ..impact import Impact
 from ..laws.contact import State
 from ..parameters import INPUTS, SETTABLE, Inputs, Parameters, conflict, refusal
 from ..variables import VARIABLES
-from . import state
-from .outputs import MOVING, OUTPUTS, Output, readings
+from .outputs import MOVING, OUTPUTS, readings
 from .segment import NO_SEGMENT, Segment
+from .state import Snapshot, packed, unpacked
 
 #: Modes of an instance, in the order in which a host passes through them. Blocked: initialization
 #: has ended on values that can't be used, so parameters may still be set.
@@ -26,8 +26,8 @@ _START_VALUES = tuple(variable.start for variable in VARIABLES[:SETTABLE])
 _LOW = [variable.low for variable in VARIABLES[:INPUTS]]
 _HIGH = [variable.high for variable in VARIABLES[:INPUTS]]
 
-#: A snapshot after its mark and the values, in its order.
-_plain = attrgetter(
+#: A snapshot after the values, in its order.
+_fields = attrgetter(
     *("_mode", "_refused", "_once", "start_time", "origin", "_point", "_count", "_segment")
 )
 
@@ -42,9 +42,8 @@ class Component:
     """An instance; `report` is called with a message whenever something is refused."""
 
     __slots__ = (
-        "_anchored", "_count", "_mode", "_moving", "_now", "_once", "_outputs", "_pick", "_point",
-        "_present", "_refused", "_report", "_segment", "_size", "_watched", "origin", "start_time",
-        "values",
+        "_anchored", "_count", "_mode", "_now", "_once", "_pick", "_point", "_present", "_refused",
+        "_report", "_requested", "_segment", "_size", "_watched", "origin", "start_time", "values",
     )  # fmt: skip
 
     #: How to read variables, by their value references.
@@ -78,9 +77,7 @@ class Component:
         #: A state that has been evaluated, and the impact at its instant.
         self._present: tuple[State, Any] = [], None
         #: The last list of references read: see `outputs.Reading`.
-        self._moving: list[int] | None = None
-        self._pick: Callable[[State], list[float]] | None = None
-        self._outputs: tuple[list[int], tuple[Output, ...]] = [], ()
+        self._requested, self._pick = self.reading((), "Real")
 
     def set_up(self, start_time: float) -> None:
         """The host's time at the start, s."""
@@ -120,7 +117,7 @@ class Component:
         problem = "; ".join(refused) or conflict(parameters, inputs)
         if problem is None:
             self._mode = STEPPING
-            self._go_on(Segment(Impact.start(parameters, inputs), 0.0, 0.0, 0.0), 0.0)
+            self._go_on(Segment(Impact.start(parameters, inputs), 0.0, 0.0, 0.0))
         return problem
 
     def terminate(self) -> None:
@@ -128,9 +125,9 @@ class Component:
         self._mode = TERMINATED
         self._size = nan
 
-    def _go_on(self, segment: Any, count: float) -> None:
-        """From here on the instant is that after so many steps of this segment."""
-        self._segment, self._count, self._now = segment, count, None
+    def _go_on(self, segment: Segment) -> None:
+        """From here on the instant is that at which this segment begins."""
+        self._segment, self._count, self._now = segment, 0.0, None
 
     def _split(self) -> tuple[Parameters, Inputs]:
         k, b, club_speed, *parameters = self.values
@@ -254,7 +251,7 @@ class Component:
                 self.values[reference] = value
                 self._size = nan
                 if self._mode < STEPPING:
-                    self._go_on(NO_SEGMENT, 0.0)
+                    self._go_on(NO_SEGMENT)
 
     def _accepts(self, reference: int, value: Any, type_: str) -> bool:
         """Whether a value may be set; if not, it is refused."""
@@ -280,34 +277,28 @@ class Component:
 
     def reals(self, references: list[int]) -> list[float]:
         """Values of Real variables; the list may go on after them, and must not be changed."""
-        if references == self._moving:
-            # The fast read, in 2/3 of the time: from the dense output of the contact.
-            now = self._now
-            if now is None:
-                motion, first, offset, pace, since, until = self._segment.reader
-                t = offset + (self._count - first) * pace
-                now = self._now = motion(t) if since < t < until else self._evaluate()
-            pick = self._pick
-            return now if pick is None else pick(now)
-        last_read, outputs = self._outputs
-        if references != last_read:
-            self._moving, self._pick, outputs = self.reading(tuple(references), "Real")
-            if self._moving:
-                return self.reals(references)
-            self._outputs = list(references), outputs
-        now = self._now or self._evaluate()
+        if references != self._requested:
+            self._requested, self._pick = self.reading(tuple(references), "Real")
+        now = self._now
+        if now is None:
+            # In 2/3 of the time from the dense output of the contact.
+            motion, first, offset, pace, since, until = self._segment.reader
+            t = offset + (self._count - first) * pace
+            now = self._now = motion(t) if since < t < until else self._evaluate()
+        pick = self._pick
+        if pick is None:
+            return now
         try:
-            impact = self.impact()
-            return [output(impact, now, self) for output in outputs]
+            return pick(now, self)
         except (ArithmeticError, ValueError) as error:
             self._report(f"{_OUT_OF_RANGE} ({error})")
-            return [nan] * len(outputs)
+            return [nan] * len(references)
 
     def discretes(self, references: list[int], type_: str) -> list:
         """Values of variables of another type ("Enumeration", "Boolean")."""
+        _, pick = self.reading(tuple(references), type_)
         now = self._now or self._evaluate()
-        impact, outputs = self.impact(), self.reading(tuple(references), type_)[2]
-        return [output(impact, now, self) for output in outputs]
+        return now if pick is None else pick(now, self)
 
     def unknown(self, type_: str) -> float:
         """For a value reference that no variable of this type has."""
@@ -319,47 +310,42 @@ class Component:
         state, impact = self._present
         return impact if state is self._now else self._segment.impact.at(*self.instant())
 
-    def _ready(self) -> Segment:
-        """The segment; before stepping, that of the start instant under the present values."""
-        if self._segment is NO_SEGMENT:
+    def _evaluate(self) -> State:
+        """The state at this communication point; before stepping, under the present values."""
+        if self._segment.impact is None:
             parameters, inputs = self._split()
             if conflict(parameters, inputs) is not None:
                 # Bodies that never meet.
                 inputs = 1.0, 0.0, parameters.ball_speed
             self._segment = Segment(Impact.start(parameters, inputs), 0.0, 0.0, 0.0)
-        return self._segment
-
-    def _evaluate(self) -> State:
-        """The state at this communication point."""
-        segment = self._ready()
         try:
-            self._present = segment.state(self._count)
+            self._present = self._segment.state(self._count)
         except (ArithmeticError, ValueError) as error:
             self._report(f"{_OUT_OF_RANGE} ({error})")
-            self._present = [nan] * len(MOVING), segment.impact
+            self._present = [nan] * len(MOVING), self._segment.impact
         self._now, _ = self._present
         return self._now
 
     def snapshot(self) -> tuple:
         """Everything, for `restore` in any instance of this process."""
-        return state.OWN, tuple(self.values), *_plain(self)
+        return Snapshot((tuple(self.values), *_fields(self)))
 
     def restore(self, snapshot: tuple | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
-        if not state.is_own(snapshot):
+        if not isinstance(snapshot, Snapshot):
             self._refuse_once(
                 "a state that this component didn't make is refused; it has no effect"
             )
             return
         (
-            _, values, self._mode, self._refused, self._once, self.start_time, self.origin,
+            values, self._mode, self._refused, self._once, self.start_time, self.origin,
             self._point, self._count, self._segment,
-        ) = snapshot  # type: ignore[misc]  # fmt: skip
+        ) = snapshot  # fmt: skip
         self.values = list(values)
         self._anchored = self._watched = False
         self._size = nan
         self._now = None
 
     #: A snapshot as bytes, for another process, and back.
-    packed = staticmethod(state.packed)
-    unpacked = staticmethod(state.unpacked)
+    packed = staticmethod(packed)
+    unpacked = staticmethod(unpacked)

@@ -5,181 +5,16 @@ then on the host's time and states count, and steps are refused.
 """
 
 from collections.abc import Callable, Iterator
-from functools import partial
 from math import inf, isfinite, nan, nextafter
-from typing import Any, NamedTuple
+from typing import Any
 
-from ..impact import Touch, added
-from ..laws.contact import State
-from ..parameters import INPUTS, Inputs, Parameters
+from ..impact import added
+from ..parameters import INPUTS
 from ..variables import MORE_VARIABLES, VARIABLES
-from . import state
 from .component import BLOCKED, STEPPING, Component
 from .outputs import OUTPUTS, Output, readings
-from .segment import NO_READER, Segment
-
-#: Added to an indicator that may be exactly 0 before its event: solvers look for changes of sign.
-_ABOVE_ZERO = 1e-18
-
-
-class _Solved(NamedTuple):
-    parameters: Parameters
-    inputs: Inputs
-    k: float  #: of the contact, N/m
-    b: float  #: of the contact, N.s/m
-    time: float  #: the host's, s
-    states: list[float]  #: positions (m) and velocities (m/s), each of club and ball
-    started: bool = False  #: whether the start time is fixed
-    touch: Touch | None = None  #: in the host's time
-    in_contact: bool = False
-    refusal_of_touch: str | None = None  #: why the law rejects the touch that there was
-    dragged: float = 0.0  #: momentum that drag has taken from the ball until the last event, N.s
-    drag: float = 0.0  #: its coefficient from then on, N.s/m
-    x_ball: float = 0.0  #: position of the ball at that event, m
-    lasted: float = 0.0  #: of the contact once it has ended, s
-    x_end: float = 0.0  #: position of the ball then, m
-
-
-class SolvedImpact(_Solved):
-    """An impact from its last event on, whose motion a host's solver finds.
-
-    Outputs read it as an `Impact`; it takes the place of an instance's communication steps.
-    """
-
-    # As of a segment.
-    size = nan
-    reader = NO_READER
-
-    @property
-    def impact(self) -> "SolvedImpact":
-        return self
-
-    def instant(self, count: float) -> tuple[float, float]:
-        return self.time, 0.0
-
-    def state(self, count: float) -> "tuple[State, SolvedImpact]":
-        force, *moving, compression = self.solver_state()
-        return [max(0.0, force), *moving, max(0.0, compression)], self
-
-    def packed(self) -> list:
-        return ["SolvedImpact", *self]
-
-    @staticmethod
-    def unpacked(packed: list) -> Any:
-        """A segment or a solved impact from what JSON makes of its `packed`."""
-        if packed[0] != "SolvedImpact":
-            return Segment.unpacked(packed)
-        _, values, inputs, *others = packed
-        solved = SolvedImpact(Parameters(*values), tuple(inputs), *others)
-        return solved._replace(touch=solved.touch and Touch(*solved.touch))
-
-    def solver_state(self) -> State:
-        """The state; force and compression continue smoothly below 0 until the event."""
-        x_club, x_ball, v_club, v_ball = self.states
-        if self.touch is None:
-            v_club = self.inputs[2]
-        compression = x_club - x_ball
-        force = 0.0
-        if self.in_contact:
-            p = self.parameters
-            force = p.contact_law.force(p, self.k, self.b, compression, v_club - v_ball)
-        return [force, x_club, x_ball, v_club, v_ball, compression]
-
-    def with_inputs(self, inputs: Inputs) -> "SolvedImpact":
-        p = self.parameters
-        k, b, _ = inputs
-        if self.touch is not None:
-            b = p.contact_law.damping(p, k, b, self.touch.club_speed - p.ball_speed)
-        return self._replace(inputs=inputs, k=k, b=b)
-
-    def after_event(self) -> "SolvedImpact":
-        """The impact after what happens at this instant."""
-        x_club, x_ball, _, v_ball = self.states
-        p, impact = self.parameters, self
-        if self.touch is None:
-            club_speed = self.inputs[2]
-            impact = self._replace(states=[x_club, x_ball, club_speed, v_ball])
-            if x_club >= x_ball and club_speed > v_ball:
-                refusal = p.contact_law.refusal_of_touch(p, club_speed)
-                touch = Touch(self.time, 0.0, x_ball, club_speed)
-                impact = impact._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
-                if refusal is None:
-                    impact = impact.with_inputs(self.inputs)
-                impact = impact._with_drag()
-        elif self.in_contact:
-            impact = self._with_drag()
-            if separation_indicator(self, self.solver_state()) <= 0.0:
-                lasted = self.time - self.touch.high
-                impact = impact._replace(lasted=lasted, x_end=x_ball, in_contact=False)
-        return impact
-
-    def _with_drag(self) -> "SolvedImpact":
-        """Sums up the drag on the ball until here, where its coefficient may change."""
-        x_ball = self.states[1]
-        dragged = self.dragged + self.drag * (x_ball - self.x_ball)
-        drag = self.parameters.contact_law.drag(self.b)
-        return self._replace(dragged=dragged, drag=drag, x_ball=x_ball)
-
-    def contact_until(self, high: float, low: float) -> "tuple[SolvedImpact, float]":
-        touch = self.touch if self.in_contact else None
-        return self, (self.time - touch.high if touch is not None else self.lasted)
-
-    def contact_time(self, t: float) -> float:
-        return t
-
-    def impulse(self, t: float, state: State) -> float:
-        """N.s: the ball's momentum and what drag has taken, with b constant between events."""
-        p = self.parameters
-        gained = p.m_ball * (state[4] - p.ball_speed)
-        dragging = self.drag * (state[2] - self.x_ball) if self.in_contact else 0.0
-        return gained + self.dragged + dragging
-
-    # NaN: which of the states have been passed is unknown, and there are no steps.
-
-    def peak_force(self, t: float) -> tuple[float, float]:
-        return nan, nan
-
-    def peak_compression(self, t: float) -> float:
-        return nan
-
-    def impulse_of_step(self, high: float, low: float, step: float) -> float:
-        return nan
-
-
-def accelerations(impact: Any, state: State) -> tuple[float, float]:
-    """Of club and ball (m/s²), in an `Impact` or a `SolvedImpact`, as the indicators below."""
-    if not impact.in_contact:
-        return 0.0, 0.0
-    p = impact.parameters
-    # A host sees a force of at least 0, its solver doesn't.
-    if isinstance(impact, SolvedImpact):
-        state = impact.solver_state()
-    force, _, _, v_club, v_ball, _ = state
-    drag = p.contact_law.drag(impact.b)
-    return -(force + drag * v_club) / p.m_club, (force - drag * v_ball) / p.m_ball
-
-
-def touch_indicator(impact: Any, state: State) -> float:
-    """Positive until the gap is closed and the bodies are closing, then -1."""
-    if impact.touch is not None:
-        return -1.0
-    _, x_club, x_ball, v_club, v_ball, _ = state
-    return max(x_ball - x_club, v_ball - v_club) + _ABOVE_ZERO
-
-
-def separation_indicator(impact: Any, state: State) -> float:
-    """Positive while there is a force, then negative: a root, as a power law's zero is too flat."""
-    if impact.touch is None:
-        return 1.0
-    if not impact.in_contact:
-        return -1.0
-    root = abs(state[0]) ** (1.0 / impact.parameters.exponent)
-    # The force is 0 at touch, too; but then the bodies still close at their approach speed.
-    force, _, _, v_club, v_ball, _ = state
-    approach = impact.touch.club_speed - impact.parameters.ball_speed
-    over = force <= 0.0 and v_club - v_ball < 0.5 * approach
-    return -root - _ABOVE_ZERO if over else root + _ABOVE_ZERO
-
+from .segment import Segment
+from .solved import SolvedImpact, accelerations, separation_indicator, touch_indicator
 
 #: What FMI 2.0 doesn't have.
 _MORE: dict[str, Output] = {
@@ -207,8 +42,12 @@ class HybridComponent(Component):
     @property
     def _solved(self) -> SolvedImpact | None:
         """In Model Exchange, the impact."""
-        segment: Any = self._segment
-        return segment if isinstance(segment, SolvedImpact) else None
+        impact = self._segment.impact
+        return impact if isinstance(impact, SolvedImpact) else None
+
+    def _solve(self, solved: SolvedImpact, time: float) -> None:
+        """Go on with this impact at this time of the host, s."""
+        self._go_on(Segment(solved, time, 0.0, nan))
 
     def time(self) -> float:
         high, low = self.instant()
@@ -228,7 +67,7 @@ class HybridComponent(Component):
         inputs: Any = tuple(self.values[:INPUTS])
         solved = self._solved
         if solved is not None and inputs != solved.inputs:
-            self._go_on(solved.with_inputs(inputs), 0.0)
+            self._solve(solved.with_inputs(inputs), self._segment.high)
 
     def update(self) -> tuple[bool, bool, float | None]:
         """Handle the events of this instant.
@@ -244,8 +83,9 @@ class HybridComponent(Component):
         if problem is None and self._refused and (solved is not None or not self.last_step):
             problem = "; ".join(self._refused.values())
         if problem is None and solved is not None:
-            solved = solved.after_event()
-            self._go_on(solved, 0.0)
+            time = self._segment.high
+            solved = solved.after_event(time)
+            self._solve(solved, time)
             problem = solved.refusal_of_touch
         if problem is not None:
             self._report(f"the simulation must stop: {problem}")
@@ -302,12 +142,12 @@ class HybridComponent(Component):
         if solved is not None:
             return solved
         p, inputs = self._split()
-        k, b, club_speed = inputs
+        _, b, club_speed = inputs
         start = [-p.gap, 0.0, club_speed, p.ball_speed]
         time = nan if self.last_step else self.time()
-        solved = SolvedImpact(p, inputs, k, b, time, start).after_event()
+        solved = SolvedImpact(p, inputs, b, start).after_event(time)
         if self._mode == STEPPING:
-            self._go_on(solved, 0.0)
+            self._solve(solved, time)
             # From here on the clock is the host's time.
             self.origin = 0.0
             if solved.refusal_of_touch is not None:
@@ -323,17 +163,18 @@ class HybridComponent(Component):
             self.start_time = time
             if solved.touch is not None:
                 solved = solved._replace(touch=solved.touch._replace(high=time))
-        self._go_on(solved._replace(time=time, started=True), 0.0)
+            solved = solved._replace(started=True)
+        self._solve(solved, time)
 
     def states(self) -> list[float]:
         """The continuous states: positions (m) and velocities (m/s), each of club and ball."""
-        return self._solving().states
+        return list(self._solving().states)
 
     def set_states(self, states: list[float]) -> None:
         """Of the host's solver; the list is kept."""
         solved = self._solving()
         if self._solved is not None:
-            self._go_on(solved._replace(states=states, started=True), 0.0)
+            self._solve(solved._replace(states=states, started=True), self._segment.high)
 
     def derivatives(self) -> list[float]:
         """Of the states; NaN while values are refused, so that no solver continues with others."""
@@ -348,5 +189,3 @@ class HybridComponent(Component):
         solved = self._solving()
         now = solved.solver_state()
         return [touch_indicator(solved, now), separation_indicator(solved, now)]
-
-    unpacked = staticmethod(partial(state.unpacked, revive=SolvedImpact.unpacked))

@@ -82,14 +82,8 @@ def _of_contact(result: Callable[..., float]) -> Output:
     return output
 
 
-#: By name; Model Exchange adds its own.
+#: By name, beside the state; Model Exchange adds its own.
 OUTPUTS: dict[str, Output] = {
-    "force": lambda impact, state, at: state[0],
-    "club_position": lambda impact, state, at: state[1],
-    "ball_position": lambda impact, state, at: state[2],
-    "club_velocity": lambda impact, state, at: state[3],
-    "ball_velocity": lambda impact, state, at: state[4],
-    "compression": lambda impact, state, at: state[5],
     "mean_force": _mean_force,
     "touched": lambda impact, state, at: impact.touch is not None,
     "in_contact": lambda impact, state, at: impact.in_contact,
@@ -112,9 +106,9 @@ OUTPUTS: dict[str, Output] = {
 #: The value references of what a phase's state is, in its order.
 MOVING = range(SETTABLE, SETTABLE + 6)
 
-#: How to read a list of references: they themselves and how to pick their values from the state,
-#: if all are of the state (None: they are its first ones); else None twice, and the outputs.
-Reading = tuple[list[int] | None, Callable[[State], list[float]] | None, tuple[Output, ...]]
+#: How to read a list of references: they themselves, and their values from the state and the
+#: instance; None if they are the first ones of the state.
+Reading = tuple[list[int], Callable[[State, Any], list] | None]
 
 
 def readings(
@@ -128,19 +122,25 @@ def readings(
             return lambda impact, state, at: at.unknown(type_)
         if reference < SETTABLE:
             return lambda impact, state, at: at.values[reference]
+        if reference in MOVING:
+            return lambda impact, state, at: state[reference - SETTABLE]
         return functions[variables[reference].name]
 
     # A host reads the same few lists at every step.
     @lru_cache(256)
     def reading(references: tuple[int, ...], type_: str) -> Reading:
-        if type_ != "Real" or len(references) < 2 or not all(n in MOVING for n in references):
-            return None, None, tuple(output(n, type_) for n in references)
-        requested, places = list(references), [MOVING.index(n) for n in references]
-        first, last = places[0], places[-1]
-        if places != list(range(first, last + 1)):
-            pick = itemgetter(*places)
-            return requested, lambda state: list(pick(state)), ()
-        whole = first == 0 and last > 3
-        return requested, None if whole else itemgetter(slice(first, last + 1)), ()
+        requested = list(references)
+        if type_ == "Real" and len(requested) > 1 and all(n in MOVING for n in requested):
+            if requested == list(MOVING[: len(requested)]):
+                return requested, None
+            pick = itemgetter(*map(MOVING.index, requested))
+            return requested, lambda state, at: list(pick(state))
+        outputs = [output(n, type_) for n in requested]
+
+        def values(state: State, at: Any) -> list:
+            impact = at.impact()
+            return [output(impact, state, at) for output in outputs]
+
+        return requested, values
 
     return reading

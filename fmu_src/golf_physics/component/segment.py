@@ -2,8 +2,10 @@
 
 from collections.abc import Callable
 from math import ceil, inf
+from operator import attrgetter
+from typing import Any
 
-from ..impact import RESOLUTION, Contact, Impact, added, unpacked
+from ..impact import RESOLUTION, Contact, added
 from ..laws.contact import State
 
 #: Next to touch and separation (relative) force and compression may be all rounding error.
@@ -17,13 +19,15 @@ NO_READER: _Reader = list, 0.0, 0.0, 0.0, inf, -inf  # type: ignore[assignment]
 
 
 class Segment:
-    """Communication steps of one size (s; 0 before the first one) from one instant on, without a
-    change of inputs. `impact` is that at the instant or before. A value.
+    """Communication steps of one size (s; 0 before the first one, NaN in Model Exchange) from one
+    instant on, without a change of inputs. `impact` is that at the instant or before. A value.
     """
 
     __slots__ = ("high", "impact", "low", "reader", "size")
 
-    def __init__(self, impact: Impact, high: float, low: float, size: float) -> None:
+    arguments = property(attrgetter("impact", "high", "low", "size"))
+
+    def __init__(self, impact: Any, high: float, low: float, size: float) -> None:
         self.impact, self.high, self.low, self.size = impact, high, low, size
         #: Found on demand, and a function of the values above alone.
         self.reader: _Reader = NO_READER
@@ -40,16 +44,15 @@ class Segment:
         high -= high - size
         return added(*added(self.high, self.low, count * high), count * (size - high))
 
-    def state(self, count: float) -> tuple[State, Impact]:
+    def state(self, count: float) -> tuple[State, Any]:
         """The state after so many steps, where `reader` isn't valid, and the impact there.
 
         Raises ArithmeticError or ValueError if the contact leaves the range of a double.
         """
         high, low = self.instant(count)
         impact = self.impact.at(high, low)
-        if not impact.in_contact:
+        if not isinstance(impact, Contact):
             return impact.state(high, low), impact
-        assert isinstance(impact, Contact)
         motion, scale = impact.phase.dense_output()
         offset, first = (self.high - impact.high) + (self.low - impact.low), 0.0
         if offset < 0.0 and self.size:
@@ -65,15 +68,6 @@ class Segment:
         state = motion(offset + (count - first) * pace)
         return impact.clamped(state, impact.elapsed(high, low)), impact
 
-    def packed(self) -> list:
-        """As numbers and lists of numbers, for `unpacked` in another process."""
-        return [self.impact.packed(), self.high, self.low, self.size]
-
-    @staticmethod
-    def unpacked(packed: list) -> "Segment":
-        impact, *steps = packed
-        return Segment(unpacked(impact), *steps)
-
 
 #: No steps, and no impact yet.
-NO_SEGMENT = Segment(None, 0.0, 0.0, 0.0)  # type: ignore[arg-type]
+NO_SEGMENT = Segment(None, 0.0, 0.0, 0.0)

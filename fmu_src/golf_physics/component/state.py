@@ -2,22 +2,45 @@
 
 import json
 from binascii import crc32
-from collections.abc import Callable
-from operator import attrgetter
 from typing import Any
 
-from .segment import NO_SEGMENT, Segment
+from ..impact import Approach, Contact, Flight, Results, Touch
+from ..laws.contact import InitialState
+from ..parameters import Parameters
+from .segment import Segment
+from .solved import SolvedImpact
 
 #: First item of a serialized state; it changes with the layout.
-_FORMAT = "golf-impact state 7"
+_FORMAT = "golf-impact state 8"
 
-#: First item of every snapshot; another version of this component in the process has another one.
-OWN = object()
+_CLASSES: dict[str, Any] = {
+    kind.__name__: kind
+    for kind in (
+        Approach, Contact, Flight, InitialState, Parameters, Results, Segment, SolvedImpact, Touch,
+    )
+}  # fmt: skip
 
 
-def is_own(snapshot: object) -> bool:
-    """Whether this component made it."""
-    return type(snapshot) is tuple and snapshot[:1] == (OWN,)
+class Snapshot(tuple):
+    """An instance; another version of this component in the process has a class of its own."""
+
+
+def plain(value: Any) -> Any:
+    """Values of these classes become lists: the name of the class, and its arguments."""
+    name = type(value).__name__
+    if name not in _CLASSES:
+        return value
+    return [name, *map(plain, getattr(value, "arguments", value))]
+
+
+def revived(item: Any) -> Any:
+    """The value that became this list, by `plain` and JSON."""
+    if not isinstance(item, list):
+        return item
+    if item and isinstance(item[0], str) and item[0] in _CLASSES:
+        name, *arguments = item
+        return _CLASSES[name](*map(revived, arguments))
+    return tuple(item)
 
 
 def _with_checksum(body: bytes) -> bytes:
@@ -27,23 +50,18 @@ def _with_checksum(body: bytes) -> bytes:
 
 def packed(snapshot: Any) -> bytes:
     """A snapshot as bytes: a JSON list that ends with a checksum."""
-    if not is_own(snapshot):
+    if not isinstance(snapshot, Snapshot):
         return b""
-    _, *plain, segment = snapshot
-    items = [_FORMAT, *plain, None if segment is NO_SEGMENT else segment.packed()]
-    return _with_checksum(json.dumps(items, default=attrgetter("values"))[:-1].encode())
+    return _with_checksum(json.dumps([_FORMAT, *map(plain, snapshot)])[:-1].encode())
 
 
-def unpacked(data: bytes, revive: Callable[[list], Segment] = Segment.unpacked) -> tuple | None:
+def unpacked(data: bytes) -> Snapshot | None:
     """The snapshot that became these bytes, or None if they are none of this component's."""
+    body = data.rpartition(b", ")[0]
+    if data != _with_checksum(body):
+        return None
     try:
-        body = data.rpartition(b", ")[0]
-        if data != _with_checksum(body):
-            return None
-        form, values, mode, refused, once, *numbers, steps = json.loads(body + b"]")
-        if form != _FORMAT:
-            return None
-        segment = NO_SEGMENT if steps is None else revive(steps)
-        return OWN, tuple(values), mode, refused, tuple(once), *numbers, segment
+        form, *items = json.loads(body + b"]")
+        return Snapshot(map(revived, items)) if form == _FORMAT else None
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
         return None

@@ -10,7 +10,7 @@ from math import atan2, cos, exp, expm1, sin, sqrt
 from ..numerics.gauss import integral
 from ..numerics.zeros import first_downward_zero, offset_of_real_root
 from .contact import ContactPhase, EndState, InitialState, State
-from .extended import ExtendedContact, Row, slope
+from .extended import Coefficients, ExtendedContact, Row, slope
 
 #: A damping ratio of the drag as small as this changes no bit of any result.
 _LEAST_DAMPING = 1e-30
@@ -32,19 +32,16 @@ class ClosedFormContact(ContactPhase):
     the drags 2ζp of the club and 2ζq of the ball. Without drag the centre of mass moves uniformly,
     and the compression is a damped oscillation.
 
-    k is in N/m, damper and drag in N.s/m (one of them is 0), masses are in kg. `duration` is 0
-    where double precision loses digits: the rates nearly meet, the real mode nearly cancels the
-    pair, the force hardly reaches 0, or contact doesn't end with the first half period.
+    Either damper or drag is 0. `duration` is 0 where double precision loses digits: the rates
+    nearly meet, the real mode nearly cancels the pair, the force hardly reaches 0, or contact
+    doesn't end with the first half period.
     """
 
     duration = 0.0
 
-    def __init__(
-        self, k: float, damper: float, drag: float, m_club: float, m_ball: float,
-        start: InitialState,
-    ) -> None:  # fmt: skip
+    def __init__(self, coefficients: Coefficients, start: InitialState) -> None:
         _, compression, v_club, v_ball, closing = self._start = start
-        self._arguments = k, damper, drag, m_club, m_ball
+        k, damper, drag, m_club, m_ball = self._coefficients = coefficients
         total = m_club + m_ball
         p = m_ball / total
         q = m_club / total
@@ -105,7 +102,7 @@ class ClosedFormContact(ContactPhase):
     def dense_output(self) -> tuple[Callable[[float], State], float]:
         """The dense output over the angle Rt."""
         r, h, frequency, _, f_c, f_s, a0, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
-        k = self._arguments[0]
+        k = self._coefficients[0]
         decay, pair = -r / frequency, -h / frequency
         size = h * h + frequency * frequency
         x_c, x_s = (h * c1 + frequency * s1) / size, (frequency * c1 - h * s1) / size
@@ -145,11 +142,11 @@ class ClosedFormContact(ContactPhase):
             e = 1.0 + travel
             v_club, v_ball = a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s
             return x - a2 / r * travel, v_club, v_ball, 0.0, v_club - v_ball
-        left = c0 * c + s0 * s if self._arguments[1] else 0.0
+        left = c0 * c + s0 * s if self._coefficients[1] else 0.0
         closing = (c1 - c2) * c + (s1 - s2) * s
         return x + a2 * t, a1 + c1 * c + s1 * s, a2 + c2 * c + s2 * s, left, closing
 
-    def _value(self, name: str, t: float) -> float:
+    def value(self, name: str, t: float) -> float:
         a, c, s = self._row(name)
         return a * exp(-self._motion[0] * t) + self._pair(c, s, t)
 
@@ -166,7 +163,7 @@ class ClosedFormContact(ContactPhase):
 
     def impulse(self, begin: float, width: float) -> float:
         if width * self.rate <= 0.5:
-            return integral(partial(self._value, "force"), begin + width, width)
+            return integral(partial(self.value, "force"), begin + width, width)
         r, h, frequency = self._motion[:3]
         a, c, s = self._row("force")
         real = -a * exp(-r * begin) * expm1(-r * width) / r if r else a * width
@@ -175,7 +172,7 @@ class ClosedFormContact(ContactPhase):
         c, s = -(h * c + frequency * s) / size, (frequency * c - h * s) / size
         return real + (self._pair(c, s, begin + width) - self._pair(c, s, begin))
 
-    def _find_maxima(self, name: str) -> list[float]:
+    def find_maxima(self, name: str) -> list[float]:
         """The only one, before the end of the half period, unless the row falls from the start."""
         r, h, frequency = rates = self._motion[:3]
         a, c, s = slope(self._row(name), rates)
@@ -184,16 +181,15 @@ class ClosedFormContact(ContactPhase):
         angle = first_downward_zero((h - r) / frequency, a, c, s)
         if angle is None:
             # The slope hardly reaches 0.
-            return ExtendedContact(*self._arguments, self._start)._find_maxima(name)
+            return ExtendedContact(self._coefficients, self._start).find_maxima(name)
         return [angle / frequency]
 
 
-def linear_contact(
-    k: float, damper: float, drag: float, m_club: float, m_ball: float, start: InitialState
-) -> ContactPhase:
+def linear_contact(coefficients: Coefficients, start: InitialState) -> ContactPhase:
     """The contact phase from `start` on, in double precision where that suffices."""
+    _, damper, drag, _, _ = coefficients
     if not (damper and drag):
-        contact = ClosedFormContact(k, damper, drag, m_club, m_ball, start)
+        contact = ClosedFormContact(coefficients, start)
         if contact.duration:
             return contact
-    return ExtendedContact(k, damper, drag, m_club, m_ball, start)
+    return ExtendedContact(coefficients, start)

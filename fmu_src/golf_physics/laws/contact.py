@@ -31,62 +31,50 @@ class InitialState(NamedTuple):
 class ContactPhase:
     """Contact under constant k and b, from its initial state until the contact force is zero.
 
-    Times are s since the start of the phase, at most `duration`. A phase is a value: methods return
-    the same results in any order of calls.
+    Times are s since the start of the phase, at most `duration`. Quantities by name: the contact
+    force ("force", N), the compression ("d", m), the closing speed ("w", m/s). A phase is a value:
+    methods return the same results in any order of calls.
     """
 
     duration: float  #: s until contact ends; inf if it never does
     rate: float  #: the fastest rate of change, 1/s
 
-    def dense_output(self) -> tuple[Callable[[float], State], float]:
-        """A function from scaled time to the state, and the time scale in 1/s."""
-        return self._state, 1.0
+    def state(self, t: float) -> State:
+        raise NotImplementedError
 
-    def end(self) -> EndState:
-        """The bodies when contact ends."""
-        _, _, x_ball, v_club, v_ball, d = self._state(self.duration)
-        return x_ball, v_club, v_ball, max(0.0, d), self.closing(self.duration)
-
-    def closing(self, t: float) -> float:
-        """Closing speed v_club - v_ball, m/s, to full relative accuracy."""
-        return self._value("w", t)
+    def value(self, name: str, t: float) -> float:
+        """A quantity; the closing speed to full relative accuracy."""
+        raise NotImplementedError
 
     def impulse(self, begin: float, width: float) -> float:
         """Impulse of the contact force over [begin, begin + width], N.s."""
         raise NotImplementedError
 
-    def peak_force(self, t: float) -> tuple[float, float]:
-        """The largest contact force on [0, t], N, and its time."""
-        return self._largest("force", t)
+    def find_maxima(self, name: str) -> Iterable[float]:
+        """When a quantity has a maximum inside the phase."""
+        raise NotImplementedError
 
-    def peak_compression(self, t: float) -> float:
-        """The largest compression on [0, t], m."""
-        return self._largest("d", t)[0]
+    def dense_output(self) -> tuple[Callable[[float], State], float]:
+        """A function from scaled time to the state, and the time scale in 1/s."""
+        return self.state, 1.0
 
-    def _largest(self, name: str, t: float) -> tuple[float, float]:
+    def end(self) -> EndState:
+        """The bodies when contact ends."""
+        _, _, x_ball, v_club, v_ball, d = self.state(self.duration)
+        return x_ball, v_club, v_ball, max(0.0, d), self.value("w", self.duration)
+
+    def largest(self, name: str, t: float) -> tuple[float, float]:
+        """The largest value of a quantity on [0, t], and its time."""
         maxima = self.__dict__.setdefault("_maxima", {})
         if name not in maxima:
-            maxima[name] = [(self._value(name, when), when) for when in self._find_maxima(name)]
-        largest, when = self._value(name, 0.0), 0.0
+            maxima[name] = [(self.value(name, when), when) for when in self.find_maxima(name)]
+        largest, when = self.value(name, 0.0), 0.0
         passed = [point for point in maxima[name] if point[1] <= t]
         if passed:
             top = max(passed, key=itemgetter(0))
             # A maximum just after the start is as large as the start to the last digits.
             if top[0] >= largest - _ROUNDING * abs(largest):
                 largest, when = top
-        now = self._value(name, t)
+        now = self.value(name, t)
         # Just after a maximum, rounding must not move its time.
         return (now, t) if now > largest + _ROUNDING * abs(largest) else (largest, when)
-
-    # For each kind of phase. Quantities by name: the contact force ("force", N), the compression
-    # ("d", m), the closing speed ("w", m/s)
-
-    def _state(self, t: float) -> State:
-        raise NotImplementedError
-
-    def _value(self, name: str, t: float) -> float:
-        raise NotImplementedError
-
-    def _find_maxima(self, name: str) -> Iterable[float]:
-        """When a quantity has a maximum inside the phase."""
-        raise NotImplementedError

@@ -9,9 +9,9 @@ It has one real rate -r (0 without drag) and a pair of rates -h ± iR. Every qua
 
     a e^(-rt) + c e^(-ht) cos Rt + s e^(-ht) sin Rt.
 
-Every event is a zero of a row. These closed forms cancel where two rates meet, where drag is heavy,
-or where the bodies move much faster than they close. In double precision each of these needs a form
-of its own; with 57 digits a cancellation of 40 is harmless, and one form serves them all.
+Every event is a zero of a row. In double precision these closed forms cancel where two rates meet,
+where drag is heavy, or where the bodies move much faster than they close; with 57 digits a
+cancellation of 40 is harmless.
 
 The state is x = (d, w, V), with the velocity V of the centre of mass. It obeys
 
@@ -27,14 +27,18 @@ derivative of e^(rt) f, for a row f, has no real mode, so its extrema have a clo
 Between two of them f has at most one zero (Rolle's theorem), which is bracketed: none is missed.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from decimal import Decimal
 from math import atan2, pi, sqrt
+from operator import mul
 from typing import Any
 
 from ..numerics.decimals import PI, arithmetic
 from ..numerics.zeros import zero_between
 from .contact import ContactPhase, InitialState, State
+
+#: Stiffness k (N/m), damper and drag (N.s/m, >= 0), masses of club and ball (kg).
+Coefficients = tuple[float, float, float, float, float]
 
 #: The coefficients of a quantity, float or Decimal.
 Row = tuple[Any, Any, Any]
@@ -59,12 +63,10 @@ def slope(row: Row, rates: Row, sign: int = 1) -> Row:
 
 
 class ExtendedContact(ContactPhase):
-    """A contact with stiffness k (N/m), damper and drag (N.s/m, >= 0) and these masses (kg)."""
+    """A linear contact in extended precision."""
 
-    def __init__(
-        self, k: float, damper: float, drag: float, m_club: float, m_ball: float,
-        start: InitialState,
-    ) -> None:  # fmt: skip
+    def __init__(self, coefficients: Coefficients, start: InitialState) -> None:
+        k, damper, drag, m_club, m_ball = coefficients
         mu = m_club * (m_ball / (m_club + m_ball))
         omega = sqrt(k / mu)
         moved = abs(start.closing) + omega * start.compression
@@ -76,11 +78,9 @@ class ExtendedContact(ContactPhase):
         self._in_use, self._exp, self._cos_sin = arithmetic(_MANY_DIGITS if many else _DIGITS)
         self._start = start
         with self._in_use():
-            self._set_up(*map(Decimal, (k, damper, drag, m_club, m_ball)))
+            self._set_up(*map(Decimal, coefficients))
 
-    def _set_up(
-        self, k: Decimal, damper: Decimal, drag: Decimal, m_club: Decimal, m_ball: Decimal
-    ) -> None:
+    def _set_up(self, k: Any, damper: Any, drag: Any, m_club: Any, m_ball: Any) -> None:
         total = m_club + m_ball
         p = m_ball / total
         q = m_club / total
@@ -91,21 +91,16 @@ class ExtendedContact(ContactPhase):
         apart, gamma = drag * (m_club - m_ball) / total, 2 * drag / total
         alpha, beta, delta = damper / mu + slow + fast - gamma, apart / mu, apart / total
         omega_squared = k / mu
-        # The characteristic polynomial is s³ + trace s² + minors s + product.
         trace = alpha + gamma
         minors, product = alpha * gamma - beta * delta + omega_squared, omega_squared * gamma
-        r = _real_root(trace, minors, product, slow, fast)
-        self._find_pair(r, (trace - r) / 2, product / r if r else minors)
+        self._find_rates(trace, minors, product, slow, fast)
         self.rate = float(max(trace, omega_squared.sqrt()))
 
-        def shifted(x: Row, rate: Decimal) -> Row:
+        matrix = (_ZERO, 1, _ZERO), (-omega_squared, -alpha, beta), (_ZERO, delta, -gamma)
+
+        def shifted(x: Sequence[Any], rate: Decimal) -> list:
             """(A + rate) x."""
-            d, w, v = x
-            return (
-                w + rate * d,
-                beta * v - omega_squared * d + (rate - alpha) * w,
-                delta * w + (rate - gamma) * v,
-            )
+            return [sum(map(mul, row, x)) + rate * e for row, e in zip(matrix, x)]
 
         r, h, second = self._rates
         start = self._start
@@ -121,20 +116,31 @@ class ExtendedContact(ContactPhase):
         d_row, w_row, mean = [
             (a, e - a, (s - (h - r) * f * g) / second) for a, e, s, f in zip(real, x, y, z)
         ]
-        self._rows = {"force": _sum(k, d_row, damper, w_row), "d": d_row, "w": w_row}
-        self._v_ball = _sum(1, mean, -q, w_row)
-        self._x_ball = Decimal(start.x_club) - d
+        force = tuple(k * e + damper * f for e, f in zip(d_row, w_row))
+        self._rows: dict[str, Any] = {"force": force, "d": d_row, "w": w_row, "mean": mean}
+        self._initial, self._bodies = x, (drag, total, m_ball, q)
         self.duration = float(self._end_of_contact())
 
-    def _find_pair(self, r: Decimal, h: Decimal, c: Decimal) -> None:
-        """Set the rates: r, and the zeros of s² + 2hs + c."""
+    def _find_rates(
+        self, trace: Decimal, minors: Decimal, product: Decimal, slow: Decimal, fast: Decimal
+    ) -> None:
+        """Set the rates, from s³ + trace s² + minors s + product: the real one is between these."""
+
+        def value(r: Decimal) -> Row:
+            slope = r * (2 * trace - 3 * r) - minors
+            return product - r * (minors - r * (trace - r)), slope, 2 * trace - 6 * r
+
+        r = zero_between(value, slow, fast, True) if slow < fast else slow
+        h, c = (trace - r) / 2, product / r if r else minors
         square = c - h * h
         if abs(square) < _APART * c:
             square = -_APART * c
         second = abs(square).sqrt()
-        self._rates, self._sign, self._product = (r, h, second), 1 if square > 0 else -1, c
+        self._rates, self._sign = (r, h, second), 1 if square > 0 else -1
         self._fast = h if square > 0 else h + second
         self._slow = h if square > 0 else c / self._fast
+        # Maxima and first zeros lie within three half periods: earlier oscillations are larger.
+        self._window = 3 * PI / second if square > 0 else _INFINITY
 
     def _basis(self, t: Decimal) -> Row:
         """The three functions that a row has coefficients of."""
@@ -154,40 +160,37 @@ class ExtendedContact(ContactPhase):
     def _slope(self, row: Row) -> Row:
         return slope(row, self._rates, self._sign)
 
-    def _value(self, name: str, t: float | Decimal) -> float:
+    def value(self, name: str, t: float | Decimal) -> float:
         with self._in_use():
             return float(self._at(Decimal(t), self._rows[name])[0])
 
-    def _antiderivative(self, row: Row) -> tuple[Decimal, Row]:
-        """The rate of the term that is linear in time, and a row."""
-        a, c, s = row
-        r, h, second = self._rates
-        pair = -(h * c + second * s), self._sign * second * c - h * s
-        pair = pair[0] / self._product, pair[1] / self._product
-        return (_ZERO, (-a / r, *pair)) if r else (a, (_ZERO, *pair))
+    def _motion(self, t: float | Decimal) -> list[Decimal]:
+        """Force, compression, closing speed, and of the ball velocity and displacement."""
+        t = Decimal(t)
+        d_0, _, mean_0 = self._initial
+        drag, total, _, q = self._bodies
+        force, d, w, mean = self._at(t, *self._rows.values())
+        moved = mean * t - q * (d - d_0)
+        if drag:
+            # Drag times the sum of the paths is the momentum that is lost.
+            moved = (total * (mean_0 - mean) / drag - (d - d_0)) / 2
+        return [force, d, w, mean - q * w, moved]
 
     def impulse(self, begin: float, width: float) -> float:
         with self._in_use():
-            rate, row = self._antiderivative(self._rows["force"])
-            first, time = Decimal(begin), Decimal(width)
-            return float(rate * time + self._at(first + time, row)[0] - self._at(first, row)[0])
+            first, last = self._motion(begin), self._motion(Decimal(begin) + Decimal(width))
+            drag, _, m_ball, _ = self._bodies
+            return float(m_ball * (last[3] - first[3]) + drag * (last[4] - first[4]))
 
-    def _state(self, t: float | Decimal) -> State:
+    def state(self, t: float) -> State:
         with self._in_use():
-            t = Decimal(t)
-            rate, position = self._antiderivative(self._v_ball)
-            rows = *self._rows.values(), self._v_ball, position
-            force, d, w, v_ball, moved = self._at(t, *rows)
-            x_ball = self._x_ball + rate * t + (moved - position[0] - position[1])
+            force, d, w, v_ball, moved = self._motion(t)
+            x_ball = Decimal(self._start.x_club) - self._initial[0] + moved
             return [float(x) for x in (force, x_ball + d, x_ball, v_ball + w, v_ball, d)]
 
-    def _find_maxima(self, name: str) -> list[float]:
+    def find_maxima(self, name: str) -> list[float]:
         with self._in_use():
-            # Every oscillation was larger a period before.
-            end = Decimal(self.duration)
-            if self._sign > 0:
-                end = min(end, 3 * PI / self._rates[2])
-            slope = self._slope(self._rows[name])
+            slope, end = self._slope(self._rows[name]), min(Decimal(self.duration), self._window)
             return [float(t) for t, falls in self._sign_changes(slope, end) if falls]
 
     def _extrema(self, row: Row) -> Iterator[Decimal]:
@@ -238,12 +241,10 @@ class ExtendedContact(ContactPhase):
     def _end_of_contact(self) -> Decimal:
         """The first downward zero of the force, s."""
         r, h, second = self._rates
-        oscillates, force = self._sign > 0, self._rows["force"]
-        # The first downward zero of e^(rt) F lies within three half periods.
-        for when, _ in self._sign_changes(force, 3 * PI / second if oscillates else _INFINITY):
+        force, growth = self._rows["force"], r - h
+        for when, _ in self._sign_changes(force, self._window):
             return when
-        growth = r - h
-        if not oscillates or growth <= 0:
+        if self._sign < 0 or growth <= 0:
             return _INFINITY
         # e^(rt) F oscillates about the real mode's coefficient with a growing amplitude.
         points = self._extrema(force)
@@ -255,21 +256,3 @@ class ExtendedContact(ContactPhase):
         while self._at(when, force)[0] > 0:
             when += 2 * half_period
         return self._zero(force, when - half_period, when, True)
-
-
-def _sum(x: Decimal | int, row: Row, y: Decimal, other: Row) -> Row:
-    """x · row + y · other."""
-    a, c, s = (x * first + y * second for first, second in zip(row, other))
-    return a, c, s
-
-
-def _real_root(
-    trace: Decimal, minors: Decimal, product: Decimal, slow: Decimal, fast: Decimal
-) -> Decimal:
-    """r between these two, where -r is a root of s³ + trace s² + minors s + product."""
-
-    def value(r: Decimal) -> Row:
-        slope = r * (2 * trace - 3 * r) - minors
-        return product - r * (minors - r * (trace - r)), slope, 2 * trace - 6 * r
-
-    return zero_between(value, slow, fast, True) if slow < fast else slow

@@ -6,8 +6,9 @@ so the dense output. A panel is halved until its series has converged: panels be
 force has a kink, as a power of the compression has at touch and at the end of contact.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
+from itertools import pairwise
 from math import inf, isfinite
 from operator import mul
 
@@ -36,23 +37,20 @@ _SHORTEST = 1e-15
 _SHORT = 1e-2
 
 
-def _from_start(times: int) -> list[list[float]]:
-    """The matrix from values at the nodes to their repeated integrals from -1 to the nodes."""
-    columns = []
+def _from_start() -> Iterator[list[float]]:
+    """The columns of the matrix from values at the nodes to integrals from -1 to the nodes."""
     for i in range(ORDER):
-        series = interpolate([float(i == j) for j in range(ORDER)])
-        for _ in range(times):
-            series = integrate(series, 0.0, 1.0)
-        columns.append([evaluate(series, z) for z in NODES])
-    return [list(row) for row in zip(*columns)]
+        series = integrate(interpolate([float(i == j) for j in range(ORDER)]), 0.0, 1.0)
+        yield [evaluate(series, z) for z in NODES]
 
 
-_ONCE, _TWICE = _from_start(1), _from_start(2)
+_INTEGRALS = list(zip(*_from_start()))
 
 
 class _Panel:
     """An interval of a contact, and the series on it: compression d (m), closing speed w (m/s),
-    v_ball (m/s) and x_ball (m), the force (N) and its impulse since the start of the phase (N.s).
+    v_ball (m/s) and x_ball (m), the impulse since the start of the phase (N.s), and the slope of
+    the force, of which the sign alone is used.
     """
 
     def __init__(self, begin: float, width: float, **series: Series) -> None:
@@ -98,7 +96,7 @@ class IntegratedContact(ContactPhase):
         self._speed = abs(w)
         t, width = 0.0, _FIRST_WIDTH
         while len(self._panels) < _MOST_PANELS and self.duration == inf:
-            panel = self._panel(t, width, **motion)
+            panel = self._panel(t, width, motion)
             if panel is None:
                 width *= 0.5
                 continue
@@ -123,44 +121,40 @@ class IntegratedContact(ContactPhase):
         club = [-(force + drag * (v + w)) / m_club for force, v, w in zip(forces, v_ball, w)]
         return [a - b for a, b in zip(club, ball)], ball
 
-    def _panel(
-        self, t: float, width: float, d: float, w: float, v_ball: float, x_ball: float,
-        impulse: float,
-    ) -> _Panel | None:  # fmt: skip
+    def _panel(self, t: float, width: float, motion: dict[str, float]) -> _Panel | None:
         """The panel from this motion on, or None if its series doesn't converge."""
+        d, w, v_ball, x_ball, impulse = motion.values()
         half = 0.5 * width
         shortest = width <= _SHORTEST * t
-        straight = [d + w * half * (1.0 + z) for z in NODES]
+
+        def integrals(slopes: Iterable[float], start: float) -> list[float]:
+            return [start + half * sum(map(mul, row, slopes)) for row in _INTEGRALS]
+
         forces, speeds, v_balls = [self._force(d, w)] * ORDER, [w] * ORDER, [v_ball] * ORDER
         before = inf
         for _ in range(_ITERATIONS):
             closing, pull = self._slopes(forces, speeds, v_balls)
-            changed = [w + half * sum(map(mul, row, closing)) for row in _ONCE]
+            changed = integrals(closing, w)
             error = max(abs(new - old) for new, old in zip(changed, speeds))
-            speeds = changed
-            if self._drag:
-                v_balls = [v_ball + half * sum(map(mul, row, pull)) for row in _ONCE]
-            moved = (half * half * sum(map(mul, row, closing)) for row in _TWICE)
+            speeds, v_balls = changed, integrals(pull, v_ball)
             try:
-                forces = [self._force(x + y, v) for x, y, v in zip(straight, moved, speeds)]
+                forces = list(map(self._force, integrals(speeds, d), speeds))
             except OverflowError:
                 return None
             self._speed = max(self._speed, abs(speeds[0]))
-            if error <= _CHANGE * self._speed and 2.0 * error >= before:
+            if error >= before:
                 break
-            if error >= before and error > _CHANGE * self._speed and not shortest:
-                return None
             before = error
         closing, pull = map(interpolate, self._slopes(forces, speeds, v_balls))
         left_out = (abs(closing[0]) + abs(closing[1])) * width
-        if not shortest and (left_out > _TOLERANCE * self._speed or error > 1e-13 * self._speed):
+        if not shortest and (left_out > _TOLERANCE * self._speed or error > _CHANGE * self._speed):
             return None
-        force, w_series, v_series = interpolate(forces), *(
-            integrate(series, value, half) for series, value in ((closing, w), (pull, v_ball))
-        )  # fmt: skip
+        force = interpolate(forces)
+        w_series, v_series = integrate(closing, w, half), integrate(pull, v_ball, half)
         return _Panel(
-            t, width, force=force, w=w_series, v_ball=v_series, d=integrate(w_series, d, half),
+            t, width, w=w_series, v_ball=v_series, d=integrate(w_series, d, half),
             x_ball=integrate(v_series, x_ball, half), impulse=integrate(force, impulse, half),
+            slope=chebyshev.differentiate(force),
         )  # fmt: skip
 
     def _end_on(self, panel: _Panel) -> float:
@@ -171,11 +165,9 @@ class IntegratedContact(ContactPhase):
             # A force that grows from 0 at touch isn't one that has fallen to 0.
             return 1.0 if w >= 0.0 else min(d, self._force(d, w))
 
-        low, *times = panel.times()
-        for high in times:
+        for low, high in pairwise(panel.times()):
             if left(high) <= 0.0:
                 return _bisect(low, high, left)
-            low = high
         return inf
 
     def _at(self, t: float, *names: str) -> list[float]:
@@ -187,26 +179,21 @@ class IntegratedContact(ContactPhase):
             )
         return [panel.at(name, t) for name in names]
 
-    def _state(self, t: float) -> State:
+    def state(self, t: float) -> State:
         d, w, v_ball, x_ball = self._at(t, "d", "w", "v_ball", "x_ball")
         return [self._force(d, w), x_ball + d, x_ball, v_ball + w, v_ball, d]
 
-    def _value(self, name: str, t: float) -> float:
+    def value(self, name: str, t: float) -> float:
         return self._force(*self._at(t, "d", "w")) if name == "force" else self._at(t, name)[0]
 
     def impulse(self, begin: float, width: float) -> float:
         if width < _SHORT * min(self.duration, self._panels[-1].end):
-            return integral(partial(self._value, "force"), begin + width, width)
+            return integral(partial(self.value, "force"), begin + width, width)
         return self._at(begin + width, "impulse")[0] - self._at(begin, "impulse")[0]
 
-    def _find_maxima(self, name: str) -> Iterator[float]:
-        rising = False
-        for panel in self._panels:
-            panel.series["slope"] = chebyshev.differentiate(panel.series[name])
-            slope = partial(panel.at, "slope")
-            low, *times = panel.times()
-            for high in (low, *(min(time, self.duration) for time in times)):
-                rises = slope(high) > 0.0
-                if rising and not rises:
-                    yield _bisect(low, high, slope)
-                rising, low = rises, high
+    def find_maxima(self, name: str) -> Iterator[float]:
+        slope = partial(self.value, "w" if name == "d" else "slope")
+        times = [min(t, self.duration) for panel in self._panels for t in panel.times()]
+        for low, high in pairwise(times):
+            if slope(low) > 0.0 >= slope(high):
+                yield _bisect(low, high, slope)

@@ -1,5 +1,7 @@
 """A contact law: what is needed is its force and its drag."""
 
+from __future__ import annotations
+
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -23,7 +25,7 @@ class Law:
     name: str
     description: str
 
-    def refusal(self, p: "Parameters", inputs: Inputs) -> str | None:
+    def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
         """Why the law rejects these values, or None; by default all that only law 2 has."""
         if p.exponent != 1.0:
             given, remedy = f"exponent = {p.exponent!r}", "set exponent = 1"
@@ -35,17 +37,15 @@ class Law:
             f"{given} is refused with law = {p.law} ({self.name}): {remedy}, or law = 2 (relative)"
         )
 
-    def refusal_of_touch(self, p: "Parameters", club_speed: float) -> str | None:
+    def refusal_of_touch(self, p: Parameters, club_speed: float) -> str | None:
         """Why it rejects a touch at this club speed (m/s), or None."""
         return None
 
-    def damping(self, p: "Parameters", k: float, b: float, closing: float) -> float:
+    def damping(self, p: Parameters, k: float, b: float, closing: float) -> float:
         """The damping that acts, N.s/m, in a contact with this approach speed, m/s."""
         return b
 
-    def force(
-        self, p: "Parameters", k: float, b: float, compression: float, closing: float
-    ) -> float:
+    def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         """Contact force, N, from the compression, m, and its rate of change, m/s.
 
         It must continue smoothly below zero force and zero compression, where solvers evaluate it
@@ -57,7 +57,7 @@ class Law:
         """The coefficient c of the drag on each body, N.s/m."""
         return 0.0
 
-    def contact(self, p: "Parameters", k: float, b: float, start: InitialState) -> ContactPhase:
+    def contact(self, p: Parameters, k: float, b: float, start: InitialState) -> ContactPhase:
         """The phase that begins at `start`: first touch while closing, or a force above 0.
 
         Raises ArithmeticError if it leaves the range of a double or can't be integrated.
@@ -73,10 +73,8 @@ class LinearLaw(Law):
         """The coefficient of the closing speed, N.s/m."""
         return 0.0
 
-    def force(
-        self, p: "Parameters", k: float, b: float, compression: float, closing: float
-    ) -> float:
+    def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         return k * compression + self.damper(b) * closing
 
-    def contact(self, p: "Parameters", k: float, b: float, start: InitialState) -> ContactPhase:
-        return linear_contact(k, self.damper(b), self.drag(b), p.m_club, p.m_ball, start)
+    def contact(self, p: Parameters, k: float, b: float, start: InitialState) -> ContactPhase:
+        return linear_contact((k, self.damper(b), self.drag(b), p.m_club, p.m_ball), start)

@@ -9,11 +9,15 @@ form in σ; only t is an integral over σ.
 """
 
 from itertools import pairwise
-from math import atan2, exp, hypot, inf, pi, sqrt
+from math import atan2, hypot, inf, pi, sqrt
+from typing import TYPE_CHECKING
 
 from ..numerics.gauss import GAUSS_5
 from ..numerics.panels import Oscillator, Panel
 from .contact import ContactPhase, InitialState, State
+
+if TYPE_CHECKING:
+    from ..parameters import Parameters
 
 #: Where panels meet, as phases Ωσ since the last zero of x. Its other zeros (pi apart, along the
 #: imaginary axis above critical damping) are so far away that coefficients fall as 7^-j or faster.
@@ -37,11 +41,10 @@ class PowerLawContact(ContactPhase):
     #: Unbounded: the force has a kink at d = 0.
     rate = inf
 
-    def __init__(
-        self, k: float, b: float, m_club: float, m_ball: float, start: InitialState,
-        exponent: float, reference_compression: float,
-    ) -> None:  # fmt: skip
+    def __init__(self, parameters: "Parameters", k: float, b: float, start: InitialState) -> None:
         _, d, _, _, w = self._bodies = start
+        exponent, reference_compression = parameters.exponent, parameters.reference_compression
+        m_club, m_ball = parameters.m_club, parameters.m_ball
         total = m_club + m_ball
         p = m_ball / total
         mu = m_club * p
@@ -62,9 +65,9 @@ class PowerLawContact(ContactPhase):
         x = (d / length) ** m
         drive = x + 2.0 * motion.zeta * u
         self._start = x, u
-        self._masses = p, m_club / total, mu
-        self._powers = m, power
-        self._scales = length, speed, omega, mu * omega * speed
+        self._p, self._q, self._mu = p, m_club / total, mu
+        self._m, self._power = m, power
+        self._length, self._speed, self._omega = length, speed, omega
         self._panels: list[Panel] = []
         #: Contact force (N), compression (m) and closing speed (m/s).
         self._initial = self._force(d / length, drive), d, w
@@ -90,17 +93,16 @@ class PowerLawContact(ContactPhase):
             cuts = _CUTS_BELOW_CRITICAL
         edges = [cut / frequency - past for cut in cuts]
         edges = [0.0, *(edge for edge in edges if 0.0 < edge < end), end]
-        amplitude = motion.amplitude(x, u)
-        m, omega = self._powers[0], self._scales[2]
+        m, omega = self._m, self._omega
         t = 0.0
         for begin, stop in pairwise(edges):
             width = stop - begin
             after = left + (end - stop)
             if past + begin < _NEAR * width:
-                origin = 0.0, amplitude * exp(zeta * past)
+                origin = 0.0, motion.after(x, u, -past)[1]
                 first, last = past + begin, past + stop
             elif after < _NEAR * width:
-                origin = 0.0, -amplitude * exp(-zeta * (end + left))
+                origin = 0.0, motion.after(x, u, end + left)[1]
                 first, last = -(after + width), -after
             else:
                 origin = motion.after(x, u, begin)[:2]
@@ -112,17 +114,18 @@ class PowerLawContact(ContactPhase):
 
     def _force(self, relative: float, drive: float) -> float:
         """Contact force, N, from d/L and x + 2ζu."""
-        force = self._scales[3] * relative ** (self._powers[0] - 1.0) * drive
+        scale = self._mu * self._omega * self._speed
+        force = scale * relative ** (self._m - 1.0) * drive
         return force if force > 0.0 else 0.0
 
-    def _state(self, t: float) -> State:
+    def state(self, t: float) -> State:
         x_club, d0, v_club, v_ball, w0 = self._bodies
-        p, q, _ = self._masses
+        p, q = self._p, self._q
         force, d, w = self._relative_motion(t)
         x = x_club + ((p * v_ball + q * v_club) * t - p * (d0 - d))
         return [force, x, x - d, v_club - p * (w0 - w), v_ball + q * (w0 - w), d]
 
-    def _value(self, name: str, t: float) -> float:
+    def value(self, name: str, t: float) -> float:
         return self._relative_motion(t)[("force", "d", "w").index(name)]
 
     def _relative_motion(self, t: float) -> tuple[float, float, float]:
@@ -131,22 +134,20 @@ class PowerLawContact(ContactPhase):
             return self._final
         if t <= 0.0:
             return self._initial
-        length, speed, _, _ = self._scales
         panel = next(panel for panel in self._panels if t < panel.end)
         relative, u, drive = panel.motion_at(panel.find(t))
-        return self._force(relative, drive), length * relative, speed * u
+        return self._force(relative, drive), self._length * relative, self._speed * u
 
     def impulse(self, begin: float, width: float) -> float:
         if not self._panels:
             return 0.0
         x, u = self._start
         motion = self._motion
-        _, speed, omega, force = self._scales
+        scale = self._mu * self._speed
         first, last = self._sigma(begin), self._sigma(begin + width)
         span = last - first
         if span * max(1.0, motion.fast) > 0.1:
-            lost = motion.after(x, u, first)[1] - motion.after(x, u, last)[1]
-            return self._masses[2] * speed * lost
+            return scale * (motion.after(x, u, first)[1] - motion.after(x, u, last)[1])
         # ∫ F dt is ∫ (x + 2ζu) dσ up to a factor. Over a short time the rounding of σ cancels in
         # the quotient of that and of t = ∫ x^(-P) dσ (not smooth at x = 0, but σ is exact there).
         points = [
@@ -156,9 +157,9 @@ class PowerLawContact(ContactPhase):
         drive = sum(weight * point[2] for weight, point in points)
         compressions = [point[0] for _, point in points]
         if max(compressions) >= 1.15 * min(compressions):
-            return force / omega * drive * span
-        power = -self._powers[1]
-        return force * width * drive / sum(weight * point[0] ** power for weight, point in points)
+            return scale * drive * span
+        time = sum(weight * point[0] ** -self._power for weight, point in points)
+        return scale * self._omega * width * drive / time
 
     def _sigma(self, t: float) -> float:
         """σ from the start of the phase until t."""
@@ -169,29 +170,23 @@ class PowerLawContact(ContactPhase):
                 return panel.sigma + panel.width * panel.find(t) ** panel.r
         return self._panels[-1].stop
 
-    def _find_maxima(self, name: str) -> list[float]:
+    def find_maxima(self, name: str) -> list[float]:
         x, u = self._start
-        r = 0.0
+        motion, r = self._motion, 0.0
         if name == "force":
             # F' = 0 is 2ζP r² + (1 + P - 4ζ²) r - 2ζ = 0 with r = u/x, which only falls: F rises
             # until r is at the root that isn't negative (the other is beyond the end, r = -1/2ζ).
-            zeta, power = self._motion.zeta, self._powers[1]
+            zeta, power = motion.zeta, self._power
             half = 0.5 * (1.0 + power) - 2.0 * zeta * zeta
             root = hypot(half, 2.0 * zeta * sqrt(power))
             r = 2.0 * zeta / (half + root) if half > 0.0 else (root - half) / (2.0 * zeta * power)
-        return [self._time(self._sigma_at_ratio(r))] if u > r * x and self._panels else []
-
-    def _sigma_at_ratio(self, r: float) -> float:
-        """σ from the start until u/x has fallen to r >= 0."""
-        x, u = self._start
-        motion = self._motion
-        return motion.until(
+        if u <= r * x or not self._panels:
+            return []
+        # σ until u/x has fallen to r.
+        sigma = motion.until(
             u - r * x,
             x + motion.zeta * u + r * (u + motion.zeta * x),
             x * (1.0 + r * motion.fast) + u * (motion.slow + r),
         )
-
-    def _time(self, sigma: float) -> float:
-        """Time since the start of the phase, s, when σ has passed."""
         panel = next((panel for panel in self._panels if sigma < panel.stop), self._panels[-1])
-        return panel.time(sigma)
+        return [panel.time(sigma)]

@@ -4,16 +4,21 @@ The contact force F = k d + b d', with the compression d and the closing speed d
 bodies alike, so momentum is conserved. Contact ends when it has fallen to zero: the bodies can push
 but not pull (Schwager & Pöschel, Granular Matter 9, 465–469, 2007). With an exponent the spring
 stiffens, and a contact is a `PowerLawContact`.
+
+Measured balls have COR = e₀ - slope · v (v: approach speed at first touch), which no fixed damping
+gives: COR = exp(-2ζs(ζ)) depends on the damping ratio ζ alone, whatever the exponent, with s =
+arccos ζ/√(1-ζ²), or arccosh ζ/√(ζ²-1) above critical damping. So ζ is chosen at touch.
 """
 
-from math import inf, sqrt
+from __future__ import annotations
+
+from math import asinh, atan2, inf, log, pi, sqrt
 from typing import TYPE_CHECKING
 
 from .closed_form import linear_contact
 from .contact import ContactPhase, InitialState, Inputs
 from .law import LinearLaw
 from .power_law import PowerLawContact
-from .restitution import LEAST, damping_ratio
 
 if TYPE_CHECKING:
     from ..parameters import Parameters
@@ -24,6 +29,30 @@ _STEEPEST = 12.0
 #: Lengths (m) and rates (1/s) to which a power law may lead.
 _LARGEST = 1e75
 
+#: A lower COR would need more damping than leaves anything of the spring beside it.
+_LEAST = 1e-29
+
+
+def damping_ratio(coefficient: float) -> float:
+    """ζ for a coefficient of restitution above 0 and at most 1.
+
+    Newton's method on ζ·s(ζ) = -ln(COR)/2, concave and rising: every iterate stays below the root.
+    """
+    half = -0.5 * log(coefficient)
+    zeta = abs(2.0 * half / pi)
+    for _ in range(100):
+        square = (zeta - 1.0) * (zeta + 1.0)
+        s, slope = 1.0, -1.0 / 3.0
+        if square:
+            root = sqrt(abs(square))
+            s = (atan2(root, zeta) if square < 0.0 else asinh(root)) / root
+            slope = (1.0 - zeta * s) / square
+        step = (half - zeta * s) / (s + zeta * slope)
+        zeta += step
+        if step <= 4e-16 * zeta:
+            break
+    return zeta
+
 
 class RelativeLaw(LinearLaw):
     """Law 2; see `Law`."""
@@ -31,7 +60,7 @@ class RelativeLaw(LinearLaw):
     name = "relative"
     description = "A spring and a damper between the bodies: conserves momentum"
 
-    def refusal(self, p: "Parameters", inputs: Inputs) -> str | None:
+    def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
         """Powers must stay in the range of a double."""
         n, length = p.exponent, p.reference_compression
         if n == 1.0:
@@ -58,13 +87,13 @@ class RelativeLaw(LinearLaw):
             f"which they do above {1.0 / _LARGEST:g} s"
         )
 
-    def refusal_of_touch(self, p: "Parameters", club_speed: float) -> str | None:
+    def refusal_of_touch(self, p: Parameters, club_speed: float) -> str | None:
         """A coefficient of restitution that falls with speed must stay in 0…1."""
         closing = club_speed - p.ball_speed
         if not p.restitution_at_rest or closing <= 0.0:
             return None
         coefficient = p.restitution_at_rest - p.restitution_slope * closing
-        if LEAST <= coefficient <= 1.0:
+        if _LEAST <= coefficient <= 1.0:
             return None
         return (
             f"club_speed = {club_speed!r} m/s is refused at touch: "
@@ -74,26 +103,24 @@ class RelativeLaw(LinearLaw):
             "or another restitution line at the start"
         )
 
-    def damping(self, p: "Parameters", k: float, b: float, closing: float) -> float:
+    def damping(self, p: Parameters, k: float, b: float, closing: float) -> float:
         if not p.restitution_at_rest:
             return b
         # Outputs may be read before a step is refused for a COR out of range.
         coefficient = p.restitution_at_rest - p.restitution_slope * closing
-        zeta = damping_ratio(max(coefficient, LEAST))
+        zeta = damping_ratio(max(coefficient, _LEAST))
         mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
         return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
-    def contact(self, p: "Parameters", k: float, b: float, start: InitialState) -> ContactPhase:
+    def contact(self, p: Parameters, k: float, b: float, start: InitialState) -> ContactPhase:
         if p.exponent == 1.0:
-            return linear_contact(k, b, 0.0, p.m_club, p.m_ball, start)
-        return PowerLawContact(k, b, p.m_club, p.m_ball, start, p.exponent, p.reference_compression)
+            return linear_contact((k, b, 0.0, p.m_club, p.m_ball), start)
+        return PowerLawContact(p, k, b, start)
 
     def damper(self, b: float) -> float:
         return b
 
-    def force(
-        self, p: "Parameters", k: float, b: float, compression: float, closing: float
-    ) -> float:
+    def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         n = p.exponent
         if n == 1.0:
             return k * compression + b * closing

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, localcontext
 from functools import cache
-from math import log10
+from math import perm
 
 #: π to 130 digits.
 PI = Decimal(
@@ -68,13 +68,8 @@ def _series(largest: Decimal, stride: int, digits: int) -> list[Decimal]:
 
     As many as an argument up to `largest` needs.
     """
-    terms: list[Decimal] = []
-    term, n = Decimal(1), stride - 1
-    while not terms or log10(abs(terms[-1])) + n * log10(largest) > -digits - 1:
-        terms.append(term)
-        for _ in range(stride):
-            n += 1
-            term /= n
-        if stride == 2:
-            term = -term
+    terms, n = [Decimal(1)], stride - 1
+    while abs(terms[-1]) * largest ** (n + stride) > Decimal(10) ** (-digits - 1):
+        n += stride
+        terms.append((-1) ** (stride - 1) * terms[-1] / perm(n, stride))
     return terms[::-1]

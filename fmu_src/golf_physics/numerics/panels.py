@@ -1,6 +1,6 @@
 """The power law in its scaled time σ: a linear oscillator, and time as a function of σ."""
 
-from math import atan2, cos, exp, expm1, hypot, log1p, sin, sqrt
+from math import atan2, cos, exp, expm1, log1p, sin, sqrt
 
 from .chebyshev import NODES, ORDER, evaluate, interpolate
 
@@ -54,12 +54,6 @@ class Oscillator:
             return atan2(self.frequency * numerator, denominator) / self.frequency
         split = 2.0 * self.frequency
         return log1p(split * numerator / slow_part) / split
-
-    def amplitude(self, x: float, u: float) -> float:
-        """√(x² + 2ζxu + u²), which falls as exp(-ζσ)."""
-        if self.oscillates:
-            return hypot(u + self.zeta * x, self.frequency * x)
-        return sqrt(u + self.slow * x) * sqrt(u + self.fast * x)
 
 
 class Panel:

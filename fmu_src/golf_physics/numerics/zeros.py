@@ -1,6 +1,6 @@
 """Zeros: in extended precision in a bracket; in double precision of a closed-form contact."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from decimal import Decimal
 from math import atan2, cos, exp, hypot, pi, sin
 
@@ -18,9 +18,8 @@ _GRAZING = 1.0 / 16.0
 
 
 def zero_between(
-    value: Callable[[Decimal], tuple[Decimal, Decimal, Decimal]], low: Decimal, high: Decimal,
-    falls: bool,
-) -> Decimal:  # fmt: skip
+    value: Callable[[Decimal], Sequence[Decimal]], low: Decimal, high: Decimal, falls: bool
+) -> Decimal:
     """The only zero between low >= 0 and high, by Halley's method; where that fails, by halving.
 
     `value` gives f, f' and f''; f `falls` if it is above 0 just after low and below 0 at high.

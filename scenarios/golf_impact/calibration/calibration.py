@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from golf_build import VERSION
-from golf_impact.calibration.fit import ContactLaw, Fit, fit
+from golf_impact.calibration.fit import ContactLaw, Fit
 from golf_impact.calibration.measurements import (
     DEFAULT_SIGMA,
+    IMPACT,
     TARGETS,
-    Conditions,
     Measurements,
     measurements,
     option,
@@ -32,6 +32,9 @@ from golf_impact.report.outcome import Table
 #: What is worth a sentence: a χ² that law and σ exceed less often than this, a lag-1
 #: autocorrelation of a curve's residuals, times √rows, above this, an AIC lower by this.
 _UNLIKELY, _CORRELATED, _BETTER = 0.01, 4.0, 2.0
+
+#: The impact in which scalars and curve were measured, in words.
+_IMPACT = "{club_speed:g} m/s, club {m_club:g} kg, ball {m_ball:g} kg"
 
 _UNITS = {"k": " N/m", "b": " N·s/m", "restitution_slope": " s/m", "touch_time": " s"}
 
@@ -69,17 +72,17 @@ class Calibration:
     ) -> None:
         self.data, self.fits = data, list[Fit]()
         with ImpactFmu(current_fmu()[0]) as fmu:
-            self.fit = best = fit(fmu, data, law)
+            self.fit = best = Fit(fmu, data, law)
             for number, exponent in _COMPARED if data.sized else ():
                 other = ContactLaw(number, exponent, law.reference_compression)
                 # With too few measurements a law isn't compared.
                 with suppress(UserError):
-                    self.fits.append(best if other == law else fit(fmu, data, other))
+                    self.fits.append(best if other == law else Fit(fmu, data, other))
         self.parameters, self.covariance = best.parameters, best.covariance
         self.chi_squared, self.degrees_of_freedom = best.chi_squared, best.degrees_of_freedom
         self.residuals = {name: best.residuals[rows] for name, rows in data.groups.items()}
         if speeds is None:
-            middle = data.cor_speeds.x.mean() if data.cor_speeds else data.conditions.club_speed
+            middle = data.cor_speeds.x.mean() if data.cor_speeds else data.impact["club_speed"]
             speeds = [float(f"{middle * factor:.2g}") for factor in (0.6, 0.8, 1.0, 1.2, 1.4)]
         self.speeds = np.array(speeds, float)
         self.predictions = self.predict(self.speeds)
@@ -107,15 +110,15 @@ class Calibration:
     @property
     def ball(self) -> Ball:
         """The ball that was found; `**ball.values` are inputs and parameters of the FMU."""
-        impact, names = self.data.conditions, [option(name) for name in self.data.targets]
-        names += [f"{len(one.y)} rows of {one.name}" for one in self.data.series.values()]
+        data, names = self.data, [option(name) for name in self.data.targets]
+        names += [f"{len(one.y)} rows of {one.name}" for one in data.series.values()]
         # The impact isn't part of the ball, but for a mass of its own.
-        apart = {"club_speed", "m_club", *["m_ball"] * (impact.m_ball == Conditions.m_ball)}
+        apart = {"club_speed", "m_club", *["m_ball"] * (data.impact["m_ball"] == IMPACT["m_ball"])}
         return Ball(
             name="calibrated",
             title=f"calibrated, {self.fit.title}",
             values={name: v for name, v in self.fit.values.items() if name not in apart},
-            source=f"golf-impact calibrate: {', '.join(names)}; {impact}",
+            source=f"golf-impact calibrate: {', '.join(names)}; {_IMPACT.format(**data.impact)}",
             uncertain=tuple(self.parameters),
             covariance=tuple(map(tuple, self.covariance.tolist())),
         )
@@ -133,8 +136,7 @@ class Calibration:
     @property
     def command(self) -> str:
         """The command line that reproduces the impact with all results printed of it."""
-        default = vars(Conditions())
-        pairs = {n: v for n, v in self.fit.values.items() if default.get(n) != v}
+        pairs = {name: v for name, v in self.fit.values.items() if IMPACT.get(name) != v}
         return f"golf-impact run {format_options(pairs)}"
 
     def __repr__(self) -> str:
@@ -156,7 +158,7 @@ class Calibration:
             sigma = best.sigma[data.groups[name]][0]
             what = f"σ of {data.series[name].name}, {sigma:.3g}, follows from its residuals"
             words.append(f"{what}; so χ² doesn't test the law.")
-        freedom, chance = best.degrees_of_freedom, best.probability
+        chance, freedom = best.probability, best.degrees_of_freedom
         square = f"χ² = {best.chi_squared:.3g} with {freedom} degrees of freedom"
         if chance is not None and chance < _UNLIKELY:
             why = "the law is wrong, σ is too small, or measurements contradict each other"
@@ -196,24 +198,23 @@ class Calibration:
             sigma = f"{target.sigma * one.factor:.2g}"
             rows.append([one.label, measured, sigma, model, f"{residual:+.2f}"])
         for name, series in data.series.items():
-            rms = np.sqrt(np.mean(self.residuals[name] ** 2))
+            rms = f"rms {np.sqrt(np.mean(self.residuals[name] ** 2)):.2f}"
             sigma = f"{np.mean(best.sigma[data.groups[name]]):.3g}"
-            rows.append([series.name, f"{len(series.y)} rows", sigma, "", f"rms {rms:.2f}"])
+            rows.append([series.name, f"{len(series.y)} rows", sigma, "", rms])
         speeds = []
         for n, speed in enumerate(self.speeds):
             ends = ((one.value[n], one.high[n] - one.value[n]) for one in self.predictions.values())
             speeds.append([f"{speed:g}", *(format_with_error(*pair) for pair in ends)])
-        least, laws = min((one.aic for one in self.fits), default=0.0), []
+        laws, least = [], min((one.aic for one in self.fits), default=0.0)
         for law in self.fits:
-            values = [f"{name} = {one.value:.4g}" for name, one in law.parameters.items()]
-            square = f"{law.chi_squared:.3g}"
-            laws.append([law.law.title, ", ".join(values), square, f"{law.aic - least:.3g}"])
+            values = ", ".join(f"{name} = {v.value:.4g}" for name, v in law.parameters.items())
+            laws.append([law.law.title, values, f"{law.chi_squared:.3g}", f"{law.aic - least:.3g}"])
         square = f"χ² = {best.chi_squared:.4g}, degrees of freedom {best.degrees_of_freedom}"
         heads = ["", "measured", "σ", "model", "residual (σ)"]
         labels = ["club speed (m/s)", *(QUANTITIES[name].label for name in _PREDICTED)]
         tables = [
             Table(f"{best.title} (law {best.law.law})", ["", "value ± standard error"], parameters),
-            Table(f"Measurements, {data.conditions}: {square}", heads, rows),
+            Table(f"Measurements, {_IMPACT.format(**data.impact)}: {square}", heads, rows),
             Table("Predictions with 95 % intervals, if the law holds", labels, speeds),
             Table("Contact laws compared", ["", "parameters", "χ²", "AIC − least AIC"], laws),
         ]
@@ -222,29 +223,28 @@ class Calibration:
     def as_json(self) -> dict[str, Any]:
         """All of it, for calibrate.json (SI units); null where something isn't defined."""
         best, data = self.fit, self.data
+        targets = [
+            {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
+            | {"model": best.predicted[name], "residual": float(residual)}
+            for (name, one), residual in zip(data.targets.items(), best.residuals)
+        ]
+        series = {
+            name: {"name": one.name, "rows": len(one.y), "sigma_given": one.sigma is not None}
+            | {"sigma": float(np.mean(best.sigma[data.groups[name]]))}
+            for name, one in data.series.items()
+        }
+        predictions: list[dict[str, Any]] = [{"club_speed": v} for v in self.speeds.tolist()]
+        for name, interval in self.predictions.items():
+            for row, *ends in zip(predictions, *(part.tolist() for part in interval)):
+                row[name] = dict(zip(Interval._fields, ends))
         return {
             "version": VERSION,
             "command": self.command,
             **best.as_json(),
             "touch_time": best.touch._asdict() if best.touch else None,
-            "targets": [
-                {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
-                | {"model": best.predicted[name], "residual": float(residual)}
-                for (name, one), residual in zip(data.targets.items(), best.residuals)
-            ],
-            "series": {
-                name: {"name": one.name, "rows": len(one.y), "sigma_given": one.sigma is not None}
-                | {"sigma": float(np.mean(best.sigma[data.groups[name]]))}
-                for name, one in data.series.items()
-            },
-            "predictions": [
-                {"club_speed": speed}
-                | {
-                    name: {part: float(of[n]) for part, of in one._asdict().items()}
-                    for name, one in self.predictions.items()
-                }
-                for n, speed in enumerate(self.speeds.tolist())
-            ],
+            "targets": targets,
+            "series": series,
+            "predictions": predictions,
             "notes": self.words,
             "comparison": [one.as_json() for one in self.fits],
         }
@@ -283,9 +283,6 @@ def calibrate(
         scalars: ball_speed, club_speed_after, cor, contact_time, max_force, time_of_max_force, and
             the σ of each (1 % of it by default) as sigma_ball_speed and so on; club_speed (35 m/s),
             m_club (0.210 kg) and m_ball (0.04593 kg) of them and the curve.
-
-    Returns:
-        Parameters, covariance, χ², residuals, predictions, the ball.
 
     Raises:
         UserError: measurements are impossible or too few, or SciPy is missing.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from golf_impact.calibration.measurements import TARGETS
@@ -24,7 +23,7 @@ _DOTS: dict[str, Any] = {"color": figures.BLACK, "marker": ".", "ms": 5, "ls": "
 
 def draw(calibration: Calibration) -> Figure:
     """A column for the force, one for COR over speed, one for the scalars' residuals."""
-    data = calibration.data
+    data, fit = calibration.data, calibration.fit
     columns = [[name, f"{name} residuals"] for name in data.series]
     columns += [["targets", "targets"]] * bool(data.targets)
     figure, axes = figures.plt.subplot_mosaic(
@@ -32,42 +31,31 @@ def draw(calibration: Calibration) -> Figure:
         figsize=(max(7.2, 5.4 * len(columns)), 5.6),
         height_ratios=(2.2, 1.0),
     )
-    figure.suptitle(f"Calibrated: {calibration.fit.title}", x=0.01, ha="left", fontweight="bold")
-    for name in data.series:
-        _draw_series(calibration, name, axes[name], axes[f"{name} residuals"])
+    figure.suptitle(f"Calibrated: {fit.title}", x=0.01, ha="left", fontweight="bold")
+    for name, series in data.series.items():
+        above, below = axes[name], axes[f"{name} residuals"]
+        order, x, sigma = np.argsort(series.x), series.x, fit.sigma[data.groups[name]]
+        if fit.touch and name == "curve":
+            x = 1e6 * (series.x - fit.touch.value)
+            first, last = x[series.contact[[0, -1]]]
+            margin = 0.3 * (last - first)
+            for one in (above, below):
+                one.set_xlim(first - margin, last + margin)
+        residuals, half = calibration.residuals[name] * sigma, fit.coverage * sigma[order]
+        above.plot(x, series.y, **_DOTS, label="measured")
+        above.plot(x[order], (series.y + residuals)[order], color=figures.BLUE, label="fit")
+        band = {"color": figures.BLACK, "alpha": 0.14, "lw": 0, "label": "95 %"}
+        below.fill_between(x[order], -half, half, **band)
+        below.plot(x, residuals, **_DOTS)
+        below.axhline(0.0, color=figures.BLACK, lw=0.8)
+        above.set(ylabel=_LABELS[name][1])
+        below.set(xlabel=_LABELS[name][0], ylabel=_LABELS[name][2])
+        for one in (above, below):
+            one.legend(loc="upper right", fontsize=9)
     if data.targets:
-        _draw_targets(calibration, axes["targets"])
+        residuals = calibration.residuals["targets"]
+        axes["targets"].plot(residuals, range(len(residuals)), "o", ms=7)
+        names = [QUANTITIES[TARGETS[name]].plain for name in data.targets]
+        figures.label_rows(axes["targets"], names, band=1.96)
+        axes["targets"].set(xlabel="(fit − target) / σ; band: 95 %")
     return figure
-
-
-def _draw_series(calibration: Calibration, name: str, above: Axes, below: Axes) -> None:
-    """Measured values and the fit; residuals in the 95 % band of a measurement."""
-    fit, series = calibration.fit, calibration.data.series[name]
-    order, x = np.argsort(series.x), series.x
-    if fit.touch and name == "curve":
-        x = 1e6 * (series.x - fit.touch.value)
-        inside = x[series.contact]
-        margin = 0.3 * np.ptp(inside)
-        for axes in (above, below):
-            axes.set_xlim(inside[0] - margin, inside[-1] + margin)
-    sigma = fit.sigma[calibration.data.groups[name]]
-    residuals = calibration.residuals[name] * sigma
-    half = fit.coverage * sigma[order]
-    above.plot(x, series.y, **_DOTS, label="measured")
-    above.plot(x[order], (series.y + residuals)[order], color=figures.BLUE, label="fit")
-    below.fill_between(x[order], -half, half, color=figures.BLACK, alpha=0.14, lw=0, label="95 %")
-    below.plot(x, residuals, **_DOTS)
-    below.axhline(0.0, color=figures.BLACK, lw=0.8)
-    above.set(ylabel=_LABELS[name][1])
-    below.set(xlabel=_LABELS[name][0], ylabel=_LABELS[name][2])
-    for axes in (above, below):
-        axes.legend(loc="upper right", fontsize=9)
-
-
-def _draw_targets(calibration: Calibration, axes: Axes) -> None:
-    """Residuals of the scalars."""
-    residuals = calibration.residuals["targets"]
-    axes.plot(residuals, range(len(residuals)), "o", ms=7)
-    names = [QUANTITIES[TARGETS[name]].plain for name in calibration.data.targets]
-    figures.label_rows(axes, names, band=1.96)
-    axes.set(xlabel="(fit − target) / σ; band: 95 %")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -41,12 +41,11 @@ class ContactLaw:
         """From options: the exponent is a number or "free"; UserError if there is no such law."""
         if law not in (1, 2):
             raise UserError(f"--law {law} is refused: {LAWS_IN_WORDS}")
-        number(reference_compression, "reference_compression")
         n = None if exponent == "free" else number(exponent, "exponent")
         if law == 1 and n != 1.0:
             why = "with --law 1 (absolute), which is linear: leave it out, or take --law 2"
             raise UserError(f"--exponent {exponent} is refused {why}")
-        return cls(law, n, reference_compression)
+        return cls(law, n, number(reference_compression, "reference_compression"))
 
     @property
     def title(self) -> str:
@@ -64,53 +63,67 @@ class Estimate(NamedTuple):
     standard_error: float | None
 
 
-@dataclass
 class Fit:
-    """The best parameters of one law; arrays over all measured values have the shape (n,)."""
+    """The parameters of a law that meet measurements best, rounded.
 
-    law: ContactLaw
-    values: dict[str, float]  #: the FMU's inputs and parameters of this impact, SI units
-    parameters: dict[str, Estimate]  #: those of them that were fitted
-    covariance: np.ndarray  #: of the parameters, (p, p); 0 for one at its limit
-    touch: Estimate | None  #: the instant by the curve's clock, s
-    predicted: dict[str, float]  #: scalar targets as the FMU gives them
-    residuals: np.ndarray  #: (model − measured)/σ
-    sigma: np.ndarray  #: standard deviations of the measured values
-    estimated: tuple[str, ...]  #: groups of measurements whose σ follows from the residuals
+    They are found by weighted least squares from several starts. A σ that isn't given is estimated
+    from the residuals, for each series separately.
 
-    @property
-    def title(self) -> str:
-        return self.law.title + " with COR line" * (LINE[0] in self.parameters)
+    Attributes:
+        values: the FMU's inputs and parameters of this impact, SI units.
+        parameters: those of them that were fitted.
+        covariance: of the parameters, (p, p); 0 for one at its limit.
+        touch: the instant by the curve's clock, s; None without a curve.
+        predicted: scalar targets as the FMU gives them.
+        residuals: (model − measured)/σ of all measured values, (n,).
+        sigma: standard deviations of the measured values, (n,).
+        estimated: the groups of measurements whose σ follows from the residuals.
+        degrees_of_freedom: measured values less fitted parameters, the instant of touch among them.
+        probability: of a larger χ² if law and σ are right; None if χ² has no meaning.
+        aic: Akaike's criterion, −2 ln(likelihood) + 2 · fitted parameters, but for a constant.
+        coverage: half the width of a 95 % interval in standard errors: Student's t or normal.
 
-    @property
-    def chi_squared(self) -> float:
-        return float(self.residuals @ self.residuals)
+    Raises:
+        UserError: the measurements don't determine the law's parameters, or no contact that ends
+            comes near them.
+    """
 
-    @property
-    def degrees_of_freedom(self) -> int:
-        """Measured values less fitted parameters, the instant of touch among them."""
-        return len(self.residuals) - len(self.parameters) - (self.touch is not None)
+    def __init__(self, fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> None:
+        from scipy.special import chdtrc, stdtrit
 
-    @property
-    def probability(self) -> float | None:
-        """The chance of a χ² this large if law and σ are right; None if χ² has no meaning."""
-        from scipy.special import chdtrc
-
-        tested = self.degrees_of_freedom > 0 and not self.estimated
-        return float(chdtrc(self.degrees_of_freedom, self.chi_squared)) if tested else None
-
-    @property
-    def aic(self) -> float:
-        """Akaike's criterion, −2 ln(likelihood) + 2 · fitted parameters, but for a constant."""
-        fitted = len(self.residuals) - self.degrees_of_freedom
-        return self.chi_squared + 2.0 * float(np.sum(np.log(self.sigma))) + 2.0 * fitted
-
-    @property
-    def coverage(self) -> float:
-        """Half the width of a 95 % interval in standard errors: Student's t or normal."""
-        from scipy.special import stdtrit
-
-        return float(stdtrit(max(1, self.degrees_of_freedom) if self.estimated else 1e9, 0.975))
+        _check_number(law, data)
+        problem = _Problem(fmu, data, law)
+        self.law, self.sigma, self.estimated = law, problem.sigma, problem.estimated
+        with np.errstate(all="ignore"):
+            result = problem.minimum()
+            for _ in range(3 if self.estimated else 0):
+                problem.estimate_sigma(result)
+                result = problem.solve(result.x)
+            self.values = values = problem.values(result.x)
+            jacobian = problem.jacobian(values)
+            jacobian[result.active_mask != 0] = 0.0  # fixed, at a limit
+            lengths = np.linalg.norm(jacobian, axis=1, keepdims=True)
+            for name, length in zip(problem.free, lengths.ravel().tolist()):
+                if name != "touch" and length > 0.0:
+                    values[name] = round(values[name], math.ceil(math.log10(length / _ROUNDING)))
+            self.residuals = problem.residuals(values)
+            # Scaled, so that rounding doesn't matter.
+            scale = np.where(lengths > 0.0, lengths, 1.0)
+            normal = (jacobian / scale) @ (jacobian / scale).T
+            covariance = np.linalg.pinv(normal) / (scale * scale.T)
+        errors = [math.sqrt(variance) or None for variance in covariance.diagonal()]
+        self.parameters = {n: Estimate(values[n], error) for n, error in zip(problem.free, errors)}
+        self.touch = self.parameters.pop("touch", None)
+        values.pop("touch", None)
+        self.covariance = covariance[: len(self.parameters), : len(self.parameters)]
+        self.predicted = problem.scalars(values)
+        self.title = law.title + " with COR line" * bool(data.cor_speeds)
+        self.chi_squared = square = float(self.residuals @ self.residuals)
+        self.degrees_of_freedom = freedom = len(self.residuals) - len(problem.free)
+        tested = freedom > 0 and not self.estimated
+        self.probability = float(chdtrc(freedom, square)) if tested else None
+        self.aic = square + 2.0 * float(np.sum(np.log(self.sigma))) + 2.0 * len(problem.free)
+        self.coverage = float(stdtrit(max(1, freedom) if self.estimated else 1e9, 0.975))
 
     def as_json(self) -> dict[str, Any]:
         """The part of calibrate.json that every fit has."""
@@ -123,52 +136,6 @@ class Fit:
             "covariance": self.covariance.tolist(),
             **{name: getattr(self, name) for name in names},
         }
-
-
-def fit(fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> Fit:
-    """The parameters of a law that meet these measurements best, rounded.
-
-    Weighted least squares (SciPy's dogbox method) from several starts. A σ that isn't given is
-    estimated from the residuals, for each series separately.
-
-    Raises:
-        UserError: the measurements don't determine the law's parameters, or no contact that ends
-            comes near them.
-    """
-    _check_number(law, data)
-    problem = _Problem(fmu, data, law)
-    with np.errstate(all="ignore"):
-        result = problem.minimum()
-        for _ in range(3 if problem.estimated else 0):
-            problem.estimate_sigma(result)
-            result = problem.solve(result.x)
-        values, free = problem.values(result.x), problem.free
-        at = np.flatnonzero(result.active_mask == 0)
-        jacobian = problem.jacobian(values, [free[n] for n in at])
-        for n, slope in zip(at[: len(at) - bool(data.curve)], jacobian):
-            unit = _ROUNDING / max(float(np.linalg.norm(slope)), 1e-300)
-            values[free[n]] = round(values[free[n]], -math.floor(math.log10(unit)))
-        residuals = problem.residuals(values)
-        # Scaled, so that rounding doesn't matter; 0 for parameters at a limit.
-        scale = np.linalg.norm(jacobian, axis=1, keepdims=True)
-        normal = (jacobian / scale) @ (jacobian / scale).T
-        covariance = np.zeros((len(free), len(free)))
-        covariance[np.ix_(at, at)] = np.linalg.pinv(normal) / (scale * scale.T)
-    errors = [math.sqrt(variance) or None for variance in covariance.diagonal()]
-    parameters = {n: Estimate(values[n], error) for n, error in zip(free, errors)}
-    touch, p = parameters.pop("touch", None), len(parameters)
-    values.pop("touch", None)
-    return Fit(
-        law=law,
-        values=values,
-        parameters=parameters,
-        covariance=covariance[:p, :p],
-        touch=touch,
-        predicted=problem.scalars(values),
-        residuals=residuals,
-        sigma=problem.sigma,
-        estimated=problem.estimated,
-    )
 
 
 def _check_number(law: ContactLaw, data: Measurements) -> None:
@@ -188,20 +155,16 @@ def _check_number(law: ContactLaw, data: Measurements) -> None:
 class _Problem:
     """One law and the measurements that it has to meet.
 
-    The coordinates of a fit are its free parameters, in this order and as they suit least squares:
-
-    - k: its logarithm, in which dependences on k and n are nearly linear,
-    - b: the damping ratio ζ = b/√(2 (n + 1) k μ), on which alone speeds depend; or the two
-      parameters of a COR line,
-    - exponent: n, if free,
-    - touch: the instant of touch since the first row of the curve, if there is one, in `_CLOCK`.
+    The coordinates of a fit are its free parameters as they suit least squares: of k the logarithm
+    (dependences on k and n are nearly linear in it), of b the damping ratio ζ = b/√(2 (n + 1) k μ)
+    (speeds depend on it alone), of touch the time since the first row of the curve in `_CLOCK`.
     """
 
     def __init__(self, fmu: ImpactFmu, data: Measurements, law: ContactLaw) -> None:
         self.fmu, self.data, self.law = fmu, data, law
-        exponent = ["exponent"] if law.exponent is None else []
-        damping = LINE if data.cor_speeds else ("b",)
-        fitted = (*damping, *exponent, "k") if data.sized else damping
+        fitted = {*LINE} if data.cor_speeds else {"b"}
+        if data.sized:
+            fitted |= {"k"} if law.exponent else {"k", "exponent"}
         #: The names of what is fitted: the FMU's, and touch.
         self.free = [name for name in RANGES if name in fitted] + ["touch"] * bool(data.curve)
         ranges = {**RANGES, **dict.fromkeys(("k", "touch"), (-math.inf, math.inf))}
@@ -213,26 +176,23 @@ class _Problem:
             sigma.append(guess if one.sigma is None else one.sigma)
         self.sigma = np.concatenate(sigma)
 
-    # The model
-
     def values(self, x: np.ndarray) -> dict[str, float]:
         """Inputs and parameters of the FMU at these coordinates, by name, and touch (SI units)."""
         values: dict[str, float] = {"law": self.law.law, **dict(zip(self.free, x.tolist()))}
         if self.data.sized:
             k, n = float(np.exp(values["k"])), values.get("exponent", self.law.exponent or 1.0)
             if "b" in values:
-                values["b"] *= math.sqrt(2.0 * (n + 1.0) * k * self.data.conditions.reduced_mass)
+                values["b"] *= math.sqrt(2.0 * (n + 1.0) * k * self.data.reduced_mass)
             d = self.law.reference_compression
             values |= {"k": k, "exponent": n, "reference_compression": d}
         if self.data.curve:
             values["touch"] = self.data.curve.x[0] + _CLOCK * values["touch"]
-        return values | vars(self.data.conditions)
+        return {**values, **self.data.impact}
 
     def scalars(self, values: Mapping[str, float]) -> dict[str, float]:
         """Scalar targets by name; NaN if the bodies never separate. Times and forces need a k."""
         outputs = {n: TARGETS[n] for n in TARGETS if self.data.sized or n in RESTITUTION}
-        given = self.fmu.impact(list(outputs.values()), **values)
-        return {name: given[output] for name, output in outputs.items()}
+        return dict(zip(outputs, self.fmu.impact([*outputs.values()], **values).values()))
 
     def residuals(self, values: Mapping[str, float]) -> np.ndarray:
         """(model − measured)/σ; large where there is no contact that ends."""
@@ -259,20 +219,18 @@ class _Problem:
         residuals = (np.concatenate(parts) - data.values) / self.sigma
         return residuals if np.all(np.abs(residuals) < _FAR) else far
 
-    def jacobian(self, values: Mapping[str, float], names: Sequence[str]) -> np.ndarray:
-        """Derivatives of the residuals: a row for each of these parameters, (p, n)."""
-        inner = gradient(self.residuals, values, [name for name in names if name != "touch"])
+    def jacobian(self, values: Mapping[str, float]) -> np.ndarray:
+        """Derivatives of the residuals to what is fitted, (p, n)."""
+        slopes = gradient(self.residuals, values, [name for name in self.free if name != "touch"])
         if not self.data.curve:
-            return inner
+            return slopes
         # The force jumps or rises steeply at touch: a difference over a row, 0 for the rows there.
         instants = self.data.curve.x - values["touch"]
         half = 0.5 * float(np.median(np.diff(instants)))
         ends = (self.residuals({**values, "touch": values["touch"] + s}) for s in (-half, half))
         slope = np.subtract(*ends) / (-2.0 * half)
         slope[self.data.groups["curve"]][np.abs(instants) <= 1.5 * half] = 0.0
-        return np.vstack([inner.reshape(-1, len(slope)), slope])
-
-    # Least squares
+        return np.vstack([slopes, slope])
 
     def solve(self, start: np.ndarray, tolerance: float = 1e-10) -> Any:
         """SciPy's result from one start."""
@@ -293,8 +251,8 @@ class _Problem:
 
     def starts(self) -> list[np.ndarray]:
         """A grid of ζ and n; k from an undamped contact as long as the curve's, or 0.5 ms."""
-        impact, curve, d = self.data.conditions, self.data.curve, self.law.reference_compression
-        duration, touches = 5e-4, [0.0]
+        curve, duration, touches = self.data.curve, 5e-4, [0.0]
+        speed, d = self.data.impact["club_speed"], self.law.reference_compression
         if curve:
             contact = curve.x[curve.contact]
             duration = 1.2 * float(np.ptp(contact))
@@ -304,8 +262,8 @@ class _Problem:
         for zeta, n, touch in itertools.product(zetas, exponents, touches):
             # With ω = π/duration and the compression L = m v/ω: √(m k/μ) = ω (d_r/L)^(m − 1).
             m, omega = 0.5 * (n + 1.0), math.pi / duration
-            power = (n - 1.0) * math.log(d * omega / (m * impact.club_speed))
-            k = math.log(impact.reduced_mass * omega**2 / m) + power
+            power = (n - 1.0) * math.log(d * omega / (m * speed))
+            k = math.log(self.data.reduced_mass * omega**2 / m) + power
             at = {"k": k, "b": zeta, "exponent": n, LINE[0]: 0.8, LINE[1]: 0.002, "touch": touch}
             starts.append(np.array([at[name] for name in self.free]))
         return starts

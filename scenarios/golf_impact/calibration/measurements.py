@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,10 @@ RESTITUTION = ("ball_speed", "club_speed_after", "cor")
 #: Columns of the two kinds of series; a column `sigma` is optional.
 COLUMNS = {"curve": ("time", "force"), "cor_speeds": ("approach_speed", "cor")}
 
+#: The impact in which curve and scalars are measured, if nothing else is given: speed (m/s) and
+#: masses (kg).
+IMPACT = {"club_speed": 35.0, "m_club": 0.210, "m_ball": 0.04593}
+
 #: The σ of a scalar target without one, as a fraction of its value.
 DEFAULT_SIGMA = 0.01
 
@@ -49,23 +53,6 @@ _ALLOWED = {
     **dict.fromkeys(("contact_time", "time_of_max_force"), _SECONDS),
     **dict.fromkeys(("m_club", "m_ball"), _KILOGRAMS),
 }
-
-
-@dataclass(frozen=True)
-class Conditions:
-    """The impact in which curve and scalars were measured: speed (m/s), masses (kg)."""
-
-    club_speed: float = 35.0
-    m_club: float = 0.210
-    m_ball: float = 0.04593
-
-    @property
-    def reduced_mass(self) -> float:
-        """μ = m_C m_B / (m_C + m_B), kg."""
-        return closed_forms.reduced_mass(self.m_club, self.m_ball)
-
-    def __str__(self) -> str:
-        return f"{self.club_speed:g} m/s, club {self.m_club:g} kg, ball {self.m_ball:g} kg"
 
 
 @dataclass(frozen=True)
@@ -93,38 +80,35 @@ class Series:
         return np.flatnonzero(self.y > 0.25 * self.y.max())
 
 
-@dataclass(frozen=True)
 class Measurements:
-    """All that a fit has to meet."""
+    """All that a fit has to meet.
 
-    conditions: Conditions = Conditions()
-    targets: Mapping[str, Target] = field(default_factory=dict)
-    curve: Series | None = None
-    cor_speeds: Series | None = None
+    Attributes:
+        impact: of scalars and curve, speed (m/s) and masses (kg).
+        series: curve and COR over speed, as far as there are any.
+        values: all measured values: scalars, forces, CORs.
+        groups: where each of these are in `values`.
+        sized: whether anything depends on the stiffness.
+    """
 
-    @property
-    def series(self) -> dict[str, Series]:
-        """Those of the series that there are."""
-        series = {"curve": self.curve, "cor_speeds": self.cor_speeds}
-        return {name: one for name, one in series.items() if one}
-
-    @property
-    def values(self) -> np.ndarray:
-        """All measured values: scalars, forces, CORs."""
-        scalars = [target.value for target in self.targets.values()]
-        return np.concatenate([scalars, *(one.y for one in self.series.values())])
-
-    @property
-    def groups(self) -> dict[str, slice]:
-        """Where scalars, forces and CORs are in `values`."""
-        lengths = {"targets": len(self.targets)} | {n: len(s.y) for n, s in self.series.items()}
-        ends = zip(lengths.items(), np.cumsum(list(lengths.values())).tolist())
-        return {name: slice(end - length, end) for (name, length), end in ends if length}
-
-    @property
-    def sized(self) -> bool:
-        """Whether anything depends on the stiffness."""
-        return self.curve is not None or any(name not in RESTITUTION for name in self.targets)
+    def __init__(
+        self,
+        targets: Mapping[str, Target],
+        curve: Series | None = None,
+        cor_speeds: Series | None = None,
+        impact: Mapping[str, float] = IMPACT,
+    ) -> None:
+        self.targets, self.curve, self.cor_speeds, self.impact = targets, curve, cor_speeds, impact
+        self.reduced_mass = closed_forms.reduced_mass(impact["m_club"], impact["m_ball"])
+        series = {"curve": curve, "cor_speeds": cor_speeds}
+        self.series = {name: one for name, one in series.items() if one}
+        parts = {"targets": np.array([target.value for target in targets.values()])}
+        parts |= {name: one.y for name, one in self.series.items()}
+        self.values = np.concatenate([*parts.values()])
+        ends = np.cumsum([len(part) for part in parts.values()]).tolist()
+        pairs = zip(parts.items(), ends)
+        self.groups = {name: slice(end - len(p), end) for (name, p), end in pairs if len(p)}
+        self.sized = bool(curve) or any(name not in RESTITUTION for name in targets)
 
 
 def option(name: str) -> str:
@@ -154,58 +138,59 @@ def measurements(
 
     UserError: a value is impossible; it is named, or its file and row.
     """
-    known = (*TARGETS, *vars(Conditions()))
-    in_file: dict[str, tuple[Any, str]] = {}
-    for where, cells in _rows(file, ("target", "value")) if file else ():
+    known = (*TARGETS, *IMPACT)
+    given: dict[str, tuple[Any, str]] = {}
+    for where, cells in _rows(file, ("target", "value")).items() if file else ():
         name = cells["target"].strip().lower().lstrip("-").replace("-", "_")
-        if name in in_file:
+        if name in given:
             raise UserError(f"{where}: {name} is given twice")
-        in_file[name] = cells["value"], where
+        given[name] = cells["value"], where
         if cells.get("sigma"):
-            in_file[f"sigma_{name}"] = cells["sigma"], where
-    given = in_file | {name: (value, "") for name, value in scalars.items() if value is not None}
-    values = {}
-    for name, (value, where) in given.items():
+            given[f"sigma_{name}"] = cells["sigma"], where
+    given |= {name: (value, "") for name, value in scalars.items() if value is not None}
+    for name, (_, where) in given.items():
         if name not in known and name.removeprefix("sigma_") not in TARGETS:
-            place, choice = where or "calibrate", ", ".join(known)
-            raise UserError(f"{place}: there is no target {name!r}: choose from {choice}")
-        values[name] = number(value, name, where)
+            words = f"there is no target {name!r}: choose from {', '.join(known)}"
+            raise UserError(f"{where or 'calibrate'}: {words}")
+    values = {name: number(value, name, where) for name, (value, where) in given.items()}
     targets = {}
     for name in TARGETS:
         sigma = values.get(f"sigma_{name}")
         if name in values:
-            default = DEFAULT_SIGMA * abs(values[name])
-            deviation = sigma or number(default, f"sigma_{name}")
+            deviation = sigma or number(DEFAULT_SIGMA * abs(values[name]), f"sigma_{name}")
             targets[name] = Target(values[name], deviation, sigma is not None)
         elif sigma is not None:
             raise UserError(f"{option(f'sigma_{name}')} is refused without {option(name)}")
-    impact = Conditions(**{n: values[n] for n in vars(Conditions()) if n in values})
+    impact = {name: values.get(name, default) for name, default in IMPACT.items()}
     force = None if curve is None else _read_series(curve, "curve")
     line = None if cor_speeds is None else _read_series(cor_speeds, "cor_speeds")
+    data = Measurements(targets, force, line, impact)
     if force:
-        _check_curve(force, impact.reduced_mass * impact.club_speed)
-    if line and len(set(line.x.tolist())) < 2:
+        _check_curve(force, data.reduced_mass * impact["club_speed"])
+    if line and np.ptp(line.x) == 0.0:
         raise UserError(f"{line.name} is refused: a line needs COR at two speeds or more")
     if line and len(line.y) == 2 and line.sigma is None:
         why = "two rows leave no residuals; add a column sigma, or rows"
         raise UserError(f"{line.name} is refused: {why}")
-    return Measurements(impact, targets, force, line)
+    return data
 
 
-def _rows(path: Path, columns: Sequence[str]) -> list[tuple[str, dict[str, str]]]:
-    """Where each row is, and its cells by column; rows without any are skipped."""
+def _rows(path: Path, columns: Sequence[str]) -> dict[str, dict[str, str]]:
+    """The cells of each row by column, by the row's place; rows without any are skipped."""
+    rows: dict[str, dict[str, str]] = {}
     try:
         reader = csv.DictReader(read_text(path).splitlines(), restval="")
         reader.fieldnames = header = [cell.strip().lower() for cell in reader.fieldnames or ()]
-        table = [(reader.line_num, cells) for cells in reader if any(cells.values())]
+        for cells in reader:
+            if any(cells.values()):
+                rows[f"{path}, row {len(rows) + 1} (line {reader.line_num})"] = cells
     except csv.Error as error:
         raise UserError(f"{path} can't be read as CSV: {error}") from error
-    if header not in ([*columns], [*columns, "sigma"]):
-        names = ",".join(columns)
+    names = ",".join(columns)
+    if ",".join(header) not in (names, f"{names},sigma"):
         why = f"its first line must be {names} or {names},sigma, not {','.join(header)!r}"
         raise UserError(f"{path} is refused: {why}")
-    rows = [(f"{path}, row {n} (line {line})", cells) for n, (line, cells) in enumerate(table, 1)]
-    for where, cells in rows:
+    for where, cells in rows.items():
         if len(cells) > len(header):
             raise UserError(f"{where} is refused: more cells than the first line has")
     return rows
@@ -215,26 +200,23 @@ def _read_series(given: Any, kind: str) -> Series:
     """A series from a CSV file, a mapping of columns, two or three arrays, or an array of rows."""
     names = (*COLUMNS[kind], "sigma")
     if isinstance(given, str | Path):
-        read = _rows(Path(given), COLUMNS[kind])
-        kind, where = str(given), [place for place, _ in read]
-        rows: list[Any] = [tuple(cells.values()) for _, cells in read]
+        kind, read = str(given), _rows(Path(given), COLUMNS[kind])
+        rows: dict[str, Any] = {where: tuple(cells.values()) for where, cells in read.items()}
     else:
         if hasattr(given, "keys"):
             given = [given[name] for name in names if name in given]
         elif isinstance(given, np.ndarray) and len(given) > 3:
             given = given.T
         try:
-            rows = list(zip(*given, strict=True))
+            rows = {f"{kind}, row {n}": row for n, row in enumerate(zip(*given, strict=True), 1)}
         except (TypeError, ValueError) as error:
             raise UserError(f"{kind} must be arrays of one length: {', '.join(names)}") from error
-        where = [f"{kind}, row {n + 1}" for n in range(len(rows))]
-    if not rows or not 2 <= len(rows[0]) <= 3:
+    if not rows or not 2 <= len(next(iter(rows.values()))) <= 3:
         raise UserError(f"{kind} is refused: it has no rows of {', '.join(names[:2])}")
     table = [
-        [number(cell, name, place) for cell, name in zip(row, names)]
-        for place, row in zip(where, rows)
+        [number(cell, name, where) for cell, name in zip(row, names)] for where, row in rows.items()
     ]
-    return Series(kind, where, *np.array(table).T)
+    return Series(kind, [*rows], *np.array(table).T)
 
 
 def _check_curve(curve: Series, momentum: float) -> None:
@@ -242,28 +224,22 @@ def _check_curve(curve: Series, momentum: float) -> None:
     time, force = curve.x, curve.y
     if (backward := np.flatnonzero(np.diff(time) <= 0.0)).size:
         n = int(backward[0]) + 1
-        raise UserError(
-            f"{curve.rows[n]}: time = {time[n]:g} s isn't after {time[n - 1]:g} s; sort the rows "
-            "by time and remove duplicates"
-        )
-    peak = int(force.argmax())
-    where, newton = f"{curve.rows[peak]}: the largest force", f"{force[peak]:.4g}"
-    if force[peak] <= -3.0 * force.min():
-        raise UserError(
-            f"{where} is {newton} N, no more than the rest: there is no touch in this curve (the "
-            "force on the ball counts as positive)"
-        )
-    if (lasting := float(np.ptp(time[curve.contact]))) > 0.02:
-        raise UserError(
-            f"{where} belongs to a contact of about {lasting:.3g} s, where an impact lasts about "
-            "600e-6: time must be in s, not ms or µs"
-        )
-    if (rows := len(curve.contact)) < 5:
-        raise UserError(f"{where} is one of only {rows} rows in contact: 5 are needed")
+        what = f"time = {time[n]:g} s isn't after {time[n - 1]:g} s"
+        raise UserError(f"{curve.rows[n]}: {what}; sort the rows by time and remove duplicates")
+    peak, inside = int(force.argmax()), curve.contact
+    lasting = float(np.diff(time[inside]).sum())
     # 1 + COR, if momentum is conserved.
-    ratio = float(np.trapezoid(force[curve.contact], time[curve.contact])) / momentum
-    if not 0.5 < ratio < 3.0:
-        raise UserError(
-            f"{where} is {newton}, and the impulse {ratio:.2g} of reduced mass times club speed, "
-            "where 1 to 2 is possible: force must be in N, not kN, and --club-speed in m/s"
-        )
+    ratio = float(np.trapezoid(force[inside], time[inside])) / momentum
+    why = ""
+    if force[peak] <= -3.0 * force.min():
+        why = "is no more than the rest: there is no touch (force on the ball counts as positive)"
+    elif lasting > 0.02:
+        why = f"is in a contact of {lasting:.3g} s, not of 600e-6: time must be in s, not ms or µs"
+    elif len(inside) < 5:
+        why = f"is one of only {len(inside)} rows in contact: 5 are needed"
+    elif not 0.5 < ratio < 3.0:
+        impulse = f"an impulse of {ratio:.2g} times reduced mass times club speed"
+        units = "force must be in N, not kN, and --club-speed in m/s"
+        why = f"belongs to {impulse}, where 1 to 2 is possible: {units}"
+    if why:
+        raise UserError(f"{curve.rows[peak]}: the largest force, {force[peak]:.4g}, {why}")

@@ -5,6 +5,8 @@ import re
 import tempfile
 from pathlib import Path
 
+import fmpy
+
 from golf_build.archive import SUMS, checksums, unpack
 from golf_impact.errors import UserError
 
@@ -15,7 +17,7 @@ def first_line(error: BaseException | str) -> str:
 
 
 def find_flaw(path: Path) -> str | None:
-    """What is wrong with an .fmu file as an archive, in one line with what to do; or None.
+    """What is wrong with an .fmu file, as long as nothing of it is run, and what to do; or None.
 
     A file that has a list of its members, with the digests that they were built with, must have
     these members and no others.
@@ -23,16 +25,16 @@ def find_flaw(path: Path) -> str | None:
     # Not Path.is_file, which raises without permission to read.
     if not os.path.isfile(path):
         return f"there is no FMU file at {path}: run `golf-impact build`"
-    why = None
     try:
         files = unpack(path)  # which checks sizes and CRCs
         if SUMS in files and files.pop(SUMS) != checksums(files):
-            why = "it has been changed since it was built"
-        elif "modelDescription.xml" not in files:
-            why = "modelDescription.xml is missing"
-    except Exception as error:  # zipfile raises many types for damaged files
-        why = first_line(error)
-    return why and f"{path} is not a readable FMU ({why}): run `golf-impact build`"
+            raise ValueError("it has been changed since it was built")
+        if "modelDescription.xml" not in files:
+            raise ValueError("modelDescription.xml is missing")
+        fmpy.read_model_description(str(path))
+    except Exception as error:  # zipfile, XML and fmpy raise many types for damaged files
+        return f"{path} is not a readable FMU ({first_line(error)}): run `golf-impact build`"
+    return None
 
 
 def find_odd_characters(folder: Path | str) -> str:

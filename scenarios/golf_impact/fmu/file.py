@@ -28,12 +28,9 @@ BUILDERS = {2: fmi2.BUILDER, 3: fmi3.BUILDER}
 _TRIAL = """
 import sys; sys.path[:] = {path!r}
 from pathlib import Path
-from golf_impact.fmu.impact_fmu import ImpactFmu, UserError
-try:
-    with ImpactFmu(Path(sys.argv[1])) as fmu:
-        fmu.trajectory(points=3)
-except UserError as error:
-    sys.exit(str(error))
+from golf_impact.fmu.impact_fmu import ImpactFmu
+with ImpactFmu(Path(sys.argv[1])) as fmu:
+    fmu.trajectory(points=3)
 """
 
 
@@ -57,9 +54,6 @@ def build_fmu(out: Path | None = None, fmi: int = 2, standalone: bool = False) -
     UserError: the file can't be written, or this machine can't build a standalone one.
     """
     out = default_path(BUILDERS[fmi], standalone) if out is None else out
-    # Not Path.is_dir, which raises without permission to read.
-    if os.path.isdir(out):
-        raise UserError(f"{out} is a folder; give the name of the .fmu file to write")
     if not str(out).endswith(".fmu"):
         raise UserError(f"{out} is refused: the file's name must end in .fmu")
     with building(str(out)):
@@ -88,11 +82,9 @@ def current_fmu(fmi: int = 2) -> tuple[Path, str | None]:
     path = default_path(builder)
     if builder.is_current(path):
         return path, None
-    if not os.path.exists(path):
-        why = "it was missing"
-    else:
-        damaged = packaging.guid_of(path) is None
-        why = "it was damaged" if damaged else "its sources have changed"
+    why = "its sources have changed"
+    if packaging.guid_of(path) is None:
+        why = "it was damaged" if os.path.exists(path) else "it was missing"
     try:
         return build_fmu(path, fmi), why
     except UserError as error:
@@ -116,8 +108,9 @@ def check_fmu(path: Path) -> Path:
     done = subprocess.run(command, capture_output=True, text=True, errors="replace")
     if done.returncode == 0:
         return path
-    lines = done.stderr.strip().splitlines()
-    why = lines[-1] if done.returncode > 0 and lines else "the process crashed"
+    # Of a traceback the message of the error.
+    message = done.stderr.strip().rpartition("\n")[2].partition(": ")[2]
+    why = message if done.returncode > 0 and message else "the process crashed"
     raise UserError(f"{path} can't be run here ({why}): run `golf-impact build`")
 
 

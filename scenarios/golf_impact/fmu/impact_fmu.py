@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -41,15 +41,11 @@ class ImpactFmu(LoadedFmu):
     def __init__(self, path: Path) -> None:
         if why := find_flaw(path):
             raise UserError(why)
-        try:
-            super().__init__(path)
-        except Exception as error:  # whatever XML and fmpy make of a broken file
-            why = f"is not a readable FMU ({first_line(error)})"
-            raise UserError(f"{path} {why}: run `golf-impact build`") from error
+        super().__init__(path)
         about = self.description
-        missing = [n for n in (*METRICS, *PATH, *FLAGS) if n not in self.variables]
-        if missing:
-            raise UserError(f"{path} is another FMU ({about.modelName}): it lacks {missing[0]}")
+        for name in (*METRICS, *PATH, *FLAGS):
+            if name not in self.variables:
+                raise UserError(f"{path} is another FMU ({about.modelName}): it lacks {name}")
         if about.fmiVersion != "2.0" or about.coSimulation is None:
             why = "is not an FMI 2.0 co-simulation FMU"
             raise UserError(f"{path} {why}: run `golf-impact build`")
@@ -97,23 +93,20 @@ class ImpactFmu(LoadedFmu):
         steps = np.fmax(HORIZON, 20.0 * self.half_period(values)) + approach
         return np.where(np.isfinite(steps) & (steps > 0.0), steps, HORIZON)
 
-    def _values(self, values: Mapping[str, Any], *names: str) -> Iterator[np.ndarray]:
-        return (np.asarray(values.get(name, self.default(name)), float) for name in names)
+    def _values(self, values: Mapping[str, Any], *names: str) -> list[np.ndarray]:
+        return [np.asarray(values.get(name, self.default(name)), float) for name in names]
 
     @np.errstate(all="ignore")
     def half_period(self, values: Mapping[str, Any]) -> np.ndarray:
         """The contact time without damping, s: π √(μ/k); an estimate if the exponent isn't 1."""
         m_club, m_ball, k, n = self._values(values, "m_club", "m_ball", "k", "exponent")
+        club, ball, d_r = self._values(values, "club_speed", "ball_speed", "reference_compression")
         mu = 1.0 / (1.0 / m_club + 1.0 / m_ball)
-        period = math.pi * np.sqrt(mu / k)
-        club, ball, length = self._values(
-            values, "club_speed", "ball_speed", "reference_compression"
-        )
-        closing = np.abs(club - ball)
+        period, closing = math.pi * np.sqrt(mu / k), np.abs(club - ball)
         # Kinetic energy μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d.
-        ratio = closing * period / (math.pi * length)
+        ratio = closing * period / (math.pi * d_r)
         # Not **, which rounds a single number differently from an array's element.
-        compression = length * np.power(0.5 * (n + 1.0) * ratio * ratio, 1.0 / (n + 1.0))
+        compression = d_r * np.power(0.5 * (n + 1.0) * ratio * ratio, 1.0 / (n + 1.0))
         return np.where((n > 1.0) & (closing > 0.0), math.pi * compression / closing, period)
 
     def trajectory(
@@ -123,11 +116,10 @@ class ImpactFmu(LoadedFmu):
 
         See `golf_impact.run_trajectory`; `names` are its outputs.
         """
-        end = self.impact(("touch_time", "contact_time"), **values)
-        touch, contact = end["touch_time"], end["contact_time"]
-        if not self.read_flag("touched"):
+        touch, contact = self.impact(("touch_time", "contact_time"), **values).values()
+        if math.isnan(touch):
             touch = 0.0
-        if not self.read_flag("separated"):
+        if math.isnan(contact):
             # Not separated within the horizon: sample the time in which the contact develops.
             contact = 10.0 * self.half_period(values).item()
         margin = 0.1 * contact

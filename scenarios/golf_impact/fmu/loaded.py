@@ -5,6 +5,8 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections.abc import Callable, Sequence
+from functools import cached_property
+from itertools import count
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -32,8 +34,14 @@ class Named(dict[str, Value], Generic[Value]):
         raise UserError(f"there is no {name!r} here: choose from {', '.join(self)}")
 
 
-#: The type that a value must have for fmpy, by type of the variable in FMI 2.0 and 3.0.
-_TYPES = {"Real": float, "Float64": float, "Integer": int, "Enumeration": int, "Boolean": bool}
+#: fmpy's setters and the types that they need, by type of the variable in FMI 2.0 and 3.0.
+_SETTERS: dict[str, tuple[str, type]] = {
+    "Real": ("setReal", float),
+    "Float64": ("setFloat64", float),
+    "Integer": ("setInteger", int),
+    "Enumeration": ("setInt64", int),
+    "Boolean": ("setBoolean", bool),
+}
 
 
 class LoadedFmu:
@@ -50,10 +58,8 @@ class LoadedFmu:
         self.messages: list[str] = []
         #: The folder into which it is extracted.
         self.folder = ""
-        self._slave: Any = None
-        #: Initial states by instance.
-        self._fresh: dict[Any, Any] = {}
-        self._instances: list[Any] = []
+        #: Instances with their initial states, as far as these are kept.
+        self._instances: dict[Any, Any] = {}
 
     def __enter__(self: Entered) -> Entered:
         self.folder = tempfile.mkdtemp(prefix="golf-impact-")
@@ -63,39 +69,40 @@ class LoadedFmu:
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         # After an error other than a rejected value further calls may crash the process.
         if not isinstance(error, FMICallException):
-            for instance, state in self._fresh.items():
-                getattr(instance, f"free{self._state}")(state)
             for instance in list(self._instances):
                 self.free(instance)
-        self._slave = None
+        vars(self).pop("slave", None)
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def new_instance(self, kind: Any = FMU2Slave) -> Any:
         """An fmpy instance with its library loaded, to be instantiated; freed with the block."""
         assert self.folder, "use it in a with block"
-        self._instances.append(
-            kind(
-                guid=self.description.guid,
-                unzipDirectory=self.folder,
-                modelIdentifier=self.description.coSimulation.modelIdentifier,
-                instanceName="impact",
-            )
+        instance = kind(
+            guid=self.description.guid,
+            unzipDirectory=self.folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName="impact",
         )
-        return self._instances[-1]
+        self._instances[instance] = None
+        return instance
 
     def free(self, instance: Any) -> None:
         """Terminate and free an instance before the end of the block."""
-        self._instances.remove(instance)
+        if state := self._instances.pop(instance):
+            getattr(instance, f"free{self._state}")(state)
         instance.terminate()
         instance.freeInstance()
 
-    def _keep_fresh(self, instance: Any) -> None:
+    def _kept_instance(self, kind: Any, **options: Any) -> Any:
+        instance = self.new_instance(kind)
+        instance.instantiate(**options)
         # Restoring this state is far cheaper than a reset, which makes a new Python object.
-        self._fresh[instance] = getattr(instance, f"get{self._state}")()
+        self._instances[instance] = getattr(instance, f"get{self._state}")()
+        return instance
 
     def restore_initial_state(self, instance: Any) -> None:
         """Restore the state that an instance had just after instantiation."""
-        getattr(instance, f"set{self._state}")(self._fresh[instance])
+        getattr(instance, f"set{self._state}")(self._instances[instance])
 
     def instance(self, **values: float) -> FMU2Slave:
         """Make a further instance, initialized with these inputs and parameters (SI units)."""
@@ -107,31 +114,24 @@ class LoadedFmu:
         slave.exitInitializationMode()
         return slave
 
-    @property
+    @cached_property
     def slave(self) -> Any:
         """The instance that every run uses, from its initial state; made on first use."""
-        if self._slave is None:
-            slave = self.new_instance()
-            slave.instantiate(callbacks=self._callbacks(), loggingOn=True)
-            self._keep_fresh(slave)
-            self._slave = slave
-        return self._slave
 
-    def _callbacks(self) -> fmi2.fmi2CallbackFunctions:
         def log(environment, instance, status, category, message) -> None:
             self.messages.append(message.decode("utf-8", "replace"))
 
-        defaults = fmi2.defaultCallbacks
-        logger = fmi2.fmi2CallbackLoggerTYPE(log)
-        return fmi2.fmi2CallbackFunctions(logger, defaults.allocateMemory, defaults.freeMemory)
+        logger, memory = fmi2.fmi2CallbackLoggerTYPE(log), fmi2.defaultCallbacks
+        callbacks = fmi2.fmi2CallbackFunctions(logger, memory.allocateMemory, memory.freeMemory)
+        return self._kept_instance(FMU2Slave, callbacks=callbacks, loggingOn=True)
 
     def references(self, names: Sequence[str]) -> list[int]:
         """The value references of variables; UserError if there is none of a name."""
-        for name in names:
-            if name not in self.variables:
-                outputs = [n for n, v in self.variables.items() if v.causality == "output"]
-                raise UserError(f"there is no output {name!r}: choose from {', '.join(outputs)}")
-        return [self.variables[name].valueReference for name in names]
+        try:
+            return [self.variables[name].valueReference for name in names]
+        except KeyError as error:
+            known = ", ".join(n for n, v in self.variables.items() if v.causality == "output")
+            raise UserError(f"there is no output {error}: choose from {known}") from None
 
     def default(self, name: str) -> float:
         """The start value of an input or parameter."""
@@ -178,12 +178,10 @@ class LoadedFmu:
             if variable is None or variable.causality not in ("input", "parameter"):
                 known = ", ".join(n for n, v in self.variables.items() if v.causality != "output")
                 raise UserError(f"there is no input or parameter {name}: choose from {known}")
-            of_type = _TYPES[variable.type]
+            setter, of_type = _SETTERS[variable.type]
             if of_type is int and not (abs(value) < 2**31 and value == int(value)):
-                why = "it must be a whole number, 1 or 2"
-                raise UserError(f"{name} = {value!r} is refused: {why}")
-            kind = "Int64" if variable.type == "Enumeration" else variable.type
-            getattr(slave, f"set{kind}")([variable.valueReference], [of_type(value)])
+                raise UserError(f"{name} = {value!r} is refused: it must be a whole number, 1 or 2")
+            getattr(slave, setter)([variable.valueReference], [of_type(value)])
 
     def step(self, point: float, size: float) -> None:
         """Make a communication step of `size` s from `point`, s; UserError if it is discarded."""
@@ -201,11 +199,10 @@ class LoadedFmu:
         """
         references = self.references(names)
         for name in names:
-            if self.variables[name].type != self._real:
-                kind = self.variables[name].type
+            if (kind := self.variables[name].type) != self._real:
                 raise UserError(f"{name} is {kind}: only {self._real} outputs are read")
-        get = getattr(self.slave, f"get{self._real}")
-        return Named(zip(names, get(references), strict=True))
+        values = getattr(self.slave, f"get{self._real}")(references)
+        return Named(zip(names, values, strict=True))
 
     def read_flag(self, name: str) -> bool:
         """Value of a Boolean variable at this communication point."""
@@ -219,11 +216,8 @@ class LoadedFmu3(LoadedFmu):
 
     def __enter__(self) -> LoadedFmu3:
         super().__enter__()
-        self.model, self._slave = self.new_instance(FMU3Model), self.new_instance(FMU3Slave)
-        self.model.instantiate()
-        self._slave.instantiate(eventModeUsed=True)
-        for instance in (self.model, self._slave):
-            self._keep_fresh(instance)
+        self.model = self._kept_instance(FMU3Model)
+        self.slave = self._kept_instance(FMU3Slave, eventModeUsed=True)
         return self
 
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
@@ -250,16 +244,13 @@ class LoadedFmu3(LoadedFmu):
 
     def count_evaluations(self, run: Callable[[], Any]) -> tuple[Any, int]:
         """The result of a run, and how often it evaluates the derivatives."""
-        evaluate = self.model.getContinuousStateDerivatives
-        count = 0
+        evaluate, number = self.model.getContinuousStateDerivatives, count()
 
         def counting(*arguments: Any) -> Any:
-            nonlocal count
-            count += 1
+            next(number)
             return evaluate(*arguments)
 
         self.model.getContinuousStateDerivatives = counting
-        try:
-            return run(), count
-        finally:
-            del self.model.getContinuousStateDerivatives
+        result = run()
+        del self.model.getContinuousStateDerivatives
+        return result, next(number)

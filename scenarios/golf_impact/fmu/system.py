@@ -3,9 +3,7 @@
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from zipfile import ZipFile
 
-import fmpy
 import numpy as np
 
 from golf_build import system
@@ -21,15 +19,8 @@ def build_system(folder: Path, standalone: bool = False) -> list[Path]:
 
 def extract_fmus(ssp: Path, folder: Path) -> dict[str, Path]:
     """The FMUs of an .ssp file, extracted into a folder: paths by the names of the components."""
-    with ZipFile(ssp) as archive:
-        names = [name for name in archive.namelist() if name.endswith(".fmu")]
-        return {Path(name).stem: Path(archive.extract(name, folder)) for name in names}
-
-
-def start_values(fmu: Path) -> dict[str, float]:
-    """The start values of an FMU's Real parameters by name."""
-    variables = fmpy.read_model_description(str(fmu)).modelVariables
-    return {v.name: float(v.start) for v in variables if v.causality == "parameter"}
+    fmpy.extract(ssp, folder)
+    return {fmu.stem: fmu for fmu in sorted(folder.rglob("*.fmu"))}
 
 
 def run_ssp(ssp: Path, step: float, stop: float) -> dict[str, np.ndarray]:
@@ -54,15 +45,14 @@ def run_system(
 ) -> dict[str, np.ndarray]:
     """Run components of the system with communication steps of any sizes.
 
-    All components step in parallel: an output reaches the others in the next step. With rollback
-    the Swing's part of a step is repeated, from the state before it, whenever the impulse at its
-    end differs from the one that the Swing has used.
+    All components step in parallel: an output reaches the others in the next step.
 
     Args:
         fmus: files by the names of the components: Swing, ClubBallImpact, perhaps the others.
         steps: communication step sizes, s.
         values: parameters by component, where they aren't the start values.
-        rollback: whether steps are repeated.
+        rollback: whether the Swing's part of a step is repeated, from the state before it,
+            whenever the impulse at its end differs from the one that the Swing has used.
 
     Returns:
         `time` (s, end of each step) and every Real output by "Component.variable".
@@ -74,11 +64,7 @@ def run_system(
         loaded = {name: stack.enter_context(LoadedFmu(path)) for name, path in fmus.items()}
         for name, fmu in loaded.items():
             fmu.start(**(values or {}).get(name, {}))
-        wires = [
-            (loaded[start], output, loaded[end], name)
-            for start, output, end, name in system.CONNECTIONS
-            if start in loaded and end in loaded
-        ]
+        wires = [wire for wire in system.CONNECTIONS if wire[0] in loaded and wire[2] in loaded]
         kind = ("output", "Real")
         outputs = {
             name: [v.name for v in fmu.variables.values() if (v.causality, v.type) == kind]
@@ -101,9 +87,10 @@ def run_system(
                     swing.step(time, size)
                 swing.slave.freeFMUstate(before)
             for start, output, end, name in wires:
-                flag = start.variables[output].type == "Boolean"
-                value = start.read_flag(output) if flag else start.read([output])[output]
-                end.set({name: value})
+                source = loaded[start]
+                flag = source.variables[output].type == "Boolean"
+                value = source.read_flag(output) if flag else source.read([output])[output]
+                loaded[end].set({name: value})
             time += size
             read = [fmu.read(outputs[name]).values() for name, fmu in loaded.items()]
             rows.append([time, *(value for row in read for value in row)])
