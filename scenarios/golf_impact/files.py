@@ -62,16 +62,6 @@ def write_together(
     return [folder / name for name in files]
 
 
-def read_text(path: Path) -> str:
-    """A text file (UTF-8, perhaps with a byte order mark); UserError if it can't be read."""
-    try:
-        return path.read_text("utf-8-sig")
-    except OSError as error:
-        raise UserError(f"can't read {path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path} is no text in UTF-8: save it as UTF-8") from error
-
-
 def as_json(data: object) -> bytes:
     """JSON, indented, every double to its last digit; null for those that JSON doesn't have."""
     finite = json.loads(json.dumps(data), parse_constant=lambda name: None)

@@ -13,7 +13,6 @@ import numpy as np
 
 from golf_impact.errors import UserError
 from golf_impact.facts import closed_forms
-from golf_impact.files import read_text
 
 #: Scalar targets by name: the outputs of the FMU.
 TARGETS = {
@@ -179,11 +178,15 @@ def _rows(path: Path, columns: Sequence[str]) -> dict[str, dict[str, str]]:
     """The cells of each row by column, by the row's place; rows without any are skipped."""
     rows: dict[str, dict[str, str]] = {}
     try:
-        reader = csv.DictReader(read_text(path).splitlines(), restval="")
+        reader = csv.DictReader(path.read_text("utf-8-sig").splitlines(), restval="")
         reader.fieldnames = header = [cell.strip().lower() for cell in reader.fieldnames or ()]
         for cells in reader:
             if any(cells.values()):
                 rows[f"{path}, row {len(rows) + 1} (line {reader.line_num})"] = cells
+    except OSError as error:
+        raise UserError(f"can't read {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise UserError(f"{path} is no text in UTF-8: save it as UTF-8") from error
     except csv.Error as error:
         raise UserError(f"{path} can't be read as CSV: {error}") from error
     names = ",".join(columns)
