@@ -17,7 +17,7 @@ def worst_error(driver: Driver, randoms: int) -> dict[str, Any]:
     ledger = Ledger(("reference", "all outputs", TOLERANCE))
     named = [*cases.named_cases(randoms)]
     for name, impact in named:
-        final = driver.run(impact, cases.one_step(impact))[-1]
+        final = driver.run(impact, impact.segments)[-1]
         scales = Scales(impact.values, final, impact.approach)
         for pattern, steps in cases.partitions(impact, final["contact_time"], 20).items():
             record = partial(ledger.record, case={"case": name, "pattern": pattern})

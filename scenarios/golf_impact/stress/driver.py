@@ -1,11 +1,12 @@
 """Runs an impact through the FMU in steps of any sizes and records its outputs."""
 
+from collections.abc import Iterable
 from functools import cached_property
 from typing import Any
 
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import FLAGS, ImpactFmu
-from golf_impact.stress.cases import ImpactCase, Steps
+from golf_impact.stress.cases import ImpactCase, Segment
 
 #: At an instant: every output by name.
 Outputs = dict[str, Any]
@@ -32,16 +33,16 @@ class Driver(ImpactFmu):
         now: Outputs = dict(zip(names, self.slave.getReal(reals)))
         return now | dict(zip(FLAGS, map(bool, self.slave.getBoolean(flags))))
 
-    def run(self, impact: ImpactCase, steps: Steps) -> list[Outputs]:
+    def run(self, impact: ImpactCase, steps: Iterable[Segment]) -> list[Outputs]:
         """The outputs after each of these steps through an impact."""
         self.begin_run(impact.values, impact.start_time)
+        inputs = self.references(("k", "b"))
         point, path = impact.start_time, []
-        for segment, sizes in zip(impact.segments, steps, strict=True):
-            self.set({"k": segment.k, "b": segment.b})
-            for size in sizes:
-                self.slave.doStep(point, size)
-                point += size
-                path.append(self.outputs())
+        for step in steps:
+            self.slave.setReal(inputs, (step.k, step.b))
+            self.slave.doStep(point, step.length)
+            point += step.length
+            path.append(self.outputs())
         return path
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from golf_impact.stress.cases import BASELINE, one_step, unchanged
+from golf_impact.stress.cases import BASELINE, unchanged
 from golf_impact.stress.driver import Driver, Outputs
 from golf_impact.stress.invariants import Ledger
 from golf_impact.stress.reference import Reference
@@ -32,7 +32,7 @@ def tiny_steps(
     """The errors over the run, read 20 times on the way: the same at its end as at its start."""
     values = {**_VALUES, "law": law}
     impact = unchanged(0, values, 1.5)
-    scales = Scales(values, driver.run(impact, one_step(impact))[-1], approach=0.0)
+    scales = Scales(values, driver.run(impact, impact.segments)[-1], approach=0.0)
     exact = Reference(values)
     driver.begin_run(values)
     every, point, memory = number // 20, 0.0, None
