@@ -24,12 +24,12 @@ def worst_error(driver: Driver, randoms: int) -> dict[str, Any]:
             path = driver.run(impact, steps)
             every = max(1, len(path) // 10)
             chosen = {*range(every - 1, len(path), every), len(path) - 1}
-            check_reference(record, impact, scales, steps, path, chosen)
+            check_reference(record, scales, steps, path, chosen)
     check = ledger.checks["reference"]
-    where = {name: check.case[name] for name in ("case", "output", "pattern")}
+    where = {name: check["case"][name] for name in ("case", "output", "pattern")}
     return {
-        "worst_error": check.worst,
+        "worst_error": check["worst"],
         **where,
         "cases": len(named),
-        "numbers_compared": check.count,
+        "numbers_compared": check["count"],
     }

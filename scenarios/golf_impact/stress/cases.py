@@ -23,6 +23,10 @@ class Segment:
     b: float
 
 
+#: A way to step through an impact.
+Steps = Sequence[Segment]
+
+
 @dataclass(frozen=True)
 class ImpactCase:
     """Inputs and parameters of a run, and its segments."""
@@ -47,11 +51,6 @@ class ImpactCase:
     def approach(self) -> float:
         """From the start to first touch, s."""
         return self.values["gap"] / self.closing if self.closing > 0.0 else math.inf
-
-    @property
-    def span(self) -> float:
-        """From the start to the end, s."""
-        return math.fsum(segment.length for segment in self.segments)
 
 
 def damping_ratio(values: Mapping[str, float]) -> float:
@@ -238,8 +237,8 @@ def straddling_steps(impact: ImpactCase, contact_time: float, seed: int) -> list
     return steps
 
 
-def partitions(impact: ImpactCase, contact_time: float, seed: int) -> dict[str, Sequence[Segment]]:
-    """Ways to step through an impact, by name."""
+def partitions(impact: ImpactCase, contact_time: float, seed: int) -> dict[str, Steps]:
+    """All of these by name."""
     return {
         "one step": impact.segments,
         "equal": [replace(s, length=s.length / 64.0) for s in impact.segments for _ in range(64)],

@@ -1,12 +1,11 @@
 """Runs an impact through the FMU in steps of any sizes and records its outputs."""
 
-from collections.abc import Iterable
 from functools import cached_property
 from typing import Any
 
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import FLAGS, ImpactFmu
-from golf_impact.stress.cases import ImpactCase, Segment
+from golf_impact.stress.cases import ImpactCase, Steps
 
 #: At an instant: every output by name.
 Outputs = dict[str, Any]
@@ -33,7 +32,7 @@ class Driver(ImpactFmu):
         now: Outputs = dict(zip(names, self.slave.getReal(reals)))
         return now | dict(zip(FLAGS, map(bool, self.slave.getBoolean(flags))))
 
-    def run(self, impact: ImpactCase, steps: Iterable[Segment]) -> list[Outputs]:
+    def run(self, impact: ImpactCase, steps: Steps) -> list[Outputs]:
         """The outputs after each of these steps through an impact."""
         self.begin_run(impact.values, impact.start_time)
         inputs = self.references(("k", "b"))

@@ -10,7 +10,7 @@ f' - s f, s being the real rate: there exp(-s t) f is monotone, so f has one zer
 SI units throughout. None of this is shared with the FMU.
 """
 
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from copy import copy
 from functools import reduce
 from itertools import count, islice, pairwise, takewhile
@@ -20,7 +20,7 @@ from typing import Any
 import mpmath
 
 from golf_impact.peers.problem import Case, Outcome
-from golf_impact.stress.cases import ImpactCase, Segment
+from golf_impact.stress.cases import Steps
 
 _mp: Any = mpmath.mp.clone()  # a context of its own: the precision of others is unchanged
 _mp.dps = 80
@@ -114,7 +114,7 @@ def _less(initial: list[Any], rate: Any) -> list[Any]:
 
 
 class _Contact:
-    """The motion from one state (d, v_club, v_ball) on: x' = A x, under constant k and b."""
+    """The motion from a state (d, v_club, v_ball, x_ball) on: x' = A x, with constant k and b."""
 
     def __init__(
         self, law: int, m_club: Real, m_ball: Real, k: Real, b: Real, state: list[Real]
@@ -122,7 +122,7 @@ class _Contact:
         drag, damper = (b * _APART, _ZERO) if law == 1 else (_ZERO, b * _APART)
         omega = _mp.sqrt(k * (1 / m_club + 1 / m_ball))
         # The first quantity is ω d: a velocity, like the others.
-        start = _mp.matrix([omega * state[0], *state[1:]])
+        start = _mp.matrix([omega * state[0], *state[1:3]])
         force = _mp.matrix([[k / omega, damper, -damper]])
         matrix = _mp.matrix([[0, omega, -omega], [0, -drag / m_club, 0], [0, 0, -drag / m_ball]])
         matrix[1, :] -= force / m_club
@@ -148,12 +148,14 @@ class _Contact:
         self.force = quantity(force, relative)
         self.v_club = quantity(_mp.matrix([[0, 1, 0]]), rates)
         self.v_ball = quantity(_mp.matrix([[0, 0, 1]]), rates)
+        self.x_ball = state[3]
         ending = self.d if law == 1 else self.force
         #: s until contact ends: 0 if it has, inf if it never will.
         self.duration = _ZERO if ending.sign() < 0 else next(ending.zeros(), _mp.inf)
 
     def state(self, t: Real) -> list[Real]:
-        return [self.d(t), self.v_club(t), self.v_ball(t)]
+        x_ball = self.x_ball + self.v_ball.integral(t)
+        return [self.d(t), self.v_club(t), self.v_ball(t), x_ball]
 
 
 class Reference:
@@ -174,8 +176,8 @@ class Reference:
         self.mean_force = _ZERO
         # The present phase, free motion or a contact with constant k and b, and its start:
         self.contact: _Contact | None = None
-        self.begun = self.x_ball = self.touch_position = _ZERO
-        self.state = [-exact["gap"], self.club_speed, self.u_ball]  # d, v_club, v_ball
+        self.begun = _ZERO
+        self.state = [-exact["gap"], self.club_speed, self.u_ball, _ZERO]
         self.so_far = dict.fromkeys(_LASTING, _ZERO)
 
     def step(self, size: Real, k: Real = None, b: Real = None, club_speed: Real = None) -> None:
@@ -193,7 +195,7 @@ class Reference:
             self._begin_phase(self.clock, in_contact=True)
         impulse = self._impulse()
         self.clock += _mp.mpf(size)
-        d, v_club, v_ball = self.state
+        d, v_club, v_ball, _ = self.state
         if self.touch_clock is None and (v_club - v_ball) * (self.clock - self.begun) > -d:
             self._touch(self.begun - d / (v_club - v_ball))
         if self.contact is not None and self.clock - self.begun >= self.contact.duration:
@@ -203,23 +205,21 @@ class Reference:
 
     def _touch(self, clock: Real) -> None:
         self._begin_phase(clock)
-        self.state[0], self.u_club = _ZERO, self.club_speed
-        self.touch_clock, self.touch_position = clock, self.x_ball
+        self.state[0], self.u_club, self.touch_clock = _ZERO, self.club_speed, clock
         self._begin_phase(clock, in_contact=True)
 
     def _begin_phase(self, clock: Real, in_contact: bool = False) -> None:
-        self.so_far, (self.state, self.x_ball) = self._so_far(clock), self._motion(clock)
+        self.so_far, self.state = self._so_far(clock), self._state(clock)
         self.begun, self.contact = clock, None
         if in_contact:
             bodies = self.m_club, self.m_ball
             self.contact = _Contact(self.law, *bodies, self.k, self.b, self.state)
 
-    def _motion(self, clock: Real) -> tuple[list[Real], Real]:
-        """d, v_club and v_ball, and the ball's position."""
-        t, (d, v_club, v_ball) = clock - self.begun, self.state
-        if self.contact is None:
-            return [d + (v_club - v_ball) * t, v_club, v_ball], self.x_ball + v_ball * t
-        return self.contact.state(t), self.x_ball + self.contact.v_ball.integral(t)
+    def _state(self, clock: Real) -> list[Real]:
+        t, (d, v_club, v_ball, x_ball) = clock - self.begun, self.state
+        if self.contact is not None:
+            return self.contact.state(t)
+        return [d + (v_club - v_ball) * t, v_club, v_ball, x_ball + v_ball * t]
 
     def _impulse(self) -> Real:
         t = self.clock - self.begun
@@ -229,23 +229,19 @@ class Reference:
         """The outputs that are constant after contact."""
         if self.contact is None:
             return self.so_far
-        t, before = clock - self.begun, self.so_far
-        force, when = self.contact.force.largest(t)
-        peak = (before["max_force"], before["time_of_max_force"])
-        if force > peak[0]:
-            peak = (force, before["contact_time"] + when)
-        return {
-            "contact_time": before["contact_time"] + t,
-            "max_force": peak[0],
-            "time_of_max_force": peak[1],
-            "max_compression": max(before["max_compression"], self.contact.d.largest(t)[0]),
-            "contact_displacement": self._motion(clock)[1] - self.touch_position,
-            "impulse": before["impulse"] + self.contact.force.integral(t),
-        }
+        t, contact, now = clock - self.begun, self.contact, dict(self.so_far)
+        force, when = contact.force.largest(t)
+        if force > now["max_force"]:
+            now |= {"max_force": force, "time_of_max_force": now["contact_time"] + when}
+        now["max_compression"] = max(now["max_compression"], contact.d.largest(t)[0])
+        now["contact_time"] += t
+        now["contact_displacement"] += contact.v_ball.integral(t)
+        now["impulse"] += contact.force.integral(t)
+        return now
 
     def outputs(self) -> dict[str, Real]:
         """Every output by name; flags as bool. At touch, the limit from the right."""
-        (d, v_club, v_ball), x_ball = self._motion(self.clock)
+        d, v_club, v_ball, x_ball = self._state(self.clock)
         touched = self.touch_clock is not None
         if not touched and d == 0 and v_club > v_ball:
             later = copy(self)
@@ -284,14 +280,13 @@ class Reference:
 
 
 def outputs_after(
-    impact: ImpactCase, steps: Iterable[Segment], chosen: Container[int], stretched: float = 1.0
+    values: Mapping[str, float], steps: Steps, chosen: Container[int], stretched: float = 1.0
 ) -> dict[int, dict[str, Real]]:
     """Every output after the chosen ones of all steps, by their number from 0 on.
 
     `stretched` is a factor of all times.
     """
-    exact = Reference({**impact.values, "start_time": impact.start_time})
-    after = {}
+    exact, after = Reference(values), {}
     for number, step in enumerate(steps):
         exact.step(_mp.mpf(step.length) * stretched, step.k, step.b)
         if number in chosen:
