@@ -125,8 +125,7 @@ def unchanged(number: int, values: dict[str, float], contact_times: float) -> Im
     """An impact whose k and b stay, for so many of law 2's contact times after touch."""
     approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
     length = approach + contact_times * contact_time_of_law2(damping_ratio(values), values)
-    segments = segments_between([0.0, length], [(values["k"], values["b"])])
-    return ImpactCase(number, values, 0.0, segments)
+    return ImpactCase(number, values, 0.0, segments_of(values, length))
 
 
 def random_impact(seed: int, number: int) -> ImpactCase:
@@ -151,15 +150,14 @@ def random_impact(seed: int, number: int) -> ImpactCase:
     start_time = rng.choice((0.0, 1.0)) * _decades(rng, -3, 6)
     contact = contact_time_of_law2(zeta, values)
     touch = gap / closing if gap else 0.0
-    edges, inputs = [0.0], [(k, values["b"])]
+    changes = []
     for cut in sorted(rng.uniform(0.02, 1.1) for _ in range(rng.choice((0, 0, 0, 0, 1, 2, 3)))):
-        edges.append(touch + cut * contact)
         b = values["b"] * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)
-        inputs.append((k * _decades(rng, -2, 2), b))
+        changes.append((touch + cut * contact, k * _decades(rng, -2, 2), b))
     end = touch + 4.0 * contact
     if rng.random() < 0.2:  # long after separation
         end += _decades(rng, -3, 0)
-    return ImpactCase(number, values, start_time, segments_between([*edges, end], inputs))
+    return ImpactCase(number, values, start_time, segments_of(values, end, changes))
 
 
 def _decades(rng: random.Random, low: float, high: float) -> float:
@@ -176,18 +174,21 @@ def _damping(rng: random.Random) -> float:
     return _decades(rng, -4, 4) if kind < 4 else _decades(rng, -2, 1)
 
 
-def segments_between(
-    edges: Sequence[float], inputs: Sequence[tuple[float, float]]
+def segments_of(
+    values: Mapping[str, float], end: float, changes: Iterable[tuple[float, float, float]] = ()
 ) -> tuple[Segment, ...]:
-    """From edge to edge (s), unless there is no time between, each with its k and b.
+    """From the start to the end (s): k and b are those of `values`, then those of changes.
 
-    The first one has the first inputs.
+    A change is an instant (s) and the k and b from then on. It has no effect at the start, or if
+    another one follows at the same instant.
     """
+    begins = [(0.0, values["k"], values["b"]), *changes, (end, 0.0, 0.0)]
     made: list[Segment] = []
-    for (begin, end), pair in zip(pairwise(edges), inputs, strict=True):
-        if end > begin:
-            length = _rounded(end - begin, end - begin)
-            made.append(Segment(length, *(pair if made else inputs[0])))
+    for (begin, k, b), (until, *_) in pairwise(begins):
+        if until > begin:
+            if not made:
+                k, b = values["k"], values["b"]
+            made.append(Segment(_rounded(until - begin, until - begin), k, b))
     return tuple(made)
 
 
