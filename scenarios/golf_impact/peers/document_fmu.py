@@ -82,36 +82,32 @@ class DocumentImpact(Fmi2Slave):
         steps = round(step_size / dt)
         if steps < 1:
             return False
-        if not self.in_contact:
-            self.club_position += steps * dt * self.club_velocity
-            self.ball_position += steps * dt * self.ball_velocity
-            return True
         k, m_club, m_ball = self.k, self.m_club, self.m_ball
         drag, damper, end_force = 0.0, self.b, 0.0
         if self.law == 1:
             drag, damper, end_force = self.b, 0.0, -k * self.end_gap
         x_club, x_ball = self.club_position, self.ball_position
         v_club, v_ball = self.club_velocity, self.ball_velocity
-        force = k * (x_club - x_ball) + damper * (v_club - v_ball)
-        for step in range(1, steps + 1):
-            self.impulse += dt * force
-            self.contact_time += dt
-            x_club += dt * v_club
-            x_ball += dt * v_ball
-            v_club -= dt * (force + drag * v_club) / m_club
-            v_ball += dt * (force - drag * v_ball) / m_ball
+        force, after = 0.0, steps  # sub-steps after contact
+        if self.in_contact:
             force = k * (x_club - x_ball) + damper * (v_club - v_ball)
-            if force > self.max_force:
-                self.max_force = force
-            elif force < end_force:
-                self._separate(x_ball, v_club, v_ball)
-                force = 0.0
-                rest = (steps - step) * dt
-                x_club += rest * v_club
-                x_ball += rest * v_ball
-                break
+            for after in range(steps - 1, -1, -1):  # noqa: B007 (used below)
+                self.impulse += dt * force
+                self.contact_time += dt
+                x_club += dt * v_club
+                x_ball += dt * v_ball
+                v_club -= dt * (force + drag * v_club) / m_club
+                v_ball += dt * (force - drag * v_ball) / m_ball
+                force = k * (x_club - x_ball) + damper * (v_club - v_ball)
+                if force > self.max_force:
+                    self.max_force = force
+                elif force < end_force:
+                    self._separate(x_ball, v_club, v_ball)
+                    force = 0.0
+                    break
         self.force = force
-        self.club_position, self.ball_position = x_club, x_ball
+        self.club_position = x_club + after * dt * v_club
+        self.ball_position = x_ball + after * dt * v_ball
         self.club_velocity, self.ball_velocity = v_club, v_ball
         return True
 

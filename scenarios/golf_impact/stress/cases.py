@@ -38,19 +38,14 @@ class ImpactCase:
     kind: str = "random"  #: part of the seed of its steps
 
     @property
-    def changed(self) -> bool:
-        """Whether k or b change."""
-        return len(self.segments) > 1
-
-    @property
     def closing(self) -> float:
         """Approach speed, m/s."""
         return self.values["club_speed"] - self.values["ball_speed"]
 
     @property
     def approach(self) -> float:
-        """From the start to first touch, s."""
-        return self.values["gap"] / self.closing if self.closing > 0.0 else math.inf
+        """From the start to first touch, s, if there is one."""
+        return self.values["gap"] / self.closing
 
 
 def damping_ratio(values: Mapping[str, float]) -> float:

@@ -4,9 +4,10 @@ The one reference of stress, benchmark and tests.
 
 In contact all quantities are sums of two (law 2) or three (law 1) exponentials whose rates are the
 eigenvalues of the equations of motion. With 80 digits the coefficients follow from a value and its
-derivatives: cancellation affects only digits far below those needed. Law 2's events are
-zeros of one pair of exponentials, which are closed forms. Law 1's are searched between the zeros of
-f' - s f, s being the real rate: there exp(-s t) f is monotone, so f has one zero at most (Rolle).
+derivatives: cancellation affects only digits far below those needed. The events are zeros of such
+a sum f, searched between the zeros of f' - s f, s being a real rate: there exp(-s t) f is monotone,
+so f has one zero at most (Rolle). That sum has one exponential less; what oscillates is in the end
+one pair, whose zeros are a closed form.
 SI units throughout. None of this is shared with the FMU.
 """
 
@@ -100,12 +101,18 @@ class _Sum:
 
     def _root(self, left: Real, right: Real) -> Real:
         """The one zero in (left, right]."""
-        width, after = right - left, self(right)
-        while after * self(left + width) >= 0:
+        scale, width = self(right) or 1, right - left
+        while self(left + width) / scale > 0:
             width /= 2
-        bracket = left + width, left + 2 * width
         precision = _mp.mpf(10) ** -60 * right
-        return _mp.findroot(self, bracket, "illinois", precision, verify=False, maxsteps=1000)
+        return _mp.findroot(
+            lambda t: self(t) / scale,
+            (left + width, left + 2 * width),
+            solver="illinois",
+            tol=precision,
+            maxsteps=1000,
+            verify=False,
+        )
 
 
 def _less(initial: list[Any], rate: Any) -> list[Any]:
