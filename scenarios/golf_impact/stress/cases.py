@@ -95,7 +95,7 @@ NAMED: dict[str, dict[str, float]] = {
 
 def named_cases(randoms: int = 0) -> Iterator[tuple[str, ImpactCase]]:
     """The named cases under both laws and as many random ones near golf, by name."""
-    rows = [(f"{name}, law {law}", law, NAMED[name]) for law in (1, 2) for name in NAMED]
+    rows = [(name, law, NAMED[name]) for law in (1, 2) for name in NAMED]
     rng = random.Random(20)
     for n in range(randoms):
         changes = {
@@ -107,13 +107,12 @@ def named_cases(randoms: int = 0) -> Iterator[tuple[str, ImpactCase]]:
             "ball_speed": rng.choice((0.0, rng.uniform(-30.0, 5.0))),
             "gap": rng.choice((0.0, 0.0, 1e-4)),
         }
-        rows.append((f"random {n}, law {1 + n % 2}", 1 + n % 2, changes))
+        rows.append((f"random {n}", 1 + n % 2, changes))
     for number, (name, law, changes) in enumerate(rows):
         values = BASELINE | {"law": law} | changes
-        zeta = values.pop("zeta", None)
-        if zeta is not None:
+        if zeta := values.pop("zeta", 0.0):
             values["b"] = zeta * critical_damping(values["k"], values["m_club"], values["m_ball"])
-        yield name, unchanged(number, values, 1.5)
+        yield f"{name}, law {law}", unchanged(number, values, 1.5)
 
 
 def unchanged(number: int, values: dict[str, float], contact_times: float) -> ImpactCase:
