@@ -11,10 +11,8 @@ example of its program's output: model 3 of each), with S = r w / v and R = 2 r 
     C_D = 0.2028 - 0.2159 S + 2.8466 S^2 + 0.0165 R
     C_L = 0.0860 + 0.6463 S + 1.4789 S^2 - 0.0122 / R^2
 
-They were measured with a driver's launches: S from 0.04 to 0.22, R from 0.8 to 2.0. Irons, wedges
-and every slow ball have a larger S, where the squares would run away: S is held at its limit, 0.22,
-beyond. The terms with R are small, and are extrapolated. A ball without spin has no lift; topspin,
-a negative backspin, has the lift of backspin downwards. d is the patent's, too.
+S is held at 0.22 beyond, the largest that was measured. A ball without spin has no lift; topspin, a
+negative backspin, has the lift of backspin downwards. d is the patent's, too.
 
 The ball is launched when `separated` becomes true, with `ball_velocity`, `launch_angle` and
 `backspin`, from the instant of separation, touch_time + contact_time: not from the communication
@@ -30,67 +28,21 @@ from typing import NamedTuple
 from companion import Companion
 from taylor import ORDER, Series, empty, first_zero, power, product, reach, slope, value, zero
 
-#: Name, unit, start, least and greatest allowed value, description; first those of C_D and C_L.
-PARAMETERS = (
-    ("drag_constant", "1", 0.2028, 0.0, 1e3, "C_D without spin at a Reynolds number of 0"),
-    ("drag_spin", "1", -0.2159, -1e3, 1e3, "C_D with S, the spin ratio"),
-    ("drag_spin_squared", "1", 2.8466, -1e3, 1e3, "C_D with S^2"),
-    ("drag_reynolds", "1", 0.0165, -1e3, 1e3, "C_D with the Reynolds number / 100,000"),
-    ("lift_constant", "1", 0.0860, -1e3, 1e3, "C_L of a ball with hardly any spin"),
-    ("lift_spin", "1", 0.6463, -1e3, 1e3, "C_L with S"),
-    ("lift_spin_squared", "1", 1.4789, -1e3, 1e3, "C_L with S^2"),
-    ("lift_reynolds", "1", -0.0122, -1e3, 1e3, "C_L with (Reynolds number / 100,000)^-2"),
-    ("spin_ratio_limit", "1", 0.22, 0.0, 1e3, "Largest S at which C_D and C_L were measured"),
-    ("spin_decay", "1", 2e-5, 0.0, 1.0, "Loss of spin: its rate is this times v / r"),
-    ("m_ball", "kg", 0.04593, 1e-6, 1e3, "Mass of the ball"),
-    ("ball_diameter", "m", 0.04267, 1e-6, 1e3, "Diameter of the ball"),
-    ("air_density", "kg/m3", 1.225, 0.0, 1e3, "Density of the air; 0 is a flight in a vacuum"),
-    ("kinematic_viscosity", "m2/s", 1.48e-5, 1e-9, 1e3, "Of the air"),
-    ("gravity", "m/s2", 9.80665, 1e-6, 1e3, "Gravitational acceleration"),
-)
-
-#: The same; a unit of None is a Boolean's.
-INPUTS = (
-    ("separated", None, False, False, True, "The contact has ended: launches the ball"),
-    ("ball_velocity", "m/s", 0.0, -1e6, 1e6, "Speed of the ball at launch"),
-    ("touch_time", "s", 0.0, -1e6, 1e6, "When club and ball touched"),
-    ("contact_time", "s", 0.0, -1e6, 1e6, "How long they were in contact"),
-    ("launch_angle", "rad", 10.9 * pi / 180.0, -1.58, 1.58, "Above the ground at launch"),
-    ("backspin", "rad/s", 2686.0 * pi / 30.0, -1e4, 1e4, "At launch; topspin is negative"),
-)
-
-#: Name, unit (None: Boolean), description.
-OUTPUTS = (
-    ("carry", "m", "How far from the launch the ball lands; 0 before it is launched"),
-    ("apex", "m", "Greatest height of the flight; 0 before it is launched"),
-    ("flight_time", "s", "Time from launch to landing; 0 before it is launched"),
-    ("distance", "m", "How far the ball has flown, along the ground"),
-    ("height", "m", "Height of the ball above the ground"),
-    ("landed", None, "The ball has landed"),
-)
-
-DESCRIPTION = "Flight of a golf ball with backspin: gravity, drag and lift, from launch to landing"
-
 #: A flight of more pieces is refused.
 _PIECES = 1000
 
+#: Of C_D and C_L: the ends of their parameters' names.
+_TERMS = ("constant", "spin", "spin_squared", "reynolds")
+
 
 class Air(NamedTuple):
-    """What acts on a ball.
+    """What acts on a ball, SI units."""
 
-    Attributes:
-        drag: k times C_D: constant, with S, with S^2, with v.
-        lift: k times C_L: constant, with S, with S^2, with v^-2.
-        decay: of the spin, 1/m.
-        gravity: m/s2.
-        limit: of S.
-    """
-
-    drag: list[float]
-    lift: list[float]
-    decay: float
+    drag: list[float]  #: k times C_D: constant, with S, with S^2, with v
+    lift: list[float]  #: k times C_L: constant, with S, with S^2, with v^-2
+    decay: float  #: of the spin, 1/m
     gravity: float
-    limit: float
+    limit: float  #: of S
 
     def held(self) -> "Air":
         """The same with S held at its limit."""
@@ -138,7 +90,6 @@ class Flight:
         air: what acts on the ball.
 
     Attributes:
-        begins: the arguments.
         carry: distance from launch to landing, m.
         apex: greatest height, m.
         duration: s from launch to landing.
@@ -205,7 +156,6 @@ class BallFlight(Companion):
 
     inside = ("_flight",)
     objects = (("_flight", Flight),)
-    tables = PARAMETERS, INPUTS, OUTPUTS
     _flight: Flight | None = None
 
     def _step(self, current_time: float, step_size: float) -> None:
@@ -221,13 +171,13 @@ class BallFlight(Companion):
         radius = 0.5 * self.ball_diameter
         k = 0.5 * self.air_density * pi * radius * radius / self.m_ball
         reynolds = self.ball_diameter / self.kinematic_viscosity * 1e-5  # R / v
-        of_air = [k * getattr(self, row[0]) for row in PARAMETERS[:8]]
-        of_air[3] *= reynolds
-        of_air[7] /= reynolds**2
         # Topspin has the lift of backspin downwards.
-        lift = [-one for one in of_air[4:]] if self.backspin < 0.0 else of_air[4:]
-        decay, limit = self.spin_decay / radius, self.spin_ratio_limit
-        air = Air(of_air[:4], lift, decay, self.gravity, limit)
+        upwards = -k if self.backspin < 0.0 else k
+        drag = [k * getattr(self, f"drag_{term}") for term in _TERMS]
+        lift = [upwards * getattr(self, f"lift_{term}") for term in _TERMS]
+        drag[3] *= reynolds
+        lift[3] /= reynolds**2
+        air = Air(drag, lift, self.spin_decay / radius, self.gravity, self.spin_ratio_limit)
         launch = self.touch_time + self.contact_time
         surface_speed = radius * abs(self.backspin)
         return Flight(launch, self.ball_velocity, self.launch_angle, surface_speed, air)

@@ -6,14 +6,13 @@ A refused value leaves the old one; steps are refused until the variable is set 
 import json
 from binascii import crc32
 from collections.abc import Callable
+from functools import partial
 from math import isfinite
 from operator import attrgetter
 
 from host.at_exit import prepare_process
 from host.messages import Messages
 from pythonfmu import Boolean, Fmi2Slave, Real
-
-_Rows = tuple[tuple, ...]
 
 #: Stands in `_refused` for a state that is refused: until the next step only.
 _STATE = "state"
@@ -28,11 +27,11 @@ class Companion(Fmi2Slave):
     """A slave whose variables are its attributes.
 
     `_step` takes a step, or returns the reason for a refusal.
+
+    Args:
+        rows: of each variable name, causality, type, unit, start, least and greatest allowed value.
     """
 
-    #: Parameters and inputs, rows of name, unit (None: Boolean), start, least and greatest allowed
-    #: value, description; outputs, rows of name, unit (None: Boolean), description.
-    tables: tuple[_Rows, _Rows, _Rows]
     #: Attributes of the state beside the variables; their objects are immutable or only extended.
     inside: tuple[str, ...] = ()
     #: Those of them that are serialized as arguments (`begins`, or a tuple), and their types.
@@ -40,8 +39,7 @@ class Companion(Fmi2Slave):
     #: How many steps have been accepted since the instance was made.
     _steps = 0
 
-    def __init__(self, start: dict[str, float], **kwargs) -> None:
-        """`start`: start values that differ from those of the tables, by name."""
+    def __init__(self, rows: list[tuple], **kwargs) -> None:
         super().__init__(**kwargs)
         prepare_process(self.resources, f"linux64/{self.modelName}.so")
         self._report = Messages(self.log_queue, kwargs, lambda: self._steps)
@@ -49,36 +47,32 @@ class Companion(Fmi2Slave):
         self._refused: dict[str, str] = {}
         #: Whether parameters can't be set any more.
         self._fixed = False
-        for fixed, rows in zip((True, False, False), self.tables):
-            for name, unit, *values, _ in rows:
-                default, *bounds = values or [0.0 if unit else False]
-                setattr(self, name, start.get(name, default))
-                setter = self._setter(name, fixed, *bounds) if bounds else self._no_setter
-                # Not more: modelDescription.xml is made from the same tables.
-                self.register_variable((Real if unit else Boolean)(name, setter=setter))
+        for name, causality, kind, _, start, low, high in rows:
+            make, zero = (Real, 0.0) if kind == "Real" else (Boolean, False)
+            setattr(self, name, zero if start is None else start)
+            # Not more: modelDescription.xml is made from the same tables.
+            setter = partial(self._assign, name, causality, low, high)
+            self.register_variable(make(name, setter=setter))
+        self._state_names = "_fixed", "_refused", *self.inside, *(row[0] for row in rows)
 
-    def _setter(self, name: str, fixed: bool, low: float, high: float) -> Callable[[float], None]:
-        """Of a parameter (`fixed`) or an input that may be from low to high."""
-
-        def assign(value: float) -> None:
-            refused = dict(self._refused)
-            refused.pop(name, None)
-            if value != getattr(self, name):
-                if not low <= value <= high:
-                    refused[name] = f"it must be {low:g} to {high:g}"
-                elif fixed and self._fixed:
-                    refused[name] = "a parameter is fixed now"
-                else:
-                    setattr(self, name, value)
-            if name in refused:
-                refused[name] = f"{name} = {value!r} is refused: {refused[name]}"
-                self._report(refused[name])
-            self._refused = refused
-
-        return assign
-
-    def _no_setter(self, value: float) -> None:
-        self._report("an output can't be set")
+    def _assign(self, name: str, causality: str, low: float, high: float, value: float) -> None:
+        """Set a variable, or refuse the value."""
+        refused, why = dict(self._refused), ""
+        refused.pop(name, None)
+        if causality == "output":
+            self._report("an output can't be set")
+        elif value == getattr(self, name):
+            pass
+        elif not low <= value <= high:
+            why = f"it must be {low:g} to {high:g}"
+        elif causality == "parameter" and self._fixed:
+            why = "a parameter is fixed now"
+        else:
+            setattr(self, name, value)
+        if why:
+            refused[name] = f"{name} = {value!r} is refused: {why}"
+            self._report(refused[name])
+        self._refused = refused
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         """Has no effect; the standalone FMU passes the start time alone."""
@@ -117,14 +111,11 @@ class Companion(Fmi2Slave):
         """Use the parameters; or return why they can't be used."""
         return None
 
-    def _state_names(self) -> tuple[str, ...]:
-        return "_fixed", "_refused", *self.inside, *(v.name for v in self.vars.values())
-
     def _get_fmu_state(self) -> dict:
-        return {name: getattr(self, name) for name in self._state_names()}
+        return {name: getattr(self, name) for name in self._state_names}
 
     def _set_fmu_state(self, state: dict | None) -> None:
-        if state is not None and tuple(state) == self._state_names():
+        if state is not None and tuple(state) == self._state_names:
             self.__dict__.update(state)
             self._steps += 1
             return
@@ -134,8 +125,6 @@ class Companion(Fmi2Slave):
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict | None) -> bytes:
-        if state is None:
-            return b""
         # A motion is computed again from its initial values.
         return _with_checksum(json.dumps(state, default=attrgetter("begins")).encode()[:-1])
 

@@ -65,24 +65,19 @@ class State(NamedTuple):
     club_rate: float
     shoulder_torque: float
     wrist_torque: float
-    #: Of the torques, J.
-    work: float
+    work: float  #: of the torques, J
 
     def head(self, golfer: Golfer) -> tuple[float, float]:
         """Position of the head from the shoulder: towards the target, and up."""
         r, length = golfer.arm_length, golfer.club_length
-        return (
-            r * sin(self.arm) + length * sin(self.club),
-            -r * cos(self.arm) - length * cos(self.club),
-        )
+        along = r * sin(self.arm) + length * sin(self.club)
+        return along, -r * cos(self.arm) - length * cos(self.club)
 
     def head_velocity(self, golfer: Golfer) -> tuple[float, float]:
         """Towards the target, and up."""
         u, w = golfer.arm_length * self.arm_rate, golfer.club_length * self.club_rate
-        return (
-            u * cos(self.arm) + w * cos(self.club),
-            u * sin(self.arm) + w * sin(self.club),
-        )
+        along = u * cos(self.arm) + w * cos(self.club)
+        return along, u * sin(self.arm) + w * sin(self.club)
 
     def head_speed(self, golfer: Golfer) -> float:
         """Along its path, m/s."""
@@ -107,19 +102,12 @@ class State(NamedTuple):
 
 
 class Ball(NamedTuple):
-    """How the head meets the ball, which lies where it comes when the arms point straight down.
+    """How the head meets the ball, which lies where it comes when the arms point straight down."""
 
-    Attributes:
-        time: since the top, s.
-        speed: of the head along the normal of the club face, m/s.
-        normal: its direction, rad above the ground.
-        effective_mass: of the head along the normal, kg.
-    """
-
-    time: float
-    speed: float
-    normal: float
-    effective_mass: float
+    time: float  #: as that of the motion's origin, s
+    speed: float  #: of the head along the normal of the club face, m/s
+    normal: float  #: its direction, rad above the ground
+    effective_mass: float  #: of the head along the normal, kg
 
 
 class _Piece(NamedTuple):
@@ -140,23 +128,30 @@ class Motion:
 
     Args:
         golfer: arms and club.
-        state: at time 0.
+        origin: when it begins, s; the times of the methods are since then.
+        state: at the origin.
         stage: HELD, RELEASED, BEYOND (of the ball: the torques fall off as they rose) or FINISHED.
         force: on the head, N.
         direction: against which it acts, rad above the ground.
     """
 
     def __init__(
-        self, golfer: Golfer, state: State, stage: int, force: float = 0.0, direction: float = 0.0
+        self,
+        golfer: Golfer,
+        origin: float,
+        state: State,
+        stage: int,
+        force: float = 0.0,
+        direction: float = 0.0,
     ) -> None:
         golfer, state = Golfer(*golfer), State(*state)
-        self.begins = golfer, state, stage, force, direction
-        self.golfer, self.force, self.direction = golfer, force, direction
+        self.begins = golfer, origin, state, stage, force, direction
+        self.golfer, self.origin, self.force, self.direction = golfer, origin, force, direction
         self._pieces: list[_Piece] = []
         self._add(0.0, state, stage)
 
     def at(self, t: float) -> tuple[State, int]:
-        """State and stage t seconds after the start."""
+        """State and stage."""
         piece = self._piece(t)
         return piece.state(t), piece.stage
 
@@ -167,6 +162,8 @@ class Motion:
 
     def work_against(self, begin: float, end: float) -> float:
         """Work of the head against the force between two instants, J."""
+        if not self.force:
+            return 0.0
         before, after = (self.at(t)[0].head(self.golfer) for t in (begin, end))
         along, up = after[0] - before[0], after[1] - before[1]
         return self.force * (along * cos(self.direction) + up * sin(self.direction))
@@ -176,7 +173,7 @@ class Motion:
         piece, golfer, force = self._piece(t), self.golfer, self.force
         if piece.stage == FINISHED:
             return 0.0, 0.0
-        p, q, u, w = state[:4]
+        p, q, u, w, _, torque, _ = state
         p2, q2 = (value(slope(one), t - piece.start) for one in piece.series[2:4])
         r, mass, first = golfer.arm_length, golfer.club_mass, golfer.club_first_moment
         # Of the club's centre of mass, times its mass.
@@ -184,7 +181,6 @@ class Motion:
         up = mass * r * (sin(p) * p2 + cos(p) * u * u) + first * (sin(q) * q2 + cos(q) * w * w)
         along += force * cos(self.direction)
         up += force * sin(self.direction) + mass * golfer.gravity
-        torque = state.wrist_torque
         if piece.stage == HELD:
             _, mixed, _, weight = golfer.couples()
             torque = golfer.club_inertia * q2 + mixed * cos(q - p) * p2
@@ -192,7 +188,7 @@ class Motion:
             torque += force * golfer.club_length * cos(q - self.direction)
         return hypot(along, up), torque
 
-    def ball(self, spin_loft: float = 0.0) -> Ball | None:
+    def ball(self, spin_loft: float) -> Ball | None:
         """How the head meets the ball; None if it doesn't reach it.
 
         Args:
@@ -203,11 +199,11 @@ class Motion:
         piece = next(one for one in self._pieces if one.stage >= BEYOND)
         if piece.stage == FINISHED:
             return None
-        golfer, state = self.golfer, State(*[one[0] for one in piece.series])
-        along, up = state.head_velocity(golfer)
-        normal = atan2(up, along) + spin_loft
-        mass = state.effective_mass(golfer, normal)
-        return Ball(piece.start, hypot(along, up) * cos(spin_loft), normal, mass)
+        state = piece.state(piece.start)
+        along, up = state.head_velocity(self.golfer)
+        normal, speed = atan2(up, along) + spin_loft, hypot(along, up) * cos(spin_loft)
+        mass = state.effective_mass(self.golfer, normal)
+        return Ball(piece.start + self.origin, speed, normal, mass)
 
     def _go_on(self) -> None:
         last = self._pieces[-1]
@@ -238,11 +234,8 @@ class Motion:
         inertia, mixed, arm_weight, club_weight = golfer.couples()
         club_inertia, r, length = golfer.club_inertia, golfer.arm_length, golfer.club_length
         along, up = cos(self.direction), sin(self.direction)
-        driven = stage <= RELEASED
-        goals = (
-            golfer.max_shoulder_torque if driven else 0.0,
-            golfer.max_wrist_torque if stage == RELEASED else 0.0,
-        )
+        shoulder_goal = golfer.max_shoulder_torque if stage <= RELEASED else 0.0
+        wrist_goal = golfer.max_wrist_torque if stage == RELEASED else 0.0
         p, q, u, w, shoulder, wrist, work = ([one] for one in state)
         sp, cp, sq, cq = [sin(p[0])], [cos(p[0])], [sin(q[0])], [cos(q[0])]
         # B cos(q - p), B sin(q - p), the squares of the rates; right-hand sides of the two
@@ -274,7 +267,7 @@ class Motion:
             q.append(w[n] / m)
             u.append(p2[n] / m)
             w.append(q2[n] / m)
-            for torque, goal in zip((shoulder, wrist), goals):
+            for torque, goal in ((shoulder, shoulder_goal), (wrist, wrist_goal)):
                 change = (goal if n == 0 else 0.0) - torque[n]
                 torque.append(change / (m * golfer.torque_rise_time))
             # sin' = cos times the rate, cos' = -sin times the rate.

@@ -17,58 +17,16 @@ centre at depth c behind the face, and inertia I:
     W_nn = 1/m_ball + 1/m_club + h^2 / I      rho   = (3.5/m_ball + 1/m_club + c^2 / I) / W_nn
     W_nt = h c / I                            gamma = -W_nt / W_nn   (vertical gear effect)
 
-The tangential force is left out of the normal motion (error 1 to 2 % of the spin at h = 15 mm), and
-so is the head's change of direction during contact. A result of law 1 is treated as one of law 2
-with the same coefficient of restitution and approach speed.
+The tangential force is left out of the normal motion, and so is the head's change of direction
+during contact.
 """
 
 from functools import partial
-from math import acos, acosh, atan2, exp, hypot, log, pi, sqrt, tan
+from math import acos, acosh, atan2, exp, hypot, log, sqrt, tan
 from typing import NamedTuple
 
 from companion import Companion
 from taylor import ORDER, Series, bisect, first_zero, slope, value
-
-_LOFT = "Angle of the face normal above the ground at impact"
-_ATTACK = "Angle of the club's path above the ground; spin loft = dynamic_loft - attack_angle"
-_INERTIA = "Of the head, about the horizontal axis along the face; 1e9: it doesn't turn"
-
-#: Name, unit, start, least and greatest allowed value, description.
-PARAMETERS = (
-    ("dynamic_loft", "rad", 11.5 * pi / 180.0, -1.5, 1.5, _LOFT),
-    ("attack_angle", "rad", 0.0, -1.5, 1.5, _ATTACK),
-    ("friction", "1", 0.4, 0.0, 1e9, "Coulomb friction between ball and face"),
-    ("tangential_stiffness_ratio", "1", 2.0 / 3.0, 1e-3, 1e3, "Tangential stiffness / k"),
-    ("m_club", "kg", 0.210, 1e-6, 1e6, "Mass of the club head"),
-    ("m_ball", "kg", 0.04593, 1e-6, 1e6, "Mass of the ball"),
-    ("ball_diameter", "m", 0.04267, 1e-6, 1e3, "Diameter of the ball"),
-    ("strike_height", "m", 0.0, -1.0, 1.0, "Height of impact above the head's centre of mass"),
-    ("centre_depth", "m", 0.0, 0.0, 1.0, "Depth of the head's centre of mass behind the face"),
-    ("head_inertia", "kg.m2", 1e9, 1e-6, 1e12, _INERTIA),
-)
-
-#: Any finite number: what ClubBallImpact can put out.
-_ANY = 1.7976931348623157e308
-
-#: The same; a unit of None is a Boolean's.
-INPUTS = (
-    ("separated", None, False, False, True, "The contact has ended: launches the ball"),
-    ("ball_velocity", "m/s", 0.0, -_ANY, _ANY, "Along the face normal, at separation"),
-    ("club_velocity", "m/s", 0.0, -_ANY, _ANY, "Along the face normal, at separation"),
-    ("smash_factor", "1", 0.0, -_ANY, _ANY, "ball_velocity / club velocity at first touch"),
-    ("coefficient_of_restitution", "1", 0.0, -_ANY, _ANY, "Along the face normal"),
-)
-
-#: Name, unit (None: Boolean), description.
-OUTPUTS = (
-    ("launched", None, "The ball has been launched"),
-    ("ball_speed", "m/s", "Speed of the ball at launch; 0 before"),
-    ("launch_angle", "rad", "Of the ball's velocity above the ground at launch; 0 before"),
-    ("backspin", "rad/s", "Of the ball at launch; 0 before"),
-    ("tangential_impulse", "N.s", "Of the tangential force on the ball, down the face"),
-)
-
-DESCRIPTION = "Launch of a golf ball by a lofted club: tangential force, backspin, launch angle"
 
 #: Pieces of a contact at least. Phases at most: contacts in golf have up to three, random ones 15.
 _PIECES, _PHASES = 64, 100
@@ -76,9 +34,6 @@ _PIECES, _PHASES = 64, 100
 #: Share of the contact left out at its end. Friction transmits at most 1e-20 mu of the impulse
 #: there, and the sign of the normal force is lost in rounding errors.
 _END = 1e-10
-
-#: x, u, y and p.
-State = tuple[float, float, float, float]
 
 
 def duration(zeta: float) -> float:
@@ -133,7 +88,7 @@ class Contact(NamedTuple):
         limit, decaying = 0, 0.0
         while left > least:
             piece, following = min(size, left), side
-            series = xs, us, ys, ps = self._series((x, u, y, p))
+            series = xs, us, ys, ps = self._series(x, u, y, p)
             drive = self.rho * self.friction - side * self.gamma
             if side:
                 slip = partial(self._slip, us, side * p - drive * u, drive - ratio, decaying)
@@ -180,9 +135,9 @@ class Contact(NamedTuple):
         whole = duration(self.zeta)
         return whole / (_PIECES + whole * (1.0 + double + sqrt(stiffness) + double * stiffness))
 
-    def _series(self, state: State) -> list[Series]:
-        """The series of x, u, y and p in scaled time while the contact sticks."""
-        series = xs, us, ys, ps = [[one] for one in state]
+    def _series(self, *start: float) -> list[Series]:
+        """The series of x, u, y and p in scaled time while the contact sticks, from their start."""
+        series = xs, us, ys, ps = [[one] for one in start]
         for n in range(ORDER):
             m, double = n + 1, 2.0 * self.zeta
             force = xs[n] + double * us[n]
@@ -198,8 +153,6 @@ class Launch(Companion):
     """The launch of the ball at separation; see the module's text."""
 
     launched: bool
-
-    tables = PARAMETERS, INPUTS, OUTPUTS
 
     def _begin(self) -> str | None:
         if abs(self.dynamic_loft - self.attack_angle) < 1.5:

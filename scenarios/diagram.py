@@ -10,12 +10,14 @@ _WORDS = {
     1: (
         "law 1 (absolute)",
         "a drag on each body,\nagainst the ground",
-        ("$m_C\\, \\dot v_C = -k\\, d - b\\, v_C$", "$m_B\\, \\dot v_B = k\\, d - b\\, v_B$"),
+        r"$m_C\, \dot v_C = -k\, d - b\, v_C$",
+        r"$m_B\, \dot v_B = k\, d - b\, v_B$",
     ),
     2: (
         "law 2 (relative)",
         "a damper between the bodies,\nbeside the spring",
-        ("$m_C\\, \\dot v_C = -F,\\quad m_B\\, \\dot v_B = F$", "$F = k\\, d + b\\, \\dot d$"),
+        r"$m_C\, \dot v_C = -F,\quad m_B\, \dot v_B = F$",
+        r"$F = k\, d + b\, \dot d$",
     ),
 }
 
@@ -32,15 +34,7 @@ _GROUND = [[-0.5, 0.5], *([x, x - 0.12 - 0.14j] for x in (-0.4, -0.2, 0.0, 0.2, 
 def run(fmu):
     """A diagram; nothing is simulated."""
     report = Report(TITLE, fmu)
-    report.figure(
-        "diagram",
-        "The ball is a mass m_B behind a spring k that the club face compresses by d = x_C − x_B.",
-    )(draw)
-    report.say(
-        "Law 1 is the document's equations, read with d = x_C − x_B: a drag on each body against "
-        "the ground. Law 2 is the document's text: a damper between the bodies, parallel to the "
-        "spring."
-    )
+    report.figure("diagram", "The ball is a mass behind a spring: d = x_C − x_B.")(draw)
     return report
 
 
@@ -86,11 +80,10 @@ def draw(figures):
             arrow = {"arrowstyle": "->", "lw": 1.4}
             axes.annotate("", (x + 0.9, y + 1.85), (x, y + 1.85), arrowprops=arrow)
             axes.text(x + 1.0, y + 1.85, f"${symbols}$", va="center")
-        name, words, equations = _WORDS[law]
+        name, *words = _WORDS[law]
         axes.text(6.5, y + 1.15, name, color=colour, fontweight="bold", va="center")
-        axes.text(6.5, y + 0.4, words, va="center")
-        for n, equation in enumerate(equations):
-            axes.text(6.5, y - 0.5 - 0.6 * n, equation, va="center")
+        for text, height in zip(words, (0.4, -0.5, -1.1)):
+            axes.text(6.5, y + height, text, va="center")
         axes.text(6.5, y - 1.8, "$d = x_C - x_B$: compression", va="center", color="0.25")
     return figure
 

@@ -24,7 +24,7 @@ def _printed_cases():
 
 
 def run(fmu):
-    """All cases of the document by its scheme and exactly; then the scheme with smaller steps."""
+    """All cases of the document by its scheme and exactly; then the scheme with other steps."""
     report = Report(TITLE, fmu)
     errors = {}
     with document_fmu() as euler:
@@ -34,7 +34,8 @@ def run(fmu):
             case = name.replace("e6", "e6 N/m")
             report.compare(f"The document's scheme: {case}", printed, scheme, exact)
             for metric, number in printed.items():
-                errors[f"{label(metric)}, {case}"] = abs(scheme[metric] / exact[metric] - 1.0)
+                quantity = label(metric)
+                errors[f"{quantity}, {case}"] = abs(scheme[metric] / exact[metric] - 1.0)
                 # Rounded or truncated: the document does both (K1 = 128.625 is printed 128.62).
                 reproduced = abs(scheme[metric] - number.value) <= number.half_digit * 1.05
                 known = document.NOT_REPRODUCED.get((name, metric))
@@ -42,15 +43,12 @@ def run(fmu):
                     words = f"printed {number.text}, the scheme gives {known.scheme}"
                     report.deviations.append(f"{known.case}: {words}")
                     continue
-                claim = (
-                    f"{name}: the scheme's {label(metric)} agrees with the printed {number.text}"
-                )
+                claim = f"{name}: the scheme's {quantity} agrees with the printed {number.text}"
                 report.check(claim, reproduced, f"{scheme[metric]:.8g}", "documents")
-        exact_velocity = report.cases["baseline"]["ball_velocity"]
-        steps = (4e-6, 2e-6, 1e-6, 0.5e-6, 0.25e-6)
-        error = {dt: abs(euler.impact(dt)["ball_velocity"] - exact_velocity) for dt in steps}
+        velocity = report.cases["baseline"]["ball_velocity"]
+        coarse, fine = (abs(euler.impact(h)["ball_velocity"] - velocity) for h in (4e-6, 0.25e-6))
 
-    order = math.log(error[steps[0]] / error[steps[-1]]) / math.log(steps[0] / steps[-1])
+    order = math.log2(coarse / fine) / 4.0
     claim = "the order of the scheme is that of explicit Euler, 1"
     report.check(claim, 0.9 < order < 1.1, f"measured: {order:.3f}")
     largest = max(errors, key=errors.__getitem__)
@@ -59,11 +57,7 @@ def run(fmu):
         f"printed numbers; its largest error against the exact solution is "
         f"{errors[largest] * 100:.2f} % ({largest})."
     )
-    report.say(
-        f"Its error in ball velocity is of order {order:.2f} in the step: "
-        f"{error[document.TIME_STEP]:.4f} m/s at 0.5 µs, in some 1240 communication steps. The "
-        "exact FMU needs one.",
-    )
+    report.say("It takes some 1240 communication steps of 0.5 µs; the exact FMU needs one.")
     return report
 
 

@@ -63,9 +63,8 @@ class Shots:
         if height:
             head |= {"strike_height": height, "centre_depth": _DEPTH, "head_inertia": _INERTIA}
             m_club = 1.0 / (1.0 / m_club + height**2 / _INERTIA)
-        normal_speed = speed * cos(loft - attack)
-        values_of_ball = BALLS[ball].values
-        impact = self.fmu.impact(_IMPACT, **values_of_ball, m_club=m_club, club_speed=normal_speed)
+        normal = {"m_club": m_club, "club_speed": speed * cos(loft - attack)}
+        impact = self.fmu.impact(_IMPACT, **BALLS[ball].values, **normal)
         self.launch.start(**head, **values)
         self.launch.set({**impact, "separated": True})
         self.launch.step(0.0, 1e-3)
@@ -73,9 +72,11 @@ class Shots:
 
     def lofted(self, speed, angle, attack, **values):
         """The shot with the dynamic loft (rad) whose launch has this angle (rad)."""
-        loft = _find_loft(
-            lambda loft: self.shot(speed, loft, attack, **values)["launch_angle"], angle, attack
-        )
+
+        def excess(loft):
+            return self.shot(speed, loft, attack, **values)["launch_angle"] - angle
+
+        loft = _bisect(excess, max(attack, 0.0), 0.9)
         return self.shot(speed, loft, attack, **values) | {"dynamic_loft": loft}
 
     def carry(self, shot):
@@ -106,11 +107,6 @@ def _bisect(function, low, high):
     return high
 
 
-def _find_loft(launch_angle, angle, attack):
-    """The dynamic loft (rad) with this launch angle (rad), which is a function of it."""
-    return _bisect(lambda loft: launch_angle(loft) - angle, max(attack, 0.0), 0.9)
-
-
 def march(restitution, sliding, m_club, damped=True, steps=20_000):
     """Tangential force of a contact by explicit Euler steps: another method than Launch.fmu's.
 
@@ -122,21 +118,20 @@ def march(restitution, sliding, m_club, damped=True, steps=20_000):
     """
     half = closed_forms.half_contact
     zeta = _bisect(lambda z: restitution - exp(-2.0 * z * half(z)), 0.0, 0.9)
-    size = 2.0 * half(zeta) / steps
-    s, q = size * np.arange(steps + 1), sqrt(1.0 - zeta * zeta)
+    s, size = np.linspace(0.0, 2.0 * half(zeta), steps + 1, retstep=True)
+    q, damping = sqrt(1.0 - zeta * zeta), 2.0 * zeta if damped else 0.0
     x, c = np.exp(-zeta * s) * np.sin(q * s) / q, np.exp(-zeta * s) * np.cos(q * s)
     u = c - zeta * x
     normal = np.maximum(x + 2.0 * zeta * u, 0.0)
     rho = (3.5 + _M_BALL / m_club) / (1.0 + _M_BALL / m_club)
-    damping = 2.0 * zeta if damped else 0.0
     y, p, tangential, slips = 0.0, sliding, [], []
     for limit in (_FRICTION * normal).tolist():
         force, rate = _RATIO * (y + damping * p), p
         slips.append(abs(force) > limit)
         if slips[-1]:
             force = copysign(limit, force)
-            rest = force / _RATIO - y
-            rate = rest / damping if damping > size else rest / size
+            # Without a damper the spring follows within the step.
+            rate = (force / _RATIO - y) / (damping or size)
         tangential.append(force)
         y += rate * size
         p -= rho * force * size
@@ -166,17 +161,12 @@ def _show_forces(report, shots):
     report.check(claim, 0.0 < turn < time[-1] and force[least] < 0.0, words)
     report.say(
         f"Roh & Lee's club, 11.5° and 35 m/s: the tangential force reaches {force[most]:.0f} N at "
-        f"{time[most] * 1e6:.0f} µs, changes its sign at {turn * 1e6:.0f} µs and ends after "
-        f"{force[least]:.0f} N; the ball leaves with {shot['backspin'] * _RPM:.0f} rpm. Of the "
-        "second curve of its Fig. 2 the document's text has the change of sign alone: nothing else "
-        "is compared.",
+        f"{time[most] * 1e6:.0f} µs and ends after {force[least]:.0f} N; the ball leaves with "
+        f"{shot['backspin'] * _RPM:.0f} rpm. Of the second curve of its Fig. 2 the document's text "
+        "has the change of sign alone: nothing else is compared.",
     )
 
-    @report.figure(
-        "loft_forces",
-        "The ball sticks to the face until friction limits the force near the end, where the "
-        "tangential spring returns its energy: the force has changed its sign.",
-    )
+    @report.figure("loft_forces", "The ball sticks to the face until friction limits the force.")
     def forces(figures):
         figure, axes = figures.new("Forces on the ball: loft 11.5°, 35 m/s")
         micro, limit = time * 1e6, _FRICTION * normal / 1e3
@@ -195,15 +185,14 @@ def _show_forces(report, shots):
 
 def _show_range(report, shots):
     """Backspin and launch angle over loft and over friction, at 40 m/s."""
-    lofts, frictions, speed = np.linspace(0.0, 60.0, 61), np.linspace(0.0, 0.6, 61), 40.0
-    by_loft = {
-        friction: [shots.shot(speed, radians(loft), friction=friction) for loft in lofts]
-        for friction in (0.1, 0.2, 0.4)
-    }
-    by_friction = {
-        loft: [shots.shot(speed, radians(loft), friction=friction) for friction in frictions]
-        for loft in (10.0, 25.0, 45.0)
-    }
+    lofts, frictions = np.linspace(0.0, 60.0, 61), np.linspace(0.0, 0.6, 61)
+
+    def launches(lofts, frictions):
+        pairs = np.broadcast(lofts, frictions)
+        return [shots.shot(40.0, radians(loft), friction=mu) for loft, mu in pairs]
+
+    by_loft = {friction: launches(lofts, friction) for friction in (0.1, 0.2, 0.4)}
+    by_friction = {loft: launches(loft, frictions) for loft in (10.0, 25.0, 45.0)}
     none = [row[0]["backspin"] for row in by_friction.values()]
     report.check("without friction there is no backspin", none == [0.0] * 3, "exactly 0")
     flat = by_loft[0.4][0]
@@ -219,9 +208,8 @@ def _show_range(report, shots):
 
     def plot(figures, title, output, label, factor):
         figure, (left, right) = figures.new_pair(title)
-        for (friction, row), colour in zip(
-            by_loft.items(), (figures.SKY, figures.ORANGE, figures.BLUE)
-        ):
+        colours = figures.SKY, figures.ORANGE, figures.BLUE
+        for (friction, row), colour in zip(by_loft.items(), colours):
             values = [shot[output] * factor for shot in row]
             left.plot(lofts, values, color=colour, label=f"friction {friction:g}")
         for (loft, row), dashes in zip(by_friction.items(), ("-", "--", ":")):
@@ -235,11 +223,7 @@ def _show_range(report, shots):
         right.legend()
         return figure
 
-    @report.figure(
-        "loft_backspin",
-        "At high loft the contact slips throughout: friction limits the backspin, and the ball "
-        "leaves closer to the face normal. Below that limit friction hardly matters.",
-    )
+    @report.figure("loft_backspin", "At high loft the contact slips: friction limits the backspin.")
     def backspin(figures):
         return plot(figures, "Backspin at 40 m/s", "backspin", "backspin (rpm)", _RPM)
 
@@ -259,8 +243,7 @@ def _show_tour(report, shots):
         report.cases[club] = shot
         loft, spin_loft = shot["dynamic_loft"], shot["dynamic_loft"] - path
         ours = shot["backspin"] * _RPM, shot["ball_speed"] / measured.MPH, shot["carry"] / _YARD
-        published = rpm, ball_mph, yards
-        off.append([(x / y - 1.0) * 100.0 for x, y in zip(ours, published)])
+        off.append([(x / y - 1.0) * 100.0 for x, y in zip(ours, (rpm, ball_mph, yards))])
         toward.append((up - path) / spin_loft * 100.0)
         cells = [cell for x, d in zip(ours, off[-1]) for cell in (f"{x:.0f}", f"{d:+.0f} %")]
         rows.append([club, f"{degrees(loft):.1f}", *cells, f"{toward[-1]:.0f} %"])
@@ -278,8 +261,7 @@ def _show_tour(report, shots):
     driver, irons = spin[0], spin[4:]
     claim = "the backspin of irons is within some 20 % of TrackMan's"
     report.check(claim, min(irons) > -5.0 and max(irons) < 22.0, _between(irons))
-    claim = "the driver's isn't: its head turns"
-    report.check(claim, driver > 50.0, f"{driver:+.0f} %")
+    report.check("the driver's isn't: its head turns", driver > 50.0, f"{driver:+.0f} %")
     _, mph, attack, _, angle, rpm, _, mass = measured.TOUR[0]
     drive = mph * measured.MPH, radians(angle), radians(attack)
     height = _bisect(
@@ -288,29 +270,22 @@ def _show_tour(report, shots):
     claim = "a strike 10 to 20 mm above the centre of mass would explain the driver's backspin"
     report.check(claim, 0.010 < height < 0.020, f"{height * 1e3:.1f} mm")
     report.say(
-        "A spring, a damper and friction across the face, with one friction, one stiffness ratio "
-        "and one COR line for all clubs and the dynamic loft from the launch angle, give the "
-        f"irons' backspin within {_between(irons)}, the ball speed within "
-        f"{_between(ball)} (woods have a flexible face, this ball doesn't) and the "
-        f"carry within {_between(carry)}. The ball leaves {min(toward):.0f} to "
-        f"{max(toward):.0f} % of the way from the path to the face normal (PING measured "
-        "61 to 83 %).",
-        f"Not explained is the driver: {driver:+.0f} %. Its head turns during "
-        f"contact; a strike {height * 1e3:.1f} mm above its centre of mass would give TrackMan's "
-        "backspin. Nobody measured the strike height of these averages: it can explain the "
-        "difference, it doesn't predict it.",
+        "With one friction, one stiffness ratio and one COR line for all clubs the irons' backspin "
+        f"is within {_between(irons)}, the ball speed within {_between(ball)} (woods have a "
+        f"flexible face) and the carry within {_between(carry)}. The ball leaves "
+        f"{min(toward):.0f} to {max(toward):.0f} % of the way from the path to the face normal "
+        "(PING measured 61 to 83 %).",
+        f"Not explained is the driver: {driver:+.0f} %. Its head turns during contact; a strike "
+        f"{height * 1e3:.1f} mm above its centre of mass would give TrackMan's backspin. Nobody "
+        "measured that height: it can explain the difference, it doesn't predict it.",
         "How much of the agreement is luck: the tangential damper was adopted after the spring "
-        f"alone had missed the irons by {_between(undamped[4:])}, "
-        "fitted in the same way. And the force acts with the lever arm of the round ball: with "
-        f"that of the compressed one backspin would be {min(less):.0f} to {max(less):.0f} % less: "
-        "no less than the deviation that is left.",
+        f"alone had missed the irons by {_between(undamped[4:])}, fitted in the same way. And the "
+        "force acts with the lever arm of the round ball: with that of the compressed one backspin "
+        f"would be {min(less):.0f} to {max(less):.0f} % less: no less than the deviation that is "
+        "left.",
     )
 
-    @report.figure(
-        "loft_tour",
-        "Dynamic loft is chosen so that the launch angle is TrackMan's; nothing else is fitted. "
-        "The grey band is 15 %.",
-    )
+    @report.figure("loft_tour", "Nothing is fitted but the dynamic loft. The grey band is 15 %.")
     def tour(figures):
         figure, axes = figures.new("Deviation from PGA Tour averages", size=(7.2, 4.8))
         clubs = list(report.cases)[1:]
@@ -337,7 +312,7 @@ def _undamped(restitution, speed, attack, angle, m_club):
         _, normal, tangential, _ = march(restitution, tan(loft - attack), m_club, False, 2_000)
         return float(np.sum(tangential) / np.sum(normal))
 
-    loft = _find_loft(lambda loft: loft - atan(slope(loft)), angle, attack)
+    loft = _bisect(lambda loft: loft - atan(slope(loft)) - angle, max(attack, 0.0), 0.9)
     ball_speed = (1.0 + restitution) * speed * cos(loft - attack) / (1.0 + _M_BALL / m_club)
     return ball_speed * slope(loft) / (0.4 * _RADIUS)
 

@@ -1,6 +1,6 @@
 """Compression ratings: predictions over club speed from an indicative stiffness of each."""
 
-from golf_impact.scenario import BALLS, Report, document, format_value, main, rating_stiffness
+from golf_impact.scenario import BALLS, QUANTITIES, Report, document, main, rating_stiffness
 
 TITLE = "Rating: compression ratings over club speed"
 CHAPTER = 10
@@ -15,12 +15,7 @@ _LIMITS = (130.0 / 3.6, 160.0 / 3.6)
 #: The ratings in the table of stiffnesses.
 _RATINGS = (30, 45, 60, 73, 80, 90, 98, 110)
 
-_COLUMNS = {
-    "ball_velocity": "v_B (m/s)",
-    "smash_factor": "S",
-    "max_force": "max force (N)",
-    "contact_time": "contact (µs)",
-}
+_COLUMNS = ("ball_velocity", "smash_factor", "max_force", "contact_time")
 
 
 def run(fmu):
@@ -32,33 +27,22 @@ def run(fmu):
         [["k (1e5 N/m)", *(f"{rating_stiffness(rating) / 1e5:.2f}" for rating in _RATINGS)]],
     )
 
-    def impacts(how, **changes):
-        """Metrics by ball and club speed."""
-        cases = {}
-        for name in _PRESETS:
-            for speed in _SPEEDS:
-                values = {**BALLS[name].values, "club_speed": speed, **changes}
-                cases[name, speed] = report.impact(f"{name}, {how}, {speed:g} m/s", **values)
-        return cases
-
-    line = impacts("COR line")
-    fixed = impacts("b = 9", restitution_at_rest=0.0, restitution_slope=0.0, b=9.0)
-    rows = [
-        [
-            f"{name.removeprefix('rating-')}, {speed:g} m/s",
-            *(format_value(metric, line[name, speed][metric]) for metric in _COLUMNS),
-            f"{line[name, speed]['max_compression'] / document.USED['ball_diameter']:.3f}",
-            format_value("smash_factor", fixed[name, speed]["smash_factor"]),
-        ]
-        for speed in _IN_BAND.values()
-        for name in _PRESETS
-    ]
-    report.table(
-        "Predictions with the measured COR line, the same for all ratings",
-        ["rating, club speed", *_COLUMNS.values(), "compression / D", "S if b = 9 N·s/m"],
-        rows,
-    )
+    # By ball and club speed.
+    line, fixed = {}, {}
+    for name in _PRESETS:
+        for speed in _SPEEDS:
+            values = {**BALLS[name].values, "club_speed": speed}
+            line[name, speed] = report.impact(f"{name}, COR line, {speed:g} m/s", **values)
+            values |= {"restitution_at_rest": 0.0, "restitution_slope": 0.0, "b": 9.0}
+            fixed[name, speed] = report.impact(f"{name}, b = 9, {speed:g} m/s", **values)
+    rows = []
     for band, speed in _IN_BAND.items():
+        for name in _PRESETS:
+            metrics, same_b = line[name, speed], fixed[name, speed]
+            cells = [QUANTITIES[metric].format_value(metrics[metric]) for metric in _COLUMNS]
+            cells.append(f"{metrics['max_compression'] / document.USED['ball_diameter']:.3f}")
+            cells.append(f"{same_b['smash_factor']:.4f}")
+            rows.append([f"{name.removeprefix('rating-')}, {speed:g} m/s", *cells])
         for claim, trend, cases, metric in (
             ("a higher rating has a larger maximum force", report.rises, line, "max_force"),
             ("a higher rating has a shorter contact", report.falls, line, "contact_time"),
@@ -67,26 +51,24 @@ def run(fmu):
             ("with the same b, S increases with rating", report.rises, fixed, "smash_factor"),
         ):
             trend(f"{band}: {claim}", [cases[name, speed][metric] for name in _PRESETS])
+    labels = [QUANTITIES[metric].label for metric in _COLUMNS]
+    columns = ["rating, club speed", *labels, "compression / D", "S if b = 9 N·s/m"]
+    title = "Predictions with the measured COR line, the same for all ratings"
+    report.table(title, columns, rows)
     at = _IN_BAND["moderate"]
     gain = fixed["rating-high", at]["ball_velocity"] - fixed["rating-low", at]["ball_velocity"]
     report.say(
         "Indicative only: there is no industry standard for compression. A rating comes from slow "
         "compression by a fifth of the force of an impact or less, without any information on "
-        "damping. The bands of swing speed are the document's.",
+        "damping.",
         "That a harder ball is faster follows from the document's assumption of the same b: "
-        f"{gain:.1f} m/s at {at:g} m/s between low and high. With the same COR, the rating changes "
-        "force, contact time and compression (feel), not ball speed.",
+        f"{gain:.1f} m/s at {at:g} m/s between low and high.",
     )
 
-    @report.figure(
-        "rating",
-        "With the same b a higher rating gives a higher ball speed; with the measured COR only "
-        "compression, force and contact time differ.",
-    )
+    @report.figure("rating", "The rating determines compression, ball speed only if b is the same.")
     def over_speed(figures):
-        figure, (left, right) = figures.new_pair(
-            "Compression ratings over club speed (indicative)", "law 2, k from the rating"
-        )
+        title = "Compression ratings over club speed (indicative)"
+        figure, (left, right) = figures.new_pair(title, "law 2, k from the rating")
         for name in _PRESETS:
             style = figures.STYLES[name].line
             smash = [fixed[name, speed]["smash_factor"] for speed in _SPEEDS]
@@ -98,11 +80,11 @@ def run(fmu):
         left.plot(_SPEEDS, smash, **dots)
         left.annotate("each rating with b = 9 N·s/m", (21.0, 1.555), fontsize=9)
         for axes in (left, right):
+            at_bottom = {"transform": axes.get_xaxis_transform(), "ha": "center", "fontsize": 9}
             for limit in _LIMITS:
                 axes.axvline(limit, color=figures.BLACK, alpha=0.4, lw=1.0, ls=":")
             for band, speed in _IN_BAND.items():
-                above = axes.get_xaxis_transform()
-                axes.text(speed, 0.02, band, transform=above, ha="center", fontsize=9)
+                axes.text(speed, 0.02, band, **at_bottom)
             axes.set_xlabel("club speed (m/s); dotted: 130 and 160 km/h")
         left.set_ylabel("smash factor S")
         right.set(ylabel="maximum compression (mm)", ylim=(0, None))

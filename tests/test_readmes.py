@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from golf_physics.variables import VARIABLES
 
-from golf_impact.report import reading
+from golf_impact.report.page import document_tables
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("", "fmu_src", "build", "scenarios", "scenarios/golf_impact/explore", "tests")
@@ -36,7 +36,7 @@ def variables():
 def document():
     """What the document says and how it is read, as Markdown."""
     parts = []
-    for n, table in enumerate(reading.tables()):
+    for n, table in enumerate(document_tables()):
         rows = [[*row[:-1], f"`{row[-1]}`"] if n == 0 else row for row in table.rows]
         parts.append(f"{table.title}:\n\n{markdown(table.columns, rows)}")
     return "\n\n".join(parts)
@@ -59,7 +59,7 @@ def test_tables_are_those_of_the_code(name):
 
 
 def test_what_is_implemented_where_exists():
-    for row in reading.tables()[0].rows:
+    for row in document_tables()[0].rows:
         path, _, number = row[-1].rpartition(":")
         assert (ROOT / path).read_text("utf-8").splitlines()[int(number) - 1].strip()
 

@@ -15,9 +15,9 @@ from golf_impact.commands.scripts import FOLDER, list_names, load_scenario, load
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
 from golf_impact.peers.document_scheme import document_fmu
-from golf_impact.report import figures, reading
+from golf_impact.report import figures
 from golf_impact.report.outcome import KINDS, Table, summarize_checks
-from golf_impact.report.page import render_page, write_reports
+from golf_impact.report.page import document_tables, render_page, write_reports
 from golf_impact.report.report import Report
 
 LONG = ("system", "loft", "model_exchange")
@@ -159,7 +159,7 @@ def test_the_report_introduces_itself(fmu):
     ):
         assert words in introduction
     # Each table of the document's statements, with file and line of their implementation.
-    for table in reading.tables():
+    for table in document_tables():
         for row in table.rows:
             for cell in row:
                 assert html.escape(cell).replace("&#x27;", "&#39;") in introduction

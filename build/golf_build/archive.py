@@ -16,10 +16,6 @@ from typing import BinaryIO
 #: The list of an FMU's files with their SHA-256 digests.
 SUMS = "documentation/SHA256SUMS"
 
-#: The time of all files in an archive.
-_EPOCH = (1980, 1, 1, 0, 0, 0)
-EPOCH_TEXT = "1980-01-01T00:00:00Z"
-
 _FIRST = ("modelDescription.xml", "SystemStructure.ssd")
 
 
@@ -40,7 +36,7 @@ def pack(files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
     data = io.BytesIO()
     with zipfile.ZipFile(data, "w", method, compresslevel=9) as archive:
         for name in sorted(files, key=lambda name: (name not in _FIRST, name)):
-            info = zipfile.ZipInfo(name, _EPOCH)
+            info = zipfile.ZipInfo(name)  # of 1980
             info.compress_type = method
             info.create_system = 3
             info.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16

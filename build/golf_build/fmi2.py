@@ -7,6 +7,7 @@ from golf_build.packaging import Builder
 #: Of every FMU for FMI 2.0.
 ENTRY = '''"""The entry point of the FMU; pythonfmu compiles this file anew for every instance."""
 
+from {package} import VALUES
 from {package}.{module} import {model} as Adapter
 
 
@@ -19,7 +20,7 @@ class {model}(Adapter):
 
     # pythonfmu 0.7.0 crashes on the second instance of a class without a method in its body.
     def __init__(self, **kwargs):
-        Adapter.__init__(self, {start}, **kwargs)
+        Adapter.__init__(self, VALUES, **kwargs)
 '''
 
 _ABOUT = "Impact of a golf club on a ball: contact force, smash factor, restitution, energy"
@@ -28,12 +29,13 @@ _ABOUT = "Impact of a golf club on a ball: contact force, smash factor, restitut
 #: variables are. Systems feed them back: without this an importer must take that for an algebraic
 #: loop in initialization.
 TABLES = {
+    "rows": VARIABLES,
     "description": _ABOUT,
+    "units": UNITS,
     "laws": LAWS,
     "constant": ("mean_force", "impulse"),
 }
 
-_SOURCES = ("club_ball_impact.py", "golf_physics", "host")
 BUILDER = Builder(
-    2, "ClubBallImpact", _SOURCES, ENTRY, lambda _: TABLES | {"rows": VARIABLES, "units": UNITS}
+    2, "ClubBallImpact", ("club_ball_impact.py", "golf_physics", "host"), ENTRY, TABLES
 )

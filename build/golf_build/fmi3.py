@@ -34,4 +34,4 @@ _TABLES = TABLES | {
 }
 
 _SOURCES = ("club_ball_impact_fmi3.py", "golf_physics", "host")
-BUILDER = Builder(3, "ClubBallImpact.fmi3", _SOURCES, _ENTRY, lambda _: dict(_TABLES))
+BUILDER = Builder(3, "ClubBallImpact.fmi3", _SOURCES, _ENTRY, _TABLES)

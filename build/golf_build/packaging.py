@@ -1,8 +1,10 @@
 """Packages FMUs with pythonfmu, completely and reproducibly.
 
-pythonfmu 0.7.0 writes a random GUID and the time of day. Its modules are found by name, so that a
-second build in the same process would silently run the code of the first one; here the names of an
-FMU's modules contain the digest of its sources.
+pythonfmu 0.7.0 and pythonfmu3 0.3.4 write a random GUID and the time of day; their
+modelDescription.xml lacks units, ranges, initial unknowns and derivatives that are also states, and
+has 16 digits of a start value. Modules are found by name, so that a second build in the same
+process would silently run the code of the first one; here the names of an FMU's modules contain the
+digest of its sources.
 """
 
 import hashlib
@@ -10,19 +12,21 @@ import importlib.metadata
 import re
 import sys
 import uuid
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import golf_physics
-from golf_physics.variables import Variable
 
 from golf_build.archive import SUMS, checksums, scratch, unpack, write_archive
-from golf_build.description import HERE, RUNTIMES, render, write_description
 
+HERE = Path(__file__).resolve().parent
 _PHYSICS = Path(golf_physics.__file__).resolve().parent
+
+#: The packages that make FMUs, by version of FMI; the FMU contains their runtime.
+RUNTIMES = {2: "pythonfmu", 3: "pythonfmu3"}
 
 
 class Builder(NamedTuple):
@@ -32,9 +36,14 @@ class Builder(NamedTuple):
         fmi: 2 or 3.
         name: of the file, without .fmu; up to a dot, that of the model and its class.
         sources: files and folders of fmu_src, the module with the class first.
-        entry: the module that the runtime loads; {package}, {module}, {model} and {start} are
-            filled in.
-        tables: arguments of `write_description`, from the module with the class.
+        entry: the module that the runtime loads; {package}, {module} and {model} are filled in. The
+            package has VALUES: `start` if there are laws; else name, causality, type, unit, start,
+            low and high of every variable.
+        tables: `rows`, the variables, the value reference of each being its index; `description`;
+            `units` by name; `laws` of ClubBallImpact; `constant` (outputs whose initial values
+            depend on no variable); in FMI 3.0 `derivatives` (by the names of their states),
+            `unsolved` (outputs that are NaN in Model Exchange) and `structure` (names of
+            variables by the elements of ModelStructure).
         start: start values by name, where they aren't those of the tables.
     """
 
@@ -42,12 +51,13 @@ class Builder(NamedTuple):
     name: str
     sources: tuple[str, ...]
     entry: str
-    tables: Callable[[Any], dict[str, Any]]
+    tables: dict[str, Any]
     start: Mapping[str, float] = {}
 
     def digest(self) -> str:
         """SHA-256 digest of all sources of an FMU; it decides whether a build is current."""
-        settings = importlib.metadata.version(RUNTIMES[self.fmi]), self.name, self.start
+        runtime = importlib.metadata.version(RUNTIMES[self.fmi])
+        settings = runtime, self.name, self.start, self.tables
         total = hashlib.sha256(repr(settings).encode())
         # With names that don't depend on the location of the files.
         files = {"LICENSE": _license(), **_read(self.sources)}
@@ -71,43 +81,60 @@ class Builder(NamedTuple):
 
     def files(self) -> dict[str, bytes]:
         """The FMU's files by name."""
-        suffix, model = self.digest()[:16], self.name.partition(".")[0]
+        suffix, model, runtime = self.digest()[:16], self.name.partition(".")[0], RUNTIMES[self.fmi]
         module = self.sources[0].removesuffix(".py")
         package = f"golf_{'physics' if 'golf_physics' in self.sources else module}_{suffix}"
+        start = self.start
+        rows = [row._replace(start=start.get(row.name, row.start)) for row in self.tables["rows"]]
+        values = start if "laws" in self.tables else [row[:7] for row in rows]
         modules = {"__init__.py": b"", **_read(self.sources)}
+        modules["__init__.py"] += f"VALUES = {values}\n".encode()
         tops = "|".join({name.partition("/")[0].removesuffix(".py") for name in modules})
         beside = {}
         for name, data in modules.items():
             text = re.sub(r"(?m)^from golf_physics\b", f"from {package}", data.decode())
             text = re.sub(rf"(?m)^from ({tops})\b", rf"from {package}.\1", text)
             beside[f"{package}/{name}"] = text.encode()
-        names = {"package": package, "module": module, "model": model}
-        entry = self.entry.format(**names, start=self.start).encode()
-        with packaged(self.fmi, f"{module}_{suffix}", entry, beside) as raw:
+        entry = self.entry.format(package=package, module=module, model=model)
+        with packaged(self.fmi, f"{module}_{suffix}", entry.encode(), beside) as raw:
             files = unpack(raw)
-            tables = self.tables(sys.modules[f"{package}.{module}"])
-        start = self.start
-        rows = [row._replace(start=start.get(row.name, row.start)) for row in tables.pop("rows")]
-        naming: dict[str, Any] = {"name": model, "token": self.guid()}
-        files["modelDescription.xml"] = write_description(self.fmi, rows, **naming, **tables)
-        files |= self._documents(rows, tables)
-        return files | {SUMS: checksums(files)}
-
-    def _documents(self, rows: list[Variable], tables: dict[str, Any]) -> dict[str, bytes]:
-        """The licences of an FMU; of ClubBallImpact also pictures and index.html."""
-        folder, runtime = HERE / "documentation", RUNTIMES[self.fmi]
-        files = {"documentation/licenses/license.txt": _license()}
+        context = self.tables | {
+            "fmi": self.fmi,
+            "name": model,
+            "rows": rows,
+            "references": {row.name: n for n, row in enumerate(rows)},
+            "runtime": runtime,
+            "runtime_version": importlib.metadata.version(runtime),
+            "token": self.guid(),
+            "version": golf_physics.__version__,
+        }
+        description = render(HERE / "modelDescription.xml.jinja", **context)
+        # All attributes are in double quotes, so apostrophes need no escape.
+        files["modelDescription.xml"] = description.replace(b"&#39;", b"'")
+        files["documentation/licenses/license.txt"] = _license()
         for file in importlib.metadata.files(runtime) or []:
             if file.name == "LICENSE":
                 files[f"documentation/licenses/{runtime}.txt"] = file.read_binary()
-        if "laws" in tables:
+        if "laws" in self.tables:
+            folder = HERE / "documentation"
             files |= {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
+            files["documentation/index.html"] = render(folder / "index.html.jinja", **context)
             files["model.png"] = (HERE / "model.png").read_bytes()
-            about = {"fmi": self.fmi, "runtime": runtime, "version": golf_physics.__version__}
-            files["documentation/index.html"] = render(
-                folder / "index.html.jinja", rows=rows, **about, **tables
-            )
-        return files
+        return files | {SUMS: checksums(files)}
+
+
+def render(template: Path, **values: Any) -> bytes:
+    """Render a jinja template (UTF-8)."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(template.parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    return environment.get_template(template.name).render(values).encode()
 
 
 def guid_of(fmu: Path) -> str | None:

@@ -24,9 +24,8 @@ from typing import NamedTuple
 
 from golf_build import elf
 from golf_build.archive import SUMS, checksums, scratch, unpack
-from golf_build.description import HERE, RUNTIMES
 from golf_build.extras import install_command
-from golf_build.packaging import bundle, fmu_source
+from golf_build.packaging import HERE, RUNTIMES, bundle, fmu_source
 
 SUFFIX = ".standalone"
 
@@ -55,19 +54,12 @@ class StandaloneError(Exception):
 
 
 class PrivatePython(NamedTuple):
-    """What is included in a standalone FMU beside its loader.
+    """What is included in a standalone FMU beside its loader."""
 
-    Attributes:
-        library: the name that the loader loads.
-        files: by name; they lie beside the loader.
-        licences: text by name.
-        modules: frozen ones and extension modules.
-    """
-
-    library: str
-    files: dict[str, bytes]
+    library: str  #: the name that the loader loads
+    files: dict[str, bytes]  #: they lie beside the loader
     licences: dict[str, bytes]
-    modules: tuple[str, ...]
+    modules: tuple[str, ...]  #: frozen ones and extension modules
 
 
 # This machine
@@ -131,8 +123,8 @@ def _libraries(files: list[Path]) -> dict[str, Path]:
 # The included Python
 
 
-def _freeze(modules: dict[str, bytes]) -> list[tuple[str, bool | None, str]]:
-    """Compile these modules and those they import; see `frozen_modules`."""
+def _freeze(modules: dict[str, bytes]) -> list[list]:
+    """Compile these modules and those they import; rows as `frozen_modules` prints them."""
     files = modules | {f"{name}.py": text.encode() for name, text in _STAND_INS.items()}
     files["frozen_modules.py"] = (HERE / "frozen_modules.py").read_bytes()
     with scratch(files) as folder:
@@ -146,10 +138,10 @@ def _freeze(modules: dict[str, bytes]) -> list[tuple[str, bool | None, str]]:
     if done.returncode:
         why = done.stderr.strip().splitlines()[-1]
         raise StandaloneError(f"--standalone: the FMU's modules can't be compiled: {why}")
-    return [(name, package, text) for name, package, text in json.loads(done.stdout)]
+    return json.loads(done.stdout)
 
 
-def _blob(rows: list[tuple[str, bool | None, str]]) -> bytes:
+def _blob(rows: list[list]) -> bytes:
     """Modules as the loader reads them."""
     data = b""
     for name, package, text in rows:
@@ -235,12 +227,7 @@ def private_python() -> PrivatePython:
     )
     # A compiler's linker reads the sections, the dynamic one doesn't.
     files = {name: elf.strip(data) for name, data in files.items()} | {library: compiled}
-    return PrivatePython(
-        library=library,
-        files=files,
-        licences=_licences(contents),
-        modules=tuple(row[0] for row in rows),
-    )
+    return PrivatePython(library, files, _licences(contents), tuple(row[0] for row in rows))
 
 
 def _licences(libraries: Iterable[str]) -> dict[str, bytes]:

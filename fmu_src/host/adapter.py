@@ -1,9 +1,45 @@
 """Common parts of the FMI adapters."""
 
+import threading  # before any hold: it must not be first imported by a thread that is held
 from collections.abc import Callable
 from typing import Any
 
-from .thread_state import Hold
+_this_thread = threading.local()
+
+
+class _Hold:
+    """Keeps the Python thread state of the thread that made this, until `release` in that thread.
+
+    A thread that Python didn't start has no thread state, so PyGILState_Ensure makes one at every
+    FMI call and PyGILState_Release drops it: that is ten times the cost of the call. While one more
+    Ensure is outstanding, the state stays. Released elsewhere, or never, it stays until Python
+    ends: a few kilobytes. In a thread of Python's own all this is one number that goes up and down.
+
+    The `threading` module waits, when Python ends, for the thread that first imported it. So the
+    call of the host that imported it must be over before a hold is made: never make one while an
+    instance is made.
+    """
+
+    def __init__(self) -> None:
+        self._release = None
+        try:
+            from ctypes import pythonapi
+
+            ensure, release = pythonapi.PyGILState_Ensure, pythonapi.PyGILState_Release
+        except (ImportError, AttributeError):
+            # No ctypes in this Python, or its library is hidden: calls stay as slow as they are.
+            return
+        # The mark lives and dies with the thread state; a thread's number would be used again.
+        self._mark = _this_thread.__dict__.setdefault("mark", object())
+        outer = ensure()
+        self._release = lambda: release(outer)
+
+    def release(self) -> None:
+        release, self._release = self._release, None
+        if release and getattr(_this_thread, "mark", None) is self._mark:
+            release()
+
+    __del__ = release
 
 
 def accessors(type_: str, convert: Callable = lambda value: value) -> tuple[Callable, Callable]:
@@ -22,11 +58,11 @@ class Adapter:
     """A slave around one component."""
 
     _component: Any
-    _hold: Hold | None = None
+    _hold: _Hold | None = None
 
     def enter_initialization_mode(self):
-        # Not earlier: see Hold.
-        self._hold = Hold()
+        # Not earlier: see _Hold.
+        self._hold = _Hold()
         self._component.enter_initialization()
 
     def exit_initialization_mode(self):

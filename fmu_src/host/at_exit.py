@@ -7,11 +7,9 @@ that is dropped earlier can't be dropped again.
 """
 
 import os
+from functools import cache
 
 from .interrupts import defer_interrupts
-
-#: Whether a library is pythonfmu's and registered, by its path.
-_known: dict[str, bool] = {}
 
 
 def prepare_process(resources: str, library: str) -> None:
@@ -23,15 +21,13 @@ def prepare_process(resources: str, library: str) -> None:
         resources: the folder of that name in the extracted FMU.
         library: the path of the library in the folder binaries.
     """
-    path = os.path.join(resources, "..", "binaries", library)
-    if path not in _known:
-        _known[path] = _release_at_exit(path)
-    if _known[path]:
+    if _release_at_exit(os.path.join(resources, "..", "binaries", library)):
         defer_interrupts()
 
 
+@cache
 def _release_at_exit(path: str) -> bool:
-    """Register the release with C's __cxa_atexit; returns whether the library is pythonfmu's.
+    """Register the release with C's __cxa_atexit, once; returns whether the library is pythonfmu's.
 
     Python's atexit runs too late in a process with several FMUs that isn't Python. There the FMU
     that started Python finalizes it from its destructor, when the pointers of the others may be

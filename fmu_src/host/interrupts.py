@@ -21,25 +21,21 @@ def defer_interrupts() -> None:
     Takes the place of Python's own handler of SIGINT and does the same outside the FMU. It does
     nothing where a host has a handler of its own, and in threads that can't set one.
     """
-    try:
-        from _thread import interrupt_main
-        from signal import SIGINT, default_int_handler, getsignal, signal
-    except ImportError:
-        return
-    if getsignal(SIGINT) is not default_int_handler:
-        return
+    # Not above: the standalone FMU doesn't include them.
+    from _thread import interrupt_main
+    from signal import SIGINT, default_int_handler, getsignal, signal
 
     def handle(number, frame):
         caller = frame
-        while caller is not None:
-            if _ours.match(caller.f_globals.get("__name__", "")):
-                # Raised again in this thread, it would be handled within this very call.
-                again = threading.Timer(_AGAIN, interrupt_main)
-                again.daemon = True
-                again.start()
-                return
+        while caller and not _ours.match(caller.f_globals.get("__name__", "")):
             caller = caller.f_back
-        default_int_handler(number, frame)
+        if not caller:
+            default_int_handler(number, frame)
+        # Raised again in this thread, it would be handled within this very call.
+        again = threading.Timer(_AGAIN, interrupt_main)
+        again.daemon = True
+        again.start()
 
-    with suppress(ValueError):
-        signal(SIGINT, handle)
+    if getsignal(SIGINT) is default_int_handler:
+        with suppress(ValueError):
+            signal(SIGINT, handle)

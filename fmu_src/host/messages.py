@@ -35,7 +35,12 @@ class Messages:
 
     def __call__(self, text: str) -> None:
         self._queue.append(LogMsg(Fmi2Status.error, "logStatusError", text))
-        if self._logger is None or _is_logging(self._logger):
+        if self._logger is None:
+            return
+        # Not above: the standalone FMU doesn't include it.
+        from ctypes import c_bool
+
+        if c_bool.from_address(self._logger + _DEBUG_LOGGING).value:
             return
         now = self._now()
         if now != self._written_at:
@@ -47,12 +52,3 @@ class Messages:
             with suppress(AttributeError, OSError, ValueError):
                 sys.stderr.write(f"{self._name}: {text}\n")
                 sys.stderr.flush()
-
-
-def _is_logging(logger: int) -> bool:
-    """Whether pythonfmu's logger with this address forwards messages."""
-    try:
-        from ctypes import c_bool
-    except ImportError:
-        return False
-    return c_bool.from_address(logger + _DEBUG_LOGGING).value

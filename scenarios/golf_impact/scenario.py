@@ -15,13 +15,7 @@ from golf_impact.facts.quantities import QUANTITIES, format_value, label
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.loaded import LoadedFmu, LoadedFmu3
-from golf_impact.fmu.system import (
-    build_system,
-    extract_fmus,
-    run_ssp,
-    run_system,
-    start_values,
-)
+from golf_impact.fmu.system import build_system, extract_fmus, run_ssp, run_system
 from golf_impact.peers.document_scheme import document_fmu
 from golf_impact.report.report import Metrics, Report
 
@@ -29,7 +23,6 @@ __all__ = ["BALLS", "QUANTITIES", "ImpactFmu", "LoadedFmu3", "Metrics", "Report"
 __all__ += ["LoadedFmu", "build_system", "closed_forms", "current_fmu", "document"]
 __all__ += ["document_fmu", "extract_fmus", "label"]
 __all__ += ["format_value", "main", "measured", "rating_stiffness", "run_ssp", "run_system"]
-__all__ += ["start_values"]
 
 
 def main(script: str) -> None:

@@ -27,9 +27,5 @@ def worst_error(driver: Driver, randoms: int) -> dict[str, Any]:
             check_reference(record, scales, steps, path, chosen)
     check = ledger.checks["reference"]
     where = {name: check["case"][name] for name in ("case", "output", "pattern")}
-    return {
-        "worst_error": check["worst"],
-        **where,
-        "cases": len(named),
-        "numbers_compared": check["count"],
-    }
+    numbers = {"cases": len(named), "numbers_compared": check["count"]}
+    return {"worst_error": check["worst"], **where, **numbers}

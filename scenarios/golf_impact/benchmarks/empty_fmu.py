@@ -2,16 +2,19 @@
 
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 
+_INPUTS = ("k", "b", "club_speed")
+OUTPUTS = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity")
+
 
 class Empty(Fmi2Slave):
-    """Three inputs, five outputs that stay 0, all without unit, and a step that does nothing."""
+    """Some variables of ClubBallImpact, without unit, and a step that does nothing."""
 
     def __init__(self, **kwargs) -> None:
         super().__init__(**kwargs)
-        for causality, count in ((Fmi2Causality.input, 3), (Fmi2Causality.output, 5)):
-            for n in range(1, count + 1):
-                setattr(self, f"{causality.name}{n}", 0.0)
-                self.register_variable(Real(f"{causality.name}{n}", causality=causality))
+        for causality, names in ((Fmi2Causality.input, _INPUTS), (Fmi2Causality.output, OUTPUTS)):
+            for name in names:
+                setattr(self, name, 0.0)
+                self.register_variable(Real(name, causality=causality))
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         return True

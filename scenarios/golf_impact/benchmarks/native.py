@@ -22,8 +22,8 @@ from golf_impact.fmu.system import build_system
 _OUTPUTS = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
 
 
-def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
-    """Both FMUs' medians by key, their ratio, and its target; run in turns.
+def standalone_and_plain(quick: bool) -> dict[str, Any]:
+    """What bench_native.json contains: both FMUs' medians, their ratio and its target by key.
 
     UserError: this machine can't build the standalone FMU, or has no libpython.
     """
@@ -34,27 +34,24 @@ def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
         libpython = find_libpython_for(plain)
         if libpython is None:
             raise UserError("bench --native needs libpython for the plain FMU: see doctor")
-        host = str(folder / "host")
+        host, source = folder / "host", Path(__file__).with_name("native_host.c")
         headers = Path(fmpy.__file__).with_name("c-code")
-        source = str(Path(__file__).with_name("native_host.c"))
-        compiled = [*standalone.compiler(), "-O2", f"-I{headers}", source, "-o", host, "-ldl"]
-        _output(compiled, "the host can't be compiled", None)
-        references = map(str, LoadedFmu(plain).references(_OUTPUTS))
-        words = [*references, "--"]
+        flags = ["-O2", f"-I{headers}", source, "-o", host, "-ldl"]
+        _output([*standalone.compiler(), *flags])
+        references = LoadedFmu(plain).references(_OUTPUTS)
         one, other = _extracted(alone, folder), _extracted(plain, folder)
         companions = build_system(folder, standalone=True)[:2]
-        all_ = one + [word for fmu in companions for word in _extracted(fmu, folder)]
+        three = one + [word for fmu in companions for word in _extracted(fmu, folder)]
         with_python = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
 
-        def run(count: int, fmus: list[str], environment: dict[str, str]) -> list[float]:
-            call = [host, str(count), *words, *fmus]
-            return [float(x) for x in _output(call, "the native host failed", environment).split()]
+        def run(count: int, fmus: list[str], **environment: str) -> list[float]:
+            out = _output([host, count, *references, "--", *fmus], environment)
+            return [float(number) for number in out.split()]
 
-        run(1, other, with_python)  # writes its bytecode
+        run(1, other, **with_python)  # writes its bytecode
         count, times = (20_000, 3) if quick else (200_000, 9)
         rounds = [
-            (run(count, one, {}), run(count, other, with_python), run(1, all_, {}))
-            for _ in range(times)
+            (run(count, one), run(count, other, **with_python), run(1, three)) for _ in range(times)
         ]
         size, plain_size = (fmu.stat().st_size / 1e6 for fmu in (alone, plain))
     a, p, t = ([median(column) for column in zip(*rows)] for rows in zip(*rounds))
@@ -71,7 +68,8 @@ def standalone_and_plain(quick: bool) -> dict[str, dict[str, Any]]:
         ratio = of_standalone / of_plain
         figures[key] = {"key": key, "meaning": meaning, "limit": limit, "passed": ratio <= limit}
         figures[key] |= {"standalone": of_standalone, "plain": of_plain, "ratio": ratio}
-    return figures
+    passed = all(figure["passed"] for figure in figures.values())
+    return {"quick": quick, "passed": passed, "figures": figures}
 
 
 def _extracted(fmu: Path, folder: Path) -> list[str]:
@@ -82,8 +80,9 @@ def _extracted(fmu: Path, folder: Path) -> list[str]:
     return [str(library), f"file://{place}/resources", LoadedFmu(fmu).description.guid]
 
 
-def _output(command: list[str], otherwise: str, environment: dict[str, str] | None) -> str:
-    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+def _output(command: list[Any], environment: dict[str, str] | None = None) -> str:
+    words = [str(word) for word in command]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True)
     if done.returncode:
-        raise UserError(f"{otherwise}: {done.stderr.strip()}")
+        raise UserError(f"{words[0]} failed: {done.stderr.strip()}")
     return done.stdout

@@ -17,9 +17,6 @@ from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.study import Study
 from golf_impact.timing import measure_seconds, median_ratio, run_interleaved
 
-#: Small enough that both workers end at nearly the same time.
-_CHUNK = 1000
-
 
 def rates(fmu: Path, quick: bool) -> dict[str, float]:
     """Rates (1/s) and ratios by key, medians of rounds."""
@@ -28,20 +25,17 @@ def rates(fmu: Path, quick: bool) -> dict[str, float]:
     with ExitStack() as stack:
         sweep = stack.enter_context(Sweep(study, fmu))
         beside_loop = compare(sweep, rounds)
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-")))
+        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-"))
         ways = {
             "one_process": Here(),
             "two_workers": stack.enter_context(process_pool(2)),
             "dask_local": stack.enter_context(dask_executor("local", 2)),
         }
-
-        def write(name: str) -> None:
-            sweep.run(folder / f"{name}.csv", executor=ways[name], chunk=_CHUNK)
-
-        for name in ways:
-            # Until every worker has an instance.
-            write(name)
-        jobs = {name: partial(measure_seconds, partial(write, name), cases) for name in ways}
+        jobs = {}
+        for name, executor in ways.items():
+            # The chunks are small enough that both workers end at nearly the same time.
+            work = partial(sweep.run, f"{folder}/{name}.csv", executor=executor, chunk=1000)
+            jobs[name] = partial(measure_seconds, work, cases)
         times = run_interleaved(jobs, rounds)
     return {
         **{f"sweep_impacts_per_second_{name}": 1.0 / median(times[name]) for name in ways},

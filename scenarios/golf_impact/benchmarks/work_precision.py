@@ -12,14 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from golf_impact.benchmarks.floor import READ
-from golf_impact.benchmarks.impact import (
-    STEP,
-    Impact,
-    document_impact,
-    impact_in_steps,
-    impact_of_stiffness,
-)
+from golf_impact.benchmarks.empty_fmu import OUTPUTS as READ
+from golf_impact.benchmarks.impact import STEP, Impact, document_impact, impact_of
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import solve_ivp, stepping
 from golf_impact.peers.problem import Case, Outcome, errors
@@ -29,7 +23,6 @@ from golf_impact.timing import typical_seconds
 
 FMU_STEPPED = "this FMU, read every step"
 FMU_ONCE = "this FMU, metrics only"
-DOCUMENT = "the document's scheme as FMU"
 COMPILED = {"euler": "explicit Euler, C FMU", "rk4": "Runge–Kutta 4, C FMU"}
 
 #: The baseline's stiffness, for the error, and another one: k changes at every impact, N/m.
@@ -57,54 +50,49 @@ def run_time_and_error(
         return document_impact(document, law, _STIFFNESSES, dt, outputs)
 
     def by_compiled(fmu: LoadedFmu, dt: float) -> Impact:
-        return impact_of_stiffness(fmu, outputs, law=law, dt=dt)
+        return impact_of(fmu, outputs, law=law, dt=dt)
 
     def by_peer(solve: Callable[[Case, float], Outcome], setting: float) -> Impact:
         return lambda k: solve(Case(law=law, k=k), setting)
 
     def in_steps(dt: float) -> Impact:
         at = [n * dt for n in range(round(STEP / dt))]
-        return impact_in_steps(
-            ours, dict.fromkeys(_STIFFNESSES, at), dt, outputs, moving=READ, law=law
-        )
+        return impact_of(ours, outputs, dt, lambda _: at, READ, law=law)
 
-    def in_one_step(_: float) -> Impact:
-        return impact_of_stiffness(ours, outputs, law=law)
-
-    ways: list[tuple[str, str, list[float], Callable[[float], Impact]]] = [
-        (DOCUMENT, "dt", steps, by_document)
-    ]
+    ways: dict[str, tuple[list[float], Callable[[float], Impact]]] = {}
+    ways["the document's scheme as FMU"] = steps, by_document
     for name, fmu in compiled.items():
-        ways.append((COMPILED[name], "dt", steps, partial(by_compiled, fmu)))
+        ways[COMPILED[name]] = steps, partial(by_compiled, fmu)
     for name, solve in stepping.METHODS.items():
         words = "explicit Euler, Python" if name == "explicit Euler" else name
-        ways.append((words, "dt", steps, partial(by_peer, solve)))
+        ways[words] = steps, partial(by_peer, solve)
     for name in solve_ivp.METHODS:
         solve = partial(solve_ivp.solve, method=name)
-        ways.append((f"SciPy {name}", "rtol", tolerances, partial(by_peer, solve)))
-    ways.append((FMU_STEPPED, "dt", points, in_steps))
-    ways.append((FMU_ONCE, "dt", [STEP], in_one_step))
+        ways[f"SciPy {name}"] = tolerances, partial(by_peer, solve)
+    ways[FMU_STEPPED] = points, in_steps
+    ways[FMU_ONCE] = [STEP], partial(impact_of, ours, outputs, law=law)
     made = []
-    for method, setting, settings, way in ways:
-        series: Series = {"method": method, "setting": setting, "settings": settings}
-        series |= {"seconds": [], "errors": []}
-        for value in settings:
-            impact, stiffnesses = way(value), cycle(_STIFFNESSES)
-            error = max(errors(case, Outcome(*impact(case.k)), exact))
-            series["errors"].append(error if math.isfinite(error) else math.inf)
+    for method, (settings, way) in ways.items():
+        series: Series = {"method": method, "setting": "dt", "settings": settings}
+        series |= {"seconds": [], "errors": [], "order": None}
+        for setting in settings:
+            impact, stiffnesses = way(setting), cycle(_STIFFNESSES)
+            series["errors"].append(max(errors(case, Outcome(*impact(case.k)), exact)))
             seconds = typical_seconds(lambda: impact(next(stiffnesses)), budget, least)  # noqa: B023
             series["seconds"].append(seconds)
-        series["order"] = slope(steps, series["errors"]) if settings is steps else None
+        if settings is tolerances:
+            series["setting"] = "rtol"
+        elif settings is steps:
+            series["order"] = slope(steps, series["errors"])
         made.append(series)
     return made
 
 
 def _one_two_five(high: int, low: int) -> list[float]:
     """From 10^high down to 10^low, with 5 and 2 between powers of ten."""
-    between = (
-        digit * 10.0**place for place in range(high - 1, low - 1, -1) for digit in (5.0, 2.0, 1.0)
-    )
-    return [10.0**high, *between]
+    places = range(high, low - 1, -1)
+    numbers = [digit * 10.0**place for place in places for digit in (5.0, 2.0, 1.0)]
+    return numbers[2:]
 
 
 def slope(settings: Sequence[float], errors: Sequence[float]) -> float | None:

@@ -4,7 +4,6 @@ import contextlib
 import io
 import os
 import sys
-from collections.abc import Callable
 from typing import Annotated, NoReturn
 
 import typer
@@ -40,32 +39,13 @@ def _common(
     pass
 
 
-def _add(command: Callable[..., object], examples: str, name: str | None = None) -> None:
-    """Add a command; the help shows its examples below its options, one per line."""
-    first, _, lines = examples.partition(": ")
-    # Paragraphs after \b are not wrapped.
-    app.command(name, epilog="\n  ".join(("\b", f"{first}:", *lines.split(" · "))))(command)
-
-
-_add(build.build, build.EPILOG)
-_add(doctor.doctor, doctor.EPILOG)
-_add(list_.list_, list_.EPILOG, "list")
-_add(run.run, run.EPILOG)
-_add(explore.explore, explore.EPILOG)
-_add(bench.bench, bench.EPILOG)
-_add(stress.stress, stress.EPILOG)
-_add(calibrate.calibrate, calibrate.EPILOG)
-_add(sweep.sweep, sweep.EPILOG)
-
-
-def _refuse_empty(arguments: list[str]) -> None:
-    """Raises a UserError for an empty argument, as from an unset shell variable."""
-    for text in arguments:
-        if not text or (text.startswith("--") and text.endswith("=")):
-            raise UserError(
-                f"an argument is empty ({text or 'two quotes with nothing in between'}): "
-                "write a value, or leave the option out; is a variable of your shell unset?"
-            )
+for module in (build, doctor, list_, run, explore, bench, stress, calibrate, sweep):
+    name = module.__name__.rpartition(".")[2]
+    # One example per line: paragraphs after \b are not wrapped.
+    first, _, lines = module.EPILOG.partition(": ")
+    examples = "\n  ".join(("\b", f"{first}:", *lines.split(" · ")))
+    # A function can't have the name of a built-in one.
+    app.command(name, epilog=examples)(vars(module).get(name, list_.list_))
 
 
 def one_line(arguments: list[str]) -> int:
@@ -75,35 +55,35 @@ def one_line(arguments: list[str]) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        _refuse_empty(arguments)
+        for text in arguments:
+            # As from an unset shell variable.
+            if not text or (text.startswith("--") and text.endswith("=")):
+                raise UserError(
+                    f"an argument is empty ({text or 'two quotes with nothing in between'}): write "
+                    "a value, or leave the option out; is a variable of your shell unset?"
+                )
         with stopping.scratch_folder():
-            code = _code_of(arguments)
+            code = app(arguments or ["--help"], standalone_mode=False)
         if sys.stdout is not None:
             # The last chance to notice a full disk.
             sys.stdout.flush()
-        return code
-    except (UserError, OSError, MemoryError) as error:
-        words = str(error)
+        return code if isinstance(code, int) else 0
+    except Exception as error:
         if isinstance(error, MemoryError):
             words = f"there isn't enough memory ({error or 'none is left'})"
         elif isinstance(error, OSError) and error.strerror:
             words = f"{error.strerror}: {error.filename}" if error.filename else error.strerror
+        elif isinstance(error, (UserError, OSError)):
+            words = str(error)
+        elif hasattr(error, "format_message"):
+            # Errors of the parser, in click or in typer's copy of it.
+            words = error.format_message().rstrip(".")
+            if context := getattr(error, "ctx", None):
+                words += f" (see {context.command_path} --help)"
+        else:
+            raise
         warn(f"Error: {' '.join(words.split())}", style="red")
         return 2
-
-
-def _code_of(arguments: list[str]) -> int:
-    try:
-        code = app(arguments or ["--help"], standalone_mode=False)
-    except Exception as error:
-        # Errors of the parser, in click or in typer's copy of it.
-        words = getattr(error, "format_message", None)
-        if words is None:
-            raise
-        context = getattr(error, "ctx", None)
-        where = f" (see {context.command_path} --help)" if context else ""
-        raise UserError(f"{words().rstrip('.')}{where}") from None
-    return code if isinstance(code, int) else 0
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated
 
-from typer import BadParameter, Option
+from typer import Option
 
 from golf_impact.errors import UserError
 
@@ -18,16 +18,10 @@ _FMI = "Version of FMI; 3 also has Model Exchange (ClubBallImpact.fmi3.fmu)."
 _STANDALONE = "Include a Python interpreter, for hosts without one (….standalone.fmu)."
 
 
-def _fmi(given: str | int) -> int:
-    if str(given) not in ("2", "3"):
-        raise BadParameter(f"{given} is refused: it must be 2 or 3")
-    return int(given)
-
-
 def build(
-    out: Annotated[Path | None, Option("--out", metavar="FILE.fmu", help=_OUT)] = None,
+    out: Annotated[Path | None, Option(metavar="FILE.fmu", help=_OUT)] = None,
     system: Annotated[bool, Option("--system", help=_SYSTEM)] = False,
-    fmi: Annotated[int, Option("--fmi", parser=_fmi, metavar="2|3", help=_FMI)] = 2,
+    fmi: Annotated[int, Option(min=2, max=3, metavar="2|3", help=_FMI)] = 2,
     standalone: Annotated[bool, Option("--standalone", help=_STANDALONE)] = False,
 ) -> None:
     """Build ClubBallImpact.fmu from its sources."""

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from typer import Option
 
-from golf_impact.commands.console import RESULTS, err, out, print_paragraphs, print_table, say
+from golf_impact.commands.console import RESULTS, Out, err, out, print_paragraphs, print_table, say
 
 EPILOG = (
     "Examples: golf-impact calibrate --curve force.csv --exponent free --save mine.toml · "
@@ -13,63 +13,45 @@ EPILOG = (
     "--cor 0.743 --contact-time 600e-6"
 )
 
+_CURVE = "A measured force curve: time,force or time,force,sigma; s and N, any origin of time."
+_SPEEDS = "COR at several speeds: approach_speed,cor or approach_speed,cor,sigma; fits a line."
+_AFTER = "Measured after the impact."
+_CSV = "Scalars as a CSV file: target,value,sigma, with names as above; options override it."
+_REFERENCE = "Compression for which k and b are given."
+_PREDICT = "Club speed to predict S, COR, ball speed at; repeatable."
+_SAVE = "Save the ball as FILE.toml, for --ball FILE.toml."
+
+_File = Path | None
 _Value = float | None
 _SIGMA = "Its standard deviation; 1 % of the value if omitted."
 _Sigma = Annotated[_Value, Option(metavar="SIGMA", help=_SIGMA)]
-_BALL_SPEED = "Measured ball speed after the impact."
-_CLUB_SPEED_AFTER = "Measured club head speed after the impact."
-_TIME_OF_MAX_FORCE = "Instant of the largest force, since first touch."
-_CSV = (
-    "Read scalars from a file with the columns target,value,sigma; names as above. "
-    "Options override it."
-)
-_CURVE = "A measured force curve: time,force or time,force,sigma; s and N, any origin of time."
-_SPEEDS = "COR at several speeds: approach_speed,cor or approach_speed,cor,sigma; fits a line."
-_SAVE = "Save the ball as FILE.toml, for --ball FILE.toml."
 
 
 def calibrate(
-    curve: Annotated[Path | None, Option(metavar="FILE.csv", help=_CURVE)] = None,
-    cor_speeds: Annotated[Path | None, Option(metavar="FILE.csv", help=_SPEEDS)] = None,
-    ball_speed: Annotated[_Value, Option(metavar="m/s", help=_BALL_SPEED)] = None,
+    curve: Annotated[_File, Option(metavar="FILE.csv", help=_CURVE)] = None,
+    cor_speeds: Annotated[_File, Option(metavar="FILE.csv", help=_SPEEDS)] = None,
+    ball_speed: Annotated[_Value, Option(metavar="m/s", help=_AFTER)] = None,
     sigma_ball_speed: _Sigma = None,
-    club_speed_after: Annotated[_Value, Option(metavar="m/s", help=_CLUB_SPEED_AFTER)] = None,
+    club_speed_after: Annotated[_Value, Option(metavar="m/s", help=_AFTER)] = None,
     sigma_club_speed_after: _Sigma = None,
     cor: Annotated[_Value, Option(metavar="0..1", help="Coefficient of restitution.")] = None,
     sigma_cor: _Sigma = None,
-    contact_time: Annotated[
-        _Value, Option(metavar="s", help="Duration of contact (600e-6 is 600 µs).")
-    ] = None,
+    contact_time: Annotated[_Value, Option(metavar="s", help="Duration; 600e-6 is 600 µs.")] = None,
     sigma_contact_time: _Sigma = None,
     max_force: Annotated[_Value, Option(metavar="N", help="Largest contact force.")] = None,
     sigma_max_force: _Sigma = None,
-    time_of_max_force: Annotated[_Value, Option(metavar="s", help=_TIME_OF_MAX_FORCE)] = None,
+    time_of_max_force: Annotated[_Value, Option(metavar="s", help="Since first touch.")] = None,
     sigma_time_of_max_force: _Sigma = None,
-    club_speed: Annotated[
-        _Value, Option(metavar="m/s", help="Club head speed before; 35 if omitted.")
-    ] = None,
-    m_club: Annotated[
-        _Value, Option(metavar="kg", help="Mass of the club head; 0.210 if omitted.")
-    ] = None,
-    m_ball: Annotated[
-        _Value, Option(metavar="kg", help="Mass of the ball; 0.04593 if omitted.")
-    ] = None,
-    csv: Annotated[Path | None, Option("--csv", metavar="FILE.csv", help=_CSV)] = None,
+    club_speed: Annotated[_Value, Option(metavar="m/s", help="At touch; 35 if omitted.")] = None,
+    m_club: Annotated[_Value, Option(metavar="kg", help="Club head; 0.210 if omitted.")] = None,
+    m_ball: Annotated[_Value, Option(metavar="kg", help="Ball; 0.04593 if omitted.")] = None,
+    csv: Annotated[_File, Option(metavar="FILE.csv", help=_CSV)] = None,
     law: Annotated[int, Option(metavar="1|2", help="1 absolute, 2 relative.")] = 2,
-    exponent: Annotated[
-        str, Option(metavar="N|free", help="n of law 2's power law; free fits it too.")
-    ] = "1",
-    reference_compression: Annotated[
-        float, Option(metavar="m", help="Compression for which k and b are given.")
-    ] = 0.005,
-    predict: Annotated[
-        list[float] | None,
-        Option(metavar="m/s", help="Club speed to predict S, COR, ball speed at; repeatable."),
-    ] = None,
-    save: Annotated[Path | None, Option(metavar="FILE.toml", help=_SAVE)] = None,
-    folder: Annotated[
-        Path, Option("--out", metavar="FOLDER", help="For calibrate.json and calibrate.png.")
-    ] = RESULTS,
+    exponent: Annotated[str, Option(metavar="N|free", help="n of law 2; free fits it, too.")] = "1",
+    reference_compression: Annotated[float, Option(metavar="m", help=_REFERENCE)] = 0.005,
+    predict: Annotated[list[float] | None, Option(metavar="m/s", help=_PREDICT)] = None,
+    save: Annotated[_File, Option(metavar="FILE.toml", help=_SAVE)] = None,
+    folder: Out = RESULTS,
     figures: Annotated[bool, Option(help="Draw the figure.")] = True,
 ) -> None:
     """From measurements of an impact to the parameters of a ball: SI units, ball at rest before.
@@ -77,15 +59,15 @@ def calibrate(
     A force curve, COR at several speeds and scalars are fitted together. Scalars alone: two of
     them, three with a free exponent; one without σ gets 1 % of its value.
     """
-    values = locals()
+    values = {**locals()}
     from golf_impact.calibration.calibration import calibrate as fit
     from golf_impact.files import as_json, prepare, write_together
 
     prepare(folder, "calibrate.json", "calibrate.png")
-    not_arguments = ("save", "folder", "figures")
-    given = {name: value for name, value in values.items() if name not in not_arguments}
+    for name in ("save", "folder", "figures"):
+        del values[name]
     with err.status("calibrating"):
-        calibration = fit(**given)
+        calibration = fit(**values)
         files = {"calibrate.json": as_json(calibration.as_json())}
         if figures:
             from golf_impact.report.figures import to_png
@@ -96,7 +78,7 @@ def calibrate(
     for table in calibration.tables():
         print_table(table)
     print_paragraphs(calibration.words)
-    say(f"\n{', '.join(str(file) for file in written)}")
+    say(f"\n{', '.join(map(str, written))}")
     out.print("Run it:", style="bold")
     # Plain, so that it can be copied: no wrapping, no mark-up.
     print(f"golf-impact run --ball {save}" if save else calibration.command)

@@ -1,36 +1,35 @@
-"""Output of the commands: lines, tables and progress bars."""
+"""Output of the commands: lines, tables and progress bars; the option --out."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from rich.console import Console
+from typer import Option
 
 if TYPE_CHECKING:
     from golf_impact.report.outcome import Table
 
-#: The default of --out.
+#: The option --out of commands that write several files, and its default.
+Out = Annotated[Path, Option("--out", metavar="FOLDER", help="Folder of the results.")]
 RESULTS = Path("golf-impact-results")
 
 # Without markup: text from the user is printed verbatim.
 out = Console(markup=False, emoji=False)
 err = Console(stderr=True, markup=False, emoji=False)
 
-#: Width of a table beside the text of its cells: of each column, and once.
-_PADDING, _EDGE = 3, 1
 
-
-def say(words: object, style: str | None = None) -> None:
+def say(words: object, style: str | None = None, console: Console = out) -> None:
     """Print a line, without wrapping."""
-    out.print(str(words), style=style, soft_wrap=True, highlight=False)
+    console.print(str(words), style=style, soft_wrap=True, highlight=False)
 
 
 def warn(words: object, style: str | None = None) -> None:
     """Print a line on stderr, without wrapping."""
-    err.print(str(words), style=style, soft_wrap=True, highlight=False)
+    say(words, style, err)
 
 
 def print_paragraphs(words: Iterable[str]) -> None:
@@ -49,36 +48,34 @@ def print_table(table: Table, numbers: bool = True) -> None:
 
     cells = [list(map(str, column)) for column in zip(table.columns, *table.rows, strict=True)]
     title = table.title or None
-    for columns, widths in _parts(cells, out.width):
+    for widths in _parts(cells, out.width):
         rich = RichTable(title=title, title_justify="left", title_style="bold")
-        for n, width in zip(columns, widths, strict=True):
+        for n, width in widths.items():
             right = numbers and n
             rich.add_column(table.columns[n], justify="right" if right else "left", width=width)
         for row in table.rows:
-            rich.add_row(*(row[n] for n in columns))
+            rich.add_row(*(row[n] for n in widths))
         out.print(rich)
         title = None
 
 
-def _parts(cells: list[list[str]], width: int) -> Iterator[tuple[list[int], list[int]]]:
-    """The columns of each part of a table and their widths, from its cells by column."""
+def _parts(cells: list[list[str]], width: int) -> Iterator[dict[int, int]]:
+    """The widths of the columns of each part of a table, by their number, from cells by column."""
     longest = [max(len(line) for cell in column for line in cell.split("\n")) for column in cells]
     least = [max(len(word) for cell in column for word in cell.split() or [""]) for column in cells]
-    first, *others = range(len(cells))
+    others = [*range(1, len(cells))]
     while True:
-        columns, left = [first], width - _EDGE - _PADDING - least[first]
-        while others and (left >= least[others[0]] + _PADDING or len(columns) == 1):
-            left -= least[others[0]] + _PADDING
-            columns.append(others.pop(0))
-        widths = [least[n] for n in columns]
+        # A column is wider than its text by 3, a table than its columns by 1.
+        widths, left = {0: least[0]}, width - 4 - least[0]
+        while others and (left >= least[others[0]] + 3 or len(widths) == 1):
+            n = others.pop(0)
+            widths[n] = least[n]
+            left -= least[n] + 3
         # The remaining width goes to the columns that wrap: the first one, then the narrowest.
-        while left > 0:
-            wrapped = [n for n, place in enumerate(columns) if widths[n] < longest[place]]
-            if not wrapped:
-                break
+        while left > 0 and (wrapped := [n for n in widths if widths[n] < longest[n]]):
             widths[min(wrapped, key=lambda n: (n > 0, widths[n]))] += 1
             left -= 1
-        yield columns, widths
+        yield widths
         if not others:
             return
 
@@ -97,12 +94,9 @@ def progress() -> Iterator[Callable[[str, int], Callable[..., None]]]:
 
         def bar(name: str, total: int) -> Callable[..., None]:
             task = bars.add_task(name, total=total)
-            done = 0
 
             def advance(to: int | None = None, name: str | None = None) -> None:
-                nonlocal done
-                done = done + 1 if to is None else to
-                bars.update(task, completed=done, description=name)
+                bars.update(task, advance=1 if to is None else 0, completed=to, description=name)
 
             return advance
 

@@ -28,14 +28,21 @@ rows = fmpy.simulate_fmu(sys.argv[1], stop_time=0.005, step_size=0.001, output_i
 print("S = {1:.6g}, COR = {2:.6g}".format(*rows[-1]))
 """
 
+_FMU = "The .fmu file; the built one by default."
+_STANDALONE = (
+    "recommended is the standalone FMU (golf-impact build --standalone), which needs no Python; "
+    "this plain one needs libpython, by LD_PRELOAD"
+)
+_VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
+_NO_LIBPYTHON = (
+    f"none for Python {_VERSION} that loads this FMU; hosts written in Python don't need it, "
+    f"others do (Debian, Ubuntu: apt-get install libpython{_VERSION}; pyenv: "
+    "PYTHON_CONFIGURE_OPTS=--enable-shared pyenv install; conda has it)"
+)
 _COLOURS = {"ok": "green", "warning": "yellow", "problem": "red"}
 
 
-def doctor(
-    fmu: Annotated[
-        Path | None, Argument(metavar="FMU", help="The .fmu file; the built one by default.")
-    ] = None,
-) -> int:
+def doctor(fmu: Annotated[Path | None, Argument(metavar="FMU", help=_FMU)] = None) -> int:
     """Check whether the FMU loads on this machine, and show how native hosts load it."""
     levels = set()
     for level, text in examine(fmu):
@@ -72,32 +79,18 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
         yield "problem", f"FMU: {fmu} can't be run here ({ended}): {why}"
     else:
         yield "ok", f"FMU: {fmu} loads and runs here ({done.stdout.splitlines()[-1]})"
-    yield from _native(fmu)
-
-
-def _native(fmu: Path) -> Iterator[tuple[str, str]]:
     if sys.platform == "win32":
         yield "ok", f"native hosts: set PATH={sys.base_prefix};%PATH%  (python3.dll is there)"
-        return
-    if oldest := standalone.glibc_of(fmu):
+    elif oldest := standalone.glibc_of(fmu):
         here = platform.libc_ver()[1] or "0"
         enough = tuple(map(int, here.split("."))) >= oldest
         text = f"glibc {'.'.join(map(str, oldest))} or newer, and nothing of Python (here: {here})"
         yield "ok" if enough else "problem", f"native hosts: this FMU needs {text}"
-        return
-    yield (
-        "ok",
-        "native hosts: recommended is the standalone FMU (golf-impact build --standalone), which "
-        "needs no Python; this plain one needs libpython, by LD_PRELOAD",
-    )
-    if file := find_libpython_for(fmu):
-        preload = f"LD_PRELOAD={shlex.quote(str(file))} PYTHONHOME={shlex.quote(sys.base_prefix)}"
-        yield "ok", f"native hosts: {preload} your-host"
-        return
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    yield (
-        "warning",
-        f"libpython: none for Python {version} that loads this FMU; hosts written in Python don't "
-        f"need it, others do (Debian, Ubuntu: apt-get install libpython{version}; pyenv: "
-        "PYTHON_CONFIGURE_OPTS=--enable-shared pyenv install; conda has it)",
-    )
+    else:
+        yield "ok", f"native hosts: {_STANDALONE}"
+        if file := find_libpython_for(fmu):
+            home = shlex.quote(sys.base_prefix)
+            preload = f"LD_PRELOAD={shlex.quote(str(file))} PYTHONHOME={home}"
+            yield "ok", f"native hosts: {preload} your-host"
+        else:
+            yield "warning", f"libpython: {_NO_LIBPYTHON}"

@@ -49,7 +49,6 @@ def explore(
         raise missing_package("explore", "Bokeh", "explore") from error
     from golf_impact.commands.run import fmu_file, values_of
     from golf_impact.facts.balls import ball as named_ball
-    from golf_impact.fmu.impact_fmu import ImpactFmu
 
     values = {**(named_ball(ball).values if ball else {}), **values_of(set_ or [])}
     if export is not None and values:
@@ -66,25 +65,15 @@ def explore(
             f"To try it: {Path(sys.executable).name} -m http.server -d {export}"
         )
         return
-    from urllib.parse import urlencode
-
-    from golf_impact.explore.evaluator import LOFT
     from golf_impact.explore.server import serve
-    from golf_impact.facts.quantities import format_shortest
-
-    # ClubBallImpact rejects unknown names; Launch's variables are left out.
-    with ImpactFmu(path) as fmu:
-        fmu.impact(**{name: value for name, value in values.items() if name not in LOFT})
-    query = urlencode({name: format_shortest(value) for name, value in values.items()})
 
     def ready(address: str) -> None:
         import webbrowser
 
-        page = f"{address}?{query}" if values else address
-        say(f"{page}\nCtrl-C ends it.")
+        say(f"{address}\nCtrl-C ends it.")
         graphical = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
         screen = graphical or sys.platform != "linux"
-        if browser and not (screen and webbrowser.open(page)):
+        if browser and not (screen and webbrowser.open(address)):
             warn("No browser can be opened here: open this address in one.", style="yellow")
 
-    serve(path, port, ready)
+    serve(path, port, values, ready)

@@ -4,6 +4,9 @@ from typing import Annotated
 
 from typer import Option
 
+from golf_impact.commands.console import print_table
+from golf_impact.report.outcome import Table
+
 EPILOG = "Example: golf-impact list --balls"
 
 
@@ -11,10 +14,8 @@ def list_(
     balls: Annotated[bool, Option("--balls", help="List the preset balls of --ball.")] = False,
 ) -> None:
     """List the scenarios, or the preset balls."""
-    from golf_impact.commands.console import print_table
     from golf_impact.commands.scripts import load_scenarios
     from golf_impact.facts.balls import BALLS
-    from golf_impact.report.outcome import Table
 
     if balls:
         rows = []
@@ -22,12 +23,12 @@ def list_(
             values = " ".join(f"{name}={value:.6g}" for name, value in ball.values.items())
             text = f"{ball.title}\n{values} (SI units)\nSource: {ball.source}\n"
             rows.append([ball.name, text])
-        print_table(Table("Balls", ["name", "what it is"], rows), numbers=False)
+        table = Table("Balls", ["name", "what it is"], rows)
     else:
-        rows = [
-            [name, title_beside(name, script.TITLE)] for name, script in load_scenarios().items()
-        ]
-        print_table(Table("Scenarios", ["name", "what it shows"], rows), numbers=False)
+        scripts = load_scenarios()
+        rows = [[name, title_beside(name, scripts[name].TITLE)] for name in scripts]
+        table = Table("Scenarios", ["name", "what it shows"], rows)
+    print_table(table, numbers=False)
 
 
 def title_beside(name: str, title: str) -> str:

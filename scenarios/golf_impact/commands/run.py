@@ -8,21 +8,19 @@ from typer import Argument, Option
 
 from golf_impact.commands.console import (
     RESULTS,
-    out,
+    Out,
     print_paragraphs,
     print_table,
     progress,
     say,
     warn,
 )
+from golf_impact.commands.list import title_beside
 from golf_impact.errors import UserError
 from golf_impact.facts.quantities import LAWS_IN_WORDS, check_masses
+from golf_impact.report.outcome import Table, summarize_checks
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
-    from golf_impact.fmu.impact_fmu import ImpactFmu
-    from golf_impact.report.outcome import Check
     from golf_impact.report.report import Report
 
 EPILOG = (
@@ -30,6 +28,8 @@ EPILOG = (
     "--set k=8e5 --set club_speed=42 · golf-impact run path/to/mine.py"
 )
 
+_NAMES = "Scenarios or scripts of your own; default: all scenarios."
+_SET = "Run a case of your own; repeatable."
 _BALL = (
     "Run a case with this ball (golf-impact list --balls, or a .toml file); repeatable; --set "
     "overrides its values."
@@ -37,26 +37,18 @@ _BALL = (
 
 
 def run(
-    names: Annotated[
-        list[str] | None,
-        Argument(metavar="NAME", help="Scenarios or scripts of your own; default: all scenarios."),
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        Option("--set", metavar="NAME=VALUE", help="Run a case of your own; repeatable."),
-    ] = None,
+    names: Annotated[list[str] | None, Argument(metavar="NAME", help=_NAMES)] = None,
+    set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUE", help=_SET)] = None,
     balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
-    folder: Annotated[Path, Option("--out", metavar="FOLDER", help="Output folder.")] = RESULTS,
+    folder: Out = RESULTS,
     figures: Annotated[bool, Option(help="Plot figures.")] = True,
-    fmu: Annotated[
-        Path | None, Option("--fmu", metavar="FILE.fmu", help="Use this FMU; don't build.")
-    ] = None,
+    fmu: Annotated[Path | None, Option(metavar="FILE.fmu", help="Use this; don't build.")] = None,
 ) -> int:
     """Run and check scenarios; write results and a report.
 
     All scenarios are summarized in a line each. With NAME, --set or --ball the tables are printed.
     """
-    from golf_impact.commands.scripts import load_scenario, load_scenarios
+    from golf_impact.commands.scripts import load_scenario, load_scenarios, run_scenario
     from golf_impact.facts.balls import ball as named_ball
     from golf_impact.files import prepare
     from golf_impact.fmu.impact_fmu import ImpactFmu
@@ -84,7 +76,7 @@ def run(
         advance = begin("running", len(scripts) + own)
         for n, (name, script) in enumerate(scripts.items()):
             advance(n, f"running {name}")
-            sets.setdefault("", {})[name] = _run_script(script, instance)
+            sets.setdefault("", {})[name] = run_scenario(script, instance)
         if own:
             try:
                 stem, report = own_cases(instance, values, own_balls)
@@ -95,11 +87,7 @@ def run(
                 raise UserError(f"{next(typed, '')}{error}") from error
             sets[f"{stem}_"] = {"custom": report}
     reports = {name: report for of_set in sets.values() for name, report in of_set.items()}
-    if names or own:
-        for name, report in reports.items():
-            _show(name, report)
-    else:
-        _summarize(reports)
+    (_show if names or own else _summarize)(reports)
     pages = [f"{prefix}report.html" for prefix in sets]
     replaced = any((folder / page).exists() for page in pages)
     with progress() as begin:
@@ -107,47 +95,28 @@ def run(
         advance = begin("plotting" if figures else "writing", number)
         for prefix, of_set in sets.items():
             write_reports(folder, of_set, guid, figures, prefix, advance)
-    failed = _conclude(reports)
+    passed = _conclude(reports)
     words = f"Results in {folder}{os.sep}; report: {', '.join(pages)}"
     say(f"{words} (replaces an earlier one)" if replaced else words)
-    return int(failed)
+    return 0 if passed else 1
 
 
-def fmu_file(path: Path | None) -> Path:
+def fmu_file(path: Path | str | None) -> Path:
     """The FMU that a user names (UserError if it can't be used), or that of the current sources."""
     from golf_impact.fmu.file import check_fmu, current_fmu
 
     if path is not None:
-        return check_fmu(path)
+        return check_fmu(Path(path))
     built, why = current_fmu()
     if why:
         warn(f"Built {built}: {why}.")
     return built
 
 
-def _run_script(script: "ModuleType", fmu: "ImpactFmu") -> "Report":
-    """The report of a scenario; UserError for errors in its script, with their position."""
-    from golf_impact.commands.scripts import describe_error, locate_error
-    from golf_impact.report.report import Report
-
-    path = Path(str(script.__file__))
-    try:
-        report = script.run(fmu)
-    except OSError:
-        raise
-    except UserError as error:
-        raise UserError(f"{locate_error(path, error)}: {error}") from error
-    except Exception as error:
-        raise UserError(describe_error(path, error)) from error
-    if not isinstance(report, Report):
-        raise UserError(f"{path}: run(fmu) returns {report!r}; it must return its Report")
-    return report
-
-
 def values_of(pairs: list[str]) -> dict[str, float]:
     """Numbers by name of options --set NAME=VALUE; UserError for another form, or a name twice."""
     values = {}
-    for name, text in pairs_of(pairs, "VALUE", "k=8e5", "write it once").items():
+    for name, text in pairs_of(pairs, "NAME=VALUE, e.g. --set k=8e5").items():
         try:
             values[name] = float(text)
         except ValueError:
@@ -157,41 +126,34 @@ def values_of(pairs: list[str]) -> dict[str, float]:
     return values
 
 
-def pairs_of(pairs: list[str], what: str, example: str, once: str) -> dict[str, str]:
-    """Texts by name of options --set NAME=TEXT; UserError for another form, or a name twice.
-
-    `what`, `example` and `once` (in place of a name twice) are for error messages.
-    """
+def pairs_of(pairs: list[str], form: str) -> dict[str, str]:
+    """Texts by name of options --set NAME=TEXT; UserError for another form, or a name twice."""
     texts: dict[str, str] = {}
     for pair in pairs:
-        name, equals, text = pair.partition("=")
-        if not (equals and name.strip() and text.strip()):
-            raise UserError(
-                f"--set {pair} is refused: write --set NAME={what}, e.g. --set {example}"
-            )
-        name = name.strip()
+        name, _, text = map(str.strip, pair.partition("="))
+        if not (name and text):
+            raise UserError(f"--set {pair} is refused: write --set {form}")
         if name in texts:
-            raise UserError(f"--set {name} is given twice: {once}")
+            raise UserError(f"--set {name} is given twice: write it once, as --set {form}")
         texts[name] = text
     return texts
 
 
-def _show(name: str, report: "Report") -> None:
-    """Print the tables, conclusions and number of checks of one scenario."""
-    for table in report.tables:
-        print_table(table)
-    print_paragraphs(report.words)
-    if report.checks:
-        words, style = _verdict(report.checks)
-        say(f"{name}: {words}", f"bold {style}")
-    out.print()
+def _show(reports: "dict[str, Report]") -> None:
+    """Print the tables, conclusions and numbers of checks of scenarios."""
+    for name, report in reports.items():
+        for table in report.tables:
+            print_table(table)
+        print_paragraphs(report.words)
+        if report.checks:
+            passed = all(check.passed for check in report.checks)
+            style = "bold green" if passed else "bold red"
+            say(f"{name}: {summarize_checks(report.checks)}", style)
+        say("")
 
 
 def _summarize(reports: "dict[str, Report]") -> None:
     """Print a line for each scenario, and the verdicts."""
-    from golf_impact.commands.list import title_beside
-    from golf_impact.report.outcome import Table
-
     rows = []
     for name, report in reports.items():
         passed = [check.passed for check in report.checks if check.kind != "consistency"]
@@ -199,28 +161,19 @@ def _summarize(reports: "dict[str, Report]") -> None:
         rows.append([name, title_beside(name, report.title), count])
     print_table(Table("", ["scenario", "what it shows", "checks"], rows), numbers=False)
     print_paragraphs(report.verdict for report in reports.values() if report.verdict)
-    out.print()
+    say("")
 
 
 def _conclude(reports: "dict[str, Report]") -> bool:
-    """Print failed checks and totals; whether a check failed."""
-    for name, report in reports.items():
-        for check in report.checks:
-            if not check.passed:
-                claim = check.claim.removeprefix(f"{name}: ")
-                warn(f"Check failed: {name}: {claim} ({check.detail})", style="red")
-    checks = [check for report in reports.values() for check in report.checks]
+    """Print failed checks and totals; whether all checks passed."""
+    checks = [(name, check) for name, report in reports.items() for check in report.checks]
+    failed = [(name, check) for name, check in checks if not check.passed]
+    for name, check in failed:
+        claim = check.claim.removeprefix(f"{name}: ")
+        warn(f"Check failed: {name}: {claim} ({check.detail})", style="red")
     if checks:
-        words, style = _verdict(checks)
-        say(f"{words}.", style)
+        say(f"{summarize_checks([check for _, check in checks])}.", "red" if failed else "green")
     deviations = sum(len(report.deviations) for report in reports.values())
     if deviations:
         say(f"Printed numbers of the document not reproduced: {deviations} (see the report).")
-    return not all(check.passed for check in checks)
-
-
-def _verdict(checks: "list[Check]") -> tuple[str, str]:
-    """The number of checks passed, in words, and their colour."""
-    from golf_impact.report.outcome import summarize_checks
-
-    return summarize_checks(checks), "green" if all(check.passed for check in checks) else "red"
+    return not failed

@@ -1,11 +1,18 @@
-"""Finds scenario scripts in their folder, and loads them by path."""
+"""Finds scenario scripts in their folder, loads them by path and runs them."""
 
-import importlib.util
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 from golf_impact.errors import UserError
+
+if TYPE_CHECKING:
+    from golf_impact.fmu.impact_fmu import ImpactFmu
+    from golf_impact.report.report import Report
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -30,41 +37,52 @@ def load_scenario(name_or_path: str) -> ModuleType:
 
     UserError: there is no such scenario, or it can't be loaded.
     """
-    is_path = name_or_path.endswith(".py")
-    if not is_path and name_or_path not in list_names():
+    path = Path(name_or_path)
+    if path.suffix != ".py":
+        if name_or_path not in list_names():
+            raise UserError(
+                f"there is no scenario {name_or_path!r}: choose from {', '.join(list_names())}, "
+                "or give the path of a .py file"
+            )
+        path = FOLDER / f"{name_or_path}.py"
+    if not path.is_file():
+        raise UserError(f"there is no script {path}")
+    loader = SourceFileLoader(f"golf_scenario_{path.stem}", str(path))
+    module = ModuleType(loader.name)
+    module.__file__ = loader.path
+    with _located(path):
+        loader.exec_module(module)
+    title, run = getattr(module, "TITLE", None), getattr(module, "run", None)
+    if not (isinstance(title, str) and callable(run)):
         raise UserError(
-            f"there is no scenario {name_or_path!r}: choose from {', '.join(list_names())}, "
-            "or give the path of a .py file"
-        )
-    path = Path(name_or_path) if is_path else FOLDER / f"{name_or_path}.py"
-    spec = importlib.util.spec_from_file_location(f"golf_scenario_{path.stem}", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        missing = isinstance(error, FileNotFoundError) and error.filename == str(path)
-        raise UserError(
-            f"there is no script {path}" if missing else describe_error(path, error)
-        ) from error
-    if not isinstance(getattr(module, "TITLE", None), str):
-        raise UserError(f'{path} is not a scenario: it needs a line TITLE = "..."')
-    if not callable(getattr(module, "run", None)):
-        raise UserError(
-            f"{path} is not a scenario: it needs a function run(fmu) that returns a Report"
+            f'{path} is not a scenario: it needs a line TITLE = "..." and a function run(fmu) that '
+            "returns a Report"
         )
     return module
 
 
-def describe_error(path: Path, error: BaseException) -> str:
-    """A message about an error in a script, in one line, with the position in the script."""
-    return f"{locate_error(path, error)} can't be run: {type(error).__name__}: {error}"
+def run_scenario(script: ModuleType, fmu: "ImpactFmu") -> "Report":
+    """The report of a scenario; UserError for errors in its script, with their position."""
+    from golf_impact.report.report import Report
+
+    path = Path(str(script.__file__))
+    with _located(path):
+        report = script.run(fmu)
+    if not isinstance(report, Report):
+        raise UserError(f"{path}: run(fmu) returns {report!r}; it must return its Report")
+    return report
 
 
-def locate_error(path: Path, error: BaseException) -> str:
-    """The script and its line from which an error was raised."""
-    frames = traceback.extract_tb(error.__traceback__)
-    lines = [frame.lineno for frame in frames if frame.filename == str(path)]
-    line = error.lineno if isinstance(error, SyntaxError) else (lines or [None])[-1]
-    return f"{path}, line {line}" if line else str(path)
+@contextmanager
+def _located(path: Path) -> Iterator[None]:
+    """Errors in a script become UserErrors in one line, with the position in it."""
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        frames = traceback.extract_tb(error.__traceback__)
+        lines = [frame.lineno for frame in frames if frame.filename == str(path)]
+        line = error.lineno if isinstance(error, SyntaxError) else (lines or [None])[-1]
+        where = f"{path}, line {line}" if line else str(path)
+        if not isinstance(error, UserError):
+            where += f" can't be run: {type(error).__name__}"
+        raise UserError(f"{where}: {error}") from error

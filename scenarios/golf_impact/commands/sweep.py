@@ -20,105 +20,80 @@ EPILOG = (
     "--set k=log:1e5:1e7:50 --set b=0,9,12 --workers 2 --out k_b.parquet · golf-impact sweep "
     "--set club_speed=normal:45:2 --samples 1000 --out speed.csv"
 )
+_STUDY = "A study as a TOML file; options override it."
 _SET = (
     "LO:HI:COUNT, log:LO:HI:COUNT, A,B,C, normal:MEAN:SIGMA or uniform:LO:HI, for an input or "
     "parameter of the FMU or `ball`; repeatable, the last one varies fastest."
 )
 _DESIGN = "Sampling design: independent (if omitted), Latin hypercube, Sobol sequence."
 _CHUNK = "Cases that a worker gets at a time; 2000 if omitted. Changes no result."
+_COMPARE = "Also measure a loop over fmpy.simulate_fmu."
+_CLUSTER = "tcp://HOST:PORT|local"
+
+_Number = int | None
+_File = Path | None
+_Text = str | None
 
 
 def sweep(
     context: Context,
-    file: Annotated[
-        Path | None,
-        Argument(metavar="STUDY", help="A study as a TOML file; options override it."),
-    ] = None,
+    file: Annotated[_File, Argument(metavar="STUDY", help=_STUDY)] = None,
     set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUES", help=_SET)] = None,
-    out: Annotated[
-        Path | None, Option(metavar="FILE", help="The table: FILE.csv or FILE.parquet.")
-    ] = None,
-    outputs: Annotated[
-        str | None, Option(metavar="A,B,C", help="The FMU's outputs to read, no others.")
-    ] = None,
-    samples: Annotated[
-        int | None, Option(metavar="N", help="Number of samples of the distributions.")
-    ] = None,
-    seed: Annotated[int | None, Option(metavar="N", help="Of the samples; 0 if omitted.")] = None,
-    design: Annotated[str | None, Option(metavar="random|lhs|sobol", help=_DESIGN)] = None,
-    workers: Annotated[
-        int | None, Option(metavar="N", help="Processes that compute; 1 if omitted.")
-    ] = None,
-    chunk: Annotated[int | None, Option(metavar="N", help=_CHUNK)] = None,
-    scheduler: Annotated[
-        str | None, Option(metavar="tcp://HOST:PORT|local", help="Compute on a Dask cluster.")
-    ] = None,
-    compare: Annotated[
-        bool | None, Option("--compare", help="Also measure a loop over fmpy.simulate_fmu.")
-    ] = None,
+    out: Annotated[_File, Option(metavar="FILE", help="FILE.csv or FILE.parquet.")] = None,
+    outputs: Annotated[_Text, Option(metavar="A,B,C", help="Outputs to read, no others.")] = None,
+    samples: Annotated[_Number, Option(metavar="N", help="Samples of the distributions.")] = None,
+    seed: Annotated[_Number, Option(metavar="N", help="Of the samples; 0 if omitted.")] = None,
+    design: Annotated[_Text, Option(metavar="random|lhs|sobol", help=_DESIGN)] = None,
+    workers: Annotated[_Number, Option(metavar="N", help="Processes; 1 if omitted.")] = None,
+    chunk: Annotated[_Number, Option(metavar="N", help=_CHUNK)] = None,
+    scheduler: Annotated[_Text, Option(metavar=_CLUSTER, help="Compute on a Dask cluster.")] = None,
+    compare: Annotated[bool | None, Option("--compare", help=_COMPARE)] = None,
     figures: Annotated[bool | None, Option(help="Write FILE.png and FILE.html.")] = None,
-    fmu: Annotated[
-        Path | None, Option(metavar="FILE", help="Use this .fmu file; don't build.")
-    ] = None,
+    fmu: Annotated[_File, Option(metavar="FILE", help="Use this .fmu file; don't build.")] = None,
 ) -> int:
     """Many impacts through the FMU into one table: a row a case, variables first, then outputs."""
+    from golf_impact.files import prepare
+    from golf_impact.sweeps.run import Stopped, Sweep
+    from golf_impact.sweeps.study import Study
     from golf_impact.sweeps.study_file import KEYS, read_study
 
     sets, options = ({}, {}) if file is None else read_study(file)
-    sets |= pairs_of(set_ or [], "VALUES", "k=0.5e6:2e6:100", "write one list, NAME=A,B")
+    sets |= pairs_of(set_ or [], "NAME=VALUES, e.g. --set k=0.5e6:2e6:100")
     # The keys of a study are these options.
     given = {name: value for name, value in context.params.items() if name in KEYS}
     options |= {name: value for name, value in given.items() if value is not None}
     if "out" not in options:
         raise UserError("no output file: give --out FILE.csv or FILE.parquet")
-    return _run(sets, **options)
-
-
-def _run(
-    sets: dict[str, Any],
-    out: str,
-    outputs: str | list[str] | None = None,
-    samples: int | None = None,
-    seed: int = 0,
-    design: str = "random",
-    compare: bool = False,
-    figures: bool = True,
-    fmu: str | None = None,
-    **execution: Any,
-) -> int:
-    from golf_impact.files import prepare
-    from golf_impact.sweeps.run import Stopped, Sweep
-    from golf_impact.sweeps.study import Study
-
-    names = outputs.split(",") if isinstance(outputs, str) else outputs
-    study, file = Study.of(sets, names, samples, seed, design), Path(out)
-    if figures:
-        prepare(file.parent, file.with_suffix(".png").name, file.with_suffix(".html").name)
-    with Sweep(study, fmu_file(Path(fmu) if fmu else None)) as running:
+    table = Path(options.pop("out"))
+    names = options.pop("outputs", None)
+    names = names.split(",") if isinstance(names, str) else names
+    sampling = options.pop("seed", 0), options.pop("design", "random")
+    study = Study.of(sets, names, options.pop("samples", None), *sampling)
+    with_report, with_loop = options.pop("figures", True), options.pop("compare", False)
+    if with_report:
+        prepare(table.parent, table.with_suffix(".png").name, table.with_suffix(".html").name)
+    with Sweep(study, fmu_file(options.pop("fmu", None))) as running:
         # Ctrl-C and SIGTERM end the sweep between chunks, and the process at the end of this block.
         with held():
             try:
                 with progress() as begin:
                     move = begin("sweep", study.cases)
-                    summary = running.run(file, progress=move, stop=is_requested, **execution)
+                    summary = running.run(table, progress=move, stop=is_requested, **options)
             except Stopped as stopped:
-                state = "is as it was" if file.exists() else "was not written"
-                warn(f"{stopped.done:,} of {study.cases:,} cases were done; {file} {state}.")
+                state = "is as it was" if table.exists() else "was not written"
+                warn(f"{stopped.done:,} of {study.cases:,} cases were done; {table} {state}.")
                 return 130
-        words = _describe(summary, **execution)
-        for line in words:
-            say(line)
-        if compare:
+        words = _describe(summary, options)
+        say("\n".join(words))
+        if with_loop:
             words.append(_compare(running))
-        if figures:
-            for path in _write_report(running, summary, words):
-                say(path)
+        if with_report:
+            say("\n".join(map(str, _write_report(running, summary, words))))
     return 0
 
 
-def _describe(
-    summary: Summary, workers: int = 1, scheduler: str | None = None, **_: object
-) -> list[str]:
+def _describe(summary: Summary, options: dict[str, Any]) -> list[str]:
+    workers, scheduler = options.get("workers", 1), options.get("scheduler")
     who = "in one process" if workers == 1 else f"in {workers} processes"
     if scheduler is not None:
         who = "on a local cluster" if scheduler == "local" else f"on {scheduler}"
@@ -126,10 +101,8 @@ def _describe(
     words = [f"{done} {who} ({summary.cases / summary.seconds:,.0f} impacts/s)"]
     if summary.first_refused is not None:
         row, reason = summary.first_refused
-        words.append(
-            f"Refused by the FMU: {summary.refused:,} cases, their outputs are empty; the first is "
-            f"row {row:,}: {reason}"
-        )
+        refused = f"Refused by the FMU: {summary.refused:,} cases, their outputs are empty"
+        words.append(f"{refused}; the first is row {row:,}: {reason}")
     return words
 
 
@@ -167,13 +140,12 @@ def _write_report(sweep: Sweep, summary: Summary, words: list[str]) -> list[Path
     report.words = words
     rows = [[axis.name, axis.text] for axis in sweep.study.axes]
     report.table("Swept variables (SI units)", ["", "values"], rows)
-    usable = drawn[np.isfinite(drawn)]
+    usable, indices = drawn[np.isfinite(drawn)], None
     if len(usable):
         columns = ["", "least", "5 %", "median", "95 %", "greatest", "mean", "standard deviation"]
         values = (*np.percentile(usable, (0, 5, 50, 95, 100)), usable.mean(), usable.std())
         row = [name, *(f"{value:.6g}" for value in values)]
         report.table(f"{name} over all cases", columns, [row])
-    indices = None
     try:
         indices = sobol_indices(sweep.study, drawn, sweep.first_output)
     except ImportError:

@@ -2,11 +2,10 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
 from math import cos, pi, radians
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
 from golf_build import LAWS
 from golf_impact.errors import UserError
@@ -32,8 +31,7 @@ CONTACT = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Quantity:
+class Quantity(NamedTuple):
     """An input or parameter as it is set here.
 
     A slider covers what golf needs; a field takes every value that the FMU does. Without a step
@@ -68,74 +66,57 @@ QUANTITIES = (
 )
 
 
-@dataclass(frozen=True)
-class Example:
-    """A case with a button."""
+class Example(NamedTuple):
+    """A case with a button, or a club."""
 
     name: str  #: on its button
     values: Mapping[str, float]  #: inputs and parameters that aren't the FMU's start values
     printed: Mapping[str, str]  #: published results, by metric, as they are shown
     hint: str  #: what to look for, in one sentence
-    source: str = "document"  #: where
+    source: str = "document"  #: of the published results
     beside: Mapping[str, float] | None = None  #: a case that is pinned for comparison
 
 
-def _document(
-    name: str, values: Mapping[str, float], printed: Mapping[str, document.Printed], hint: str
-) -> Example:
-    return Example(name, values, {metric: number.text for metric, number in printed.items()}, hint)
+_HINTS = {
+    "Document": "The document's impact (law 1): contact lasts 0.6 ms, and the ball leaves faster "
+    "than the club came.",
+    "Elastic": "Without damping no energy is lost: COR and E are 1, and force over compression is "
+    "one line.",
+    "50 m/s": "Forces and speeds grow in proportion to club speed; S, COR and contact time stay "
+    "as they are.",
+    "Soft": "Half the stiffness: longer contact, less force. The drag acts longer, so S falls.",
+    "Stiff": "Twice the stiffness: shorter contact, more force, and less energy is lost.",
+    "Old ball": "Softer and more damped: S, COR and E all fall.",
+    "Roh & Lee": "A finite-element ball (law 2): its stiffness grows with compression (n = 1.62); "
+    "COR is 0.74, and the loop is wide.",
+    "Law 1 | law 2": "The same k and b: law 1 (pinned) drags both bodies and loses momentum; "
+    "law 2 conserves momentum and its force follows a loop.",
+}
 
 
+def _example(name: str, values: Mapping[str, float], printed: Mapping[str, Any]) -> Example:
+    texts = {metric: number.text for metric, number in printed.items()}
+    return Example(name, values, texts, _HINTS[name])
+
+
+_ROH_LEE = {metric: format_value(metric, value) for metric, value in ROH_LEE_FIGURES.items()}
 EXAMPLES = (
-    _document(
-        *("Document", {}, document.BASELINE),
-        "The document's impact (law 1): contact lasts 0.6 ms, and the ball leaves faster than the "
-        "club came.",
-    ),
-    _document(
-        *("Elastic", {"b": 0.0}, document.ELASTIC),
-        "Without damping no energy is lost: COR and E are 1, and force over compression is one "
-        "line.",
-    ),
-    _document(
-        *("50 m/s", {"club_speed": 50.0}, document.CLUB_SPEED[50.0]),
-        "Forces and speeds grow in proportion to club speed; S, COR and contact time stay as they "
-        "are.",
-    ),
-    _document(
-        *("Soft", {"k": 0.5e6}, document.COMPRESSION[0.5e6]),
-        "Half the stiffness: longer contact, less force. The drag acts longer, so S falls.",
-    ),
-    _document(
-        *("Stiff", {"k": 2e6}, document.COMPRESSION[2e6]),
-        "Twice the stiffness: shorter contact, more force, and less energy is lost.",
-    ),
-    _document(
-        *("Old ball", {"k": 0.5e6, "b": 12.0}, document.OLD_BALL[0.5e6, 12.0]),
-        "Softer and more damped: S, COR and E all fall.",
-    ),
-    Example(
-        *("Roh & Lee", BALLS["roh-lee"].values),
-        {metric: format_value(metric, value) for metric, value in ROH_LEE_FIGURES.items()},
-        "A finite-element ball (law 2): its stiffness grows with compression (n = 1.62); COR is "
-        "0.74, and the loop is wide.",
-        "Roh & Lee",
-    ),
-    Example(
-        *("Law 1 | law 2", {"law": 2}, {}),
-        "The same k and b: law 1 (pinned) drags both bodies and loses momentum; law 2 conserves "
-        "momentum and its force follows a loop.",
-        beside={"law": 1},
-    ),
+    _example("Document", {}, document.BASELINE),
+    _example("Elastic", {"b": 0.0}, document.ELASTIC),
+    _example("50 m/s", {"club_speed": 50.0}, document.CLUB_SPEED[50.0]),
+    _example("Soft", {"k": 0.5e6}, document.COMPRESSION[0.5e6]),
+    _example("Stiff", {"k": 2e6}, document.COMPRESSION[2e6]),
+    _example("Old ball", {"k": 0.5e6, "b": 12.0}, document.OLD_BALL[0.5e6, 12.0]),
+    Example("Roh & Lee", BALLS["roh-lee"].values, _ROH_LEE, _HINTS["Roh & Lee"], "Roh & Lee"),
+    Example("Law 1 | law 2", {"law": 2}, {}, _HINTS["Law 1 | law 2"], beside={"law": 1}),
 )
-
 
 #: Dynamic loft, degrees, with which the model has the launch angle of the club of `TOUR`: fitted by
 #: the scenario loft.
 _LOFTS = (
-    *(15.079, 13.254, 13.644, 14.731, 14.823, 15.739),
-    *(17.366, 20.358, 23.641, 26.428, 30.333, 37.730),
-)
+    15.079, 13.254, 13.644, 14.731, 14.823, 15.739,
+    17.366, 20.358, 23.641, 26.428, 30.333, 37.730,
+)  # fmt: skip
 
 
 def _club(row: tuple[Any, ...], loft: float) -> Example:
@@ -176,13 +157,11 @@ def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
         "contact": CONTACT,
         "opening": dict(BALLS[OPENING].values),
         "laws": [(number, name) for number, (name, _) in LAWS.items()],
-        "quantities": [asdict(quantity) for quantity in QUANTITIES],
-        # Their values are read-only mappings, which asdict and JSON don't take.
+        "quantities": [quantity._asdict() for quantity in QUANTITIES],
+        # JSON takes no read-only mappings.
         "balls": [{**vars(ball), "values": dict(ball.values)} for ball in BALLS.values()],
-        **{
-            name: [{**vars(example), "values": dict(example.values)} for example in examples]
-            for name, examples in (("examples", EXAMPLES), ("clubs", CLUBS))
-        },
+        "examples": [one._replace(values=dict(one.values))._asdict() for one in EXAMPLES],
+        "clubs": [club._asdict() for club in CLUBS],
     }
     evaluator = Evaluator(fmus, UserError, facts)
     for example in facts["examples"]:

@@ -5,12 +5,16 @@ It needs the standard library only, so that it runs in an exported page, too.
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 from urllib.parse import urlencode
 
 #: Results of an impact without separation.
 MAXIMA = ("max_force", "time_of_max_force", "max_compression", "compression_over_diameter")
+
+NO_CONTACT = "No contact: the club never reaches the ball. It must be faster than the ball."
+NO_SEPARATION = (
+    "No separation: the bodies stay in contact (under law 1 a valid result of its drag)."
+)
 
 #: Communication points before touch, in contact, after it.
 POINTS = (8, 100, 16)
@@ -27,33 +31,34 @@ FROM_IMPACT = ("ball_velocity", "club_velocity", "smash_factor", "coefficient_of
 LAUNCH = ("ball_speed", "launch_angle", "backspin")
 FLIGHT = ("carry", "apex", "flight_time")
 FLIGHT_POINTS = 30
+NO_FLIGHT: dict[str, list[float]] = {"distance": [], "height": []}
 
-_DEGREE = math.pi / 180.0
+#: Factors from SI to what is displayed; speeds are in the unit that the user chose.
+_FACTORS = {
+    **dict.fromkeys(("contact_time", "time_of_max_force"), 1e6),
+    **dict.fromkeys(("energy_efficiency", "compression_over_diameter"), 100.0),
+    "max_compression": 1e3,
+    "launch_angle": 180.0 / math.pi,
+    "backspin": 30.0 / math.pi,
+}
+_SPEEDS = ("ball_velocity", "club_velocity", "ball_speed", "head_speed")
 
-#: Metric, label, format of the value, meaning. Numbers are in the displayed units.
+#: Metric, label, decimals, unit, meaning.
 READOUTS = (
-    ("smash_factor", "S", "{:.4f}", "smash factor: ball speed / club speed"),
-    ("coefficient_of_restitution", "COR", "{:.4f}", "separation speed / approach speed"),
-    ("energy_efficiency", "E", "{:.2%}", "energy: ball {ball_share:.1%}, club {club_share:.1%}"),
-    ("ball_velocity", "Ball", "{:.2f} {speed}", "speed after impact"),
-    ("club_velocity", "Club", "{:.2f} {speed}", "speed after impact"),
-    ("contact_time", "Contact time", "{:.1f} µs", "from touch to separation"),
-    ("max_force", "Peak force", "{:.0f} N", "{time_of_max_force:.1f} µs after touch"),
-    ("compression_over_diameter", "Max compression", "{:.2%}", "of D: {max_compression:.2f} mm"),
-    ("contact_displacement_over_diameter", "Ball travel", "{:.3f} D", "diameters, in contact"),
-    ("momentum_final", "Momentum", "{momentum_kept:.2%}", "kept of {momentum_initial:.3f} N·s"),
+    ("smash_factor", "S", 4, "", "smash factor: ball speed / club speed"),
+    ("coefficient_of_restitution", "COR", 4, "", "separation speed / approach speed"),
+    ("energy_efficiency", "E", 2, " %", "energy: ball {ball_share:.1%}, club {club_share:.1%}"),
+    ("ball_velocity", "Ball", 2, " {speed}", "speed after impact"),
+    ("club_velocity", "Club", 2, " {speed}", "speed after impact"),
+    ("contact_time", "Contact time", 1, " µs", "from touch to separation"),
+    ("max_force", "Peak force", 0, " N", "{time_of_max_force:.1f} µs after touch"),
+    ("compression_over_diameter", "Max compression", 2, " %", "of D: {max_compression:.2f} mm"),
+    ("contact_displacement_over_diameter", "Ball travel", 3, " D", "diameters, in contact"),
+    ("momentum_final", "Momentum", 3, " N·s", "{momentum_kept:.2%} of that before"),
+    ("launch_angle", "Launch angle", 1, "°", "ball speed at launch: {ball_speed:.2f} {speed}"),
+    ("backspin", "Backspin", 0, " rpm", "head speed: {head_speed:.2f} {speed}"),
+    ("carry", "Carry", 1, " m", "{yards:.0f} yd; apex {apex:.1f} m"),
 )
-SHOT_READOUTS = (
-    ("launch_angle", "Launch angle", "{:.1f}°", "ball speed at launch: {ball_speed:.2f} {speed}"),
-    ("backspin", "Backspin", "{:.0f} rpm", "head speed: {head_speed:.2f} {speed}"),
-    ("carry", "Carry", "{:.1f} m", "{yards:.0f} yd; apex {apex:.1f} m"),
-)
-
-#: Units of the published numbers that need one; speeds have that which the user chose.
-_PRINTED_UNITS = {
-    "contact_time": "µs", "max_force": "N", "energy_efficiency": "%", "momentum_final": "N·s",
-    "launch_angle": "°", "backspin": "rpm", "carry": "m",
-}  # fmt: skip
 
 
 class Evaluator:
@@ -109,7 +114,7 @@ class Evaluator:
     def metrics(self, values: Mapping[str, float]) -> dict[str, float]:
         """Metrics of an impact, in one communication step, by the names of results.json."""
         instance, v = self.instance, values
-        instance.start(**self.changed(values))
+        instance.start(**_without_loft(values))
         closing = v["club_speed"] - v["ball_speed"]
         approach = v["gap"] / closing if closing > 0.0 else 0.0
         # Over within the step, unless it takes longer than 30 years.
@@ -117,63 +122,50 @@ class Evaluator:
         m = instance.read(self.facts["metrics"])
         if not all(map(math.isfinite, m.values())):
             raise ValueError("This impact leaves the range of double precision.")
-        m["contact_displacement_over_diameter"] = m["contact_displacement"] / v["ball_diameter"]
-        m["compression_over_diameter"] = m["max_compression"] / v["ball_diameter"]
+        diameter = v["ball_diameter"]
+        m["contact_displacement_over_diameter"] = m["contact_displacement"] / diameter
+        m["compression_over_diameter"] = m["max_compression"] / diameter
         m["momentum_initial"] = v["m_club"] * v["club_speed"] + v["m_ball"] * v["ball_speed"]
         m["momentum_final"] = m["momentum"]
-        club, ball = (_energy(v[f"m_{body}"], v[f"{body}_speed"]) for body in ("club", "ball"))
-        m["kinetic_energy_initial"] = initial = club + ball
-        m["kinetic_energy_final"] = m["kinetic_energy"]
+        m["momentum_kept"] = _ratio(m["momentum"], m["momentum_initial"])
+        initial = sum(_energy(v[f"m_{body}"], v[f"{body}_speed"]) for body in ("club", "ball"))
+        m["kinetic_energy_initial"], m["kinetic_energy_final"] = initial, m["kinetic_energy"]
         for body in ("club", "ball"):
             left = _energy(v[f"m_{body}"], m[f"{body}_velocity"])
             m[f"{body}_share"] = _ratio(left, initial)
-        m["momentum_kept"] = _ratio(m["momentum_final"], m["momentum_initial"])
         return m
-
-    def changed(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Those values of ClubBallImpact that aren't its start values."""
-        return {
-            name: value
-            for name, value in values.items()
-            if value != self.defaults[name] and name not in LOFT
-        }
 
     def impact(self, values: dict[str, float], unit: str) -> dict[str, Any]:
         """Everything that is shown of a case; speeds as text and as `…_shown` are in the unit."""
         metrics = self.metrics(values)
         touched, separated = map(self.instance.read_flag, ("touched", "separated"))
-        path = self._path(values, metrics, touched, separated)
         size = self.facts["speeds"][unit]
+        path = self._path(values, metrics, touched, separated, size)
         # Without separation there are maxima only, without contact nothing.
         valid = metrics if separated else {name: metrics[name] for name in MAXIMA if touched}
-        for body in ("club", "ball"):
-            path[f"{body}_shown"] = [speed / size for speed in path[f"{body}_velocity"]]
-        shot, flight, problem = self.shot(values, metrics) if separated else ({}, {}, "")
-        example: Mapping[str, Any] = {}
-        for known in (*self.facts["examples"], *self.facts["clubs"]):
-            if values == {**self.defaults, **known["values"]}:
-                example = known
+        shot, flight, problem = self.shot(values, metrics) if separated else ({}, NO_FLIGHT, "")
+        cases = (*self.facts["examples"], *self.facts["clubs"])
+        same = [one for one in cases if values == self.defaults | one["values"]]
+        example: Mapping[str, Any] = same[0] if same else {}
+        changed = {name: x for name, x in values.items() if x != self.defaults[name]}
+        texts = {name: repr(x).removesuffix(".0") for name, x in changed.items()}
         # Without a parameter the page opens, and `golf-impact run` runs, something else.
-        given = self.changed(values) or {"law": 1}
-        loft = {name: values[name] for name in LOFT if values[name] != self.defaults[name]}
-        texts = {n: repr(value).removesuffix(".0") for n, value in (given | loft).items()}
+        given = _without_loft(texts) or {"law": "1"}
         return {
             "values": values,
-            "query": urlencode(texts),
+            "query": urlencode(given | texts),
             "path": path,
             "metrics": metrics | shot,
             "flight": flight,
             "example": example.get("name", ""),
             # `run` has no loft.
-            "command": "golf-impact run"
-            + "".join(f" --set {name}={texts[name]}" for name in given),
+            "command": " --set ".join(["golf-impact run", *map("=".join, given.items())]),
             "ranges": _ranges(path, metrics, values, shot),
-            "readouts": _readouts(valid, example, unit, size, READOUTS)
-            + _readouts(shot, example, unit, size, SHOT_READOUTS),
+            "readouts": _readouts(valid | shot, example, unit, size),
             "hint": example.get("hint", ""),
             "peak": f"{metrics['max_force']:.0f} N" if touched else "",
-            "area": _area(metrics, values, touched),
-            "state": _state(touched, separated) or problem,
+            "area": _area(metrics, values["law"]) if touched else "no contact",
+            "state": problem if separated else NO_SEPARATION if touched else NO_CONTACT,
         }
 
     def shot(
@@ -198,7 +190,7 @@ class Evaluator:
                 time = end
                 rows.append(self.flight.read(("distance", "height")))
         except (self.refusal, ValueError, OverflowError) as error:
-            return {}, {}, f"No flight: {error}"
+            return {}, NO_FLIGHT, f"No flight: {error}"
         shot["head_speed"] = v["club_speed"] / math.cos(v["dynamic_loft"] - v["attack_angle"])
         flight = {name: [row[name] for row in rows] for name in ("distance", "height")}
         return shot, flight, ""
@@ -223,46 +215,70 @@ class Evaluator:
 
     def check(self) -> dict[str, Any]:
         """How far the metrics of the examples are from those that the facts carry (`check`)."""
-        worst, count = 0.0, 0
+        errors = []
         for example in self.facts["examples"]:
             metrics = self({"values": example["values"]})["metrics"]
             for name, expected in example["check"].items():
-                error = abs(metrics[name] - expected)
-                worst = max(worst, error / abs(expected) if expected else error)
-                count += 1
-        return {"count": count, "worst": worst}
+                errors.append(abs(metrics[name] - expected) / (abs(expected) or 1.0))
+        return {"count": len(errors), "worst": max(errors)}
 
     def _path(
-        self, values: dict[str, float], metrics: dict[str, float], touched: bool, separated: bool
+        self,
+        values: dict[str, float],
+        metrics: dict[str, float],
+        touched: bool,
+        separated: bool,
+        size: float,
     ) -> dict[str, list[float]]:
         contact = metrics["contact_time"] if separated else _half_period(values)
         if touched and not separated:
             contact *= 10.0  # the time in which the contact develops
         end = nice(1.15 * contact)
-        times = _times(contact, end, metrics["time_of_max_force"])
         # The approach is shown too, for any gap of the case.
-        lead = -times[0]
+        lead = 0.1 * end
         if touched:
-            gap = (values["club_speed"] - values["ball_speed"]) * lead
-            values = {**values, "gap": gap}
-        host = [0.0, *(time + lead for time in times[1:])]
-        steps = [after - before for before, after in pairwise(host)]
-        if host[-1] + lead == host[-1] or min(steps) <= 0.0:
+            values = {**values, "gap": (values["club_speed"] - values["ball_speed"]) * lead}
+        host = sorted(
+            {0.0, *(lead + t for t in _times(contact, end, metrics["time_of_max_force"]))}
+        )
+        if len(host) < sum(POINTS) - 1 or host[-1] + lead == host[-1]:
             raise ValueError(f"A contact of {contact:g} s is too short or too long to be drawn.")
-        instance = self.instance
-        instance.start(**self.changed(values))
-        names = self.facts["path"]
-        rows = [instance.read(names)]
-        for point, step in zip(host, steps):
-            instance.step(point, step)
-            rows.append(instance.read(names))
-        path = {name: [row[name] for row in rows] for name in names}
-        touch = instance.read(("touch_time",))["touch_time"] if touched else 0.0
-        for body in ("club", "ball"):
-            moved = values["ball_speed"] * touch
-            path[f"{body}_position"] = [x - moved for x in path[f"{body}_position"]]
-        time = [instant - touch for instant in host]
-        return {"time": time, **path, **_energies(values, path), **_shapes(values, path)}
+        self.instance.start(**_without_loft(values))
+        rows, point = [], 0.0
+        for instant in host:
+            if instant:
+                self.instance.step(point, instant - point)
+            point = instant
+            rows.append({"time": instant - lead, **self.instance.read(self.facts["path"])})
+            _complete(rows[-1], values, values["ball_speed"] * lead, size)
+        return {name: [row[name] for row in rows] for name in rows[0]}
+
+
+def _complete(row: dict[str, float], v: Mapping[str, float], moved: float, size: float) -> None:
+    """Add to one instant of the path: where the energy is (J), shapes of the bodies (m), speeds.
+
+    The spring's energy is ∫ k d_r (d/d_r)^n dd. The ball is an ellipse that keeps its volume when
+    it is compressed. Positions are those since touch, until which the ball has `moved`.
+    """
+    initial = left = 0.0
+    for body in ("club", "ball"):
+        initial += _energy(v[f"m_{body}"], v[f"{body}_speed"])
+        row[f"{body}_energy"] = _energy(v[f"m_{body}"], row[f"{body}_velocity"])
+        left += row[f"{body}_energy"]
+        row[f"{body}_shown"] = row[f"{body}_velocity"] / size
+        row[f"{body}_position"] -= moved
+    n, length, diameter = v["exponent"], v["reference_compression"], v["ball_diameter"]
+    spring = v["k"] * length**2 / (n + 1.0) * (row["compression"] / length) ** (n + 1.0)
+    row |= {"spring_energy": spring, "lost_energy": initial - left - spring}
+    width = max(diameter - row["compression"], 0.02 * diameter)
+    row["ball_middle"] = row["ball_position"] + diameter - 0.5 * width
+    row |= {"ball_width": width, "ball_height": diameter * math.sqrt(diameter / width)}
+    row |= {"club_back": row["club_position"] - 0.72 * diameter, "club_height": 1.2 * diameter}
+
+
+def _without_loft(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of ClubBallImpact."""
+    return {name: value for name, value in values.items() if name not in LOFT}
 
 
 def _energy(mass: float, speed: float) -> float:
@@ -289,47 +305,15 @@ def _half_period(values: Mapping[str, float]) -> float:
 
 
 def _times(contact: float, end: float, peak: float) -> list[float]:
-    """Instants since touch: before it, closer at both ends of contact, its peak, after it; s."""
+    """Instants since touch, s: equally spaced before and after contact, closer at both its ends."""
     before, within, after = POINTS
     close = 1e-6 * contact
-    times = [-0.1 * end + n / (before - 1) * (0.1 * end - close) for n in range(before)]
-    for n in range(within):
-        share = n / (within - 1)
-        times.append(contact * (0.5 * share + 0.25 * (1.0 - math.cos(math.pi * share))))
-    times[before] = close
+    shares = [n / (within - 1) for n in range(within)]
+    times = [contact * (0.5 * s + 0.25 * (1.0 - math.cos(math.pi * s))) for s in shares]
+    times[0] = close
+    times += [-close - n / (before - 1) * (0.1 * end - close) for n in range(before - 1)]
     times += [contact + n / (after - 1) * (end - contact) for n in range(1, after)]
-    if 0.0 < peak < contact:
-        nearest = min(range(before + 1, before + within - 1), key=lambda n: abs(times[n] - peak))
-        times[nearest] = peak
-    return times
-
-
-def _energies(
-    values: Mapping[str, float], path: Mapping[str, list[float]]
-) -> dict[str, list[float]]:
-    """Where the energy is, J: the spring's is ∫ k d_r (d/d_r)^n dd."""
-    n, length = values["exponent"], values["reference_compression"]
-    club, ball = (
-        [_energy(values[f"m_{body}"], speed) for speed in path[f"{body}_velocity"]]
-        for body in ("club", "ball")
-    )
-    full = values["k"] * length * length / (n + 1.0)
-    spring = [full * (d / length) ** (n + 1.0) for d in path["compression"]]
-    lost = [club[0] + ball[0] - sum(parts) for parts in zip(club, ball, spring)]
-    return {"club_energy": club, "ball_energy": ball, "spring_energy": spring, "lost_energy": lost}
-
-
-def _shapes(values: Mapping[str, float], path: Mapping[str, list[float]]) -> dict[str, list[float]]:
-    """The ball, an ellipse that keeps its volume when it is compressed, and the club; m."""
-    diameter = values["ball_diameter"]
-    width = [max(diameter - d, 0.02 * diameter) for d in path["compression"]]
-    return {
-        "club_height": [1.2 * diameter] * len(width),
-        "club_back": [x - 0.72 * diameter for x in path["club_position"]],
-        "ball_middle": [x + diameter - 0.5 * w for x, w in zip(path["ball_position"], width)],
-        "ball_width": width,
-        "ball_height": [diameter * math.sqrt(diameter / w) for w in width],
-    }
+    return [*times, peak]
 
 
 def _ranges(
@@ -354,62 +338,36 @@ def _ranges(
         "velocity": both("shown"),
         "position": both("position"),
         "distance": [0.0, nice(1.02 * shot.get("carry", 0.0))],
-        "altitude": [0.0, nice(1.2 * shot.get("apex", 0.0))],
-        "width": [-1.96 * height, 5.04 * height],
-        "height": [-0.5 * height, 0.5 * height],
+        "height": [0.0, nice(1.2 * shot.get("apex", 0.0))],
+        "scene_width": [-1.96 * height, 5.04 * height],
+        "scene_height": [-0.5 * height, 0.5 * height],
     }
 
 
 def _readouts(
-    metrics: Mapping[str, float],
-    example: Mapping[str, Any],
-    unit: str,
-    size: float,
-    table: Sequence[tuple[str, str, str, str]],
+    metrics: Mapping[str, float], example: Mapping[str, Any], unit: str, size: float
 ) -> list[dict[str, str]]:
     """Each metric as text, with what is published of the example that the case may be."""
-    speeds = ("ball_velocity", "club_velocity", "ball_speed", "head_speed")
-    scales = {**dict.fromkeys(speeds, 1.0 / size), "max_compression": 1e3}
-    scales |= {"contact_time": 1e6, "time_of_max_force": 1e6}
-    scales |= {"launch_angle": 1.0 / _DEGREE, "backspin": 30.0 / math.pi}
-    m = {name: value * scales.get(name, 1.0) for name, value in metrics.items()}
-    words: dict[str, Any] = {**m, "yards": metrics.get("carry", 0.0) / 0.9144, "speed": unit}
+    factors = {**_FACTORS, **dict.fromkeys(_SPEEDS, 1.0 / size)}
+    m = {name: value * factors.get(name, 1.0) for name, value in metrics.items()}
     rows = []
-    for metric, label, form, meaning in table:
+    for metric, label, decimals, shown_in, meaning in READOUTS:
+        rows.append({"metric": metric, "label": label, "meaning": "", "value": "–", "printed": ""})
         if metric not in m:
-            row = {"metric": metric, "label": label, "meaning": "", "value": "–"}
-            rows.append({**row, "printed": ""})
             continue
-        printed = ""
-        if text := example.get("printed", {}).get(metric, ""):
-            shown_in = _PRINTED_UNITS.get(metric, "")
-            if metric.endswith("_velocity"):
-                shown_in = unit
-                if size != 1.0:
-                    decimals = len(text.partition(".")[2])
-                    text = f"{float(text) / size:.{decimals}f}"
-            printed = f"{example['source']}: {text} {shown_in}".strip()
-        row = {"metric": metric, "label": label, "meaning": meaning.format_map(words)}
-        rows.append({**row, "value": form.format(m[metric], **words), "printed": printed})
+        shown_in = shown_in.format(speed=unit)
+        rows[-1]["meaning"] = meaning.format(**m, yards=m.get("carry", 0.0) / 0.9144, speed=unit)
+        rows[-1]["value"] = f"{m[metric]:.{decimals}f}{shown_in}"
+        if text := example.get("printed", {}).get(metric):
+            if metric in _SPEEDS:
+                text = f"{float(text) / size:.{len(text.partition('.')[2])}f}"
+            rows[-1]["printed"] = f"{example['source']}: {text}{shown_in}"
     return rows
 
 
-def _area(metrics: Mapping[str, float], values: Mapping[str, float], touched: bool) -> str:
+def _area(metrics: Mapping[str, float], law: float) -> str:
     lost = max(metrics["kinetic_energy_initial"] - metrics["kinetic_energy_final"], 0.0)
-    if not touched:
-        return "no contact"
-    if values["law"] == 1:
-        return f"no loop: F = k d.\nThe drag takes {lost:.2f} J"
-    if values["law"] == 2:
-        return f"loop area: {lost:.2f} J,\nthe energy lost"
-    # Another law, of which only the results are known.
-    return f"{lost:.2f} J of kinetic energy lost"
-
-
-def _state(touched: bool, separated: bool) -> str:
-    """A sentence if there is no contact or no separation, else ""."""
-    if not touched:
-        return "No contact: the club never reaches the ball. It must be faster than the ball."
-    if not separated:
-        return "No separation: the bodies stay in contact (under law 1 a valid result of its drag)."
-    return ""
+    texts = {1.0: f"no loop: F = k d.\nThe drag takes {lost:.2f} J"}
+    texts[2.0] = f"loop area: {lost:.2f} J,\nthe energy lost"
+    # Of another law only the results are known.
+    return texts.get(law, f"{lost:.2f} J of kinetic energy lost")

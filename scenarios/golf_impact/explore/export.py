@@ -1,15 +1,13 @@
 """The page as a folder for any web server: the same files, and Python with the FMU's physics."""
 
 import hashlib
-import io
 import json
 import shutil
 import subprocess
-import tarfile
 import tempfile
-import zipfile
 from pathlib import Path
 
+from golf_build.archive import pack, unpack
 from golf_impact.errors import UserError
 from golf_impact.explore.cases import companions, facts_of
 from golf_impact.explore.evaluator import Evaluator
@@ -27,15 +25,8 @@ SHA512 = (
 
 #: Files of a Pyodide distribution that the page loads.
 PYODIDE = (
-    "pyodide.mjs",
-    "pyodide.asm.js",
-    "pyodide.asm.wasm",
-    "python_stdlib.zip",
-    "pyodide-lock.json",
-)
-
-#: The package of evaluator.py and in_browser.py in the archive.
-_PACKAGE = "golf_explore"
+    "pyodide.mjs", "pyodide.asm.js", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json",
+)  # fmt: skip
 
 
 def export(fmu_file: Path, folder: Path, pyodide: Path | None = None) -> dict[str, int]:
@@ -67,8 +58,8 @@ def export(fmu_file: Path, folder: Path, pyodide: Path | None = None) -> dict[st
     # The page comes last: as long as it isn't there, nothing uses the rest.
     write_together(folder / "pyodide", runtime)
     write_together(folder, page)
-    sizes = {f"pyodide/{name}": len(data) for name, data in runtime.items()}
-    return sizes | {name: len(data) for name, data in page.items()}
+    files = {**page, **{f"pyodide/{name}": data for name, data in runtime.items()}}
+    return {name: len(data) for name, data in files.items()}
 
 
 def from_folder(folder: Path) -> dict[str, bytes]:
@@ -104,12 +95,10 @@ def from_npm() -> dict[str, bytes]:
         if done.returncode or len(files) != 1:
             why = (done.stderr.strip().splitlines() or ["no file"])[-1]
             raise UserError(f"npm can't get {what} ({why}): {instead}")
-        data = files[0].read_bytes()
-    if hashlib.sha512(data).hexdigest() != SHA512:
-        raise UserError(f"npm gave a {what} with another checksum than expected: {instead}")
-    with tarfile.open(fileobj=io.BytesIO(data)) as archive:
-        streams = {name: archive.extractfile(f"package/{name}") for name in PYODIDE}
-        return {name: stream.read() for name, stream in streams.items() if stream}
+        if hashlib.sha512(files[0].read_bytes()).hexdigest() != SHA512:
+            raise UserError(f"npm gave a {what} with another checksum than expected: {instead}")
+        shutil.unpack_archive(files[0], folder, filter="data")
+        return from_folder(Path(folder, "package"))
 
 
 def arguments_of(fmu: LoadedFmu) -> tuple[str, str, dict[str, tuple[int, str]]]:
@@ -121,17 +110,11 @@ def arguments_of(fmu: LoadedFmu) -> tuple[str, str, dict[str, tuple[int, str]]]:
 
 def _archive(fmu_files: list[Path]) -> bytes:
     """The modules of FMUs and the evaluator, as a zip file that Python imports from."""
-    files = {f"{_PACKAGE}/__init__.py": b""}
+    files = {"golf_explore/__init__.py": b""}
     for name in ("evaluator.py", "in_browser.py"):
-        files[f"{_PACKAGE}/{name}"] = Path(__file__).with_name(name).read_bytes()
+        files[f"golf_explore/{name}"] = Path(__file__).with_name(name).read_bytes()
     for file in fmu_files:
-        with zipfile.ZipFile(file) as fmu:
-            names = [name for name in fmu.namelist() if name.startswith("resources/")]
-            files |= {name.removeprefix("resources/"): fmu.read(name) for name in names}
-    data = io.BytesIO()
-    with zipfile.ZipFile(data, "w") as archive:
-        for name, content in files.items():
-            # Without the time of day: the same page has the same bytes.
-            info = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
-            archive.writestr(info, content, zipfile.ZIP_DEFLATED)
-    return data.getvalue()
+        for name, content in unpack(file).items():
+            if name.startswith("resources/"):
+                files[name.removeprefix("resources/")] = content
+    return pack(files)

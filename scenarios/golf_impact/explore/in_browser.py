@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
+from .evaluator import Evaluator
+
 
 class RefusedError(Exception):
     """The message of an FMU."""
@@ -12,6 +14,8 @@ class RefusedError(Exception):
 
 class Instance:
     """One instance of an FMU, with the methods of `LoadedFmu` that the page needs.
+
+    They raise a RefusedError where the FMU refuses something.
 
     Args:
         module: the FMU's Python module.
@@ -25,11 +29,7 @@ class Instance:
         self._slave: Any = None
 
     def start(self, **values: float) -> None:
-        """Begin a run with these inputs and parameters (start values for the others).
-
-        Raises:
-            RefusedError: the FMU refuses a value.
-        """
+        """Begin a run with these inputs and parameters (start values for the others)."""
         self._slave = self._class(instance_name="page", resources="/")
         self._slave.setup_experiment(0.0)
         self._slave.enter_initialization_mode()
@@ -38,33 +38,23 @@ class Instance:
         self._check(True)
 
     def set(self, values: Mapping[str, float]) -> None:
-        """Set inputs and parameters.
-
-        Raises:
-            RefusedError: an Integer variable gets another number.
-        """
+        """Set inputs and parameters."""
         for name, value in values.items():
             reference, type_ = self._variables[name]
-            if type_ == "Integer":
-                if value != int(value):
-                    why = "it must be a whole number, 1 or 2"
-                    raise RefusedError(f"{name} = {value!r} is refused: {why}")
-                value = int(value)
-            getattr(self._slave, f"set_{type_.lower()}")([reference], [value])
+            if type_ == "Integer" and value != int(value):
+                why = "it must be a whole number, 1 or 2"
+                raise RefusedError(f"{name} = {value!r} is refused: {why}")
+            given = int(value) if type_ == "Integer" else value
+            getattr(self._slave, f"set_{type_.lower()}")([reference], [given])
 
     def step(self, point: float, size: float) -> None:
-        """Make a communication step.
-
-        Raises:
-            RefusedError: the FMU refuses it.
-        """
+        """Make a communication step."""
         self._check(self._slave.do_step(point, size))
 
     def read(self, names: Sequence[str]) -> dict[str, float]:
         """Values of Real variables, by name."""
-        references = [self._variables[name][0] for name in names]
-        # The list of values may be longer.
-        return dict(zip(names, self._slave.get_real(references)))
+        # The slave's list of values may be longer.
+        return dict(zip(names, self._slave.get_real([self._variables[name][0] for name in names])))
 
     def read_flag(self, name: str) -> bool:
         """Value of a Boolean variable."""
@@ -78,17 +68,12 @@ class Instance:
 
 
 def make_evaluator(fmus: str, facts: str) -> tuple[Callable[[str], str], str]:
-    """The evaluator for the worker of an exported page.
+    """The evaluator for the worker of an exported page: a function from and to JSON, and its check.
 
     Args:
         fmus: arguments of `Instance` for ClubBallImpact, Launch and BallFlight, as JSON.
         facts: those of `Evaluator`, as JSON.
-
-    Returns:
-        A function from a request to its result, and the result of the check; all of it as JSON.
     """
-    from .evaluator import Evaluator
-
     instances = [Instance(*arguments) for arguments in json.loads(fmus)]
     evaluator = Evaluator(instances, RefusedError, json.loads(facts))
     return lambda request: json.dumps(evaluator(json.loads(request))), json.dumps(evaluator.check())

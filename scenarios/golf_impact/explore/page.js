@@ -1,11 +1,8 @@
 // The page: what the user sets goes to evaluator.py as a request; its results fill figures and tables.
 const get = (id) => document.getElementById(id)
 const facts = JSON.parse(get("facts").textContent)
-const models = new Map()
-const model = (name) => {
-  if (!models.has(name)) models.set(name, Bokeh.documents[0].get_model_by_name(name))
-  return models.get(name)
-}
+const models = {}
+const model = (name) => models[name] ??= Bokeh.documents[0].get_model_by_name(name)
 const quantities = new Map(facts.quantities.map((quantity) => [quantity.name, quantity]))
 const figures = ["animation", "force", "loop", "energies", "velocities", "positions", "sweep", "flight"]
 const COLOURS = ["#CC79A7", "#009E73", "#D55E00", "#999933", "#882255", "#888888", "#44AA99", "#DDCC77"]
@@ -90,8 +87,6 @@ function request(kind, message, use) {
 let shown = facts.result
 let requested = {...shown.values}
 let pins = []
-let drawnPins = pins
-let swept = null
 const unit = () => get("unit").value
 const size = (quantity) => quantity.unit in facts.speeds ? facts.speeds[unit()] : quantity.scale
 // 15 digits: 45.93 g are 0.04593 kg to the last digit.
@@ -120,7 +115,7 @@ function show(result, control) {
 // Drawing
 
 function draw() {
-  const {values, path, ranges} = shown
+  const {values, path, flight, ranges} = shown
   for (const [name, quantity] of quantities) {
     const field = get(name), slider = get(`${name}_slider`), value = fromSi(quantity, values[name])
     if (document.activeElement != field || Number(field.value) != value) field.value = value
@@ -142,18 +137,14 @@ function draw() {
   get("readouts").replaceChildren(tag("tbody", {}, ...rows))
   for (const name in ranges) {
     const all = [ranges, ...pins.map((pin) => pin.ranges)].map((ranges) => ranges[name])
-    // The animation is to scale: that of the present case.
-    const used = name == "width" || name == "height" ? [ranges[name]] : all
+    // The scene is to scale: that of the present case.
+    const used = name.startsWith("scene") ? [ranges[name]] : all
     model(`${name}_range`).setv({start: Math.min(...used.map(([low]) => low)), end: Math.max(...used.map(([, high]) => high))})
   }
   model("path").data = path
-  const none = {distance: [], height: []}
-  model("flight_path").data = {...none, ...shown.flight}
-  if (drawnPins != pins) model("pinned").data = {
-    color: pins.map((pin) => pin.color),
-    ...Object.fromEntries(Object.keys({...path, ...none}).map((name) => [name, pins.map((pin) => pin.path[name] ?? pin.flight[name] ?? [])])),
-  }
-  drawnPins = pins
+  model("flight_path").data = flight
+  const columns = Object.keys({...path, ...flight}).map((name) => [name, pins.map((pin) => pin.path[name] ?? pin.flight[name])])
+  model("pinned").data = {color: pins.map((pin) => pin.color), ...Object.fromEntries(columns)}
   model("peak").setv({x: shown.metrics.time_of_max_force, y: shown.metrics.max_force, text: shown.peak})
   model("area").setv({x: 0, y: model("force_range").end, text: shown.area})
   model("velocities").left[0].axis_label = `velocity (${unit()})`
@@ -166,19 +157,14 @@ function tag(name, attributes, ...children) {
   return element
 }
 
-function drawSweep(result) {
-  if (result.refused) return
-  swept = result.swept
-  const quantity = quantities.get(result.over), x = swept.x.map((value) => value / size(quantity)), end = x.length - 1
-  const place = shown.values[quantity.name] / size(quantity), n = Math.min(Math.max(x.findIndex((value) => value >= place), 1), end)
-  const share = (place - x[n - 1]) / (x[n] - x[n - 1])
-  const nan = (column) => column.map((value) => value ?? NaN)
-  model("swept").data = {x, smash_factor: nan(swept.smash_factor), coefficient_of_restitution: nan(swept.coefficient_of_restitution)}
-  const y = [swept.smash_factor, swept.coefficient_of_restitution].map((column) => nan(column)[n - 1] * (1 - share) + nan(column)[n] * share)
-  model("here").data = share >= 0 && share <= 1 ? {x: [place, place], y} : {x: [], y: []}
-  const picture = model("sweep"), label = quantity.unit in facts.speeds ? unit() : quantity.unit
-  picture.x_range.setv({start: x[0], end: x[end]})
-  picture.below[0].axis_label = `${quantity.label} (${label})`
+function drawSweep({refused, swept, over}) {
+  if (refused) return
+  const quantity = quantities.get(over), x = swept.x.map((value) => value / size(quantity))
+  const numbers = (column) => column.map((value) => value ?? NaN)
+  model("swept").data = {x, smash_factor: numbers(swept.smash_factor), coefficient_of_restitution: numbers(swept.coefficient_of_restitution)}
+  model("here").data = {x: [shown.values[over] / size(quantity)]}
+  model("sweep").x_range.setv({start: x[0], end: x.at(-1)})
+  model("sweep").below[0].axis_label = `${quantity.label} (${quantity.unit in facts.speeds ? unit() : quantity.unit})`
 }
 
 // Everything that depends on the instant: the sample nearest to the scrub's place is the cursor's one row.

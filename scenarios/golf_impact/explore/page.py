@@ -25,7 +25,7 @@ def page_files(evaluator: Evaluator, worker: Mapping[str, Any] | None = None) ->
     facts = evaluator.facts
     opening = evaluator({"values": facts["opening"]})
     carried = {**facts, "result": opening, "worker": worker}
-    script, figures = components(Pictures(opening["path"]).figures, wrap_script=False, theme=THEME)
+    script, figures = components(Pictures(opening).figures, wrap_script=False, theme=THEME)
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     template = environment.from_string((_HERE / "page.html").read_text("utf-8"))
     # Nothing in a script element may end it.

@@ -2,7 +2,7 @@
 
 import json
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -20,38 +20,43 @@ HOST = "127.0.0.1"
 
 #: Names of this machine in `Host` and `Origin`. Under any other name a foreign page could
 #: read results of this machine (DNS rebinding).
-NAMES = ("127.0.0.1", "localhost", "::1")
+NAMES = {"127.0.0.1", "localhost", "::1"}
 
 #: Bytes of a request: one has some hundred.
 _LARGEST = 65536
 
 
-def serve(path: Path, port: int, ready: Callable[[str], None]) -> None:
+def serve(path: Path, port: int, values: Mapping[str, float], ready: Callable[[str], None]) -> None:
     """Serve the page until the process is stopped.
 
     Args:
         path: the .fmu file.
         port: 0 for any that is free.
+        values: inputs and parameters of the case to begin with; none for that of the page.
         ready: called with the page's address when it can be opened.
 
     Raises:
-        UserError: the port can't be used.
+        UserError: the FMU refuses a value, or the port can't be used.
     """
     folder = TemporaryDirectory(prefix="golf-impact-")
     with ImpactFmu(path) as fmu, companions(fmu) as fmus, folder as page:
         evaluator = Evaluator(fmus, UserError, facts_of(fmus))
+        case = evaluator({"values": values})
+        if "refused" in case:
+            raise UserError(case["refused"])
         for name, data in page_files(evaluator).items():
             Path(page, name).write_bytes(data)
         handler = partial(_Handler, evaluator, directory=page)
         try:
             server = ThreadingHTTPServer((HOST, port), handler)
-        except (OSError, OverflowError) as error:
+        except OSError as error:
             raise UserError(
-                f"port {port} can't be used ({getattr(error, 'strerror', None) or error}): choose "
-                "another with --port, or --port 0 for any that is free"
+                f"port {port} can't be used ({error.strerror}): choose another with --port, or "
+                "--port 0 for any that is free"
             ) from error
         with server:
-            ready(f"http://{HOST}:{server.server_port}/")
+            query = f"?{case['query']}" if values else ""
+            ready(f"http://{HOST}:{server.server_port}/{query}")
             server.serve_forever()
 
 
@@ -78,7 +83,7 @@ class _Handler(SimpleHTTPRequestHandler):
         body = self.rfile.read(int(length))
         if not self._is_local():
             return
-        if urlsplit(self.path).path != "/impact":
+        if self.path != "/impact":
             self.send_error(404)
             return
         try:
@@ -95,9 +100,12 @@ class _Handler(SimpleHTTPRequestHandler):
 
     def _is_local(self) -> bool:
         """Whether a request is for this machine and of its own page; if not, it is refused."""
-        addresses = [f"//{self.headers.get('Host', '')}", self.headers.get("Origin", f"//{HOST}")]
-        if local := all(_hostname(address) in NAMES for address in addresses):
-            return local
+        addresses = f"//{self.headers.get('Host', '')}", self.headers.get("Origin", f"//{HOST}")
+        try:
+            if local := {urlsplit(address).hostname for address in addresses} <= NAMES:
+                return local
+        except ValueError:
+            pass  # no address
         self.send_error(403, "Only pages of this machine are served")
         return False
 
@@ -108,10 +116,3 @@ class _Handler(SimpleHTTPRequestHandler):
 
     def log_message(self, *args: Any) -> None:
         """Nothing is logged."""
-
-
-def _hostname(address: str) -> str | None:
-    try:
-        return urlsplit(address).hostname
-    except ValueError:
-        return None

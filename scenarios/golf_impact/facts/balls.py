@@ -1,25 +1,22 @@
-"""Balls: a table of presets, each with its source, and TOML files."""
+"""Balls: presets (balls.toml), each with its source, and TOML files of users."""
 
 import json
-import math
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from golf_impact.errors import UserError
-from golf_impact.facts.measured import PENNER, PENNER_AT_REST, PENNER_SLOPE, ROH, TRACKMAN, USGA
+from golf_impact.facts.toml import read_toml
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+#: What a ball may set, and what of it may have a covariance.
+_UNCERTAIN = ("k", "b", "exponent", "restitution_at_rest", "restitution_slope")
+_SETTABLE = ("law", *_UNCERTAIN, "reference_compression", "m_ball", "ball_diameter")
 
 
 @dataclass(frozen=True)
 class Ball:
-    """A preset ball.
+    """A ball.
 
     Attributes:
         name: as in `--ball NAME`; of a file, its path.
@@ -39,13 +36,6 @@ class Ball:
     covariance: tuple[tuple[float, ...], ...] = ()
 
 
-#: The load of the PGA compression rating: 200 lbf, N.
-_RATING_LOAD = 200.0 * 4.4482216152605
-
-#: A thousandth of an inch, m.
-_MIL = 25.4e-6
-
-
 def rating_stiffness(rating: float) -> float:
     """Contact stiffness k of a ball with this compression rating, N/m; indicative only.
 
@@ -53,76 +43,8 @@ def rating_stiffness(rating: float) -> float:
     deflection is on each side. The compression is slow, its force a fifth of an impact's or less,
     and there is no industry standard.
     """
-    return 2.0 * _RATING_LOAD / ((160.0 - rating) * _MIL)
-
-
-_DOCUMENT = "Doing Physics with Python, golfSpring.py"
-_FITTED = f"{ROH}, as the document quotes them; fitted by golf-impact calibrate"
-_LINE = {"restitution_at_rest": PENNER_AT_REST, "restitution_slope": PENNER_SLOPE}
-
-#: Law, stiffness and exponent of the finite-element ball, fitted with a free exponent.
-_ROH_LEE = {"law": 2, "k": 769684.1103947455, "exponent": 1.6165131732807367}
-
-
-def _rated(name: str, rating: float, band: str) -> Ball:
-    return Ball(
-        name,
-        f"compression rating {rating:g} ({band})",
-        {"law": 2, "k": rating_stiffness(rating), **_LINE},
-        "indicative: PGA rating = 160 - mil of deflection at 200 lbf; bands: document; COR: "
-        + PENNER,
-    )
-
-
-_PRESETS = (
-    Ball(
-        "document",
-        "the document's fit by trial and error (law 1)",
-        {"law": 1, "k": 1e6, "b": 9.0},
-        _DOCUMENT,
-    ),
-    Ball(
-        "document-old",
-        "the document's old ball: softer, more damped (law 1)",
-        {"law": 1, "k": 0.5e6, "b": 12.0},
-        _DOCUMENT,
-    ),
-    Ball(
-        "roh-lee",
-        "the finite-element ball at 35 m/s (law 2, n free)",
-        {**_ROH_LEE, "b": 39.20569001063178},
-        _FITTED,
-    ),
-    Ball(
-        "roh-lee-tsuji",
-        "the same with n = 1.5",
-        {"law": 2, "k": 823261.7897934683, "b": 37.075005685987676, "exponent": 1.5},
-        _FITTED,
-    ),
-    Ball(
-        "roh-lee-linear",
-        "the same with n = 1 (Kelvin–Voigt), a poor fit",
-        {"law": 2, "k": 1038092.3101883758, "b": 26.169288181247552},
-        _FITTED,
-    ),
-    Ball(
-        "penner",
-        "stiffness of the finite-element ball, COR decreasing with speed as measured",
-        {**_ROH_LEE, **_LINE},
-        f"k, n: {ROH}; COR 0.86 - 0.0029 v: {PENNER}",
-    ),
-    Ball(
-        "tour",
-        "ball and flexible face of a tour driver together: 113 mph, S 1.478, 475 µs",
-        {"law": 2, "k": 1241578.1199332434, "b": 35.73150805888275, "exponent": 1.5},
-        f"{TRACKMAN}; contact 450-500 µs: {USGA}; fitted by golf-impact calibrate",
-    ),
-    _rated("rating-low", 45.0, "low, 30-60"),
-    _rated("rating-mid", 73.0, "mid, 61-85"),
-    _rated("rating-high", 98.0, "high, 86-110+"),
-)
-
-BALLS: dict[str, Ball] = {ball.name: ball for ball in _PRESETS}
+    load, mil = 200.0 * 4.4482216152605, 25.4e-6  # N, m
+    return 2.0 * load / ((160.0 - rating) * mil)
 
 
 def ball(name: str) -> Ball:
@@ -140,13 +62,6 @@ def ball(name: str) -> Ball:
     return BALLS[name]
 
 
-# Files
-
-#: What a ball's file may set, and what of it may have a covariance.
-_UNCERTAIN = ("k", "b", "exponent", "restitution_at_rest", "restitution_slope")
-_SETTABLE = ("law", *_UNCERTAIN, "reference_compression", "m_ball", "ball_diameter")
-
-
 def read_ball(path: Path | str) -> Ball:
     """The ball of a TOML file: variables of the FMU by name, and optionally title and source.
 
@@ -155,44 +70,41 @@ def read_ball(path: Path | str) -> Ball:
     Raises:
         UserError: the file can't be read, or something in it isn't a ball's.
     """
-    try:
-        table = tomllib.loads(Path(path).read_text("utf-8-sig"))
-    except OSError as error:
-        raise UserError(f"can't read {path}: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise UserError(f"{path} is no TOML file: {error}") from error
-    title, source = str(table.pop("title", f"of {path}")), str(table.pop("source", path))
+    return _ball(str(path), read_toml(path))
+
+
+def _ball(name: str, table: dict[str, Any]) -> Ball:
+    title, source = str(table.pop("title", f"of {name}")), str(table.pop("source", name))
     uncertainty = table.pop("uncertainty", {"parameters": [], "covariance": []})
-    for name, value in table.items():
-        if name not in _SETTABLE:
+    for key, value in table.items():
+        if key not in _SETTABLE:
             raise UserError(
-                f"{path}: a ball has no {name}: choose from {', '.join(_SETTABLE)}, title, source"
+                f"{name}: a ball has no {key}: choose from {', '.join(_SETTABLE)}, title, source"
             )
         if not _is_number(value):
-            raise UserError(f"{path}: {name} = {value!r} is refused: it must be a finite number")
+            raise UserError(f"{name}: {key} = {value!r} is refused: it must be a finite number")
     if not table:
-        raise UserError(f"{path} is no ball: give it lines such as law = 2, k = 8e5, b = 30")
+        raise UserError(f"{name} is no ball: give it lines such as law = 2, k = 8e5, b = 30")
     try:
         names = tuple(uncertainty["parameters"])
         rows = tuple(map(tuple, uncertainty["covariance"]))
-        square = len(rows) == len(names) and all(len(row) == len(names) for row in rows)
-        known = all(name in _UNCERTAIN and name in table for name in names)
+        square = [len(row) for row in rows] == [len(names)] * len(names)
+        known = all(one in _UNCERTAIN and one in table for one in names)
         numbers = all(_is_number(cell) for row in rows for cell in row)
         right = square and known and numbers and all(row[n] >= 0.0 for n, row in enumerate(rows))
     except (KeyError, TypeError):
         right = False
     if not right:
         raise UserError(
-            f"{path}: uncertainty is refused: it needs parameters, p names of values above it, and "
+            f"{name}: uncertainty is refused: it needs parameters, p names of values above it, and "
             "covariance, p rows of p finite numbers with none on its diagonal below 0"
         )
-    return Ball(str(path), title, table, source, names, rows)
+    return Ball(name, title, table, source, names, rows)
 
 
 def _is_number(value: Any) -> bool:
-    # A Boolean is an integer to Python.
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return number and math.isfinite(value) and abs(value) < 2.0**63
+    # Not isinstance: a Boolean is an integer to Python. TOML has integers of 64 bits.
+    return type(value) in (int, float) and abs(value) < 2.0**63
 
 
 def ball_toml(ball: Ball) -> str:
@@ -209,3 +121,10 @@ def ball_toml(ball: Ball) -> str:
         names = json.dumps(list(ball.uncertain))
         lines += ["", "[uncertainty]", f"parameters = {names}", f"covariance = [\n{rows},\n]"]
     return "\n".join(lines) + "\n"
+
+
+#: The presets by name.
+BALLS = {
+    name: _ball(name, table)
+    for name, table in read_toml(Path(__file__).with_suffix(".toml")).items()
+}

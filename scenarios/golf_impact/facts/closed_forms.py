@@ -1,7 +1,7 @@
-"""Closed forms that the FMU's results are held against, written independently of it.
+"""What the FMU's results are held against, written independently of it: closed forms and balances.
 
 Elastic and law 2: Schwager & Pöschel, Granular Matter 9, 465–469 (2007). Law 1 has none for its
-times, but its momentum balances are exact.
+times, but its momentum balances are exact. `given` has all inputs and parameters (SI units).
 """
 
 import math
@@ -32,26 +32,39 @@ def elastic_contact_time(k: float, m_club: float, m_ball: float) -> float:
     return math.pi * math.sqrt(reduced_mass(m_club, m_ball) / k)
 
 
-def expected(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[str, float]:
-    """What metrics of a separated impact must be, by name (SI units).
-
-    They follow from all inputs and parameters, some from others of the FMU's metrics.
-    """
-    k, b = given["k"], given["b"]
-    m_club, m_ball = given["m_club"], given["m_ball"]
+def definitions(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[str, float]:
+    """S, COR and E by their definitions, from the velocities after an impact."""
     u_club, u_ball = given["club_speed"], given["ball_speed"]
-    mu, approach = reduced_mass(m_club, m_ball), u_club - u_ball
-    start = m_club * u_club + m_ball * u_ball
-    law = int(given["law"])
-    if law not in (1, 2):
-        return {}
-    if given.get("exponent", 1.0) != 1.0 or given.get("restitution_at_rest", 0.0) > 0.0:
-        return {"momentum_final": start}
-    if law == 1 and b > 0.0:
+    v_club, v_ball = metrics["club_velocity"], metrics["ball_velocity"]
+    energy = 0.5 * (given["m_club"] * v_club**2 + given["m_ball"] * v_ball**2)
+    return {
+        "smash_factor": v_ball / u_club if u_club else 0.0,
+        "coefficient_of_restitution": (v_ball - v_club) / (u_club - u_ball),
+        "energy_efficiency": energy / metrics["kinetic_energy_initial"],
+    }
+
+
+def balances(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[str, float]:
+    """Momentum after an impact, and under law 1 the impulse, from other metrics."""
+    start = given["m_club"] * given["club_speed"] + given["m_ball"] * given["ball_speed"]
+    if given["law"] == 1 and given["b"] > 0.0:
         # Both bodies have moved as far when they part, and each has lost b·x to the drag.
-        lost = b * metrics["contact_displacement"]
-        gain = metrics["momentum_gain_ball"]
-        return {"impulse": gain + lost, "momentum_final": start - 2.0 * lost}
+        lost = given["b"] * metrics["contact_displacement"]
+        return {"impulse": metrics["momentum_gain_ball"] + lost, "momentum_final": start - 2 * lost}
+    return {"momentum_final": start} if given["law"] in (1, 2) else {}
+
+
+def solution(given: Mapping[str, float]) -> dict[str, float]:
+    """Metrics of an impact with a linear damper between the bodies, or with none.
+
+    They are by name (SI units), and empty in other cases: these have no closed form.
+    """
+    k, b, law = given["k"], given["b"], given["law"]
+    linear = given["exponent"] == 1.0 and given["restitution_at_rest"] == 0.0
+    if not linear or (law != 2 and (law, b) != (1, 0.0)):
+        return {}
+    m_club, m_ball, u_ball = given["m_club"], given["m_ball"], given["ball_speed"]
+    mu, approach = reduced_mass(m_club, m_ball), given["club_speed"] - u_ball
     zeta = b / (2.0 * math.sqrt(k * mu))
     phase = half_contact(zeta)
     restitution = math.exp(-2.0 * zeta * phase)
@@ -60,7 +73,6 @@ def expected(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[s
         "contact_time": 2.0 * phase / math.sqrt(k / mu),
         "ball_velocity": u_ball + (1.0 + restitution) * approach * m_club / (m_club + m_ball),
         "impulse": mu * approach * (1.0 + restitution),
-        "momentum_final": start,
     }
     if b == 0.0:
         results["max_force"] = approach * math.sqrt(k * mu)

@@ -1,15 +1,25 @@
-"""Published measurements and computations of real impacts, each with its source."""
+"""Published measurements and computations of real impacts; measured.toml has them."""
 
-from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
 
 from golf_impact.facts.document import ROH_LEE
+from golf_impact.facts.toml import read_toml
 
 #: One mile per hour, m/s.
 MPH = 0.44704
 
+PENNER = "A. R. Penner, Am. J. Phys. 69 (2001) 563 and Rep. Prog. Phys. 66 (2003) 131"
+ROH = "W.-J. Roh, C.-W. Lee, 14th Int. Congress on Sound and Vibration, finite elements"
 
-@dataclass(frozen=True)
-class Measurement:
+#: Directions without numbers: contact is shorter at higher club speed, longer with softer balls.
+LOUGHBOROUGH = "Roberts, Jones, Rothberg, Measurement of contact time (Loughborough University)"
+
+#: COR of ball and rigid club head: COR at zero speed, and slope -dCOR/dv, s/m.
+PENNER_AT_REST, PENNER_SLOPE = 0.86, 0.0029
+
+
+class Measurement(NamedTuple):
     """A published result of an impact, for the FMU's start values of the masses."""
 
     what: str  #: its name in tables
@@ -27,67 +37,21 @@ class Measurement:
         return 0.5 * (self.low + self.high)
 
 
-PENNER = "A. R. Penner, Am. J. Phys. 69 (2001) 563 and Rep. Prog. Phys. 66 (2003) 131"
-USGA = "USGA, What happens in a collision between club and ball, Golf Journal, May 2025"
-THOMAS = "F. Thomas, PGA seminar on the spring-like effect (franklygolf.com)"
-TRACKMAN = (
-    "TrackMan averages of the PGA Tour: Golf Monthly, How far PGA Tour players hit every club"
-)
-ROH = "W.-J. Roh, C.-W. Lee, 14th Int. Congress on Sound and Vibration, finite elements"
+_DATA = read_toml(Path(__file__).with_suffix(".toml"))
 
-#: Directions without numbers: contact is shorter at higher club speed, longer with softer balls.
-LOUGHBOROUGH = "Roberts, Jones, Rothberg, Measurement of contact time (Loughborough University)"
+MEASUREMENTS = [Measurement(**row) for row in _DATA["measurements"]]
 
-#: COR of ball and rigid club head: COR at zero speed, and slope -dCOR/dv, s/m.
-PENNER_AT_REST, PENNER_SLOPE = 0.86, 0.0029
+#: Average launches of the PGA Tour: club, club speed (mph), attack angle (deg), ball speed (mph),
+#: launch angle (deg), backspin (rpm), carry (yd); and a typical head mass (kg).
+TOUR = _DATA["tour"]
 
-#: The speed at which the rules test a driver's COR: 160 ft/s.
-RULES_SPEED = 160.0 * 0.3048
-
-_COR, _SMASH, _TIME = "coefficient_of_restitution", "smash_factor", "contact_time"
-
-
-def _tour(club: int, ball: int, short: str = "") -> Measurement:
-    """Average speeds on tour, mph."""
-    what, smash = f"S, tour drivers, {club} mph", ball / club
-    return Measurement(what, _SMASH, club * MPH, smash, smash, TRACKMAN, "flexible", short)
-
-
-MEASUREMENTS = (
-    Measurement("COR, finite elements", _COR, 35.0, 0.743, 0.743, ROH, short="Roh & Lee"),
-    # No speed is given; it is about the test of the rules.
-    Measurement("COR, rigid head", _COR, RULES_SPEED, 0.78, 0.78, THOMAS, short="Thomas"),
-    Measurement(
-        "COR, the rules' limit", _COR, RULES_SPEED, 0.822, 0.830, USGA, "flexible", "rules' limit"
-    ),
-    _tour(113, 167, "tour"),
-    _tour(115, 171),
-    Measurement("contact time, driver", _TIME, 113 * MPH, 450e-6, 500e-6, USGA, "flexible"),
-)
+_U, _CLUB, _BALL = (ROH_LEE[name] for name in ("club_speed", "club_velocity", "ball_velocity"))
 
 #: Roh & Lee's figures by the FMU's outputs (SI units).
 ROH_LEE_FIGURES = {
-    **{name: ROH_LEE[name] for name in ("club_velocity", "ball_velocity")},
-    "smash_factor": ROH_LEE["ball_velocity"] / ROH_LEE["club_speed"],
-    "coefficient_of_restitution": (
-        (ROH_LEE["ball_velocity"] - ROH_LEE["club_velocity"]) / ROH_LEE["club_speed"]
-    ),
+    "club_velocity": _CLUB,
+    "ball_velocity": _BALL,
+    "smash_factor": _BALL / _U,
+    "coefficient_of_restitution": (_BALL - _CLUB) / _U,
     **{name: ROH_LEE[name] for name in ("contact_time", "max_force", "time_of_max_force")},
 }
-
-#: Average launches of the PGA Tour (TrackMan): club, club speed (mph), attack angle (deg), ball
-#: speed (mph), launch angle (deg), backspin (rpm), carry (yd); and a typical head mass (kg).
-TOUR = (
-    ("driver", 113, -1.3, 167, 10.9, 2686, 275, 0.200),
-    ("3-wood", 107, -2.9, 158, 9.2, 3655, 243, 0.212),
-    ("5-wood", 103, -3.3, 152, 9.4, 4350, 230, 0.218),
-    ("hybrid", 100, -3.5, 146, 10.2, 4437, 225, 0.235),
-    ("3-iron", 98, -3.1, 142, 10.4, 4630, 212, 0.240),
-    ("4-iron", 96, -3.4, 137, 11.0, 4836, 203, 0.246),
-    ("5-iron", 94, -3.7, 132, 12.1, 5361, 194, 0.252),
-    ("6-iron", 92, -4.1, 127, 14.1, 6231, 183, 0.258),
-    ("7-iron", 90, -4.3, 120, 16.3, 7097, 172, 0.265),
-    ("8-iron", 87, -4.5, 115, 18.1, 7998, 160, 0.272),
-    ("9-iron", 85, -4.7, 109, 20.4, 8647, 148, 0.280),
-    ("PW", 83, -5.0, 102, 24.2, 9304, 136, 0.288),
-)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from golf_build import LAWS
 
@@ -19,28 +19,23 @@ class NoValue(float):
     It computes as NaN does, is null in JSON and an empty cell in CSV; tables print the reason.
     """
 
+    reason: str  #: in words
+
     def __new__(cls, reason: str) -> "NoValue":
         self = super().__new__(cls, math.nan)
         self.reason = reason
         return self
 
-    reason: str  #: in words
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return NoValue, (self.reason,)
-
-
-NO_CONTACT = NoValue("no contact")
-NO_SEPARATION = NoValue("no separation")
-
-#: Outputs that are results of a completed impact: they have no value before the bodies separate.
-RESULTS = (
-    *("smash_factor", "coefficient_of_restitution", "energy_efficiency"),
-    *("contact_time", "contact_displacement"),
+#: Outputs that have no value before the bodies separate, and those that have none before touch.
+_RESULTS = (
+    "smash_factor",
+    "coefficient_of_restitution",
+    "energy_efficiency",
+    "contact_time",
+    "contact_displacement",
 )
-
-#: Times that have no value before the bodies touch.
-TIMES_OF_CONTACT = ("touch_time", "time_of_max_force")
+_TIMES = ("touch_time", "time_of_max_force")
 
 
 def undefined_results(touched: bool, separated: bool) -> dict[str, NoValue]:
@@ -53,8 +48,8 @@ def undefined_results(touched: bool, separated: bool) -> dict[str, NoValue]:
     if separated:
         return {}
     if touched:
-        return dict.fromkeys(RESULTS, NO_SEPARATION)
-    return dict.fromkeys((*RESULTS, *TIMES_OF_CONTACT), NO_CONTACT)
+        return dict.fromkeys(_RESULTS, NoValue("no separation"))
+    return dict.fromkeys(_RESULTS + _TIMES, NoValue("no contact"))
 
 
 class Quantity(NamedTuple):
@@ -77,10 +72,12 @@ class Quantity(NamedTuple):
         """Name and unit."""
         return self._replace(symbol="").label
 
-    def format_value(self, value: float) -> str:
-        """A value (SI) in the unit of the label; of one that isn't there, the reason."""
+    def format_value(self, value: float, error: float = 0.0) -> str:
+        """A value (SI) in the unit of the label, with its error; of one that isn't there, why."""
         if math.isnan(value):
             return value.reason if isinstance(value, NoValue) else "–"
+        if error:
+            return format_with_error(value * self.factor, error * self.factor)
         text = f"{value * self.factor:.{self.decimals}f}"
         return text if float(text) else text.removeprefix("-")
 
@@ -136,20 +133,6 @@ def format_with_error(value: float, error: float | None) -> str:
 def format_options(values: Mapping[str, float]) -> str:
     """Inputs and parameters (SI) as options of a command line."""
     return " ".join(f"--set {name}={format_shortest(value)}" for name, value in values.items())
-
-
-def describe_contact(values: Mapping[str, float]) -> str:
-    """Contact law, stiffness and damping of a case (SI units) in words."""
-    factor, unit = choose_prefix("N/m", values["k"])
-    words = [f"law {values['law']:g}", f"k = {values['k'] * factor:.4g} {unit}"]
-    if values["exponent"] != 1.0:
-        words.append(f"n = {values['exponent']:.3g}")
-    if values["restitution_at_rest"] > 0.0:
-        line = f"{values['restitution_at_rest']:g} − {values['restitution_slope']:g} s/m · v"
-        words.append(f"COR = {line}")
-    else:
-        words.append(f"b = {values['b']:.4g} N·s/m")
-    return ", ".join(words)
 
 
 def check_masses(masses: Mapping[str, float]) -> list[str]:

@@ -5,7 +5,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from zipfile import ZipFile
 
-import fmpy
 import numpy as np
 
 from golf_build import system
@@ -24,12 +23,6 @@ def extract_fmus(ssp: Path, folder: Path) -> dict[str, Path]:
     with ZipFile(ssp) as archive:
         names = [name for name in archive.namelist() if name.endswith(".fmu")]
         return {Path(name).stem: Path(archive.extract(name, folder)) for name in names}
-
-
-def start_values(fmu: Path) -> dict[str, float]:
-    """The start values of an FMU's Real parameters by name."""
-    variables = fmpy.read_model_description(str(fmu)).modelVariables
-    return {v.name: float(v.start) for v in variables if v.causality == "parameter"}
 
 
 def run_ssp(ssp: Path, step: float, stop: float) -> dict[str, np.ndarray]:

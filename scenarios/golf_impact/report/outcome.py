@@ -3,19 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
-#: What a check compares a result of the FMU with.
+#: What a check compares a result of the FMU with; report.html explains them.
 Kind = Literal["documents", "closed forms", "invariants", "statements", "consistency"]
-
-KINDS: dict[Kind, str] = {
-    "documents": "with what a publication prints or states",
-    "closed forms": "with a solution of the same equations that is written independently of the "
-    "FMU: a closed form or another integration",
-    "invariants": "with what holds for every impact: balances of momentum and energy, symmetries",
-    "statements": "with what the scenario itself states: a trend, a threshold",
-    "consistency": "with other outputs of the same FMU, which is no evidence that either is right",
-}
+KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 class Table(NamedTuple):

@@ -11,7 +11,7 @@ import numpy as np
 
 from golf_impact.facts import closed_forms
 from golf_impact.facts.balls import Ball
-from golf_impact.facts.quantities import QUANTITIES, format_unit, format_with_error
+from golf_impact.facts.quantities import QUANTITIES, format_unit
 from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_impact.fmu.uncertainty import standard_errors
 from golf_impact.report.any_law import check_any_law
@@ -50,7 +50,8 @@ def own_cases(
         metrics = report.impact(name, **given)
         complete = report.starts | given
         # Neither a closed form nor, as under law 1, balances with a known drag.
-        if "impulse" not in closed_forms.expected(complete, metrics):
+        balances = closed_forms.balances(complete, metrics)
+        if not closed_forms.solution(complete) and "impulse" not in balances:
             check_any_law(report, name, complete, metrics)
         path = fmu.trajectory(**given)
         report.trajectories[_stem([ball.name], values)] = path
@@ -60,11 +61,7 @@ def own_cases(
         errors = _errors(report, ball, given)
         columns.append(
             [
-                format_with_error(
-                    metrics[metric] * one.factor, _COVERAGE * errors[metric] * one.factor
-                )
-                if errors.get(metric)
-                else one.format_value(metrics[metric])
+                one.format_value(metrics[metric], _COVERAGE * errors.get(metric, 0.0))
                 for metric, one in QUANTITIES.items()
             ]
         )
@@ -76,7 +73,7 @@ def own_cases(
 
     @report.figure(f"{stem}_force")
     def force(figures):
-        case = "" if len(balls) > 1 else report.describe(**{**balls[0].values, **values})
+        case = "" if len(balls) > 1 else report.describe(**given)
         return figures.plot_forces(f"Contact force: {title}", case, curves)
 
     return stem, report

@@ -11,9 +11,10 @@ from golf_build import VERSION
 from golf_build.packaging import render
 from golf_impact.facts import document
 from golf_impact.files import as_json, write_together
-from golf_impact.report import reading
-from golf_impact.report.outcome import KINDS, summarize_checks
+from golf_impact.report.outcome import Table, summarize_checks
 from golf_impact.report.report import Report
+
+_PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def write_reports(
@@ -68,11 +69,9 @@ def render_page(
         figures=shown,
         guid=guid,
         version=VERSION,
-        document=document,
-        readings=reading.tables() if len(reports) > 1 else [],
+        readings=document_tables() if len(reports) > 1 else [],
         checks=[check for report in reports.values() for check in report.checks],
         deviations=[text for report in reports.values() for text in report.deviations],
-        kinds=KINDS,
         summarize=summarize_checks,
     )
 
@@ -88,3 +87,40 @@ def _figure(report: Report, file: str, image: bytes) -> dict[str, str | int]:
         "caption": caption,
         "alt": caption or file.replace("_", " "),
     }
+
+
+def document_tables() -> list[Table]:
+    """What the document says and how it is read, for the report and a README.
+
+    Equations and statements, the parameters of Table 1, and the numbers not reproduced.
+    """
+    return [
+        Table(
+            "What the document says and how it is read",
+            ["the document says", "why not literally", "how it is read here", "implemented in"],
+            [
+                [row["printed"], row["problem"], row["reading"], _locate(row["file"], row["line"])]
+                for row in document.READINGS
+            ],
+        ),
+        Table(
+            "Table 1 and the values that the printed results come from",
+            ["parameter", "Table 1", "used"],
+            [[f"{name} ({unit})", *values] for name, unit, *values in document.PARAMETERS],
+        ),
+        Table(
+            "Printed numbers that the document's scheme doesn't reproduce",
+            ["number", "printed", "its scheme gives", "remark"],
+            [list(row) for row in document.NOT_REPRODUCED.values()],
+        ),
+    ]
+
+
+def _locate(file: str, beginning: str) -> str:
+    """`file:number` of the first line of code that begins like this, indentation aside."""
+    # Where it is installed, all packages are side by side, and the scripts inside this one.
+    inside = file.partition("/")[2]
+    places = _PACKAGE.parents[1] / file, _PACKAGE.parent / inside, _PACKAGE / "scripts" / inside
+    lines = next(filter(Path.is_file, places)).read_text("utf-8").splitlines()
+    number = next(n for n, line in enumerate(lines, 1) if line.strip().startswith(beginning))
+    return f"{file}:{number}"

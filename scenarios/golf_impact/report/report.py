@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from itertools import pairwise
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from golf_impact.facts import closed_forms
 from golf_impact.facts.document import NUMERICAL_ERROR, Printed
-from golf_impact.facts.quantities import describe_contact, format_options, format_value, label
+from golf_impact.facts.quantities import choose_prefix, format_options, format_value, label
 from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
 from golf_impact.fmu.loaded import Named
 from golf_impact.report.outcome import Check, Kind, Table
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
 SELF_CHECK = 1e-12
 
 Metrics = Named[float]
-
-_PRINTED = "0.5 % numerical error of the document and half a printed digit"
 
 
 def derive_metrics(outputs: Mapping[str, float], values: Mapping[str, float]) -> Metrics:
@@ -104,11 +103,6 @@ class Report:
         # Without a value the page opens with a case of its own.
         self.commands[name] = f"golf-impact explore {format_options(values or {'law': 1})}"
 
-        def compare(metric: str, expected: float, tolerance: float, kind: Kind, what: str) -> None:
-            claim = f"{name}: {label(metric)} agrees with {what}"
-            why = _PRINTED if kind == "documents" else ""
-            self.check_close(claim, metrics[metric], expected, tolerance, why, kind)
-
         if not self.fmu.read_flag("touched"):
             self.say(f"{name}: no contact. The club never touches the ball.")
         elif not self.fmu.read_flag("separated"):
@@ -118,31 +112,50 @@ class Report:
                 f"kinetic energy and impulse are those after {after:g} s."
             )
         elif metrics["kinetic_energy_initial"]:
-            for metric, expected in _definitions(metrics, complete).items():
-                allowed = SELF_CHECK * max(1.0, abs(expected))
-                what = "its definition, applied to the FMU's own velocities"
-                compare(metric, expected, allowed, "consistency", what)
-            speed = abs(complete["club_speed"]) + abs(complete["ball_speed"])
-            momentum = (complete["m_club"] + complete["m_ball"]) * speed
-            scales = {"ball_velocity": speed, "momentum_final": momentum}
-            scales["coefficient_of_restitution"] = 1.0
-            solution = closed_forms.expected(complete, metrics)
-            for metric, expected in solution.items():
-                allowed = SELF_CHECK * scales.get(metric, abs(expected))
-                # Where there is no solution for COR, the impulse is compared in a balance, too.
-                if metric == "momentum_final" or "coefficient_of_restitution" not in solution:
-                    compare(metric, expected, allowed, "invariants", "the balance of momentum")
-                else:
-                    compare(metric, expected, allowed, "closed forms", "the closed form")
+            self._check_impact(name, complete, metrics)
         for metric, number in (printed or {}).items():
+            claim = (
+                f"{name}: {label(metric)} agrees with the printed {number.text} within its error"
+            )
             allowed = NUMERICAL_ERROR * abs(number.value) + number.half_digit
-            what = f"the printed {number.text} within its error"
-            compare(metric, number.value, allowed, "documents", what)
+            why = "0.5 % numerical error of the document and half a printed digit"
+            self.check_close(claim, metrics[metric], number.value, allowed, why, "documents")
         return metrics
+
+    def _check_impact(self, name: str, given: Mapping[str, float], metrics: Metrics) -> None:
+        speed = abs(given["club_speed"]) + abs(given["ball_speed"])
+        scales = {
+            "ball_velocity": speed,
+            "momentum_final": (given["m_club"] + given["m_ball"]) * speed,
+            "smash_factor": max(1.0, abs(metrics["smash_factor"])),
+            "coefficient_of_restitution": 1.0,
+            "energy_efficiency": 1.0,
+        }
+        definition = "its definition, applied to the FMU's own velocities"
+        claims: tuple[tuple[Kind, str, Mapping[str, float]], ...] = (
+            ("consistency", definition, closed_forms.definitions(given, metrics)),
+            ("closed forms", "the closed form", closed_forms.solution(given)),
+            ("invariants", "the balance of momentum", closed_forms.balances(given, metrics)),
+        )
+        for kind, what, solution in claims:
+            for metric, expected in solution.items():
+                claim = f"{name}: {label(metric)} agrees with {what}"
+                allowed = SELF_CHECK * scales.get(metric, abs(expected))
+                self.check_close(claim, metrics[metric], expected, allowed, kind=kind)
 
     def describe(self, **values: float) -> str:
         """Contact law, stiffness and damping of a case in words, for the title of its figure."""
-        return describe_contact(self.starts | values)
+        given = self.starts | values
+        factor, unit = choose_prefix("N/m", given["k"])
+        words = [f"law {given['law']:g}", f"k = {given['k'] * factor:.4g} {unit}"]
+        if given["exponent"] != 1.0:
+            words.append(f"n = {given['exponent']:.3g}")
+        if given["restitution_at_rest"] > 0.0:
+            line = f"{given['restitution_at_rest']:g} − {given['restitution_slope']:g} s/m · v"
+            words.append(f"COR = {line}")
+        else:
+            words.append(f"b = {given['b']:.4g} N·s/m")
+        return ", ".join(words)
 
     # Check
 
@@ -169,26 +182,27 @@ class Report:
 
     def rises(self, claim: str, values: str | Sequence[float], kind: Kind = "statements") -> None:
         """Check that these values (or a metric of all cases, in order) increase strictly."""
-        self._check_all(claim, values, lambda of: all(a < b for a, b in pairwise(of)), kind)
+        self._check_pairs(claim, values, operator.lt, kind)
 
     def falls(self, claim: str, values: str | Sequence[float], kind: Kind = "statements") -> None:
         """Check that these values (or a metric of all cases, in order) decrease strictly."""
-        self._check_all(claim, values, lambda of: all(a > b for a, b in pairwise(of)), kind)
+        self._check_pairs(claim, values, operator.gt, kind)
 
     def stays(self, claim: str, values: str | Sequence[float], kind: Kind = "statements") -> None:
         """Check that these values (or a metric of all cases) are equal, to 1e-12 relative."""
-        same = partial(math.isclose, rel_tol=SELF_CHECK)
-        self._check_all(claim, values, lambda of: same(min(of), max(of)), kind)
+        self._check_pairs(claim, values, partial(math.isclose, rel_tol=SELF_CHECK), kind)
 
-    def _check_all(
+    def _check_pairs(
         self,
         claim: str,
         values: str | Sequence[float],
-        holds: Callable[[Sequence[float]], bool],
+        holds: Callable[[float, float], bool],
         kind: Kind,
     ) -> None:
+        """Check that this holds between each value and all later ones."""
         values = self.each(values) if isinstance(values, str) else values
-        self.check(claim, holds(values), " → ".join(f"{value:.6g}" for value in values), kind)
+        passed = all(holds(*pair) for pair in combinations(values, 2))
+        self.check(claim, passed, " → ".join(f"{value:.6g}" for value in values), kind)
 
     def each(self, metric: str) -> list[float]:
         """A metric of all cases so far, in order (SI units); UserError if there is none."""
@@ -240,15 +254,3 @@ class Report:
             return draw
 
         return keep
-
-
-def _definitions(metrics: Metrics, values: Mapping[str, float]) -> dict[str, float]:
-    """S, COR and E by their definitions, from the FMU's velocities."""
-    u_club, u_ball = values["club_speed"], values["ball_speed"]
-    v_club, v_ball = metrics["club_velocity"], metrics["ball_velocity"]
-    energy = 0.5 * (values["m_club"] * v_club**2 + values["m_ball"] * v_ball**2)
-    return {
-        "smash_factor": v_ball / u_club if u_club else 0.0,
-        "coefficient_of_restitution": (v_ball - v_club) / (u_club - u_ball),
-        "energy_efficiency": energy / metrics["kinetic_energy_initial"],
-    }
