@@ -97,14 +97,15 @@ def test_impacts_cover_the_ranges():
     assert any(0.0 < 1.0 - zeta < 1e-13 for zeta in damping)
     assert any(0.0 < zeta - 1.0 < 1e-13 for zeta in damping)
     assert any(impact.closing <= 0.0 for impact in many)
-    assert any(impact.changed for impact in many)
+    assert any(len(impact.segments) > 1 for impact in many)
 
 
 @pytest.mark.parametrize("number", range(20))
 def test_partitions_add_up_exactly(number):
     impact = cases.random_impact(5, number)
     for steps in cases.partitions(impact, 1e-4, 5).values():
-        for segment, sizes in zip(impact.segments, steps, strict=True):
+        for segment in impact.segments:
+            sizes = [s.length for s in steps if (s.k, s.b) == (segment.k, segment.b)]
             assert min(sizes) > 0.0
             # Not only math.fsum: whatever the order, no bit is lost.
             assert sum(sizes) == sum(reversed(sizes)) == segment.length
@@ -144,28 +145,27 @@ def test_the_reference_solves_the_equations_of_motion(number, draw):
     exact = Reference(impact.values)
     state, in_contact = [0, v["club_speed"], v["ball_speed"], 0], mp.mpf(0)
     names = ("compression", "club_velocity", "ball_velocity", "impulse")
-    for segment, sizes in zip(impact.segments, cases.random_steps(impact, 11), strict=True):
-        k, b = mp.mpf(segment.k), mp.mpf(segment.b)
-        for size in sizes:
-            over = exact.parted
-            exact.step(size, segment.k, segment.b)
-            now = exact.outputs()
-            if over or not now["touched"]:
-                continue
-            time = mp.mpf(now["contact_time"]) - in_contact
-            state = by_the_matrix(v, k, b, time, state)
-            in_contact += time
-            assert 0 <= now["force"] <= now["max_force"]
-            speed = abs(v["club_speed"]) + abs(v["ball_speed"])
-            scales = (now["max_compression"], speed, speed, now["impulse"])
-            for name, value, scale in zip(names, state, scales):
-                if name != "compression" or not now["separated"]:
-                    assert abs(now[name] - value) <= 1e-30 * scale, name
-            end = state[0] * k + (b * (state[1] - state[2]) if v["law"] == 2 else 0)
-            if not now["separated"] or not time:
-                assert (end >= 0) == now["in_contact"]
-            else:
-                assert abs(end) <= 1e-30 * now["max_force"]
+    for step in cases.random_steps(impact, 11):
+        k, b = mp.mpf(step.k), mp.mpf(step.b)
+        over = exact.parted
+        exact.step(step.length, step.k, step.b)
+        now = exact.outputs()
+        if over or not now["touched"]:
+            continue
+        time = mp.mpf(now["contact_time"]) - in_contact
+        state = by_the_matrix(v, k, b, time, state)
+        in_contact += time
+        assert 0 <= now["force"] <= now["max_force"]
+        speed = abs(v["club_speed"]) + abs(v["ball_speed"])
+        scales = (now["max_compression"], speed, speed, now["impulse"])
+        for name, value, scale in zip(names, state, scales):
+            if name != "compression" or not now["separated"]:
+                assert abs(now[name] - value) <= 1e-30 * scale, name
+        end = state[0] * k + (b * (state[1] - state[2]) if v["law"] == 2 else 0)
+        if not now["separated"] or not time:
+            assert (end >= 0) == now["in_contact"]
+        else:
+            assert abs(end) <= 1e-30 * now["max_force"]
 
 
 def ledger_of(**faults):
@@ -185,7 +185,7 @@ def ledger_of(**faults):
         for number in range(4):
             impact = cases.random_impact(3, number)
             invariants.check(fmu, ledger, impact, 3, exact=number == 0)
-    return {name for name, check in ledger.checks.items() if check.failures}
+    return {name for name, check in ledger.checks.items() if check["failures"]}
 
 
 @pytest.mark.parametrize(
@@ -210,5 +210,5 @@ def test_the_energy_of_a_contact_without_end():
     impact, ledger = cases.random_impact(20, 3821), invariants.Ledger(*invariants.CLAIMS)
     with driver() as fmu:
         invariants.check(fmu, ledger, impact, 20, exact=False)
-    assert ledger.checks["energy"].count == 1
-    assert ledger.checks["energy"].passed
+    assert ledger.checks["energy"]["count"] == 1
+    assert ledger.checks["energy"]["passed"]

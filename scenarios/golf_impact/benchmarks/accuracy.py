@@ -17,15 +17,15 @@ def worst_error(driver: Driver, randoms: int) -> dict[str, Any]:
     ledger = Ledger(("reference", "all outputs", TOLERANCE))
     named = [*cases.named_cases(randoms)]
     for name, impact in named:
-        final = driver.run(impact, cases.one_step(impact))[-1]
+        final = driver.run(impact, impact.segments)[-1]
         scales = Scales(impact.values, final, impact.approach)
         for pattern, steps in cases.partitions(impact, final["contact_time"], 20).items():
             record = partial(ledger.record, case={"case": name, "pattern": pattern})
             path = driver.run(impact, steps)
             every = max(1, len(path) // 10)
             chosen = {*range(every - 1, len(path), every), len(path) - 1}
-            check_reference(record, impact, scales, steps, path, chosen)
+            check_reference(record, scales, steps, path, chosen)
     check = ledger.checks["reference"]
-    where = {name: check.case[name] for name in ("case", "output", "pattern")}
-    numbers = {"cases": len(named), "numbers_compared": check.count}
-    return {"worst_error": check.worst, **where, **numbers}
+    where = {name: check["case"][name] for name in ("case", "output", "pattern")}
+    numbers = {"cases": len(named), "numbers_compared": check["count"]}
+    return {"worst_error": check["worst"], **where, **numbers}

@@ -41,50 +41,54 @@ def stress(
 def _conclusion(results: dict[str, Any]) -> list[str]:
     import numpy as np
 
-    from golf_impact.peers.stepping import METHODS
-
-    flat = results["checks"]["flat"]["worst"]
-    maps = {one["method"]: np.array(one["errors"]) for one in results["stability"]}
-    lost = [(maps[method] > 1.0).mean() for method in METHODS]
-    failed = [name for name, check in results["checks"].items() if not check["passed"]]
-    first = (
-        f"Over six decades of step size and any damping the FMU's error stays below {flat:.1g}, "
-        f"while stepping methods are wrong by more than 100 % on {min(lost):.0%} to "
-        f"{max(lost):.0%} of the same map; {results['impacts']} random impacts far beyond "
-        "golf kept "
-        + ("every invariant." if not failed else f"all invariants but: {', '.join(failed)}.")
-    )
-    second = (
+    checks, (_, *stepping) = results["checks"], results["stability"]
+    lost = [(np.array(method["errors"]) > 1.0).mean() for method in stepping]
+    failed = [name for name, check in checks.items() if not check["passed"]]
+    kept = f"all invariants but: {', '.join(failed)}" if failed else "every invariant"
+    return [
+        "Over six decades of step size and any damping the FMU's error stays below "
+        f"{checks['flat']['worst']:.1g}, while stepping methods are wrong by more than 100 % on "
+        f"{min(lost):.0%} to {max(lost):.0%} of the same map; {results['impacts']} random impacts "
+        f"far beyond golf kept {kept}.",
         "Limits. This doesn't show that the equations describe a golf ball, and covers no inputs "
         "outside the ranges drawn from. After an approach of duration A, times have an error of "
-        "4e-16 A/T relative to the contact time T."
-    )
-    return [first, second]
+        "4e-16 A/T relative to the contact time T.",
+    ]
 
 
 def _show(results: dict[str, Any]) -> None:
     from golf_impact.report.outcome import Table
 
+    checks = results["checks"]
     rows = []
-    for name, check in results["checks"].items():
+    for name, check in checks.items():
         numbers = f"{check['worst']:.2g}", f"{check['tolerance']:.2g}", str(check["count"])
         passed = verdict(check["passed"], check["failures"])
         rows.append([f"{name}\n  {check['claim']}", *numbers, passed])
     title = f"Stress, seed {results['seed']}: worst cases"
     print_table(Table(title, ["check", "worst", "tolerance", "count", ""], rows))
-    name, check = max(results["checks"].items(), key=lambda item: _over_tolerance(item[1]))
-    worst = (
-        f"The worst case, relative to its tolerance: {name}, {check['worst']:.2g}, at "
-        f"{_inputs(check['case'])}. Those of the other checks are in stress.json."
-    )
-    tiny = (
-        f"{run['steps']} steps of 1 ns, {law}: error {run['errors'][0]:.1g} at the start, "
-        f"{run['errors'][-1]:.1g} at the end; memory gained {_megabytes(run)}."
-        for law, run in results["tiny_steps"].items()
+    name = max(checks, key=lambda name: _over_tolerance(checks[name]))
+    worst = checks[name]["case"]
+    # Numbers and names; segments and steps are in stress.json.
+    inputs = ", ".join(
+        f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"
+        for key, value in {**worst, **worst.get("values", {})}.items()
+        if not isinstance(value, (dict, list, tuple))
     )
     many = results["many_impacts"]
-    impacts = f"{many['impacts']} impacts in one instance: memory gained {_megabytes(many)}."
-    print_paragraphs((worst, *tiny, impacts, *results["conclusion"]))
+    print_paragraphs(
+        [
+            f"The worst case, relative to its tolerance: {name}, {checks[name]['worst']:.2g}, at "
+            f"{inputs}. Those of the other checks are in stress.json.",
+            *(
+                f"{run['steps']} steps of 1 ns, {law}: error {run['errors'][0]:.1g} at the start, "
+                f"{run['errors'][-1]:.1g} at the end; {_memory_gained(run)}."
+                for law, run in results["tiny_steps"].items()
+            ),
+            f"{many['impacts']} impacts in one instance: {_memory_gained(many)}.",
+            *results["conclusion"],
+        ]
+    )
 
 
 def _over_tolerance(check: dict[str, Any]) -> float:
@@ -93,16 +97,6 @@ def _over_tolerance(check: dict[str, Any]) -> float:
     return math.inf if math.isnan(ratio) else ratio
 
 
-def _inputs(case: dict[str, Any]) -> str:
-    """Numbers and names in one line; segments and steps are in stress.json."""
-    flat = case | case.get("values", {})
-    return ", ".join(
-        f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}"
-        for name, value in flat.items()
-        if not isinstance(value, (dict, list, tuple))
-    )
-
-
-def _megabytes(run: dict[str, Any]) -> str:
+def _memory_gained(run: dict[str, Any]) -> str:
     gained = run["memory_gained_mb"]
-    return "not known on this system" if gained is None else f"{gained:.2f} MB"
+    return "memory gained " + ("not known here" if gained is None else f"{gained:.2f} MB")

@@ -17,8 +17,6 @@ from golf_impact.errors import UserError
 #: Sub-steps, s, by method: the document's, and one whose error is far below a measurement's.
 SUB_STEP = {"euler": 0.5e-6, "rk4": 5e-6}
 
-_ORDER = {"euler": 1, "rk4": 4}
-
 
 def compiler() -> str | None:
     """A C compiler of this machine, or None."""
@@ -29,7 +27,8 @@ def compiled_fmu(method: str, folder: Path) -> Path:
     """The FMU of a method of `SUB_STEP`, built in a folder; UserError if the compiler fails."""
     name, source = f"compiled_{method}", Path(__file__).with_name("compiled.c")
     library, headers = folder / f"{name}.so", Path(fmpy.__file__).with_name("c-code")
-    flags = ["-O2", "-ffp-contract=off", "-shared", "-fPIC", f"-DORDER={_ORDER[method]}"]
+    order = 4 if method == "rk4" else 1
+    flags = ["-O2", "-ffp-contract=off", "-shared", "-fPIC", f"-DORDER={order}"]
     command = [compiler() or "cc", *flags, f"-I{headers}", str(source), "-o", str(library)]
     try:
         subprocess.run(command, check=True, capture_output=True, text=True)

@@ -1,7 +1,5 @@
 """The impact that every peer solves, and its results. SI units."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -5,8 +5,6 @@ on its dense output. Tolerances are relative to the size of each quantity in thi
 `rtol` alone decides; the implicit Radau gets the constant Jacobian of the linear equations.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -2,5 +2,5 @@
 
 - `cases`, `special_points`, `driver`: impacts and steps, and how they are run. · `reference`: the
   exact results. · `scales`: what an error is relative to.
-- `invariants`, `long_runs`, `stability`: the checks. · `all`: all of them.
+- `invariants`, `stability`: the checks. · `all`: all of them, and the long runs.
 """

@@ -13,17 +13,18 @@ from itertools import accumulate, pairwise
 from golf_impact.facts.closed_forms import half_contact, reduced_mass
 from golf_impact.peers.problem import Case
 
-#: The communication steps of each segment, s.
-Steps = list[list[float]]
-
 
 @dataclass(frozen=True)
 class Segment:
-    """Time between two changes of the inputs: k and b are set before it."""
+    """A communication step, or the time between two changes of k and b, which are set before it."""
 
-    length: float  #: s; a multiple of `quantum(length)`
+    length: float  #: s; rounded, so that its parts add up exactly
     k: float
     b: float
+
+
+#: A way to step through an impact.
+Steps = Sequence[Segment]
 
 
 @dataclass(frozen=True)
@@ -37,24 +38,14 @@ class ImpactCase:
     kind: str = "random"  #: part of the seed of its steps
 
     @property
-    def changed(self) -> bool:
-        """Whether k or b change."""
-        return len(self.segments) > 1
-
-    @property
     def closing(self) -> float:
         """Approach speed, m/s."""
         return self.values["club_speed"] - self.values["ball_speed"]
 
     @property
     def approach(self) -> float:
-        """From the start to first touch, s."""
-        return self.values["gap"] / self.closing if self.closing > 0.0 else math.inf
-
-    @property
-    def span(self) -> float:
-        """From the start to the end, s."""
-        return math.fsum(segment.length for segment in self.segments)
+        """From the start to first touch, s, if there is one."""
+        return self.values["gap"] / self.closing
 
 
 def damping_ratio(values: Mapping[str, float]) -> float:
@@ -104,7 +95,7 @@ NAMED: dict[str, dict[str, float]] = {
 
 def named_cases(randoms: int = 0) -> Iterator[tuple[str, ImpactCase]]:
     """The named cases under both laws and as many random ones near golf, by name."""
-    rows = [(f"{name}, law {law}", law, NAMED[name]) for law in (1, 2) for name in NAMED]
+    rows = [(name, law, NAMED[name]) for law in (1, 2) for name in NAMED]
     rng = random.Random(20)
     for n in range(randoms):
         changes = {
@@ -116,21 +107,19 @@ def named_cases(randoms: int = 0) -> Iterator[tuple[str, ImpactCase]]:
             "ball_speed": rng.choice((0.0, rng.uniform(-30.0, 5.0))),
             "gap": rng.choice((0.0, 0.0, 1e-4)),
         }
-        rows.append((f"random {n}, law {1 + n % 2}", 1 + n % 2, changes))
+        rows.append((f"random {n}", 1 + n % 2, changes))
     for number, (name, law, changes) in enumerate(rows):
         values = BASELINE | {"law": law} | changes
-        zeta = values.pop("zeta", None)
-        if zeta is not None:
+        if zeta := values.pop("zeta", 0.0):
             values["b"] = zeta * critical_damping(values["k"], values["m_club"], values["m_ball"])
-        yield name, unchanged(number, values, 1.5)
+        yield f"{name}, law {law}", unchanged(number, values, 1.5)
 
 
 def unchanged(number: int, values: dict[str, float], contact_times: float) -> ImpactCase:
     """An impact whose k and b stay, for so many of law 2's contact times after touch."""
     approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
     length = approach + contact_times * contact_time_of_law2(damping_ratio(values), values)
-    segments = segments_between([0.0, length], [(values["k"], values["b"])])
-    return ImpactCase(number, values, 0.0, segments)
+    return ImpactCase(number, values, 0.0, segments_of(values, length))
 
 
 def random_impact(seed: int, number: int) -> ImpactCase:
@@ -155,15 +144,14 @@ def random_impact(seed: int, number: int) -> ImpactCase:
     start_time = rng.choice((0.0, 1.0)) * _decades(rng, -3, 6)
     contact = contact_time_of_law2(zeta, values)
     touch = gap / closing if gap else 0.0
-    edges, inputs = [0.0], [(k, values["b"])]
+    changes = []
     for cut in sorted(rng.uniform(0.02, 1.1) for _ in range(rng.choice((0, 0, 0, 0, 1, 2, 3)))):
-        edges.append(touch + cut * contact)
         b = values["b"] * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)
-        inputs.append((k * _decades(rng, -2, 2), b))
+        changes.append((touch + cut * contact, k * _decades(rng, -2, 2), b))
     end = touch + 4.0 * contact
     if rng.random() < 0.2:  # long after separation
         end += _decades(rng, -3, 0)
-    return ImpactCase(number, values, start_time, segments_between([*edges, end], inputs))
+    return ImpactCase(number, values, start_time, segments_of(values, end, changes))
 
 
 def _decades(rng: random.Random, low: float, high: float) -> float:
@@ -180,103 +168,75 @@ def _damping(rng: random.Random) -> float:
     return _decades(rng, -4, 4) if kind < 4 else _decades(rng, -2, 1)
 
 
-def differences(places: Sequence[float]) -> list[float]:
-    """From each to the next."""
-    return [after - before for before, after in pairwise(places)]
-
-
-def segments_between(
-    edges: Sequence[float], inputs: Sequence[tuple[float, float]]
+def segments_of(
+    values: Mapping[str, float], end: float, changes: Iterable[tuple[float, float, float]] = ()
 ) -> tuple[Segment, ...]:
-    """From edge to edge (s), unless there is no time between, each with its k and b.
+    """From the start to the end (s): k and b are those of `values`, then those of changes.
 
-    The first one has the first inputs. Lengths are rounded, so that their parts add up exactly.
+    A change is an instant (s) and the k and b from then on. It has no effect at the start, or if
+    another one follows at the same instant.
     """
+    begins = [(0.0, values["k"], values["b"]), *changes, (end, 0.0, 0.0)]
     made: list[Segment] = []
-    for length, pair in zip(differences(edges), inputs, strict=True):
-        if length > 0.0:
-            exact = rounded(length, quantum(length))
-            made.append(Segment(exact, *(pair if made else inputs[0])))
+    for (begin, k, b), (until, *_) in pairwise(begins):
+        if until > begin:
+            if not made:
+                k, b = values["k"], values["b"]
+            made.append(Segment(_rounded(until - begin, until - begin), k, b))
     return tuple(made)
 
 
-# Steps
+# Partitions
 
 
-def quantum(length: float) -> float:
-    """A power of two, 2^-45 of the length or smaller: sums of multiples of it are exact, s."""
-    return 2.0 ** (math.floor(math.log2(length)) - 46)
-
-
-def rounded(time: float, unit: float) -> float:
-    """The nearest multiple of the unit, s."""
+def _rounded(time: float, length: float) -> float:
+    """The nearest multiple of a power of two, 2^-45 of a length or smaller: sums are exact, s."""
+    unit = 2.0 ** (math.floor(math.log2(length)) - 46)
     return round(time / unit) * unit
 
 
-def steps_between(length: float, cuts: Iterable[float]) -> list[float]:
-    """The steps of a segment from cut to cut, s; cuts outside of it don't count."""
-    unit = quantum(length)
-    inside = {rounded(cut, unit) for cut in cuts if 0.0 < cut < length}
-    return differences(sorted(inside | {0.0, length}))
+def _cut(segment: Segment, cuts: Iterable[float]) -> list[Segment]:
+    """The steps of a segment between these times in it, s; times outside of it don't count."""
+    length = segment.length
+    inside = {_rounded(time, length) for time in cuts if 0.0 < time < length}
+    edges = pairwise(sorted(inside | {0.0, length}))
+    return [replace(segment, length=end - begin) for begin, end in edges]
 
 
-def one_step(impact: ImpactCase) -> Steps:
-    return [[segment.length] for segment in impact.segments]
-
-
-def equal_steps(impact: ImpactCase) -> Steps:
-    return [[segment.length / 64.0] * 64 for segment in impact.segments]
-
-
-def random_steps(impact: ImpactCase, seed: int) -> Steps:
+def random_steps(impact: ImpactCase, seed: int) -> list[Segment]:
     """Some 24 steps of 1 ns to 1 s in any order; the last one of a segment takes what is left."""
     rng = random.Random(f"{seed}/{impact.number}/steps/{impact.kind}")
-    partition = []
+    steps = []
     for segment in impact.segments:
         longest = math.log10(min(1.0, segment.length))
         sizes = [
             _decades(rng, max(-9.0, longest - rng.choice((1.0, 3.0, 9.0))), max(-9.0, longest))
             for _ in range(24)
         ]
-        partition.append(steps_between(segment.length, accumulate(sizes)))
-    return partition
+        steps += _cut(segment, accumulate(sizes))
+    return steps
 
 
-def straddling_steps(impact: ImpactCase, contact_time: float, seed: int) -> Steps:
-    """Points just before and just after touch and separation, as near as the steps' unit allows."""
+def straddling_steps(impact: ImpactCase, contact_time: float, seed: int) -> list[Segment]:
+    """Points 1 to 100 ns before and after touch and separation."""
     rng = random.Random(f"{seed}/{impact.number}/straddle/{impact.kind}")
-    partition, begin = [], 0.0
+    steps, begin = [], 0.0
     for segment in impact.segments:
-        near = max(1e-9, 64.0 * quantum(segment.length))
         cuts = [
-            event - begin + side * near * _decades(rng, 0, 2)
+            event - begin + side * 1e-9 * _decades(rng, 0, 2)
             for event in (impact.approach, impact.approach + contact_time)
             for side in (-1.0, 1.0)
         ]
-        partition.append(steps_between(segment.length, cuts))
+        steps += _cut(segment, cuts)
         begin += segment.length
-    return partition
+    return steps
 
 
 def partitions(impact: ImpactCase, contact_time: float, seed: int) -> dict[str, Steps]:
     """All of these by name."""
     return {
-        "one step": one_step(impact),
-        "equal": equal_steps(impact),
+        "one step": impact.segments,
+        "equal": [replace(s, length=s.length / 64.0) for s in impact.segments for _ in range(64)],
         "random": random_steps(impact, seed),
         "straddling": straddling_steps(impact, contact_time, seed),
     }
-
-
-def without_gap(impact: ImpactCase) -> ImpactCase:
-    """The same impact, touching at the start."""
-    lengths = [segment.length for segment in impact.segments]
-    edges = [max(0.0, edge - impact.approach) for edge in accumulate(lengths, initial=0.0)]
-    inputs = [(s.k, s.b) for s, end in zip(impact.segments, edges[1:]) if end > 0.0]
-    segments = segments_between(edges[-1 - len(inputs) :], inputs)
-    values = impact.values | {"gap": 0.0, "k": segments[0].k, "b": segments[0].b}
-    return replace(impact, values=values, start_time=0.0, segments=segments)
-
-
-def flat(steps: Steps) -> list[float]:
-    return [step for segment in steps for step in segment]

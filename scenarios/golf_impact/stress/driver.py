@@ -35,13 +35,13 @@ class Driver(ImpactFmu):
     def run(self, impact: ImpactCase, steps: Steps) -> list[Outputs]:
         """The outputs after each of these steps through an impact."""
         self.begin_run(impact.values, impact.start_time)
+        inputs = self.references(("k", "b"))
         point, path = impact.start_time, []
-        for segment, sizes in zip(impact.segments, steps, strict=True):
-            self.set({"k": segment.k, "b": segment.b})
-            for size in sizes:
-                self.slave.doStep(point, size)
-                point += size
-                path.append(self.outputs())
+        for step in steps:
+            self.slave.setReal(inputs, (step.k, step.b))
+            self.slave.doStep(point, step.length)
+            point += step.length
+            path.append(self.outputs())
         return path
 
 

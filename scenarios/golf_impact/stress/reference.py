@@ -4,21 +4,24 @@ The one reference of stress, benchmark and tests.
 
 In contact all quantities are sums of two (law 2) or three (law 1) exponentials whose rates are the
 eigenvalues of the equations of motion. With 80 digits the coefficients follow from a value and its
-derivatives: cancellation affects only digits far below those needed. Law 2's events are
-zeros of one pair of exponentials, which are closed forms. Law 1's are searched between the zeros of
-f' - s f, s being the real rate: there exp(-s t) f is monotone, so f has one zero at most (Rolle).
+derivatives: cancellation affects only digits far below those needed. The events are zeros of such
+a sum f, searched between the zeros of f' - s f, s being a real rate: there exp(-s t) f is monotone,
+so f has one zero at most (Rolle). That sum has one exponential less; what oscillates is in the end
+one pair, whose zeros are a closed form.
 SI units throughout. None of this is shared with the FMU.
 """
 
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping
 from copy import copy
-from itertools import islice, pairwise, takewhile
+from functools import reduce
+from itertools import count, islice, pairwise, takewhile
+from operator import itemgetter
 from typing import Any
 
 import mpmath
 
 from golf_impact.peers.problem import Case, Outcome
-from golf_impact.stress.cases import ImpactCase, Steps
+from golf_impact.stress.cases import Steps
 
 _mp: Any = mpmath.mp.clone()  # a context of its own: the precision of others is unchanged
 _mp.dps = 80
@@ -39,7 +42,12 @@ class _Sum:
 
     def __init__(self, rates: list[Any], initial: list[Real]) -> None:
         self.rates, self.initial = rates, initial
-        self.c = _coefficients(rates, initial)
+        self.c = []
+        for s in rates:
+            # (D - r) leaves nothing of exp(r t), and of exp(s t) the s - r fold.
+            others = [r for r in rates if r is not s]
+            left = reduce(_less, others, initial)
+            self.c.append(left[0] / _mp.fprod(s - r for r in others))
 
     def _total(self, part: Callable[[Any], Any]) -> Real:
         return _mp.re(sum(c * part(s) for c, s in zip(self.c, self.rates)))
@@ -50,48 +58,30 @@ class _Sum:
     def integral(self, t: Real) -> Real:
         return self._total(lambda s: _mp.expm1(s * t) / s if s else t)
 
-    def slope(self) -> "_Sum":
-        highest = self._total(lambda s: s ** len(self.rates))
-        return _Sum(self.rates, [*self.initial[1:], highest])
-
     def sign(self) -> int:
         """Its sign just after 0."""
         return -1 if next((value for value in self.initial if value), 1) < 0 else 1
 
     def largest(self, t: Real) -> tuple[Real, Real]:
         """The largest value on [0, t] and when that is; the first one if there are two."""
+        slope = _Sum(self.rates, [*self.initial[1:], self._total(lambda s: s ** len(self.rates))])
         # Later maxima of a decaying oscillation are lower than the first few.
-        extrema = takewhile(lambda zero: zero < t, islice(self.slope().zeros(), 60))
-        times = [_ZERO, *extrema, t]
-        return max(((self(time), time) for time in times), key=lambda pair: pair[0])
+        extrema = takewhile(lambda zero: zero < t, islice(slope.zeros(), 60))
+        return max(((self(time), time) for time in (_ZERO, *extrema, t)), key=itemgetter(0))
 
     def zeros(self) -> Iterator[Real]:
         """All t > 0 at which it changes sign, in order."""
-        return self._pair_zeros() if len(self.rates) == 2 else self._searched_zeros()
-
-    def _pair_zeros(self) -> Iterator[Real]:
-        f, g = self.initial
-        first, second = self.rates
+        first, *others = self.rates
         if _mp.im(first):
-            w, sigma = abs(_mp.im(first)), _mp.re(first)
-            angle = _mp.pi if f == 0 else _mp.atan2(-f * w, g - sigma * f) % _mp.pi
-            while True:
-                yield angle / w
-                angle += _mp.pi
-        a, b = map(_mp.re, self.c)
-        if f != 0 and a * b < 0:
-            t = _mp.log(-b / a) / _mp.re(first - second)
-            if t > 0:
-                yield t
-
-    def _searched_zeros(self) -> Iterator[Real]:
-        real, *pair = self.rates
-        f0, f1, f2 = self.initial
-        cuts = _Sum(pair, [f1 - real * f0, f2 - real * f1]).zeros()
-        left, sign, settled = _ZERO, self.sign(), self._settled()
-        for cut in takewhile(lambda cut: cut <= settled, cuts):
+            value, slope = self.initial
+            sigma, w = _mp.re(first), abs(_mp.im(first))
+            angle = _mp.pi if value == 0 else _mp.atan2(-value * w, slope - sigma * value) % _mp.pi
+            yield from ((angle + n * _mp.pi) / w for n in count())
+        cuts = _Sum(others, _less(self.initial, first)).zeros() if others else iter(())
+        left, sign = _ZERO, self.sign()
+        for cut in takewhile(self._open_at, cuts):
             if sign * self(cut) < 0:
-                yield self._root(left, cut, sign)
+                yield self._root(left, cut)
                 sign = -sign
             left = cut
         # One more can follow the last cut; the slowest exponential decides whether.
@@ -100,89 +90,79 @@ class _Sum:
             right = 2 * left + 1 / max(map(abs, self.rates))
             while sign * self(right) > 0:
                 right *= 2
-            yield self._root(left, right, sign)
+            yield self._root(left, right)
 
-    def _settled(self) -> Real:
-        """The time from which the real exponential stays larger than the oscillating pair."""
-        real, first, _ = self.rates
-        slower_by = real - _mp.re(first)
-        amplitude, rest = 2 * abs(self.c[1]), abs(_mp.re(self.c[0]))
-        if not _mp.im(first) or slower_by <= 0 or rest == 0:
-            return _mp.inf
-        return _mp.log(amplitude / rest) / slower_by
+    def _open_at(self, t: Real) -> bool:
+        """Whether an oscillating pair can still outweigh the real exponential at t or later."""
+        real, pair = self.rates[:2]
+        if not _mp.im(pair) or real <= _mp.re(pair):
+            return True
+        return 2 * abs(self.c[1] * _mp.exp(pair * t)) >= abs(self.c[0] * _mp.exp(real * t))
 
-    def _root(self, low: Real, high: Real, sign: int) -> Real:
-        """The zero in (low, high], by Newton's method kept in a bracket; `sign` holds before it."""
-        slope = self.slope()
-        t = (low + high) / 2
-        while high - low > _mp.mpf(10) ** -60 * high:
-            value, derivative = self(t), slope(t)
-            low, high = (t, high) if sign * value > 0 else (low, t)
-            newton = t - value / derivative if derivative else low
-            if abs(newton - t) <= _mp.mpf(10) ** -45 * t:
-                return newton
-            if not low < newton < high:
-                newton = _mp.sqrt(low * high) if high > 8 * low > 0 else (low + high) / 2
-            t = newton
-        return t
+    def _root(self, left: Real, right: Real) -> Real:
+        """The one zero in (left, right]."""
+        scale, width = self(right) or 1, right - left
+        while self(left + width) / scale > 0:
+            width /= 2
+        precision = _mp.mpf(10) ** -60 * right
+        return _mp.findroot(
+            lambda t: self(t) / scale,
+            (left + width, left + 2 * width),
+            solver="illinois",
+            tol=precision,
+            maxsteps=1000,
+            verify=False,
+        )
 
 
-def _coefficients(rates: list[Any], initial: Sequence[Real]) -> list[Any]:
-    """The c of Σ c exp(s t): D - r leaves nothing of exp(r t), and of exp(s t) the s - r fold."""
-    coefficients = []
-    for n, s in enumerate(rates):
-        left, scale = initial, _mp.mpf(1)
-        for r in rates[:n] + rates[n + 1 :]:
-            left = [derived - r * value for value, derived in pairwise(left)]
-            scale *= s - r
-        coefficients.append(left[0] / scale)
-    return coefficients
+def _less(initial: list[Any], rate: Any) -> list[Any]:
+    """Value and derivatives at 0 of f' - rate f, from those of f."""
+    return [derived - rate * value for value, derived in pairwise(initial)]
 
 
 class _Contact:
-    """The motion from one state (d, v_club, v_ball) on: x' = A x, under constant k and b."""
+    """The motion from a state (d, v_club, v_ball, x_ball) on: x' = A x, with constant k and b."""
 
     def __init__(
         self, law: int, m_club: Real, m_ball: Real, k: Real, b: Real, state: list[Real]
     ) -> None:
         drag, damper = (b * _APART, _ZERO) if law == 1 else (_ZERO, b * _APART)
-        force = _mp.matrix([[k, damper, -damper]])
-        matrix = _mp.matrix([[0, 1, -1], [0, -drag / m_club, 0], [0, 0, -drag / m_ball]])
+        omega = _mp.sqrt(k * (1 / m_club + 1 / m_ball))
+        # The first quantity is ω d: a velocity, like the others.
+        start = _mp.matrix([omega * state[0], *state[1:3]])
+        force = _mp.matrix([[k / omega, damper, -damper]])
+        matrix = _mp.matrix([[0, omega, -omega], [0, -drag / m_club, 0], [0, 0, -drag / m_ball]])
         matrix[1, :] -= force / m_club
         matrix[2, :] += force / m_ball
-        rates = _eigenvalues(matrix, k * (1 / m_club + 1 / m_ball))
-        if not drag:
-            rates = [_ZERO, *sorted(rates, key=abs)[1:]]  # conserved momentum
+        rates = _mp.eig(matrix, left=False, right=False)
+        rates = [s if abs(_mp.im(s)) > _mp.mpf(10) ** -40 * omega else _mp.re(s) for s in rates]
+        if drag:
+            rates = relative = sorted(rates, key=lambda s: abs(_mp.im(s)))
+        else:
+            # Momentum stays, and the compression is that of an oscillator.
+            relative = sorted(rates, key=abs)[1:]
+            rates = [_ZERO, *relative]
 
         def quantity(row: Any, rates: list[Any]) -> _Sum:
             """The sum that row · x is."""
-            x, initial = _mp.matrix(state), []
+            x, initial = start, []
             for _ in rates:
                 initial.append((row * x)[0])
                 x = matrix * x
             return _Sum(rates, initial)
 
-        # Without drag the compression is that of an oscillator.
-        relative = rates if drag else rates[1:]
-        self.d = quantity(_mp.matrix([[1, 0, 0]]), relative)
+        self.d = quantity(_mp.matrix([[1 / omega, 0, 0]]), relative)
         self.force = quantity(force, relative)
         self.v_club = quantity(_mp.matrix([[0, 1, 0]]), rates)
         self.v_ball = quantity(_mp.matrix([[0, 0, 1]]), rates)
+        self.x_ball = state[3]
         ending = self.d if law == 1 else self.force
         #: s until contact ends: 0 if it has, inf if it never will.
         self.duration = _ZERO if ending.sign() < 0 else next(ending.zeros(), _mp.inf)
 
     def state(self, t: Real) -> list[Real]:
-        return [self.d(t), self.v_club(t), self.v_ball(t)]
-
-
-def _eigenvalues(matrix: Any, square: Real) -> list[Any]:
-    """A real one and a pair, in 1/s; `square` is ω², by which the matrix is balanced."""
-    omega = _mp.sqrt(square)
-    balance = _mp.diag([omega, 1, 1])
-    values, _ = _mp.eig(balance * matrix * balance**-1 / omega)
-    values.sort(key=lambda s: abs(_mp.im(s)))
-    return [omega * (s if abs(_mp.im(s)) > _mp.mpf(10) ** -40 else _mp.re(s)) for s in values]
+        x_ball = self.x_ball + self.v_ball.integral(t)
+        return [self.d(t), self.v_club(t), self.v_ball(t), x_ball]
 
 
 class Reference:
@@ -203,8 +183,8 @@ class Reference:
         self.mean_force = _ZERO
         # The present phase, free motion or a contact with constant k and b, and its start:
         self.contact: _Contact | None = None
-        self.begun = self.x_ball = self.touch_position = _ZERO
-        self.state = [-exact["gap"], self.club_speed, self.u_ball]  # d, v_club, v_ball
+        self.begun = _ZERO
+        self.state = [-exact["gap"], self.club_speed, self.u_ball, _ZERO]
         self.so_far = dict.fromkeys(_LASTING, _ZERO)
 
     def step(self, size: Real, k: Real = None, b: Real = None, club_speed: Real = None) -> None:
@@ -222,7 +202,7 @@ class Reference:
             self._begin_phase(self.clock, in_contact=True)
         impulse = self._impulse()
         self.clock += _mp.mpf(size)
-        d, v_club, v_ball = self.state
+        d, v_club, v_ball, _ = self.state
         if self.touch_clock is None and (v_club - v_ball) * (self.clock - self.begun) > -d:
             self._touch(self.begun - d / (v_club - v_ball))
         if self.contact is not None and self.clock - self.begun >= self.contact.duration:
@@ -232,23 +212,21 @@ class Reference:
 
     def _touch(self, clock: Real) -> None:
         self._begin_phase(clock)
-        self.state[0], self.u_club = _ZERO, self.club_speed
-        self.touch_clock, self.touch_position = clock, self.x_ball
+        self.state[0], self.u_club, self.touch_clock = _ZERO, self.club_speed, clock
         self._begin_phase(clock, in_contact=True)
 
     def _begin_phase(self, clock: Real, in_contact: bool = False) -> None:
-        self.so_far, (self.state, self.x_ball) = self._so_far(clock), self._motion(clock)
+        self.so_far, self.state = self._so_far(clock), self._state(clock)
         self.begun, self.contact = clock, None
         if in_contact:
             bodies = self.m_club, self.m_ball
             self.contact = _Contact(self.law, *bodies, self.k, self.b, self.state)
 
-    def _motion(self, clock: Real) -> tuple[list[Real], Real]:
-        """d, v_club and v_ball, and the ball's position."""
-        t, (d, v_club, v_ball) = clock - self.begun, self.state
-        if self.contact is None:
-            return [d + (v_club - v_ball) * t, v_club, v_ball], self.x_ball + v_ball * t
-        return self.contact.state(t), self.x_ball + self.contact.v_ball.integral(t)
+    def _state(self, clock: Real) -> list[Real]:
+        t, (d, v_club, v_ball, x_ball) = clock - self.begun, self.state
+        if self.contact is not None:
+            return self.contact.state(t)
+        return [d + (v_club - v_ball) * t, v_club, v_ball, x_ball + v_ball * t]
 
     def _impulse(self) -> Real:
         t = self.clock - self.begun
@@ -258,23 +236,19 @@ class Reference:
         """The outputs that are constant after contact."""
         if self.contact is None:
             return self.so_far
-        t, before = clock - self.begun, self.so_far
-        force, when = self.contact.force.largest(t)
-        peak = (before["max_force"], before["time_of_max_force"])
-        if force > peak[0]:
-            peak = (force, before["contact_time"] + when)
-        return {
-            "contact_time": before["contact_time"] + t,
-            "max_force": peak[0],
-            "time_of_max_force": peak[1],
-            "max_compression": max(before["max_compression"], self.contact.d.largest(t)[0]),
-            "contact_displacement": self._motion(clock)[1] - self.touch_position,
-            "impulse": before["impulse"] + self.contact.force.integral(t),
-        }
+        t, contact, now = clock - self.begun, self.contact, dict(self.so_far)
+        force, when = contact.force.largest(t)
+        if force > now["max_force"]:
+            now |= {"max_force": force, "time_of_max_force": now["contact_time"] + when}
+        now["max_compression"] = max(now["max_compression"], contact.d.largest(t)[0])
+        now["contact_time"] += t
+        now["contact_displacement"] += contact.v_ball.integral(t)
+        now["impulse"] += contact.force.integral(t)
+        return now
 
     def outputs(self) -> dict[str, Real]:
         """Every output by name; flags as bool. At touch, the limit from the right."""
-        (d, v_club, v_ball), x_ball = self._motion(self.clock)
+        d, v_club, v_ball, x_ball = self._state(self.clock)
         touched = self.touch_clock is not None
         if not touched and d == 0 and v_club > v_ball:
             later = copy(self)
@@ -313,17 +287,15 @@ class Reference:
 
 
 def outputs_after(
-    impact: ImpactCase, steps: Steps, chosen: Container[int], stretched: float = 1.0
+    values: Mapping[str, float], steps: Steps, chosen: Container[int], stretched: float = 1.0
 ) -> dict[int, dict[str, Real]]:
     """Every output after the chosen ones of all steps, by their number from 0 on.
 
     `stretched` is a factor of all times.
     """
-    exact = Reference({**impact.values, "start_time": impact.start_time})
-    all_steps = [(size, s) for s, sizes in zip(impact.segments, steps) for size in sizes]
-    after = {}
-    for number, (size, segment) in enumerate(all_steps):
-        exact.step(_mp.mpf(size) * stretched, segment.k, segment.b)
+    exact, after = Reference(values), {}
+    for number, step in enumerate(steps):
+        exact.step(_mp.mpf(step.length) * stretched, step.k, step.b)
         if number in chosen:
             after[number] = exact.outputs()
     return after

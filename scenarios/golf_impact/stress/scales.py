@@ -1,7 +1,7 @@
 """Scales of errors by output: the tolerance table, in one place."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -22,33 +22,29 @@ class Scales:
     #: The fastest rate in the contact, 1/s: an error in time, 4e-16 of the approach, becomes one of
     #: the outputs in contact by this rate.
     fastest: float = 0.0
-    #: |v_C| + |v_B| (m/s) and kinetic energy (J) after the contact, for impacts that gain energy
-    #: from a stiffness that rises.
-    speed_after: float = 0.0
-    energy_after: float = 0.0
-
-    @property
-    def speed(self) -> float:
-        """|u_C| + |u_B|, or the same after the contact if that is more, m/s."""
-        before = abs(self.values["club_speed"]) + abs(self.values["ball_speed"])
-        return max(before, self.speed_after)
+    #: Outputs after the contact, for impacts that gain energy from a stiffness that rises.
+    after: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def _table(self) -> dict[str, float]:
-        v, speed, time = self.values, self.speed, self.largest["contact_time"]
-        m_club, m_ball, club_speed = v["m_club"], v["m_ball"], v["club_speed"]
-        energy = 0.5 * (m_club * club_speed**2 + m_ball * v["ball_speed"] ** 2)
+        v, time = self.values, self.largest["contact_time"]
+        m_club, m_ball, u_club, u_ball = v["m_club"], v["m_ball"], v["club_speed"], v["ball_speed"]
+        speed = abs(u_club) + abs(u_ball)
+        energy = most = 0.5 * (m_club * u_club**2 + m_ball * u_ball**2)
+        if self.after:
+            speed = max(speed, abs(self.after["club_velocity"]) + abs(self.after["ball_velocity"]))
+            most = max(energy, self.after["kinetic_energy"])
         return {
             **dict.fromkeys(("club_velocity", "ball_velocity"), speed),
-            "smash_factor": speed / abs(club_speed) if club_speed else 1.0,
-            "coefficient_of_restitution": speed / abs(club_speed - v["ball_speed"]),
+            "smash_factor": speed / abs(u_club) if u_club else 1.0,
+            "coefficient_of_restitution": speed / abs(u_club - u_ball),
             **dict.fromkeys(("force", "mean_force", "max_force"), self.largest["max_force"]),
             **dict.fromkeys(("compression", "max_compression"), self.largest["max_compression"]),
             "impulse": self.largest["impulse"],
             **dict.fromkeys((*_PLACES, "contact_displacement"), speed * time),
             **dict.fromkeys(("contact_time", "time_of_max_force", "touch_time"), time),
-            "kinetic_energy": max(self.energy_after, energy),
-            "energy_efficiency": max(1.0, self.energy_after / energy),
+            "kinetic_energy": most,
+            "energy_efficiency": most / energy,
             "momentum": (m_club + m_ball) * speed,
         }
 

@@ -52,7 +52,14 @@ def special_impact(seed: int, number: int) -> cases.ImpactCase:
     values = {"law": law, "m_club": m_club, "m_ball": m_ball, "k": k, "b": b}
     values |= {"club_speed": ball_speed + closing, "ball_speed": ball_speed, "gap": gap}
     contact = cases.contact_time_of_law2(zeta, values)
-    segments = _segments(rng, k, b, gap / closing, contact)
+    # K and b change at touch, at the peak, in the rebound or at separation, also back.
+    others = [(k, b), (k, 0.0), (k, beside(rng, b)), (k * 4.0, b), (k * 4.0, 2.0 * b)]
+    others += [(k * 10.0 ** rng.uniform(-6, 6), b * 10.0 ** rng.uniform(-3, 3))]
+    places = [0.0, 0.5, 0.75, 1.0 - 10.0 ** rng.uniform(-12, -2), 1.0]
+    places += [0.5 + n * 2.0**-10 for n in range(4)]
+    touch, cuts = gap / closing, sorted(rng.sample(places, rng.choice((0, 0, 1, 2, 5))))
+    changes = [(touch + cut * contact, *rng.choice(others)) for cut in cuts]
+    segments = cases.segments_of(values, touch + contact + 2.0 * contact, changes)
     return cases.ImpactCase(number, values, 0.0, segments, kind="special")
 
 
@@ -65,18 +72,3 @@ def beside(rng: random.Random, value: float) -> float:
     elif kind == 2:
         value *= 1.0 + rng.choice((1.0, -1.0)) * 10.0 ** rng.uniform(-15, -3)
     return value
-
-
-def _segments(
-    rng: random.Random, k: float, b: float, approach: float, contact: float
-) -> tuple[cases.Segment, ...]:
-    """K and b change at touch, at the peak, in the rebound or at separation, also back."""
-    others = [(k, b), (k, 0.0), (k, beside(rng, b)), (k * 4.0, b), (k * 4.0, 2.0 * b)]
-    others += [(k * 10.0 ** rng.uniform(-6, 6), b * 10.0 ** rng.uniform(-3, 3))]
-    places = [0.0, 0.5, 0.75, 1.0 - 10.0 ** rng.uniform(-12, -2), 1.0]
-    places += [0.5 + n * 2.0**-10 for n in range(4)]
-    cuts = sorted(rng.sample(places, rng.choice((0, 0, 1, 2, 5))))
-    edges = [0.0, *(approach + cut * contact for cut in cuts)]
-    edges.append(max(edges[-1], approach + contact) + 2.0 * contact)
-    inputs = [(k, b), *(rng.choice(others) for _ in cuts)]
-    return cases.segments_between(edges, inputs)

@@ -22,9 +22,6 @@ from golf_impact.stress.reference import exact_outcome
 
 OURS = "this FMU"
 
-#: From a case and a step size (s) to its outcome.
-Solve = Callable[[Case, float], Outcome]
-
 #: Errors at which the colours change: two decades a colour up to 1, and beyond, where no digit
 #: is right, in colours of their own.
 _BOUNDS = [*(10.0**power for power in range(-16, 1, 2)), 10.0, 1e3, 1e6]
@@ -40,27 +37,24 @@ def maps(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
     """The maps of the FMU and of stepping methods; `tick` is called after each damping ratio."""
     steps = np.logspace(-2 if quick else -3, 3, 6 if quick else 37).tolist()
     damping = [0.0, *np.logspace(-2, 3, 4 if quick else 26).tolist()]
-    methods: dict[str, Solve] = {OURS: partial(_by_fmu, driver), **stepping.METHODS}
+    methods: dict[str, Callable[[Case, float], Outcome]]
+    methods = {OURS: partial(_by_fmu, driver), **stepping.METHODS}
     made: list[Map] = [
         {"method": name, "steps": steps, "damping": damping, "errors": []} for name in methods
     ]
     for zeta in damping:
-        case = _case(zeta)
+        case = Case(law=2, b=zeta * critical_damping(Case.k, Case.m_club, Case.m_ball))
         exact = exact_outcome(case)
         for map_, solve in zip(made, methods.values(), strict=True):
-            sizes = [x / case.natural_frequency for x in steps]
-            map_["errors"].append([_error(case, solve, size, exact) for size in sizes])
+            runs = [partial(solve, case, x / case.natural_frequency) for x in steps]
+            map_["errors"].append([_error(case, run, exact) for run in runs])
         tick()
     return made
 
 
-def _case(zeta: float) -> Case:
-    return Case(law=2, b=zeta * critical_damping(Case.k, Case.m_club, Case.m_ball))
-
-
-def _error(case: Case, solve: Solve, size: float, exact: Outcome) -> float:
+def _error(case: Case, run: Callable[[], Outcome], exact: Outcome) -> float:
     try:
-        error = max(errors(case, solve(case, size), exact))
+        error = max(errors(case, run(), exact))
     except (ArithmeticError, ValueError):
         return math.inf  # a method that diverges
     return error if math.isfinite(error) else math.inf
