@@ -230,9 +230,11 @@ class Evaluator:
         return rows
 
     def _path(self, values: Values, metrics: Values, touched: bool, separated: bool) -> Columns:
-        contact = metrics["contact_time"] if separated else _half_period(values)
-        if touched and not separated:
-            contact *= 10.0  # the time in which the contact develops
+        contact = metrics["contact_time"]
+        if not separated:
+            # The time in which a contact without damping ends, π √(μ/k), or this one develops.
+            mu = 1.0 / (1.0 / values["m_club"] + 1.0 / values["m_ball"])
+            contact = (10.0 if touched else 1.0) * math.pi * math.sqrt(mu / values["k"])
         end = nice(1.15 * contact)
         # The approach is shown too, for any gap of the case.
         lead = 0.1 * end
@@ -297,12 +299,6 @@ def nice(limit: float) -> float:
         return 1.0
     unit = 0.5 * 10.0 ** math.floor(math.log10(limit))
     return math.ceil(limit / unit) * unit
-
-
-def _half_period(values: Values) -> float:
-    """The contact time without damping of a linear contact, s: π √(μ/k)."""
-    mu = 1.0 / (1.0 / values["m_club"] + 1.0 / values["m_ball"])
-    return math.pi * math.sqrt(mu / values["k"])
 
 
 def _points(lead: float, contact: float, end: float, peak: float) -> list[float]:

@@ -34,19 +34,14 @@ class Instance:
         self._slave = self._class(instance_name="page", resources="/")
         self._slave.setup_experiment(0.0)
         self._slave.enter_initialization_mode()
-        self.set(values)
-        self._slave.exit_initialization_mode()
-        self._check(True)
-
-    def set(self, values: Mapping[str, float]) -> None:
-        """Set inputs and parameters."""
         for name, value in values.items():
             reference, type_ = self._variables[name]
             if type_ == "Integer" and value != int(value):
                 why = "it must be a whole number, 1 or 2"
                 raise RefusedError(f"{name} = {value!r} is refused: {why}")
-            given = int(value) if type_ == "Integer" else value
-            getattr(self._slave, f"set_{type_.lower()}")([reference], [given])
+            getattr(self._slave, f"set_{type_.lower()}")([reference], [value])
+        self._slave.exit_initialization_mode()
+        self._check(True)
 
     def step(self, point: float, size: float) -> None:
         """Make a communication step."""

@@ -16,7 +16,6 @@ Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value =
   if (!properties.has(key)) properties.set(key, getComputedStyle(document.documentElement).getPropertyValue(key))
   return properties.get(key)
 }
-addEventListener("resize", () => properties.clear())
 // Nothing on the page is placed beside the element of a glyph renderer, whose place changes with every curve.
 Bokeh.require("models/renderers/glyph_renderer").GlyphRendererView.prototype.update_position = () => {}
 
@@ -242,8 +241,8 @@ async function fileOf(choice) {
 }
 
 async function download(choice) {
-  const file = await fileOf(choice)
-  tag("a", {href: URL.createObjectURL(file), download: `golf-impact-${choice}`}).click()
+  const href = URL.createObjectURL(await fileOf(choice))
+  tag("a", {href, download: `golf-impact-${choice}`}).click()
 }
 
 function setDark(dark) {
@@ -284,9 +283,7 @@ async function start() {
   // Figures out of sight aren't painted: on a phone that is most of them.
   const sight = new IntersectionObserver((all) => { for (const {target, isIntersecting} of all) model(target.id.slice(8)).hold_render = !isIntersecting })
   for (const picture of document.querySelectorAll(".picture")) sight.observe(picture)
-  const dark = matchMedia("(prefers-color-scheme: dark)")
-  setDark(dark.matches)
-  dark.onchange = () => setDark(dark.matches)
+  setDark(matchMedia("(prefers-color-scheme: dark)").matches)
   get("dark").onclick = () => setDark(document.documentElement.dataset.theme != "dark")
   get("play").onclick = play
   get("scrub").oninput = moveCursor

@@ -10,8 +10,6 @@ from bokeh.util.paths import bokehjs_path
 from golf_impact.explore.evaluator import Evaluator
 from golf_impact.explore.pictures import THEME, Pictures
 
-_HERE = Path(__file__).parent
-
 
 def page_files(evaluator: Evaluator, exported: bool = False) -> dict[str, bytes]:
     """Files of the page by name.
@@ -25,12 +23,15 @@ def page_files(evaluator: Evaluator, exported: bool = False) -> dict[str, bytes]
     carried = {**facts, "result": opening, "exported": exported}
     script, figures = components(Pictures(opening).figures, wrap_script=False, theme=THEME)
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    template = environment.from_string((_HERE / "page.html").read_text("utf-8"))
+    template = environment.from_string(Path(__file__).with_name("page.html").read_text("utf-8"))
     # Nothing in a script element may end it.
     data = json.dumps(carried, allow_nan=False).replace("<", "\\u003c")
     page = template.render(facts=facts, data=data, script=script, figures=figures)
     return {
         "index.html": page.encode(),
-        **{name: (_HERE / name).read_bytes() for name in ("page.js", "page.css", "worker.js")},
+        **{
+            name: Path(__file__).with_name(name).read_bytes()
+            for name in ("page.js", "page.css", "worker.js")
+        },
         "bokeh.min.js": Path(bokehjs_path(), "js", "bokeh.min.js").read_bytes(),
     }

@@ -16,7 +16,7 @@ _CLEAR = ("background_fill_color", "border_fill_color", "outline_line_color")
 THEME = Theme(
     json={
         "attrs": {
-            "Plot": dict.fromkeys(_CLEAR),
+            "Plot": {"toolbar_location": "above", **dict.fromkeys(_CLEAR)},
             "Toolbar": {"autohide": True, "logo": None},
             "Axis": {"axis_label_standoff": 2, "minor_tick_line_color": None},
             "ContinuousTicker": {"desired_num_ticks": 5},
@@ -86,8 +86,7 @@ class Pictures:
         picture.axis.visible = picture.grid.visible = False
         picture.hspan(y=[0], line_alpha=0.4, **_GREY)
         club: dict[str, Any] = {"left": "club_back", "right": "club_face"}
-        back, face = {"top_left": 14, "bottom_left": 14}, {"top_right": 2, "bottom_right": 2}
-        club |= {"height": 1.2, "color": ORANGE, "border_radius": {**back, **face}}
+        club |= {"height": 1.2, "color": ORANGE, "border_radius": (14, 2, 2, 14)}
         picture.hbar(y=0, source=self.sources["cursor"], **club, **_CURSOR)
         ball: dict[str, Any] = {"x": "ball_middle", "width": "ball_width", "height": "ball_height"}
         ball |= {"fill_color": BLUE, "fill_alpha": 0.85, "line_color": BLUE}
@@ -154,8 +153,7 @@ class Pictures:
         # A finger that is swiped over a picture scrolls the page: nothing is active on drag.
         idle: dict[str, Any] = {"tools": "box_zoom,reset,save", "active_drag": None}
         picture = figure(title=title, x_range=ends[0], y_range=ends[1], **idle)
-        picture.sizing_mode, picture.toolbar_location = "stretch_both", "above"
-        picture.min_border = 2
+        picture.sizing_mode, picture.min_border = "stretch_both", 2
         about = f"{title}: {labels[1]} over {labels[0]}"
         picture.html_attributes = {"aria-label": about, "role": "img"}
         for axis, label in zip((picture.xaxis, picture.yaxis), labels):

@@ -8,8 +8,8 @@ async function load() {
     if (!ok) throw new Error(`${file} is missing (HTTP status ${status})`)
   }
   const python = await loadPyodide()
-  const data = await (await fetch("physics.zip")).arrayBuffer()
-  python.unpackArchive(data, "zip")
+  const archive = await fetch("physics.zip")
+  python.unpackArchive(await archive.arrayBuffer(), "zip")
   return python.pyimport("golf_explore.in_browser").make_evaluator()
 }
 
