@@ -139,9 +139,11 @@ class Evaluator:
         lost = metrics["kinetic_energy_initial"] - metrics["kinetic_energy_final"]
         # Without a parameter the page opens, and `golf-impact run` runs, something else.
         given = _without_loft(texts) or {"law": "1"}
+        query, of_ball = given | texts, ball.get("values", {})
+        own = [f"{name} = {text}" for name, text in query.items() if name not in of_ball]
         return {
             "values": values,
-            "query": urlencode(given | texts),
+            "query": urlencode(query),
             "path": path,
             "metrics": metrics | shot,
             "flight": flight,
@@ -153,7 +155,7 @@ class Evaluator:
             "command": " --set ".join(["golf-impact run", *map("=".join, given.items())]),
             "ball": ball.get("name", ""),
             "club": club.get("name", ""),
-            "title": club.get("name") or _title(ball, given | texts),
+            "title": club.get("name") or ", ".join(filter(None, [ball.get("name"), *own])),
             "source": ball.get("source", ""),
             "hint": case.get("hint", ""),
             "state": problem if separated else NO_SEPARATION if touched else NO_CONTACT,
@@ -276,12 +278,6 @@ def _complete(row: dict[str, float], v: Values, moved: float) -> dict[str, float
         "ball_height": 1.0 / math.sqrt(width),
     }
     return {**row, "spring_energy": spring, "lost_energy": lost - spring, **scene}
-
-
-def _title(ball: Facts, texts: Mapping[str, str]) -> str:
-    """The name of a pin: its ball, and what else differs from the start values."""
-    own = [f"{name} = {x}" for name, x in texts.items() if name not in ball.get("values", ())]
-    return ", ".join([ball["name"], *own] if ball else own)
 
 
 def _without_loft(values: Facts) -> dict[str, Any]:

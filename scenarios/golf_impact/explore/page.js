@@ -264,8 +264,8 @@ function setQuantity({type, target: {name, type: kind, value}}) {
 
 function listen() {
   get("controls").oninput = get("controls").onchange = setQuantity
-  get("ball").onchange = ({target}) => requestImpact(facts.balls.find((ball) => ball.name == target.value)?.values)
-  get("club").onchange = ({target}) => requestImpact(facts.clubs.find((club) => club.name == target.value)?.values)
+  for (const kind of ["ball", "club"])
+    get(kind).onchange = ({target}) => requestImpact(facts[`${kind}s`].find(({name}) => name == target.value)?.values)
   for (const button of document.querySelectorAll("nav button")) button.onclick = () => openExample(facts.examples[button.value])
   get("pin").onclick = () => pin()
   get("unit").onchange = changeUnit

@@ -108,7 +108,7 @@ class Pictures:
         picture.varea_stack(columns, x="time", source=path, color=[*colours.values()], alpha=0.75)
         # The stack fills at least two thirds of the height: the text is dark in both themes.
         lines = [_Line("", name, colour) for name, colour in reversed(colours.items())]
-        _add_legend(picture, lines, top=0.66, text_color="#1c2430")
+        _add_legend(picture, lines, top=0.66, line_width=11, text_color="#1c2430")
         return picture
 
     def _bodies(self, title: str, label: str, what: str) -> Any:
@@ -175,7 +175,8 @@ def _add_legend(picture: Any, lines: Sequence[_Line], top: float, **style: Any) 
     place = {"x_range_name": "legend", "y_range_name": "legend"}
     y = [top - 0.14 * n for n in range(len(lines))]
     _, texts, colours, dashes = (list(column) for column in zip(*lines))
-    line = {"line_color": colours, "line_dash": dashes, "line_width": 2.5}
+    width = style.pop("line_width", 2.5)
+    line = {"line_color": colours, "line_dash": dashes, "line_width": width}
     picture.segment(x0=0.03, y0=y, x1=0.11, y1=y, **line, **place)
     text = {"text_color": "#7a828c", "text_font_size": "11px", "text_baseline": "middle"}
     picture.text(x=0.13, y=y, text=texts, **{**text, **style}, **place)
