@@ -135,10 +135,11 @@ def test_the_ball_keeps_its_volume(evaluator):
     path = {name: np.array(column) for name, column in evaluator({})["path"].items()}
     diameter = evaluator.defaults["ball_diameter"]
     compressed = path["compression"] > 0.0
-    assert path["ball_width"] == pytest.approx(diameter - path["compression"], rel=1e-12)
-    assert path["ball_width"] * path["ball_height"] ** 2 == pytest.approx(diameter**3, rel=1e-12)
+    # The scene is in diameters.
+    assert path["ball_width"] == pytest.approx(1.0 - path["compression"] / diameter, rel=1e-12)
+    assert path["ball_width"] * path["ball_height"] ** 2 == pytest.approx(1.0, rel=1e-12)
     near = path["ball_middle"] - 0.5 * path["ball_width"]
-    assert near[compressed] == pytest.approx(path["club_position"][compressed], abs=1e-12)
+    assert near[compressed] == pytest.approx(path["club_face"][compressed], abs=1e-12)
 
 
 def test_no_contact_and_no_separation(evaluator):
@@ -186,8 +187,9 @@ def test_s_and_cor_over_a_variable(fmu, evaluator):
         assert swept["smash_factor"][n] == one["smash_factor"]
         assert swept["coefficient_of_restitution"][n] == one["coefficient_of_restitution"]
     never = evaluator({"values": {"ball_speed": 40.0}, "over": "club_speed"})["swept"]
-    assert never["smash_factor"][0] is None
-    assert never["smash_factor"][-1] > 0.0
+    # Where the bodies separate.
+    assert min(never["x"]) > 40.0
+    assert min(never["smash_factor"]) > 0.0
 
 
 def test_speeds_are_in_the_unit_that_is_chosen(evaluator):
@@ -199,11 +201,11 @@ def test_speeds_are_in_the_unit_that_is_chosen(evaluator):
 
 
 def test_ranges_of_sliders_are_allowed(evaluator):
-    assert {one.name for one in QUANTITIES} | {"law"} == set(evaluator.defaults)
+    assert {one["name"] for one in QUANTITIES} | {"law"} == set(evaluator.defaults)
     for one in QUANTITIES:
-        if one.step:
-            for limit in (one.low, one.high):
-                values = {"law": 2, "club_speed": 81.0, one.name: limit * one.scale}
+        if "step" in one:
+            for limit in (one["low"], one["high"]):
+                values = {"law": 2, "club_speed": 81.0, one["name"]: limit * one["scale"]}
                 assert evaluator({"values": values})["state"] == "", one
     assert SPEEDS["mph"] == 0.44704
 
@@ -216,7 +218,7 @@ def test_shots_of_clubs(evaluator, fmus, club):
     assert np.degrees(metrics["launch_angle"]) == pytest.approx(
         float(club.printed["launch_angle"]), abs=0.002
     )
-    assert result["example"] == club.name
+    assert result["club"] == club.name
     impact, launch, ball = fmus
     own = {name: value for name, value in club.values.items() if name not in LOFT}
     given = impact.impact(**own)
@@ -476,11 +478,10 @@ _IN_NODE = """
 import {loadPyodide} from "./pyodide/pyodide.mjs"
 import {readFileSync} from "node:fs"
 const python = await loadPyodide()
-python.FS.writeFile("/physics.zip", readFileSync("physics.zip"))
+python.unpackArchive(new Uint8Array(readFileSync("physics.zip")), "zip")
 python.globals.set("cases", readFileSync(0, "utf-8"))
 console.log(python.runPython(`
-import json, sys
-sys.path.insert(0, "/physics.zip")
+import json
 from golf_explore.in_browser import Instance, RefusedError
 arguments, cases = json.loads(cases)
 instance = Instance(*arguments)
@@ -604,7 +605,7 @@ class Tab:
         return self
 
     def readout(self, metric):
-        css = f'tr[data-metric="{metric}"] td'
+        css = f"#{metric} td"
         return self.js("return document.querySelector(arguments[0]).innerText", css)
 
 
@@ -731,7 +732,7 @@ def test_requests_are_never_queued(tab, evaluator):
         const slider = get("k_slider")
         for (let n = 0; n < 100; n++) {
           slider.value = 1200 + 10 * n
-          slider.dispatchEvent(new Event("input"))
+          slider.dispatchEvent(new Event("input", {bubbles: true}))
         }
     """)
     tab.shows(k=2_190_000.0)
@@ -850,7 +851,7 @@ def test_an_address_that_is_refused(browser, address, evaluator, question, place
 def test_the_command_runs(tab, tmp_path):
     tab.type("k", "812.5")
     tab.shows(k=812_500.0)
-    tab.js("Object.assign(navigator.clipboard, {writeText(text) { window.copied = text }})")
+    tab.js("document.oncopy = () => { window.copied = String(getSelection()) }")
     tab.press("Copy command")
     line = tab.until(lambda: tab.js("return window.copied"))
     assert line == tab.value("command") == "golf-impact run --set k=812500"
@@ -914,8 +915,9 @@ def test_the_cursor_plays_and_follows_pointer_and_finger(tab, evaluator):
     n = path["time"].index(cursor["time"][0])
     assert {k: [column[n]] for k, column in path.items()} == cursor
     assert cursor["compression"][0] > 5e-3
-    compressed = evaluator.defaults["ball_diameter"] - cursor["compression"][0]
-    assert cursor["ball_width"][0] == pytest.approx(compressed, rel=1e-12)
+    diameter = evaluator.defaults["ball_diameter"]
+    compressed = diameter - cursor["compression"][0]
+    assert cursor["ball_width"][0] * diameter == pytest.approx(compressed, rel=1e-12)
     assert f"{cursor['force'][0]:.0f} N" in tab.text("cursor")
     for figure in ("force", "loop"):
         old = tab.data("cursor")["time"]
@@ -951,8 +953,8 @@ def test_layout(browser, address, width):
                     && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1)
                   out.push(["overlap", id, otherId])
             }
-            for (const name of figures) {
-              const {el} = Bokeh.index.find_one(model(name))
+            for (const figure of Bokeh.documents[0].roots()) {
+              const {name} = figure, {el} = Bokeh.index.find_one(figure)
               const {width, height} = el.getBoundingClientRect()
               const least = name == "animation" ? 45 : 150
               if (width < 150 || height < least) out.push([name, width, height])

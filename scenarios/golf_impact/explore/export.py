@@ -5,7 +5,9 @@ import json
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from golf_build.archive import pack, unpack
 from golf_impact.errors import UserError
@@ -44,17 +46,11 @@ def export(fmu_file: Path, folder: Path, pyodide: Path | None = None) -> dict[st
         UserError: Pyodide isn't there, or the folder can't be written; then nothing has changed.
     """
     prepare(folder)
-    prepare(folder / "pyodide")
     runtime = from_folder(pyodide) if pyodide else from_npm()
     with ImpactFmu(fmu_file) as fmu, companions(fmu) as fmus:
-        worker = {
-            "files": [f"pyodide/{name}" for name in runtime],
-            "archive": "physics.zip",
-            "fmus": json.dumps([arguments_of(one) for one in fmus]),
-            "version": json.loads(runtime["pyodide-lock.json"])["info"]["python"],
-        }
-        page = page_files(Evaluator(fmus, UserError, facts_of(fmus)), worker)
-        page["physics.zip"] = _archive([one.path for one in fmus])
+        evaluator = Evaluator(fmus, UserError, facts_of(fmus))
+        page = page_files(evaluator, exported=True)
+        page["physics.zip"] = _archive(fmus, evaluator.facts)
     # The page comes last: as long as it isn't there, nothing uses the rest.
     write_together(folder / "pyodide", runtime)
     write_together(folder, page)
@@ -108,13 +104,14 @@ def arguments_of(fmu: LoadedFmu) -> tuple[str, str, dict[str, tuple[int, str]]]:
     return module, fmu.description.modelName, variables
 
 
-def _archive(fmu_files: list[Path]) -> bytes:
-    """The modules of FMUs and the evaluator, as a zip file that Python imports from."""
-    files = {"golf_explore/__init__.py": b""}
+def _archive(fmus: tuple[LoadedFmu, ...], facts: Mapping[str, Any]) -> bytes:
+    """The modules of FMUs and the evaluator with its data, as a zip file."""
+    arguments = [arguments_of(fmu) for fmu in fmus]
+    files = {"golf_explore/facts.json": json.dumps([arguments, facts]).encode()}
     for name in ("evaluator.py", "in_browser.py"):
         files[f"golf_explore/{name}"] = Path(__file__).with_name(name).read_bytes()
-    for file in fmu_files:
-        for name, content in unpack(file).items():
+    for fmu in fmus:
+        for name, content in unpack(fmu.path).items():
             if name.startswith("resources/"):
                 files[name.removeprefix("resources/")] = content
     return pack(files)

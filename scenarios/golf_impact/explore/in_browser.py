@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from .evaluator import Evaluator
@@ -33,19 +34,14 @@ class Instance:
         self._slave = self._class(instance_name="page", resources="/")
         self._slave.setup_experiment(0.0)
         self._slave.enter_initialization_mode()
-        self.set(values)
-        self._slave.exit_initialization_mode()
-        self._check(True)
-
-    def set(self, values: Mapping[str, float]) -> None:
-        """Set inputs and parameters."""
         for name, value in values.items():
             reference, type_ = self._variables[name]
             if type_ == "Integer" and value != int(value):
                 why = "it must be a whole number, 1 or 2"
                 raise RefusedError(f"{name} = {value!r} is refused: {why}")
-            given = int(value) if type_ == "Integer" else value
-            getattr(self._slave, f"set_{type_.lower()}")([reference], [given])
+            getattr(self._slave, f"set_{type_.lower()}")([reference], [value])
+        self._slave.exit_initialization_mode()
+        self._check(True)
 
     def step(self, point: float, size: float) -> None:
         """Make a communication step."""
@@ -67,13 +63,8 @@ class Instance:
             raise RefusedError(messages[0 if accepted else -1])
 
 
-def make_evaluator(fmus: str, facts: str) -> tuple[Callable[[str], str], str]:
-    """The evaluator for the worker of an exported page: a function from and to JSON, and its check.
-
-    Args:
-        fmus: arguments of `Instance` for ClubBallImpact, Launch and BallFlight, as JSON.
-        facts: those of `Evaluator`, as JSON.
-    """
-    instances = [Instance(*arguments) for arguments in json.loads(fmus)]
-    evaluator = Evaluator(instances, RefusedError, json.loads(facts))
-    return lambda request: json.dumps(evaluator(json.loads(request))), json.dumps(evaluator.check())
+def make_evaluator() -> Callable[[str], str]:
+    """The evaluator of an exported page, from and to JSON; facts.json is beside this file."""
+    fmus, facts = json.loads(Path(__file__).with_name("facts.json").read_text())
+    evaluator = Evaluator([Instance(*one) for one in fmus], RefusedError, facts)
+    return lambda request: json.dumps(evaluator(json.loads(request)))

@@ -1,9 +1,7 @@
 """The page as files for any web server: a standalone Bokeh document and the page's own script."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import jinja2
 from bokeh.embed import components
@@ -12,28 +10,28 @@ from bokeh.util.paths import bokehjs_path
 from golf_impact.explore.evaluator import Evaluator
 from golf_impact.explore.pictures import THEME, Pictures
 
-_HERE = Path(__file__).parent
 
-
-def page_files(evaluator: Evaluator, worker: Mapping[str, Any] | None = None) -> dict[str, bytes]:
+def page_files(evaluator: Evaluator, exported: bool = False) -> dict[str, bytes]:
     """Files of the page by name.
 
     Args:
         evaluator: computes the numbers that are in the pictures when the page opens.
-        worker: arguments of an exported page's worker; None where numbers come by POST /impact.
+        exported: numbers come from worker.js, instead of POST /impact.
     """
     facts = evaluator.facts
     opening = evaluator({"values": facts["opening"]})
-    carried = {**facts, "result": opening, "worker": worker}
+    carried = {**facts, "result": opening, "exported": exported}
     script, figures = components(Pictures(opening).figures, wrap_script=False, theme=THEME)
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    template = environment.from_string((_HERE / "page.html").read_text("utf-8"))
+    template = environment.from_string(Path(__file__).with_name("page.html").read_text("utf-8"))
     # Nothing in a script element may end it.
     data = json.dumps(carried, allow_nan=False).replace("<", "\\u003c")
     page = template.render(facts=facts, data=data, script=script, figures=figures)
-    own = ("page.js", "page.css") if worker is None else ("page.js", "page.css", "worker.js")
     return {
         "index.html": page.encode(),
-        **{name: (_HERE / name).read_bytes() for name in own},
+        **{
+            name: Path(__file__).with_name(name).read_bytes()
+            for name in ("page.js", "page.css", "worker.js")
+        },
         "bokeh.min.js": Path(bokehjs_path(), "js", "bokeh.min.js").read_bytes(),
     }

@@ -10,13 +10,13 @@ from bokeh.themes import Theme
 from golf_impact.explore.evaluator import SWEPT_METRICS
 from golf_impact.report.styles import BLUE, GREEN, ORANGE, SKY, VERMILION
 
+_CLEAR = ("background_fill_color", "border_fill_color", "outline_line_color")
+
 #: Colours and fonts of text, axes and grid are CSS variables in page.css.
 THEME = Theme(
     json={
         "attrs": {
-            "Plot": dict.fromkeys(
-                ("background_fill_color", "border_fill_color", "outline_line_color")
-            ),
+            "Plot": {"toolbar_location": "above", **dict.fromkeys(_CLEAR)},
             "Toolbar": {"autohide": True, "logo": None},
             "Axis": {"axis_label_standoff": 2, "minor_tick_line_color": None},
             "ContinuousTicker": {"desired_num_ticks": 5},
@@ -60,12 +60,13 @@ class Pictures:
             name: models.ColumnDataSource({column: [] for column in names}, name=name)
             for name, names in columns.items()
         }
-        names = tuple(result["ranges"])
-        self.ranges = {name: models.Range1d(0, 1, name=f"{name}_range") for name in names}
+        self.ranges = {n: models.Range1d(0, 1, name=f"{n}_range") for n in result["ranges"]}
+        force = self._over_time("Contact force", "force (kN)")
+        loop = self._picture("Force over compression", "compression (mm)", "force (kN)")
         self.figures = {
             "animation": self._animation(),
-            "force": self._force(),
-            "loop": self._loop(),
+            "force": self._force(force, "time", "peak", text_align="center", y_offset=3),
+            "loop": self._force(loop, "compression", "area", text_baseline="top", x_offset=6),
             "energies": self._energies(),
             "velocities": self._bodies("Velocities", "velocity (m/s)", "shown"),
             "positions": self._bodies("Positions", "position (mm)", "position"),
@@ -77,45 +78,34 @@ class Pictures:
             picture.name = name
 
     def _animation(self) -> Any:
-        ends = {"x_range": self.ranges["scene_width"], "y_range": self.ranges["scene_height"]}
-        picture = figure(**ends, tools="", toolbar_location=None)
+        # In ball diameters.
+        picture = figure(x_range=(-2.65, 6.8), y_range=(-0.675, 0.675), tools="")
+        picture.toolbar_location = None
         picture.html_attributes = {"aria-label": "Club and ball, to scale", "role": "img"}
         picture.sizing_mode, picture.min_border = "stretch_both", 0
         picture.axis.visible = picture.grid.visible = False
         picture.hspan(y=[0], line_alpha=0.4, **_GREY)
-        club: dict[str, Any] = {"left": "club_back", "right": "club_position"}
-        back, face = {"top_left": 14, "bottom_left": 14}, {"top_right": 2, "bottom_right": 2}
-        club |= {"height": "club_height", "color": ORANGE, "border_radius": {**back, **face}}
+        club: dict[str, Any] = {"left": "club_back", "right": "club_face"}
+        club |= {"height": 1.2, "color": ORANGE, "border_radius": (14, 2, 2, 14)}
         picture.hbar(y=0, source=self.sources["cursor"], **club, **_CURSOR)
         ball: dict[str, Any] = {"x": "ball_middle", "width": "ball_width", "height": "ball_height"}
         ball |= {"fill_color": BLUE, "fill_alpha": 0.85, "line_color": BLUE}
         picture.ellipse(y=0, source=self.sources["cursor"], **ball, **_CURSOR)
         return picture
 
-    def _force(self) -> Any:
-        picture = self._over_time("Contact force", "force (kN)")
-        path, style = self.sources["path"], {"fill_color": SKY, "fill_alpha": 0.35}
-        picture.varea("time", 0, "force", source=path, **style)
-        self._add_curves("path", "time", [_Line("force")], picture)
-        style = {"text_align": "center", "text_baseline": "bottom", "y_offset": 3}
-        picture.add_layout(models.Label(name="peak", x=0, y=0, text="", **style))
-        return picture
-
-    def _loop(self) -> Any:
-        picture = self._picture("Force over compression", "compression (mm)", "force (kN)")
-        path, style = self.sources["path"], {"color": SKY, "fill_alpha": 0.35, "line_alpha": 0}
-        picture.patch("compression", "force", source=path, **style)
-        self._add_curves("path", "compression", [_Line("force")], picture)
-        style = {"text_baseline": "top", "x_offset": 6, "y_offset": -4}
-        picture.add_layout(models.Label(name="area", x=0, y=0, text="", **style))
+    def _force(self, picture: Any, x: str, label: str, **style: Any) -> Any:
+        """Force over a column of the path, filled, with a label."""
+        filled = {"color": SKY, "fill_alpha": 0.35, "line_alpha": 0}
+        picture.patch(x, "force", source=self.sources["path"], **filled)
+        self._add_curves("path", x, [_Line("force")], picture)
+        picture.add_layout(models.Label(name=label, x=0, y=0, text="", **style))
         return picture
 
     def _energies(self) -> Any:
         picture = self._over_time("Where the energy is", "energy (J)")
         colours = {"ball": BLUE, "spring": GREEN, "club": ORANGE, "lost": VERMILION}
-        columns = [f"{name}_energy" for name in colours]
-        style = {"color": list(colours.values()), "fill_alpha": 0.75}
-        picture.varea_stack(columns, x="time", source=self.sources["path"], **style)
+        columns, path = [f"{name}_energy" for name in colours], self.sources["path"]
+        picture.varea_stack(columns, x="time", source=path, color=[*colours.values()], alpha=0.75)
         # The stack fills at least two thirds of the height: the text is dark in both themes.
         lines = [_Line("", name, colour) for name, colour in reversed(colours.items())]
         _add_legend(picture, lines, top=0.66, line_width=11, text_color="#1c2430")
@@ -125,7 +115,6 @@ class Pictures:
         picture = self._over_time(title, label)
         lines = [_Line(f"club_{what}", "club", ORANGE, "dashed"), _Line(f"ball_{what}", "ball")]
         self._add_curves("path", "time", lines, picture)
-        _add_legend(picture, lines)
         return picture
 
     def _sweep(self) -> Any:
@@ -133,7 +122,6 @@ class Pictures:
         smash, restitution = SWEPT_METRICS
         lines = [_Line(smash, "S"), _Line(restitution, "COR", GREEN, "dashed")]
         self._add_curves("swept", "x", lines, picture)
-        _add_legend(picture, lines, top=0.24)
         picture.vspan(x="x", source=self.sources["here"], **_GREY)
         # The page has the title, with the choice of the variable in it.
         picture.title.visible = False
@@ -156,6 +144,8 @@ class Pictures:
             if source == "path":
                 dot: dict[str, Any] = {"size": 9, "color": colour, "line_color": "white"}
                 picture.scatter(x, y, source=self.sources["cursor"], **dot, **_CURSOR)
+        if len(lines) > 1:
+            _add_legend(picture, lines, top=0.9 if source == "path" else 0.24)
 
     def _picture(self, title: str, *labels: str) -> Any:
         """A picture with these labels of its axes, the first word of which names the range."""
@@ -163,8 +153,7 @@ class Pictures:
         # A finger that is swiped over a picture scrolls the page: nothing is active on drag.
         idle: dict[str, Any] = {"tools": "box_zoom,reset,save", "active_drag": None}
         picture = figure(title=title, x_range=ends[0], y_range=ends[1], **idle)
-        picture.sizing_mode, picture.toolbar_location = "stretch_both", "above"
-        picture.min_border = 2
+        picture.sizing_mode, picture.min_border = "stretch_both", 2
         about = f"{title}: {labels[1]} over {labels[0]}"
         picture.html_attributes = {"aria-label": about, "role": "img"}
         for axis, label in zip((picture.xaxis, picture.yaxis), labels):
@@ -175,13 +164,7 @@ class Pictures:
         return picture
 
 
-def _add_legend(
-    picture: Any,
-    lines: Sequence[_Line],
-    top: float = 0.9,
-    text_color: str = "#7a828c",
-    **style: Any,
-) -> None:
+def _add_legend(picture: Any, lines: Sequence[_Line], top: float, **style: Any) -> None:
     """Name, colour and dash of each line, from `top` (of the height) downwards.
 
     Drawn by glyphs: Bokeh's Legend is an HTML element whose size the browser computes at every
@@ -192,7 +175,8 @@ def _add_legend(
     place = {"x_range_name": "legend", "y_range_name": "legend"}
     y = [top - 0.14 * n for n in range(len(lines))]
     _, texts, colours, dashes = (list(column) for column in zip(*lines))
-    line = {"line_color": colours, "line_dash": dashes, "line_width": 2.5, **style}
+    width = style.pop("line_width", 2.5)
+    line = {"line_color": colours, "line_dash": dashes, "line_width": width}
     picture.segment(x0=0.03, y0=y, x1=0.11, y1=y, **line, **place)
-    text = {"text_color": text_color, "text_font_size": "11px", "text_baseline": "middle"}
-    picture.text(x=0.13, y=y, text=texts, **text, **place)
+    text = {"text_color": "#7a828c", "text_font_size": "11px", "text_baseline": "middle"}
+    picture.text(x=0.13, y=y, text=texts, **{**text, **style}, **place)

@@ -1,30 +1,24 @@
 // Python in the browser: evaluator.py computes the results of the page's requests from the physics of the FMU.
 import {loadPyodide} from "./pyodide/pyodide.mjs"
 
-const load = async ({files, archive, fmus, facts}) => {
+async function load() {
   // loadPyodide never returns if a file is missing.
-  for (const file of [...files, archive]) {
+  for (const file of ["physics.zip", "pyodide/pyodide.asm.js", "pyodide/pyodide.asm.wasm", "pyodide/python_stdlib.zip"]) {
     const {ok, status} = await fetch(file, {method: "HEAD"})
     if (!ok) throw new Error(`${file} is missing (HTTP status ${status})`)
   }
-  const python = await loadPyodide({indexURL: new URL("pyodide/", self.location).href})
-  const data = await (await fetch(archive)).arrayBuffer()
-  python.FS.writeFile("/physics.zip", new Uint8Array(data))
-  python.runPython("import sys; sys.path.insert(0, '/physics.zip')")
-  return python.pyimport("golf_explore.in_browser").make_evaluator(fmus, facts)
+  const python = await loadPyodide()
+  const archive = await fetch("physics.zip")
+  python.unpackArchive(await archive.arrayBuffer(), "zip")
+  return python.pyimport("golf_explore.in_browser").make_evaluator()
 }
 
-let evaluate = null
+const loaded = load()
 self.onmessage = async ({data}) => {
   // What a promise rejects here would go unreported.
   try {
-    if (data.load) {
-      const [callable, check] = await load(data.load)
-      evaluate = callable
-      self.postMessage({check: JSON.parse(check)})
-    } else {
-      self.postMessage({result: JSON.parse(evaluate(JSON.stringify(data.request)))})
-    }
+    const evaluate = await loaded
+    self.postMessage({result: evaluate(data)})
   } catch (error) {
     self.postMessage({failed: String(error?.message ?? error).trim().split("\n").at(-1)})
   }
