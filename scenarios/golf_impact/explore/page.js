@@ -258,8 +258,8 @@ function setDark(dark) {
 function setQuantity({type, target: {name, type: kind, value}}) {
   // A field is read when its number is complete, a slider while it moves.
   if (!name || type != (kind == "range" ? "input" : "change")) return
-  const quantity = quantities.get(name), number = parseFloat(value)
-  requestImpact({[name]: quantity ? toSi(quantity, number) : number})
+  const quantity = quantities.get(name)
+  requestImpact({[name]: quantity && value ? toSi(quantity, Number(value)) : value})
 }
 
 function listen() {
