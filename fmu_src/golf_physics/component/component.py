@@ -28,7 +28,7 @@ _HIGH = [variable.high for variable in VARIABLES[:INPUTS]]
 
 #: A snapshot after the values, in its order.
 _fields = attrgetter(
-    *("_mode", "_refused", "_once", "start_time", "origin", "_point", "_count", "_segment")
+    "_mode", "_refused", "_once", "start_time", "origin", "_point", "_count", "_segment"
 )
 
 #: How far (relative to the step) a host's communication point may lie from where its last step
