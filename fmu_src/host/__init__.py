@@ -1,1 +1,1 @@
-"""Workarounds for hosts and pythonfmu, independent of the model."""
+"""Common parts of the FMI adapters, workarounds for hosts and pythonfmu; nothing of the model."""

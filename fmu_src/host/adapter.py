@@ -1,4 +1,4 @@
-"""Common parts of the FMI adapters."""
+"""Common parts of the FMI adapters, and the hold on a thread's Python state."""
 
 import threading  # before any hold: it must not be first imported by a thread that is held
 from collections.abc import Callable

@@ -67,7 +67,7 @@ class Law:
 
 
 class LinearLaw(Law):
-    """F = k d + damper · d', and a drag on each body: it has a closed form."""
+    """F = k d + damper · d', or a drag on each body: in closed form; both in extended precision."""
 
     def damper(self, b: float) -> float:
         """The coefficient of the closing speed, N.s/m."""

@@ -1,4 +1,4 @@
-"""Quantities with their sliders, balls, and example cases of the page."""
+"""Data of the page (cases.toml): quantities, examples, clubs; and the three FMUs that it uses."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager

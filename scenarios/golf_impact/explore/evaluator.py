@@ -1,4 +1,4 @@
-"""What the page shows of a case: one function from values to paths, ranges, labels and readouts.
+"""What the page shows of a case, from its values: paths, ranges, labels, readouts, sweep, shot.
 
 It needs the standard library only, so that it runs in an exported page, too.
 """

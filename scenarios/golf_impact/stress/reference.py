@@ -247,7 +247,7 @@ class Reference:
         return now
 
     def outputs(self) -> dict[str, Real]:
-        """Every output by name; flags as bool. At touch, the limit from the right."""
+        """Every output but `mean_force` by name; flags as bool. At touch, the right limit."""
         d, v_club, v_ball, x_ball = self._state(self.clock)
         touched = self.touch_clock is not None
         if not touched and d == 0 and v_club > v_ball:
