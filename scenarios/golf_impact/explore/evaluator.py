@@ -308,7 +308,7 @@ def _points(lead: float, contact: float, end: float, peak: float) -> list[float]
 
 
 def _ranges(path: Columns, flight: Columns, energy: float) -> Columns:
-    """Ends of the axes, by what they show: of these columns, with some room."""
+    """Axis limits by quantity: those of the plotted columns, with a margin."""
     columns = {
         "force": (1.12, path["force"]),
         "compression": (1.05, path["compression"]),
@@ -319,7 +319,7 @@ def _ranges(path: Columns, flight: Columns, energy: float) -> Columns:
         "height": (1.2, flight["height"]),
     }
     ranges = {"time": [-0.1 * path["time"][-1], path["time"][-1]]}
-    for name, (room, column) in columns.items():
+    for name, (margin, column) in columns.items():
         low, high = min(column, default=0.0), max(column, default=0.0)
-        ranges[name] = [-nice(-room * low) if low < 0.0 else 0.0, nice(room * high)]
+        ranges[name] = [-nice(-margin * low) if low < 0.0 else 0.0, nice(margin * high)]
     return ranges
