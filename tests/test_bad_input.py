@@ -5,7 +5,7 @@ import math
 import pytest
 from fmpy.fmi1 import FMICallException
 
-from golf_impact.fmu.impact_fmu import METRICS
+from golf_impact.runs import METRICS
 
 
 def begin(fmu, **values):

@@ -8,7 +8,7 @@ from fmpy.fmi1 import FMICallException
 from golf_physics.laws.relative import damping_ratio
 
 from golf_impact.errors import UserError
-from golf_impact.fmu.impact_fmu import METRICS
+from golf_impact.runs import METRICS
 
 AT_REST, SLOPE = 0.86, 0.0029
 LINE = {"law": 2, "restitution_at_rest": AT_REST, "restitution_slope": SLOPE}

@@ -20,7 +20,7 @@ from command import COMMAND, golf_here, run, run_python
 from conftest import some
 
 from golf_impact.errors import UserError
-from golf_impact.fmu.impact_fmu import METRICS
+from golf_impact.runs import METRICS
 from golf_impact.sweeps import Stopped, Study, comparison, run_sweep
 from golf_impact.sweeps import run as running
 from golf_impact.sweeps.comparison import compare

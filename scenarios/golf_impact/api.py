@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.calibration.calibration import Calibration, calibrate  # noqa: F401
 from golf_impact.errors import UserError  # noqa: F401
 from golf_impact.facts.balls import BALLS, Ball, read_ball  # noqa: F401
 from golf_impact.fmu.file import current_fmu
-from golf_impact.fmu.impact_fmu import METRICS, PATH, ImpactFmu
+from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.runs import METRICS, PATH
 from golf_impact.sweeps import Study, Summary, run_sweep  # noqa: F401
 
 
@@ -49,8 +51,7 @@ def run_impact(outputs: Sequence[str] = METRICS, **values: float) -> dict[str, f
     Raises:
         UserError: the FMU rejects a value, or has no variable of a name.
     """
-    with load_fmu() as fmu:
-        return fmu.impact(outputs, **values)
+    return ScalarImpacts().impact(outputs, **values)
 
 
 def run_trajectory(
@@ -69,5 +70,4 @@ def run_trajectory(
     Raises:
         UserError: the FMU rejects a value, or has no variable of a name.
     """
-    with load_fmu() as fmu:
-        return fmu.trajectory(points, outputs, **values)
+    return ScalarImpacts().trajectory(points, outputs, **values)

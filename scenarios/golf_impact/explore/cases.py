@@ -15,9 +15,10 @@ from golf_impact.facts.balls import BALLS
 from golf_impact.facts.measured import MPH, ROH_LEE_FIGURES, TOUR
 from golf_impact.facts.quantities import format_value
 from golf_impact.facts.toml import read_toml
-from golf_impact.fmu.impact_fmu import METRICS, PATH, ImpactFmu
+from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.fmu.system import build_system
+from golf_impact.runs import METRICS, PATH
 
 #: The case that an address without parameters opens with: a ball that has been measured.
 OPENING = "penner"

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 from itertools import count
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 import fmpy
 
@@ -22,16 +22,9 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from golf_impact.errors import UserError
 from golf_impact.fmu.archive import first_line
+from golf_impact.runs import Named
 
 Entered = TypeVar("Entered", bound="LoadedFmu")
-Value = TypeVar("Value")
-
-
-class Named(dict[str, Value], Generic[Value]):
-    """Values by name; a name that isn't there raises a UserError with those that are."""
-
-    def __missing__(self, name: str) -> Value:
-        raise UserError(f"there is no {name!r} here: choose from {', '.join(self)}")
 
 
 #: fmpy's setters and the types that they need, by type of the variable in FMI 2.0 and 3.0.

@@ -12,11 +12,12 @@ import numpy as np
 from golf_impact.facts import closed_forms
 from golf_impact.facts.balls import Ball
 from golf_impact.facts.quantities import QUANTITIES, format_unit
-from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
+from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.uncertainty import standard_errors
 from golf_impact.report.any_law import check_any_law
 from golf_impact.report.report import Report, derive_metrics
 from golf_impact.report.styles import STYLES
+from golf_impact.runs import METRICS
 
 #: Half the width of a 95 % interval in standard errors.
 _COVERAGE = 1.96

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 from golf_impact.facts import closed_forms
 from golf_impact.facts.document import NUMERICAL_ERROR, Printed
 from golf_impact.facts.quantities import choose_prefix, format_options, format_value, label
-from golf_impact.fmu.impact_fmu import METRICS, ImpactFmu
+from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.loaded import Named
 from golf_impact.report.outcome import Check, Kind, Table
+from golf_impact.runs import METRICS
 
 if TYPE_CHECKING:
     import numpy as np

@@ -4,7 +4,8 @@ from functools import cached_property
 from typing import Any
 
 from golf_impact.fmu.file import current_fmu
-from golf_impact.fmu.impact_fmu import FLAGS, ImpactFmu
+from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.runs import FLAGS
 from golf_impact.stress.cases import ImpactCase, Steps
 
 #: At an instant: every output by name.

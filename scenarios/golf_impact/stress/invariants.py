@@ -12,7 +12,7 @@ import numpy as np
 from scipy.integrate import quad
 
 from golf_impact.facts.closed_forms import reduced_mass
-from golf_impact.fmu.impact_fmu import FLAGS
+from golf_impact.runs import FLAGS
 from golf_impact.stress import cases
 from golf_impact.stress.cases import ImpactCase, Steps
 from golf_impact.stress.driver import Driver, Outputs
