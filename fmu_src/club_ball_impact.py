@@ -4,7 +4,7 @@ No physics in here, and no list of variables: both are golf_physics's.
 """
 
 from golf_physics.component.component import Component
-from golf_physics.variables import ALL_REFERENCES, VARIABLES
+from golf_physics.variables import BY_NAME
 from host.adapter import Adapter, accessors
 from host.at_exit import prepare_process
 from host.messages import Messages
@@ -31,8 +31,8 @@ class ClubBallImpact(Adapter, Fmi2Slave):
         component = Component(Messages(self.log_queue, kwargs, lambda: component.instant()))
         self._component = component
         for name, value in start.items():
-            reference = ALL_REFERENCES[name]
-            component.set_values([reference], [value], VARIABLES[reference].type)
+            row = BY_NAME[name]
+            component.set_values([row.reference], [value], row.type)
         prepare_process(self.resources, "linux64/ClubBallImpact.so")
         self.do_step = component.step
         self.get_real = component.reals

@@ -8,7 +8,7 @@ from collections import namedtuple
 from ctypes import c_uint64
 
 from golf_physics.component.hybrid import HybridComponent
-from golf_physics.variables import ALL_REFERENCES, INDICATORS, STATES, VARIABLES
+from golf_physics.variables import BY_NAME, INDICATORS, STATES
 from host.adapter import Adapter, accessors
 from host.at_exit import prepare_process
 from pythonfmu3 import Fmi3Slave, ModelExchange
@@ -32,11 +32,11 @@ class ClubBallImpact(Adapter, Fmi3Slave, ModelExchange):
         super().__init__(**kwargs)
         queue = self.log_queue
 
-        def report(message: str) -> None:
-            queue.append(LogMsg(Fmi3Status.error, "logStatusError", message, False))
+        def report(message: object) -> None:
+            queue.append(LogMsg(Fmi3Status.error, "logStatusError", str(message), False))
 
         component = HybridComponent(report)
-        self.event_indicators = [ALL_REFERENCES[name] for name in INDICATORS]
+        self.event_indicators = [BY_NAME[name].reference for name in INDICATORS]
         #: pythonfmu3 wants one; the component has the time.
         self.time = 0.0
         self._component = component
@@ -65,7 +65,7 @@ class ClubBallImpact(Adapter, Fmi3Slave, ModelExchange):
         return len(STATES)
 
     def get_nominals_of_continuous_states(self, size):
-        return [VARIABLES[ALL_REFERENCES[name]].nominal for name in STATES]
+        return [BY_NAME[name].nominal for name in STATES]
 
     # Abstract in pythonfmu3; __init__ binds them.
     do_step = get_continuous_state_derivatives = None

@@ -34,7 +34,7 @@ BAD = [
     ("ball_diameter", 0.0, "> 0"),
     ("ball_speed", -math.inf, "finite"),
     ("gap", -0.01, ">= 0"),
-    ("exponent", 0.5, ">= 1"),
+    ("exponent", 0.5, "between 1 and 12"),
     ("reference_compression", 0.0, "> 0"),
     ("restitution_at_rest", 1.5, "between 0 and 1"),
     ("restitution_slope", -1.0, ">= 0"),

@@ -5,8 +5,7 @@ import math
 import pytest
 from conftest import reference_cases
 from golf_physics.laws import absolute, relative
-from golf_physics.laws.contact import InitialState
-from test_two_ways import LAWS, contact_of, in_extended_precision, touch
+from test_two_ways import LAWS, contact_of, in_extended_precision, motion, touch
 
 #: Of every quantity with exponent 1. The worst case here is 6e-16 (a force on a path).
 TOLERANCE = 1e-13
@@ -95,7 +94,7 @@ def test_where_three_roots_of_law_1_meet():
     m_ball, m_club, k = 0.3 * p, 0.3 * (1.0 - p), 1e6
     b = 2.0 * zeta * (k * 0.3 * pq) ** 0.5
     for factor in (1.0, 1.0 + 1e-9, 1.0 - 1e-6, 1.01, 0.9):
-        start = InitialState(0.0, 1e-3, 35.0, -3.0, 38.0)
+        start = motion(1e-3, 35.0, -3.0, 38.0)
         state, scale = contact_of(absolute, k, b * factor, m_club, m_ball, start).dense_output()
         c = mp.mpf(b * factor)
         matrix = mp.matrix(

@@ -8,8 +8,8 @@ import math
 
 import pytest
 from golf_physics.laws.closed_form import ClosedFormContact, linear_contact
-from golf_physics.laws.contact import InitialState
 from golf_physics.laws.extended import ExtendedContact
+from test_two_ways import touch
 
 from golf_impact.stress.reference import Reference
 
@@ -123,11 +123,11 @@ def test_the_border_of_grazing_from_both_sides(borders):
     """Where the slope at the zero is the least that double precision accepts."""
     bodies = BODIES["light ball"]
     speed = bodies["club_speed"]
-    start = InitialState(0.0, 0.0, speed, 0.0, speed)
+    start = touch(speed)
     masses = bodies["m_club"], bodies["m_ball"]
 
     def contact(b):
-        return linear_contact((bodies["k"], 0.0, b, *masses), start)
+        return linear_contact(bodies["k"], 0.0, b, *masses, start)
 
     low, high = 0.5 * borders["light ball"], borders["light ball"]
     while low < (middle := 0.5 * (low + high)) < high:

@@ -1,17 +1,19 @@
 """An impact is immutable: deriving another from it changes nothing and leaves no trace."""
 
+import gc
 import itertools
 
 import pytest
 from golf_physics.component.component import Component
+from golf_physics.component.segment import Segment
 from golf_physics.component.state import plain, revived
-from golf_physics.impact import Approach, Contact, Flight, Impact
-from golf_physics.parameters import Parameters
-from golf_physics.variables import VARIABLES
+from golf_physics.impact import Approach, Contact, Flight, Impact, Results
+from golf_physics.values import START, Inputs, Parameters
+from golf_physics.variables import BY_NAME, SETTABLE, VARIABLES
 
-REFERENCES = {variable.name: n for n, variable in enumerate(VARIABLES)}
+REFERENCES = {name: row.reference for name, row in BY_NAME.items()}
 STATE = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
-ALL_REALS = [n for n, variable in enumerate(VARIABLES) if variable.type == "Real"]
+ALL_REALS = [row.reference for row in VARIABLES if row.type == "Real"]
 
 POWER_LAW = {"law": 2, "exponent": 1.6, "k": 8e5, "b": 30.0}
 KINDS = {
@@ -25,15 +27,14 @@ APART = {"gap": 0.01, "club_speed": 50.0, "ball_speed": -5.0}
 
 
 def impact_of(values):
-    values = {v.name: v.start for v in VARIABLES if v.causality in ("input", "parameter")} | values
-    inputs = tuple(values.pop(name) for name in ("k", "b", "club_speed"))
-    return Impact.start(Parameters(*values.values()), inputs), inputs
+    values = {v.name: v.start for v in SETTABLE.values()} | values
+    inputs = Inputs(*(values.pop(name) for name in Inputs._fields))
+    return Impact.start(Parameters(*values.values()), inputs.club_speed), inputs
 
 
 def put(component, values):
     for name, value in values.items():
-        type_ = VARIABLES[REFERENCES[name]].type
-        component.set_values([REFERENCES[name]], [value], type_)
+        component.set_values([REFERENCES[name]], [value], BY_NAME[name].type)
 
 
 @pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
@@ -59,25 +60,81 @@ def test_reads_in_initialization_mode_leave_no_trace(values, read):
 
 @pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
 def test_an_impact_never_changes(values):
-    impact, (k, b, speed) = impact_of({**values, "gap": 0.001})
-    before = plain(impact)
+    impact, inputs = impact_of({**values, "gap": 0.001})
+    k, b, speed = inputs
     touch = 0.001 / speed
     kinds = []
     for time in (0.0, 0.5 * touch, touch + 1e-5, touch + 2e-4, touch + 0.01):
-        now = impact.at(time, 0.0)
+        segment = Segment(impact, inputs, START, time)
+        now = segment.present(1.0)
         kinds.append(type(now))
         packed = plain(now)
-        for inputs in itertools.product((k, 2.0 * k), (b, 0.5 * b), (speed, 40.0)):
-            now.with_inputs(inputs, time, 0.0).at(touch + 0.02, 0.0).state(touch + 0.02, 0.0)
+        for others in itertools.product((k, 2.0 * k), (b, 0.5 * b), (speed, 40.0)):
+            changed = Segment(segment.changed(Inputs(*others), 1.0), others, (time, 0.0), 0.02)
+            changed.state(1.0)
         assert plain(now) == packed
         assert plain(revived(packed)) == packed
-        # The same phase is the same object: it is computed once.
-        assert impact.at(time, 0.0) is now
-    assert plain(impact) == before
+        # The same phase is the same object: it is computed once, also after an earlier instant.
+        segment.present(0.0)
+        assert segment.present(1.0) is now
     assert set(kinds) == {Approach, Contact, Flight}
 
 
 def test_inputs_that_make_no_difference_keep_the_contact():
-    impact, (k, b, _) = impact_of({})
-    contact = impact.at(1e-4, 0.0)
-    assert contact.with_inputs((k, b, 50.0), 1e-4, 0.0) is contact
+    impact, inputs = impact_of({})
+    segment = Segment(impact, inputs, START, 1e-4)
+    assert segment.changed(inputs._replace(club_speed=50.0), 1.0) is segment.present(1.0)
+
+
+def changing(steps):
+    """A component whose k has been changed at every one of so many steps, in contact."""
+    component = Component(pytest.fail)
+    component.enter_initialization()
+    component.exit_initialization()
+    for n in range(steps):
+        component.set_values([REFERENCES["k"]], [1e6 + 1e3 * (n % 7)])
+        assert component.step(n * 1e-6, 1e-6)
+    return component
+
+
+def depth(contact):
+    """The number of contact phases that are kept for the results of those before this one."""
+    before = contact._before
+    return 0 if isinstance(before, Results) else 1 + depth(before[0])
+
+
+def test_changes_in_contact_do_not_pile_up():
+    kept = [depth(changing(steps)._segment.impact) for steps in (2, 64, 65, 200)]
+    assert kept == [1, 63, 0, 7]
+    # A phase and the totals of those before it, whatever their number.
+    sizes = [len(Component.packed(changing(steps).snapshot())) for steps in (20, 400)]
+    assert abs(sizes[1] - sizes[0]) < 60
+
+
+def test_results_do_not_depend_on_when_they_are_read():
+    lazy, eager = changing(150), Component(pytest.fail)
+    eager.enter_initialization()
+    eager.exit_initialization()
+    for n in range(150):
+        eager.set_values([REFERENCES["k"]], [1e6 + 1e3 * (n % 7)])
+        eager.step(n * 1e-6, 1e-6)
+        eager.reals(ALL_REALS)
+    assert lazy.reals(ALL_REALS) == eager.reals(ALL_REALS)
+
+
+def test_no_cyclic_garbage():
+    component = changing(300)
+    component.step(300e-6, 1e-3)
+    component.reals(ALL_REALS)
+    gc.collect()
+    gc.disable()
+    try:
+        start = component.snapshot()
+        for _ in range(3):
+            component.restore(start)
+            component.step(1.3e-3, 1e-3)
+            component.reals(ALL_REALS)
+        del component, start
+        assert gc.collect() == 0
+    finally:
+        gc.enable()

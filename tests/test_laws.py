@@ -20,7 +20,7 @@ import mpmath
 import pytest
 from golf_physics.laws import LAWS
 from golf_physics.laws.law import LinearLaw
-from golf_physics.parameters import Parameters
+from golf_physics.values import Parameters
 from instances import begin, discard, get, make_instance
 from scipy.integrate import solve_ivp
 
@@ -214,7 +214,7 @@ class SplitLaw(LinearLaw):
     description = "A spring"
 
     def contact(self, p, k, b, start):
-        return ExtendedContact((k, b, 0.0, p.m_club, p.m_ball), start)
+        return ExtendedContact(k, b, 0.0, p.m_club, p.m_ball, start)
 '''
 
 

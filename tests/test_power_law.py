@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import mpmath
 import pytest
-from golf_physics.laws.contact import InitialState
 from golf_physics.laws.power_law import PowerLawContact
-from golf_physics.parameters import Parameters
+from golf_physics.values import Motion, Parameters
 from numpy.polynomial.legendre import leggauss
 from scipy.integrate import solve_ivp
 
@@ -32,9 +31,10 @@ _mp.dps = 30
 mpf = _mp.mpf
 
 
-def contact(k, b, n, *start):
+def contact(k, b, n, x_club, compression, v_club, v_ball, closing):
     parameters = Parameters(M_CLUB, M_BALL, 0.04, 0.0, 0.0, 2, n, D_R, 0.0, 0.0)
-    return PowerLawContact(parameters, k, b, InitialState(*start))
+    start = Motion(x_club, x_club - compression, v_club, v_ball, compression, closing)
+    return PowerLawContact(parameters, k, b, start)
 
 
 def state_of(phase, t):

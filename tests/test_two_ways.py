@@ -9,9 +9,8 @@ import pytest
 from conftest import reference_cases
 from golf_physics.laws import absolute, closed_form, relative
 from golf_physics.laws.closed_form import ClosedFormContact
-from golf_physics.laws.contact import InitialState
 from golf_physics.laws.extended import ExtendedContact
-from golf_physics.parameters import Parameters
+from golf_physics.values import Motion, Parameters
 
 from golf_impact.stress.cases import named_cases, random_impact
 from golf_impact.stress.special_points import special_impact
@@ -32,7 +31,7 @@ def damper_and_drag(law, b):
 
 def in_extended_precision(law, k, b, m_club, m_ball, start):
     """The same contact in extended precision."""
-    return ExtendedContact((k, *damper_and_drag(law, b), m_club, m_ball), start)
+    return ExtendedContact(k, *damper_and_drag(law, b), m_club, m_ball, start)
 
 
 #: On the scales of the tolerance table. The worst of 5,658 random ones was 6e-15: a contact time
@@ -40,13 +39,16 @@ def in_extended_precision(law, k, b, m_club, m_ball, start):
 TOLERANCE = 1e-14
 
 
+def motion(compression, v_club, v_ball, closing, x_club=0.0):
+    return Motion(x_club, x_club - compression, v_club, v_ball, compression, closing)
+
+
 def touch(club_speed, ball_speed=0.0):
-    return InitialState(0.0, 0.0, club_speed, ball_speed, club_speed - ball_speed)
+    return motion(0.0, club_speed, ball_speed, club_speed - ball_speed)
 
 
 def state_at_end(phase):
-    x_ball, v_club, v_ball, compression, _ = phase.end()
-    return [0.0, x_ball + compression, x_ball, v_club, v_ball, compression]
+    return [0.0, *phase.end()[:5]]
 
 
 def differences(k, closed, exact, start):
@@ -115,7 +117,7 @@ def count_compared(impacts, changes):
             time = rng.random() * min(phase.duration, 10.0 / phase.rate)
             state, scale = phase.dense_output()
             _, _, _, v_club, v_ball, compression = state(scale * time)
-            start = InitialState(0.0, compression, v_club, v_ball, phase.value("w", time))
+            start = motion(compression, v_club, v_ball, phase.value("w", time))
             force = segment.k * compression + (law == 2) * segment.b * start.closing
             if compression <= 0.0 or force <= 0.0:
                 break
@@ -200,7 +202,7 @@ def worst_of(law, cases):
     for k, b, m_club, m_ball, start in cases:
         exact = in_extended_precision(law, k, b, m_club, m_ball, start)
         try:
-            closed = ClosedFormContact((k, *damper_and_drag(law, b), m_club, m_ball), start)
+            closed = ClosedFormContact(k, *damper_and_drag(law, b), m_club, m_ball, start)
             if not closed.duration:
                 return math.inf
             worst = max(worst, *differences(k, closed, exact, start).values())

@@ -102,7 +102,7 @@ class Builder(NamedTuple):
             "fmi": self.fmi,
             "name": model,
             "rows": rows,
-            "references": {row.name: n for n, row in enumerate(rows)},
+            "references": {row.name: row.reference for row in rows},
             "runtime": runtime,
             "runtime_version": importlib.metadata.version(runtime),
             "token": self.guid(),

@@ -8,7 +8,7 @@ import zipfile
 from pathlib import Path
 
 from golf_physics import variables
-from golf_physics.variables import Unit, Variable
+from golf_physics.variables import LARGEST, Unit, Variable
 
 from golf_build import fmi2
 from golf_build import standalone as alone
@@ -40,15 +40,13 @@ def _companion(name: str, *sources: str) -> Builder:
     """The FMU of these sources, whose variables are in the .toml file beside the first of them."""
     table = fmu_source(sources[0]).with_suffix(".toml").read_text("utf-8")
     (_, description), *groups = tomllib.loads(table).items()
-    rows = []
+    rows: list[Variable] = []
     for causality, group in groups:
         for variable, (unit, *values, text) in group.items():
-            start, low, high = values or (None, 0.0, 0.0)
+            start, low, high = values or (None, -LARGEST, LARGEST)
             display = next(iter(_UNITS[unit].display), None) if unit else None
-            kind = "Real" if unit else "Boolean"
-            rows.append(
-                Variable(variable, causality, kind, unit, start, low, high, "", None, display, text)
-            )
+            kind, more = "Real" if unit else "Boolean", (None, display, text, len(rows))
+            rows.append(Variable(variable, causality, kind, unit, start, low, high, *more))
     used = {row.unit for row in rows}
     units = {unit: about for unit, about in _UNITS.items() if unit in used}
     tables = {"rows": rows, "description": description, "units": units}

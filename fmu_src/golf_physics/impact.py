@@ -1,45 +1,31 @@
 """One impact as a sequence of exact phases: approach, contact, flight.
 
-An impact is a value: `at` returns the impact from the phase that holds an instant on, `with_inputs`
-the impact that other inputs lead to; neither changes anything. `arguments`
-are those of the constructor: they make the same impact in another process. Instants are pairs
-(high, low) whose sum is the time since the start, s: an instant a nanosecond into a contact that
-began after a long approach is exact.
+An impact is a value: `following` returns the impact from its next phase on, `changed` the one that
+other inputs lead to; neither changes anything. `arguments` are those of the constructor: they make
+the same impact in another process.
 """
 
 from math import inf
 from operator import attrgetter
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
-from .laws.contact import EndState, InitialState, State
-from .parameters import Inputs, Parameters
+from .laws import LAWS
+from .values import START, Inputs, Instant, Motion, Parameters, State, added, new
 
 #: Of a host's clock, relative.
 RESOLUTION = 2.0**-52
 
-Place = tuple[float, float, float]
-
-#: Makes a named tuple in a third of the time of its constructor.
-_new = tuple.__new__
-
-
-def added(high: float, low: float, elapsed: float) -> tuple[float, float]:
-    """The sum of a pair and a number, without loss (two-sum): 10⁶ steps are as exact as one."""
-    total = high + elapsed
-    back = total - high
-    low += (high - (total - back)) + (elapsed - back)
-    # The larger part is the sum's nearest double: the same one, however the steps were added.
-    nearest = total + low
-    return nearest, low - (nearest - total)
+#: So many contact phases are kept until their results are computed: a host that changes k or b at
+#: every step may never read them.
+_PENDING = 64
 
 
 class Touch(NamedTuple):
-    """First touch: the instant (s), position of the ball's near side (m), club speed (m/s)."""
+    """First touch."""
 
-    high: float
-    low: float
-    x_ball: float
-    club_speed: float
+    instant: Instant
+    x_ball: float  #: position of the ball's near side, m
+    club_speed: float  #: m/s
 
 
 class Results(NamedTuple):
@@ -55,184 +41,242 @@ class Results(NamedTuple):
 _NONE_YET = Results()
 
 
+class AnyImpact(Protocol):
+    """What outputs read: an `Impact`, or in Model Exchange a `SolvedImpact`.
+
+    `last` below is the last contact phase; t is how long it has lasted, s.
+    """
+
+    @property
+    def parameters(self) -> Parameters: ...
+    @property
+    def touch(self) -> Touch | None: ...
+    @property
+    def in_contact(self) -> bool: ...
+    @property
+    def velocities(self) -> tuple[float, float]:
+        """Of club and ball unless they are in contact, m/s."""
+
+    @property
+    def x_end(self) -> float:
+        """Position of the ball when the contact ended, m."""
+
+    def state(self, instant: Instant) -> State:
+        """Contact force, positions, velocities and compression at an instant of the phase."""
+
+    def last(self, instant: Instant) -> "tuple[AnyImpact, float] | None":
+        """The last contact phase and t, or None before touch."""
+
+    def contact_time(self, t: float) -> float:
+        """Total time in contact, s."""
+
+    def peak_force(self, t: float) -> tuple[float, float]:
+        """The largest contact force, N, and its time since first touch, s."""
+
+    def peak_compression(self, t: float) -> float:
+        """The largest compression, m."""
+
+    def total_impulse(self, t: float) -> float:
+        """Impulse of the contact force so far, N.s."""
+
+    def impulse_of_step(self, instant: Instant, step: float) -> float:
+        """Impulse of the contact force over the last `step` seconds, N.s, however short it is."""
+
+
 class Impact:
     """An impact from the start of one of its phases on."""
 
-    __slots__ = ("_following", "duration", "high", "inputs", "low", "motion", "parameters", "touch")
+    __slots__ = ("begin", "duration", "parameters", "touch")
 
     in_contact = False
     parameters: Parameters
-    inputs: Inputs  #: k, b and club_speed with which the phase began
-    high: float  #: the instant at which the phase begins
-    low: float
+    begin: Instant  #: of the phase
     duration: float  #: of the phase, s; inf if it doesn't end
     touch: Touch | None
-    #: At the start of a phase of free motion; the compression is below 0 before touch.
-    motion: EndState
+    motion: Motion  #: at the start of a phase; the compression is below 0 before touch
     #: Of that compression, below the resolution of a double, m.
     low_part = 0.0
-    _following: "Impact | None"
 
     @staticmethod
-    def start(parameters: Parameters, inputs: Inputs) -> "Impact":
+    def start(parameters: Parameters, club_speed: float) -> "Approach":
         """The impact at time 0: the ball lies at 0, the club face at -gap."""
-        return Approach(parameters, inputs, 0.0, 0.0, (0.0, -parameters.gap, 0.0))
+        return Approach(parameters, club_speed, START, 0.0, -parameters.gap, 0.0)
 
-    def at(self, high: float, low: float) -> "Impact":
-        """The impact whose phase holds this instant; no earlier than this one's."""
-        impact = self
-        while (high - impact.high) + (low - impact.low) >= impact.duration:
-            impact = impact._following or impact._follow()
-        return impact
+    def since_begin(self, instant: Instant) -> float:
+        """Time since the start of the phase, s; below 0 before it."""
+        high, low = self.begin
+        return (instant[0] - high) + (instant[1] - low)
 
-    def elapsed(self, high: float, low: float) -> float:
-        """Time since the start of the phase, s."""
-        t = (high - self.high) + (low - self.low)
+    def elapsed(self, instant: Instant) -> float:
+        """Time since the start of the phase, s, to an instant of the phase."""
+        high, low = self.begin
+        t = (instant[0] - high) + (instant[1] - low)
         # To a host, an instant is the event's if they differ by no more than the clock's last bit.
-        return t if t > RESOLUTION * self.high else 0.0
+        return t if t > RESOLUTION * high else 0.0
 
-    def _follow(self) -> "Impact":
-        """The impact from the next phase on, which is then remembered; not of flight."""
+    def following(self, inputs: Inputs) -> "Impact":
+        """The impact from the next phase on, with these inputs; not of flight."""
         raise NotImplementedError
 
-    def with_inputs(self, inputs: Inputs, high: float, low: float) -> "Impact":
-        """The impact with these inputs from this instant on, the start of a communication step.
-
-        A touch at this very instant hasn't been passed yet, so it is still undecided. Raises
-        ArithmeticError or ValueError if the contact that follows leaves the range of a double.
-        """
-        impact = self.at(high, low)
-        return impact.changed(inputs, high, low) if isinstance(impact, Contact) else impact
-
-    def state(self, high: float, low: float) -> State:
-        """Contact force, positions, velocities and compression at an instant of the phase."""
-        t = (high - self.high) + (low - self.low)
-        x_ball, v_club, v_ball, compression, closing = self.motion
+    def state(self, instant: Instant) -> State:
+        t = self.since_begin(instant)
+        _, x_ball, v_club, v_ball, compression, closing = self.motion
         x_ball += v_ball * t
         compression += self.low_part + closing * t
         # Bodies that close aren't compressed yet, whatever the rounding.
         left = compression if compression > 0.0 >= closing else 0.0
         return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
 
-    def contact_until(self, high: float, low: float) -> "tuple[Contact, float] | None":
-        """The last contact phase, and how long it has lasted, s."""
+    def last(self, instant: Instant) -> "tuple[Contact, float] | None":
         return None
 
-    def impulse_of_step(self, high: float, low: float, step: float) -> float:
-        """Impulse of the contact force over the last `step` seconds, N.s, however short it is."""
-        last = self.contact_until(high, low)
+    def impulse_of_step(self, instant: Instant, step: float) -> float:
+        last = self.last(instant)
         if last is None:
             return 0.0
         contact, end = last
         # From the start of the phase: the difference of two late times would lose all digits.
-        before, rest = added(high, low, -step)
-        begin = (before - self.high) + (rest - self.low)
+        begin = self.since_begin(added(instant, -step))
         whole = contact is self and begin > 0.0
         begin = max(0.0, begin if contact is self else begin + end)
         return contact.phase.impulse(begin, step if whole else end - begin) if begin < end else 0.0
 
 
+def advance(impact: Impact, inputs: Inputs, instant: Instant) -> Impact:
+    """The impact from the phase on that holds an instant, under these inputs.
+
+    Raises ArithmeticError or ValueError if the contact leaves the range of a double.
+    """
+    high, low = instant
+    while True:
+        begin, begin_low = impact.begin
+        if (high - begin) + (low - begin_low) < impact.duration:
+            return impact
+        impact = impact.following(inputs)
+
+
 class Approach(Impact):
     """The bodies before first touch.
 
-    `place` has the position of the ball (m) and the compression (m, as a pair): minus the distance.
+    At its start the ball is at x_ball (m); compression and low_part (m) add up to minus the
+    distance.
     """
 
-    __slots__ = ("low_part", "place")
+    __slots__ = ("low_part", "motion", "velocities")
 
     touch = None
-    arguments = property(attrgetter("parameters", "inputs", "high", "low", "place"))
+    x_end = 0.0
+
+    @property
+    def arguments(self) -> tuple:
+        motion = self.motion
+        start = motion.x_ball, motion.compression, self.low_part
+        return self.parameters, motion.v_club, self.begin, *start
 
     def __init__(
-        self, parameters: Parameters, inputs: Inputs, high: float, low: float, place: Place
-    ) -> None:
-        self.parameters, self.inputs, self.high, self.low = parameters, inputs, high, low
-        x_ball, compression, low_part = self.place = place
-        v_club, v_ball = inputs[2], parameters.ball_speed
-        closing = v_club - v_ball
-        self.motion = x_ball, v_club, v_ball, compression, closing
-        self.low_part = low_part
+        self, parameters: Parameters, club_speed: float, begin: Instant, x_ball: float,
+        compression: float, low_part: float,
+    ) -> None:  # fmt: skip
+        self.parameters, self.begin, self.low_part = parameters, begin, low_part
+        v_ball = parameters.ball_speed
+        closing = club_speed - v_ball
+        x_club = x_ball + compression
+        self.motion = Motion(x_club, x_ball, club_speed, v_ball, compression, closing)
+        self.velocities = club_speed, v_ball
         self.duration = max(0.0, -(compression + low_part)) / closing if closing > 0.0 else inf
-        self._following = None
 
-    def _follow(self) -> Impact:
+    def following(self, inputs: Inputs) -> "Contact":
         p, duration = self.parameters, self.duration
-        k, b, _ = self.inputs
-        x_ball, v_club, v_ball, _, closing = self.motion
+        k, b, _ = inputs
+        _, x_ball, v_club, v_ball, _, closing = self.motion
         x_ball += v_ball * duration
-        b = p.contact_law.damping(p, k, b, closing)
-        high, low = self.high, self.low
-        if duration:
-            high, low = added(high, low, duration)
-        touch = _new(Touch, (high, low, x_ball, v_club))
-        start = _new(InitialState, (x_ball, 0.0, v_club, v_ball, closing))
-        following = Contact(p, self.inputs, high, low, touch, b, start, _NONE_YET)
-        self._following = following
-        return following
+        if p.restitution_at_rest:
+            b = LAWS[p.law].damping(p, k, b, closing)
+        begin = added(self.begin, duration) if duration else self.begin
+        touch = new(Touch, (begin, x_ball, v_club))
+        start = new(Motion, (x_ball, x_ball, v_club, v_ball, 0.0, closing))
+        return Contact(p, k, b, begin, touch, start, _NONE_YET)
 
-    def with_inputs(self, inputs: Inputs, high: float, low: float) -> Impact:
-        t, duration = (high - self.high) + (low - self.low), self.duration
-        if t > duration:
-            end, end_low = added(self.high, self.low, duration)
-            if (high - end) + (low - end_low) > RESOLUTION * end:
-                # A step has moved past the touch, by more than the clock's last bit.
-                return super().with_inputs(inputs, high, low)
-        p = self.parameters
-        x_ball, v_club, v_ball, compression, closing = self.motion
-        if inputs[2] == v_club:
-            return Approach(p, inputs, self.high, self.low, self.place)
+    def is_undecided(self, instant: Instant) -> bool:
+        """Whether no step has moved past the touch yet, by more than the clock's last bit."""
+        high, low = self.begin
+        if (instant[0] - high) + (instant[1] - low) <= self.duration:
+            return True
+        high, low = added(self.begin, self.duration)
+        return (instant[0] - high) + (instant[1] - low) <= RESOLUTION * high
+
+    def with_speed(self, club_speed: float, instant: Instant) -> "Approach":
+        """The impact with another club speed (m/s) from an instant on, where it is undecided."""
+        t, duration = self.since_begin(instant), self.duration
+        p, (_, x_ball, _, v_ball, compression, closing) = self.parameters, self.motion
         if t >= duration:
-            return Approach(p, inputs, high, low, (x_ball + v_ball * duration, 0.0, 0.0))
+            return Approach(p, club_speed, instant, x_ball + v_ball * duration, 0.0, 0.0)
         # Without loss: a speed that changes at 10⁶ points still closes the right gap.
-        moved = added(compression, self.low_part, closing * t)
-        return Approach(p, inputs, high, low, (x_ball + v_ball * t, *moved))
+        moved = added((compression, self.low_part), closing * t)
+        return Approach(p, club_speed, instant, x_ball + v_ball * t, *moved)
 
 
 class Contact(Impact):
-    """The bodies in contact, from touch or from a change of k or b on; `before` has the results of
-    the contact phases before. b (N.s/m) is that which acts.
+    """The bodies in contact, from touch or from a change of k or b on; k (N/m) and b (N.s/m) are
+    those that act.
+
+    `before` has the results of the contact phases before; or the last of these, how long it has
+    lasted (s), and how many they are.
     """
 
-    __slots__ = ("b", "before", "initial", "phase")
+    __slots__ = ("_before", "b", "k", "motion", "phase")
 
     in_contact = True
     touch: Touch
-    arguments = property(
-        attrgetter("parameters", "inputs", "high", "low", "touch", "b", "initial", "before")
-    )
+    arguments = property(attrgetter("parameters", "k", "b", "begin", "touch", "motion", "before"))
 
     def __init__(
-        self, parameters: Parameters, inputs: Inputs, high: float, low: float, touch: Touch,
-        b: float, initial: InitialState, before: Results,
+        self, parameters: Parameters, k: float, b: float, begin: Instant, touch: Touch,
+        motion: Motion, before: "Results | tuple[Contact, float, int]",
     ) -> None:  # fmt: skip
-        self.parameters, self.inputs, self.high, self.low = parameters, inputs, high, low
-        self.touch, self.b, self.initial, self.before = touch, b, initial, before
-        self.phase = parameters.contact_law.contact(parameters, inputs[0], b, initial)
+        self.parameters, self.k, self.b, self.begin = parameters, k, b, begin
+        self.touch, self.motion, self._before = touch, motion, before
+        self.phase = LAWS[parameters.law].contact(parameters, k, b, motion)
         self.duration = self.phase.duration
-        self._following = None
 
-    def _follow(self) -> Impact:
-        high, low = added(self.high, self.low, self.duration)
-        following = Flight(self, high, low, self.duration, self.phase.end())
-        self._following = following
-        return following
+    @property
+    def before(self) -> Results:
+        """Results of the contact phases before this one, found on demand."""
+        contact, pending = self, []
+        while not isinstance(before := contact._before, Results):
+            pending.append((contact, before))
+            contact = before[0]
+        # In order, so that none of them looks further back than at the one before it.
+        for contact, (last, lasted, _) in reversed(pending):
+            contact._before = before = last.results(lasted)
+        return before
 
-    def changed(self, inputs: Inputs, high: float, low: float) -> Impact:
-        """With other inputs from this instant on."""
-        p, law, touch = self.parameters, self.parameters.contact_law, self.touch
+    def following(self, inputs: Inputs) -> "Flight":
+        return Flight(self, added(self.begin, self.duration), self.duration, None)
+
+    def changed(self, inputs: Inputs, instant: Instant) -> Impact:
+        """The impact with other inputs from this instant on."""
+        p, touch = self.parameters, self.touch
+        law = LAWS[p.law]
         k, b, _ = inputs
-        b = law.damping(p, k, b, touch.club_speed - p.ball_speed)
-        if (k, b) == (self.inputs[0], self.b):
+        if p.restitution_at_rest:
+            b = law.damping(p, k, b, touch.club_speed - p.ball_speed)
+        if k == self.k and b == self.b:
             return self
-        _, x_club, x_ball, v_club, v_ball, d = self.state(high, low)
-        t = self.elapsed(high, low)
-        closing = self.phase.value("w", t) if t else self.initial.closing
+        high, low = self.begin
+        t = (instant[0] - high) + (instant[1] - low)
+        if t <= RESOLUTION * high:
+            t = 0.0
+        dense, scale = self.phase.dense_output()
+        _, x_club, x_ball, v_club, v_ball, d = self.clamped(dense(scale * t), t)
+        closing = self.phase.closing(t) if t else self.motion.closing
+        motion = new(Motion, (x_club, x_ball, v_club, v_ball, d, closing))
         if law.force(p, k, b, d, closing) > 0.0 or (not d and closing > 0.0):
-            start = InitialState(x_club, d, v_club, v_ball, closing)
-            peaks = *self.peak_force(t), self.peak_compression(t)
-            before = Results(self.contact_time(t), *peaks, self.impulse(t))
-            return Contact(p, inputs, high, low, touch, b, start, before)
-        return Flight(self, high, low, t, (x_ball, v_club, v_ball, d, closing))
+            last = self._before
+            pending = 1 if isinstance(last, Results) else last[2] + 1
+            before = (self, t, pending) if pending < _PENDING else self.results(t)
+            return Contact(p, k, b, instant, touch, motion, before)
+        return Flight(self, instant, t, motion)
 
     def clamped(self, state: State, t: float) -> State:
         """A state of the dense output as a host may see it, t s after the start of the phase.
@@ -242,8 +286,8 @@ class Contact(Impact):
         """
         if not t:
             p = self.parameters
-            x_club, d, v_club, v_ball, closing = self.initial
-            force = p.contact_law.force(p, self.inputs[0], self.b, d, closing)
+            x_club, _, v_club, v_ball, d, closing = self.motion
+            force = LAWS[p.law].force(p, self.k, self.b, d, closing)
             state[:] = force, x_club, x_club - d, v_club, v_ball, d
         if state[0] < 0.0:
             state[0] = 0.0
@@ -251,19 +295,26 @@ class Contact(Impact):
             state[2], state[5] = state[1], 0.0
         return state
 
-    def state(self, high: float, low: float) -> State:
-        t = self.elapsed(high, low)
-        motion, scale = self.phase.dense_output()
-        return self.clamped(motion(scale * t), t)
+    def state(self, instant: Instant) -> State:
+        high, low = self.begin
+        t = (instant[0] - high) + (instant[1] - low)
+        if t <= RESOLUTION * high:
+            t = 0.0
+        dense, scale = self.phase.dense_output()
+        return self.clamped(dense(scale * t), t)
 
-    def contact_until(self, high: float, low: float) -> "tuple[Contact, float]":
-        return self, self.elapsed(high, low)
+    def last(self, instant: Instant) -> "tuple[Contact, float]":
+        return self, self.elapsed(instant)
+
+    def results(self, t: float) -> Results:
+        """Results until t, s since the start of the phase."""
+        peaks = *self.peak_force(t), self.peak_compression(t)
+        return Results(self.contact_time(t), *peaks, self.total_impulse(t))
 
     def contact_time(self, t: float) -> float:
         return self.before.contact_time + t
 
     def peak_force(self, t: float) -> tuple[float, float]:
-        """The largest contact force, N, and its time since first touch, s."""
         time, most, when, _, _ = self.before
         force, later = self.phase.largest("force", t)
         # k or b changed just before the peak: if the force keeps rising, the later phase counts.
@@ -275,26 +326,48 @@ class Contact(Impact):
     def peak_compression(self, t: float) -> float:
         return max(self.before.max_compression, self.phase.largest("d", t)[0])
 
-    def impulse(self, t: float, state: State | None = None) -> float:
-        """Impulse of the contact force until t, s since the start of the phase, N.s."""
+    def total_impulse(self, t: float) -> float:
         return self.before.impulse + self.phase.impulse(0.0, t)
 
 
 class Flight(Impact):
-    """The bodies after a contact that lasted so long, s."""
+    """The bodies after a contact that lasted so long (s): free, apart.
 
-    __slots__ = ("contact", "lasted", "x_end")
+    `motion` is that at its start; None where the contact ended by itself.
+    """
+
+    __slots__ = ("_motion", "contact", "lasted", "velocities")
 
     touch: Touch
     duration = inf
-    arguments = property(attrgetter("contact", "high", "low", "lasted", "motion"))
+    arguments = property(attrgetter("contact", "begin", "lasted", "motion"))
 
     def __init__(
-        self, contact: Contact, high: float, low: float, lasted: float, motion: EndState
+        self, contact: Contact, begin: Instant, lasted: float, motion: Motion | None
     ) -> None:
-        self.parameters, self.inputs, self.touch = contact.parameters, contact.inputs, contact.touch
-        self.contact, self.high, self.low = contact, high, low
-        self.lasted, self.motion, self.x_end = lasted, motion, motion[0]
+        self.parameters, self.touch = contact.parameters, contact.touch
+        self.contact, self.begin, self.lasted, self._motion = contact, begin, lasted, motion
+        self.velocities = contact.phase.end_velocities() if motion is None else motion[2:4]
 
-    def contact_until(self, high: float, low: float) -> tuple[Contact, float]:
+    @property
+    def motion(self) -> Motion:  # type: ignore[override]
+        motion = self._motion
+        if motion is None:
+            motion = self._motion = self.contact.phase.end()
+        return motion
+
+    def state(self, instant: Instant) -> State:
+        high, low = self.begin
+        t = (instant[0] - high) + (instant[1] - low)
+        _, x_ball, v_club, v_ball, compression, closing = self._motion or self.motion
+        x_ball += v_ball * t
+        compression += closing * t
+        left = compression if compression > 0.0 >= closing else 0.0
+        return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
+
+    @property
+    def x_end(self) -> float:
+        return self.motion.x_ball
+
+    def last(self, instant: Instant) -> tuple[Contact, float]:
         return self.contact, self.lasted

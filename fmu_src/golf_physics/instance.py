@@ -1,33 +1,47 @@
 """An instance of ClubBallImpact in this process: the calls of an FMI importer, without an FMU."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from .component.component import Component
-from .variables import ALL_REFERENCES, VARIABLES
+from .values import Refusal
+from .variables import BY_NAME, VARIABLES, Variable
 
 
 class RefusedError(ValueError):
-    """The message of a component that refuses something."""
+    """A value or a call that is refused.
+
+    Args:
+        message: in one sentence.
+        variable: the name of the variable to be corrected; empty if it isn't a single one.
+        value: the refused value.
+        reason: the sentence without variable and value.
+    """
+
+    def __init__(
+        self, message: str, variable: str = "", value: Any = None, reason: str = ""
+    ) -> None:
+        super().__init__(message)
+        self.variable, self.value, self.reason = variable, value, reason
 
 
 class Instance:
     """One instance with the clock, modes and outputs that an importer of the FMU sees.
 
-    Its numbers are those of the FMU to the last bit. Methods raise `error` where the component
-    refuses something.
+    Its numbers are those of the FMU to the last bit. Methods raise `error`, with the arguments of a
+    `RefusedError`, where the component refuses something.
     """
 
-    error: type[Exception] = RefusedError
+    error: Any = RefusedError
 
     def __init__(self) -> None:
-        self._messages: list[str] = []
-        self._component = Component(self._messages.append)
+        self._refusals: list[Refusal] = []
+        self._component = Component(self._refusals.append)
         self._initial = self._component.snapshot()
 
     def default(self, name: str) -> float:
         """The start value of an input or parameter (SI units)."""
-        return float(VARIABLES[ALL_REFERENCES[name]].start or 0.0)
+        return float(self._variable(name, "input", "parameter").start or 0.0)
 
     def start(self, **values: Any) -> None:
         """Begin a run at time 0 with these inputs and parameters (SI units; defaults otherwise)."""
@@ -35,15 +49,14 @@ class Instance:
         component.restore(self._initial)
         component.enter_initialization()
         for name, value in values.items():
-            reference = self._reference(name, ("input", "parameter"))
-            kind, value = VARIABLES[reference].type, float(value)
-            if kind == "Enumeration":
+            row, value = self._variable(name, "input", "parameter"), float(value)
+            if row.type == "Enumeration":
                 if value != value // 1.0:
-                    raise self.error(
-                        f"{name} = {value!r} is refused: it must be a whole number, 1 or 2"
-                    )
+                    reason = "it must be a whole number, 1 or 2"
+                    sentence = f"{name} = {value!r} is refused: {reason}"
+                    raise self.error(sentence, name, value, reason)
                 value = int(value)
-            component.set_values([reference], [value], kind)
+            component.set_values([row.reference], [value], row.type)
         component.exit_initialization()
         self._check(True)
 
@@ -53,7 +66,7 @@ class Instance:
 
     def read(self, names: Sequence[str]) -> dict[str, float]:
         """Values of Real outputs at this communication point, by name (SI units)."""
-        references = [self._reference(name, ("output",)) for name in names]
+        references = [self._variable(name, "output").reference for name in names]
         # The list of values may be longer.
         values = dict(zip(names, self._component.reals(references)))
         self._check(True)
@@ -61,18 +74,19 @@ class Instance:
 
     def read_flag(self, name: str) -> bool:
         """Value of a Boolean output at this communication point."""
-        return bool(self._component.discretes([self._reference(name, ("output",))], "Boolean")[0])
+        (value,) = self._component.discretes([self._variable(name, "output").reference], "Boolean")
+        return bool(value)
 
-    def _reference(self, name: str, causalities: Iterable[str]) -> int:
-        reference = ALL_REFERENCES.get(name, len(VARIABLES))
-        if reference < len(VARIABLES) and VARIABLES[reference].causality in causalities:
-            return reference
+    def _variable(self, name: str, *causalities: str) -> Variable:
+        row = BY_NAME.get(name)
+        if row is not None and row.causality in causalities:
+            return row
         known = ", ".join(row.name for row in VARIABLES if row.causality in causalities)
-        kind = " or ".join(causalities)
-        raise self.error(f"there is no {kind} {name!r}: choose from {known}")
+        raise self.error(f"there is no {' or '.join(causalities)} {name}: choose from {known}")
 
     def _check(self, accepted: bool) -> None:
-        messages = list(self._messages)
-        self._messages.clear()
-        if messages or not accepted:
-            raise self.error(messages[0 if accepted else -1])
+        refusals = list(self._refusals)
+        self._refusals.clear()
+        if refusals or not accepted:
+            sentence, variable, value, reason = refusals[0 if accepted else -1]
+            raise self.error(sentence, variable, value, reason)

@@ -14,7 +14,7 @@ _DEBUG_LOGGING = 8
 
 
 class Messages:
-    """Reports refusals: called with a message, it queues one for the runtime.
+    """Reports refusals: called with one, it queues its text for the runtime.
 
     pythonfmu 0.7 drops all messages unless the host has switched debug logging on, and no host does
     by default: a refused start value would end in unexplained results. So while logging is off
@@ -33,7 +33,8 @@ class Messages:
         self._written: list[str] = []
         self._written_at: Any = None
 
-    def __call__(self, text: str) -> None:
+    def __call__(self, message: object) -> None:
+        text = str(message)
         self._queue.append(LogMsg(Fmi2Status.error, "logStatusError", text))
         if self._logger is None:
             return

@@ -1,8 +1,23 @@
 """Errors that a user can correct."""
 
+from typing import Any
+
 
 class UserError(Exception):
-    """An error in one line: what was given, what is allowed, what to do. The exit code is 2."""
+    """An error in one line: what was given, what is allowed, what to do. The exit code is 2.
+
+    Args:
+        message: in one line.
+        variable: the name of the variable to be corrected, if it is a single one.
+        value: the refused value.
+        reason: what is allowed, and what to do.
+    """
+
+    def __init__(
+        self, message: str, variable: str = "", value: Any = None, reason: str = ""
+    ) -> None:
+        super().__init__(message)
+        self.variable, self.value, self.reason = variable, value, reason
 
 
 def missing_package(what: str, package: str, extra: str, otherwise: str = "") -> UserError:

@@ -6,15 +6,16 @@ refused call changes nothing: its effects are computed first, and take place onl
 """
 
 from collections.abc import Callable
-from math import isfinite, nan
+from math import inf, isfinite, nan
 from operator import attrgetter
 from typing import Any
 
 from ..impact import Impact
-from ..laws.contact import State
-from ..parameters import INPUTS, SETTABLE, Inputs, Parameters, conflict, refusal
-from ..variables import VARIABLES
-from .outputs import MOVING, OUTPUTS, readings
+from ..laws import LAWS
+from ..refusals import conflict, conflict_of_inputs, refusal
+from ..values import START, Inputs, Instant, Parameters, Refusal, State, new
+from ..variables import INPUTS, MOTION, SETTABLE, VARIABLES
+from .outputs import OUTPUTS, readings
 from .segment import NO_SEGMENT, Segment
 from .state import Snapshot, packed, unpacked
 
@@ -22,9 +23,17 @@ from .state import Snapshot, packed, unpacked
 #: has ended on values that can't be used, so parameters may still be set.
 INSTANTIATED, INITIALIZATION, BLOCKED, STEPPING, TERMINATED = range(5)
 
-_START_VALUES = tuple(variable.start for variable in VARIABLES[:SETTABLE])
-_LOW = [variable.low for variable in VARIABLES[:INPUTS]]
-_HIGH = [variable.high for variable in VARIABLES[:INPUTS]]
+_START_VALUES = tuple(row.start for row in SETTABLE.values())
+_PLACES = {reference: place for place, reference in enumerate(SETTABLE)}
+#: Of inputs by reference: the place among the values, and the least and largest value allowed.
+_INPUTS = {
+    reference: (place, row.low, row.high)
+    for place, (reference, row) in enumerate(SETTABLE.items())
+    if row.causality == "input"
+}
+
+#: No value lies between these bounds.
+_NO_INPUT = 0, inf, -inf
 
 #: A snapshot after the values, in its order.
 _fields = attrgetter(
@@ -38,26 +47,41 @@ _POINT_TOLERANCE = 1e-6
 _OUT_OF_RANGE = "this impact leaves the range of a double"
 
 
+def _out_of_range(error: Exception) -> Refusal:
+    return Refusal(f"{_OUT_OF_RANGE} ({error})")
+
+
+def together(refusals: list[Refusal]) -> Refusal | None:
+    """Several refusals as one, whose fields are those of the first; None if there are none."""
+    if not refusals:
+        return None
+    return refusals[0]._replace(sentence="; ".join(map(str, refusals)))
+
+
+def _until_corrected(problem: Refusal) -> Refusal:
+    return problem._replace(sentence=f"steps are refused until this is corrected: {problem}")
+
+
 class Component:
-    """An instance; `report` is called with a message whenever something is refused."""
+    """An instance; `report` is called with a `Refusal` whenever something is refused."""
 
     __slots__ = (
-        "_anchored", "_count", "_mode", "_now", "_once", "_pick", "_point", "_present", "_refused",
+        "_anchored", "_count", "_mode", "_now", "_once", "_pick", "_point", "_refused",
         "_report", "_requested", "_segment", "_size", "_watched", "origin", "start_time", "values",
     )  # fmt: skip
 
     #: How to read variables, by their value references.
     reading = staticmethod(readings(VARIABLES, OUTPUTS))
 
-    def __init__(self, report: Callable[[str], None]) -> None:
+    def __init__(self, report: Callable[[Refusal], None]) -> None:
         self._report = report
         self._mode = INSTANTIATED
         #: Values as the host sees them: inputs and parameters in the table's order.
         self.values: list[Any] = list(_START_VALUES)
         #: Why steps are refused until it is corrected, by variable name; never changed in place.
-        self._refused: dict[str, str] = {}
+        self._refused: dict[str, Refusal] = {}
         #: Why the next step is refused: calls that nothing can correct.
-        self._once: tuple[str, ...] = ()
+        self._once: tuple[Refusal, ...] = ()
         #: The impact and the steps since its inputs or the step size changed, and how many of them
         #: were accepted. Before stepping: for the present values, computed on demand.
         self._segment = NO_SEGMENT
@@ -74,8 +98,6 @@ class Component:
         self._watched = False
         #: The state at this communication point, once it has been read.
         self._now: State | None = None
-        #: A state that has been evaluated, and the impact at its instant.
-        self._present: tuple[State, Any] = [], None
         #: The last list of references read: see `outputs.Reading`.
         self._requested, self._pick = self.reading((), "Real")
 
@@ -84,7 +106,9 @@ class Component:
         if self._mode != INSTANTIATED:
             self._refuse_once("set-up after initialization has begun is refused")
         elif not isfinite(start_time):
-            self._refuse("start time", f"start time = {start_time!r} s must be a finite number")
+            reason = "it must be a finite number"
+            sentence = f"start time = {start_time!r} s is refused: {reason}"
+            self._refuse(Refusal(sentence, "start time", start_time, reason))
         else:
             self._corrected("start time")
             self.start_time = self.origin = self._point = start_time
@@ -110,15 +134,19 @@ class Component:
             self._report(problem)
         return problem is None and not self._refused
 
-    def _begin(self) -> str | None:
+    def _begin(self) -> Refusal | None:
         """Fix the parameters; or return why they can't be used."""
         parameters, inputs = self._split()
-        refused = [text for name, text in self._refused.items() if hasattr(parameters, name)]
-        problem = "; ".join(refused) or conflict(parameters, inputs)
+        refused = [one for name, one in self._refused.items() if hasattr(parameters, name)]
+        problem = together(refused) or conflict(parameters, inputs)
         if problem is None:
             self._mode = STEPPING
-            self._go_on(Segment(Impact.start(parameters, inputs), 0.0, 0.0, 0.0))
+            self._go_on(self._first_segment(parameters, inputs))
         return problem
+
+    @staticmethod
+    def _first_segment(parameters: Parameters, inputs: Inputs) -> Segment:
+        return Segment(Impact.start(parameters, inputs.club_speed), inputs, START, 0.0)
 
     def terminate(self) -> None:
         """The end of the run: values can still be read, nothing else."""
@@ -130,8 +158,8 @@ class Component:
         self._segment, self._count, self._now = segment, 0.0, None
 
     def _split(self) -> tuple[Parameters, Inputs]:
-        k, b, club_speed, *parameters = self.values
-        return Parameters(*parameters), (k, b, club_speed)
+        values = self.values
+        return Parameters(*values[INPUTS:]), Inputs(*values[:INPUTS])
 
     def step(self, point: float, size: float) -> bool:
         """One communication step from the host's communication point on, both in s.
@@ -146,11 +174,12 @@ class Component:
             self._now = None
             return True
         segment = self._check(point, size)
-        if isinstance(segment, str):
+        if isinstance(segment, Refusal):
             self._size = nan
             self._report(segment)
             return False
-        self._count = self._count + 1.0 if segment is self._segment else 1.0
+        same_begin = segment.begin is self._segment.begin
+        self._count = self._count + 1.0 if same_begin else 1.0
         self._segment = segment
         self._now = None
         self._size = nan if self._watched else size
@@ -163,113 +192,140 @@ class Component:
         """The last accepted step size, s; 0 before the first step."""
         return self._segment.size
 
-    def instant(self) -> tuple[float, float]:
-        """The present instant: the sum of the accepted steps, s, as a pair."""
+    def instant(self) -> Instant:
+        """The present instant: the sum of the accepted steps."""
         return self._segment.instant(self._count)
 
-    def _check(self, point: float, size: float) -> Segment | str:
+    def _check(self, point: float, size: float) -> Segment | Refusal:
         """The segment that a step belongs to, or why it is refused."""
         if not 0.0 < size <= 1e100:
-            return f"communication step size = {size!r} s is refused: it must be > 0 and finite"
-        if self._mode == BLOCKED:
-            problem = self._begin()
-            if problem:
-                return f"steps are refused until this is corrected: {problem}"
-        elif self._mode == TERMINATED:
-            return "a step after the end of the run is refused: reset the instance first"
-        elif self._mode != STEPPING:
-            return "a step before the end of initialization is refused"
-        if self._refused or self._once:
-            problems = "; ".join((*self._refused.values(), *self._once))
-            self._once = ()
-            return f"steps are refused until this is corrected: {problems}"
+            reason = "it must be > 0 and finite"
+            sentence = f"communication step size = {size!r} s is refused: {reason}"
+            return Refusal(sentence, value=size, reason=reason)
+        if self._mode != STEPPING or self._refused or self._once:
+            problem = self._why_not()
+            if problem is not None:
+                return problem
         segment = self._segment
-        impact = segment.impact
-        high, low = segment.instant(self._count)
-        deviation = point - self._point
+        count = self._count
+        instant = segment.instant(count) if count else segment.begin
         origin = self.origin
-        if deviation and not abs(deviation) <= _POINT_TOLERANCE * size + 1e-15 * abs(self._point):
-            if self._anchored or not abs(point) <= 1e100:
-                return (
-                    f"communication point = {point!r} s is refused: the last step ended at "
-                    f"{self._point!r} s, and no state has been restored since"
-                )
-            # After a restore the host's time may go on from anywhere; a touch to come moves along.
-            touch = impact.at(high, low).touch
-            if touch is None or touch.high >= high:
-                origin = point - high
-        values = self.values
-        inputs = k, b, club_speed = values[0], values[1], values[2]
-        if inputs != impact.inputs:
-            problem = conflict(impact.parameters, inputs)
+        if point != self._point:
+            deviation = abs(point - self._point)
+            if not deviation <= _POINT_TOLERANCE * size + 1e-15 * abs(self._point):
+                if self._anchored or not abs(point) <= 1e100:
+                    reason = (
+                        f"the last step ended at {self._point!r} s, and no state has been "
+                        "restored since"
+                    )
+                    sentence = f"communication point = {point!r} s is refused: {reason}"
+                    return Refusal(sentence, value=point, reason=reason)
+                # After a restore the host's time may go on from anywhere; a touch to come moves.
+                touch = segment.present(count).touch
+                if touch is None or touch.instant[0] >= instant[0]:
+                    origin = point - instant[0]
+        values, inputs, impact = self.values, segment.inputs, segment.impact
+        k, b, club_speed = values[0], values[1], values[2]
+        if k != inputs[0] or b != inputs[1] or club_speed != inputs[2]:
+            inputs = new(Inputs, (k, b, club_speed))
+            problem = conflict_of_inputs(impact.parameters, inputs)
             if problem is not None:
                 return problem
             try:
-                impact = impact.with_inputs(inputs, high, low)
+                impact = segment.changed(inputs, count)
             except (ArithmeticError, ValueError) as error:
-                return f"k = {k!r}, b = {b!r} are refused: {_OUT_OF_RANGE} ({error})"
+                reason = f"{_OUT_OF_RANGE} ({error})"
+                sentence = f"k = {k!r}, b = {b!r} are refused: {reason}"
+                return Refusal(sentence, "k", k, reason)
+            if impact is segment.impact and impact.touch is not None:
+                segment = segment.with_inputs(inputs)
+            else:
+                segment = NO_SEGMENT
         p, watched = impact.parameters, False
         if p.restitution_at_rest and impact.touch is None:
-            problem = p.contact_law.refusal_of_touch(p, club_speed)
+            problem = LAWS[p.law].refusal_of_touch(p, club_speed)
             watched = problem is not None
-            left = impact.duration - impact.elapsed(high, low)
+            left = impact.duration - impact.elapsed(instant)
             if problem is not None and left <= size * (1.0 + 1e-12):
                 return problem
         self._watched = watched
         self.origin = origin
-        if size == segment.size and impact is segment.impact:
+        if size == segment.size:
             return segment
-        return Segment(impact, high, low, size)
+        if segment is NO_SEGMENT:
+            return Segment(impact, inputs, instant, size)
+        return segment.resized(instant, size)
 
-    def _refuse(self, name: str, message: str) -> None:
-        self._refused = {**self._refused, name: message}
+    def _why_not(self) -> Refusal | None:
+        """Why no step is possible in this mode, or until a value is corrected; or None."""
+        if self._mode == BLOCKED:
+            problem = self._begin()
+            if problem is not None:
+                return _until_corrected(problem)
+        elif self._mode == TERMINATED:
+            return Refusal("a step after the end of the run is refused: reset the instance first")
+        elif self._mode != STEPPING:
+            return Refusal("a step before the end of initialization is refused")
+        problem = together([*self._refused.values(), *self._once])
+        self._once = ()
+        return problem and _until_corrected(problem)
+
+    def _refuse(self, refusal: Refusal) -> None:
+        self._refused = {**self._refused, refusal.variable: refusal}
         self._size = nan
-        self._report(message)
+        self._report(refusal)
 
     def _corrected(self, name: str) -> None:
         if name in self._refused:
-            self._refused = {n: text for n, text in self._refused.items() if n != name}
+            self._refused = {n: one for n, one in self._refused.items() if n != name}
 
-    def _refuse_once(self, message: str) -> None:
-        self._once = (*self._once, message)[-8:]
+    def _refuse_once(self, sentence: str, name: str = "", value: Any = None) -> None:
+        refusal = Refusal(sentence, name, value, sentence)
+        self._once = (*self._once, refusal)[-8:]
         self._size = nan
-        self._report(message)
+        self._report(refusal)
 
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
         """Set inputs and parameters that the host takes for this type; refused ones keep theirs."""
         for reference, value in zip(references, values):
             # Inputs first: a host may set them at every step.
-            if (
-                -1 < reference < INPUTS
+            place, low, high = _INPUTS.get(reference, _NO_INPUT)
+            if not (
+                type_ == "Real"
+                and low <= value <= high
                 and self._mode <= STEPPING
-                and type_ == "Real"
-                and _LOW[reference] <= value <= _HIGH[reference]
                 and not self._refused
-            ) or self._accepts(reference, value, type_):
-                if value == self.values[reference]:
+            ):
+                if not self._accepts(reference, value, type_):
                     continue
-                self.values[reference] = value
-                self._size = nan
-                if self._mode < STEPPING:
-                    self._go_on(NO_SEGMENT)
+                place = _PLACES[reference]
+            if value == self.values[place]:
+                continue
+            self.values[place] = value
+            self._size = nan
+            if self._mode < STEPPING:
+                self._go_on(NO_SEGMENT)
 
     def _accepts(self, reference: int, value: Any, type_: str) -> bool:
         """Whether a value may be set; if not, it is refused."""
-        variable = VARIABLES[reference] if 0 <= reference < SETTABLE else None
+        variable = SETTABLE.get(reference)
         if variable is None or variable.type != type_:
-            known = 0 <= reference < len(VARIABLES)
-            what = VARIABLES[reference].name if known else f"value reference {reference}"
+            names = (row.name for row in VARIABLES if row.reference == reference)
+            what = next(names, f"value reference {reference}")
             self._refuse_once(f"{what} is no {type_} input or parameter: it can't be set")
         elif self._mode == TERMINATED:
-            self._refuse_once(f"{variable.name} can't be set after the end of the run")
+            sentence = f"{variable.name} can't be set after the end of the run"
+            self._refuse_once(sentence, variable.name, value)
         elif not variable.low <= value <= variable.high:
-            self._refuse(variable.name, refusal(variable, value))
-        elif reference >= INPUTS and self._mode == STEPPING and value != self.values[reference]:
-            self._refuse(
-                variable.name,
-                f"{variable.name} = {value!r} is refused: a parameter is fixed once "
-                f"initialization has ended (at {self.values[reference]!r})",
-            )
+            self._refuse(refusal(variable, value))
+        elif (
+            variable.causality == "parameter"
+            and self._mode == STEPPING
+            and value != (now := self.values[_PLACES[reference]])
+        ):
+            reason = f"a parameter is fixed once initialization has ended (at {now!r})"
+            sentence = f"{variable.name} = {value!r} is refused: {reason}"
+            self._refuse(Refusal(sentence, variable.name, value, reason))
         else:
             self._corrected(variable.name)
             return True
@@ -279,26 +335,25 @@ class Component:
         """Values of Real variables; the list may go on after them, and must not be changed."""
         if references != self._requested:
             self._requested, self._pick = self.reading(tuple(references), "Real")
+        pick = self._pick
+        if pick is not None:
+            try:
+                return pick(self)
+            except (ArithmeticError, ValueError) as error:
+                self._report(_out_of_range(error))
+                return [nan] * len(references)
         now = self._now
         if now is None:
             # In 2/3 of the time from the dense output of the contact.
             motion, first, offset, pace, since, until = self._segment.reader
             t = offset + (self._count - first) * pace
             now = self._now = motion(t) if since < t < until else self._evaluate()
-        pick = self._pick
-        if pick is None:
-            return now
-        try:
-            return pick(now, self)
-        except (ArithmeticError, ValueError) as error:
-            self._report(f"{_OUT_OF_RANGE} ({error})")
-            return [nan] * len(references)
+        return now
 
     def discretes(self, references: list[int], type_: str) -> list:
         """Values of variables of another type ("Enumeration", "Boolean")."""
         _, pick = self.reading(tuple(references), type_)
-        now = self._now or self._evaluate()
-        return now if pick is None else pick(now, self)
+        return self.state() if pick is None else pick(self)
 
     def unknown(self, type_: str) -> float:
         """For a value reference that no variable of this type has."""
@@ -306,24 +361,36 @@ class Component:
         return nan if type_ == "Real" else 0
 
     def impact(self) -> Any:
-        """The impact at the present instant, for outputs."""
-        state, impact = self._present
-        return impact if state is self._now else self._segment.impact.at(*self.instant())
+        """The impact at the present instant, for outputs; raises as `Segment.present`."""
+        if self._segment.impact is None:
+            self._preview()
+        return self._segment.present(self._count)
+
+    def state(self) -> State:
+        """The state at this communication point; before stepping, under the present values."""
+        now = self._now
+        if now is None:
+            motion, first, offset, pace, since, until = self._segment.reader
+            t = offset + (self._count - first) * pace
+            now = self._now = motion(t) if since < t < until else self._evaluate()
+        return now
+
+    def _preview(self) -> None:
+        """Before stepping: the impact of the present values."""
+        parameters, inputs = self._split()
+        if conflict(parameters, inputs) is not None:
+            # Bodies that never meet.
+            inputs = Inputs(1.0, 0.0, parameters.ball_speed)
+        self._segment = self._first_segment(parameters, inputs)
 
     def _evaluate(self) -> State:
-        """The state at this communication point; before stepping, under the present values."""
         if self._segment.impact is None:
-            parameters, inputs = self._split()
-            if conflict(parameters, inputs) is not None:
-                # Bodies that never meet.
-                inputs = 1.0, 0.0, parameters.ball_speed
-            self._segment = Segment(Impact.start(parameters, inputs), 0.0, 0.0, 0.0)
+            self._preview()
         try:
-            self._present = self._segment.state(self._count)
+            self._now = self._segment.state(self._count)
         except (ArithmeticError, ValueError) as error:
-            self._report(f"{_OUT_OF_RANGE} ({error})")
-            self._present = [nan] * len(MOVING), self._segment.impact
-        self._now, _ = self._present
+            self._report(_out_of_range(error))
+            self._now = [nan] * len(MOTION)
         return self._now
 
     def snapshot(self) -> tuple:

@@ -6,23 +6,22 @@ then on the host's time and states count, and steps are refused.
 
 from collections.abc import Callable, Iterator
 from math import inf, isfinite, nan, nextafter
-from typing import Any
 
-from ..impact import added
-from ..parameters import INPUTS
-from ..variables import MORE_VARIABLES, VARIABLES
-from .component import BLOCKED, STEPPING, Component
+from ..impact import advance
+from ..values import Inputs, Refusal, added
+from ..variables import INPUTS, MORE_VARIABLES, VARIABLES
+from .component import BLOCKED, STEPPING, Component, together
 from .outputs import OUTPUTS, Output, readings
 from .segment import Segment
 from .solved import SolvedImpact, accelerations, separation_indicator, touch_indicator
 
 #: What FMI 2.0 doesn't have.
 _MORE: dict[str, Output] = {
-    "time": lambda impact, state, at: at.time(),
-    "club_acceleration": lambda impact, state, at: accelerations(impact, state)[0],
-    "ball_acceleration": lambda impact, state, at: accelerations(impact, state)[1],
-    "touch_indicator": lambda impact, state, at: touch_indicator(impact, state),
-    "separation_indicator": lambda impact, state, at: separation_indicator(impact, state),
+    "time": lambda impact, at: at.time(),
+    "club_acceleration": lambda impact, at: accelerations(impact, at.state())[0],
+    "ball_acceleration": lambda impact, at: accelerations(impact, at.state())[1],
+    "touch_indicator": lambda impact, at: touch_indicator(impact, at.state()),
+    "separation_indicator": lambda impact, at: separation_indicator(impact, at.state()),
 }
 
 
@@ -33,7 +32,7 @@ class HybridComponent(Component):
 
     reading = staticmethod(readings(VARIABLES + MORE_VARIABLES, OUTPUTS | _MORE))
 
-    def __init__(self, report: Callable[[str], None]) -> None:
+    def __init__(self, report: Callable[[Refusal], None]) -> None:
         super().__init__(report)
         # The start time isn't passed to an instance: it is that of the first step.
         self._point = nan
@@ -47,27 +46,27 @@ class HybridComponent(Component):
 
     def _solve(self, solved: SolvedImpact, time: float) -> None:
         """Go on with this impact at this time of the host, s."""
-        self._go_on(Segment(solved, time, 0.0, nan))
+        self._go_on(Segment(solved, solved.inputs, (time, 0.0), nan))
 
     def time(self) -> float:
         high, low = self.instant()
         return self.origin + (high + low)
 
-    def _check(self, point: float, size: float) -> Segment | str:
+    def _check(self, point: float, size: float) -> Segment | Refusal:
         if self._solved is not None:
-            return "a step is refused: this instance is used for Model Exchange"
+            return Refusal("a step is refused: this instance is used for Model Exchange")
         first = not self.last_step
         accepted = super()._check(point, size)
-        if first and not isinstance(accepted, str):
+        if first and not isinstance(accepted, Refusal):
             self.start_time = self.origin
         return accepted
 
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
         super().set_values(references, values, type_)
-        inputs: Any = tuple(self.values[:INPUTS])
+        inputs = Inputs(*self.values[:INPUTS])
         solved = self._solved
         if solved is not None and inputs != solved.inputs:
-            self._solve(solved.with_inputs(inputs), self._segment.high)
+            self._solve(solved.with_inputs(inputs), self._segment.begin[0])
 
     def update(self) -> tuple[bool, bool, float | None]:
         """Handle the events of this instant.
@@ -81,14 +80,14 @@ class HybridComponent(Component):
             return False, False, None
         solved = self._solved
         if problem is None and self._refused and (solved is not None or not self.last_step):
-            problem = "; ".join(self._refused.values())
+            problem = together([*self._refused.values()])
         if problem is None and solved is not None:
-            time = self._segment.high
+            time = self._segment.begin[0]
             solved = solved.after_event(time)
             self._solve(solved, time)
             problem = solved.refusal_of_touch
         if problem is not None:
-            self._report(f"the simulation must stop: {problem}")
+            self._report(problem._replace(sentence=f"the simulation must stop: {problem}"))
             return True, False, None
         # Before the first step it may still be used for Model Exchange, which has indicators.
         ahead = solved is None and self.last_step
@@ -99,15 +98,13 @@ class HybridComponent(Component):
 
     def _events_after(self, point: float) -> Iterator[float]:
         """When touch and separation are still to come (s), if the host's time is this one now."""
-        high, low = self._segment.instant(self._count)
-        impact = self._segment.impact
-        inputs: Any = tuple(self.values[:INPUTS])
+        instant = self.instant()
+        inputs, segment = Inputs(*self.values[:INPUTS]), self._segment
         try:
-            if inputs != impact.inputs:
-                impact = impact.with_inputs(inputs, high, low)
+            impact = segment.changed(inputs, self._count)
             while True:
-                impact = impact.at(high, low)
-                left = nextafter(impact.duration - impact.elapsed(high, low), inf)
+                impact = advance(impact, inputs, instant)
+                left = nextafter(impact.duration - impact.elapsed(instant), inf)
                 if left == inf:
                     return
                 # A step that ends there must not be shorter, whatever the host's rounding.
@@ -115,7 +112,7 @@ class HybridComponent(Component):
                 while when - point < left:
                     when = nextafter(when, inf)
                 yield when
-                high, low = added(high, low, when - point)
+                instant = added(instant, when - point)
                 point = when
         except (ArithmeticError, ValueError):
             return
@@ -142,10 +139,9 @@ class HybridComponent(Component):
         if solved is not None:
             return solved
         p, inputs = self._split()
-        _, b, club_speed = inputs
-        start = [-p.gap, 0.0, club_speed, p.ball_speed]
+        start = [-p.gap, 0.0, inputs.club_speed, p.ball_speed]
         time = nan if self.last_step else self.time()
-        solved = SolvedImpact(p, inputs, b, start).after_event(time)
+        solved = SolvedImpact(p, inputs, inputs.b, start).after_event(time)
         if self._mode == STEPPING:
             self._solve(solved, time)
             # From here on the clock is the host's time.
@@ -162,7 +158,7 @@ class HybridComponent(Component):
         if not solved.started:
             self.start_time = time
             if solved.touch is not None:
-                solved = solved._replace(touch=solved.touch._replace(high=time))
+                solved = solved._replace(touch=solved.touch._replace(instant=(time, 0.0)))
             solved = solved._replace(started=True)
         self._solve(solved, time)
 
@@ -174,7 +170,7 @@ class HybridComponent(Component):
         """Of the host's solver; the list is kept."""
         solved = self._solving()
         if self._solved is not None:
-            self._solve(solved._replace(states=states, started=True), self._segment.high)
+            self._solve(solved._replace(states=states, started=True), self._segment.begin[0])
 
     def derivatives(self) -> list[float]:
         """Of the states; NaN while values are refused, so that no solver continues with others."""

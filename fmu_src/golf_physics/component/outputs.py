@@ -10,74 +10,79 @@ from math import inf
 from operator import itemgetter
 from typing import Any
 
-from ..impact import Impact
-from ..laws.contact import State
-from ..parameters import SETTABLE
-from ..variables import Variable
+from ..impact import AnyImpact
+from ..variables import BY_NAME, MOTION, SETTABLE, Variable
 
-#: Of the impact, its state, and the instance (for its clock and values).
-Output = Callable[[Any, State, Any], Any]
+#: Of the impact, and the instance for its clock, its values and the state, as far as it is needed.
+Output = Callable[[Any, Any], Any]
 
 
-def _mean_force(impact: Impact, state: State, at: Any) -> float:
-    high, low = at.instant()
+def _mean_force(impact: AnyImpact, at: Any) -> float:
     step = at.last_step
-    return impact.impulse_of_step(high, low, step) / step if step else 0.0
+    return impact.impulse_of_step(at.instant(), step) / step if step else 0.0
 
 
-def _touch_time(impact: Impact, state: State, at: Any) -> float:
+def _touch_time(impact: AnyImpact, at: Any) -> float:
     touch = impact.touch
-    return at.start_time if touch is None else at.origin + (touch.high + touch.low)
+    if touch is None:
+        return at.start_time
+    high, low = touch.instant
+    return at.origin + (high + low)
 
 
-def _smash_factor(impact: Impact, state: State, at: Any) -> float:
+def _smash_factor(impact: AnyImpact, at: Any) -> float:
     touch = impact.touch
     if touch is None or not touch.club_speed:
         return 0.0
-    factor = state[4] / touch.club_speed
+    v_ball = at.state()[4] if impact.in_contact else impact.velocities[1]
+    factor = v_ball / touch.club_speed
     # The club hardly moved: S leaves the range of a double, as if the club stood.
-    return 0.0 if abs(factor) == inf else factor
+    return 0.0 if factor == inf or factor == -inf else factor
 
 
-def _coefficient_of_restitution(impact: Impact, state: State, at: Any) -> float:
+def _coefficient_of_restitution(impact: AnyImpact, at: Any) -> float:
     touch = impact.touch
     if touch is None:
         return 0.0
-    return (state[4] - state[3]) / (touch.club_speed - impact.parameters.ball_speed)
+    v_club, v_ball = at.state()[3:5] if impact.in_contact else impact.velocities
+    return (v_ball - v_club) / (touch.club_speed - impact.parameters.ball_speed)
 
 
-def _energy_efficiency(impact: Impact, state: State, at: Any) -> float:
+def _energy_efficiency(impact: AnyImpact, at: Any) -> float:
     touch = impact.touch
     if touch is None:
         return 1.0
-    p, v_club, v_ball, u_club = impact.parameters, state[3], state[4], touch.club_speed
+    v_club, v_ball = at.state()[3:5] if impact.in_contact else impact.velocities
+    p, u_club = impact.parameters, touch.club_speed
     m_club, m_ball, u_ball = p.m_club, p.m_ball, p.ball_speed
     at_touch = m_club * u_club * u_club + m_ball * u_ball * u_ball
     return (m_club * v_club * v_club + m_ball * v_ball * v_ball) / at_touch if at_touch else 1.0
 
 
-def _contact_displacement(impact: Any, state: State, at: Any) -> float:
+def _contact_displacement(impact: AnyImpact, at: Any) -> float:
     touch = impact.touch
     if touch is None:
         return 0.0
-    return (state[2] if impact.in_contact else impact.x_end) - touch.x_ball
+    return (at.state()[2] if impact.in_contact else impact.x_end) - touch.x_ball
 
 
-def _momentum(impact: Impact, state: State, at: Any) -> float:
-    return impact.parameters.m_club * state[3] + impact.parameters.m_ball * state[4]
+def _momentum(impact: AnyImpact, at: Any) -> float:
+    v_club, v_ball = at.state()[3:5] if impact.in_contact else impact.velocities
+    return impact.parameters.m_club * v_club + impact.parameters.m_ball * v_ball
 
 
-def _kinetic_energy(impact: Impact, state: State, at: Any) -> float:
-    p, v_club, v_ball = impact.parameters, state[3], state[4]
+def _kinetic_energy(impact: AnyImpact, at: Any) -> float:
+    p = impact.parameters
+    v_club, v_ball = at.state()[3:5] if impact.in_contact else impact.velocities
     return 0.5 * (p.m_club * v_club * v_club + p.m_ball * v_ball * v_ball)
 
 
-def _of_contact(result: Callable[..., float]) -> Output:
-    """A result of the last contact phase, from how long that has lasted (s) and the state."""
+def _of_contact(result: Callable[[Any, float, Any], float]) -> Output:
+    """A result of the last contact phase, of how long that has lasted (s) and of the instance."""
 
-    def output(impact: Any, state: State, at: Any) -> float:
-        last = impact.contact_until(*at.instant())
-        return result(*last, state) if last else 0.0
+    def output(impact: AnyImpact, at: Any) -> float:
+        last = impact.last(at.instant())
+        return result(*last, at) if last else 0.0
 
     return output
 
@@ -85,61 +90,69 @@ def _of_contact(result: Callable[..., float]) -> Output:
 #: By name, beside the state; Model Exchange adds its own.
 OUTPUTS: dict[str, Output] = {
     "mean_force": _mean_force,
-    "touched": lambda impact, state, at: impact.touch is not None,
-    "in_contact": lambda impact, state, at: impact.in_contact,
-    "separated": lambda impact, state, at: impact.touch is not None and not impact.in_contact,
+    "touched": lambda impact, at: impact.touch is not None,
+    "in_contact": lambda impact, at: impact.in_contact,
+    "separated": lambda impact, at: impact.touch is not None and not impact.in_contact,
     "touch_time": _touch_time,
     "smash_factor": _smash_factor,
     "coefficient_of_restitution": _coefficient_of_restitution,
     "energy_efficiency": _energy_efficiency,
-    "contact_time": _of_contact(lambda contact, t, state: contact.contact_time(t)),
-    "max_force": _of_contact(lambda contact, t, state: max(contact.peak_force(t)[0], state[0])),
-    "time_of_max_force": _of_contact(lambda contact, t, state: contact.peak_force(t)[1]),
+    "contact_time": _of_contact(lambda contact, t, at: contact.contact_time(t)),
+    "max_force": _of_contact(lambda contact, t, at: max(contact.peak_force(t)[0], at.state()[0])),
+    "time_of_max_force": _of_contact(lambda contact, t, at: contact.peak_force(t)[1]),
     # After law 2's separation the ball is still compressed, without force.
-    "max_compression": _of_contact(lambda c, t, state: max(c.peak_compression(t), state[5])),
+    "max_compression": _of_contact(lambda c, t, at: max(c.peak_compression(t), at.state()[5])),
     "contact_displacement": _contact_displacement,
-    "impulse": _of_contact(lambda contact, t, state: contact.impulse(t, state)),
+    "impulse": _of_contact(lambda contact, t, at: contact.total_impulse(t)),
     "momentum": _momentum,
     "kinetic_energy": _kinetic_energy,
 }
 
-#: The value references of what a phase's state is, in its order.
-MOVING = range(SETTABLE, SETTABLE + 6)
+#: The value references of what the state has, in its order.
+_MOVING = [BY_NAME[name].reference for name in MOTION]
+_PLACES = {reference: place for place, reference in enumerate(SETTABLE)}
 
-#: How to read a list of references: they themselves, and their values from the state and the
-#: instance; None if they are the first ones of the state.
-Reading = tuple[list[int], Callable[[State, Any], list] | None]
+
+#: How to read a list of value references: they themselves, and their values from an instance; None
+#: if they are the first ones of the state.
+Reading = tuple[list[int], Callable[[Any], list] | None]
 
 
 def readings(
     variables: tuple[Variable, ...], functions: dict[str, Output]
 ) -> Callable[[tuple[int, ...], str], Reading]:
     """How to read any variables of this table, by value references and type."""
+    rows = {row.reference: row for row in variables}
 
     def output(reference: int, type_: str) -> Output:
-        known = 0 <= reference < len(variables)
-        if not known or variables[reference].type != type_:
-            return lambda impact, state, at: at.unknown(type_)
-        if reference < SETTABLE:
-            return lambda impact, state, at: at.values[reference]
-        if reference in MOVING:
-            return lambda impact, state, at: state[reference - SETTABLE]
-        return functions[variables[reference].name]
+        row = rows.get(reference)
+        if row is None or row.type != type_:
+            return lambda impact, at: at.unknown(type_)
+        if reference in SETTABLE:
+            place = _PLACES[reference]
+            return lambda impact, at: at.values[place]
+        if row.name in MOTION:
+            place = MOTION.index(row.name)
+            return lambda impact, at: at.state()[place]
+        return functions[row.name]
 
     # A host reads the same few lists at every step.
     @lru_cache(256)
     def reading(references: tuple[int, ...], type_: str) -> Reading:
         requested = list(references)
-        if type_ == "Real" and len(requested) > 1 and all(n in MOVING for n in requested):
-            if requested == list(MOVING[: len(requested)]):
+        if type_ == "Real" and len(requested) > 1 and all(n in _MOVING for n in requested):
+            if requested == _MOVING[: len(requested)]:
                 return requested, None
-            pick = itemgetter(*map(MOVING.index, requested))
-            return requested, lambda state, at: list(pick(state))
+            pick = itemgetter(*map(_MOVING.index, requested))
+            return requested, lambda at: list(pick(at.state()))
         outputs = [output(n, type_) for n in requested]
 
-        def values(state: State, at: Any) -> list:
-            impact = at.impact()
-            return [output(impact, state, at) for output in outputs]
+        def values(at: Any) -> list:
+            # Not a comprehension, which is a call of its own before Python 3.12.
+            impact, values = at.impact(), []
+            for output in outputs:
+                values.append(output(impact, at))
+            return values
 
         return requested, values
 

@@ -5,14 +5,15 @@ from math import ceil, inf
 from operator import attrgetter
 from typing import Any
 
-from ..impact import RESOLUTION, Contact, added
-from ..laws.contact import State
+from ..impact import RESOLUTION, Contact
+from ..values import START, Inputs, Instant, State, added
 
 #: Next to touch and separation (relative) force and compression may be all rounding error.
 _CLOSE = 1e-12
 
 #: The dense output of a contact; the number of steps before the contact began, the scaled time
-#: there and that of a step; between which of its times the dense output is the state.
+#: there and that of a step; between which of its times the dense output is the state. A tuple,
+#: since every step that is read takes it apart.
 _Reader = tuple[Callable[[float], State], float, float, float, float, float]
 
 NO_READER: _Reader = list, 0.0, 0.0, 0.0, inf, -inf  # type: ignore[assignment]
@@ -20,54 +21,112 @@ NO_READER: _Reader = list, 0.0, 0.0, 0.0, inf, -inf  # type: ignore[assignment]
 
 class Segment:
     """Communication steps of one size (s; 0 before the first one, NaN in Model Exchange) from one
-    instant on, without a change of inputs. `impact` is that at the instant or before. A value.
+    instant on, under the same inputs. `impact` is that at the instant or before. A value.
     """
 
-    __slots__ = ("high", "impact", "low", "reader", "size")
+    __slots__ = (
+        "_count", "_instant", "_phases", "_present", "begin", "impact", "inputs", "reader", "size",
+    )  # fmt: skip
 
-    arguments = property(attrgetter("impact", "high", "low", "size"))
+    arguments = property(attrgetter("impact", "inputs", "begin", "size"))
 
-    def __init__(self, impact: Any, high: float, low: float, size: float) -> None:
-        self.impact, self.high, self.low, self.size = impact, high, low, size
+    def __init__(self, impact: Any, inputs: Inputs, begin: Instant, size: float) -> None:
+        self.impact, self.inputs, self.begin, self.size = impact, inputs, begin, size
+        #: The impact from its phases on, as far as they have been evaluated.
+        self._phases = [impact]
         #: Found on demand, and a function of the values above alone.
         self.reader: _Reader = NO_READER
+        #: The last number of steps, the instant after them, and the impact from its phase on.
+        self._count, self._instant, self._present = 0.0, begin, impact
 
-    def instant(self, count: float) -> tuple[float, float]:
-        """The instant after so many steps, s."""
-        if not count:
-            return self.high, self.low
-        size = self.size
-        if count == 1.0:
-            return added(self.high, self.low, size)
+    def instant(self, count: float) -> Instant:
+        """The instant after so many steps."""
+        if count != self._count:
+            self._count = count
+            self._instant = added(self.begin, self.size) if count == 1.0 else self._after(count)
+        return self._instant
+
+    def _after(self, count: float) -> Instant:
         # Two factors of at most 26 bits have an exact product.
+        size = self.size
         high = 134217729.0 * size
         high -= high - size
-        return added(*added(self.high, self.low, count * high), count * (size - high))
+        return added(added(self.begin, count * high), count * (size - high))
 
-    def state(self, count: float) -> tuple[State, Any]:
-        """The state after so many steps, where `reader` isn't valid, and the impact there.
+    def present(self, count: float) -> Any:
+        """The impact after so many steps, from its phase on that holds this instant.
 
         Raises ArithmeticError or ValueError if the contact leaves the range of a double.
         """
-        high, low = self.instant(count)
-        impact = self.impact.at(high, low)
-        if not isinstance(impact, Contact):
-            return impact.state(high, low), impact
-        motion, scale = impact.phase.dense_output()
-        offset, first = (self.high - impact.high) + (self.low - impact.low), 0.0
+        high, low = self._instant if count == self._count else self.instant(count)
+        impact = self._present
+        begin, begin_low = impact.begin
+        if not 0.0 <= (high - begin) + (low - begin_low) < impact.duration:
+            phases, n = self._phases, 0
+            while True:
+                impact = phases[n]
+                begin, begin_low = impact.begin
+                if not (high - begin) + (low - begin_low) >= impact.duration:
+                    break
+                n += 1
+                if n == len(phases):
+                    phases.append(impact.following(self.inputs))
+            self._present = impact
+        return impact
+
+    def resized(self, begin: Instant, size: float) -> "Segment":
+        """The same impact and inputs by steps of another size from a later instant on."""
+        segment = Segment(self.impact, self.inputs, begin, size)
+        segment._phases = self._phases
+        return segment
+
+    def changed(self, inputs: Inputs, count: float) -> Any:
+        """The impact that other inputs after so many steps lead to.
+
+        A touch at this very instant hasn't been passed yet, so it is still undecided. Raises
+        ArithmeticError or ValueError if the contact that follows leaves the range of a double.
+        """
+        impact = self.impact
+        if impact.touch is None:
+            instant = self.instant(count)
+            if impact.is_undecided(instant):
+                club_speed = inputs[2]
+                same = club_speed == self.inputs[2]
+                return impact if same else impact.with_speed(club_speed, instant)
+        impact = self.present(count)
+        return impact.changed(inputs, self._instant) if type(impact) is Contact else impact
+
+    def with_inputs(self, inputs: Inputs) -> "Segment":
+        """The same steps, where these inputs have no effect any more."""
+        segment = self.resized(self.begin, self.size)
+        segment.inputs = inputs
+        segment.reader = self.reader
+        return segment
+
+    def state(self, count: float) -> State:
+        """The state after so many steps, where `reader` isn't valid; raises as `present`."""
+        impact = self.present(count)
+        instant = self._instant
+        if type(impact) is not Contact:
+            return impact.state(instant)
+        dense, scale = impact.phase.dense_output()
+        begin, begin_low = impact.begin
+        offset, first = (self.begin[0] - begin) + (self.begin[1] - begin_low), 0.0
         if offset < 0.0 and self.size:
             # Steps before the phase began would only cost digits.
             first = float(ceil(-offset / self.size - 1e-9))
-            begin, begin_low = self.instant(first)
-            offset = (begin - impact.high) + (begin_low - impact.low)
+            high, low = self._after(first)
+            offset = (high - begin) + (low - begin_low)
         # Next to an event the exact instant decides, and the state is clamped.
-        since = scale * max(_CLOSE / impact.phase.rate, RESOLUTION * impact.high)
+        since, resolution = _CLOSE / impact.phase.rate, RESOLUTION * begin
+        since = scale * (since if since > resolution else resolution)
         until = scale * impact.duration * (1.0 - _CLOSE)
         offset, pace = scale * offset, scale * self.size
-        self.reader = motion, first, offset, pace, since, until
-        state = motion(offset + (count - first) * pace)
-        return impact.clamped(state, impact.elapsed(high, low)), impact
+        self.reader = dense, first, offset, pace, since, until
+        state = dense(offset + (count - first) * pace)
+        t = (instant[0] - begin) + (instant[1] - begin_low)
+        return impact.clamped(state, t if t > resolution else 0.0)
 
 
 #: No steps, and no impact yet.
-NO_SEGMENT = Segment(None, 0.0, 0.0, 0.0)
+NO_SEGMENT = Segment(None, Inputs(0.0, 0.0, 0.0), START, 0.0)

@@ -1,11 +1,11 @@
 """An impact in Model Exchange, where a host's solver finds the motion."""
 
-from math import nan
+from math import inf, nan
 from typing import Any, NamedTuple
 
 from ..impact import Touch
-from ..laws.contact import Inputs, State
-from ..parameters import Parameters
+from ..laws import LAWS
+from ..values import Inputs, Instant, Parameters, Refusal, State
 
 #: Added to an indicator that may be exactly 0 before its event: solvers look for changes of sign.
 _ABOVE_ZERO = 1e-18
@@ -21,16 +21,28 @@ class SolvedImpact(NamedTuple):
     started: bool = False  #: whether the start time is fixed
     touch: Touch | None = None  #: in the host's time
     in_contact: bool = False
-    refusal_of_touch: str | None = None  #: why the law rejects the touch that there was
+    refusal_of_touch: Refusal | None = None  #: why the law rejects the touch that there was
     dragged: float = 0.0  #: momentum that drag has taken from the ball until the last event, N.s
     drag: float = 0.0  #: its coefficient from then on, N.s/m
     x_end: float = 0.0  #: position of the ball at that event, the last one of the contact, m
     lasted: float = 0.0  #: of the contact once it has ended, s
 
-    def at(self, high: float, low: float) -> "SolvedImpact":
-        return self
+    # As of an `Impact` in a phase that holds every instant.
 
-    def state(self, high: float, low: float) -> State:
+    @property
+    def begin(self) -> Instant:
+        return nan, nan
+
+    @property
+    def duration(self) -> float:
+        return inf
+
+    @property
+    def velocities(self) -> tuple[float, float]:
+        _, _, v_club, v_ball = self.states
+        return (self.inputs.club_speed if self.touch is None else v_club), v_ball
+
+    def state(self, instant: Instant) -> State:
         force, *moving, compression = self.solver_state()
         return [max(0.0, force), *moving, max(0.0, compression)]
 
@@ -38,19 +50,19 @@ class SolvedImpact(NamedTuple):
         """The state; force and compression continue smoothly below 0 until the event."""
         x_club, x_ball, v_club, v_ball = self.states
         if self.touch is None:
-            v_club = self.inputs[2]
+            v_club = self.inputs.club_speed
         compression = x_club - x_ball
         force = 0.0
         if self.in_contact:
             p = self.parameters
-            force = p.contact_law.force(p, self.inputs[0], self.b, compression, v_club - v_ball)
+            force = LAWS[p.law].force(p, self.inputs.k, self.b, compression, v_club - v_ball)
         return [force, x_club, x_ball, v_club, v_ball, compression]
 
     def with_inputs(self, inputs: Inputs) -> "SolvedImpact":
         p = self.parameters
         k, b, _ = inputs
         if self.touch is not None:
-            b = p.contact_law.damping(p, k, b, self.touch.club_speed - p.ball_speed)
+            b = LAWS[p.law].damping(p, k, b, self.touch.club_speed - p.ball_speed)
         return self._replace(inputs=inputs, b=b)
 
     def after_event(self, time: float) -> "SolvedImpact":
@@ -58,11 +70,11 @@ class SolvedImpact(NamedTuple):
         x_club, x_ball, _, v_ball = self.states
         p, impact = self.parameters, self
         if self.touch is None:
-            club_speed = self.inputs[2]
+            club_speed = self.inputs.club_speed
             impact = self._replace(states=[x_club, x_ball, club_speed, v_ball])
             if x_club >= x_ball and club_speed > v_ball:
-                refusal = p.contact_law.refusal_of_touch(p, club_speed)
-                touch = Touch(time, 0.0, x_ball, club_speed)
+                refusal = LAWS[p.law].refusal_of_touch(p, club_speed)
+                touch = Touch((time, 0.0), x_ball, club_speed)
                 impact = impact._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
                 if refusal is None:
                     impact = impact.with_inputs(self.inputs)
@@ -70,28 +82,28 @@ class SolvedImpact(NamedTuple):
         elif self.in_contact:
             impact = self._with_drag()
             if separation_indicator(self, self.solver_state()) <= 0.0:
-                impact = impact._replace(lasted=time - self.touch.high, in_contact=False)
+                impact = impact._replace(lasted=time - self.touch.instant[0], in_contact=False)
         return impact
 
     def _with_drag(self) -> "SolvedImpact":
         """Sums up the drag on the ball until here, where its coefficient may change."""
         x_ball = self.states[1]
         dragged = self.dragged + self.drag * (x_ball - self.x_end)
-        drag = self.parameters.contact_law.drag(self.b)
+        drag = LAWS[self.parameters.law].drag(self.b)
         return self._replace(dragged=dragged, drag=drag, x_end=x_ball)
 
-    def contact_until(self, high: float, low: float) -> "tuple[SolvedImpact, float]":
+    def last(self, instant: Instant) -> "tuple[SolvedImpact, float]":
         touch = self.touch if self.in_contact else None
-        return self, (self.lasted if touch is None else high - touch.high)
+        return self, (self.lasted if touch is None else instant[0] - touch.instant[0])
 
     def contact_time(self, t: float) -> float:
         return t
 
-    def impulse(self, t: float, state: State) -> float:
+    def total_impulse(self, t: float) -> float:
         """N.s: the ball's momentum and what drag has taken, with b constant between events."""
-        p = self.parameters
-        gained = p.m_ball * (state[4] - p.ball_speed)
-        dragging = self.drag * (state[2] - self.x_end) if self.in_contact else 0.0
+        p, (_, x_ball, _, v_ball) = self.parameters, self.states
+        gained = p.m_ball * (v_ball - p.ball_speed)
+        dragging = self.drag * (x_ball - self.x_end) if self.in_contact else 0.0
         return gained + self.dragged + dragging
 
     # NaN: which of the states have been passed is unknown, and there are no steps.
@@ -102,7 +114,7 @@ class SolvedImpact(NamedTuple):
     def peak_compression(self, t: float) -> float:
         return nan
 
-    def impulse_of_step(self, high: float, low: float, step: float) -> float:
+    def impulse_of_step(self, instant: Instant, step: float) -> float:
         return nan
 
 
@@ -115,7 +127,7 @@ def accelerations(impact: Any, state: State) -> tuple[float, float]:
     if isinstance(impact, SolvedImpact):
         state = impact.solver_state()
     force, _, _, v_club, v_ball, _ = state
-    drag = p.contact_law.drag(impact.b)
+    drag = LAWS[p.law].drag(impact.b)
     return -(force + drag * v_club) / p.m_club, (force - drag * v_ball) / p.m_ball
 
 

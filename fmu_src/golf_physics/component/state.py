@@ -5,18 +5,18 @@ from binascii import crc32
 from typing import Any
 
 from ..impact import Approach, Contact, Flight, Results, Touch
-from ..laws.contact import InitialState
-from ..parameters import Parameters
+from ..values import Inputs, Motion, Parameters, Refusal
 from .segment import Segment
 from .solved import SolvedImpact
 
 #: First item of a serialized state; it changes with the layout.
-_FORMAT = "golf-impact state 8"
+_FORMAT = "golf-impact state 9"
 
 _CLASSES: dict[str, Any] = {
     kind.__name__: kind
     for kind in (
-        Approach, Contact, Flight, InitialState, Parameters, Results, Segment, SolvedImpact, Touch,
+        Approach, Contact, Flight, Inputs, Motion, Parameters, Refusal, Results,
+        Segment, SolvedImpact, Touch,
     )
 }  # fmt: skip
 
@@ -27,20 +27,24 @@ class Snapshot(tuple):
 
 def plain(value: Any) -> Any:
     """Values of these classes become lists: the name of the class, and its arguments."""
+    if isinstance(value, dict):
+        return {name: plain(item) for name, item in value.items()}
     name = type(value).__name__
-    if name not in _CLASSES:
-        return value
-    return [name, *map(plain, getattr(value, "arguments", value))]
+    if name in _CLASSES:
+        return [name, *map(plain, getattr(value, "arguments", value))]
+    return list(map(plain, value)) if isinstance(value, tuple) else value
 
 
 def revived(item: Any) -> Any:
-    """The value that became this list, by `plain` and JSON."""
+    """The value that became this, by `plain` and JSON."""
+    if isinstance(item, dict):
+        return {name: revived(value) for name, value in item.items()}
     if not isinstance(item, list):
         return item
     if item and isinstance(item[0], str) and item[0] in _CLASSES:
         name, *arguments = item
         return _CLASSES[name](*map(revived, arguments))
-    return tuple(item)
+    return tuple(map(revived, item))
 
 
 def _with_checksum(body: bytes) -> bytes:

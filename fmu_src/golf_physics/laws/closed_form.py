@@ -9,8 +9,9 @@ from math import atan2, cos, exp, expm1, sin, sqrt
 
 from ..numerics.gauss import integral
 from ..numerics.zeros import first_downward_zero, offset_of_real_root
-from .contact import ContactPhase, EndState, InitialState, State
-from .extended import Coefficients, ExtendedContact, Row, slope
+from ..values import Motion, State
+from .contact import ContactPhase
+from .extended import ExtendedContact, Row, slope
 
 #: A damping ratio of the drag as small as this changes no bit of any result.
 _LEAST_DAMPING = 1e-30
@@ -37,11 +38,15 @@ class ClosedFormContact(ContactPhase):
     doesn't end with the first half period.
     """
 
-    duration = 0.0
+    __slots__ = ("_arguments", "_d", "_dense", "_force", "_rates", "_start", "_v_ball", "_v_club")
 
-    def __init__(self, coefficients: Coefficients, start: InitialState) -> None:
-        _, compression, v_club, v_ball, closing = self._start = start
-        k, damper, drag, m_club, m_ball = self._coefficients = coefficients
+    def __init__(
+        self, k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion
+    ) -> None:
+        self._arguments = k, damper, drag, m_club, m_ball, start
+        _, _, v_club, v_ball, compression, closing = self._start = start
+        self._dense: tuple[Callable[[float], State], float] | None = None
+        self.duration = 0.0
         total = m_club + m_ball
         p = m_ball / total
         q = m_club / total
@@ -52,18 +57,21 @@ class ClosedFormContact(ContactPhase):
         if not drag:
             if zeta > MOST_DAMPING:
                 return
-            r = a0 = 0.0
-            a1 = a2 = q * v_club + p * v_ball
             h = zeta
             second = sqrt((1.0 - zeta) * (1.0 + zeta))
-            c0, c1, c2 = d, p * closing, -q * closing
-            s0 = (closing + h * d) / second
             w_s = -(h * closing + d) / second
-            s1, s2 = p * w_s, -q * w_s
+            s0 = (closing + h * d) / second
             scale = mu * omega
-            f_a, f_c = 0.0, scale * (d + 2.0 * zeta * closing)
+            f_c = scale * (d + 2.0 * zeta * closing)
             f_s = scale * (s0 + 2.0 * zeta * w_s)
             angle = atan2(f_c, -f_s)
+            frequency = second * omega
+            mean = q * v_club + p * v_ball
+            self._rates = 0.0, h * omega, frequency
+            self._force = 0.0, f_c, f_s
+            self._d = 0.0, d / omega, s0 / omega
+            self._v_club = mean, p * closing, p * w_s
+            self._v_ball = mean, -q * closing, -q * w_s
         else:
             if zeta > MOST_DRAG:
                 return
@@ -85,28 +93,36 @@ class ClosedFormContact(ContactPhase):
             a0, a1, a2 = a * x, a * p, a * u
             c0, c1, c2 = d - a0, v_club - a1, v_ball - a2
             s0 = (closing + r * a0 + h * c0) / second
-            s1 = ((h - drag_club) * c1 - p * c0) / second
-            s2 = ((h - drag_ball) * c2 + q * c0) / second
-            if abs(a0) > MOST_REAL_MODE * (d + max(closing, 0.0)):
+            if abs(a0) > MOST_REAL_MODE * (d + (closing if closing > 0.0 else 0.0)):
                 return
             angle = first_downward_zero((h - r) / second, a0, c0, s0) or 0.0
+            frequency = second * omega
             scale = k / omega
-            f_a, f_c, f_s = scale * a0, scale * c0, scale * s0
-        frequency = second * omega
+            self._rates = r * omega, h * omega, frequency
+            self._force = scale * a0, scale * c0, scale * s0
+            self._d = a0 / omega, c0 / omega, s0 / omega
+            self._v_club = a1, c1, ((h - drag_club) * c1 - p * c0) / second
+            self._v_ball = a2, c2, ((h - drag_ball) * c2 + q * c0) / second
         self.duration = angle / frequency
-        self._motion = (
-            r * omega, h * omega, frequency, f_a, f_c, f_s, a0 / omega, c0 / omega, s0 / omega,
-            a1, c1, s1, a2, c2, s2,
-        )  # fmt: skip
+
+    def extended(self) -> ExtendedContact:
+        """The same contact in extended precision."""
+        return ExtendedContact(*self._arguments)
 
     def dense_output(self) -> tuple[Callable[[float], State], float]:
-        """The dense output over the angle Rt."""
-        r, h, frequency, _, f_c, f_s, a0, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
-        k = self._coefficients[0]
+        """The dense output over the angle Rt; kept, since a change of inputs needs it again."""
+        if self._dense is not None:
+            return self._dense
+        r, h, frequency = self._rates
+        _, f_c, f_s = self._force
+        a0, c0, s0 = self._d
+        a1, c1, s1 = self._v_club
+        a2, c2, s2 = self._v_ball
+        k = self._arguments[0]
         decay, pair = -r / frequency, -h / frequency
         size = h * h + frequency * frequency
         x_c, x_s = (h * c1 + frequency * s1) / size, (frequency * c1 - h * s1) / size
-        x_0 = self._start.x_club + x_c
+        x_0 = self._start[0] + x_c
         x_a = -a1 / r if r else a1 / frequency
 
         def state(angle: float) -> State:
@@ -125,46 +141,69 @@ class ClosedFormContact(ContactPhase):
             x = x_0 + x_a * travel - x_c * c + x_s * s
             return [force, x, x - d, a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s, d]
 
-        return state, frequency
+        self._dense = state, frequency
+        return self._dense
 
-    def end(self) -> EndState:
+    def end_velocities(self) -> tuple[float, float]:
         t = self.duration
-        r, h, frequency, _, _, _, _, c0, s0, a1, c1, s1, a2, c2, s2 = self._motion
-        decay = exp(-h * t)
-        angle = frequency * t
-        c = decay * cos(angle)
-        s = decay * sin(angle)
-        size = h * h + frequency * frequency
-        x = self._start.x_club - self._start.compression
-        x += ((h * c2 + frequency * s2) * (1.0 - c) + (frequency * c2 - h * s2) * s) / size
+        r, h, frequency = self._rates
+        size, angle = exp(-h * t), frequency * t
+        c, s = size * cos(angle), size * sin(angle)
+        a1, c1, s1 = self._v_club
+        a2, c2, s2 = self._v_ball
         if r:
-            travel = expm1(-r * t)
-            e = 1.0 + travel
-            v_club, v_ball = a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s
-            return x - a2 / r * travel, v_club, v_ball, 0.0, v_club - v_ball
-        left = c0 * c + s0 * s if self._coefficients[1] else 0.0
-        closing = (c1 - c2) * c + (s1 - s2) * s
-        return x + a2 * t, a1 + c1 * c + s1 * s, a2 + c2 * c + s2 * s, left, closing
+            e = 1.0 + expm1(-r * t)
+            return a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s
+        return a1 + c1 * c + s1 * s, a2 + c2 * c + s2 * s
+
+    def end(self) -> Motion:
+        t = self.duration
+        r, h, frequency = self._rates
+        size, angle = exp(-h * t), frequency * t
+        c, s = size * cos(angle), size * sin(angle)
+        v_club, v_ball = self.end_velocities()
+        a2, c2, s2 = self._v_ball
+        square = h * h + frequency * frequency
+        x = self._start.x_club - self._start.compression
+        x += ((h * c2 + frequency * s2) * (1.0 - c) + (frequency * c2 - h * s2) * s) / square
+        if r:
+            x -= a2 / r * expm1(-r * t)
+            return Motion(x, x, v_club, v_ball, 0.0, v_club - v_ball)
+        x += a2 * t
+        _, c1, s1 = self._v_club
+        _, c0, s0 = self._d
+        left = c0 * c + s0 * s if self._arguments[1] else 0.0
+        return Motion(x + left, x, v_club, v_ball, left, (c1 - c2) * c + (s1 - s2) * s)
 
     def value(self, name: str, t: float) -> float:
         a, c, s = self._row(name)
-        return a * exp(-self._motion[0] * t) + self._pair(c, s, t)
+        r, h, frequency = self._rates
+        size, angle = exp(-h * t), frequency * t
+        pair = c * (size * cos(angle)) + s * (size * sin(angle))
+        return a * exp(-r * t) + pair if r else pair
+
+    def closing(self, t: float) -> float:
+        a, c, s = self._d
+        r, h, frequency = self._rates
+        size, angle = exp(-h * t), frequency * t
+        cosine, sine = frequency * s - h * c, -h * s - frequency * c
+        pair = cosine * (size * cos(angle)) + sine * (size * sin(angle))
+        return -r * a * exp(-r * t) + pair if r else pair
 
     def _row(self, name: str) -> Row:
         if name == "force":
-            return self._motion[3:6]
-        d = self._motion[6:9]
-        return d if name == "d" else slope(d, self._motion[:3])
+            return self._force
+        return self._d if name == "d" else slope(self._d, self._rates)
 
     def _pair(self, c: float, s: float, t: float) -> float:
-        _, h, frequency = self._motion[:3]
+        _, h, frequency = self._rates
         size, angle = exp(-h * t), frequency * t
         return c * (size * cos(angle)) + s * (size * sin(angle))
 
     def impulse(self, begin: float, width: float) -> float:
         if width * self.rate <= 0.5:
             return integral(partial(self.value, "force"), begin + width, width)
-        r, h, frequency = self._motion[:3]
+        r, h, frequency = self._rates
         a, c, s = self._row("force")
         real = -a * exp(-r * begin) * expm1(-r * width) / r if r else a * width
         # The integral of the pair is a pair.
@@ -174,22 +213,22 @@ class ClosedFormContact(ContactPhase):
 
     def find_maxima(self, name: str) -> list[float]:
         """The only one, before the end of the half period, unless the row falls from the start."""
-        r, h, frequency = rates = self._motion[:3]
+        r, h, frequency = rates = self._rates
         a, c, s = slope(self._row(name), rates)
         if a + c <= 0.0:
             return []
         angle = first_downward_zero((h - r) / frequency, a, c, s)
         if angle is None:
             # The slope hardly reaches 0.
-            return ExtendedContact(self._coefficients, self._start).find_maxima(name)
+            return self.extended().find_maxima(name)
         return [angle / frequency]
 
 
-def linear_contact(coefficients: Coefficients, start: InitialState) -> ContactPhase:
-    """The contact phase from `start` on, in double precision where that suffices."""
-    _, damper, drag, _, _ = coefficients
-    if not (damper and drag):
-        contact = ClosedFormContact(coefficients, start)
-        if contact.duration:
-            return contact
-    return ExtendedContact(coefficients, start)
+def linear_contact(
+    k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion
+) -> ContactPhase:
+    """The contact phase from `start` on, in double precision where that suffices (SI units)."""
+    if damper and drag:
+        return ExtendedContact(k, damper, drag, m_club, m_ball, start)
+    contact = ClosedFormContact(k, damper, drag, m_club, m_ball, start)
+    return contact if contact.duration else contact.extended()

@@ -2,30 +2,11 @@
 
 from collections.abc import Callable, Iterable
 from operator import itemgetter
-from typing import NamedTuple
+
+from ..values import Motion, State
 
 #: Of a value, relative.
 _ROUNDING = 4e-15
-
-#: k (N/m), b (N.s/m) and club_speed (m/s): what a host may change at every communication point.
-Inputs = tuple[float, float, float]
-
-#: Force (N), positions of club and ball (m), their velocities (m/s), compression (m).
-State = list[float]
-
-#: Position of the ball (m), velocities of club and ball (m/s), compression (m), and its rate of
-#: change (m/s).
-EndState = tuple[float, float, float, float, float]
-
-
-class InitialState(NamedTuple):
-    """The bodies at the start of a contact phase."""
-
-    x_club: float  #: position of the club face, m
-    compression: float  #: m, >= 0
-    v_club: float  #: velocities, m/s
-    v_ball: float
-    closing: float  #: v_club - v_ball, m/s: their difference may lose digits
 
 
 class ContactPhase:
@@ -36,8 +17,11 @@ class ContactPhase:
     methods return the same results in any order of calls.
     """
 
+    __slots__ = ("_maxima", "duration", "rate")
+
     duration: float  #: s until contact ends; inf if it never does
     rate: float  #: the fastest rate of change, 1/s
+    _maxima: dict[str, list[tuple[float, float]]]  #: found on demand: value and time
 
     def state(self, t: float) -> State:
         raise NotImplementedError
@@ -45,6 +29,10 @@ class ContactPhase:
     def value(self, name: str, t: float) -> float:
         """A quantity; the closing speed to full relative accuracy."""
         raise NotImplementedError
+
+    def closing(self, t: float) -> float:
+        """The closing speed, as `value`: every change of k or b in contact needs it."""
+        return self.value("w", t)
 
     def impulse(self, begin: float, width: float) -> float:
         """Impulse of the contact force over [begin, begin + width], N.s."""
@@ -58,14 +46,21 @@ class ContactPhase:
         """A function from scaled time to the state, and the time scale in 1/s."""
         return self.state, 1.0
 
-    def end(self) -> EndState:
+    def end_velocities(self) -> tuple[float, float]:
+        """Velocities of club and ball when contact ends, m/s."""
+        return self.end()[2:4]
+
+    def end(self) -> Motion:
         """The bodies when contact ends."""
         _, _, x_ball, v_club, v_ball, d = self.state(self.duration)
-        return x_ball, v_club, v_ball, max(0.0, d), self.value("w", self.duration)
+        d = max(0.0, d)
+        return Motion(x_ball + d, x_ball, v_club, v_ball, d, self.value("w", self.duration))
 
     def largest(self, name: str, t: float) -> tuple[float, float]:
         """The largest value of a quantity on [0, t], and its time."""
-        maxima = self.__dict__.setdefault("_maxima", {})
+        maxima = getattr(self, "_maxima", None)
+        if maxima is None:
+            maxima = self._maxima = {}
         if name not in maxima:
             maxima[name] = [(self.value(name, when), when) for when in self.find_maxima(name)]
         largest, when = self.value(name, 0.0), 0.0

@@ -35,13 +35,12 @@ from typing import Any
 
 from ..numerics.decimals import PI, arithmetic
 from ..numerics.zeros import zero_between
-from .contact import ContactPhase, InitialState, State
+from ..values import Motion, State
+from .contact import ContactPhase
 
-#: Stiffness k (N/m), damper and drag (N.s/m, >= 0), masses of club and ball (kg).
-Coefficients = tuple[float, float, float, float, float]
-
-#: The coefficients of a quantity, float or Decimal.
+#: The coefficients (a, c, s) of a quantity, or the rates (r, h, R); float or Decimal.
 Row = tuple[Any, Any, Any]
+
 
 #: Digits; and those for a ratio of damping, masses or speeds (to the closing speed) beyond these:
 #: then up to 70 cancel.
@@ -65,8 +64,9 @@ def slope(row: Row, rates: Row, sign: int = 1) -> Row:
 class ExtendedContact(ContactPhase):
     """A linear contact in extended precision."""
 
-    def __init__(self, coefficients: Coefficients, start: InitialState) -> None:
-        k, damper, drag, m_club, m_ball = coefficients
+    def __init__(
+        self, k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion
+    ) -> None:
         mu = m_club * (m_ball / (m_club + m_ball))
         omega = sqrt(k / mu)
         moved = abs(start.closing) + omega * start.compression
@@ -78,7 +78,7 @@ class ExtendedContact(ContactPhase):
         self._in_use, self._exp, self._cos_sin = arithmetic(_MANY_DIGITS if many else _DIGITS)
         self._start = start
         with self._in_use():
-            self._set_up(*map(Decimal, coefficients))
+            self._set_up(*map(Decimal, (k, damper, drag, m_club, m_ball)))
 
     def _set_up(self, k: Any, damper: Any, drag: Any, m_club: Any, m_ball: Any) -> None:
         total = m_club + m_ball

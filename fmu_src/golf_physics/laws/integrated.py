@@ -15,7 +15,8 @@ from operator import mul
 from ..numerics import chebyshev
 from ..numerics.chebyshev import NODES, ORDER, Series, evaluate, integrate, interpolate
 from ..numerics.gauss import integral
-from .contact import ContactPhase, InitialState, State
+from ..values import Motion, State
+from .contact import ContactPhase
 
 #: Of the first panel, s, before it is halved where the contact is too stiff for it.
 _FIRST_WIDTH = 1e-4
@@ -87,11 +88,11 @@ class IntegratedContact(ContactPhase):
 
     def __init__(
         self, force: Callable[[float, float], float], drag: float, m_club: float, m_ball: float,
-        start: InitialState,
+        start: Motion,
     ) -> None:  # fmt: skip
         self._law, self._drag, self._m_club, self._m_ball = force, drag, m_club, m_ball
         self._panels: list[_Panel] = []
-        x_club, d, _, v_ball, w = start
+        x_club, _, _, v_ball, d, w = start
         motion = {"d": d, "w": w, "v_ball": v_ball, "x_ball": x_club - d, "impulse": 0.0}
         self._speed = abs(w)
         t, width = 0.0, _FIRST_WIDTH

@@ -1,16 +1,13 @@
 """A contact law: what is needed is its force and its drag."""
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING
+from types import MappingProxyType
 
+from ..values import Inputs, Motion, Parameters, Refusal
 from .closed_form import linear_contact
-from .contact import ContactPhase, InitialState, Inputs
+from .contact import ContactPhase
 from .integrated import IntegratedContact
-
-if TYPE_CHECKING:
-    from ..parameters import Parameters
 
 
 class Law:
@@ -25,19 +22,15 @@ class Law:
     name: str
     description: str
 
-    def refusal(self, p: Parameters, inputs: Inputs) -> str | None:
-        """Why the law rejects these values, or None; by default all that only law 2 has."""
-        if p.exponent != 1.0:
-            given, remedy = f"exponent = {p.exponent!r}", "set exponent = 1"
-        elif p.restitution_at_rest > 0.0:
-            given, remedy = f"restitution_at_rest = {p.restitution_at_rest!r}", "set it to 0"
-        else:
-            return None
-        return (
-            f"{given} is refused with law = {p.law} ({self.name}): {remedy}, or law = 2 (relative)"
-        )
+    #: Parameters that select a variant of this law, with their values where they select none: other
+    #: laws reject other values.
+    variants: Mapping[str, float] = MappingProxyType({})
 
-    def refusal_of_touch(self, p: Parameters, club_speed: float) -> str | None:
+    def refusal(self, p: Parameters, inputs: Inputs) -> Refusal | None:
+        """Why the law rejects these values together, or None."""
+        return None
+
+    def refusal_of_touch(self, p: Parameters, club_speed: float) -> Refusal | None:
         """Why it rejects a touch at this club speed (m/s), or None."""
         return None
 
@@ -57,7 +50,7 @@ class Law:
         """The coefficient c of the drag on each body, N.s/m."""
         return 0.0
 
-    def contact(self, p: Parameters, k: float, b: float, start: InitialState) -> ContactPhase:
+    def contact(self, p: Parameters, k: float, b: float, start: Motion) -> ContactPhase:
         """The phase that begins at `start`: first touch while closing, or a force above 0.
 
         Raises ArithmeticError if it leaves the range of a double or can't be integrated.
@@ -76,5 +69,5 @@ class LinearLaw(Law):
     def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         return k * compression + self.damper(b) * closing
 
-    def contact(self, p: Parameters, k: float, b: float, start: InitialState) -> ContactPhase:
-        return linear_contact((k, self.damper(b), self.drag(b), p.m_club, p.m_ball), start)
+    def contact(self, p: Parameters, k: float, b: float, start: Motion) -> ContactPhase:
+        return linear_contact(k, self.damper(b), self.drag(b), p.m_club, p.m_ball, start)

@@ -10,14 +10,11 @@ form in σ; only t is an integral over σ.
 
 from itertools import pairwise
 from math import atan2, hypot, inf, pi, sqrt
-from typing import TYPE_CHECKING
 
 from ..numerics.gauss import GAUSS_5
 from ..numerics.panels import Oscillator, Panel
-from .contact import ContactPhase, InitialState, State
-
-if TYPE_CHECKING:
-    from ..parameters import Parameters
+from ..values import Motion, Parameters, State
+from .contact import ContactPhase
 
 #: Where panels meet, as phases Ωσ since the last zero of x. Its other zeros (pi apart, along the
 #: imaginary axis above critical damping) are so far away that coefficients fall as 7^-j or faster.
@@ -41,8 +38,8 @@ class PowerLawContact(ContactPhase):
     #: Unbounded: the force has a kink at d = 0.
     rate = inf
 
-    def __init__(self, parameters: "Parameters", k: float, b: float, start: InitialState) -> None:
-        _, d, _, _, w = self._bodies = start
+    def __init__(self, parameters: Parameters, k: float, b: float, start: Motion) -> None:
+        _, _, _, _, d, w = self._bodies = start
         exponent, reference_compression = parameters.exponent, parameters.reference_compression
         m_club, m_ball = parameters.m_club, parameters.m_ball
         total = m_club + m_ball
@@ -119,7 +116,7 @@ class PowerLawContact(ContactPhase):
         return force if force > 0.0 else 0.0
 
     def state(self, t: float) -> State:
-        x_club, d0, v_club, v_ball, w0 = self._bodies
+        x_club, _, v_club, v_ball, d0, w0 = self._bodies
         p, q = self._p, self._q
         force, d, w = self._relative_motion(t)
         x = x_club + ((p * v_ball + q * v_club) * t - p * (d0 - d))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,9 +11,6 @@ from golf_impact.calibration.measurements import TARGETS
 from golf_impact.facts.quantities import QUANTITIES
 from golf_impact.report import figures
 
-if TYPE_CHECKING:
-    from golf_impact.calibration.calibration import Calibration
-
 _LABELS = {
     "curve": ("time since touch (µs)", "contact force (N)", "fit − measured (N)"),
     "cor_speeds": ("approach speed (m/s)", "COR", "fit − measured"),
@@ -21,7 +18,7 @@ _LABELS = {
 _DOTS: dict[str, Any] = {"color": figures.BLACK, "marker": ".", "ms": 5, "ls": "", "alpha": 0.6}
 
 
-def draw(calibration: Calibration) -> Figure:
+def draw(calibration: Any) -> Figure:
     """A column for the force, one for COR over speed, one for the scalars' residuals."""
     data, fit = calibration.data, calibration.fit
     columns = [[name, f"{name} residuals"] for name in data.series]
