@@ -21,7 +21,7 @@ def test_results_and_path(case, contact):
     speed = abs(case["club_speed"]) + abs(case["ball_speed"])
     time, force = expected["contact_time"], expected["max_force"]
     assert phase.duration == pytest.approx(time, rel=TOLERANCE, abs=0)
-    x_ball, v_club, v_ball, compression, _ = phase.end()
+    _, x_ball, v_club, v_ball, compression, _ = phase.end()
     x_club = x_ball + compression
     assert v_club == pytest.approx(expected["club_velocity"], abs=TOLERANCE * speed)
     assert v_ball == pytest.approx(expected["ball_velocity"], abs=TOLERANCE * speed)

@@ -99,7 +99,7 @@ def document_tables() -> list[Table]:
             "What the document says and how it is read",
             ["the document says", "why not literally", "how it is read here", "implemented in"],
             [
-                [row["printed"], row["problem"], row["reading"], _locate(row["file"], row["line"])]
+                [row["printed"], row["problem"], row["reading"], f"{row['file']}: {row['symbol']}"]
                 for row in document.READINGS
             ],
         ),
@@ -114,13 +114,3 @@ def document_tables() -> list[Table]:
             [list(row) for row in document.NOT_REPRODUCED.values()],
         ),
     ]
-
-
-def _locate(file: str, beginning: str) -> str:
-    """`file:number` of the first line of code that begins like this, indentation aside."""
-    # Where it is installed, all packages are side by side, and the scripts inside this one.
-    inside = file.partition("/")[2]
-    places = _PACKAGE.parents[1] / file, _PACKAGE.parent / inside, _PACKAGE / "scripts" / inside
-    lines = next(filter(Path.is_file, places)).read_text("utf-8").splitlines()
-    number = next(n for n, line in enumerate(lines, 1) if line.strip().startswith(beginning))
-    return f"{file}:{number}"
