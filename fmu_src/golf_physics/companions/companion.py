@@ -1,21 +1,47 @@
-"""What the companion FMUs share: variables made from tables, refusals, and state.
+"""What the companions share: variables made from tables, refusals, and state.
 
 A refused value leaves the old one; steps are refused until the variable is set right.
 """
 
 import json
 from binascii import crc32
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Iterable
 from math import isfinite
 from operator import attrgetter
-
-from host.at_exit import prepare_process
-from host.messages import Messages
-from pythonfmu import Boolean, Fmi2Slave, Real
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 #: Stands in `_refused` for a state that is refused: until the next step only.
 _STATE = "state"
+
+
+class Variable(NamedTuple):
+    """One variable: its attributes in FMI and its allowed values."""
+
+    reference: int
+    name: str
+    causality: str
+    type: str  #: Real or Boolean
+    unit: str
+    start: float | None
+    low: float
+    high: float
+    display: str | None
+    description: str
+    allowed: str = ""
+    nominal: float | None = None
+
+
+class Refusal(str):
+    """A message, with what it refuses and why as fields."""
+
+    variable: str
+    value: Any
+    reason: str
+
+    def __new__(cls, variable: str, value: Any, reason: str, unit: str = "") -> "Refusal":
+        made = super().__new__(cls, f"{variable} = {value!r}{unit} is refused: {reason}")
+        made.variable, made.value, made.reason = variable, value, reason
+        return made
 
 
 def _with_checksum(body: bytes) -> bytes:
@@ -23,13 +49,14 @@ def _with_checksum(body: bytes) -> bytes:
     return body + f', "checksum": {crc32(body)}}}'.encode()
 
 
-class Companion(Fmi2Slave):
-    """A slave whose variables are its attributes.
+class Companion:
+    """A component whose variables are its attributes.
 
     `_step` takes a step, or returns the reason for a refusal.
 
     Args:
-        rows: of each variable name, causality, type, unit, start, least and greatest allowed value.
+        rows: a `Variable`, or its fields, of each variable.
+        report: called with a message whenever something is refused.
     """
 
     #: Attributes of the state beside the variables; their objects are immutable or only extended.
@@ -37,71 +64,96 @@ class Companion(Fmi2Slave):
     #: Those of them that are serialized as arguments (`begins`, or a tuple), and their types.
     objects: tuple[tuple[str, Callable], ...] = ()
     #: How many steps have been accepted since the instance was made.
-    _steps = 0
+    steps = 0
 
-    def __init__(self, rows: list[tuple], **kwargs) -> None:
-        super().__init__(**kwargs)
-        prepare_process(self.resources, f"linux64/{self.modelName}.so")
-        self._report = Messages(self.log_queue, kwargs, lambda: self._steps)
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """The variables."""
+
+    def __init__(self, rows: Iterable[tuple], report: Callable[[str], None]) -> None:
+        self._report = report
         #: Why steps are refused, by the variable to be corrected.
         self._refused: dict[str, str] = {}
         #: Whether parameters can't be set any more.
         self._fixed = False
-        for name, causality, kind, _, start, low, high in rows:
-            make, zero = (Real, 0.0) if kind == "Real" else (Boolean, False)
-            setattr(self, name, zero if start is None else start)
-            # Not more: modelDescription.xml is made from the same tables.
-            setter = partial(self._assign, name, causality, low, high)
-            self.register_variable(make(name, setter=setter))
-        self._state_names = "_fixed", "_refused", *self.inside, *(row[0] for row in rows)
+        variables = [Variable(*row) for row in rows]
+        for row in variables:
+            zero = 0.0 if row.type == "Real" else False
+            setattr(self, row.name, zero if row.start is None else row.start)
+        self._state_names = "_fixed", "_refused", *self.inside, *(row.name for row in variables)
+        self._rows = {(row.type, row.reference): row for row in variables}
 
-    def _assign(self, name: str, causality: str, low: float, high: float, value: float) -> None:
-        """Set a variable, or refuse the value."""
-        refused, why = dict(self._refused), ""
+    def enter_initialization(self) -> None:
+        """Has no effect."""
+
+    def exit_initialization(self) -> bool:
+        """Fix the parameters if they can be used; returns whether they can."""
+        problem = self._problem()
+        if problem and not self._refused:
+            self._report(problem)
+        return not problem
+
+    def terminate(self) -> None:
+        """Has no effect."""
+
+    def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
+        """Set inputs and parameters of this type; refused ones keep theirs."""
+        for reference, value in zip(references, values):
+            self._assign(self._rows[type_, reference], value)
+
+    def _assign(self, row: Variable, value: Any) -> None:
+        name, refused, why = row.name, dict(self._refused), ""
         refused.pop(name, None)
-        if causality == "output":
+        if row.causality == "output":
             self._report("an output can't be set")
         elif value == getattr(self, name):
             pass
-        elif not low <= value <= high:
-            why = f"it must be {low:g} to {high:g}"
-        elif causality == "parameter" and self._fixed:
+        elif not row.low <= value <= row.high:
+            why = f"it must be {row.low:g} to {row.high:g}"
+        elif row.causality == "parameter" and self._fixed:
             why = "a parameter is fixed now"
         else:
             setattr(self, name, value)
         if why:
-            refused[name] = f"{name} = {value!r} is refused: {why}"
+            refused[name] = Refusal(name, value, why)
             self._report(refused[name])
         self._refused = refused
 
-    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
-        """Has no effect; the standalone FMU passes the start time alone."""
+    def discretes(self, references: list[int], type_: str) -> list:
+        """Values of variables of this type."""
+        return [getattr(self, self._rows[type_, reference].name) for reference in references]
 
-    def exit_initialization_mode(self) -> bool:
-        problem = self._problem()
-        if problem and not self._refused:
-            self._report(problem)
-        # pythonfmu drops it; the standalone FMU's loader returns Error if it is false.
-        return not problem
+    def reals(self, references: list[int]) -> list[float]:
+        """Values of Real variables."""
+        return self.discretes(references, "Real")
 
-    def do_step(self, current_time: float, step_size: float) -> bool:
+    def step(self, point: float, size: float) -> bool:
+        """One communication step from the host's communication point on, both in s.
+
+        Returns whether it was accepted; if not, a message says why, and nothing has changed.
+        """
         problem = self._problem()
-        if not (step_size > 0.0 and isfinite(current_time + step_size)):
-            problem = f"step size = {step_size!r} s is refused: it must be > 0"
+        if not (size > 0.0 and isfinite(point + size)):
+            problem = Refusal("step size", size, "it must be > 0", " s")
         try:
-            problem = problem or self._step(current_time, step_size)
+            problem = problem or self._step(point, size)
         except (ArithmeticError, ValueError) as error:
             problem = f"this step can't be computed: {error}"
         if problem:
             self._report(problem)
             self._refused = {name: text for name, text in self._refused.items() if name != _STATE}
         else:
-            self._steps += 1
+            self.steps += 1
         return not problem
+
+    def _step(self, point: float, size: float) -> str | None:
+        raise NotImplementedError
 
     def _problem(self) -> str | None:
         """Why no step can be taken; if one can, the parameters are fixed."""
-        problem = "; ".join(self._refused.values()) or None
+        refused = list(self._refused.values())
+        problem = refused[0] if len(refused) == 1 else "; ".join(refused) or None
         if not problem and not self._fixed:
             problem = self._begin()
             self._fixed = not problem
@@ -111,26 +163,29 @@ class Companion(Fmi2Slave):
         """Use the parameters; or return why they can't be used."""
         return None
 
-    def _get_fmu_state(self) -> dict:
+    def snapshot(self) -> dict:
+        """Everything, for `restore` in any instance of this process."""
         return {name: getattr(self, name) for name in self._state_names}
 
-    def _set_fmu_state(self, state: dict | None) -> None:
+    def restore(self, state: dict | None) -> None:
+        """Go back to a snapshot: the instance is then exactly as it was."""
         if state is not None and tuple(state) == self._state_names:
             self.__dict__.update(state)
-            self._steps += 1
+            self.steps += 1
             return
         text = "a state that this FMU didn't make is refused; it has no effect"
         self._refused = {**self._refused, _STATE: text}
         self._report(text)
 
     @staticmethod
-    def _fmu_state_to_bytes(state: dict | None) -> bytes:
+    def packed(state: dict | None) -> bytes:
+        """A snapshot as bytes, for another process."""
         # A motion is computed again from its initial values.
         return _with_checksum(json.dumps(state, default=attrgetter("begins")).encode()[:-1])
 
     @classmethod
-    def _fmu_state_from_bytes(cls, data: bytes) -> dict | None:
-        """The state that became these bytes, or None if they are none of this FMU's."""
+    def unpacked(cls, data: bytes) -> dict | None:
+        """The snapshot that became these bytes, or None if they are none of this component's."""
         body = data.rpartition(b', "checksum": ')[0]
         if data != _with_checksum(body):
             return None
