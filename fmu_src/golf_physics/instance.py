@@ -8,7 +8,11 @@ from .variables import ALL_REFERENCES, VARIABLES
 
 
 class RefusedError(ValueError):
-    """The message of a component that refuses something."""
+    """What a component refuses, and why."""
+
+    def __init__(self, sentence: str, variable: str = "", value: Any = None, reason: str = ""):
+        super().__init__(sentence)
+        self.variable, self.value, self.reason = variable, value, reason
 
 
 class Instance:

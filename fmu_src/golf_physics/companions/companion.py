@@ -31,17 +31,21 @@ class Variable(NamedTuple):
     nominal: float | None = None
 
 
-class Refusal(str):
-    """A message, with what it refuses and why as fields."""
+class Refusal(NamedTuple):
+    """Why a value, or a call, is refused."""
 
-    variable: str
-    value: Any
-    reason: str
+    sentence: str
+    variable: str = ""  #: the name, if a single one is to be corrected
+    value: Any = None
+    reason: str = ""  #: the sentence without variable and value
 
-    def __new__(cls, variable: str, value: Any, reason: str, unit: str = "") -> "Refusal":
-        made = super().__new__(cls, f"{variable} = {value!r}{unit} is refused: {reason}")
-        made.variable, made.value, made.reason = variable, value, reason
-        return made
+    def __str__(self) -> str:
+        return self.sentence
+
+
+def refusal(variable: str, value: Any, reason: str, unit: str = "") -> Refusal:
+    """Why this value isn't accepted."""
+    return Refusal(f"{variable} = {value!r}{unit} is refused: {reason}", variable, value, reason)
 
 
 def _with_checksum(body: bytes) -> bytes:
@@ -56,7 +60,7 @@ class Companion:
 
     Args:
         rows: a `Variable`, or its fields, of each variable.
-        report: called with a message whenever something is refused.
+        report: called with a `Refusal` whenever something is refused.
     """
 
     #: Attributes of the state beside the variables; their objects are immutable or only extended.
@@ -71,10 +75,10 @@ class Companion:
         def __getattr__(self, name: str) -> Any:
             """The variables."""
 
-    def __init__(self, rows: Iterable[tuple], report: Callable[[str], None]) -> None:
+    def __init__(self, rows: Iterable[tuple], report: Callable[[Refusal], Any]) -> None:
         self._report = report
         #: Why steps are refused, by the variable to be corrected.
-        self._refused: dict[str, str] = {}
+        self._refused: dict[str, Refusal] = {}
         #: Whether parameters can't be set any more.
         self._fixed = False
         variables = [Variable(*row) for row in rows]
@@ -106,7 +110,7 @@ class Companion:
         name, refused, why = row.name, dict(self._refused), ""
         refused.pop(name, None)
         if row.causality == "output":
-            self._report("an output can't be set")
+            self._report(Refusal("an output can't be set", row.name, value))
         elif value == getattr(self, name):
             pass
         elif not row.low <= value <= row.high:
@@ -116,7 +120,7 @@ class Companion:
         else:
             setattr(self, name, value)
         if why:
-            refused[name] = Refusal(name, value, why)
+            refused[name] = refusal(name, value, why)
             self._report(refused[name])
         self._refused = refused
 
@@ -135,31 +139,31 @@ class Companion:
         """
         problem = self._problem()
         if not (size > 0.0 and isfinite(point + size)):
-            problem = Refusal("step size", size, "it must be > 0", " s")
+            problem = refusal("step size", size, "it must be > 0", " s")
         try:
             problem = problem or self._step(point, size)
         except (ArithmeticError, ValueError) as error:
-            problem = f"this step can't be computed: {error}"
+            problem = Refusal(f"this step can't be computed: {error}")
         if problem:
             self._report(problem)
-            self._refused = {name: text for name, text in self._refused.items() if name != _STATE}
+            self._refused = {name: one for name, one in self._refused.items() if name != _STATE}
         else:
             self.steps += 1
         return not problem
 
-    def _step(self, point: float, size: float) -> str | None:
+    def _step(self, point: float, size: float) -> Refusal | None:
         raise NotImplementedError
 
-    def _problem(self) -> str | None:
+    def _problem(self) -> Refusal | None:
         """Why no step can be taken; if one can, the parameters are fixed."""
-        refused = list(self._refused.values())
-        problem = refused[0] if len(refused) == 1 else "; ".join(refused) or None
-        if not problem and not self._fixed:
-            problem = self._begin()
-            self._fixed = not problem
+        if self._refused:
+            first, *_ = refused = list(self._refused.values())
+            return first._replace(sentence="; ".join(map(str, refused)))
+        problem = None if self._fixed else self._begin()
+        self._fixed = not problem
         return problem
 
-    def _begin(self) -> str | None:
+    def _begin(self) -> Refusal | None:
         """Use the parameters; or return why they can't be used."""
         return None
 
@@ -173,9 +177,9 @@ class Companion:
             self.__dict__.update(state)
             self.steps += 1
             return
-        text = "a state that this FMU didn't make is refused; it has no effect"
-        self._refused = {**self._refused, _STATE: text}
-        self._report(text)
+        foreign = Refusal("a state that this FMU didn't make is refused; it has no effect")
+        self._refused = {**self._refused, _STATE: foreign}
+        self._report(foreign)
 
     @staticmethod
     def packed(state: dict | None) -> bytes:
@@ -191,6 +195,7 @@ class Companion:
             return None
         try:
             state = json.loads(body + b"}")
+            state["_refused"] = {name: Refusal(*one) for name, one in state["_refused"].items()}
             for name, make in cls.objects:
                 state[name] = state[name] and make(*state[name])
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):

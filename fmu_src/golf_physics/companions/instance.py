@@ -23,8 +23,8 @@ class CompanionInstance:
     def __init__(
         self, kind: Callable[[Iterable[tuple], Callable], Companion], rows: Sequence[tuple]
     ) -> None:
-        self._messages: list[str] = []
-        self._component = kind(rows, self._messages.append)
+        self._refusals: list[Refusal] = []
+        self._component = kind(rows, self._refusals.append)
         self._initial = self._component.snapshot()
         self._variables = {row.name: row for row in (Variable(*row) for row in rows)}
 
@@ -67,13 +67,7 @@ class CompanionInstance:
         raise self.error(f"there is no {kind} {name!r}: choose from {known}")
 
     def _check(self, accepted: bool) -> None:
-        messages = list(self._messages)
-        self._messages.clear()
-        if messages or not accepted:
-            message = messages[0 if accepted else -1]
-            error = self.error(message)
-            if isinstance(message, Refusal):
-                vars(error).update(
-                    variable=message.variable, value=message.value, reason=message.reason
-                )
-            raise error
+        refusals = list(self._refusals)
+        self._refusals.clear()
+        if refusals or not accepted:
+            raise self.error(*refusals[0 if accepted else -1])

@@ -25,7 +25,7 @@ from functools import partial
 from math import acos, acosh, atan2, exp, hypot, log, sqrt, tan
 from typing import NamedTuple
 
-from .companion import Companion, Refusal
+from .companion import Companion, Refusal, refusal
 from .taylor import ORDER, Series, bisect, first_zero, slope, value
 
 #: Pieces of a contact at least. Phases at most: contacts in golf have up to three, random ones 15.
@@ -154,14 +154,14 @@ class Launch(Companion):
 
     launched: bool
 
-    def _begin(self) -> str | None:
+    def _begin(self) -> Refusal | None:
         if abs(self.dynamic_loft - self.attack_angle) < 1.5:
             return None
         why = (
             f"with dynamic_loft = {self.dynamic_loft!r} the spin loft, their difference, must be "
             "-1.5 to 1.5"
         )
-        return Refusal("attack_angle", self.attack_angle, why)
+        return refusal("attack_angle", self.attack_angle, why)
 
     def _step(self, point: float, size: float) -> None:
         if not self.separated or self.launched:

@@ -23,8 +23,9 @@ falls after the peak if steps are equal or shorter than half of `rise_time`. The
 
 from collections.abc import Callable, Iterable
 from math import cos, pi, sin
+from typing import Any
 
-from .companion import Companion, Refusal
+from .companion import Companion, Refusal, refusal
 from .double_pendulum import HELD, Ball, Golfer, Motion, State
 
 #: Outputs that a step computes; the others are computed from the motion when they are read.
@@ -56,19 +57,19 @@ class Swing(Companion):
     #: Whether the outputs of the motion belong to this communication point.
     _current = False
 
-    def __init__(self, rows: Iterable[tuple], report: Callable[[str], None]) -> None:
+    def __init__(self, rows: Iterable[tuple], report: Callable[[Refusal], Any]) -> None:
         super().__init__(rows, report)
         stepped = (row for row in self._rows.values() if row.name in _STEPPED)
         self._stepped = {row.reference for row in stepped}
 
-    def _begin(self) -> str | None:
+    def _begin(self) -> Refusal | None:
         if self.prescribed_speed:
             self.club_speed = -self.takeaway_speed
             return None
         if self.club_inertia * self.club_mass < self.club_first_moment**2 * (1.0 - 1e-12):
             least = self.club_first_moment**2 / self.club_mass
             why = f"with this mass and first moment it must be at least {least:g}"
-            return Refusal("club_inertia", self.club_inertia, why)
+            return refusal("club_inertia", self.club_inertia, why)
         values = {name: getattr(self, name) for name in Golfer._fields}
         golfer = Golfer(**values | {"gravity": self.gravity * sin(self.plane_angle)})
         top = State(-self.arm_start, -self.arm_start - self.wrist_start, *[0.0] * 5)
@@ -76,13 +77,13 @@ class Swing(Companion):
             motion = Motion(golfer, self.backswing_time, top, HELD)
             ball = motion.ball(self.spin_loft)
         except (ArithmeticError, ValueError) as error:
-            return f"these parameters leave the range of a double ({error})"
+            return Refusal(f"these parameters leave the range of a double ({error})")
         if ball is None:
-            return "these parameters are refused: the arms don't reach the ball"
+            return Refusal("these parameters are refused: the arms don't reach the ball")
         self._motion, self._ball = motion, ball
         return None
 
-    def _step(self, current_time: float, size: float) -> str | None:
+    def _step(self, current_time: float, size: float) -> Refusal | None:
         exact = size - self._lost
         end = self._time + exact
         if self._motion and self._ball:
@@ -95,12 +96,12 @@ class Swing(Companion):
         self.reaction_impulse = self.impulse
         return None
 
-    def _swing(self, size: float, end: float, motion: Motion, ball: Ball) -> str | None:
+    def _swing(self, size: float, end: float, motion: Motion, ball: Ball) -> Refusal | None:
         begin = self._time
         if begin < ball.time and size > 0.5 * ball.time:
             half = f"{0.5 * ball.time:g} s, half of the swing"
             why = f"until the ball is hit it must be at most {half}"
-            return Refusal("step size", size, why, " s")
+            return refusal("step size", size, why, " s")
         force = (self.impulse - self.reaction_impulse) / size
         if force != motion.force and begin >= motion.origin:
             motion = Motion(
