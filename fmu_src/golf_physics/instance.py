@@ -1,10 +1,10 @@
-"""An instance of ClubBallImpact in this process: the calls of an FMI importer, without an FMU."""
+"""Instances in this process: the calls of an FMI importer, without an FMU."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from .component.component import Component
-from .variables import ALL_REFERENCES, VARIABLES
+from .variables import VARIABLES
 
 
 class RefusedError(ValueError):
@@ -20,18 +20,27 @@ class Instance:
 
     Its numbers are those of the FMU to the last bit. Methods raise `error` where the component
     refuses something.
+
+    Args:
+        kind: makes the component from a function that takes its refusals; by default
+            ClubBallImpact.
+        rows: its variables.
     """
 
     error: type[Exception] = RefusedError
 
-    def __init__(self) -> None:
-        self._messages: list[str] = []
-        self._component = Component(self._messages.append)
+    def __init__(
+        self, kind: Callable[[Callable], Any] = Component, rows: Iterable[Any] = VARIABLES
+    ) -> None:
+        self._refusals: list[Any] = []
+        self._rows = {row.name: row for row in rows}
+        self._references = {name: n for n, name in enumerate(self._rows)}
+        self._component = kind(self._refusals.append)
         self._initial = self._component.snapshot()
 
     def default(self, name: str) -> float:
         """The start value of an input or parameter (SI units)."""
-        return float(VARIABLES[ALL_REFERENCES[name]].start or 0.0)
+        return float(self._rows[name].start or 0.0)
 
     def start(self, **values: Any) -> None:
         """Begin a run at time 0 with these inputs and parameters (SI units; defaults otherwise)."""
@@ -40,14 +49,13 @@ class Instance:
         component.enter_initialization()
         for name, value in values.items():
             reference = self._reference(name, ("input", "parameter"))
-            kind, value = VARIABLES[reference].type, float(value)
+            kind, value = self._rows[name].type, float(value)
             if kind == "Enumeration":
                 if value != value // 1.0:
-                    raise self.error(
-                        f"{name} = {value!r} is refused: it must be a whole number, 1 or 2"
-                    )
+                    why = "it must be a whole number, 1 or 2"
+                    raise self.error(f"{name} = {value!r} is refused: {why}", name, value, why)
                 value = int(value)
-            component.set_values([reference], [value], kind)
+            component.set_values([reference], [bool(value) if kind == "Boolean" else value], kind)
         component.exit_initialization()
         self._check(True)
 
@@ -68,15 +76,16 @@ class Instance:
         return bool(self._component.discretes([self._reference(name, ("output",))], "Boolean")[0])
 
     def _reference(self, name: str, causalities: Iterable[str]) -> int:
-        reference = ALL_REFERENCES.get(name, len(VARIABLES))
-        if reference < len(VARIABLES) and VARIABLES[reference].causality in causalities:
-            return reference
-        known = ", ".join(row.name for row in VARIABLES if row.causality in causalities)
+        row = self._rows.get(name)
+        if row is not None and row.causality in causalities:
+            return getattr(row, "reference", self._references[name])
+        known = ", ".join(n for n, row in self._rows.items() if row.causality in causalities)
         kind = " or ".join(causalities)
         raise self.error(f"there is no {kind} {name!r}: choose from {known}")
 
     def _check(self, accepted: bool) -> None:
-        messages = list(self._messages)
-        self._messages.clear()
-        if messages or not accepted:
-            raise self.error(messages[0 if accepted else -1])
+        refusals = list(self._refusals)
+        self._refusals.clear()
+        if refusals or not accepted:
+            refusal = refusals[0 if accepted else -1]
+            raise self.error(*([refusal] if isinstance(refusal, str) else refusal))

@@ -1,8 +1,14 @@
 """Errors that a user can correct."""
 
+from typing import Any
+
 
 class UserError(Exception):
     """An error in one line: what was given, what is allowed, what to do. The exit code is 2."""
+
+    def __init__(self, sentence: str, variable: str = "", value: Any = None, reason: str = ""):
+        super().__init__(sentence)
+        self.variable, self.value, self.reason = variable, value, reason
 
 
 def missing_package(what: str, package: str, extra: str, otherwise: str = "") -> UserError:

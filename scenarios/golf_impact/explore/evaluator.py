@@ -7,12 +7,13 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
 from golf_physics.companions.ball_flight import BallFlight
-from golf_physics.companions.instance import CompanionInstance
+from golf_physics.companions.companion import Variable
 from golf_physics.companions.launch import Launch
 from golf_physics.instance import Instance, RefusedError
 
@@ -58,9 +59,12 @@ NO_FLIGHT: Columns = {"distance": [], "height": []}
 _REFUSED = (ValueError, OverflowError)
 
 
-def in_process(launch: Sequence[tuple], flight: Sequence[tuple]) -> tuple[Any, ...]:
-    """ClubBallImpact, Launch and BallFlight in this process, from the latter's variables."""
-    return Instance(), CompanionInstance(Launch, launch), CompanionInstance(BallFlight, flight)
+def in_process(*tables: Sequence[tuple]) -> list[Instance]:
+    """ClubBallImpact, Launch and BallFlight in this process, from the variables of the latter."""
+    instances = [Instance()]
+    for kind, rows in zip((Launch, BallFlight), tables):
+        instances.append(Instance(partial(kind, rows), [Variable(*row) for row in rows]))
+    return instances
 
 
 def make_evaluator() -> Callable[[str], str]:
