@@ -19,7 +19,6 @@ class CustomBuildHook(BuildHookInterface):
         files = {root / "LICENSE": "golf_build/LICENSE"}
         for folder, pattern, place in (
             ("fmu_src", "*.py", "golf_build/adapters"),
-            ("fmu_src", "*.toml", "golf_build/adapters"),
             ("fmu_src", "host/*.py", "golf_build/adapters"),
             ("fmu_src", "loader/*", "golf_build/adapters"),
             ("scenarios", "*.py", "golf_impact/scripts"),

@@ -29,7 +29,7 @@ _SHARES = (0.0, 0.3, 0.6)
 #: landed.
 _NEAR, _END, _LANDED = 0.96, 0.967, 8.4
 
-#: Speed at the ball, m/s, and time from the top, s, by the source that fmu_src/swing.toml names.
+#: Speed at the ball, m/s, and time from the top, s, by the source that swing.toml names.
 _SOURCE_SPEED, _SOURCE_TIME = 52.76, 0.2125
 
 #: Start values of the swing: time of the backswing, s; lengths of arms and club, m.

@@ -249,19 +249,14 @@ def checkout_with(code, folder):
 
 #: What the page shows of a third law: its number, that it separates, and no words of laws 1 and 2.
 _PAGE = """
-from golf_impact.errors import UserError
-from golf_impact.explore.cases import companions, facts_of
-from golf_impact.explore.evaluator import Evaluator
+from golf_impact.explore.cases import make_evaluator
 from golf_impact.explore.page import page_files
-from golf_impact.fmu.file import current_fmu
-from golf_impact.fmu.impact_fmu import ImpactFmu
 
-with ImpactFmu(current_fmu()[0]) as fmu, companions(fmu) as fmus:
-    evaluator = Evaluator(fmus, UserError, facts_of(fmus))
-    result = evaluator({"values": {"law": 3, "b": 30.0}})
-    page = page_files(evaluator)["index.html"].decode()
-    print(result["values"]["law"], result["metrics"]["contact_time"] > 1e-4, end=" ")
-    print("3, hunt-crossley" in page and " loop" not in str(result) and "loop " not in str(result))
+evaluator = make_evaluator()
+result = evaluator({"values": {"law": 3, "b": 30.0}})
+page = page_files(evaluator)["index.html"].decode()
+print(result["values"]["law"], result["metrics"]["contact_time"] > 1e-4, end=" ")
+print("3, hunt-crossley" in page and " loop" not in str(result) and "loop " not in str(result))
 """
 
 added = pytest.mark.skipif("GOLF_IMPACT_LAWS" in os.environ, reason="the run with a law added")

@@ -18,9 +18,10 @@ from fmpy.validation import validate_fmu
 from instances import get, put
 from scipy.integrate import solve_ivp
 
-from golf_build.system import DRIVE
+from golf_build.system import COMPANIONS, DRIVE
 from golf_impact.facts.measured import TOUR
 from golf_impact.fmu import system
+from golf_impact.fmu.loaded import LoadedFmu
 
 STOP = 0.967  # s: by then the ball has been launched, and the swing has the impulse
 
@@ -711,6 +712,22 @@ def test_momentum_and_energy_of_the_loop(drive, step, rollback):
     applied = path["time"][np.argmax(path["Swing.reaction_impulse"] > 0.0)]
     acts = path["time"][np.argmax(path["ClubBallImpact.impulse"] > 0.0)]
     assert applied - acts == pytest.approx(0.0 if rollback else step, abs=1e-9)
+
+
+def test_model_structure_has_positions_not_value_references(tmp_path):
+    builder = COMPANIONS["Launch"]
+    rows = [row._replace(reference=100 - row.reference) for row in builder.tables["rows"]]
+    path = builder._replace(tables=builder.tables | {"rows": rows}).build(tmp_path / "Launch.fmu")
+    described = fmpy.read_model_description(str(path))  # finds Unknowns by their index
+    assert [unknown.variable.name for unknown in described.outputs] == [
+        row.name for row in rows if row.causality == "output"
+    ]
+    with LoadedFmu(path) as fmu:
+        fmu.start(dynamic_loft=0.3, smash_factor=1.5)
+        assert fmu.read(["dynamic_loft", "smash_factor"]) == {
+            "dynamic_loft": 0.3,
+            "smash_factor": 1.5,
+        }
 
 
 def test_the_system_is_reproducible(files, tmp_path):

@@ -25,6 +25,9 @@ from golf_build.archive import SUMS, checksums, scratch, unpack, write_archive
 HERE = Path(__file__).resolve().parent
 _PHYSICS = Path(golf_physics.__file__).resolve().parent
 
+#: What ClubBallImpact doesn't need of golf_physics.
+_APART = "companions/", "instance.py"
+
 #: The packages that make FMUs, by version of FMI; the FMU contains their runtime.
 RUNTIMES = {2: "pythonfmu", 3: "pythonfmu3"}
 
@@ -37,13 +40,11 @@ class Builder(NamedTuple):
         name: of the file, without .fmu; up to a dot, that of the model and its class.
         sources: files and folders of fmu_src, the module with the class first.
         entry: the module that the runtime loads; {package}, {module} and {model} are filled in. The
-            package has VALUES: `start` if there are laws; else name, causality, type, unit, start,
-            low and high of every variable.
-        tables: `rows`, the variables, the value reference of each being its index; `description`;
-            `units` by name; `laws` of ClubBallImpact; `constant` (outputs whose initial values
-            depend on no variable); in FMI 3.0 `derivatives` (by the names of their states),
-            `unsolved` (outputs that are NaN in Model Exchange) and `structure` (names of
-            variables by the elements of ModelStructure).
+            package has VALUES: `start` if there are laws; else the fields of every variable.
+        tables: `rows`, the variables; `description`; `units` by name; `laws` of ClubBallImpact;
+            `constant` (outputs whose initial values depend on no variable); in FMI 3.0
+            `derivatives` (by the names of their states), `unsolved` (outputs that are NaN in Model
+            Exchange) and `structure` (names of variables by the elements of ModelStructure).
         start: start values by name, where they aren't those of the tables.
     """
 
@@ -82,11 +83,11 @@ class Builder(NamedTuple):
     def files(self) -> dict[str, bytes]:
         """The FMU's files by name."""
         suffix, model, runtime = self.digest()[:16], self.name.partition(".")[0], RUNTIMES[self.fmi]
-        module = self.sources[0].removesuffix(".py")
+        module = Path(self.sources[0]).stem
         package = f"golf_{'physics' if 'golf_physics' in self.sources else module}_{suffix}"
         start = self.start
         rows = [row._replace(start=start.get(row.name, row.start)) for row in self.tables["rows"]]
-        values = start if "laws" in self.tables else [row[:7] for row in rows]
+        values = start if "laws" in self.tables else [tuple(row) for row in rows]
         modules = {"__init__.py": b"", **_read(self.sources)}
         modules["__init__.py"] += f"VALUES = {values}\n".encode()
         tops = "|".join({name.partition("/")[0].removesuffix(".py") for name in modules})
@@ -160,9 +161,11 @@ def _read(sources: Iterable[str]) -> dict[str, bytes]:
     """Files and folders of fmu_src by their paths in an FMU's package, which golf_physics is."""
     files: dict[str, bytes] = {}
     for place in map(fmu_source, sources):
-        root = place if place == _PHYSICS else place.parent
+        root = _PHYSICS if place.is_relative_to(_PHYSICS) else place.parent
         inside = place.rglob("*.py") if place.is_dir() else [place]
         files |= {file.relative_to(root).as_posix(): file.read_bytes() for file in inside}
+        if place == _PHYSICS:
+            files = {name: data for name, data in files.items() if not name.startswith(_APART)}
     return files
 
 

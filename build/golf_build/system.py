@@ -8,7 +8,8 @@ import zipfile
 from pathlib import Path
 
 from golf_physics import variables
-from golf_physics.variables import LARGEST, Unit, Variable
+from golf_physics.companions.companion import Variable
+from golf_physics.variables import Unit
 
 from golf_build import fmi2
 from golf_build import standalone as alone
@@ -36,28 +37,50 @@ _UNITS = {
 } | {name: Unit(**unit) for name, unit in _SYSTEM["units"].items()}
 
 
-def _companion(name: str, *sources: str) -> Builder:
-    """The FMU of these sources, whose variables are in the .toml file beside the first of them."""
+_ENTRY = '''"""The entry point of the FMU; pythonfmu compiles this file anew for every instance."""
+
+from {package} import VALUES
+from {package}.companion import CompanionAdapter
+from {package}.companions.{module} import {model} as Component
+
+
+class {model}(CompanionAdapter):
+    kind, rows = Component, VALUES
+
+    # pythonfmu 0.7.0 crashes on the second instance of a class without a method in its body.
+    def __init__(self, **kwargs):
+        CompanionAdapter.__init__(self, **kwargs)
+'''
+
+
+def _companion(name: str, *modules: str) -> Builder:
+    """The FMU of these modules, whose variables are in the .toml file beside the first of them."""
+    modules = *modules, "companion", "__init__"
+    sources = [f"golf_physics/companions/{module}.py" for module in modules]
     table = fmu_source(sources[0]).with_suffix(".toml").read_text("utf-8")
     (_, description), *groups = tomllib.loads(table).items()
-    rows: list[Variable] = []
+    rows = []
     for causality, group in groups:
-        for variable, (unit, *values, text) in group.items():
-            start, low, high = values or (None, -LARGEST, LARGEST)
+        for variable, (reference, unit, *values, text) in group.items():
+            start, low, high = values or (None, 0.0, 0.0)
             display = next(iter(_UNITS[unit].display), None) if unit else None
-            kind, more = "Real" if unit else "Boolean", (None, display, text, len(rows))
-            rows.append(Variable(variable, causality, kind, unit, start, low, high, *more))
+            kind = "Real" if unit else "Boolean"
+            rows.append(
+                Variable(
+                    reference, variable, causality, kind, unit, start, low, high, display, text
+                )
+            )
     used = {row.unit for row in rows}
     units = {unit: about for unit, about in _UNITS.items() if unit in used}
     tables = {"rows": rows, "description": description, "units": units}
-    return Builder(2, name, (*sources, "companion.py", "host"), fmi2.ENTRY, tables)
+    return Builder(2, name, (*sources, "companion.py", "host"), _ENTRY, tables)
 
 
 #: The companions by name.
 COMPANIONS = {
-    "Swing": _companion("Swing", "swing.py", "double_pendulum.py", "taylor.py"),
-    "Launch": _companion("Launch", "launch.py", "taylor.py"),
-    "BallFlight": _companion("BallFlight", "ball_flight.py", "taylor.py"),
+    "Swing": _companion("Swing", "swing", "double_pendulum", "taylor"),
+    "Launch": _companion("Launch", "launch", "taylor"),
+    "BallFlight": _companion("BallFlight", "ball_flight", "taylor"),
 }
 
 

@@ -1,11 +1,10 @@
-"""An instance of ClubBallImpact in this process: the calls of an FMI importer, without an FMU."""
+"""Instances in this process: the calls of an FMI importer, without an FMU."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from .component.component import Component
-from .values import Refusal
-from .variables import BY_NAME, VARIABLES, Variable
+from .variables import VARIABLES
 
 
 class RefusedError(ValueError):
@@ -28,20 +27,28 @@ class RefusedError(ValueError):
 class Instance:
     """One instance with the clock, modes and outputs that an importer of the FMU sees.
 
-    Its numbers are those of the FMU to the last bit. Methods raise `error`, with the arguments of a
-    `RefusedError`, where the component refuses something.
+    Its numbers are those of the FMU to the last bit. Methods raise `error` where the component
+    refuses something.
+
+    Args:
+        kind: makes the component from a function that takes its refusals; by default
+            ClubBallImpact.
+        rows: its variables.
     """
 
     error: Any = RefusedError
 
-    def __init__(self) -> None:
-        self._refusals: list[Refusal] = []
-        self._component = Component(self._refusals.append)
+    def __init__(
+        self, kind: Callable[[Callable], Any] = Component, rows: Iterable[Any] = VARIABLES
+    ) -> None:
+        self._refusals: list[Any] = []
+        self._rows = {row.name: row for row in rows}
+        self._component = kind(self._refusals.append)
         self._initial = self._component.snapshot()
 
     def default(self, name: str) -> float:
         """The start value of an input or parameter (SI units)."""
-        return float(self._variable(name, "input", "parameter").start or 0.0)
+        return float(self._rows[name].start or 0.0)
 
     def start(self, **values: Any) -> None:
         """Begin a run at time 0 with these inputs and parameters (SI units; defaults otherwise)."""
@@ -49,14 +56,14 @@ class Instance:
         component.restore(self._initial)
         component.enter_initialization()
         for name, value in values.items():
-            row, value = self._variable(name, "input", "parameter"), float(value)
-            if row.type == "Enumeration":
+            reference = self._reference(name, ("input", "parameter"))
+            kind, value = self._rows[name].type, float(value)
+            if kind == "Enumeration":
                 if value != value // 1.0:
-                    reason = "it must be a whole number, 1 or 2"
-                    sentence = f"{name} = {value!r} is refused: {reason}"
-                    raise self.error(sentence, name, value, reason)
+                    why = "it must be a whole number, 1 or 2"
+                    raise self.error(f"{name} = {value!r} is refused: {why}", name, value, why)
                 value = int(value)
-            component.set_values([row.reference], [value], row.type)
+            component.set_values([reference], [bool(value) if kind == "Boolean" else value], kind)
         component.exit_initialization()
         self._check(True)
 
@@ -66,7 +73,7 @@ class Instance:
 
     def read(self, names: Sequence[str]) -> dict[str, float]:
         """Values of Real outputs at this communication point, by name (SI units)."""
-        references = [self._variable(name, "output").reference for name in names]
+        references = [self._reference(name, ("output",)) for name in names]
         # The list of values may be longer.
         values = dict(zip(names, self._component.reals(references)))
         self._check(True)
@@ -74,19 +81,19 @@ class Instance:
 
     def read_flag(self, name: str) -> bool:
         """Value of a Boolean output at this communication point."""
-        (value,) = self._component.discretes([self._variable(name, "output").reference], "Boolean")
-        return bool(value)
+        return bool(self._component.discretes([self._reference(name, ("output",))], "Boolean")[0])
 
-    def _variable(self, name: str, *causalities: str) -> Variable:
-        row = BY_NAME.get(name)
+    def _reference(self, name: str, causalities: Iterable[str]) -> int:
+        row = self._rows.get(name)
         if row is not None and row.causality in causalities:
-            return row
-        known = ", ".join(row.name for row in VARIABLES if row.causality in causalities)
-        raise self.error(f"there is no {' or '.join(causalities)} {name}: choose from {known}")
+            return row.reference
+        known = ", ".join(n for n, row in self._rows.items() if row.causality in causalities)
+        kind = " or ".join(causalities)
+        raise self.error(f"there is no {kind} {name!r}: choose from {known}")
 
     def _check(self, accepted: bool) -> None:
         refusals = list(self._refusals)
         self._refusals.clear()
         if refusals or not accepted:
-            sentence, variable, value, reason = refusals[0 if accepted else -1]
-            raise self.error(sentence, variable, value, reason)
+            refusal = refusals[0 if accepted else -1]
+            raise self.error(*refusal)

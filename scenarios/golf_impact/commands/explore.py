@@ -55,11 +55,10 @@ def explore(
         raise UserError("--export takes no --ball or --set: the address holds the case")
     if export is None and pyodide is not None:
         raise UserError("--pyodide is for --export FOLDER alone")
-    path = fmu_file(None)
     if export is not None:
         from golf_impact.explore.export import export as write_page
 
-        sizes = write_page(path, export, pyodide)
+        sizes = write_page(fmu_file(None), export, pyodide)
         say(
             f"{len(sizes)} files, {sum(sizes.values()) / 1e6:.1f} MB, in {export}\n"
             f"To try it: {Path(sys.executable).name} -m http.server -d {export}"
@@ -76,4 +75,4 @@ def explore(
         if browser and not (screen and webbrowser.open(address)):
             warn("No browser can be opened here: open this address in one.", style="yellow")
 
-    serve(path, port, values, ready)
+    serve(port, values, ready)

@@ -1,23 +1,20 @@
-"""Data of the page (cases.toml): quantities, examples, clubs; and the three FMUs that it uses."""
+"""Data of the page (cases.toml): quantities, examples, clubs; its numbers by the FMUs."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from math import cos, radians
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from golf_build import LAWS
-from golf_impact.errors import UserError
-from golf_impact.explore.evaluator import LOFT, Evaluator
+from golf_physics.variables import LAWS, VARIABLES
+
+from golf_build.system import COMPANIONS
+from golf_impact.explore.evaluator import LOFT, Evaluator, in_process
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.measured import MPH, ROH_LEE_FIGURES, TOUR
 from golf_impact.facts.quantities import format_value
 from golf_impact.facts.toml import read_toml
-from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.fmu.loaded import LoadedFmu
-from golf_impact.fmu.system import build_system
 from golf_impact.runs import METRICS, PATH
 
 #: The case that an address without parameters opens with: a ball that has been measured.
@@ -78,23 +75,19 @@ def _club(row: tuple[Any, ...], loft: float) -> Example:
 CLUBS = [_club(row, loft) for row, loft in zip(TOUR, _DATA["lofts"])]
 
 
-@contextmanager
-def companions(fmu: ImpactFmu) -> Iterator[tuple[LoadedFmu, ...]]:
-    """ClubBallImpact, Launch and BallFlight in use."""
-    with TemporaryDirectory(prefix="golf-impact-") as folder:
-        _, *files, _ = build_system(Path(folder))
-        with LoadedFmu(files[0]) as launch, LoadedFmu(files[1]) as flight:
-            yield fmu, launch, flight
+#: Variables of Launch and BallFlight.
+ROWS = [COMPANIONS[name].tables["rows"] for name in ("Launch", "BallFlight")]
 
 
-def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
-    """Data of the page and of `Evaluator` beside the instances, for JSON."""
-    impact, launch, _ = fmus
-    inputs = (v for v in impact.variables.values() if v.causality in ("input", "parameter"))
-    defaults = {v.name: float(v.start) for v in inputs}
+def make_evaluator() -> Evaluator:
+    """The evaluator of the page by the physics in this process, with the page's data as facts."""
+    rows = [*VARIABLES, *ROWS[0], *ROWS[1]]
+    instances = impact, launch, _ = in_process(*ROWS)
+    inputs = (row.name for row in VARIABLES if row.causality != "output")
+    defaults = {name: impact.default(name) for name in inputs}
     defaults |= {name: launch.default(name) for name in LOFT}
     contact = {name: defaults[name] for name in _DATA["contact"]}
-    units = {v.name: v.unit for fmu in fmus for v in fmu.variables.values() if v.unit}
+    units = {row.name: row.unit for row in rows if row.unit}
     units |= {f"{part}_energy": "J" for part in ("club", "ball", "spring", "lost")}
     units |= {f"momentum_{when}": units["momentum"] for when in ("initial", "final")}
     facts: dict[str, Any] = {
@@ -111,7 +104,17 @@ def facts_of(fmus: tuple[LoadedFmu, ...]) -> dict[str, Any]:
         "examples": [one._asdict() | {"values": {**defaults, **one.values}} for one in EXAMPLES],
         "clubs": [one._asdict() | {"values": {**defaults, **one.values}} for one in CLUBS],
     }
-    evaluator = Evaluator(fmus, UserError, facts)
-    for example in facts["examples"]:
-        example["check"] = evaluator({"values": example["values"]})["metrics"]
-    return facts
+    return Evaluator(instances, facts)
+
+
+def metrics_by_fmus(path: Path, facts: Mapping[str, Any]) -> list[dict[str, float]]:
+    """Metrics of the examples by the FMU in this file and its companions, which are built."""
+    # Imported here: the page opens without an FMU.
+    from golf_impact.fmu.impact_fmu import ImpactFmu
+    from golf_impact.fmu.loaded import LoadedFmu
+    from golf_impact.fmu.system import build_system
+
+    with ImpactFmu(path) as impact, TemporaryDirectory(prefix="golf-impact-") as folder:
+        _, *files, _ = build_system(Path(folder))
+        with LoadedFmu(files[0]) as launch, LoadedFmu(files[1]) as flight:
+            return Evaluator((impact, launch, flight), facts).example_metrics()

@@ -1,13 +1,21 @@
 """What the page shows of a case, from its values: paths, ranges, labels, readouts, sweep, shot.
 
-It needs the standard library only, so that it runs in an exported page, too.
+It needs the physics and the standard library only, so that it runs in an exported page, too.
 """
 
+import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
+
+from golf_physics.companions.ball_flight import BallFlight
+from golf_physics.companions.companion import Variable
+from golf_physics.companions.launch import Launch
+from golf_physics.instance import Instance, RefusedError
 
 Values = Mapping[str, float]
 Columns = dict[str, list[float]]
@@ -35,31 +43,50 @@ POINTS = (8, 100, 16)
 SWEPT_METRICS = ("smash_factor", "coefficient_of_restitution")
 SWEPT = 25
 
-#: Parameters of Launch.fmu alone, others of it, and its inputs from the impact.
+#: Parameters of Launch alone, others of it, and its inputs from the impact.
 LOFT = ("dynamic_loft", "attack_angle", "friction")
 BODIES = ("m_club", "m_ball", "ball_diameter")
 FROM_IMPACT = ("ball_velocity", "club_velocity", "smash_factor", "coefficient_of_restitution")
 
-#: Of the shot: outputs of Launch.fmu and BallFlight.fmu; the flight that is drawn.
+#: Of the shot: outputs of Launch and BallFlight; the flight that is drawn.
 LAUNCH = ("ball_speed", "launch_angle", "backspin")
 FLIGHT = ("carry", "apex", "flight_time")
 FLIGHT_POINTS = 30
 NO_FLIGHT: Columns = {"distance": [], "height": []}
 
 
+#: What is raised where values can't be used; a RefusedError is a ValueError.
+_REFUSED = (ValueError, OverflowError)
+
+
+def in_process(*tables: Sequence[tuple]) -> list[Instance]:
+    """ClubBallImpact, Launch and BallFlight in this process, from the variables of the latter."""
+    instances = [Instance()]
+    for kind, rows in zip((Launch, BallFlight), tables):
+        instances.append(Instance(partial(kind, rows), [Variable(*row) for row in rows]))
+    return instances
+
+
+def make_evaluator() -> Callable[[str], str]:
+    """The evaluator of an exported page, from and to JSON; facts.json is beside this file."""
+    rows, facts = json.loads(Path(__file__).with_name("facts.json").read_text())
+    evaluator = Evaluator(in_process(*rows), facts)
+    return lambda request: json.dumps(evaluator(json.loads(request)))
+
+
 class Evaluator:
     """Computes what the page shows, from its requests.
 
     Args:
-        instances: of ClubBallImpact, Launch and BallFlight: `LoadedFmu` or `in_browser.Instance`.
-        refusal: the exception that they raise where they refuse a value.
+        instances: of ClubBallImpact, Launch and BallFlight: those of `in_process`, or `LoadedFmu`.
         facts: start values (`defaults`), outputs that are read (`metrics`, `path`), `speeds` by
-            unit in m/s, presets, and the other tables of cases.toml.
+            unit in m/s, presets, and the other tables of cases.toml; for `check`, `expected`:
+            the metrics of each example.
     """
 
-    def __init__(self, instances: Sequence[Any], refusal: type[Exception], facts: Facts) -> None:
+    def __init__(self, instances: Sequence[Any], facts: Facts) -> None:
         self.instance, self.launch, self.flight = instances
-        self.refusal, self.facts = refusal, facts
+        self.facts = facts
         self.defaults: dict[str, float] = facts["defaults"]
 
     def __call__(self, request: Facts) -> dict[str, Any]:
@@ -81,8 +108,8 @@ class Evaluator:
             if "over" in request:
                 return self.sweep(values, request["over"])
             return self.impact(values, request.get("unit", "m/s"))
-        except (self.refusal, ValueError, OverflowError) as error:
-            about = str(error).partition(" ")[0]
+        except _REFUSED as error:
+            about = error.variable if isinstance(error, RefusedError) else ""
             return {"refused": str(error), "about": about if about in self.defaults else ""}
 
     def _values(self, changes: Facts) -> dict[str, float]:
@@ -94,7 +121,8 @@ class Evaluator:
             try:
                 values[name] = float(value)
             except (TypeError, ValueError):
-                raise ValueError(f"{name} = {value!r} is not a number") from None
+                why = "is not a number"
+                raise RefusedError(f"{name} = {value!r} {why}", name, value, why) from None
         return values
 
     def metrics(self, values: Values) -> dict[str, float]:
@@ -184,7 +212,7 @@ class Evaluator:
                 time = end
                 for name, value in self.flight.read([*NO_FLIGHT]).items():
                     path[name].append(value)
-        except (self.refusal, ValueError, OverflowError) as error:
+        except _REFUSED as error:
             return {}, NO_FLIGHT, f"No flight: {error}"
         shot["head_speed"] = v["club_speed"] / math.cos(v["dynamic_loft"] - v["attack_angle"])
         return shot, path, ""
@@ -195,20 +223,23 @@ class Evaluator:
         swept: Columns = {name: [] for name in ("x", *SWEPT_METRICS)}
         for n in range(SWEPT):
             x = (q["low"] + n / (SWEPT - 1) * (q["high"] - q["low"])) * q["scale"]
-            with suppress(self.refusal, ValueError, OverflowError):
+            with suppress(*_REFUSED):
                 metrics = {"x": x, **self.metrics({**values, over: x})}
                 if self.instance.read_flag("separated"):
                     for name, column in swept.items():
                         column.append(metrics[name])
         return {"over": over, "swept": swept}
 
+    def example_metrics(self) -> list[dict[str, float]]:
+        """The metrics of each example."""
+        return [self({"values": one["values"]})["metrics"] for one in self.facts["examples"]]
+
     def check(self) -> dict[str, Any]:
-        """How far the metrics of the examples are from those that the facts carry (`check`)."""
+        """How far the metrics of the examples are from those expected."""
         errors = []
-        for example in self.facts["examples"]:
-            metrics = self({"values": example["values"]})["metrics"]
-            for name, expected in example["check"].items():
-                errors.append(abs(metrics[name] - expected) / (abs(expected) or 1.0))
+        for metrics, expected in zip(self.example_metrics(), self.facts["expected"]):
+            for name, value in expected.items():
+                errors.append(abs(metrics[name] - value) / (abs(value) or 1.0))
         return {"count": len(errors), "worst": max(errors)}
 
     def _readouts(self, metrics: Values, case: Facts, unit: str) -> list[dict[str, str]]:

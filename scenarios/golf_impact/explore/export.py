@@ -1,22 +1,20 @@
-"""The page as a folder for any web server: the same files, and Python with the FMU's physics."""
+"""The page as a folder for any web server: the same files, and Python with the physics."""
 
 import hashlib
 import json
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from golf_build.archive import pack, unpack
+import golf_physics
+
+from golf_build.archive import pack
 from golf_impact.errors import UserError
-from golf_impact.explore.cases import companions, facts_of
-from golf_impact.explore.evaluator import Evaluator
+from golf_impact.explore.cases import ROWS, make_evaluator, metrics_by_fmus
 from golf_impact.explore.page import page_files
 from golf_impact.files import prepare, write_together
-from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.fmu.loaded import LoadedFmu
 
 #: CPython in WebAssembly, as the npm registry has it.
 VERSION = "0.29.3"
@@ -35,7 +33,7 @@ def export(fmu_file: Path, folder: Path, pyodide: Path | None = None) -> dict[st
     """Write the page into a folder.
 
     Args:
-        fmu_file: the FMU whose physics the page runs.
+        fmu_file: the FMU with whose numbers the page compares its own.
         folder: made if need be; files of the same names are replaced, others stay.
         pyodide: a folder with Pyodide's files; without it they come from npm.
 
@@ -47,10 +45,10 @@ def export(fmu_file: Path, folder: Path, pyodide: Path | None = None) -> dict[st
     """
     prepare(folder)
     runtime = from_folder(pyodide) if pyodide else from_npm()
-    with ImpactFmu(fmu_file) as fmu, companions(fmu) as fmus:
-        evaluator = Evaluator(fmus, UserError, facts_of(fmus))
-        page = page_files(evaluator, exported=True)
-        page["physics.zip"] = _archive(fmus, evaluator.facts)
+    evaluator = make_evaluator()
+    page = page_files(evaluator, exported=True)
+    expected = metrics_by_fmus(fmu_file, evaluator.facts)
+    page["physics.zip"] = _archive({**evaluator.facts, "expected": expected})
     # The page comes last: as long as it isn't there, nothing uses the rest.
     write_together(folder / "pyodide", runtime)
     write_together(folder, page)
@@ -97,21 +95,11 @@ def from_npm() -> dict[str, bytes]:
         return from_folder(Path(folder, "package"))
 
 
-def arguments_of(fmu: LoadedFmu) -> tuple[str, str, dict[str, tuple[int, str]]]:
-    """Those of `in_browser.Instance` for this FMU."""
-    module = Path(fmu.folder, "resources", "slavemodule.txt").read_text().strip()
-    variables = {name: (v.valueReference, v.type) for name, v in fmu.variables.items()}
-    return module, fmu.description.modelName, variables
-
-
-def _archive(fmus: tuple[LoadedFmu, ...], facts: Mapping[str, Any]) -> bytes:
-    """The modules of FMUs and the evaluator with its data, as a zip file."""
-    arguments = [arguments_of(fmu) for fmu in fmus]
-    files = {"golf_explore/facts.json": json.dumps([arguments, facts]).encode()}
-    for name in ("evaluator.py", "in_browser.py"):
-        files[f"golf_explore/{name}"] = Path(__file__).with_name(name).read_bytes()
-    for fmu in fmus:
-        for name, content in unpack(fmu.path).items():
-            if name.startswith("resources/"):
-                files[name.removeprefix("resources/")] = content
-    return pack(files)
+def _archive(facts: dict[str, Any]) -> bytes:
+    """The physics and the evaluator with its data, as a zip file."""
+    package = Path(golf_physics.__file__).parent
+    files = {f"golf_physics/{f.relative_to(package)}": f for f in package.rglob("*.py")}
+    files["golf_explore/evaluator.py"] = Path(__file__).with_name("evaluator.py")
+    contents = {name: file.read_bytes() for name, file in files.items()}
+    contents["golf_explore/facts.json"] = json.dumps([ROWS, facts]).encode()
+    return pack(contents)

@@ -44,9 +44,17 @@ async function startWorker() {
   report("Loading Python (some 6 MB): the sliders work as soon as it is there.")
   const late = setTimeout(() => report("Python has not started within 60 s: reload the page, or try another browser.", true), 60000)
   worker = new Worker("worker.js", {type: "module"})
-  const {count, worst} = await evaluate({check: true}).finally(() => clearTimeout(late))
-  const same = worst <= 1e-12, numbers = `${count} numbers agree with the FMU's within ${worst.toExponential(1)}`
-  report(`This page runs the FMU's physics in your browser; ${numbers}${same ? "" : ": don't rely on them"}.`, !same)
+  showCheck(await evaluate({check: true}).finally(() => clearTimeout(late)))
+}
+
+function showCheck({count, worst}) {
+  const same = worst <= 1e-12, numbers = `${count} numbers agree with the FMUs' within ${worst.toExponential(1)}`
+  report(`The physics runs in ${facts.exported ? "your browser" : "golf-impact"}; ${numbers}${same ? "" : ": don't rely on them"}.`, !same)
+}
+
+function requestCheck() {
+  report("Building the FMUs if need be, and comparing the examples' numbers with theirs.")
+  request("check", {check: true}, showCheck)
 }
 
 // The newest request of a kind waits while another runs; none is queued.
@@ -270,6 +278,7 @@ function listen() {
   get("pin").onclick = () => pin()
   get("unit").onchange = changeUnit
   get("over").onchange = requestSweep
+  get("check").onclick = requestCheck
   get("copy").onclick = () => {
     get("command").select()
     document.execCommand("copy")

@@ -1,4 +1,4 @@
-"""The page on this machine: a plain HTTP server on the loopback address, numbers by the FMU."""
+"""The page on this machine: a plain HTTP server on the loopback address, with the physics in it."""
 
 import json
 import threading
@@ -11,10 +11,9 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from golf_impact.errors import UserError
-from golf_impact.explore.cases import companions, facts_of
+from golf_impact.explore.cases import make_evaluator, metrics_by_fmus
 from golf_impact.explore.evaluator import Evaluator
 from golf_impact.explore.page import page_files
-from golf_impact.fmu.impact_fmu import ImpactFmu
 
 HOST = "127.0.0.1"
 
@@ -26,24 +25,22 @@ NAMES = {"127.0.0.1", "localhost", "::1"}
 _LARGEST = 65536
 
 
-def serve(path: Path, port: int, values: Mapping[str, float], ready: Callable[[str], None]) -> None:
+def serve(port: int, values: Mapping[str, float], ready: Callable[[str], None]) -> None:
     """Serve the page until the process is stopped.
 
     Args:
-        path: the .fmu file.
         port: 0 for any that is free.
         values: inputs and parameters of the case to begin with; none for that of the page.
         ready: called with the page's address when it can be opened.
 
     Raises:
-        UserError: the FMU refuses a value, or the port can't be used.
+        UserError: a value is refused, or the port can't be used.
     """
-    folder = TemporaryDirectory(prefix="golf-impact-")
-    with ImpactFmu(path) as fmu, companions(fmu) as fmus, folder as page:
-        evaluator = Evaluator(fmus, UserError, facts_of(fmus))
-        case = evaluator({"values": values})
-        if "refused" in case:
-            raise UserError(case["refused"])
+    evaluator = make_evaluator()
+    case = evaluator({"values": values})
+    if "refused" in case:
+        raise UserError(case["refused"])
+    with TemporaryDirectory(prefix="golf-impact-") as page:
         for name, data in page_files(evaluator).items():
             Path(page, name).write_bytes(data)
         handler = partial(_Handler, evaluator, directory=page)
@@ -87,8 +84,14 @@ class _Handler(SimpleHTTPRequestHandler):
             self.send_error(404)
             return
         try:
+            request = json.loads(body)
             with self._lock:
-                reply = json.dumps(self._evaluator(json.loads(body))).encode()
+                if "check" in request:
+                    self._expect_fmu_metrics()
+                reply = json.dumps(self._evaluator(request)).encode()
+        except UserError as error:
+            self.send_error(500, explain=str(error))
+            return
         except (ValueError, TypeError, AttributeError, KeyError, RecursionError):
             self.send_error(400, "The body must be JSON: {values: {name: number}}")
             return
@@ -97,6 +100,15 @@ class _Handler(SimpleHTTPRequestHandler):
         self.send_header("Content-Length", str(len(reply)))
         self.end_headers()
         self.wfile.write(reply)
+
+    def _expect_fmu_metrics(self) -> None:
+        """Give the evaluator the FMUs' numbers, which it lacks until a check is requested."""
+        from golf_impact.fmu.file import current_fmu
+
+        facts = self._evaluator.facts
+        if "expected" not in facts:
+            expected = metrics_by_fmus(current_fmu()[0], facts)
+            self._evaluator.facts = {**facts, "expected": expected}
 
     def _is_local(self) -> bool:
         """Whether a request is for this machine and of its own page; if not, it is refused."""

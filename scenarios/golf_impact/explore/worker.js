@@ -1,4 +1,4 @@
-// Python in the browser: evaluator.py computes the results of the page's requests from the physics of the FMU.
+// Python in the browser: evaluator.py computes the results of the page's requests from the physics.
 import {loadPyodide} from "./pyodide/pyodide.mjs"
 
 async function load() {
@@ -10,7 +10,7 @@ async function load() {
   const python = await loadPyodide()
   const archive = await fetch("physics.zip")
   python.unpackArchive(await archive.arrayBuffer(), "zip")
-  return python.pyimport("golf_explore.in_browser").make_evaluator()
+  return python.pyimport("golf_explore.evaluator").make_evaluator()
 }
 
 const loaded = load()

@@ -1,4 +1,4 @@
-"""A companion FMU: a golf swing as a double pendulum, coupled with the impact by its impulse.
+"""A golf swing as a double pendulum, coupled with the impact by its impulse.
 
 From address the club is taken back, in `backswing_time`, along the path of its downswing; at the
 top it rests. From there on a double pendulum (double_pendulum.py) moves until the arms point
@@ -21,10 +21,12 @@ falls after the peak if steps are equal or shorter than half of `rise_time`. The
 0 then. The start values, with their source: swing.toml.
 """
 
+from collections.abc import Callable, Iterable
 from math import cos, pi, sin
+from typing import Any
 
-from companion import Companion
-from double_pendulum import HELD, Ball, Golfer, Motion, State
+from .companion import Companion, Refusal, refusal
+from .double_pendulum import HELD, Ball, Golfer, Motion, State
 
 #: Outputs that a step computes; the others are computed from the motion when they are read.
 _STEPPED = ("club_speed", "reaction_work", "reaction_impulse")
@@ -37,6 +39,7 @@ class Swing(Companion):
     """A golf swing over time; see the module's text."""
 
     reaction_impulse: float
+    reaction_work: float
 
     inside = ("_time", "_lost", "_rise", "_motion", "_ball", "_position", "_current")
     objects = ("_motion", Motion), ("_ball", Ball)
@@ -54,19 +57,19 @@ class Swing(Companion):
     #: Whether the outputs of the motion belong to this communication point.
     _current = False
 
-    def __init__(self, rows: list[tuple], **kwargs) -> None:
-        super().__init__(rows, **kwargs)
-        self._stepped = {reference for reference, row in enumerate(rows) if row[0] in _STEPPED}
+    def __init__(self, rows: Iterable[tuple], report: Callable[[Refusal], Any]) -> None:
+        super().__init__(rows, report)
+        stepped = (row for row in self._rows.values() if row.name in _STEPPED)
+        self._stepped = {row.reference for row in stepped}
 
-    def _begin(self) -> str | None:
+    def _begin(self) -> Refusal | None:
         if self.prescribed_speed:
             self.club_speed = -self.takeaway_speed
             return None
         if self.club_inertia * self.club_mass < self.club_first_moment**2 * (1.0 - 1e-12):
-            return (
-                f"club_inertia = {self.club_inertia!r} is refused: with this mass and first moment "
-                f"it must be at least {self.club_first_moment**2 / self.club_mass:g}"
-            )
+            least = self.club_first_moment**2 / self.club_mass
+            why = f"with this mass and first moment it must be at least {least:g}"
+            return refusal("club_inertia", self.club_inertia, why)
         values = {name: getattr(self, name) for name in Golfer._fields}
         golfer = Golfer(**values | {"gravity": self.gravity * sin(self.plane_angle)})
         top = State(-self.arm_start, -self.arm_start - self.wrist_start, *[0.0] * 5)
@@ -74,13 +77,13 @@ class Swing(Companion):
             motion = Motion(golfer, self.backswing_time, top, HELD)
             ball = motion.ball(self.spin_loft)
         except (ArithmeticError, ValueError) as error:
-            return f"these parameters leave the range of a double ({error})"
+            return Refusal(f"these parameters leave the range of a double ({error})")
         if ball is None:
-            return "these parameters are refused: the arms don't reach the ball"
+            return Refusal("these parameters are refused: the arms don't reach the ball")
         self._motion, self._ball = motion, ball
         return None
 
-    def _step(self, current_time: float, size: float) -> str | None:
+    def _step(self, current_time: float, size: float) -> Refusal | None:
         exact = size - self._lost
         end = self._time + exact
         if self._motion and self._ball:
@@ -93,13 +96,12 @@ class Swing(Companion):
         self.reaction_impulse = self.impulse
         return None
 
-    def _swing(self, size: float, end: float, motion: Motion, ball: Ball) -> str | None:
+    def _swing(self, size: float, end: float, motion: Motion, ball: Ball) -> Refusal | None:
         begin = self._time
         if begin < ball.time and size > 0.5 * ball.time:
-            return (
-                f"step size = {size!r} s is refused: until the ball is hit it must be at most "
-                f"{0.5 * ball.time:g} s, half of the swing"
-            )
+            half = f"{0.5 * ball.time:g} s, half of the swing"
+            why = f"until the ball is hit it must be at most {half}"
+            return refusal("step size", size, why, " s")
         force = (self.impulse - self.reaction_impulse) / size
         if force != motion.force and begin >= motion.origin:
             motion = Motion(
@@ -127,9 +129,9 @@ class Swing(Companion):
         self.reaction_work += work
         return None
 
-    def get_real(self, vrs):
+    def reals(self, references: list[int]) -> list[float]:
         motion, ball, time = self._motion, self._ball, self._time
-        if motion and ball and not self._current and not self._stepped.issuperset(vrs):
+        if motion and ball and not self._current and not self._stepped.issuperset(references):
             down = time - motion.origin
             state = motion.at(down)[0] if down >= 0.0 else _backswing(motion, ball, time)
             speed = state.head_speed(motion.golfer)
@@ -140,7 +142,7 @@ class Swing(Companion):
             self.shoulder_torque, self.effective_mass = state.shoulder_torque, ball.effective_mass
             self.energy, self.work = state.energy(motion.golfer), state.work
             self._current = True
-        return super().get_real(vrs)
+        return super().reals(references)
 
     def _follow_prescribed_speed(self, size: float, end: float) -> None:
         peak, back = self.prescribed_speed, self.takeaway_speed

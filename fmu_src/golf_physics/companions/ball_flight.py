@@ -1,4 +1,4 @@
-"""A companion FMU: the flight of a golf ball.
+"""The flight of a golf ball.
 
 A point mass under gravity, drag and the lift of its backspin w (Magnus):
 
@@ -25,8 +25,8 @@ from functools import partial
 from math import cos, inf, isfinite, pi, sin, sqrt
 from typing import NamedTuple
 
-from companion import Companion
-from taylor import ORDER, Series, empty, first_zero, power, product, reach, slope, value, zero
+from .companion import Companion
+from .taylor import ORDER, Series, empty, first_zero, power, product, reach, slope, value, zero
 
 #: A flight of more pieces is refused.
 _PIECES = 1000
@@ -158,13 +158,13 @@ class BallFlight(Companion):
     objects = (("_flight", Flight),)
     _flight: Flight | None = None
 
-    def _step(self, current_time: float, step_size: float) -> None:
+    def _step(self, point: float, size: float) -> None:
         if self.separated and self._flight is None:
             self._flight = self._launched()
             self.carry, self.apex = self._flight.carry, self._flight.apex
             self.flight_time = self._flight.duration
         if self._flight:
-            place = self._flight.position(current_time + step_size)
+            place = self._flight.position(point + size)
             self.distance, self.height, self.landed = place
 
     def _launched(self) -> Flight:

@@ -1,4 +1,4 @@
-"""A companion FMU: launch of the ball by a club with loft, between ClubBallImpact and BallFlight.
+"""Launch of the ball by a club with loft, between ClubBallImpact and BallFlight.
 
 ClubBallImpact solves the contact along the normal of the club face. Across the face a tangential
 spring and damper of the same material, k_t / k = kappa, transmits the tangential force; Coulomb
@@ -25,8 +25,8 @@ from functools import partial
 from math import acos, acosh, atan2, exp, hypot, log, sqrt, tan
 from typing import NamedTuple
 
-from companion import Companion
-from taylor import ORDER, Series, bisect, first_zero, slope, value
+from .companion import Companion, Refusal, refusal
+from .taylor import ORDER, Series, bisect, first_zero, slope, value
 
 #: Pieces of a contact at least. Phases at most: contacts in golf have up to three, random ones 15.
 _PIECES, _PHASES = 64, 100
@@ -154,15 +154,16 @@ class Launch(Companion):
 
     launched: bool
 
-    def _begin(self) -> str | None:
+    def _begin(self) -> Refusal | None:
         if abs(self.dynamic_loft - self.attack_angle) < 1.5:
             return None
-        return (
-            f"attack_angle = {self.attack_angle!r} is refused: with dynamic_loft = "
-            f"{self.dynamic_loft!r} the spin loft, their difference, must be -1.5 to 1.5"
+        why = (
+            f"with dynamic_loft = {self.dynamic_loft!r} the spin loft, their difference, must be "
+            "-1.5 to 1.5"
         )
+        return refusal("attack_angle", self.attack_angle, why)
 
-    def _step(self, current_time: float, step_size: float) -> None:
+    def _step(self, point: float, size: float) -> None:
         if not self.separated or self.launched:
             return
         restitution, ball = self.coefficient_of_restitution, self.ball_velocity

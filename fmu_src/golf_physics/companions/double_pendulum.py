@@ -18,7 +18,7 @@ depend on the communication step size.
 from math import atan2, cos, hypot, inf, sin
 from typing import NamedTuple
 
-from taylor import ORDER, Series, empty, product, quotient, reach, slope, value, zero
+from .taylor import ORDER, Series, empty, product, quotient, reach, slope, value, zero
 
 #: The stages of a swing, in their order.
 HELD, RELEASED, BEYOND, FINISHED = range(4)
