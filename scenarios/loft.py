@@ -38,8 +38,8 @@ def run(fmu):
     """Forces of Roh & Lee's club; launches over loft and friction; twelve clubs of the tour."""
     report = Report(TITLE, fmu)
     with tempfile.TemporaryDirectory(prefix="golf-impact-loft-") as folder:
-        _, launch_file, flight_file, _ = build_system(Path(folder))
-        with LoadedFmu(launch_file) as launch, LoadedFmu(flight_file) as flight:
+        files = build_system(Path(folder))
+        with LoadedFmu(files["Launch"]) as launch, LoadedFmu(files["BallFlight"]) as flight:
             shots = Shots(fmu, launch, flight)
             _show_forces(report, shots)
             _show_range(report, shots)

@@ -50,7 +50,7 @@ def run(fmu):
     """The loop at four communication steps, with and without its delay; the flight."""
     report = Report(TITLE, fmu)
     with tempfile.TemporaryDirectory(prefix="golf-impact-system-") as folder:
-        *_, ssp = build_system(Path(folder))
+        ssp = build_system(Path(folder))["GolfSwing"]
         drive = extract_fmus(ssp, Path(folder, "drive"))
         runs = {step: run_system(drive, _steps(step)) for step in STEPS}
         flat = run_system(drive, [1e-3], {"Swing": {"spin_loft": 0.0}})

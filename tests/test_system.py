@@ -732,7 +732,7 @@ def test_model_structure_has_positions_not_value_references(tmp_path):
 
 def test_the_system_is_reproducible(files, tmp_path):
     again = system.build_system(tmp_path)
-    assert [a.read_bytes() for a in again] == [b.read_bytes() for b in files]
+    assert [a.read_bytes() for a in again.values()] == [b.read_bytes() for b in files]
 
 
 def test_the_host_in_the_readme(fmu_path, tmp_path):

@@ -84,8 +84,10 @@ COMPANIONS = {
 }
 
 
-def build(folder: Path, standalone: bool = False) -> list[Path]:
-    """Build the companions and the .ssp (the last one) in a folder, standalone or plain.
+def build(folder: Path, standalone: bool = False) -> dict[str, Path]:
+    """Build the companions and the .ssp in a folder, standalone or plain.
+
+    Returns their files by name: those of the companions, GolfSwing.
 
     OSError: one can't be written. StandaloneError: this machine can't build standalone ones.
     """
@@ -94,10 +96,10 @@ def build(folder: Path, standalone: bool = False) -> list[Path]:
         return alone.standalone(builder.files()) if standalone else builder.files()
 
     suffix = alone.SUFFIX if standalone else ""
-    made = [
-        write_archive(folder / f"{name}{suffix}.fmu", files(builder))
+    made = {
+        name: write_archive(folder / f"{name}{suffix}.fmu", files(builder))
         for name, builder in COMPANIONS.items()
-    ]
+    }
     structure = render(HERE / "SystemStructure.ssd.jinja", **_SYSTEM | {"connections": CONNECTIONS})
     system = {"SystemStructure.ssd": structure}
     for name, start in DRIVE.items():
@@ -107,4 +109,4 @@ def build(folder: Path, standalone: bool = False) -> list[Path]:
         system[f"resources/{name}.fmu"] = pack(files(builder))
     # FMUs are compressed already.
     ssp = folder / f"GolfSwing{suffix}.ssp"
-    return [*made, write_archive(ssp, system, zipfile.ZIP_STORED)]
+    return made | {"GolfSwing": write_archive(ssp, system, zipfile.ZIP_STORED)}

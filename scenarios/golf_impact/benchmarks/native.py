@@ -40,7 +40,8 @@ def standalone_and_plain(quick: bool) -> dict[str, Any]:
         _output([*standalone.compiler(), *flags])
         references = LoadedFmu(plain).references(_OUTPUTS)
         one, other = _extracted(alone, folder), _extracted(plain, folder)
-        companions = build_system(folder, standalone=True)[:2]
+        built = build_system(folder, standalone=True)
+        companions = built["Swing"], built["Launch"]
         three = one + [word for fmu in companions for word in _extracted(fmu, folder)]
         with_python = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
 

@@ -37,5 +37,5 @@ def build(
     with held():
         files = [build_fmu(out, fmi, standalone)]
         if system:
-            files += build_system(files[0].parent, standalone)
+            files += build_system(files[0].parent, standalone).values()
     print(*files, sep="\n")

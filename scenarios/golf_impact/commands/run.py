@@ -81,10 +81,10 @@ def run(
             try:
                 stem, report = own_cases(instance, values, own_balls)
             except UserError as error:
-                # An error about a variable begins with the option that gave its value.
-                name = str(error).partition(" = ")[0]
-                typed = (f"--set {p}: " for p in set_ or () if p.partition("=")[0].strip() == name)
-                raise UserError(f"{next(typed, '')}{error}") from error
+                # With the option that gave the value.
+                given = {pair.partition("=")[0].strip(): pair for pair in set_ or []}
+                option = given.get(error.variable)
+                raise UserError(f"--set {option}: {error}" if option else str(error)) from error
             sets[f"{stem}_"] = {"custom": report}
     reports = {name: report for of_set in sets.values() for name, report in of_set.items()}
     (_show if names or own else _summarize)(reports)

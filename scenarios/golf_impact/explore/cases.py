@@ -115,6 +115,6 @@ def metrics_by_fmus(path: Path, facts: Mapping[str, Any]) -> list[dict[str, floa
     from golf_impact.fmu.system import build_system
 
     with ImpactFmu(path) as impact, TemporaryDirectory(prefix="golf-impact-") as folder:
-        _, *files, _ = build_system(Path(folder))
-        with LoadedFmu(files[0]) as launch, LoadedFmu(files[1]) as flight:
+        files = build_system(Path(folder))
+        with LoadedFmu(files["Launch"]) as launch, LoadedFmu(files["BallFlight"]) as flight:
             return Evaluator((impact, launch, flight), facts).example_metrics()

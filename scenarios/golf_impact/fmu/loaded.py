@@ -49,6 +49,8 @@ class LoadedFmu:
         self.variables = {v.name: v for v in self.description.modelVariables}
         #: Messages of the FMU through its logger since the last `start`.
         self.messages: list[str] = []
+        #: Values that it refused in the last `set`: messages by variable.
+        self.refused: dict[str, str] = {}
         #: The folder into which it is extracted.
         self.folder = ""
         #: Instances with their initial states, as far as these are kept.
@@ -158,7 +160,8 @@ class LoadedFmu:
         self.begin(values)
         self.end_initialization()
         if self.messages:
-            raise UserError(self.messages[0])
+            variable = next(iter(self.refused), "")
+            raise UserError(self.messages[0], variable, values.get(variable))
 
     def set(self, values: dict[str, float], slave: Any = None) -> None:
         """Set inputs and parameters (SI units), by default of `self.slave`.
@@ -166,6 +169,7 @@ class LoadedFmu:
         UserError: the FMU has no such input or parameter, or it takes whole numbers only.
         """
         slave = self.slave if slave is None else slave
+        self.refused = {}
         for name, value in values.items():
             variable = self.variables.get(name)
             if variable is None or variable.causality not in ("input", "parameter"):
@@ -173,8 +177,12 @@ class LoadedFmu:
                 raise UserError(f"there is no input or parameter {name}: choose from {known}")
             setter, of_type = _SETTERS[variable.type]
             if of_type is int and not (abs(value) < 2**31 and value == int(value)):
-                raise UserError(f"{name} = {value!r} is refused: it must be a whole number, 1 or 2")
+                reason = "it must be a whole number, 1 or 2"
+                raise UserError(f"{name} = {value!r} is refused: {reason}", name, value, reason)
+            before = len(self.messages)
             getattr(slave, setter)([variable.valueReference], [of_type(value)])
+            if len(self.messages) > before:
+                self.refused[name] = self.messages[-1]
 
     def step(self, point: float, size: float) -> None:
         """Make a communication step of `size` s from `point`, s; UserError if it is discarded."""

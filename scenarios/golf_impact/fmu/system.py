@@ -12,8 +12,11 @@ from golf_impact.fmu.file import building
 from golf_impact.fmu.loaded import LoadedFmu
 
 
-def build_system(folder: Path, standalone: bool = False) -> list[Path]:
-    """Build the companion FMUs and the .ssp; UserError if a file can't be written."""
+def build_system(folder: Path, standalone: bool = False) -> dict[str, Path]:
+    """Build the companion FMUs and the .ssp: their files by name, Swing to GolfSwing.
+
+    UserError: a file can't be written.
+    """
     with building(f"into {folder}"):
         return system.build(folder, standalone)
 
