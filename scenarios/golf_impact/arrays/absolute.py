@@ -34,8 +34,7 @@ class AbsoluteContacts(Contacts):
         super().__init__(values)
         p, q, v = self.p, self.q, self.closing
         self.omega = np.sqrt(self.k / self.mu)
-        zeta = self.b / (2.0 * self.mu * self.omega)
-        zeta = np.maximum(zeta, _LEAST_DAMPING) if np.isrealobj(zeta) else zeta + _LEAST_DAMPING
+        self.zeta = zeta = self.b / (2.0 * self.mu * self.omega) + _LEAST_DAMPING
         drag_club, drag_ball = 2.0 * zeta * p, 2.0 * zeta * q
         span = 2.0 * zeta * (q - p)
 
@@ -56,13 +55,11 @@ class AbsoluteContacts(Contacts):
         self._d = a0, -a0, (v + (r - h) * a0) / w
         self._club = a1, c1, ((h - drag_club) * c1 + p * a0) / w
         self._ball = a2, c2, ((h - drag_ball) * c2 - q * a0) / w
-        self._moderate = (zeta <= _MOST_DAMPING) & (np.abs(a0) <= _MOST_REAL_MODE * v)
 
     def _zero(self, a: Values, c: Values, s: Values) -> tuple[Values, Values]:
         """Phase of a row's first downward zero, and whether it is safe."""
         growth = (self.h - self.r) / self.w
-        amplitude = np.sqrt(c * c + s * s)
-        slope = amplitude
+        slope = amplitude = np.sqrt(c * c + s * s)
 
         def step(theta: Values) -> Values:
             nonlocal slope
@@ -74,7 +71,8 @@ class AbsoluteContacts(Contacts):
         start = pi - angle(c, s)
         theta = newton(step, start)
         # Another zero would be half a period away.
-        return theta, (slope < -_LEAST_SLOPE * amplitude) & (np.abs(theta - start) < 0.5)
+        steep = np.real(slope) < -_LEAST_SLOPE * np.real(amplitude)
+        return theta, steep & (np.abs(theta - start) < 0.5)
 
     @cached_property
     def _end(self) -> tuple[Values, Values]:
@@ -82,7 +80,9 @@ class AbsoluteContacts(Contacts):
 
     @cached_property
     def closed(self) -> Values:
-        return self._moderate & self._end[1]
+        real_mode = np.abs(np.real(self._d[0]))
+        moderate = real_mode <= _MOST_REAL_MODE * np.real(self.closing)
+        return (np.real(self.zeta) <= _MOST_DAMPING) & moderate & self._end[1]
 
     def _modes(self, theta: Values) -> tuple[Values, Values, Values, Values]:
         """The real mode less 1, and the pair, at a phase; the first is τ if there is no drag."""

@@ -17,7 +17,7 @@ from golf_impact.arrays.relative import RelativeContacts
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
 from golf_impact.facts.quantities import undefined_results
-from golf_impact.runs import FLAGS
+from golf_impact.runs import FLAGS, Named
 
 #: Cases at a time, so that arrays stay in a processor's cache; a multiple of `LANES`.
 BLOCK = 4096
@@ -102,9 +102,50 @@ def impacts(outputs: Sequence[str], values: Mapping[str, Any], shape: tuple[int,
             column[places] = _first(getattr(contacts, name), count)
         scalar[places] = ~_first(contacts.closed, count)
     refused = np.zeros(number, bool)
-    reason = _by_scalar_physics(columns, np.flatnonzero(scalar), results, refused)
+    given = {name: columns[name] for name in values}
+    reason = _by_scalar_physics(given, np.flatnonzero(scalar), results, refused)
     shaped = {name: column.reshape(shape) for name, column in results.items()}
     return Outcome(shaped, refused.reshape(shape), reason, scalar.reshape(shape))
+
+
+class ImpactArrays(Named[np.ndarray]):
+    """Outputs of many impacts by name, arrays of one shape.
+
+    Attributes:
+        refused: whether the physics rejects a case, an array of bools of that shape.
+        reason: why it rejects the first of these, in C order; empty if there is none.
+    """
+
+    refused: np.ndarray
+    reason: str
+
+
+def run_impacts(outputs: Sequence[str], values: Mapping[str, Any]) -> ImpactArrays:
+    """See `golf_impact.run_impacts`."""
+    arrays, shape = as_arrays(values)
+    outcome = impacts(outputs, arrays, shape)
+    results = ImpactArrays(outcome.columns)
+    results.refused, results.reason = outcome.refused, outcome.reason
+    return results
+
+
+def as_arrays(values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], tuple[int, ...]]:
+    """Inputs and parameters as arrays of floats, and the shape to which they broadcast."""
+    arrays = {}
+    for name, value in values.items():
+        try:
+            if np.iscomplexobj(value):
+                raise TypeError("it is complex")
+            arrays[name] = np.asarray(value, float)
+        except (TypeError, ValueError) as error:
+            raise UserError(
+                f"{name} is refused: it must be a number or an array of numbers ({error})"
+            ) from None
+    try:
+        return arrays, np.broadcast_shapes(*(array.shape for array in arrays.values()))
+    except ValueError:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
+        raise UserError(f"these shapes don't broadcast to one: {shapes}") from None
 
 
 def columns_of(values: Mapping[str, Any], shape: tuple[int, ...]) -> Columns:
@@ -171,28 +212,24 @@ def _first(value: Any, count: int) -> Any:
 
 
 def _by_scalar_physics(
-    columns: Columns, places: np.ndarray, results: dict[str, np.ndarray], refused: np.ndarray
+    given: Columns, places: np.ndarray, results: dict[str, np.ndarray], refused: np.ndarray
 ) -> str:
     """Fill in results and refusals at these places; return why the first one is refused."""
     if not len(places):
         return ""
     runs, reason = ScalarImpacts(), ""
-    values = padded(columns, places, len(places))
-    values["horizon"] = runs.horizon(values)
-    names = [name for name in values if np.ndim(values[name])]
-    same = {name: float(value) for name, value in values.items() if name not in names}
+    values = padded(given, places, len(places))
+    steps = np.broadcast_to(runs.horizon(values), len(places) + -len(places) % LANES)
+    rows = (np.broadcast_to(value, len(steps)).tolist() for value in values.values())
     reals = [name for name in results if name not in FLAGS]
-    for n, *row in zip(places.tolist(), *(values[name].tolist() for name in names)):
-        case = same | dict(zip(names, row))
-        horizon = case.pop("horizon")
+    for n, step, *row in zip(places.tolist(), steps.tolist(), *rows):  # without the repeated ones
         try:
-            runs.start(**case)
-            runs.step(0.0, horizon)
+            runs.start(**dict(zip(values, row)))
+            runs.step(0.0, step)
             outputs = runs.read(reals)
         except UserError as error:
             refused[n], reason = True, reason or str(error)
-            outputs = dict.fromkeys(results, nan)
-            outputs.update(dict.fromkeys(FLAGS, False))
+            outputs = dict.fromkeys(reals, nan) | dict.fromkeys(FLAGS, False)
         else:
             flags = {name: runs.read_flag(name) for name in FLAGS}
             outputs |= flags | undefined_results(flags["touched"], flags["separated"])

@@ -25,7 +25,7 @@ class RelativeContacts(Contacts):
 
     @cached_property
     def closed(self) -> Values:
-        e = self.coefficient_of_restitution
+        e = np.real(self.coefficient_of_restitution)
         return (e >= self.least_restitution) & (e <= 1.0)
 
     @cached_property
@@ -43,7 +43,7 @@ class RelativeContacts(Contacts):
 
     @cached_property
     def coefficient_of_restitution(self) -> Values:
-        given = self.restitution_at_rest != 0.0
+        given = np.real(self.restitution_at_rest) != 0.0
         line = self.restitution_at_rest - self.restitution_slope * self.closing
         if np.all(given):
             return line
@@ -55,7 +55,7 @@ class RelativeContacts(Contacts):
     @cached_property
     def zeta(self) -> Values:
         """Damping ratio; see `golf_physics.laws.relative` for that of a COR."""
-        given = self.restitution_at_rest != 0.0
+        given = np.real(self.restitution_at_rest) != 0.0
         zeta = self.b / (2.0 * self.mu * self.omega)
         if not np.any(given):
             return zeta
