@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from functools import cached_property
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
 from golf_impact.arrays.contacts import Contacts, States
 from golf_impact.arrays.elementwise import Values, angle, cos_sin, exp, expm1, newton
-
-#: A damping ratio this small changes no bit of any result; 0 would divide by 0.
-_LEAST_DAMPING = 1e-30
 
 #: More damping, or a real mode that is more of the approach speed, leaves closed forms few digits,
 #: or contact goes on beyond the first half period.
@@ -19,6 +17,23 @@ _MOST_DAMPING, _MOST_REAL_MODE = 0.5, 0.25
 
 #: Of the slope at an event, as part of the oscillating pair: rounding then moves it by 1e-14.
 _LEAST_SLOPE = 0.125
+
+
+class Modes(NamedTuple):
+    """The real mode and the oscillating pair at some time."""
+
+    tau: Values  #: since touch, in units of 1/ω
+    real: Values
+    cos: Values
+    sin: Values
+
+
+def _mean(fall: Values) -> Values:
+    """The mean of e^-t for t from 0 to `fall`, at most 0.1, with all digits of its slope."""
+    total: Values = 1.0
+    for n in range(10, 1, -1):
+        total = 1.0 - total * fall / n
+    return total
 
 
 class AbsoluteContacts(Contacts):
@@ -34,21 +49,24 @@ class AbsoluteContacts(Contacts):
         super().__init__(values)
         p, q, v = self.p, self.q, self.closing
         self.omega = np.sqrt(self.k / self.mu)
-        self.zeta = zeta = self.b / (2.0 * self.mu * self.omega) + _LEAST_DAMPING
-        drag_club, drag_ball = 2.0 * zeta * p, 2.0 * zeta * q
-        span = 2.0 * zeta * (q - p)
+        self.zeta = zeta = self.b / (2.0 * self.mu * self.omega)
+        # r = 2ζ(p + z) lies between the drags 2ζp and 2ζq, 2ζy below the other one; no digits are
+        # lost without damping or with equal masses.
+        square, span = 4.0 * zeta * zeta, q - p
 
-        def step(x: Values) -> Values:
-            slope, rest = p + (drag_club + x) * x, span - x
-            return (q * x - rest * slope) / (rest * (drag_club + 2.0 * x) - slope - q)
+        def step(z: Values) -> Values:
+            slope, rest = p + square * (p + z) * z, span - z
+            return (q * z - rest * slope) / (rest * square * (p + 2.0 * z) - slope - q)
 
-        x = p * span
-        x = newton(step, x + x * q * span * (drag_club + x))
-        u = p + (drag_club + x) * x
-        y = q * x / u
-        self.r = r = np.where(np.real(x) > 0.0, drag_club + x, drag_ball - y)[()]
-        self.h = h = 0.5 * (drag_club + y)
-        self.w = w = np.sqrt(4.0 * zeta * p * q / r - h * h)
+        z = p * span
+        z = newton(step, z + z * q * span * square * (p + z))
+        u = p + square * (p + z) * z
+        y = q * z / u
+        rate = np.where(np.real(z) > 0.0, p + z, q - y)[()]
+        self.r = r = 2.0 * zeta * rate
+        self.h = h = zeta * (p + y)
+        self.w = w = np.sqrt(2.0 * p * q / rate - h * h)
+        x, drag_club, drag_ball = 2.0 * zeta * z, 2.0 * zeta * p, 2.0 * zeta * q
         a = (q * self.club_speed + u * self.ball_speed) / (q * (p - x * x) + u * u)
         a0, a1, a2 = a * x, a * p, a * u
         c1, c2 = self.club_speed - a1, self.ball_speed - a2
@@ -84,29 +102,30 @@ class AbsoluteContacts(Contacts):
         moderate = real_mode <= _MOST_REAL_MODE * np.real(self.closing)
         return (np.real(self.zeta) <= _MOST_DAMPING) & moderate & self._end[1]
 
-    def _modes(self, theta: Values) -> tuple[Values, Values, Values, Values]:
-        """The real mode less 1, and the pair, at a phase; the first is τ if there is no drag."""
+    def _modes(self, theta: Values) -> Modes:
         cos, sin = cos_sin(theta)
         size = exp(-(self.h / self.w) * theta)
-        travel = expm1(-(self.r / self.w) * theta)
-        return travel, 1.0 + travel, size * cos, size * sin
+        tau = theta / self.w
+        return Modes(tau, exp(-self.r * tau), size * cos, size * sin)
 
     @cached_property
-    def _modes_at_end(self) -> tuple[Values, Values, Values, Values]:
+    def _modes_at_end(self) -> Modes:
         return self._modes(self._end[0])
 
     @staticmethod
-    def _value(row: tuple[Values, ...], modes: tuple[Values, ...]) -> Values:
+    def _value(row: tuple[Values, ...], modes: Modes) -> Values:
         a, c, s = row
-        return a * modes[1] + c * modes[2] + s * modes[3]
+        return a * modes.real + c * modes.cos + s * modes.sin
 
-    def _integral(self, row: tuple[Values, ...], modes: tuple[Values, ...]) -> Values:
+    def _integral(self, row: tuple[Values, ...], modes: Modes) -> Values:
         """Of a row over the time since touch."""
         a, c, s = row
-        travel, _, cos, sin = modes
         h, w = self.h, self.w
-        pair = (h * c + w * s) * (1.0 - cos) + (w * c - h * s) * sin
-        return (pair / (h * h + w * w) - a / self.r * travel) / self.omega
+        pair = (h * c + w * s) * (1.0 - modes.cos) + (w * c - h * s) * modes.sin
+        fall = self.r * modes.tau
+        # The mean of e^-t from 0 to `fall`.
+        mean = np.where(np.abs(fall) < 0.1, _mean(fall), -expm1(-fall) / fall)[()]
+        return (pair / (h * h + w * w) + a * modes.tau * mean) / self.omega
 
     @cached_property
     def contact_time(self) -> Values:

@@ -45,7 +45,8 @@ _LEAST_SPEED, _LONGEST_APPROACH = 1e-3, 10.0
 #: Outputs that depend on the length of the communication step.
 MOMENTARY = ("club_position", "ball_position", "compression", "mean_force")
 
-_DEFAULTS = {
+#: Inputs and parameters.
+DEFAULTS = {
     row.name: np.float64(row.start) for row in VARIABLES if row.causality in ("input", "parameter")
 }
 _OUTPUTS = tuple(row.name for row in VARIABLES if row.causality == "output")
@@ -68,7 +69,7 @@ def check_names(outputs: Sequence[str], values: Mapping[str, Any]) -> None:
     """Raise a UserError for a name that no output, or no input or parameter has."""
     for kind, names, known in (
         ("output", outputs, _OUTPUTS),
-        ("input or parameter", values, _DEFAULTS),
+        ("input or parameter", values, DEFAULTS),
     ):
         for name in names:
             if name not in known:
@@ -99,8 +100,8 @@ def impacts(outputs: Sequence[str], values: Mapping[str, Any], shape: tuple[int,
     for places, contacts in closed_contacts(columns, number, momentary):
         count = len(scalar[places])
         for name, column in results.items():
-            column[places] = _first(getattr(contacts, name), count)
-        scalar[places] = ~_first(contacts.closed, count)
+            column[places] = first(getattr(contacts, name), count)
+        scalar[places] = ~first(contacts.closed, count)
     refused = np.zeros(number, bool)
     given = {name: columns[name] for name in values}
     reason = _by_scalar_physics(given, np.flatnonzero(scalar), results, refused)
@@ -150,7 +151,7 @@ def as_arrays(values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], tuple[i
 
 def columns_of(values: Mapping[str, Any], shape: tuple[int, ...]) -> Columns:
     """All inputs and parameters: numbers, or arrays of shape (cases,)."""
-    columns: Columns = dict(_DEFAULTS)
+    columns: Columns = dict(DEFAULTS)
     for name, value in values.items():
         value = np.asarray(value, float)
         same = value.size == 1
@@ -207,7 +208,7 @@ def _ordinary(block: Columns) -> Any:
     return inside
 
 
-def _first(value: Any, count: int) -> Any:
+def first(value: Any, count: int) -> Any:
     return value[:count] if np.ndim(value) else value
 
 
