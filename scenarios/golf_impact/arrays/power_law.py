@@ -50,6 +50,11 @@ class PhaseIntegral:
             rest = value - v * evaluate(self.series, phase * (4.0 / pi) - 1.0)
             return rest / (m * self._g(phase, 1.0 / np.sinc(phase / pi)))
 
+        if np.iscomplexobj(value):
+            # Newton's method for the real part, then one step for the other.
+            real = PhaseIntegral(np.real(self.exponent), np.real(self.growth))
+            v = power(real.inverse(np.real(value)), np.real(1.0 / m))
+            return power(v + step(v), m)
         # In v = φ^(1-P) the integral hardly bends.
         return power(newton(step, value * (power(0.5 * pi, 1.0 / m) / self.whole)), m)
 
@@ -141,6 +146,8 @@ class PowerLawContacts(RelativeContacts):
     def phase(self, t: Values) -> Values:
         time = t / self._unit_of_time
         rest = time - self._early.whole
-        early = self._early.inverse(np.minimum(time, self._early.whole))
-        late = self._late.inverse(np.minimum(self._late.whole - rest / self._swell, self._late.whole))
-        return np.where(np.real(rest) <= 0.0, early, pi - late)
+        begins = np.real(rest) <= 0.0
+        early = self._early.inverse(np.where(begins, time, self._early.whole))
+        left = self._late.whole - rest / self._swell
+        late = self._late.inverse(np.where(begins, self._late.whole, left))
+        return np.where(begins, early, pi - late)

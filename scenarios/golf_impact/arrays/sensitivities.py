@@ -13,6 +13,7 @@ from golf_impact.arrays.impacts import (
     DEFAULTS, MOMENTARY, as_arrays, check_names, closed_contacts, columns_of, first, impacts,
 )  # fmt: skip
 from golf_impact.arrays.power_law import PowerLawContacts
+from golf_impact.arrays.trajectory import closed_contact, in_blocks
 from golf_impact.errors import UserError
 from golf_impact.runs import FLAGS
 
@@ -61,14 +62,11 @@ def _check(wrong: np.ndarray, why: str) -> None:
 @np.errstate(all="ignore")
 def _slopes(contacts: Contacts, outputs: Sequence[str], of: str) -> dict[str, Values]:
     """Derivatives by one variable; infinite where there is none."""
-    values = {name: getattr(contacts, name) for name in DEFAULTS}
-    value = values[of]
-    step = _STEP * np.where(value == 0.0, 1.0, np.abs(value))[()]
-    stepped = type(contacts)({**values, of: value + 1j * step})
+    stepped, step = _stepped(contacts, of)
     slopes = {name: np.imag(getattr(stepped, name)) / step for name in outputs}
     none: Any = False
     if of == "restitution_at_rest":
-        none = value == 0.0
+        none = contacts.restitution_at_rest == 0.0
     elif of == "exponent":
         none = not isinstance(contacts, PowerLawContacts)
     slopes = {name: np.where(none, np.inf, slope)[()] for name, slope in slopes.items()}
@@ -78,3 +76,36 @@ def _slopes(contacts: Contacts, outputs: Sequence[str], of: str) -> dict[str, Va
         for name in {"contact_time", "contact_displacement"} & slopes.keys():
             slopes[name] = np.where(none, np.inf, slopes[name])[()]
     return slopes
+
+
+def _stepped(contacts: Contacts, of: str) -> tuple[Contacts, Values]:
+    """The contacts after an imaginary step of one variable, and that step."""
+    values = {name: getattr(contacts, name) for name in DEFAULTS}
+    step = _STEP * np.where(values[of] == 0.0, 1.0, np.abs(values[of]))[()]
+    values[of] = values[of] + 1j * step
+    return type(contacts)(values), step
+
+
+@np.errstate(all="ignore")
+def force_slopes(
+    times: np.ndarray, wrt: Sequence[str], values: Mapping[str, float]
+) -> dict[str, np.ndarray] | None:
+    """Partial derivatives of `trajectory.forces` at these times by each of these variables.
+
+    None if the contact isn't in closed form; the exponent must be above 1 if it is one of them.
+    """
+    contact = closed_contact(values)
+    if contact is None:
+        return None
+    stepped = {of: _stepped(contact, of) for of in wrt}
+
+    def slopes(t: np.ndarray) -> dict[str, Values]:
+        inside = t < contact.contact_time
+        rows = {}
+        for of, (contacts, step) in stepped.items():
+            slope = np.imag(contacts.states(np.where(inside, t, 0.0)).force) / step
+            # Powers of a compression of 0 have no derivative by the exponent.
+            rows[of] = np.where(inside & ~np.isnan(slope), slope, 0.0)
+        return rows
+
+    return in_blocks(slopes, wrt, times)

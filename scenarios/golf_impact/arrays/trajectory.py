@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from golf_impact.arrays.contacts import Contacts, States
-from golf_impact.arrays.impacts import BLOCK, check_names, closed_contacts, columns_of, padded
+from golf_impact.arrays.elementwise import Values
+from golf_impact.arrays.impacts import (
+    BLOCK, as_arrays, check_names, closed_contacts, columns_of, first, padded,
+)  # fmt: skip
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
+from golf_impact.runs import Named
+
+
+_BY_ARRAYS = frozenset((*States._fields, "momentum", "kinetic_energy"))
 
 
 def run_trajectory(
     outputs: Sequence[str], times: Any, values: Mapping[str, Any]
-) -> dict[str, np.ndarray]:
-    """See `golf_impact.run_trajectory`; without the times.
-
-    Raises:
-        UserError: the physics rejects a value or there is no variable of a name; a time isn't a
-            finite number of at least 0; the mean force, which is that of a communication step.
-    """
+) -> Named[np.ndarray]:
+    """See `golf_impact.run_trajectory`."""
     check_names(outputs, values)
-    times = np.asarray(times, float)
+    times = as_arrays({"times": times})[0]["times"]
     if not np.all((times >= 0.0) & (times < np.inf)):
         raise UserError("times are refused: each must be a finite number of at least 0 s")
     if "mean_force" in outputs:
@@ -33,13 +35,12 @@ def run_trajectory(
     runs = ScalarImpacts()
     runs.start(**values)
     contact = closed_contact(values)
-    known = {*States._fields, "momentum", "kinetic_energy"}
-    if contact is not None and known.issuperset(outputs):
-        return _by_arrays(contact, outputs, times)
-    instants, places = np.unique(times, return_inverse=True)
-    ahead = instants[:1] > 0.0
-    samples = runs.sample(np.concatenate([np.zeros(np.sum(ahead)), instants]), outputs)
-    return {name: row[places.reshape(times.shape) + np.sum(ahead)] for name, row in samples.items()}
+    if contact is not None and _BY_ARRAYS.issuperset(outputs):
+        return Named({"time": times, **_by_arrays(contact, outputs, times)})
+    instants, places = np.unique(np.append(0.0, times), return_inverse=True)
+    samples = runs.sample(instants, outputs)
+    places = places[1:].reshape(times.shape)
+    return Named({"time": times, **{name: row[places] for name, row in samples.items()}})
 
 
 def forces(times: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
@@ -58,20 +59,30 @@ def closed_contact(values: Mapping[str, Any]) -> Contacts | None:
 
 @np.errstate(all="ignore")
 def _by_arrays(contact: Contacts, outputs: Sequence[str], times: np.ndarray) -> dict[str, Any]:
+    def rows(block: np.ndarray) -> dict[str, Values]:
+        states = _states(contact, block)
+        v_club, v_ball = states.club_velocity, states.ball_velocity
+        return {
+            **states._asdict(),
+            "momentum": contact.m_club * v_club + contact.m_ball * v_ball,
+            "kinetic_energy": contact.energy(v_club, v_ball),
+        }
+
+    return in_blocks(rows, outputs, times)
+
+
+def in_blocks(
+    rows: Callable[[np.ndarray], Mapping[str, Values]], names: Sequence[str], times: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Rows of these names, from a function of times; of the shape of these."""
     flat = times.ravel()
-    results = {name: np.empty(flat.shape) for name in outputs}
+    results = {name: np.empty(flat.shape) for name in names}
     for begin in range(0, flat.size, BLOCK):
         part = slice(begin, min(begin + BLOCK, flat.size))
         count = part.stop - begin
-        states = _states(contact, padded({"time": flat}, part, count)["time"])
+        block = rows(padded({"time": flat}, part, count)["time"])
         for name, column in results.items():
-            if name == "momentum":
-                value = contact.m_club * states.club_velocity + contact.m_ball * states.ball_velocity
-            elif name == "kinetic_energy":
-                value = contact.energy(states.club_velocity, states.ball_velocity)
-            else:
-                value = getattr(states, name)
-            column[part] = value[:count]
+            column[part] = first(block[name], count)
     return {name: column.reshape(times.shape) for name, column in results.items()}
 
 
