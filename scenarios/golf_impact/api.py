@@ -83,7 +83,7 @@ def run_impacts(outputs: Sequence[str] = METRICS, **values: ArrayLike) -> Impact
     Example:
         >>> impacts = run_impacts(["smash_factor"], law=2, k=[1e6, 5e5], b=[[9.0], [-9.0]])
         >>> impacts["smash_factor"].round(4)
-        array([[1.5842, 1.5718],
+        array([[1.5842, 1.5623],
                [   nan,    nan]])
         >>> impacts.refused
         array([[False, False],
@@ -118,7 +118,7 @@ def run_trajectory(
 
     Example:
         >>> run_trajectory(outputs=["force"], times=[1e-4, 3e-4], law=2)["force"].round()
-        array([3359., 6735.])
+        array([3575., 6556.])
     """
     if times is None:
         return ScalarImpacts().trajectory(points, outputs, **values)
@@ -130,7 +130,7 @@ def sensitivities(
     wrt: Sequence[str] = ("k", "b", "club_speed"),
     **values: ArrayLike,
 ) -> dict[str, dict[str, np.ndarray]]:
-    """Partial derivatives of an impact's results, exact to rounding (a complex step, no differences).
+    """Partial derivatives of an impact's results, exact to rounding (by a complex step).
 
     Args:
         outputs: Real outputs that are results of a contact; not force, compression, mean_force and
