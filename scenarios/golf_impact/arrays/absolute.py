@@ -1,0 +1,154 @@
+"""Law 1 below critical damping: two equations are solved by Newton's method.
+
+With time τ in units of 1/ω, ω² = k/μ, a quantity is a e^(-rτ) + e^(-hτ) (c cos wτ + s sin wτ), a
+real mode and an oscillating pair (`golf_physics.laws.closed_form`). Rows (a, c, s) are those of
+ω · compression and of the velocities; θ is the phase wτ.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from golf_impact.arrays.contacts import COMMON, Contacts, Motion
+from golf_impact.arrays.elementwise import Values, angle, cos_sin, exp, expm1, newton
+
+#: More damping, or a real mode that is more of the approach speed, leaves closed forms few digits,
+#: or contact goes on beyond the first half period.
+_MOST_DAMPING, _MOST_REAL_MODE = 0.5, 0.25
+
+#: Of the slope at the end, as part of the pair's: rounding then moves the end by 1e-14 at most.
+_LEAST_SLOPE = 0.125
+
+Row = tuple[Values, Values, Values]
+
+
+class Modes(NamedTuple):
+    """Rates r, h, w, and the rows of ω · compression and the velocities."""
+
+    r: Values
+    h: Values
+    w: Values
+    d: Row
+    club: Row
+    ball: Row
+
+
+def _modes(c: Contacts) -> Modes:
+    p, q, zeta = c.p, c.q, c.zeta
+    # r = 2ζ(p + z) lies between the drags 2ζp and 2ζq, 2ζy below the other one; no digits are lost
+    # without damping or with equal masses.
+    square, span = 4.0 * zeta * zeta, q - p
+
+    def step(z: Values) -> Values:
+        slope, rest = p + square * (p + z) * z, span - z
+        return (q * z - rest * slope) / (rest * square * (p + 2.0 * z) - slope - q)
+
+    z = p * span
+    z = newton(step, z + z * q * span * square * (p + z))
+    u = p + square * (p + z) * z
+    y = q * z / u
+    rate = np.where(np.real(z) > 0.0, p + z, q - y)[()]
+    r, h = 2.0 * zeta * rate, zeta * (p + y)
+    w = np.sqrt(2.0 * p * q / rate - h * h)
+    x = 2.0 * zeta * z
+    a = (q * c.club_speed + u * c.ball_speed) / (q * (p - x * x) + u * u)
+    a0, a1, a2 = a * x, a * p, a * u
+    c1, c2 = c.club_speed - a1, c.ball_speed - a2
+    d = a0, -a0, (c.closing + (r - h) * a0) / w
+    club = a1, c1, ((h - 2.0 * zeta * p) * c1 + p * a0) / w
+    ball = a2, c2, ((h - 2.0 * zeta * q) * c2 - q * a0) / w
+    return Modes(r, h, w, d, club, ball)
+
+
+def _zero(modes: Modes, row: Row) -> tuple[Values, Values]:
+    """Phase of a row's first downward zero, and whether that is steep and near the pair's."""
+    a, c, s = row
+    growth = (modes.h - modes.r) / modes.w
+    slope = amplitude = np.sqrt(c * c + s * s)
+
+    def step(theta: Values) -> Values:
+        nonlocal slope
+        cos, sin = cos_sin(theta)
+        real = a * exp(growth * theta)
+        slope = growth * real + s * cos - c * sin
+        return -(real + c * cos + s * sin) / slope
+
+    start = pi - angle(c, s)
+    theta = newton(step, start)
+    steep = np.real(slope) < -_LEAST_SLOPE * np.real(amplitude)
+    return theta, steep & (np.abs(theta - start) < 0.5)
+
+
+def _closed(c: Contacts) -> Values:
+    small = np.abs(np.real(c.modes.d[0])) <= _MOST_REAL_MODE * np.real(c.closing)
+    return (np.real(c.zeta) <= _MOST_DAMPING) & small & c.end[1]
+
+
+class Instant(NamedTuple):
+    """τ, the real mode and the pair at some phase."""
+
+    tau: Values
+    real: Values
+    cos: Values
+    sin: Values
+
+
+def _instant(modes: Modes, theta: Values) -> Instant:
+    cos, sin = cos_sin(theta)
+    tau = theta / modes.w
+    size = exp(-modes.h * tau)
+    return Instant(tau, exp(-modes.r * tau), size * cos, size * sin)
+
+
+def _value(row: Row, at: Instant) -> Values:
+    return row[0] * at.real + row[1] * at.cos + row[2] * at.sin
+
+
+def _integral(modes: Modes, row: Row, at: Instant) -> Values:
+    """Over τ from touch on."""
+    a, c, s = row
+    h, w, fall = modes.h, modes.w, modes.r * at.tau
+    pair = (h * c + w * s) * (1.0 - at.cos) + (w * c - h * s) * at.sin
+    # The mean of e^-t for t from 0 to `fall`: (1 - e^-fall)/fall, whose slope would lose digits.
+    mean: Values = 1.0
+    for n in range(10, 1, -1):
+        mean = 1.0 - mean * fall / n
+    mean = np.where(np.abs(fall) < 0.1, mean, -expm1(-fall) / fall)[()]
+    return pair / (h * h + w * w) + a * at.tau * mean
+
+
+def _peak(c: Contacts) -> Values:
+    """Phase of the largest compression."""
+    (r, h, w), (a0, c0, s0) = c.modes[:3], c.modes.d
+    return _zero(c.modes, (-r * a0, w * s0 - h * c0, -w * c0 - h * s0))[0]
+
+
+def _motion(c: Contacts, t: Values) -> Motion:
+    modes, at = c.modes, _instant(c.modes, c.modes.w * c.omega * t)
+    d, travel = _value(modes.d, at) / c.omega, _integral(modes, modes.ball, at) / c.omega
+    return Motion(c.k * d, d, _value(modes.club, at), _value(modes.ball, at), travel)
+
+
+ABSOLUTE = COMMON | {
+    "omega": lambda c: np.sqrt(c.k / c.mu),
+    "zeta": lambda c: c.b / (2.0 * c.mu * c.omega),
+    "modes": _modes,
+    "end": lambda c: _zero(c.modes, c.modes.d),
+    "at_end": lambda c: _instant(c.modes, c.end[0]),
+    "closed": _closed,
+    "club_velocity": lambda c: _value(c.modes.club, c.at_end),
+    "ball_velocity": lambda c: _value(c.modes.ball, c.at_end),
+    "coefficient_of_restitution": lambda c: (c.ball_velocity - c.club_velocity) / c.closing,
+    "contact_time": lambda c: c.end[0] / (c.modes.w * c.omega),
+    "contact_displacement": lambda c: _integral(c.modes, c.modes.ball, c.at_end) / c.omega,
+    "left": lambda c: 0.0,
+    "impulse": lambda c: c.k / (c.omega * c.omega) * _integral(c.modes, c.modes.d, c.at_end),
+    "peak": _peak,
+    "time_of_max_force": lambda c: c.peak / (c.modes.w * c.omega),
+    "max_compression": lambda c: _value(c.modes.d, _instant(c.modes, c.peak)) / c.omega,
+    "max_force": lambda c: c.k * c.max_compression,
+    "motion": lambda c: lambda t: _motion(c, t),
+}
