@@ -308,15 +308,23 @@ class Contact(Impact):
 
     def results(self, t: float) -> Results:
         """Results until t, s since the start of the phase."""
-        peaks = *self.peak_force(t), self.peak_compression(t)
-        return Results(self.contact_time(t), *peaks, self.total_impulse(t))
+        time, most, when, compression, impulse = self.before
+        largest, deepest, more = self.phase.totals(t)
+        peak = self._later_peak(time, most, when, *largest)
+        return Results(time + t, *peak, max(compression, deepest), impulse + more)
 
     def contact_time(self, t: float) -> float:
         return self.before.contact_time + t
 
     def peak_force(self, t: float) -> tuple[float, float]:
         time, most, when, _, _ = self.before
-        force, later = self.phase.largest("force", t)
+        return self._later_peak(time, most, when, *self.phase.largest("force", t))
+
+    @staticmethod
+    def _later_peak(
+        time: float, most: float, when: float, force: float, later: float
+    ) -> tuple[float, float]:
+        """The larger of the peak so far and that of a phase that begins at a time, and its time."""
         # k or b changed just before the peak: if the force keeps rising, the later phase counts.
         rising = later > 0.0 and when == time
         if force > most or (rising and force >= most * (1.0 - 1e-15)):

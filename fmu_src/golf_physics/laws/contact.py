@@ -6,7 +6,7 @@ from operator import itemgetter
 from ..values import Motion, State
 
 #: Of a value, relative.
-_ROUNDING = 4e-15
+ROUNDING = 4e-15
 
 
 class ContactPhase:
@@ -56,6 +56,10 @@ class ContactPhase:
         d = max(0.0, d)
         return Motion(x_ball + d, x_ball, v_club, v_ball, d, self.value("w", self.duration))
 
+    def totals(self, t: float) -> tuple[tuple[float, float], float, float]:
+        """Until t: the largest force (N) and its time, the largest compression (m), the impulse."""
+        return self.largest("force", t), self.largest("d", t)[0], self.impulse(0.0, t)
+
     def largest(self, name: str, t: float) -> tuple[float, float]:
         """The largest value of a quantity on [0, t], and its time."""
         maxima = getattr(self, "_maxima", None)
@@ -68,8 +72,8 @@ class ContactPhase:
         if passed:
             top = max(passed, key=itemgetter(0))
             # A maximum just after the start is as large as the start to the last digits.
-            if top[0] >= largest - _ROUNDING * abs(largest):
+            if top[0] >= largest - ROUNDING * abs(largest):
                 largest, when = top
         now = self.value(name, t)
         # Just after a maximum, rounding must not move its time.
-        return (now, t) if now > largest + _ROUNDING * abs(largest) else (largest, when)
+        return (now, t) if now > largest + ROUNDING * abs(largest) else (largest, when)
