@@ -268,7 +268,10 @@ class Contact(Impact):
         if t <= RESOLUTION * high:
             t = 0.0
         dense, scale = self.phase.dense_output()
-        _, x_club, x_ball, v_club, v_ball, d = self.clamped(dense(scale * t), t)
+        state = dense(scale * t)
+        if not t or state[0] < 0.0 or state[5] < 0.0:
+            self.clamp(state, t)
+        _, x_club, x_ball, v_club, v_ball, d = state
         closing = self.phase.closing(t) if t else self.motion.closing
         motion = new(Motion, (x_club, x_ball, v_club, v_ball, d, closing))
         if law.force(p, k, b, d, closing) > 0.0 or (not d and closing > 0.0):
@@ -278,8 +281,8 @@ class Contact(Impact):
             return Contact(p, k, b, instant, touch, motion, before)
         return Flight(self, instant, t, motion)
 
-    def clamped(self, state: State, t: float) -> State:
-        """A state of the dense output as a host may see it, t s after the start of the phase.
+    def clamp(self, state: State, t: float) -> None:
+        """Change a state of the dense output, t s after the start, to what a host may see.
 
         Exact at the start; and neither force nor compression is below 0, whatever the rounding:
         bodies push, they don't pull.
@@ -293,7 +296,6 @@ class Contact(Impact):
             state[0] = 0.0
         if state[5] < 0.0:
             state[2], state[5] = state[1], 0.0
-        return state
 
     def state(self, instant: Instant) -> State:
         high, low = self.begin
@@ -301,7 +303,9 @@ class Contact(Impact):
         if t <= RESOLUTION * high:
             t = 0.0
         dense, scale = self.phase.dense_output()
-        return self.clamped(dense(scale * t), t)
+        state = dense(scale * t)
+        self.clamp(state, t)
+        return state
 
     def last(self, instant: Instant) -> "tuple[Contact, float]":
         return self, self.elapsed(instant)
