@@ -114,7 +114,13 @@ BALL = dict(BALLS["roh-lee-tsuji"].values)
 #: Values, one of them, and where it is inside and outside the closed forms.
 BORDERS = {
     "law 1, damping": ({"law": 1}, "b", 9.0, 400.0),
-    "law 1, real mode": ({"law": 1, "ball_speed": -1e3, "b": 30.0}, "club_speed", 0.1, -990.0),
+    # Outside, impulses would lose digits.
+    "law 1, real mode": (
+        {"law": 1, "m_club": 2.8406, "m_ball": 2.8418, "b": 404.6, "ball_speed": -185.748},
+        "club_speed",
+        -100.0,
+        -185.727,
+    ),
     "law 1, slope": (
         {"law": 1, "m_club": 1.4, "m_ball": 4e3, "club_speed": 5.0, "ball_speed": -4.2},
         "b",
