@@ -115,7 +115,10 @@ class Impact:
         return t if t > RESOLUTION * high else 0.0
 
     def following(self, inputs: Inputs) -> "Impact":
-        """The impact from the next phase on, with these inputs; not of flight."""
+        """The impact from the next phase on, with these inputs; not of flight.
+
+        It is this one if its phase turns out to last longer than `duration`, which then has grown.
+        """
         raise NotImplementedError
 
     def state(self, instant: Instant) -> State:
@@ -187,7 +190,7 @@ class Approach(Impact):
 
     def following(self, inputs: Inputs) -> "Contact":
         p, duration = self.parameters, self.duration
-        k, b, _ = inputs
+        k, b, _, club_force = inputs
         _, x_ball, v_club, v_ball, _, closing = self.motion
         x_ball += v_ball * duration
         if p.restitution_at_rest:
@@ -195,7 +198,7 @@ class Approach(Impact):
         begin = added(self.begin, duration) if duration else self.begin
         touch = new(Touch, (begin, x_ball, v_club))
         start = new(Motion, (x_ball, x_ball, v_club, v_ball, 0.0, closing))
-        return Contact(p, k, b, begin, touch, start, _NONE_YET)
+        return Contact(p, k, b, club_force, begin, touch, start, _NONE_YET)
 
     def is_undecided(self, instant: Instant) -> bool:
         """Whether no step has moved past the touch yet, by more than the clock's last bit."""
@@ -217,26 +220,28 @@ class Approach(Impact):
 
 
 class Contact(Impact):
-    """The bodies in contact, from touch or from a change of k or b on; k (N/m) and b (N.s/m) are
-    those that act.
+    """The bodies in contact, from touch or from a change of inputs on; k (N/m), b (N.s/m) and the
+    force on the club (N) are those that act.
 
     `before` has the results of the contact phases before; or the last of these, how long it has
     lasted (s), and how many they are.
     """
 
-    __slots__ = ("_before", "b", "k", "motion", "phase")
+    __slots__ = ("_before", "b", "club_force", "k", "motion", "phase")
 
     in_contact = True
     touch: Touch
-    arguments = property(attrgetter("parameters", "k", "b", "begin", "touch", "motion", "before"))
+    arguments = property(
+        attrgetter("parameters", "k", "b", "club_force", "begin", "touch", "motion", "before")
+    )
 
     def __init__(
-        self, parameters: Parameters, k: float, b: float, begin: Instant, touch: Touch,
-        motion: Motion, before: "Results | tuple[Contact, float, int]",
+        self, parameters: Parameters, k: float, b: float, club_force: float, begin: Instant,
+        touch: Touch, motion: Motion, before: "Results | tuple[Contact, float, int]",
     ) -> None:  # fmt: skip
-        self.parameters, self.k, self.b, self.begin = parameters, k, b, begin
-        self.touch, self.motion, self._before = touch, motion, before
-        self.phase = LAWS[parameters.law].contact(parameters, k, b, motion)
+        self.parameters, self.k, self.b, self.club_force = parameters, k, b, club_force
+        self.begin, self.touch, self.motion, self._before = begin, touch, motion, before
+        self.phase = LAWS[parameters.law].contact(parameters, k, b, motion, club_force)
         self.duration = self.phase.duration
 
     @property
@@ -251,17 +256,21 @@ class Contact(Impact):
             contact._before = before = last.results(lasted)
         return before
 
-    def following(self, inputs: Inputs) -> "Flight":
-        return Flight(self, added(self.begin, self.duration), self.duration, None)
+    def following(self, inputs: Inputs) -> "Contact | Flight":
+        if self.phase.extend():
+            self.duration = self.phase.duration
+            return self
+        begin = added(self.begin, self.duration)
+        return Flight(self, begin, self.duration, None, inputs.club_force)
 
     def changed(self, inputs: Inputs, instant: Instant) -> Impact:
         """The impact with other inputs from this instant on."""
         p, touch = self.parameters, self.touch
         law = LAWS[p.law]
-        k, b, _ = inputs
+        k, b, _, club_force = inputs
         if p.restitution_at_rest:
             b = law.damping(p, k, b, touch.club_speed - p.ball_speed)
-        if k == self.k and b == self.b:
+        if k == self.k and b == self.b and club_force == self.club_force:
             return self
         high, low = self.begin
         t = (instant[0] - high) + (instant[1] - low)
@@ -278,8 +287,8 @@ class Contact(Impact):
             last = self._before
             pending = 1 if isinstance(last, Results) else last[2] + 1
             before = (self, t, pending) if pending < _PENDING else self.results(t)
-            return Contact(p, k, b, instant, touch, motion, before)
-        return Flight(self, instant, t, motion)
+            return Contact(p, k, b, club_force, instant, touch, motion, before)
+        return Flight(self, instant, t, motion, club_force)
 
     def clamp(self, state: State, t: float) -> None:
         """Change a state of the dense output, t s after the start, to what a host may see.
@@ -343,23 +352,29 @@ class Contact(Impact):
 
 
 class Flight(Impact):
-    """The bodies after a contact that lasted so long (s): free, apart.
+    """The bodies after a contact that lasted so long (s), free, under a force on the club head (N).
 
-    `motion` is that at its start; None where the contact ended by itself.
+    `motion` is that at its start; None where the contact ended by itself. `first` is the flight
+    from separation on, if the force has changed since.
     """
 
-    __slots__ = ("_motion", "contact", "lasted", "velocities")
+    __slots__ = ("_motion", "club_force", "contact", "first", "lasted", "velocities")
 
     touch: Touch
     duration = inf
-    arguments = property(attrgetter("contact", "begin", "lasted", "motion"))
+    arguments = property(attrgetter("contact", "begin", "lasted", "motion", "club_force", "first"))
 
     def __init__(
-        self, contact: Contact, begin: Instant, lasted: float, motion: Motion | None
-    ) -> None:
+        self, contact: Contact, begin: Instant, lasted: float, motion: Motion | None,
+        club_force: float, first: "Flight | None" = None,
+    ) -> None:  # fmt: skip
         self.parameters, self.touch = contact.parameters, contact.touch
         self.contact, self.begin, self.lasted, self._motion = contact, begin, lasted, motion
-        self.velocities = contact.phase.end_velocities() if motion is None else motion[2:4]
+        self.club_force, self.first = club_force, first
+        if first is not None:
+            self.velocities = first.velocities
+        else:
+            self.velocities = contact.phase.end_velocities() if motion is None else motion[2:4]
 
     @property
     def motion(self) -> Motion:  # type: ignore[override]
@@ -373,13 +388,35 @@ class Flight(Impact):
         t = (instant[0] - high) + (instant[1] - low)
         _, x_ball, v_club, v_ball, compression, closing = self._motion or self.motion
         x_ball += v_ball * t
-        compression += closing * t
-        left = compression if compression > 0.0 >= closing else 0.0
-        return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
+        if not self.club_force and self.first is None:
+            compression += closing * t
+            left = compression if compression > 0.0 >= closing else 0.0
+            return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
+        gained = self.club_force / self.parameters.m_club * t
+        decays = compression > 0.0 >= closing + gained
+        compression += (closing + 0.5 * gained) * t
+        # A compression that has vanished, or begun to grow again, isn't one any more: there is no
+        # second contact.
+        left = compression if decays and compression > 0.0 else 0.0
+        return [0.0, x_ball + compression, x_ball, v_club + gained, v_ball, left]
+
+    def changed(self, inputs: Inputs, instant: Instant) -> "Flight":
+        """The impact with other inputs from this instant on."""
+        club_force = inputs.club_force
+        if club_force == self.club_force:
+            return self
+        _, x_club, x_ball, v_club, v_ball, left = self.state(instant)
+        compression = left or x_club - x_ball
+        motion = Motion(x_club, x_ball, v_club, v_ball, compression, v_club - v_ball)
+        first = self if self.first is None else self.first
+        return Flight(self.contact, instant, self.lasted, motion, club_force, first)
 
     @property
     def x_end(self) -> float:
-        return self.motion.x_ball
+        return (self.first or self).motion.x_ball
 
     def last(self, instant: Instant) -> tuple[Contact, float]:
         return self.contact, self.lasted
+
+    def impulse_of_step(self, instant: Instant, step: float) -> float:
+        return (self.first or self)._impulse_of_step(instant, step)

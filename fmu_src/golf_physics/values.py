@@ -12,6 +12,7 @@ class Inputs(NamedTuple):
     k: float  #: contact stiffness, N/m
     b: float  #: damping, N.s/m
     club_speed: float  #: until first touch, m/s
+    club_force: float  #: on the club head from first touch on, towards the ball, N
 
 
 class Parameters:

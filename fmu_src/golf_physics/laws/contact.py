@@ -19,9 +19,13 @@ class ContactPhase:
 
     __slots__ = ("_maxima", "duration", "rate")
 
-    duration: float  #: s until contact ends; inf if it never does
+    duration: float  #: s until contact ends, or at least so long; inf if it never does
     rate: float  #: the fastest rate of change, 1/s
     _maxima: dict[str, list[tuple[float, float]]]  #: found on demand: value and time
+
+    def extend(self) -> bool:
+        """Evaluate the phase further, if its end isn't known yet; whether `duration` has grown."""
+        return False
 
     def state(self, t: float) -> State:
         raise NotImplementedError
