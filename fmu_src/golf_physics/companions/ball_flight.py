@@ -23,9 +23,9 @@ steps have no influence. `carry` and `apex` are those of the whole flight from t
 
 from functools import partial
 from math import cos, inf, isfinite, pi, sin, sqrt
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
-from .companion import Companion
+from .companion import Companion, optional
 from .taylor import ORDER, Series, empty, falls, first_zero, power, product, reach, slope, value
 
 #: A flight of more pieces is refused.
@@ -159,8 +159,9 @@ class Flight:
 class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
-    inside = ("_flight",)
-    objects = (("_flight", Flight),)
+    inside: ClassVar = {
+        "_flight": optional(Flight, 0.0, 0.0, 0.0, 0.0, [[0.0] * 4, [0.0] * 4, 0.0, 0.0, 0.0])
+    }
     _flight: Flight | None = None
 
     def _step(self, point: float, size: float) -> None:

@@ -6,9 +6,10 @@ A refused value leaves the old one; steps are refused until the variable is set 
 import json
 from binascii import crc32
 from collections.abc import Callable, Iterable
+from functools import partial
 from math import isfinite
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 #: Stands in `_refused` for a state that is refused: until the next step only.
 _STATE = "state"
@@ -53,6 +54,60 @@ def _with_checksum(body: bytes) -> bytes:
     return body + f', "checksum": {crc32(body)}}}'.encode()
 
 
+def number(item: Any) -> float:
+    """A finite number of a state; ValueError or TypeError: it is none."""
+    if type(item) is not float or not isfinite(item):
+        raise ValueError(f"{item!r} is no finite number")
+    return item
+
+
+def flag(item: Any) -> bool:
+    """A Boolean of a state; ValueError: it is none."""
+    if type(item) is not bool:
+        raise ValueError(f"{item!r} is no Boolean")
+    return item
+
+
+def _check_numbers(items: Any, like: Any) -> None:
+    if not isinstance(like, list):
+        if not isfinite(items):
+            raise ValueError(f"{items!r} is no finite number")
+    elif len(items) != len(like):
+        raise ValueError(f"{items!r} has another length than {like!r}")
+    else:
+        for item, one in zip(items, like):
+            _check_numbers(item, one)
+
+
+def optional(make: Callable, *like: Any) -> Callable[[Any], Any]:
+    """Makes an object of a state from its arguments, finite numbers in lists as `like`; or None."""
+
+    def made(arguments: Any) -> Any:
+        if arguments is None:
+            return None
+        _check_numbers(arguments, list(like))
+        return make(*arguments)
+
+    return made
+
+
+def _refusals(items: dict) -> dict[str, Refusal]:
+    refused = {name: Refusal(*item) for name, item in items.items()}
+    for one in refused.values():
+        "".join((one.sentence, one.variable, one.reason))  # TypeError: they aren't texts
+    return refused
+
+
+def _variable(row: Variable, value: Any) -> Any:
+    if row.type == "Boolean":
+        return flag(value)
+    if row.causality == "output":
+        return float(value)
+    if not row.low <= number(value) <= row.high:
+        raise ValueError(f"{value!r} is not allowed")
+    return value
+
+
 class Companion:
     """A component whose variables are its attributes.
 
@@ -63,10 +118,9 @@ class Companion:
         report: called with a `Refusal` whenever something is refused.
     """
 
-    #: Attributes of the state beside the variables; their objects are immutable or only extended.
-    inside: tuple[str, ...] = ()
-    #: Those of them that are serialized as arguments (`begins`, or a tuple), and their types.
-    objects: tuple[tuple[str, Callable], ...] = ()
+    #: Attributes of the state beside the variables, and what makes each from what JSON has of it:
+    #: of an object, which is immutable or only extended, its arguments (`begins`, or a tuple).
+    inside: ClassVar[dict[str, Callable[[Any], Any]]] = {}
     #: How many steps have been accepted since the instance was made.
     steps = 0
 
@@ -188,16 +242,15 @@ class Companion:
         return _with_checksum(json.dumps(state, default=attrgetter("begins")).encode()[:-1])
 
     @classmethod
-    def unpacked(cls, data: bytes) -> dict | None:
+    def unpacked(cls, data: bytes, rows: Iterable[tuple]) -> dict | None:
         """The snapshot that became these bytes, or None if they are none of this component's."""
         body = data.rpartition(b', "checksum": ')[0]
         if data != _with_checksum(body):
             return None
+        variables = {row.name: partial(_variable, row) for row in (Variable(*row) for row in rows)}
+        parts: dict = {"_fixed": flag, "_refused": _refusals, **cls.inside, **variables}
         try:
             state = json.loads(body + b"}")
-            state["_refused"] = {name: Refusal(*one) for name, one in state["_refused"].items()}
-            for name, make in cls.objects:
-                state[name] = state[name] and make(*state[name])
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+            return {name: make(state[name]) for name, make in parts.items()}
+        except Exception:  # bytes of any content are refused, and no exception reaches the host
             return None
-        return state
