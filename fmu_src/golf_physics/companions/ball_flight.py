@@ -25,7 +25,7 @@ from functools import partial
 from math import cos, inf, isfinite, pi, sin, sqrt
 from typing import ClassVar, NamedTuple
 
-from .companion import Companion, optional
+from .companion import Companion
 from .taylor import ORDER, Series, empty, falls, first_zero, power, product, reach, slope, value
 
 #: A flight of more pieces is refused.
@@ -159,9 +159,7 @@ class Flight:
 class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
-    inside: ClassVar = {
-        "_flight": optional(Flight, 0.0, 0.0, 0.0, 0.0, [[0.0] * 4, [0.0] * 4, 0.0, 0.0, 0.0])
-    }
+    inside: ClassVar = {"_flight": (Flight, [*[0.0] * 4, [[0.0] * 4, [0.0] * 4, *[0.0] * 3]])}
     _flight: Flight | None = None
 
     def _step(self, point: float, size: float) -> None:

@@ -6,7 +6,6 @@ A refused value leaves the old one; steps are refused until the variable is set 
 import json
 from binascii import crc32
 from collections.abc import Callable, Iterable
-from functools import partial
 from math import isfinite
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -54,56 +53,25 @@ def _with_checksum(body: bytes) -> bytes:
     return body + f', "checksum": {crc32(body)}}}'.encode()
 
 
-def number(item: Any) -> float:
-    """A finite number of a state; ValueError or TypeError: it is none."""
-    if type(item) is not float or not isfinite(item):
-        raise ValueError(f"{item!r} is no finite number")
+def _checked(item: Any, like: Any) -> Any:
+    """An item of a state's JSON, of the type of `like`, or a list of such; ValueError: it isn't."""
+    if isinstance(like, list):
+        for one, other in zip(item, like, strict=True):
+            _checked(one, other)
+    elif type(item) is not type(like) or (type(item) is float and not isfinite(item)):
+        raise ValueError(f"{item!r} is nothing like {like!r}")
     return item
 
 
-def flag(item: Any) -> bool:
-    """A Boolean of a state; ValueError: it is none."""
-    if type(item) is not bool:
-        raise ValueError(f"{item!r} is no Boolean")
-    return item
-
-
-def _check_numbers(items: Any, like: Any) -> None:
-    if not isinstance(like, list):
-        if not isfinite(items):
-            raise ValueError(f"{items!r} is no finite number")
-    elif len(items) != len(like):
-        raise ValueError(f"{items!r} has another length than {like!r}")
-    else:
-        for item, one in zip(items, like):
-            _check_numbers(item, one)
-
-
-def optional(make: Callable, *like: Any) -> Callable[[Any], Any]:
-    """Makes an object of a state from its arguments, finite numbers in lists as `like`; or None."""
-
-    def made(arguments: Any) -> Any:
-        if arguments is None:
-            return None
-        _check_numbers(arguments, list(like))
-        return make(*arguments)
-
+def _refusal_of(item: list) -> Refusal:
+    made = Refusal(*item)
+    _checked([made.sentence, made.variable, made.reason], ["", "", ""])
     return made
 
 
-def _refusals(items: dict) -> dict[str, Refusal]:
-    refused = {name: Refusal(*item) for name, item in items.items()}
-    for one in refused.values():
-        "".join((one.sentence, one.variable, one.reason))  # TypeError: they aren't texts
-    return refused
-
-
-def _variable(row: Variable, value: Any) -> Any:
-    if row.type == "Boolean":
-        return flag(value)
-    if row.causality == "output":
-        return float(value)
-    if not row.low <= number(value) <= row.high:
+def _value_of(row: Variable, item: Any) -> Any:
+    value = _checked(item, 0.0 if row.type == "Real" else False)
+    if row.causality != "output" and not row.low <= value <= row.high:
         raise ValueError(f"{value!r} is not allowed")
     return value
 
@@ -118,9 +86,10 @@ class Companion:
         report: called with a `Refusal` whenever something is refused.
     """
 
-    #: Attributes of the state beside the variables, and what makes each from what JSON has of it:
-    #: of an object, which is immutable or only extended, its arguments (`begins`, or a tuple).
-    inside: ClassVar[dict[str, Callable[[Any], Any]]] = {}
+    #: Attributes of the state beside the variables. Of each its class if it may be None, and what
+    #: JSON has of it: of an object, which is immutable or only extended, its arguments (`begins`,
+    #: or a tuple).
+    inside: ClassVar[dict[str, tuple[Callable | None, Any]]] = {}
     #: How many steps have been accepted since the instance was made.
     steps = 0
 
@@ -247,10 +216,17 @@ class Companion:
         body = data.rpartition(b', "checksum": ')[0]
         if data != _with_checksum(body):
             return None
-        variables = {row.name: partial(_variable, row) for row in (Variable(*row) for row in rows)}
-        parts: dict = {"_fixed": flag, "_refused": _refusals, **cls.inside, **variables}
         try:
             state = json.loads(body + b"}")
-            return {name: make(state[name]) for name, make in parts.items()}
+            made = {"_fixed": _checked(state["_fixed"], False)}
+            made["_refused"] = {name: _refusal_of(one) for name, one in state["_refused"].items()}
+            for name, (kind, like) in cls.inside.items():
+                item = state[name]
+                if kind is None or item is not None:
+                    item = _checked(item, like)
+                made[name] = kind(*item) if kind and isinstance(item, list) else item
+            for row in (Variable(*row) for row in rows):
+                made[row.name] = _value_of(row, state[row.name])
+            return made
         except Exception:  # bytes of any content are refused, and no exception reaches the host
             return None

@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterable
 from math import cos, nan, pi, sin
 from typing import Any, ClassVar
 
-from .companion import Companion, Refusal, flag, number, optional, refusal
+from .companion import Companion, Refusal, refusal
 from .double_pendulum import HELD, Ball, Golfer, Motion, State
 
 #: Outputs that a step computes; the others are computed from the motion when they are read.
@@ -42,13 +42,13 @@ class Swing(Companion):
     reaction_work: float
 
     inside: ClassVar = {
-        "_time": number,
-        "_lost": number,
-        "_rise": lambda item: None if item is None else number(item),
-        "_motion": optional(Motion, [0.0] * 14, 0.0, [0.0] * 7, HELD, 0.0, 0.0),
-        "_ball": optional(Ball, 0.0, 0.0, 0.0, 0.0),
-        "_position": number,
-        "_current": flag,
+        "_time": (None, 0.0),
+        "_lost": (None, 0.0),
+        "_rise": (float, 0.0),
+        "_motion": (Motion, [[0.0] * 14, 0.0, [0.0] * 7, HELD, 0.0, 0.0]),
+        "_ball": (Ball, [0.0] * 4),
+        "_position": (None, 0.0),
+        "_current": (None, False),
     }
 
     #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer, however
