@@ -10,6 +10,8 @@ from math import isfinite
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from ..values import Refusal
+
 #: Stands in `_refused` for a state that is refused: until the next step only.
 _STATE = "state"
 
@@ -29,18 +31,6 @@ class Variable(NamedTuple):
     description: str
     allowed: str = ""
     nominal: float | None = None
-
-
-class Refusal(NamedTuple):
-    """Why a value, or a call, is refused."""
-
-    sentence: str
-    variable: str = ""  #: the name, if a single one is to be corrected
-    value: Any = None
-    reason: str = ""  #: the sentence without variable and value
-
-    def __str__(self) -> str:
-        return self.sentence
 
 
 def refusal(variable: str, value: Any, reason: str, unit: str = "") -> Refusal:

@@ -25,7 +25,8 @@ from functools import partial
 from math import acos, acosh, atan2, exp, hypot, inf, isfinite, log, sqrt, tan
 from typing import NamedTuple
 
-from .companion import Companion, Refusal, refusal
+from ..values import Refusal
+from .companion import Companion, refusal
 from .taylor import ORDER, Series, bisect, first_zero, slope, value
 
 #: Pieces of a contact at least, and at most: half a second; contacts in golf have up to 100. Phases

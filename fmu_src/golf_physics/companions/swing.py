@@ -25,7 +25,8 @@ from collections.abc import Callable, Iterable
 from math import cos, nan, pi, sin
 from typing import Any, ClassVar
 
-from .companion import Companion, Refusal, refusal
+from ..values import Refusal
+from .companion import Companion, refusal
 from .double_pendulum import HELD, Ball, Golfer, Motion, State
 
 #: Outputs that a step computes; the others are computed from the motion when they are read.
