@@ -55,7 +55,11 @@ class AnyImpact(Protocol):
     def in_contact(self) -> bool: ...
     @property
     def velocities(self) -> tuple[float, float]:
-        """Of club and ball unless they are in contact, m/s."""
+        """Of club and ball, m/s: before touch, or at separation."""
+
+    @property
+    def is_pushed(self) -> bool:
+        """Whether the velocities may have changed since separation."""
 
     @property
     def x_end(self) -> float:
@@ -88,7 +92,7 @@ class Impact:
 
     __slots__ = ("begin", "duration", "parameters", "touch")
 
-    in_contact = False
+    in_contact = is_pushed = False
     parameters: Parameters
     begin: Instant  #: of the phase
     duration: float  #: of the phase, s; inf if it doesn't end
@@ -120,6 +124,9 @@ class Impact:
         It is this one if its phase turns out to last longer than `duration`, which then has grown.
         """
         raise NotImplementedError
+
+    def find_end(self) -> None:
+        """Evaluate the phase until its `duration` is known."""
 
     def state(self, instant: Instant) -> State:
         t = self.since_begin(instant)
@@ -256,6 +263,11 @@ class Contact(Impact):
             contact._before = before = last.results(lasted)
         return before
 
+    def find_end(self) -> None:
+        while self.phase.extend():
+            pass
+        self.duration = self.phase.duration
+
     def following(self, inputs: Inputs) -> "Contact | Flight":
         if self.phase.extend():
             self.duration = self.phase.duration
@@ -360,6 +372,7 @@ class Flight(Impact):
 
     __slots__ = ("_motion", "club_force", "contact", "first", "lasted", "velocities")
 
+    velocities: tuple[float, float]
     touch: Touch
     duration = inf
     arguments = property(attrgetter("contact", "begin", "lasted", "motion", "club_force", "first"))
@@ -375,6 +388,10 @@ class Flight(Impact):
             self.velocities = first.velocities
         else:
             self.velocities = contact.phase.end_velocities() if motion is None else motion[2:4]
+
+    @property
+    def is_pushed(self) -> bool:  # type: ignore[override]
+        return bool(self.club_force) or self.first is not None
 
     @property
     def motion(self) -> Motion:  # type: ignore[override]
@@ -419,4 +436,4 @@ class Flight(Impact):
         return self.contact, self.lasted
 
     def impulse_of_step(self, instant: Instant, step: float) -> float:
-        return (self.first or self)._impulse_of_step(instant, step)
+        return Impact.impulse_of_step(self.first or self, instant, step)

@@ -46,9 +46,15 @@ def conflict(p: Parameters, inputs: Inputs) -> Refusal | None:
 
 def conflict_of_inputs(p: Parameters, inputs: Inputs) -> Refusal | None:
     """The same, with parameters that some inputs have been accepted with."""
-    k, b, club_speed = inputs
+    k, b, club_speed, club_force = inputs
     # The fast path: a host may set inputs at every step.
-    if p.ordinary and 1e-6 < k < 1e30 and b < 1e6 and -1e30 < club_speed < 1e30:
+    if (
+        p.ordinary
+        and 1e-6 < k < 1e30
+        and b < 1e6
+        and -1e30 < club_speed < 1e30
+        and -1e30 < club_force < 1e30
+    ):
         return LAWS[p.law].refusal(p, inputs)
     speed = abs(club_speed) + abs(p.ball_speed)
     total = p.m_club + p.m_ball
@@ -76,4 +82,8 @@ def conflict_of_inputs(p: Parameters, inputs: Inputs) -> Refusal | None:
             "range of a double"
         )
         return Refusal(f"{given}: {reason}", reason=reason)
+    if abs(club_force) > _LARGEST * p.m_club:
+        reason = f"its acceleration of the club head must stay below {_LARGEST:g} m/s2"
+        sentence = f"club_force = {club_force!r} N is refused: {reason}"
+        return Refusal(sentence, "club_force", club_force, reason)
     return LAWS[p.law].refusal(p, inputs)

@@ -222,9 +222,9 @@ class Component:
                 if touch is None or touch.instant[0] >= instant[0]:
                     origin = point - instant[0]
         values, inputs, impact = self.values, segment.inputs, segment.impact
-        k, b, club_speed = values[0], values[1], values[2]
-        if k != inputs[0] or b != inputs[1] or club_speed != inputs[2]:
-            inputs = new(Inputs, (k, b, club_speed))
+        k, b, club_speed, club_force = values[0], values[1], values[2], values[3]
+        if k != inputs[0] or b != inputs[1] or club_speed != inputs[2] or club_force != inputs[3]:
+            inputs = new(Inputs, (k, b, club_speed, club_force))
             problem = conflict_of_inputs(impact.parameters, inputs)
             if problem is not None:
                 return problem
@@ -381,7 +381,7 @@ class Component:
         parameters, inputs = self._split()
         if conflict(parameters, inputs) is not None:
             # Bodies that never meet.
-            inputs = Inputs(1.0, 0.0, parameters.ball_speed)
+            inputs = Inputs(1.0, 0.0, parameters.ball_speed, 0.0)
         self._segment = self._first_segment(parameters, inputs)
 
     def _evaluate(self) -> State:

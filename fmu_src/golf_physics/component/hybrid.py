@@ -104,6 +104,7 @@ class HybridComponent(Component):
             impact = segment.changed(inputs, self._count)
             while True:
                 impact = advance(impact, inputs, instant)
+                impact.find_end()
                 left = nextafter(impact.duration - impact.elapsed(instant), inf)
                 if left == inf:
                     return

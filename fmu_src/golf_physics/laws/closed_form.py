@@ -41,12 +41,22 @@ class ClosedFormContact(ContactPhase):
     and the compression is a damped oscillation.
 
     Either damper or drag is 0. A force on the club head (N) shifts what the compression oscillates
-    about, and accelerates the centre of mass; not with a drag. `duration` is 0 where double precision loses digits: the rates
-    nearly meet, the real mode nearly cancels the pair, the force hardly reaches 0, or contact
-    doesn't end with the first half period.
+    about, and accelerates the centre of mass. `duration` is 0 where double precision loses digits:
+    the rates nearly meet, the real mode nearly cancels the pair, the force hardly reaches 0, or
+    contact doesn't end with the first half period; and with a force beside a drag.
     """
 
-    __slots__ = ("_acceleration", "_arguments", "_d", "_dense", "_force", "_rates", "_start", "_v_ball", "_v_club")
+    __slots__ = (
+        "_acceleration",
+        "_arguments",
+        "_d",
+        "_dense",
+        "_force",
+        "_rates",
+        "_start",
+        "_v_ball",
+        "_v_club",
+    )
 
     def __init__(
         self, k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion,

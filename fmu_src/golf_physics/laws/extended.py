@@ -133,6 +133,8 @@ class ExtendedContact(ContactPhase):
         force = tuple(k * e + damper * f for e, f in zip(d_row, w_row))
         self._rows: dict[str, Any] = {"force": force, "d": d_row, "w": w_row, "mean": mean}
         self._levels = {"force": k * level, "d": level, "w": _ZERO, "mean": drift}
+        # Exactly 0 at touch, which the sum of level and coefficients may miss by rounding.
+        self._first_force = k * d + damper * w
         self._bodies = drag, total, m_ball, q, club_force
         if level:
             self._window *= _MORE
@@ -234,10 +236,14 @@ class ExtendedContact(ContactPhase):
     def _sign_changes(
         self, row: Row, end: Decimal, level: Decimal = _ZERO
     ) -> Iterator[tuple[Decimal, bool]]:
-        """The zeros of a row and a level up to `end`, s, and whether it falls there; in order."""
+        """The zeros of a row up to `end`, s, and whether it falls there; in order.
+
+        With a level, those of the force: its row and that.
+        """
         slope = self._slope(row)
         bend = self._slope(slope)
-        starts = level + row[0] + row[1], slope[0] + slope[1], bend[0] + bend[1]
+        value = self._first_force if level else row[0] + row[1]
+        starts = value, slope[0] + slope[1], bend[0] + bend[1]
         positive = next((f for f in starts if f), 0) > 0
         # With a level the extrema are zeros of the slope, which has none.
         points = (t for t, _ in self._sign_changes(slope, end)) if level else self._extrema(row)

@@ -78,8 +78,9 @@ def _bisect(low: float, high: float, f: Callable[[float], float]) -> float:
 class IntegratedContact(ContactPhase):
     """A contact phase under any force (N) of compression (m) and closing speed (m/s).
 
-    drag on each body is in N.s/m, masses are in kg, the force on the club head in N. Raises ArithmeticError if the force isn't a
-    finite number. Panels are added as far as the phase is evaluated.
+    drag on each body is in N.s/m, masses are in kg, the force on the club head in N. Panels are
+    added as far as the phase is evaluated. Raises ArithmeticError if the force isn't a finite
+    number.
     """
 
     #: Unbounded: the force may have a kink at touch.
