@@ -213,8 +213,8 @@ class SplitLaw(LinearLaw):
     name = "split"
     description = "A spring"
 
-    def contact(self, p, k, b, start):
-        return ExtendedContact(k, b, 0.0, p.m_club, p.m_ball, start)
+    def contact(self, p, inputs, start):
+        return ExtendedContact(inputs.k, inputs.b, 0.0, p.m_club, p.m_ball, start)
 '''
 
 

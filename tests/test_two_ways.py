@@ -10,7 +10,7 @@ from conftest import reference_cases
 from golf_physics.laws import absolute, closed_form, relative
 from golf_physics.laws.closed_form import ClosedFormContact
 from golf_physics.laws.extended import ExtendedContact
-from golf_physics.values import Motion, Parameters
+from golf_physics.values import Inputs, Motion, Parameters
 
 from golf_impact.stress.cases import named_cases, random_impact
 from golf_impact.stress.special_points import special_impact
@@ -22,7 +22,7 @@ def contact_of(law, k, b, m_club, m_ball, start):
     """The phase that the law makes."""
     parameters = Parameters(m_club, m_ball, 0.04, 0.0, 0.0, 1, 1.0, 0.005, 0.0, 0.0)
     row = absolute.AbsoluteLaw() if law is absolute else relative.RelativeLaw()
-    return row.contact(parameters, k, b, start)
+    return row.contact(parameters, Inputs(k, b, 0.0, 0.0), start)
 
 
 def damper_and_drag(law, b):

@@ -165,6 +165,12 @@ def advance(impact: Impact, inputs: Inputs, instant: Instant) -> Impact:
         impact = impact.following(inputs)
 
 
+def _acting(p: Parameters, inputs: Inputs, closing: float) -> Inputs:
+    """The inputs that act in a contact with this approach speed, m/s: b may follow from a COR."""
+    k, b, *_ = inputs
+    return inputs._replace(b=LAWS[p.law].damping(p, k, b, closing))
+
+
 class Approach(Impact):
     """The bodies before first touch.
 
@@ -197,15 +203,14 @@ class Approach(Impact):
 
     def following(self, inputs: Inputs) -> "Contact":
         p, duration = self.parameters, self.duration
-        k, b, _, club_force = inputs
         _, x_ball, v_club, v_ball, _, closing = self.motion
         x_ball += v_ball * duration
         if p.restitution_at_rest:
-            b = LAWS[p.law].damping(p, k, b, closing)
+            inputs = _acting(p, inputs, closing)
         begin = added(self.begin, duration) if duration else self.begin
         touch = new(Touch, (begin, x_ball, v_club))
         start = new(Motion, (x_ball, x_ball, v_club, v_ball, 0.0, closing))
-        return Contact(p, k, b, club_force, begin, touch, start, _NONE_YET)
+        return Contact(p, inputs, begin, touch, start, _NONE_YET)
 
     def is_undecided(self, instant: Instant) -> bool:
         """Whether no step has moved past the touch yet, by more than the clock's last bit."""
@@ -227,28 +232,27 @@ class Approach(Impact):
 
 
 class Contact(Impact):
-    """The bodies in contact, from touch or from a change of inputs on; k (N/m), b (N.s/m) and the
-    force on the club (N) are those that act.
+    """The bodies in contact, from touch or from a change of inputs on; `inputs` are those that act.
 
     `before` has the results of the contact phases before; or the last of these, how long it has
     lasted (s), and how many they are.
     """
 
-    __slots__ = ("_before", "b", "club_force", "k", "motion", "phase")
+    __slots__ = ("_before", "inputs", "motion", "phase")
 
     in_contact = True
     touch: Touch
-    arguments = property(
-        attrgetter("parameters", "k", "b", "club_force", "begin", "touch", "motion", "before")
-    )
+    arguments = property(attrgetter("parameters", "inputs", "begin", "touch", "motion", "before"))
+    b = property(attrgetter("inputs.b"))
+    club_force = property(attrgetter("inputs.club_force"))
 
     def __init__(
-        self, parameters: Parameters, k: float, b: float, club_force: float, begin: Instant,
-        touch: Touch, motion: Motion, before: "Results | tuple[Contact, float, int]",
+        self, parameters: Parameters, inputs: Inputs, begin: Instant, touch: Touch,
+        motion: Motion, before: "Results | tuple[Contact, float, int]",
     ) -> None:  # fmt: skip
-        self.parameters, self.k, self.b, self.club_force = parameters, k, b, club_force
-        self.begin, self.touch, self.motion, self._before = begin, touch, motion, before
-        self.phase = LAWS[parameters.law].contact(parameters, k, b, motion, club_force)
+        self.parameters, self.inputs, self.begin = parameters, inputs, begin
+        self.touch, self.motion, self._before = touch, motion, before
+        self.phase = LAWS[parameters.law].contact(parameters, inputs, motion)
         self.duration = self.phase.duration
 
     @property
@@ -269,8 +273,9 @@ class Contact(Impact):
         self.duration = self.phase.duration
 
     def following(self, inputs: Inputs) -> "Contact | Flight":
-        if self.phase.extend():
-            self.duration = self.phase.duration
+        phase = self.phase
+        if phase.has_pieces and phase.extend():
+            self.duration = phase.duration
             return self
         begin = added(self.begin, self.duration)
         return Flight(self, begin, self.duration, None, inputs.club_force)
@@ -279,10 +284,11 @@ class Contact(Impact):
         """The impact with other inputs from this instant on."""
         p, touch = self.parameters, self.touch
         law = LAWS[p.law]
-        k, b, _, club_force = inputs
         if p.restitution_at_rest:
-            b = law.damping(p, k, b, touch.club_speed - p.ball_speed)
-        if k == self.k and b == self.b and club_force == self.club_force:
+            inputs = _acting(p, inputs, touch.club_speed - p.ball_speed)
+        k, b, _, club_force = inputs
+        acting = self.inputs
+        if k == acting[0] and b == acting[1] and club_force == acting[3]:
             return self
         high, low = self.begin
         t = (instant[0] - high) + (instant[1] - low)
@@ -299,7 +305,7 @@ class Contact(Impact):
             last = self._before
             pending = 1 if isinstance(last, Results) else last[2] + 1
             before = (self, t, pending) if pending < _PENDING else self.results(t)
-            return Contact(p, k, b, club_force, instant, touch, motion, before)
+            return Contact(p, inputs, instant, touch, motion, before)
         return Flight(self, instant, t, motion, club_force)
 
     def clamp(self, state: State, t: float) -> None:
@@ -311,7 +317,7 @@ class Contact(Impact):
         if not t:
             p = self.parameters
             x_club, _, v_club, v_ball, d, closing = self.motion
-            force = LAWS[p.law].force(p, self.k, self.b, d, closing)
+            force = LAWS[p.law].force(p, *self.inputs[:2], d, closing)
             state[:] = force, x_club, x_club - d, v_club, v_ball, d
         if state[0] < 0.0:
             state[0] = 0.0

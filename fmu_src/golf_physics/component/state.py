@@ -10,7 +10,7 @@ from .segment import Segment
 from .solved import SolvedImpact
 
 #: First item of a serialized state; it changes with the layout.
-_FORMAT = "golf-impact state 9"
+_FORMAT = "golf-impact state 10"
 
 _CLASSES: dict[str, Any] = {
     kind.__name__: kind

@@ -76,10 +76,12 @@ class ClosedFormContact(ContactPhase):
         if not drag:
             if zeta > MOST_DAMPING:
                 return
-            # The compression oscillates about a level, the centre of mass accelerates.
-            self._acceleration = club_force / total
-            level, f_a = p * club_force / k, p * club_force
-            d -= omega * level
+            level = f_a = self._acceleration = 0.0
+            if club_force:
+                # The compression oscillates about a level, the centre of mass accelerates.
+                self._acceleration = club_force / total
+                level, f_a = p * club_force / k, p * club_force
+                d -= omega * level
             h = zeta
             second = sqrt((1.0 - zeta) * (1.0 + zeta))
             w_s = -(h * closing + d) / second

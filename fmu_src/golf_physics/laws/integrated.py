@@ -83,6 +83,7 @@ class IntegratedContact(ContactPhase):
     number.
     """
 
+    has_pieces = True
     #: Unbounded: the force may have a kink at touch.
     rate = inf
 

@@ -106,13 +106,12 @@ class RelativeLaw(LinearLaw):
         mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
         return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
-    def contact(
-        self, p: Parameters, k: float, b: float, start: Motion, club_force: float
-    ) -> ContactPhase:
+    def contact(self, p: Parameters, inputs: Inputs, start: Motion) -> ContactPhase:
+        k, b, _, club_force = inputs
         if p.exponent != 1.0:
             if club_force:
                 # In the scaled time it is a power of x, without a closed form.
-                return Law.contact(self, p, k, b, start, club_force)
+                return Law.contact(self, p, inputs, start)
             return PowerLawContact(p, k, b, start)
         # As `linear_contact`, a call less.
         contact = ClosedFormContact(k, b, 0.0, p.m_club, p.m_ball, start, club_force)

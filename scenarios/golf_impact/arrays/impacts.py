@@ -28,7 +28,7 @@ _RANGES = {
     "k": (1.0, 1e12), "b": (0.0, 1e6), "club_speed": (-1e4, 1e4), "ball_speed": (-1e4, 1e4),
     "m_club": (1e-4, 1e4), "m_ball": (1e-4, 1e4), "ball_diameter": (1e-6, 1e6), "gap": (0.0, 1e3),
     "exponent": (1.0, 12.0), "reference_compression": (1e-6, 10.0),
-    "restitution_at_rest": (0.0, 1.0), "restitution_slope": (0.0, 1e6),
+    "restitution_at_rest": (0.0, 1.0), "restitution_slope": (0.0, 1e6), "club_force": (0.0, 0.0),
 }  # fmt: skip
 _LEAST_SPEED, _LATEST_TOUCH = 1e-3, 10.0
 
