@@ -17,8 +17,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from golf_impact.errors import UserError, missing_package
-from golf_impact.fmu.loaded import first_line
+from golf_impact.errors import UserError, first_line, missing_package
 from golf_impact.stopping import SIGNALS
 
 #: How long a cluster may take to respond, and to have a worker.
@@ -53,7 +52,7 @@ def process_pool(workers: int) -> Iterator[Executor]:
     however it ends.
     """
     with tempfile.TemporaryDirectory(prefix="golf-impact-workers-") as folder:
-        # A forked process would inherit threads' locks, and an FMU that has been loaded.
+        # A forked process would inherit threads' locks.
         pool = _Pool(workers, get_context("spawn"), _begin_worker, (folder,))
         pool.folder = folder
         try:
@@ -165,7 +164,10 @@ def dask_executor(scheduler: str, workers: int | None = None) -> Iterator[Execut
         stack.callback(executor.shutdown, wait=False)
         try:
             yield executor
-        except (distributed.KilledWorker, CancelledError, OSError, ImportError) as error:
+        # Workers of an earlier version lack an attribute or a module.
+        except (
+            distributed.KilledWorker, CancelledError, OSError, ImportError, AttributeError,
+        ) as error:  # fmt: skip
             raise UserError(
                 f"the cluster at {scheduler} gave up or is lost ({first_line(error)}); its workers "
                 "need this package with its extra cluster, in the same version"
