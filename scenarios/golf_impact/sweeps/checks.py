@@ -43,8 +43,7 @@ class Check:
         """Check cases from this number on; UserError if one of them differs."""
         index = np.arange(begin, begin + len(outcome.refused))
         chosen = np.flatnonzero(index.astype(np.uint64) * _SPREAD <= self._below)
-        for n in chosen.tolist():
-            self._compare(begin + n, _row(outcome, n))
+        self._compare({begin + n: _row(outcome, n) for n in chosen.tolist()})
         for name, column in outcome.columns.items():
             if name in FLAGS or np.isnan(column).all():
                 continue
@@ -55,23 +54,24 @@ class Check:
 
     def finish(self) -> None:
         """Check the extremes of all outputs."""
-        for case, row in {case: row for _, case, row in self._extremes.values()}.items():
-            self._compare(case, row)
+        self._compare({case: row for _, case, row in self._extremes.values()})
 
-    def _compare(self, case: int, row: Mapping[str, Any] | None) -> None:
-        columns = self.study.columns(np.array([case]))
-        values = {n: np.asarray(v).item() for n, v in self.plan.values(columns).items()}
-        error, name, exact = deviation(self._runs, values, row)
-        self.number += 1
-        self.worst = max(self.worst, error)
-        if error > TOLERANCE:
-            given = ", ".join(f"{n} = {column[0]}" for n, column in columns.items())
-            ours = "refused" if row is None else repr(row[name])
-            raise UserError(
-                f"row {case + 1:,} ({given}): {name} is {ours} by arrays, and {exact} by the "
-                f"scalar physics: error {error:.2g}, at most {TOLERANCE:g} is allowed; nothing was "
-                "written. Use --fmu FILE, and report this error"
-            )
+    def _compare(self, rows: Mapping[int, dict[str, Any] | None]) -> None:
+        columns = self.study.columns(np.array([*rows], int))
+        values = self.plan.values(columns)
+        for n, (case, row) in enumerate(rows.items()):
+            of_case = {name: v if np.ndim(v) == 0 else v[n].item() for name, v in values.items()}
+            error, name, exact = deviation(self._runs, of_case, row)
+            self.number += 1
+            self.worst = max(self.worst, error)
+            if error > TOLERANCE:
+                given = ", ".join(f"{name} = {column[n]}" for name, column in columns.items())
+                ours = "refused" if row is None else repr(row[name])
+                raise UserError(
+                    f"row {case + 1:,} ({given}): {name} is {ours} by arrays, and {exact} by the "
+                    f"scalar physics: error {error:.2g}, at most {TOLERANCE:g} is allowed; nothing "
+                    "was written. Use --fmu FILE, and report this error"
+                )
 
 
 def _row(outcome: Outcome, n: int) -> dict[str, Any] | None:

@@ -9,7 +9,13 @@ import signal
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import (
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import partial
 from multiprocessing import get_context, parent_process, resource_tracker
@@ -24,24 +30,18 @@ from golf_impact.stopping import SIGNALS
 _PATIENCE = "20s"
 
 
-class Here(Executor):
-    """Runs each call at once, in this thread; its errors are raised by `submit`."""
-
-    def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        future: Future = Future()
-        future.set_result(fn(*args, **kwargs))
-        return future
-
-
 def opened(
     executor: Executor | None, scheduler: str | None, workers: int | None
 ) -> AbstractContextManager[Executor]:
-    """The given executor, or that of a cluster, of so many processes, or of this process."""
+    """The given executor, or that of a cluster, of so many processes, or of a thread.
+
+    The thread computes and formats a chunk, while this one checks and writes the one before.
+    """
     if executor is not None:
         return nullcontext(executor)
     if scheduler is not None:
         return dask_executor(scheduler, workers)
-    return process_pool(workers) if workers and workers > 1 else nullcontext(Here())
+    return process_pool(workers) if workers and workers > 1 else ThreadPoolExecutor(1)
 
 
 @contextmanager

@@ -32,8 +32,8 @@ _LONG, _SHORT = 0.2, 0.05
 _MOST_WORKERS = 256
 #: A worker that is killed ends its pool of processes: at most so many pools are used.
 _POOLS = 3
-#: Chunks that may be under way or waiting to be written: a bound of the memory.
-_IN_FLIGHT = 32
+#: Chunks and cases that may be under way or waiting to be written: a bound of the memory.
+_CHUNKS_IN_FLIGHT, _CASES_IN_FLIGHT = 32, 200_000
 
 
 class Stopped(Exception):  # noqa: N818 (not an error: the user asked for it)
@@ -189,7 +189,8 @@ class Sweep:
                             future = executor.submit(run_chunk, self.compute, as_text, columns)
                             under_way.append((columns, future))
                             begun = end
-                            if under_way[0][1].done() or len(under_way) >= _IN_FLIGHT:
+                            enough = len(under_way) >= _CHUNKS_IN_FLIGHT
+                            if enough or begun - done >= _CASES_IN_FLIGHT:
                                 break
                         columns, future = under_way[0]
                         while not future.done() and not stop():
