@@ -1,16 +1,56 @@
-"""Many impacts at once."""
+"""Many impacts at once: by arrays where a contact is a closed form, else by the scalar physics."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from math import nan, prod
 from typing import Any, NamedTuple
 
 import numpy as np
+from golf_physics.variables import VARIABLES
 
+from golf_impact.arrays.absolute import AbsoluteContacts
+from golf_impact.arrays.contacts import Contacts
+from golf_impact.arrays.elementwise import LANES
+from golf_impact.arrays.power_law import PowerLawContacts
+from golf_impact.arrays.relative import RelativeContacts
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
 from golf_impact.facts.quantities import undefined_results
-from golf_impact.runs import FLAGS
+from golf_impact.runs import FLAGS, Named
+
+#: Cases at a time, so that arrays stay in a processor's cache; a multiple of `LANES`.
+BLOCK = 4096
+
+#: Values for which arrays are used: far inside all that the physics accepts (`parameters.conflict`,
+#: `laws.relative`), so that why it rejects others is stated there alone.
+_RANGES = {
+    "k": (1.0, 1e12),
+    "b": (0.0, 1e6),
+    "club_speed": (-1e4, 1e4),
+    "ball_speed": (-1e4, 1e4),
+    "m_club": (1e-4, 1e4),
+    "m_ball": (1e-4, 1e4),
+    "ball_diameter": (1e-6, 1e6),
+    "gap": (0.0, 1e3),
+    "exponent": (1.0, 12.0),
+    "reference_compression": (1e-6, 10.0),
+    "restitution_at_rest": (0.0, 1.0),
+    "restitution_slope": (0.0, 1e6),
+}
+
+#: Approach and club speeds (m/s) and the time until touch (s) to go with them.
+_LEAST_SPEED, _LONGEST_APPROACH = 1e-3, 10.0
+
+#: Outputs that depend on the length of the communication step.
+MOMENTARY = ("club_position", "ball_position", "compression", "mean_force")
+
+_DEFAULTS = {
+    row.name: np.float64(row.start) for row in VARIABLES if row.causality in ("input", "parameter")
+}
+_OUTPUTS = tuple(row.name for row in VARIABLES if row.causality == "output")
+
+Columns = dict[str, Any]
 
 
 class Outcome(NamedTuple):
@@ -24,8 +64,22 @@ class Outcome(NamedTuple):
     scalar: np.ndarray  #: whether a case isn't in closed form: the scalar physics computed it, bool
 
 
+def check_names(outputs: Sequence[str], values: Mapping[str, Any]) -> None:
+    """Raise a UserError for a name that no output, or no input or parameter has."""
+    for kind, names, known in (
+        ("output", outputs, _OUTPUTS),
+        ("input or parameter", values, _DEFAULTS),
+    ):
+        for name in names:
+            if name not in known:
+                raise UserError(f"there is no {kind} {name!r}: choose from {', '.join(known)}")
+
+
+@np.errstate(all="ignore")
 def impacts(outputs: Sequence[str], values: Mapping[str, Any], shape: tuple[int, ...]) -> Outcome:
     """Compute impacts, each in one communication step, as `golf_impact.run_impact` does.
+
+    Each result depends on the values of its case alone, to the last bit.
 
     Args:
         outputs: names of Real or Boolean outputs.
@@ -36,25 +90,149 @@ def impacts(outputs: Sequence[str], values: Mapping[str, Any], shape: tuple[int,
     Raises:
         UserError: there is no output, input or parameter of a name.
     """
-    runs = ScalarImpacts()
-    values = {name: np.asarray(value, float) for name, value in values.items()}
-    columns = {name: np.broadcast_to(value, shape).ravel() for name, value in values.items()}
-    number = int(np.prod(shape))
-    results = {name: np.full(number, name not in FLAGS and np.nan) for name in outputs}
-    refused, reason = np.zeros(number, bool), ""
-    steps = np.broadcast_to(runs.horizon(values), shape).ravel()
-    reals, names = [name for name in outputs if name not in FLAGS], list(columns)
-    for n, (step, *row) in enumerate(zip(steps, *columns.values(), strict=True)):
+    check_names(outputs, values)
+    number = prod(shape)
+    columns = columns_of(values, shape)
+    results = {name: np.empty(number, bool if name in FLAGS else float) for name in outputs}
+    scalar = np.ones(number, bool)
+    momentary = any(name in MOMENTARY for name in outputs)
+    for places, contacts in closed_contacts(columns, number, momentary):
+        count = len(scalar[places])
+        for name, column in results.items():
+            column[places] = _first(getattr(contacts, name), count)
+        scalar[places] = ~_first(contacts.closed, count)
+    refused = np.zeros(number, bool)
+    given = {name: columns[name] for name in values}
+    reason = _by_scalar_physics(given, np.flatnonzero(scalar), results, refused)
+    shaped = {name: column.reshape(shape) for name, column in results.items()}
+    return Outcome(shaped, refused.reshape(shape), reason, scalar.reshape(shape))
+
+
+class ImpactArrays(Named[np.ndarray]):
+    """Outputs of many impacts by name, arrays of one shape.
+
+    Attributes:
+        refused: whether the physics rejects a case, an array of bools of that shape.
+        reason: why it rejects the first of these, in C order; empty if there is none.
+    """
+
+    refused: np.ndarray
+    reason: str
+
+
+def run_impacts(outputs: Sequence[str], values: Mapping[str, Any]) -> ImpactArrays:
+    """See `golf_impact.run_impacts`."""
+    arrays, shape = as_arrays(values)
+    outcome = impacts(outputs, arrays, shape)
+    results = ImpactArrays(outcome.columns)
+    results.refused, results.reason = outcome.refused, outcome.reason
+    return results
+
+
+def as_arrays(values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], tuple[int, ...]]:
+    """Inputs and parameters as arrays of floats, and the shape to which they broadcast."""
+    arrays = {}
+    for name, value in values.items():
         try:
-            runs.start(**dict(zip(names, row, strict=True)))
-            runs.step(0.0, float(step))
-            case: dict[str, float] = dict(runs.read(reals))
+            if np.iscomplexobj(value):
+                raise TypeError("it is complex")
+            arrays[name] = np.asarray(value, float)
+        except (TypeError, ValueError) as error:
+            raise UserError(
+                f"{name} is refused: it must be a number or an array of numbers ({error})"
+            ) from None
+    try:
+        return arrays, np.broadcast_shapes(*(array.shape for array in arrays.values()))
+    except ValueError:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
+        raise UserError(f"these shapes don't broadcast to one: {shapes}") from None
+
+
+def columns_of(values: Mapping[str, Any], shape: tuple[int, ...]) -> Columns:
+    """All inputs and parameters: numbers, or arrays of shape (cases,)."""
+    columns: Columns = dict(_DEFAULTS)
+    for name, value in values.items():
+        value = np.asarray(value, float)
+        same = value.size == 1
+        columns[name] = value.reshape(())[()] if same else np.broadcast_to(value, shape).ravel()
+    return columns
+
+
+def closed_contacts(
+    columns: Columns, number: int, momentary: bool
+) -> Iterator[tuple[Any, Contacts]]:
+    """Contacts that may be `closed`, and their places: a slice, or an array of indices."""
+    for begin in range(0, number, BLOCK):
+        part = slice(begin, min(begin + BLOCK, number))
+        block = {name: value[part] if np.ndim(value) else value for name, value in columns.items()}
+        count = part.stop - begin
+        law, linear = block["law"], block["exponent"] == 1.0
+        ordinary = _ordinary(block)
+        for kind, chosen in (
+            (AbsoluteContacts, (law == 1.0) & linear & (block["restitution_at_rest"] == 0.0)),
+            (RelativeContacts, (law == 2.0) & linear),
+            (PowerLawContacts, (law == 2.0) & ~linear),
+        ):
+            inside = np.broadcast_to(ordinary & chosen, count)
+            found = np.count_nonzero(inside)
+            if not found:
+                continue
+            places: Any = part
+            if found < count:
+                places = begin + np.flatnonzero(inside)
+            values = padded(columns, places, found)
+            if momentary:
+                values["horizon"] = ScalarImpacts().horizon(values)
+            yield places, kind(values)
+
+
+def padded(columns: Columns, places: Any, count: int) -> Columns:
+    """The values at these places, the last one repeated up to a multiple of `LANES`."""
+    short = -count % LANES
+    taken = {}
+    for name, value in columns.items():
+        if np.ndim(value):
+            value = np.pad(value[places], (0, short), "edge") if short else value[places]
+        taken[name] = value
+    return taken
+
+
+def _ordinary(block: Columns) -> Any:
+    closing = block["club_speed"] - block["ball_speed"]
+    inside: Any = closing >= _LEAST_SPEED
+    inside = inside & (np.abs(block["club_speed"]) >= _LEAST_SPEED)
+    inside = inside & (block["gap"] <= _LONGEST_APPROACH * closing)
+    for name, (low, high) in _RANGES.items():
+        inside = inside & (block[name] >= low) & (block[name] <= high)
+    return inside
+
+
+def _first(value: Any, count: int) -> Any:
+    return value[:count] if np.ndim(value) else value
+
+
+def _by_scalar_physics(
+    given: Columns, places: np.ndarray, results: dict[str, np.ndarray], refused: np.ndarray
+) -> str:
+    """Fill in results and refusals at these places; return why the first one is refused."""
+    if not len(places):
+        return ""
+    runs, reason = ScalarImpacts(), ""
+    values = padded(given, places, len(places))
+    steps = np.broadcast_to(runs.horizon(values), len(places) + -len(places) % LANES)
+    rows = (np.broadcast_to(value, len(steps)).tolist() for value in values.values())
+    reals = [name for name in results if name not in FLAGS]
+    for n, step, *row in zip(places.tolist(), steps.tolist(), *rows):  # without the repeated ones
+        try:
+            runs.start(**dict(zip(values, row)))
+            runs.step(0.0, step)
+            outputs = runs.read(reals)
         except UserError as error:
             refused[n], reason = True, reason or str(error)
-            continue
-        flags = {name: runs.read_flag(name) for name in FLAGS}
-        case |= flags | undefined_results(flags["touched"], flags["separated"])
+            outputs = dict.fromkeys(reals, nan) | dict.fromkeys(FLAGS, False)
+        else:
+            flags = {name: runs.read_flag(name) for name in FLAGS}
+            outputs |= flags | undefined_results(flags["touched"], flags["separated"])
         for name, column in results.items():
-            column[n] = case[name]
-    results = {name: column.reshape(shape) for name, column in results.items()}
-    return Outcome(results, refused.reshape(shape), reason, np.ones(shape, bool))
+            column[n] = outputs[name]
+    return reason
