@@ -119,19 +119,21 @@ def _describe(summary: Summary, options: dict[str, Any]) -> list[str]:
 
 
 def _compare(sweep: Sweep, fmu: Path) -> str:
+    from golf_impact.facts.scales import TOLERANCE
     from golf_impact.sweeps.comparison import compare
 
     with err.status("comparing with fmpy.simulate_fmu"):
         both = compare(sweep, fmu)
-    same = f"{'the same' if both.same else 'OTHER'} numbers (largest error {both.error:.1g})"
+    same = both.error <= TOLERANCE
+    numbers = f"{'the same' if same else 'OTHER'} numbers (largest error {both.error:.1g})"
     words = (
         f"In turns, on the same cases and outputs, both written to CSV: {both.sweep:,.0f} "
         f"impacts/s in one process, {both.simulate_fmu:,.0f} by a loop over fmpy.simulate_fmu "
         f"(FMU extracted and description read beforehand, one step): {both.ratio:.0f} times the "
-        f"rate, {same}."
+        f"rate, {numbers}."
     )
     say(words)
-    if not both.same:
+    if not same:
         raise UserError("the sweep and fmpy.simulate_fmu disagree: run `golf-impact build`")
     return words
 

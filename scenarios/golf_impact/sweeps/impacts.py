@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import chain
@@ -97,29 +97,30 @@ def impacts(plan: Plan, columns: Mapping[str, np.ndarray]) -> Outcome:
     return impacts_by_arrays(plan.outputs, plan.values(columns), (number,))
 
 
-def one_by_one(runs: ImpactRuns, plan: Plan, columns: Mapping[str, np.ndarray]) -> Outcome:
-    """The same by the runs of one instance."""
+def by_fmu(fmu: ImpactRuns, plan: Plan, columns: Mapping[str, np.ndarray]) -> Outcome:
+    """The same through an FMU."""
     number = len(next(iter(columns.values())))
-    values = {n: np.broadcast_to(v, number).tolist() for n, v in plan.values(columns).items()}
-    results = {name: np.full(number, name not in FLAGS and math.nan) for name in plan.outputs}
+    return one_by_one(fmu, plan.outputs, plan.values(columns), number)
+
+
+def one_by_one(
+    runs: ImpactRuns, outputs: Sequence[str], values: Mapping[str, Any], number: int
+) -> Outcome:
+    """So many cases by the runs of one instance; arguments and result as of `arrays.impacts`."""
+    results = {name: np.full(number, name not in FLAGS and math.nan) for name in outputs}
+    reals, flags = ([n for n in outputs if (n in FLAGS) == of_flags] for of_flags in (False, True))
     refused, reason = np.zeros(number, bool), ""
-    for n, row in enumerate(zip(*values.values(), strict=True)):
+    rows = zip(*(np.broadcast_to(value, number).tolist() for value in values.values()))
+    for n, row in enumerate(rows):
         try:
-            case = read_impact(runs, plan.outputs, dict(zip(values, row)))
+            case: dict[str, float] = dict(runs.impact(reals, **dict(zip(values, row))))
+            for name, value in case.items():
+                if math.isnan(value) and not isinstance(value, NoValue):
+                    raise UserError(f"{name} leaves the range of a double")
         except UserError as error:
             refused[n], reason = True, reason or str(error)
             continue
+        case |= {name: runs.read_flag(name) for name in flags}
         for name, column in results.items():
             column[n] = case[name]
     return Outcome(results, refused, reason, ~refused)
-
-
-def read_impact(
-    runs: ImpactRuns, outputs: tuple[str, ...], values: Mapping[str, float]
-) -> dict[str, float]:
-    """Outputs of one impact, flags too; UserError if it is refused."""
-    case: dict[str, float] = dict(runs.impact([n for n in outputs if n not in FLAGS], **values))
-    for name, value in case.items():
-        if math.isnan(value) and not isinstance(value, NoValue):
-            raise UserError(f"{name} leaves the range of a double")
-    return case | {name: runs.read_flag(name) for name in outputs if name in FLAGS}

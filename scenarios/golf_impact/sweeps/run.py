@@ -19,7 +19,7 @@ from golf_impact.arrays.impacts import Outcome
 from golf_impact.errors import UserError
 from golf_impact.sweeps.checks import Check
 from golf_impact.sweeps.executors import opened
-from golf_impact.sweeps.impacts import PHYSICS, impacts, make_plan, one_by_one
+from golf_impact.sweeps.impacts import PHYSICS, by_fmu, impacts, make_plan
 from golf_impact.sweeps.study import Study
 from golf_impact.sweeps.tables import csv_lines, table
 from golf_impact.timing import free_bytes
@@ -107,7 +107,7 @@ class Sweep:
         self.study.columns(np.array([0]))  # draws the samples
         self.compute = partial(impacts, self.plan)
         if self.fmu is not None:
-            self.compute = partial(one_by_one, self._blocks.enter_context(self.fmu), self.plan)
+            self.compute = partial(by_fmu, self._blocks.enter_context(self.fmu), self.plan)
         return self
 
     def __exit__(self, *error: Any) -> None:
