@@ -142,7 +142,5 @@ class PowerLawContacts(RelativeContacts):
         time = t / self._unit_of_time
         rest = time - self._early.whole
         early = self._early.inverse(np.minimum(time, self._early.whole))
-        late = self._late.inverse(
-            np.minimum(self._late.whole - rest / self._swell, self._late.whole)
-        )
+        late = self._late.inverse(np.minimum(self._late.whole - rest / self._swell, self._late.whole))
         return np.where(np.real(rest) <= 0.0, early, pi - late)

@@ -66,9 +66,7 @@ def _by_arrays(contact: Contacts, outputs: Sequence[str], times: np.ndarray) -> 
         states = _states(contact, padded({"time": flat}, part, count)["time"])
         for name, column in results.items():
             if name == "momentum":
-                value = (
-                    contact.m_club * states.club_velocity + contact.m_ball * states.ball_velocity
-                )
+                value = contact.m_club * states.club_velocity + contact.m_ball * states.ball_velocity
             elif name == "kinetic_energy":
                 value = contact.energy(states.club_velocity, states.ball_velocity)
             else:
@@ -88,7 +86,9 @@ def _states(contact: Contacts, times: np.ndarray) -> States:
     apart = contact.d_end + (contact.ball_velocity - contact.club_velocity) * -past
     d = np.where(after, apart, np.where(before, d, np.maximum(d, 0.0)))
     x_ball = np.where(before, contact.ball_speed * t, inside.club_position - d)
-    x_ball = np.where(after, contact.contact_displacement + contact.ball_velocity * past, x_ball)
+    x_ball = np.where(
+        after, contact.contact_displacement + contact.ball_velocity * past, x_ball
+    )
     return States(
         force=np.where(before | after, 0.0, np.maximum(inside.force, 0.0)),
         club_position=origin + x_ball + d,

@@ -5,6 +5,7 @@ have no closed form. They are started beforehand; every way writes its file in e
 """
 
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from functools import partial
 from statistics import median
@@ -12,10 +13,10 @@ from statistics import median
 from golf_impact.benchmarks.impact import METRICS, impact_of, repeated
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.sweeps.comparison import compare
-from golf_impact.sweeps.executors import Here, dask_executor, process_pool
+from golf_impact.sweeps.executors import dask_executor, process_pool
 from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.study import Study
-from golf_impact.timing import measure_seconds, median_ratio, run_interleaved
+from golf_impact.timing import Job, measure_seconds, median_ratio, run_interleaved
 
 
 def rates(fmu: LoadedFmu, quick: bool) -> dict[str, float]:
@@ -30,12 +31,12 @@ def rates(fmu: LoadedFmu, quick: bool) -> dict[str, float]:
         )
         beside_loop = compare(sweep, fmu.path, rounds)
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-"))
-        jobs = {
+        jobs: dict[str, Job] = {
             "arrays": partial(measure_seconds, partial(sweep.run, f"{folder}/arrays.csv"), cases),
             "fmu": repeated(impact_of(fmu, METRICS, law=1), 2000),
         }
         ways = {
-            "one_process": Here(),
+            "one_process": stack.enter_context(ThreadPoolExecutor(1)),
             "two_workers": stack.enter_context(process_pool(2)),
             "dask_local": stack.enter_context(dask_executor("local", 2)),
         }

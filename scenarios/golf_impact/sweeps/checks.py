@@ -95,8 +95,8 @@ def deviations(
     """
     runs, number = ScalarImpacts(), len(refused)
     exact = one_by_one(runs, tuple({*columns, *_LARGEST}), values, number)
-    start = {name: variable.start or 0.0 for name, variable in PHYSICS.items()} | {**values}
-    start = {name: np.broadcast_to(value, number).tolist() for name, value in start.items()}
+    given = {name: variable.start or 0.0 for name, variable in PHYSICS.items()} | {**values}
+    start = {name: np.broadcast_to(value, number).tolist() for name, value in given.items()}
     for n in range(number):
         if refused[n] or exact.refused[n]:
             both = bool(refused[n]), bool(exact.refused[n])
@@ -108,11 +108,9 @@ def deviations(
         for name, column in columns.items():
             value = column[n].item()
             missing = math.isnan(value) + math.isnan(end[name])
-            # NaN stands where both have no value, and is wrong where one has.
-            error = (
-                scales.error(name, value, end[name])
-                if not missing
-                else (0.0, math.inf)[missing % 2]
-            )
+            if missing:  # by both, or wrongly by one of them
+                error = 0.0 if missing == 2 else math.inf
+            else:
+                error = scales.error(name, value, end[name])
             outputs.append(Deviation(error, name, value, end[name]))
         yield max(outputs)

@@ -19,8 +19,8 @@ from golf_impact.sweeps.run import Sweep, run_chunk
 from golf_impact.sweeps.tables import table
 from golf_impact.timing import measure_seconds, median_ratio, run_interleaved
 
-#: Cases of the sweep per round; of a slow one, which is through an FMU; and of the loop.
-_CASES, _SLOW, _LOOPED = 20_000, 500, 25
+#: Cases of the sweep per round, if all are in closed form and otherwise; and of the loop.
+_CASES, _SLOW, _LOOPED = 100_000, 500, 25
 
 
 class Comparison(NamedTuple):
@@ -38,10 +38,12 @@ def compare(sweep: Sweep, fmu: Path, rounds: int = 7) -> Comparison:
     UserError if all cases tried are refused.
     """
     study, outputs = sweep.study, sweep.plan.outputs
-    # Evenly spaced; if there are fewer, some are repeated.
-    number = _SLOW if sweep.fmu else _CASES
-    columns = study.columns(np.linspace(0, study.cases - 1, number).astype(int))
-    outcome = sweep.compute(columns)
+    for number in (_SLOW, _CASES):
+        # Evenly spaced; if there are fewer, some are repeated.
+        columns = study.columns(np.linspace(0, study.cases - 1, number).astype(int))
+        outcome = sweep.compute(columns)
+        if outcome.scalar.any():
+            break
     usable = np.all([column == column for column in outcome.columns.values()], axis=0)
     cases = np.flatnonzero(usable & ~outcome.refused)
     if not len(cases):

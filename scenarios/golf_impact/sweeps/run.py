@@ -54,7 +54,7 @@ class Summary:
     first_refused: tuple[int, str] | None  # row (from 1, without the header) of the first, and why
     seconds: float  # with the start of workers
     drawn: np.ndarray  # the first output of all cases, shape (cases,); NaN without a value
-    scalar: int  # cases that aren't in closed form: the scalar physics computed them
+    scalar: int  # cases that aren't in closed form, computed one by one
     checked: int  # cases that the scalar physics computed again; none of an FMU
     worst_error: float  # their largest error without unit, in `golf_impact.facts.scales.Scales`
 
@@ -162,7 +162,7 @@ class Sweep:
                 if outcome.reason and first is None:
                     first = done + int(outcome.refused.argmax()) + 1, outcome.reason
                 refused += int(outcome.refused.sum())
-                scalar += int(outcome.scalar.sum())
+                scalar += int((outcome.scalar & ~outcome.refused).sum())
                 done += number
                 progress(done)
             check.finish()
