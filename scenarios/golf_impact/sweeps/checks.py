@@ -52,7 +52,7 @@ class Check:
     def add(self, begin: int, outcome: Outcome) -> None:
         """Check cases from this number on; UserError if one of them differs."""
         index = np.arange(begin, begin + len(outcome.refused))
-        chosen = np.flatnonzero(index.astype(np.uint64) * _SPREAD <= self._below)
+        chosen = np.flatnonzero(self._chosen(index))
         columns = {name: column[chosen] for name, column in outcome.columns.items()}
         self._compare(index[chosen], columns, outcome.refused[chosen])
         for name, column in outcome.columns.items():
@@ -65,10 +65,17 @@ class Check:
                     self._extremes[name, sign] = value, begin + n, row
 
     def finish(self) -> None:
-        """Check the extremes of all outputs."""
-        rows = {case: row for _, case, row in self._extremes.values()}
+        """Check the extremes of all outputs, but for those of cases that have been checked."""
+        rows = {
+            case: row
+            for _, case, row in self._extremes.values()
+            if not self._chosen(np.array(case))
+        }
         columns = dict(zip(self.plan.outputs, map(np.array, zip(*rows.values()))))
         self._compare(np.array([*rows], int), columns, np.zeros(len(rows), bool))
+
+    def _chosen(self, cases: np.ndarray) -> np.ndarray:
+        return cases.astype(np.uint64) * _SPREAD <= self._below
 
     def _compare(
         self, cases: np.ndarray, columns: Mapping[str, np.ndarray], refused: np.ndarray

@@ -50,11 +50,13 @@ class Plan:
     def values(self, columns: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """Inputs and parameters in these cases: arrays of their shape, numbers if all are equal."""
         values: dict[str, Any] = {n: column for n, column in columns.items() if n != "ball"}
-        for n, (name, of_ball) in enumerate(self.balls.items()):
-            if not n:
-                numbers = {preset: number for number, preset in enumerate(of_ball)}
-                index = np.array([numbers[preset] for preset in columns["ball"].tolist()])
-            values[name] = np.array(list(of_ball.values()), float)[index]
+        if "ball" in columns:
+            presets = {
+                preset: n for of_ball in self.balls.values() for n, preset in enumerate(of_ball)
+            }
+            index = np.array([presets[preset] for preset in columns["ball"].tolist()], int)
+            for name, of_ball in self.balls.items():
+                values[name] = np.array([*of_ball.values()], float)[index]
         return values | self.fixed
 
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from golf_build import VERSION
 from golf_impact.arrays.impacts import Outcome
 from golf_impact.errors import UserError
 from golf_impact.sweeps.checks import Check
@@ -24,10 +25,9 @@ from golf_impact.sweeps.study import Study
 from golf_impact.sweeps.tables import csv_lines, table
 from golf_impact.timing import free_bytes
 
-#: Cases of the first chunk; later ones grow or shrink (within limits) to take some 0.1 s each, by
-#: which a stop is delayed.
-_FIRST_CHUNK, _LARGEST_CHUNK = 2_000, 32_000
-_LONG, _SHORT = 0.2, 0.05
+#: Cases of the first chunk and of the largest. Those between take some 0.1 s, by which a stop is
+#: delayed.
+_FIRST_CHUNK, _LARGEST_CHUNK, _SECONDS = 500, 32_000, 0.1
 #: Each takes some 50 MB; beyond one machine there are clusters.
 _MOST_WORKERS = 256
 #: A worker that is killed ends its pool of processes: at most so many pools are used.
@@ -116,7 +116,9 @@ class Sweep:
     @property
     def source(self) -> str:
         """What decides the numbers: the version and digest of the physics, or the FMU's GUID."""
-        return self.plan.identity if self.fmu is None else f"FMU {self.fmu.description.guid}"
+        if self.fmu is None:
+            return self.plan.identity
+        return f"golf-impact {VERSION}, FMU {self.fmu.description.guid}"
 
     def first_output(self, columns: dict[str, np.ndarray]) -> np.ndarray:
         """The first output of these cases, shape (cases,); NaN without a value."""
@@ -176,6 +178,7 @@ class Sweep:
     ) -> Generator[tuple[dict[str, np.ndarray], Chunk], None, None]:
         """Columns and results of all chunks in order, those of a broken pool by the next one."""
         done, cases, next_size = 0, self.study.cases, size or _FIRST_CHUNK
+        at_once = _CHUNKS_IN_FLIGHT if size else 1
         for _ in range(_POOLS):
             begun = done
             #: Begun some time before it is their turn.
@@ -189,8 +192,7 @@ class Sweep:
                             future = executor.submit(run_chunk, self.compute, as_text, columns)
                             under_way.append((columns, future))
                             begun = end
-                            enough = len(under_way) >= _CHUNKS_IN_FLIGHT
-                            if enough or begun - done >= _CASES_IN_FLIGHT:
+                            if len(under_way) >= at_once or begun - done >= _CASES_IN_FLIGHT:
                                 break
                         columns, future = under_way[0]
                         while not future.done() and not stop():
@@ -199,11 +201,11 @@ class Sweep:
                             raise Stopped(done)
                         chunk = future.result()
                         under_way.popleft()
-                        done += len(chunk.outcome.refused)
-                        if size is None and chunk.seconds < _SHORT:
-                            next_size = min(2 * next_size, _LARGEST_CHUNK)
-                        elif size is None and chunk.seconds > _LONG:
-                            next_size = max(next_size // 4, _FIRST_CHUNK // 10)
+                        number, at_once = len(chunk.outcome.refused), _CHUNKS_IN_FLIGHT
+                        done += number
+                        if size is None:
+                            fitting = int(number * _SECONDS / chunk.seconds)
+                            next_size = min(max(1, fitting), _LARGEST_CHUNK)
                         yield columns, chunk
                 return
             except BrokenExecutor as error:

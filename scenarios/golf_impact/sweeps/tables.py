@@ -29,12 +29,12 @@ def csv_lines(cells: Cells, refused: np.ndarray) -> bytes:
         import pyarrow
         from pyarrow import csv as arrow
     except ImportError:
-        return _plain_lines(cells, refused)
+        return plain_lines(cells, refused)
     columns = []
     for name, column in cells.items():
         if column.dtype == object:
             if any(character in ball for ball in set(column) for character in '",\r\n'):
-                return _plain_lines(cells, refused)
+                return plain_lines(cells, refused)
             columns.append(pyarrow.array(column, pyarrow.string()))
         elif name in FLAGS:
             columns.append(pyarrow.array(column.astype(np.int64), mask=refused))
@@ -67,7 +67,7 @@ def _doubles(pyarrow: Any, column: np.ndarray) -> Any:
     return compute.replace_with_mask(array, pyarrow.array(other), texts.take(pyarrow.array(index)))
 
 
-def _plain_lines(cells: Cells, refused: np.ndarray) -> bytes:
+def plain_lines(cells: Cells, refused: np.ndarray) -> bytes:
     rows: list[list[Any]] = []
     for name, column in cells.items():
         values = (column.astype(int) if name in FLAGS else column).tolist()
