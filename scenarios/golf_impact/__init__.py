@@ -33,7 +33,8 @@ if sys.path and os.path.abspath(sys.path[0]) == os.path.dirname(os.path.dirname(
 
 __all__ = [
     "Ball", "Calibration", "ImpactFmu", "Study", "Summary", "UserError", "balls", "calibrate",
-    "load_fmu", "read_ball", "run_impact", "run_sweep", "run_trajectory",
+    "load_fmu", "read_ball", "run_impact", "run_impacts", "run_sweep", "run_trajectory",
+    "sensitivities",
 ]  # fmt: skip
 
 

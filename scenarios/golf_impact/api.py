@@ -6,7 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from golf_impact.arrays import impacts, trajectory
+from golf_impact.arrays import sensitivities as slopes
+from golf_impact.arrays.impacts import ImpactArrays
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.calibration.calibration import Calibration, calibrate  # noqa: F401
 from golf_impact.errors import UserError  # noqa: F401
@@ -54,20 +58,99 @@ def run_impact(outputs: Sequence[str] = METRICS, **values: float) -> dict[str, f
     return ScalarImpacts().impact(outputs, **values)
 
 
-def run_trajectory(
-    points: int = 301, outputs: Sequence[str] = PATH, **values: float
-) -> dict[str, np.ndarray]:
-    """Sample an impact with the FMU, over the contact and a tenth of it before and after.
+def run_impacts(outputs: Sequence[str] = METRICS, **values: ArrayLike) -> ImpactArrays:
+    """Compute many impacts at once.
+
+    Contacts in closed form (underdamped, as in golf) are computed by arrays, millions per second;
+    the others one by one. Each result depends on the values of its case alone, to the last bit, and
+    differs from that of `run_impact` by rounding.
 
     Args:
-        points: number of samples.
-        outputs: the Real outputs to record.
-        values: inputs and parameters of the FMU by name (SI units); defaults for the others.
+        outputs: Real or Boolean outputs.
+        values: inputs and parameters by name (SI units), numbers or arrays that broadcast to one
+            shape; defaults for the others.
 
     Returns:
-        `time` (s) and the outputs (SI units) by name, arrays of shape (points,).
+        The outputs by name (SI units): arrays of that shape, of floats, or of bools for Booleans.
+        They are NaN, or False, where a case is rejected; and NaN where a result doesn't exist, as
+        in `run_impact`. Attributes: `refused`, an array of bools of that shape, marks the rejected
+        cases; `reason` is why the first of these (in C order) is, or empty. `run_impact` with the
+        values of any other raises a UserError that says why.
 
     Raises:
-        UserError: the FMU rejects a value, or has no variable of a name.
+        UserError: there is no variable of a name, a value isn't numeric, or shapes don't broadcast.
+
+    Example:
+        >>> impacts = run_impacts(["smash_factor"], law=2, k=[1e6, 5e5], b=[[9.0], [-9.0]])
+        >>> impacts["smash_factor"].round(4)
+        array([[1.5842, 1.5623],
+               [   nan,    nan]])
+        >>> impacts.refused
+        array([[False, False],
+               [ True,  True]])
+        >>> impacts.reason
+        'b = -9.0 N.s/m is refused: it must be a finite number >= 0'
     """
-    return ScalarImpacts().trajectory(points, outputs, **values)
+    return impacts.run_impacts(outputs, values)
+
+
+def run_trajectory(
+    points: int = 301,
+    outputs: Sequence[str] = PATH,
+    *,
+    times: ArrayLike | None = None,
+    **values: float,
+) -> dict[str, np.ndarray]:
+    """Sample an impact over the contact and a tenth of it before and after, or at given instants.
+
+    Args:
+        points: number of samples, unless times are given.
+        outputs: the Real outputs to record.
+        times: instants since the start of the run, s, at least 0, of any shape and in any order.
+        values: inputs and parameters by name (SI units); defaults for the others.
+
+    Returns:
+        `time` (s) and the outputs (SI units) by name, arrays of shape (points,) or that of `times`.
+
+    Raises:
+        UserError: the physics rejects a value or a time, or has no variable of a name; with times
+            also for mean_force, which is that of a communication step.
+
+    Example:
+        >>> run_trajectory(outputs=["force"], times=[1e-4, 3e-4], law=2)["force"].round()
+        array([3575., 6556.])
+    """
+    if times is None:
+        return ScalarImpacts().trajectory(points, outputs, **values)
+    return trajectory.run_trajectory(outputs, times, values)
+
+
+def sensitivities(
+    outputs: Sequence[str] = METRICS,
+    wrt: Sequence[str] = ("k", "b", "club_speed"),
+    **values: ArrayLike,
+) -> dict[str, dict[str, np.ndarray]]:
+    """Partial derivatives of an impact's results, exact to rounding (by a complex step).
+
+    Args:
+        outputs: Real outputs that are results of a contact; not force, compression, mean_force and
+            positions, which are those at the end of the simulated time.
+        wrt: inputs and parameters, other than law.
+        values: inputs and parameters by name (SI units), numbers or arrays that broadcast to one
+            shape; defaults for the others.
+
+    Returns:
+        By output and variable the derivative, an array of that shape, in the output's unit over the
+        variable's (SI). NaN where a case is rejected, or the bodies don't touch.
+
+    Raises:
+        UserError: there is no variable of a name, or no derivative: a contact that isn't in closed
+            form (COR below 0.14, with an exponent below 0.22; under law 1 ζ above 0.5), exponent =
+            1, restitution_at_rest = 0, a contact time with an exponent over a damping of 0.
+
+    Example:
+        >>> slopes = sensitivities(["ball_velocity"], wrt=["club_speed", "m_club"], law=2)
+        >>> {name: round(slope.item(), 4) for name, slope in slopes["ball_velocity"].items()}
+        {'club_speed': 1.5842, 'm_club': 48.1936}
+    """
+    return slopes.sensitivities(outputs, wrt, values)

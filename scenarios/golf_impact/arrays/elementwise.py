@@ -52,10 +52,14 @@ def angle(y: Values, x: Values) -> Values:
 
 def cos_sin(theta: Values) -> tuple[Values, Values]:
     """Cosine and sine from one tangent, which NumPy computes several times as fast."""
-    half = tan(0.5 * theta)
+    half = tan(0.5 * np.real(theta))
     square = half * half
     size = 1.0 / (1.0 + square)
-    return (1.0 - square) * size, 2.0 * half * size
+    cos, sin = (1.0 - square) * size, 2.0 * half * size
+    if np.iscomplexobj(theta):
+        turn = 1j * np.imag(theta)
+        return cos - turn * sin, sin + turn * cos
+    return cos, sin
 
 
 def newton(step: Callable[[Values], Values], x: Values) -> Values:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import nan, prod
 from typing import Any, NamedTuple
 
 import numpy as np
 from golf_physics.variables import VARIABLES
 
-from golf_impact.arrays.absolute import AbsoluteContacts
+from golf_impact.arrays.absolute import ABSOLUTE
 from golf_impact.arrays.contacts import Contacts
 from golf_impact.arrays.elementwise import LANES
-from golf_impact.arrays.power_law import PowerLawContacts
-from golf_impact.arrays.relative import RelativeContacts
+from golf_impact.arrays.power_law import POWER_LAW
+from golf_impact.arrays.relative import RELATIVE
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
 from golf_impact.facts.quantities import undefined_results
@@ -22,35 +22,26 @@ from golf_impact.runs import FLAGS, Named
 #: Cases at a time, so that arrays stay in a processor's cache; a multiple of `LANES`.
 BLOCK = 4096
 
-#: Values for which arrays are used: far inside all that the physics accepts (`parameters.conflict`,
-#: `laws.relative`), so that why it rejects others is stated there alone.
+#: Values for which arrays are used: far inside all that the physics accepts, so that it alone
+#: states why it rejects others. So are approach and club speed (m/s) and touch time (s).
 _RANGES = {
-    "k": (1.0, 1e12),
-    "b": (0.0, 1e6),
-    "club_speed": (-1e4, 1e4),
-    "ball_speed": (-1e4, 1e4),
-    "m_club": (1e-4, 1e4),
-    "m_ball": (1e-4, 1e4),
-    "ball_diameter": (1e-6, 1e6),
-    "gap": (0.0, 1e3),
-    "exponent": (1.0, 12.0),
-    "reference_compression": (1e-6, 10.0),
-    "restitution_at_rest": (0.0, 1.0),
-    "restitution_slope": (0.0, 1e6),
-}
+    "k": (1.0, 1e12), "b": (0.0, 1e6), "club_speed": (-1e4, 1e4), "ball_speed": (-1e4, 1e4),
+    "m_club": (1e-4, 1e4), "m_ball": (1e-4, 1e4), "ball_diameter": (1e-6, 1e6), "gap": (0.0, 1e3),
+    "exponent": (1.0, 12.0), "reference_compression": (1e-6, 10.0),
+    "restitution_at_rest": (0.0, 1.0), "restitution_slope": (0.0, 1e6),
+}  # fmt: skip
+_LEAST_SPEED, _LATEST_TOUCH = 1e-3, 10.0
 
-#: Approach and club speeds (m/s) and the time until touch (s) to go with them.
-_LEAST_SPEED, _LONGEST_APPROACH = 1e-3, 10.0
-
-#: Outputs that depend on the length of the communication step.
+#: Outputs that depend on the size of the communication step.
 MOMENTARY = ("club_position", "ball_position", "compression", "mean_force")
 
-_DEFAULTS = {
+#: Inputs and parameters: numbers, or arrays of shape (cases,).
+Columns = dict[str, Any]
+
+DEFAULTS: Columns = {
     row.name: np.float64(row.start) for row in VARIABLES if row.causality in ("input", "parameter")
 }
 _OUTPUTS = tuple(row.name for row in VARIABLES if row.causality == "output")
-
-Columns = dict[str, Any]
 
 
 class Outcome(NamedTuple):
@@ -64,15 +55,19 @@ class Outcome(NamedTuple):
     scalar: np.ndarray  #: whether a case isn't in closed form: the scalar physics computed it, bool
 
 
-def check_names(outputs: Sequence[str], values: Mapping[str, Any]) -> None:
-    """Raise a UserError for a name that no output, or no input or parameter has."""
-    for kind, names, known in (
-        ("output", outputs, _OUTPUTS),
-        ("input or parameter", values, _DEFAULTS),
-    ):
-        for name in names:
-            if name not in known:
-                raise UserError(f"there is no {kind} {name!r}: choose from {', '.join(known)}")
+class ImpactArrays(Named[np.ndarray]):
+    """Outputs of many impacts by name; `refused` and `reason` are those of an `Outcome`."""
+
+    refused: np.ndarray
+    reason: str
+
+
+def run_impacts(outputs: Sequence[str], values: Mapping[str, Any]) -> ImpactArrays:
+    """See `golf_impact.run_impacts`."""
+    outcome = impacts(outputs, *as_arrays(values))
+    results = ImpactArrays(outcome.columns)
+    results.refused, results.reason = outcome.refused, outcome.reason
+    return results
 
 
 @np.errstate(all="ignore")
@@ -91,56 +86,39 @@ def impacts(outputs: Sequence[str], values: Mapping[str, Any], shape: tuple[int,
         UserError: there is no output, input or parameter of a name.
     """
     check_names(outputs, values)
-    number = prod(shape)
-    columns = columns_of(values, shape)
+    columns, number = columns_of(values, shape), prod(shape)
     results = {name: np.empty(number, bool if name in FLAGS else float) for name in outputs}
-    scalar = np.ones(number, bool)
-    momentary = any(name in MOMENTARY for name in outputs)
-    for places, contacts in closed_contacts(columns, number, momentary):
+    scalar, refused = np.ones(number, bool), np.zeros(number, bool)
+    for places, contacts in closed_contacts(columns, number, set(MOMENTARY).intersection(outputs)):
         count = len(scalar[places])
         for name, column in results.items():
-            column[places] = _first(getattr(contacts, name), count)
-        scalar[places] = ~_first(contacts.closed, count)
-    refused = np.zeros(number, bool)
+            column[places] = first(getattr(contacts, name), count)
+        scalar[places] = ~first(contacts.closed, count)
     given = {name: columns[name] for name in values}
     reason = _by_scalar_physics(given, np.flatnonzero(scalar), results, refused)
     shaped = {name: column.reshape(shape) for name, column in results.items()}
     return Outcome(shaped, refused.reshape(shape), reason, scalar.reshape(shape))
 
 
-class ImpactArrays(Named[np.ndarray]):
-    """Outputs of many impacts by name, arrays of one shape.
-
-    Attributes:
-        refused: whether the physics rejects a case, an array of bools of that shape.
-        reason: why it rejects the first of these, in C order; empty if there is none.
-    """
-
-    refused: np.ndarray
-    reason: str
-
-
-def run_impacts(outputs: Sequence[str], values: Mapping[str, Any]) -> ImpactArrays:
-    """See `golf_impact.run_impacts`."""
-    arrays, shape = as_arrays(values)
-    outcome = impacts(outputs, arrays, shape)
-    results = ImpactArrays(outcome.columns)
-    results.refused, results.reason = outcome.refused, outcome.reason
-    return results
+def check_names(outputs: Iterable[str], values: Iterable[str]) -> None:
+    """Raise a UserError for a name that no output, or no input or parameter has."""
+    for kind, names, known in (
+        ("output", outputs, _OUTPUTS),
+        ("input or parameter", values, DEFAULTS),
+    ):
+        for name in names:
+            if name not in known:
+                raise UserError(f"there is no {kind} {name!r}: choose from {', '.join(known)}")
 
 
 def as_arrays(values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], tuple[int, ...]]:
-    """Inputs and parameters as arrays of floats, and the shape to which they broadcast."""
+    """Values as arrays of floats, and the shape to which they broadcast."""
     arrays = {}
     for name, value in values.items():
         try:
-            if np.iscomplexobj(value):
-                raise TypeError("it is complex")
-            arrays[name] = np.asarray(value, float)
-        except (TypeError, ValueError) as error:
-            raise UserError(
-                f"{name} is refused: it must be a number or an array of numbers ({error})"
-            ) from None
+            arrays[name] = np.asarray(value).astype(float, casting="same_kind")
+        except (TypeError, ValueError):
+            raise UserError(f"{name} is refused: it must be a number or an array of them") from None
     try:
         return arrays, np.broadcast_shapes(*(array.shape for array in arrays.values()))
     except ValueError:
@@ -149,65 +127,64 @@ def as_arrays(values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], tuple[i
 
 
 def columns_of(values: Mapping[str, Any], shape: tuple[int, ...]) -> Columns:
-    """All inputs and parameters: numbers, or arrays of shape (cases,)."""
-    columns: Columns = dict(_DEFAULTS)
+    """All inputs and parameters of these cases."""
+    columns = dict(DEFAULTS)
     for name, value in values.items():
         value = np.asarray(value, float)
-        same = value.size == 1
-        columns[name] = value.reshape(())[()] if same else np.broadcast_to(value, shape).ravel()
+        columns[name] = value.item() if value.size == 1 else np.broadcast_to(value, shape).ravel()
     return columns
 
 
 def closed_contacts(
-    columns: Columns, number: int, momentary: bool
+    columns: Columns, number: int, momentary: object = ()
 ) -> Iterator[tuple[Any, Contacts]]:
-    """Contacts that may be `closed`, and their places: a slice, or an array of indices."""
+    """Contacts that may be `closed`, and their places: a slice, or an array of indices.
+
+    They have a `horizon` if there are `momentary` outputs.
+    """
     for begin in range(0, number, BLOCK):
         part = slice(begin, min(begin + BLOCK, number))
         block = {name: value[part] if np.ndim(value) else value for name, value in columns.items()}
-        count = part.stop - begin
-        law, linear = block["law"], block["exponent"] == 1.0
+        count, law, linear = part.stop - begin, block["law"], block["exponent"] == 1.0
         ordinary = _ordinary(block)
-        for kind, chosen in (
-            (AbsoluteContacts, (law == 1.0) & linear & (block["restitution_at_rest"] == 0.0)),
-            (RelativeContacts, (law == 2.0) & linear),
-            (PowerLawContacts, (law == 2.0) & ~linear),
+        for formulas, chosen in (
+            (ABSOLUTE, (law == 1.0) & linear & (block["restitution_at_rest"] == 0.0)),
+            (RELATIVE, (law == 2.0) & linear),
+            (POWER_LAW, (law == 2.0) & np.logical_not(linear)),
         ):
             inside = np.broadcast_to(ordinary & chosen, count)
-            found = np.count_nonzero(inside)
-            if not found:
-                continue
-            places: Any = part
-            if found < count:
-                places = begin + np.flatnonzero(inside)
-            values = padded(columns, places, found)
-            if momentary:
-                values["horizon"] = ScalarImpacts().horizon(values)
-            yield places, kind(values)
-
-
-def padded(columns: Columns, places: Any, count: int) -> Columns:
-    """The values at these places, the last one repeated up to a multiple of `LANES`."""
-    short = -count % LANES
-    taken = {}
-    for name, value in columns.items():
-        if np.ndim(value):
-            value = np.pad(value[places], (0, short), "edge") if short else value[places]
-        taken[name] = value
-    return taken
+            found = int(np.count_nonzero(inside))
+            if found:
+                places = part if found == count else begin + np.flatnonzero(inside)
+                values = padded(columns, places, found)
+                if momentary:
+                    values["horizon"] = ScalarImpacts().horizon(values)
+                yield places, Contacts(formulas, values)
 
 
 def _ordinary(block: Columns) -> Any:
     closing = block["club_speed"] - block["ball_speed"]
-    inside: Any = closing >= _LEAST_SPEED
-    inside = inside & (np.abs(block["club_speed"]) >= _LEAST_SPEED)
-    inside = inside & (block["gap"] <= _LONGEST_APPROACH * closing)
+    inside: Any = (closing >= _LEAST_SPEED) & (np.abs(block["club_speed"]) >= _LEAST_SPEED)
+    inside = inside & (block["gap"] <= _LATEST_TOUCH * closing)
     for name, (low, high) in _RANGES.items():
         inside = inside & (block[name] >= low) & (block[name] <= high)
     return inside
 
 
-def _first(value: Any, count: int) -> Any:
+def padded(columns: Columns, places: Any, count: int) -> Columns:
+    """The values at so many places, the last one repeated up to a multiple of `LANES`."""
+    columns = {name: value[places] if np.ndim(value) else value for name, value in columns.items()}
+    if not count % LANES:
+        return columns
+    repeats = (0, -count % LANES)
+    return {
+        name: np.pad(value, repeats, "edge") if np.ndim(value) else value
+        for name, value in columns.items()
+    }
+
+
+def first(value: Any, count: int) -> Any:
+    """A number, or the first elements of an array."""
     return value[:count] if np.ndim(value) else value
 
 
@@ -219,10 +196,12 @@ def _by_scalar_physics(
         return ""
     runs, reason = ScalarImpacts(), ""
     values = padded(given, places, len(places))
-    steps = np.broadcast_to(runs.horizon(values), len(places) + -len(places) % LANES)
-    rows = (np.broadcast_to(value, len(steps)).tolist() for value in values.values())
+    steps, *rows = (
+        np.broadcast_to(first(column, len(places)), len(places)).tolist()
+        for column in (runs.horizon(values), *values.values())
+    )
     reals = [name for name in results if name not in FLAGS]
-    for n, step, *row in zip(places.tolist(), steps.tolist(), *rows):  # without the repeated ones
+    for n, step, *row in zip(places.tolist(), steps, *rows):
         try:
             runs.start(**dict(zip(values, row)))
             runs.step(0.0, step)

@@ -1,154 +1,99 @@
-"""Law 2 with exponent 1, below critical damping: no equation needs to be solved."""
+"""Law 2 with exponent 1, below critical damping: only a COR line needs an equation solved.
+
+In units of `length` the compression is x = exp(-ζθ/w) sin(θ)/w, where θ is the phase since touch
+and w = √(1 - ζ²); its rate in units of the approach speed is u = exp(-ζθ/w) (cos θ - ζ sin(θ)/w). The
+force in units of `scale` is x + 2ζu: contact ends at θ = 2 arccos ζ, with u = -COR.
+"""
 
 from __future__ import annotations
 
-from functools import cached_property
 from math import pi
-from typing import ClassVar
 
 import numpy as np
 
-from golf_impact.arrays.contacts import Contacts, States
+from golf_impact.arrays.contacts import COMMON, Contacts, Formula, Motion
 from golf_impact.arrays.elementwise import Values, angle, cos_sin, exp, log, newton
 
 
-class RelativeContacts(Contacts):
-    """Contacts whose compression is x = exp(-ζθ/w) sin(θ)/w in units of `length`.
+def _restitution(c: Contacts) -> Values:
+    line = c.restitution_at_rest - c.restitution_slope * c.closing
+    if np.all(c.has_line):
+        return line
+    w = np.sqrt((1.0 - c.zeta_of_b) * (1.0 + c.zeta_of_b))
+    e = exp(-2.0 * c.zeta_of_b * (angle(w, c.zeta_of_b) / w))
+    return np.where(c.has_line, line, e)[()] if np.any(c.has_line) else e
 
-    θ is the phase since touch, w = √(1 - ζ²); u = exp(-ζθ/w) (cos θ - ζ sin(θ)/w) is its rate in
-    units of the approach speed. The force, in units of `scale`, is x + 2ζu, so that contact ends at
-    θ = 2 arccos ζ with u = -COR.
-    """
 
-    #: Nearer to critical damping (here ζ = 0.985) w is small, and x and u lose digits.
-    least_restitution: ClassVar[float] = 0.14
+def _damping_ratio(c: Contacts) -> Values:
+    """By Newton's method on ζ·s(ζ) = -ln(COR)/2, s = arccos ζ/√(1 - ζ²), for a given COR."""
+    if not np.any(c.has_line):
+        return c.zeta_of_b
+    half = -0.5 * log(c.coefficient_of_restitution)
 
-    @cached_property
-    def closed(self) -> Values:
-        e = np.real(self.coefficient_of_restitution)
-        return (e >= self.least_restitution) & (e <= 1.0)
+    def step(zeta: Values) -> Values:
+        square = (1.0 - zeta) * (1.0 + zeta)
+        w = np.sqrt(square)
+        s = angle(w, zeta) / w
+        return (half - zeta * s) / (s - zeta * ((1.0 - zeta * s) / square))
 
-    @cached_property
-    def omega(self) -> Values:
-        """Undamped frequency, 1/s."""
-        return np.sqrt(self.k / self.mu)
+    return np.where(c.has_line, newton(step, 2.0 / pi * half), c.zeta_of_b)[()]
 
-    @cached_property
-    def length(self) -> Values:
-        return self.closing / self.omega
 
-    @cached_property
-    def scale(self) -> Values:
-        return self.mu * self.omega * self.closing
+def _phase_at_max_force(c: Contacts) -> Values:
+    # From ζ = 1/2 on the force falls from touch on.
+    rise = np.maximum((1.0 - 2.0 * c.zeta) * (1.0 + 2.0 * c.zeta), 0.0)
+    return angle(c.w * rise, c.zeta * (rise + 2.0))
 
-    @cached_property
-    def coefficient_of_restitution(self) -> Values:
-        given = np.real(self.restitution_at_rest) != 0.0
-        line = self.restitution_at_rest - self.restitution_slope * self.closing
-        if np.all(given):
-            return line
-        zeta = self.b / (2.0 * self.mu * self.omega)
-        w = np.sqrt((1.0 - zeta) * (1.0 + zeta))
-        e = exp(-2.0 * zeta * (angle(w, zeta) / w))
-        return np.where(given, line, e)[()] if np.any(given) else e
 
-    @cached_property
-    def zeta(self) -> Values:
-        """Damping ratio; see `golf_physics.laws.relative` for that of a COR."""
-        given = np.real(self.restitution_at_rest) != 0.0
-        zeta = self.b / (2.0 * self.mu * self.omega)
-        if not np.any(given):
-            return zeta
-        half = -0.5 * log(self.coefficient_of_restitution)
+def _motion(c: Contacts, t: Values) -> Motion:
+    theta = c.phase(t)
+    cos, sin = cos_sin(theta)
+    size = exp(-c.decay * theta)
+    x, u = size * sin / c.w, size * (cos - c.decay * sin)
+    force, d = c.scale * c.stiffening(x) * (x + 2.0 * c.zeta * u), c.length * c.relative(x)
+    lost = c.closing * (1.0 - u)
+    v_club, v_ball = c.club_speed - c.p * lost, c.ball_speed + c.q * lost
+    return Motion(force, d, v_club, v_ball, c.drift * t - c.q * d)
 
-        def step(zeta: Values) -> Values:
-            square = (1.0 - zeta) * (1.0 + zeta)
-            w = np.sqrt(square)
-            s = angle(w, zeta) / w
-            return (half - zeta * s) / (s - zeta * ((1.0 - zeta * s) / square))
 
-        return np.where(given, newton(step, 2.0 / pi * half), zeta)[()]
+def closed_from(least: float) -> Formula:
+    """Closed forms are used for coefficients of restitution from this one on."""
 
-    @cached_property
-    def w(self) -> Values:
-        return np.sqrt((1.0 - self.zeta) * (1.0 + self.zeta))
+    def closed(c: Contacts) -> Values:
+        e = np.real(c.coefficient_of_restitution)
+        return (e >= least) & (e <= 1.0)
 
-    @cached_property
-    def decay(self) -> Values:
-        return self.zeta / self.w
+    return closed
 
-    @cached_property
-    def change(self) -> Values:
-        """Of the closing speed in contact, m/s."""
-        return (1.0 + self.coefficient_of_restitution) * self.closing
 
-    @cached_property
-    def club_velocity(self) -> Values:
-        return self.club_speed - self.p * self.change
-
-    @cached_property
-    def ball_velocity(self) -> Values:
-        return self.ball_speed + self.q * self.change
-
-    @cached_property
-    def impulse(self) -> Values:
-        return self.mu * self.change
-
-    @cached_property
-    def max_compression(self) -> Values:
-        return self.length * self.relative(exp(-self.decay * angle(self.w, self.zeta)))
-
-    @cached_property
-    def d_end(self) -> Values:
-        return self.length * self.relative(2.0 * self.zeta * self.coefficient_of_restitution)
-
-    @cached_property
-    def contact_displacement(self) -> Values:
-        drift = self.q * self.club_speed + self.p * self.ball_speed
-        return drift * self.contact_time - self.q * self.d_end
-
-    @cached_property
-    def contact_time(self) -> Values:
-        return 2.0 * angle(self.w, self.zeta) / (self.w * self.omega)
-
-    @cached_property
-    def _phase_of_max_force(self) -> Values:
-        """0 if the force falls from touch on."""
-        zeta = self.zeta
-        rise = np.maximum((1.0 - 2.0 * zeta) * (1.0 + 2.0 * zeta), 0.0)
-        return angle(self.w * rise, zeta * (rise + 2.0))
-
-    @cached_property
-    def time_of_max_force(self) -> Values:
-        return self._phase_of_max_force / (self.w * self.omega)
-
-    @cached_property
-    def max_force(self) -> Values:
-        start = np.maximum(2.0 * self.zeta, 1.0)
-        return self.scale * start * exp(-self.decay * self._phase_of_max_force)
-
-    def relative(self, x: Values) -> Values:
-        """The compression in units of `length`."""
-        return x
-
-    def stiffening(self, x: Values) -> Values:
-        """The force in units of that of a linear contact."""
-        return 1.0
-
-    def phase(self, t: Values) -> Values:
-        """θ at a time since touch, s."""
-        return self.w * self.omega * t
-
-    def states(self, t: Values) -> States:
-        theta = self.phase(t)
-        cos, sin = cos_sin(theta)
-        size = exp(-self.decay * theta)
-        x = size * sin / self.w
-        u = size * (cos - self.decay * sin)
-        d = self.length * self.relative(x)
-        force = self.scale * self.stiffening(x) * (x + 2.0 * self.zeta * u)
-        lost = self.closing * (1.0 - u)
-        drift = self.q * self.club_speed + self.p * self.ball_speed
-        x_club = drift * t + self.p * d
-        v_club, v_ball = self.club_speed - self.p * lost, self.ball_speed + self.q * lost
-        return States(force, x_club, x_club - d, v_club, v_ball, d)
+RELATIVE = COMMON | {
+    "has_line": lambda c: np.real(c.restitution_at_rest) != 0.0,
+    "omega": lambda c: np.sqrt(c.k / c.mu),
+    "zeta_of_b": lambda c: c.b / (2.0 * c.mu * c.omega),
+    "coefficient_of_restitution": _restitution,
+    "zeta": _damping_ratio,
+    "w": lambda c: np.sqrt((1.0 - c.zeta) * (1.0 + c.zeta)),
+    "decay": lambda c: c.zeta / c.w,
+    # ζ = 0.985: nearer to critical damping w is small, and x and u lose digits.
+    "closed": closed_from(0.14),
+    "length": lambda c: c.closing / c.omega,
+    "scale": lambda c: c.mu * c.omega * c.closing,
+    "change": lambda c: (1.0 + c.coefficient_of_restitution) * c.closing,
+    "club_velocity": lambda c: c.club_speed - c.p * c.change,
+    "ball_velocity": lambda c: c.ball_speed + c.q * c.change,
+    "impulse": lambda c: c.mu * c.change,
+    "drift": lambda c: c.q * c.club_speed + c.p * c.ball_speed,
+    # The force over that of a linear contact, and the compression, both of x; θ of the time.
+    "stiffening": lambda c: lambda x: 1.0,
+    "relative": lambda c: lambda x: x,
+    "phase": lambda c: lambda t: c.w * c.omega * t,
+    "motion": lambda c: lambda t: _motion(c, t),
+    "half": lambda c: angle(c.w, c.zeta),
+    "max_compression": lambda c: c.length * c.relative(exp(-c.decay * c.half)),
+    "left": lambda c: c.length * c.relative(2.0 * c.zeta * c.coefficient_of_restitution),
+    "contact_time": lambda c: 2.0 * c.half / (c.w * c.omega),
+    "contact_displacement": lambda c: c.drift * c.contact_time - c.q * c.left,
+    "peak": _phase_at_max_force,
+    "time_of_max_force": lambda c: c.peak / (c.w * c.omega),
+    "max_force": lambda c: c.scale * np.maximum(2.0 * c.zeta, 1.0) * exp(-c.decay * c.peak),
+}
