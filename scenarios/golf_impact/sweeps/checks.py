@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,14 +56,14 @@ class Check:
         chosen = np.flatnonzero(self._chosen(index))
         columns = {name: column[chosen] for name, column in outcome.columns.items()}
         self._compare(index[chosen], columns, outcome.refused[chosen])
-        for name, column in outcome.columns.items():
-            if name in FLAGS or np.isnan(column).all():
-                continue
-            for sign, n in ((1, int(np.nanargmax(column))), (-1, int(np.nanargmin(column)))):
-                value = sign * column[n].item()
-                if value > self._extremes.get((name, sign), (-math.inf,))[0]:
-                    row = [column[n] for column in outcome.columns.values()]
-                    self._extremes[name, sign] = value, begin + n, row
+        for (name, column), (sign, extreme) in product(
+            outcome.columns.items(), ((1, np.fmax), (-1, np.fmin))
+        ):
+            value = sign * extreme.reduce(column)  # of those that aren't NaN
+            if name not in FLAGS and value > self._extremes.get((name, sign), (-math.inf,))[0]:
+                n = int(np.argmax(sign * column == value))
+                row = [column[n] for column in outcome.columns.values()]
+                self._extremes[name, sign] = value, begin + n, row
 
     def finish(self) -> None:
         """Check the extremes of all outputs, but for those of cases that have been checked."""

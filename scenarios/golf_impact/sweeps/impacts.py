@@ -20,7 +20,7 @@ from golf_impact.arrays.impacts import Outcome
 from golf_impact.arrays.impacts import impacts as impacts_by_arrays
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import ball
-from golf_impact.facts.quantities import NoValue
+from golf_impact.facts.quantities import undefined_results
 from golf_impact.runs import FLAGS, ImpactRuns
 from golf_impact.sweeps.study import Study
 
@@ -110,19 +110,20 @@ def one_by_one(
 ) -> Outcome:
     """So many cases by the runs of one instance; arguments and result as of `arrays.impacts`."""
     results = {name: np.full(number, name not in FLAGS and math.nan) for name in outputs}
-    reals, flags = ([n for n in outputs if (n in FLAGS) == of_flags] for of_flags in (False, True))
-    refused, reason = np.zeros(number, bool), ""
-    rows = zip(*(np.broadcast_to(value, number).tolist() for value in values.values()))
-    for n, row in enumerate(rows):
+    reals, refused, reason = [n for n in outputs if n not in FLAGS], np.zeros(number, bool), ""
+    columns = [runs.horizon(values), *values.values()]
+    for n, row in enumerate(zip(*(np.broadcast_to(c, number).tolist() for c in columns))):
         try:
-            case: dict[str, float] = dict(runs.impact(reals, **dict(zip(values, row))))
-            for name, value in case.items():
-                if math.isnan(value) and not isinstance(value, NoValue):
-                    raise UserError(f"{name} leaves the range of a double")
+            runs.start(**dict(zip(values, row[1:])))
+            runs.step(0.0, row[0])
+            case: dict[str, float] = dict(runs.read(reals))
+            if missing := [name for name, value in case.items() if math.isnan(value)]:
+                raise UserError(f"{missing[0]} leaves the range of a double")
         except UserError as error:
             refused[n], reason = True, reason or str(error)
             continue
-        case |= {name: runs.read_flag(name) for name in flags}
+        flags = {name: runs.read_flag(name) for name in FLAGS}
+        case |= {**flags, **undefined_results(flags["touched"], flags["separated"])}
         for name, column in results.items():
             column[n] = case[name]
     return Outcome(results, refused, reason, ~refused)
