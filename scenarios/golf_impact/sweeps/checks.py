@@ -56,9 +56,8 @@ class Check:
         chosen = np.flatnonzero(self._chosen(index))
         columns = {name: column[chosen] for name, column in outcome.columns.items()}
         self._compare(index[chosen], columns, outcome.refused[chosen])
-        for (name, column), (sign, extreme) in product(
-            outcome.columns.items(), ((1, np.fmax), (-1, np.fmin))
-        ):
+        both = (1, np.fmax), (-1, np.fmin)
+        for (name, column), (sign, extreme) in product(outcome.columns.items(), both):
             value = sign * extreme.reduce(column)  # of those that aren't NaN
             if name not in FLAGS and value > self._extremes.get((name, sign), (-math.inf,))[0]:
                 n = int(np.argmax(sign * column == value))
@@ -67,11 +66,8 @@ class Check:
 
     def finish(self) -> None:
         """Check the extremes of all outputs, but for those of cases that have been checked."""
-        rows = {
-            case: row
-            for _, case, row in self._extremes.values()
-            if not self._chosen(np.array(case))
-        }
+        found = [item[1:] for item in self._extremes.values()]
+        rows = {case: row for case, row in found if not self._chosen(np.array(case))}
         columns = dict(zip(self.plan.outputs, map(np.array, zip(*rows.values()))))
         self._compare(np.array([*rows], int), columns, np.zeros(len(rows), bool))
 

@@ -85,24 +85,22 @@ def make_plan(study: Study, variables: Mapping[str, Any]) -> Plan:
     return Plan(identity(), fixed, balls, study.outputs)
 
 
-def impacts(plan: Plan, columns: Mapping[str, np.ndarray]) -> Outcome:
+def impacts(
+    plan: Plan, columns: Mapping[str, np.ndarray], fmu: ImpactRuns | None = None
+) -> Outcome:
     """Compute some cases in any process; `columns` are the swept variables, shape (cases,).
 
     UserError: this process has another physics than the one that made the plan.
     """
+    number, values = len(next(iter(columns.values()))), plan.values(columns)
+    if fmu is not None:
+        return one_by_one(fmu, plan.outputs, values, number)
     if identity() != plan.identity:
         raise UserError(
             f"a worker has {identity()}, and this process {plan.identity}: install the same "
             "golf-impact for all of them"
         )
-    number = len(next(iter(columns.values())))
-    return impacts_by_arrays(plan.outputs, plan.values(columns), (number,))
-
-
-def by_fmu(fmu: ImpactRuns, plan: Plan, columns: Mapping[str, np.ndarray]) -> Outcome:
-    """The same through an FMU."""
-    number = len(next(iter(columns.values())))
-    return one_by_one(fmu, plan.outputs, plan.values(columns), number)
+    return impacts_by_arrays(plan.outputs, values, (number,))
 
 
 def one_by_one(

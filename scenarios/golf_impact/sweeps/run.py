@@ -20,7 +20,7 @@ from golf_impact.arrays.impacts import Outcome
 from golf_impact.errors import UserError
 from golf_impact.sweeps.checks import Check
 from golf_impact.sweeps.executors import opened
-from golf_impact.sweeps.impacts import PHYSICS, by_fmu, impacts, make_plan
+from golf_impact.sweeps.impacts import PHYSICS, impacts, make_plan
 from golf_impact.sweeps.study import Study
 from golf_impact.sweeps.tables import csv_lines, table
 from golf_impact.timing import free_bytes
@@ -105,9 +105,8 @@ class Sweep:
 
     def __enter__(self) -> Sweep:
         self.study.columns(np.array([0]))  # draws the samples
-        self.compute = partial(impacts, self.plan)
-        if self.fmu is not None:
-            self.compute = partial(by_fmu, self._blocks.enter_context(self.fmu), self.plan)
+        fmu = None if self.fmu is None else self._blocks.enter_context(self.fmu)
+        self.compute = partial(impacts, self.plan, fmu=fmu)
         return self
 
     def __exit__(self, *error: Any) -> None:

@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -25,54 +26,47 @@ _ROW_GROUP = 2**16
 
 def csv_lines(cells: Cells, refused: np.ndarray) -> bytes:
     """Lines of CSV: doubles as Python's `repr`, with all digits; Booleans as 0 and 1."""
-    try:
-        import pyarrow
-        from pyarrow import csv as arrow
-    except ImportError:
+    quoted = any(character in ball for ball in set(cells.get("ball", ())) for character in '",\r\n')
+    if find_spec("pyarrow") is None or quoted:
         return plain_lines(cells, refused)
-    columns = []
-    for name, column in cells.items():
-        if column.dtype == object:
-            if any(character in ball for ball in set(column) for character in '",\r\n'):
-                return plain_lines(cells, refused)
-            columns.append(pyarrow.array(column, pyarrow.string()))
-        elif name in FLAGS:
-            columns.append(pyarrow.array(column.astype(np.int64), mask=refused))
-        elif column.dtype == np.int64:
-            columns.append(pyarrow.array(column))
-        else:
-            columns.append(_doubles(pyarrow, column))
+    import pyarrow
+    from pyarrow import csv as arrow
+
+    table = pyarrow.table([_arrow_cells(c, refused) for c in cells.values()], list(cells))
     stream = io.BytesIO()
     options = arrow.WriteOptions(include_header=False, quoting_style="none", batch_size=2**14)
-    arrow.write_csv(pyarrow.table(columns, list(cells)), stream, options)
+    arrow.write_csv(table, stream, options)
     return stream.getvalue()
 
 
-def _doubles(pyarrow: Any, column: np.ndarray) -> Any:
-    """A column that pyarrow writes as `repr` does, null where it is NaN."""
-    size, without = np.abs(column), np.isnan(column)
-    # Of other numbers pyarrow writes the same digits, but 1 and 1e-7 instead of 1.0 and 1e-07.
-    alike = (size >= 1e-4) & (size < 1e10) & (column != np.trunc(column))
-    array = pyarrow.array(column, mask=without)
-    other = ~(alike | without)
-    if not other.any():
-        return array
-    values, index = np.unique(column[other].view(np.int64), return_inverse=True)
-    texts = pyarrow.array(map(repr, values.view(float).tolist()), pyarrow.string())
-    if other.all():
-        return texts.take(pyarrow.array(index))
+def _arrow_cells(column: np.ndarray, refused: np.ndarray) -> Any:
+    """A column that pyarrow writes as `plain_lines` does."""
+    import pyarrow
     from pyarrow import compute
 
-    array = array.cast(pyarrow.string())
-    return compute.replace_with_mask(array, pyarrow.array(other), texts.take(pyarrow.array(index)))
+    if column.dtype == bool:
+        return pyarrow.array(column.astype(int), mask=refused)
+    if column.dtype != float:
+        return pyarrow.array(column)
+    size, without = np.abs(column), np.isnan(column)
+    array = pyarrow.array(column, mask=without)
+    # Of other doubles pyarrow writes the same digits, but 1 and 1e-7 instead of 1.0 and 1e-07.
+    other = ~((size >= 1e-4) & (size < 1e10) & (column != np.trunc(column)) | without)
+    if not other.any():
+        return array
+    # As bits, by which -0.0 and 0.0 differ.
+    values, index = np.unique(column[other].view(np.int64), return_inverse=True)
+    texts = pyarrow.array(map(repr, values.view(float).tolist()), pyarrow.string()).take(index)
+    return compute.replace_with_mask(array.cast(pyarrow.string()), other, texts)
 
 
 def plain_lines(cells: Cells, refused: np.ndarray) -> bytes:
+    """The same without pyarrow."""
     rows: list[list[Any]] = []
-    for name, column in cells.items():
-        values = (column.astype(int) if name in FLAGS else column).tolist()
-        rows.append(list(map(repr, values)) if column.dtype != object else values)
-        for n in np.flatnonzero(refused if name in FLAGS else column != column).tolist():
+    for column in cells.values():
+        values = (column.astype(int) if column.dtype == bool else column).tolist()
+        rows.append(values if column.dtype == object else list(map(repr, values)))
+        for n in np.flatnonzero(refused if column.dtype == bool else column != column).tolist():
             rows[-1][n] = ""
     stream = io.StringIO()
     csv.writer(stream, lineterminator="\n").writerows(zip(*rows))
@@ -120,7 +114,7 @@ def _parquet(stream: BinaryIO, names: Sequence[str]) -> Iterator[Write]:
     def write(cells: Cells, refused: np.ndarray, lines: bytes) -> None:
         nonlocal rows
         arrays = [
-            pyarrow.array(c, schema.field(n).type, mask=refused if n in FLAGS else c != c)
+            pyarrow.array(c, schema.field(n).type, mask=refused if c.dtype == bool else c != c)
             for n, c in cells.items()
         ]
         waiting.append(pyarrow.table(arrays, schema=schema))
