@@ -131,7 +131,8 @@ def columns_of(values: Mapping[str, Any], shape: tuple[int, ...]) -> Columns:
     columns = dict(DEFAULTS)
     for name, value in values.items():
         value = np.asarray(value, float)
-        columns[name] = value.item() if value.size == 1 else np.broadcast_to(value, shape).ravel()
+        same = value.size == 1
+        columns[name] = value.reshape(())[()] if same else np.broadcast_to(value, shape).ravel()
     return columns
 
 

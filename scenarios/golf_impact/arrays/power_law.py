@@ -7,13 +7,14 @@ moves as the compression under exponent 1 does, over a time that passes as x^-P
 
 from __future__ import annotations
 
-from math import pi, sin
+import math
+from math import pi
 
 import numpy as np
 from golf_physics.numerics.chebyshev import NODES, evaluate, interpolate
 
 from golf_impact.arrays.contacts import Contacts
-from golf_impact.arrays.elementwise import Values, angle, exp, newton, power
+from golf_impact.arrays.elementwise import Values, angle, cos_sin, exp, newton, power
 from golf_impact.arrays.relative import RELATIVE, closed_from
 
 _PHASES = [0.25 * pi * (1.0 + z) for z in NODES]
@@ -28,7 +29,7 @@ class PhaseIntegral:
 
     def __init__(self, p: Values, growth: Values) -> None:
         self.p, self.growth = p, growth
-        g = interpolate([self._g(phase, phase / sin(phase)) for phase in _PHASES])[::-1]
+        g = interpolate([self._g(phase, phase / math.sin(phase)) for phase in _PHASES])[::-1]
         # (1 + z) T_j' = j T_j + 2j (T_(j-1) + T_(j-2) + ... + T_0 / 2): solved from the top.
         above: Values = 0.0
         self.series = []
@@ -70,12 +71,14 @@ def _max_force(c: Contacts) -> Values:
     return c.scale * drive * x * c.stiffening(x)
 
 
-def _phase(c: Contacts, t: Values) -> Values:
+def _phase(c: Contacts, t: Values) -> tuple[Values, Values, Values]:
+    """θ, its cosine and sine: of the distance from the nearer zero of x, where x may be tiny."""
     rest = t / c.unit - c.early.whole
     begins = rest <= 0.0
     early = c.early.inverse(np.where(begins, t / c.unit, c.early.whole))
-    left = c.late.whole - rest / c.swell
-    return np.where(begins, early, pi - c.late.inverse(np.where(begins, c.late.whole, left)))
+    late = c.late.inverse(np.where(begins, c.late.whole, c.late.whole - rest / c.swell))
+    cos, sin = cos_sin(np.where(begins, early, late))
+    return np.where(begins, early, pi - late), np.where(begins, cos, -cos), sin
 
 
 POWER_LAW = RELATIVE | {

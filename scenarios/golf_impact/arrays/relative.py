@@ -1,8 +1,8 @@
 """Law 2 with exponent 1, below critical damping: only a COR line needs an equation solved.
 
 In units of `length` the compression is x = exp(-ζθ/w) sin(θ)/w, where θ is the phase since touch
-and w = √(1 - ζ²); its rate in units of the approach speed is u = exp(-ζθ/w) (cos θ - ζ sin(θ)/w). The
-force in units of `scale` is x + 2ζu: contact ends at θ = 2 arccos ζ, with u = -COR.
+and w = √(1 - ζ²); its rate in units of the approach speed is u = exp(-ζθ/w) (cos θ - ζ sin(θ)/w).
+The force in units of `scale` is x + 2ζu: contact ends at θ = 2 arccos ζ, with u = -COR.
 """
 
 from __future__ import annotations
@@ -45,9 +45,14 @@ def _phase_at_max_force(c: Contacts) -> Values:
     return angle(c.w * rise, c.zeta * (rise + 2.0))
 
 
+def _phase(c: Contacts, t: Values) -> tuple[Values, Values, Values]:
+    """θ, its cosine and sine."""
+    theta = c.w * c.omega * t
+    return theta, *cos_sin(theta)
+
+
 def _motion(c: Contacts, t: Values) -> Motion:
-    theta = c.phase(t)
-    cos, sin = cos_sin(theta)
+    theta, cos, sin = c.phase(t)
     size = exp(-c.decay * theta)
     x, u = size * sin / c.w, size * (cos - c.decay * sin)
     force, d = c.scale * c.stiffening(x) * (x + 2.0 * c.zeta * u), c.length * c.relative(x)
@@ -83,10 +88,10 @@ RELATIVE = COMMON | {
     "ball_velocity": lambda c: c.ball_speed + c.q * c.change,
     "impulse": lambda c: c.mu * c.change,
     "drift": lambda c: c.q * c.club_speed + c.p * c.ball_speed,
-    # The force over that of a linear contact, and the compression, both of x; θ of the time.
+    # The force over that of a linear contact, and the compression, both of x.
     "stiffening": lambda c: lambda x: 1.0,
     "relative": lambda c: lambda x: x,
-    "phase": lambda c: lambda t: c.w * c.omega * t,
+    "phase": lambda c: lambda t: _phase(c, t),
     "motion": lambda c: lambda t: _motion(c, t),
     "half": lambda c: angle(c.w, c.zeta),
     "max_compression": lambda c: c.length * c.relative(exp(-c.decay * c.half)),

@@ -1,0 +1,177 @@
+"""Partial derivatives against those of the references, which are differences with 80 digits.
+
+Tolerance: 1e-9, of a derivative or of output/variable if that is larger. Worst measured: 4e-14.
+"""
+
+import mpmath
+import numpy as np
+import pytest
+
+import golf_impact
+from golf_impact.arrays.impacts import DEFAULTS
+from golf_impact.facts.balls import BALLS
+from golf_impact.stress.reference import Reference
+
+TOLERANCE = 1e-9
+
+OUTPUTS = (
+    "touch_time", "smash_factor", "coefficient_of_restitution", "energy_efficiency",
+    "club_velocity", "ball_velocity", "contact_time", "max_force", "time_of_max_force",
+    "max_compression", "contact_displacement", "impulse", "momentum", "kinetic_energy",
+)  # fmt: skip
+WRT = ("k", "b", "club_speed", "ball_speed", "m_club", "m_ball", "gap")
+BALL = dict(BALLS["roh-lee"].values)
+
+mp = mpmath.mp.clone()
+mp.dps = 80
+
+
+def linear(values):
+    impact = Reference(values)
+    impact.step(mp.mpf(1))
+    return impact.outputs()
+
+
+def relative(values):
+    """Law 2 with any exponent and damping below critical, in σ (golf_physics.laws.power_law)."""
+    v = values
+    total, closing = v["m_club"] + v["m_ball"], v["club_speed"] - v["ball_speed"]
+    mu, m = v["m_club"] * v["m_ball"] / total, (v["exponent"] + 1) / 2
+    omega = mp.sqrt(m * v["k"] / mu)
+    zeta, e = v["b"] / (2 * mu * omega), v["restitution_at_rest"]
+    if e:
+        e -= v["restitution_slope"] * closing
+        half = -mp.log(e) / 2
+        zeta = mp.findroot(lambda z: z * mp.acos(z) / mp.sqrt(1 - z * z) - half, 2 * half / mp.pi)
+    w = mp.sqrt(1 - zeta**2)
+
+    def x(sigma):
+        return mp.exp(-zeta * sigma) * mp.sin(w * sigma) / w
+
+    def drive(sigma):
+        return x(sigma) + 2 * zeta * mp.diff(x, sigma)
+
+    power = (m - 1) / m
+    length = (m * closing / omega) ** (1 / m) * v["reference_compression"] ** power
+    s = mp.acos(zeta) / w
+    peak = mp.findroot(lambda t: mp.diff(lambda z: x(z) ** power * drive(z), t), 0.9 * s)
+
+    def time(end):
+        """x^-P over σ from 0 on; without its pole in the variable σ^(1 - P)."""
+        bent = mp.quad(lambda y: m * (x(y**m) / y**m) ** -power, [0, end ** (1 / m)])
+        return bent * length / (m * closing)
+
+    e = mp.exp(-2 * zeta * s)
+    left = length * (2 * zeta * e) ** (1 / m)
+    change = (1 + e) * closing
+    drift = (v["m_club"] * v["club_speed"] + v["m_ball"] * v["ball_speed"]) / total
+    force = mu * closing * m * closing / length * x(peak) ** power * drive(peak)
+    v_ball = v["ball_speed"] + v["m_club"] / total * change
+    return {
+        "smash_factor": v_ball / v["club_speed"],
+        "coefficient_of_restitution": e,
+        "ball_velocity": v_ball,
+        "impulse": mu * change,
+        "max_force": force,
+        "max_compression": length * x(s) ** (1 / m),
+        "contact_time": time(2 * s),
+        "time_of_max_force": time(peak),
+        "contact_displacement": drift * time(2 * s) - v["m_club"] / total * left,
+    }
+
+
+def exact_slopes(outputs, values, variable, step):
+    """By output: central differences, or one-sided ones where a variable can't be below 0."""
+    values = {name: mp.mpf(float(value)) for name, value in (DEFAULTS | values).items()}
+    value = values[variable]
+    signs = (1, -1) if value or variable == "ball_speed" else (1, 0)
+    above, below = (outputs(values | {variable: value + sign * step}) for sign in signs)
+    return {
+        name: ((above[name] - below[name]) / ((signs[0] - signs[1]) * step), above[name])
+        for name in OUTPUTS
+        if name in above
+    }
+
+
+def check(outputs, values, wrt, step):
+    got = golf_impact.sensitivities(OUTPUTS, wrt, **values)
+    for variable in wrt:
+        value = float(values.get(variable, DEFAULTS[variable]))
+        for name, (slope, output) in exact_slopes(outputs, values, variable, step).items():
+            scale = max(abs(slope), abs(output / (value or 1.0))) or 1.0
+            error = float(abs(got[name][variable].item() - slope) / scale)
+            assert error <= TOLERANCE, (name, variable, error)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"law": 1, "ball_speed": -3.0, "gap": 1e-3, "b": 40.0},
+        {"law": 1, "b": 0.0},
+        {"law": 1, "m_club": 0.05, "m_ball": 0.05},
+        {"law": 2, "b": 100.0, "gap": 0.01, "ball_speed": 2.0},
+        {"law": 2, "b": 200.0},
+        {"law": 2, "b": 0.0},
+    ],
+)
+def test_linear_laws(values):
+    check(linear, values, WRT, mp.mpf(10) ** -25)
+
+
+LINE = ("restitution_at_rest", "restitution_slope")
+
+
+@pytest.mark.parametrize(
+    ("values", "wrt"),
+    [
+        (BALL, ("k", "b", "club_speed", "m_ball", "exponent", "reference_compression")),
+        (dict(BALLS["penner"].values), ("k", "b", "club_speed", "m_club", "exponent", *LINE)),
+        ({"law": 2, "restitution_at_rest": 0.86}, ("k", "b", "ball_speed", "m_club", *LINE)),
+    ],
+    ids=["exponent", "exponent and COR line", "COR line"],
+)
+def test_exponents_and_cor_lines(values, wrt, monkeypatch):
+    # The references' differences and integrals need twice the digits of a double, not 80.
+    monkeypatch.setattr(mp, "dps", 40)
+    check(relative, values, wrt, mp.mpf(10) ** -18)
+
+
+def test_arrays():
+    k, speed = np.array([1e6, -1.0, 2e6, 1e6]), np.array([[35.0], [-1.0]])
+    got = golf_impact.sensitivities(["impulse"], ["k", "club_speed"], k=k, club_speed=speed)
+    assert list(got) == ["impulse"]
+    assert list(got["impulse"]) == ["k", "club_speed"]
+    # Refused, and without a contact.
+    for slope in got["impulse"].values():
+        assert np.isnan(slope).tolist() == [[False, True, False, False], [True] * 4]
+    alone = golf_impact.sensitivities(["impulse"], ["k"], k=2e6)["impulse"]["k"]
+    assert alone.shape == ()
+    assert alone == got["impulse"]["k"][0, 2]
+
+
+@pytest.mark.parametrize(
+    ("outputs", "wrt", "values", "message"),
+    [
+        (["touched"], ["k"], {}, "touched is refused"),
+        (["ball_position"], ["k"], {}, "ball_position is refused"),
+        (["impulse"], ["law"], {}, "law is refused"),
+        (["impulse"], ["mass"], {}, "no input or parameter 'mass'"),
+        (["impulse"], ["k"], {"law": [1, 2], "b": 500.0}, r"case at \[0\] .* closed form"),
+        (["impulse"], ["exponent"], {"law": 2}, "this impact .* no finite slope over exponent"),
+        (["impulse"], ["restitution_at_rest"], {"law": 2}, "no finite slope over restitution"),
+        (["contact_time"], ["b"], {**BALL, "b": 0.0}, "contact_time has no finite slope over b"),
+    ],
+)
+def test_what_has_no_sensitivities(outputs, wrt, values, message):
+    with pytest.raises(golf_impact.UserError, match=message):
+        golf_impact.sensitivities(outputs, wrt, **values)
+
+
+def test_an_elastic_power_law_has_slopes_over_what_leaves_it_elastic():
+    values = {**BALL, "b": 0.0}
+    slopes = golf_impact.sensitivities(["contact_time", "max_force"], ["k"], **values)
+    impact = golf_impact.run_impact(**values)
+    # T ~ k^(-1/(n+1)), F ~ k^(1/(n+1)).
+    share = 1.0 / (BALL["exponent"] + 1.0) / BALL["k"]
+    assert slopes["contact_time"]["k"] == pytest.approx(-share * impact["contact_time"])
+    assert slopes["max_force"]["k"] == pytest.approx(share * impact["max_force"])
