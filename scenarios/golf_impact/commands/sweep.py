@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 EPILOG = (
     "Examples: golf-impact sweep --set k=0.5e6:2e6:100 --out k.csv · golf-impact sweep "
-    "--set k=log:1e5:1e7:50 --set b=0,9,12 --workers 2 --out k_b.parquet · golf-impact sweep "
+    "--set k=log:1e5:1e7:50 --set b=0,9,12 --out k_b.parquet · golf-impact sweep "
     "--set club_speed=normal:45:2 --samples 1000 --out speed.csv"
 )
 _STUDY = "A study as a TOML file; options override it."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -26,16 +25,16 @@ _ROW_GROUP = 2**16
 
 def csv_lines(cells: Cells, refused: np.ndarray) -> bytes:
     """Lines of CSV: doubles as Python's `repr`, with all digits; Booleans as 0 and 1."""
-    quoted = any(character in ball for ball in set(cells.get("ball", ())) for character in '",\r\n')
-    if find_spec("pyarrow") is None or quoted:
+    balls = {*cells.get("ball", ())}
+    if find_spec("pyarrow") is None or any(name != _quoted(name) for name in balls):
         return plain_lines(cells, refused)
     import pyarrow
-    from pyarrow import csv as arrow
+    from pyarrow import csv
 
     table = pyarrow.table([_arrow_cells(c, refused) for c in cells.values()], list(cells))
     stream = io.BytesIO()
-    options = arrow.WriteOptions(include_header=False, quoting_style="none", batch_size=2**14)
-    arrow.write_csv(table, stream, options)
+    options = csv.WriteOptions(include_header=False, quoting_style="none", batch_size=2**14)
+    csv.write_csv(table, stream, options)
     return stream.getvalue()
 
 
@@ -62,15 +61,18 @@ def _arrow_cells(column: np.ndarray, refused: np.ndarray) -> Any:
 
 def plain_lines(cells: Cells, refused: np.ndarray) -> bytes:
     """The same without pyarrow."""
-    rows: list[list[Any]] = []
+    rows: list[list[str]] = []
     for column in cells.values():
         values = (column.astype(int) if column.dtype == bool else column).tolist()
-        rows.append(values if column.dtype == object else list(map(repr, values)))
+        rows.append(list(map(_quoted if column.dtype == object else repr, values)))
         for n in np.flatnonzero(refused if column.dtype == bool else column != column).tolist():
             rows[-1][n] = ""
-    stream = io.StringIO()
-    csv.writer(stream, lineterminator="\n").writerows(zip(*rows))
-    return stream.getvalue().encode()
+    return ("\n".join(map(",".join, zip(*rows))) + "\n").encode()
+
+
+def _quoted(name: str) -> str:
+    """The name of a ball, in quotation marks if it needs them."""
+    return '"' + name.replace('"', '""') + '"' if {*name} & {*'",\r\n'} else name
 
 
 @contextmanager
