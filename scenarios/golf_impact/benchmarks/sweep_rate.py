@@ -5,7 +5,6 @@ have no closed form. They are started beforehand; every way writes its file in e
 """
 
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from functools import partial
 from statistics import median
@@ -36,7 +35,7 @@ def rates(fmu: LoadedFmu, quick: bool) -> dict[str, float]:
             "fmu": repeated(impact_of(fmu, METRICS, law=1), 2000),
         }
         ways = {
-            "one_process": stack.enter_context(ThreadPoolExecutor(1)),
+            "one_process": None,
             "two_workers": stack.enter_context(process_pool(2)),
             "dask_local": stack.enter_context(dask_executor("local", 2)),
         }

@@ -31,17 +31,14 @@ _PATIENCE = "20s"
 
 
 def opened(
-    executor: Executor | None, scheduler: str | None, workers: int | None
+    executor: Executor | None, scheduler: str | None, workers: int | None, threads: int
 ) -> AbstractContextManager[Executor]:
-    """The given executor, or that of a cluster, of so many processes, or of a thread.
-
-    The thread computes and formats a chunk, while this one checks and writes the one before.
-    """
+    """The given executor, or that of a cluster, of so many processes, or of threads."""
     if executor is not None:
         return nullcontext(executor)
     if scheduler is not None:
         return dask_executor(scheduler, workers)
-    return process_pool(workers) if workers and workers > 1 else ThreadPoolExecutor(1)
+    return process_pool(workers) if workers and workers > 1 else ThreadPoolExecutor(threads)
 
 
 @contextmanager

@@ -147,7 +147,10 @@ class Sweep:
                 "an FMU computes one case after another in this process: leave out --fmu, or "
                 "--workers and --scheduler"
             )
-        open_executor = partial(opened, executor, scheduler, workers)
+        # Two compute and format chunks, while this one checks and writes those before. An FMU has
+        # one instance.
+        threads = 2 if self.fmu is None else 1
+        open_executor = partial(opened, executor, scheduler, workers, threads)
         chunks = self._chunks(open_executor, chunk, out.suffix.lower() == ".csv", stop)
         drawn, check = np.empty(cases), Check(self.study, self.plan)
         refused, scalar, first, done = 0, 0, None, 0
