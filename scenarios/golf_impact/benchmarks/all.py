@@ -57,7 +57,7 @@ def costs_and_errors(quick: bool, tick: Callable[[], None]) -> dict[str, Any]:
         tick()
         accurate = accuracy.worst_error(ours, 2 if quick else 60)
     tick()
-    figures |= sweep_rate.rates(ours, quick)
+    figures |= sweep_rate.rates(ours.path, quick)
     tick()
     figures["worst_error"] = accurate.pop("worst_error")
     targets = {

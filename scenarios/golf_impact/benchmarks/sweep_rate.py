@@ -7,6 +7,7 @@ have no closed form. They are started beforehand; every way writes its file in e
 import tempfile
 from contextlib import ExitStack
 from functools import partial
+from pathlib import Path
 from statistics import median
 
 from golf_impact.benchmarks.impact import METRICS, impact_of, repeated
@@ -18,21 +19,22 @@ from golf_impact.sweeps.study import Study
 from golf_impact.timing import Job, measure_seconds, median_ratio, run_interleaved
 
 
-def rates(fmu: LoadedFmu, quick: bool) -> dict[str, float]:
+def rates(fmu: Path, quick: bool) -> dict[str, float]:
     """Rates (1/s) and ratios by key, medians of rounds."""
-    cases, rounds = (100_000, 3) if quick else (400_000, 7)
-    # Damping ratios 5 to 6.
-    heavy = {"law": 2, "k": f"0.9e6:1.1e6:{cases // 200}", "b": 2000}
+    cases, damped, rounds = (400_000, 500, 3) if quick else (400_000, 2000, 7)
+    # At damping ratios of about 5.
+    heavy = {"law": 2, "k": f"0.9e6:1.1e6:{damped}", "b": 2000}
     with ExitStack() as stack:
         sweep, scalar = (
             stack.enter_context(Sweep(Study.of(sets, METRICS)))
             for sets in ({"law": 1, "k": f"0.9e6:1.1e6:{cases}"}, heavy)
         )
-        beside_loop = compare(sweep, fmu.path, rounds)
+        loaded = stack.enter_context(LoadedFmu(fmu))
+        beside_loop = compare(sweep, fmu, rounds)
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-"))
         jobs: dict[str, Job] = {
             "arrays": partial(measure_seconds, partial(sweep.run, f"{folder}/arrays.csv"), cases),
-            "fmu": repeated(impact_of(fmu, METRICS, law=1), 2000),
+            "fmu": repeated(impact_of(loaded, METRICS, law=1), 2000),
         }
         ways = {
             "one_process": None,
@@ -42,7 +44,7 @@ def rates(fmu: LoadedFmu, quick: bool) -> dict[str, float]:
         for name, executor in ways.items():
             # The chunks are small enough that both workers end at nearly the same time.
             work = partial(scalar.run, f"{folder}/{name}.csv", executor=executor, chunk=50)
-            jobs[name] = partial(measure_seconds, work, scalar.study.cases)
+            jobs[name] = partial(measure_seconds, work, damped)
         times = run_interleaved(jobs, rounds)
     return {
         **{f"sweep_impacts_per_second_{name}": 1.0 / median(times[name]) for name in jobs},
