@@ -50,13 +50,11 @@ class Plan:
     def values(self, columns: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """Inputs and parameters in these cases: arrays of their shape, numbers if all are equal."""
         values: dict[str, Any] = {n: column for n, column in columns.items() if n != "ball"}
-        if "ball" in columns:
-            presets = {
-                preset: n for of_ball in self.balls.values() for n, preset in enumerate(of_ball)
-            }
-            index = np.array([presets[preset] for preset in columns["ball"].tolist()], int)
-            for name, of_ball in self.balls.items():
-                values[name] = np.array([*of_ball.values()], float)[index]
+        varied = {name: table for name, table in self.balls.items() if name not in self.fixed}
+        if varied:
+            numbers = {preset: n for n, preset in enumerate(next(iter(varied.values())))}
+            index = np.array([numbers[preset] for preset in columns["ball"].tolist()], int)
+            values |= {n: np.array([*table.values()], float)[index] for n, table in varied.items()}
         return values | self.fixed
 
 
