@@ -43,7 +43,7 @@ def rates(fmu: Path, quick: bool) -> dict[str, float]:
         }
         for name, executor in ways.items():
             # The chunks are small enough that both workers end at nearly the same time.
-            work = partial(scalar.run, f"{folder}/{name}.csv", executor=executor, chunk=50)
+            work = partial(scalar.run, f"{folder}/{name}.csv", executor=executor, chunk=100)
             jobs[name] = partial(measure_seconds, work, damped)
         times = run_interleaved(jobs, rounds)
     return {
