@@ -204,8 +204,7 @@ def _by_scalar_physics(
     reals = [name for name in results if name not in FLAGS]
     for n, step, *row in zip(places.tolist(), steps, *rows):
         try:
-            runs.start(**dict(zip(values, row)))
-            runs.step(0.0, step)
+            runs.run_to_end(step, dict(zip(values, row)))
             outputs = runs.read(reals)
         except UserError as error:
             refused[n], reason = True, reason or str(error)

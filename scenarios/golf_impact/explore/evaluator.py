@@ -131,6 +131,11 @@ class Evaluator:
         instance.start(**_without_loft(values))
         # Over within the step, unless it takes longer than 30 years.
         instance.step(0.0, 1e9)
+        if v["club_force"] and instance.read_flag("separated"):
+            # At separation: the head goes on accelerating.
+            end = sum(instance.read(("touch_time", "contact_time")).values())
+            instance.start(**_without_loft(values))
+            instance.step(0.0, end * (1.0 + 2.0**-51))
         m = instance.read(self.facts["metrics"])
         if not all(map(math.isfinite, m.values())):
             raise ValueError("This impact leaves the range of double precision.")

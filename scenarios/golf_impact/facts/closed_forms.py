@@ -47,11 +47,14 @@ def definitions(given: Mapping[str, float], metrics: Mapping[str, float]) -> dic
 def balances(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[str, float]:
     """Momentum after an impact, and under law 1 the impulse, from other metrics."""
     start = given["m_club"] * given["club_speed"] + given["m_ball"] * given["ball_speed"]
+    # With a force on the club head the metrics are those at separation.
+    pushed = given["club_force"] * metrics["contact_time"] if given["club_force"] else 0.0
     if given["law"] == 1 and given["b"] > 0.0:
         # Both bodies have moved as far when they part, and each has lost b·x to the drag.
         lost = given["b"] * metrics["contact_displacement"]
-        return {"impulse": metrics["momentum_gain_ball"] + lost, "momentum_final": start - 2 * lost}
-    return {"momentum_final": start} if given["law"] in (1, 2) else {}
+        impulse = metrics["momentum_gain_ball"] + lost
+        return {"impulse": impulse, "momentum_final": start + pushed - 2 * lost}
+    return {"momentum_final": start + pushed} if given["law"] in (1, 2) else {}
 
 
 def solution(given: Mapping[str, float]) -> dict[str, float]:
@@ -61,7 +64,7 @@ def solution(given: Mapping[str, float]) -> dict[str, float]:
     """
     k, b, law = given["k"], given["b"], given["law"]
     linear = given["exponent"] == 1.0 and given["restitution_at_rest"] == 0.0
-    if not linear or (law != 2 and (law, b) != (1, 0.0)):
+    if not linear or given["club_force"] or (law != 2 and (law, b) != (1, 0.0)):
         return {}
     m_club, m_ball, u_ball = given["m_club"], given["m_ball"], given["ball_speed"]
     mu, approach = reduced_mass(m_club, m_ball), given["club_speed"] - u_ball

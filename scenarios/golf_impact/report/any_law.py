@@ -74,12 +74,25 @@ def _check_balances(
     of_ball = 0.5 * m_ball * (v_ball**2 - u_ball**2)
     work_on_club = -weights @ (force * club + drag * club**2)
     work_on_ball = weights @ (force * ball - drag * ball**2)
-    lost, taken = m_club * (u_club - v_club), impulse + drag * club_moved
+    club_force = values["club_force"]
+    work_on_club += club_force * club_moved
+    lost = m_club * (u_club - v_club)
+    taken = impulse + drag * club_moved - club_force * time
     for claim, value, expected, scale in (
         ("the impulse is the integral of the force", impulse, weights @ force, momentum),
-        ("the club has lost the impulse and what the drag on it took", lost, taken, momentum),
+        (
+            "the club has lost the impulse and what drag took, less what its force gave",
+            lost,
+            taken,
+            momentum,
+        ),
         ("the ball's energy is the work of force and drag", of_ball, work_on_ball, energy),
-        ("the club's energy is the work of force and drag", of_club, work_on_club, energy),
+        (
+            "the club's energy is the work of the forces on it and drag",
+            of_club,
+            work_on_club,
+            energy,
+        ),
     ):
         tolerance = _QUADRATURE * scale
         report.check_close(f"{name}: {claim}", value, expected, tolerance, kind="invariants")
