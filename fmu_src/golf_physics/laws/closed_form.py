@@ -60,7 +60,7 @@ class ClosedFormContact(ContactPhase):
 
     def __init__(
         self, k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion,
-        club_force: float,
+        club_force: float = 0.0,
     ) -> None:  # fmt: skip
         self._arguments = k, damper, drag, m_club, m_ball, start, club_force
         _, _, v_club, v_ball, compression, closing = self._start = start

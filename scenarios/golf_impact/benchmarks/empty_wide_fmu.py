@@ -1,6 +1,6 @@
 """An FMU that only registers variables: the floor for the time to instantiate ClubBallImpact.
 
-It has as many variables of each kind as ClubBallImpact: 3 Real inputs, 9 Real parameters and an
+It has as many variables of each kind as ClubBallImpact: 4 Real inputs, 9 Real parameters and an
 Integer one, 19 Real and 3 Boolean outputs.
 """
 
@@ -11,12 +11,12 @@ _FLAG = {"causality": Fmi2Causality.output, "variability": Fmi2Variability.discr
 
 
 class EmptyWide(Fmi2Slave):
-    """35 variables without meaning or unit, and a step that does nothing."""
+    """36 variables without meaning or unit, and a step that does nothing."""
 
     def __init__(self, **kwargs) -> None:
         super().__init__(**kwargs)
         for name, count, kind, value, options in (
-            ("input", 3, Real, 0.0, {"causality": Fmi2Causality.input}),
+            ("input", 4, Real, 0.0, {"causality": Fmi2Causality.input}),
             ("parameter", 9, Real, 0.0, _FIXED),
             ("choice", 1, Integer, 1, _FIXED),
             ("output", 19, Real, 0.0, {"causality": Fmi2Causality.output}),
