@@ -12,7 +12,9 @@ from conftest import CRITERIA, EXPECTED, KINDS, require
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.validation import validate_fmu
+from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import (
+    BY_NAME,
     CO_SIMULATION_ONLY,
     DERIVATIVES,
     INDICATORS,
@@ -325,6 +327,30 @@ def test_the_equations_are_those_of_the_phases(make, name):
         for value, expected, size in zip(get(model, *read), get(slave, *read), scale, strict=True):
             assert abs(value - expected) < 1e-12 * size
         assert vector(model.getContinuousStateDerivatives) == get(model, *DERIVATIVES)
+
+
+def test_a_solver_that_stops_just_before_the_root_of_touch():
+    """A rounding error before it: handled there, it must not find the same root for ever."""
+    for number in range(60):
+        speed, gap = 20.0 + number, 0.005
+        model = HybridComponent(pytest.fail)
+        model.enter_initialization()
+        for name, value in (("club_speed", speed), ("gap", gap)):
+            model.set_values([BY_NAME[name].reference], [value])
+        model.exit_initialization()
+        model.set_time(0.0)
+        _, *others = model.states()
+        time = gap / speed
+        for short in (0.0, 1.7e-18, 1.7e-17):
+            again = HybridComponent(pytest.fail)
+            again.restore(model.snapshot())
+            again.set_time(time)
+            again.set_states([-short, *others])
+            again.update()
+            assert again.discretes([BY_NAME["touched"].reference], "Boolean") == [True]
+        model.set_states([-1e-12, *others])
+        model.update()
+        assert model.discretes([BY_NAME["touched"].reference], "Boolean") == [False]
 
 
 def test_a_club_that_sets_off_from_the_ball(make):

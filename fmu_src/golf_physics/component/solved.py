@@ -11,6 +11,10 @@ from ..values import Inputs, Instant, Parameters, Refusal, State
 _ABOVE_ZERO = 1e-18
 
 
+#: Relative to the way to touch: a distance of rounding errors.
+_NEAR = 2.0**-48
+
+
 class SolvedImpact(NamedTuple):
     """An impact from its last event on; a value that outputs read as an `Impact`."""
 
@@ -83,7 +87,9 @@ class SolvedImpact(NamedTuple):
         if self.touch is None:
             club_speed = self.inputs.club_speed
             impact = self._replace(states=[x_club, x_ball, club_speed, v_ball])
-            if x_club >= x_ball and club_speed > v_ball:
+            # A solver may stop a rounding error before the root of the indicator.
+            near = _NEAR * (p.gap + abs(x_ball))
+            if x_club >= x_ball - near and club_speed > v_ball:
                 refusal = LAWS[p.law].refusal_of_touch(p, club_speed)
                 touch = Touch((time, 0.0), x_ball, club_speed)
                 impact = impact._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
