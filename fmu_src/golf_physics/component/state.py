@@ -19,8 +19,12 @@ _FORMAT = "golf-impact state 10"
 #: has ended on values that can't be used, so parameters may still be set.
 INSTANTIATED, INITIALIZATION, BLOCKED, STEPPING, TERMINATED = range(5)
 
-#: Kinds of items beside classes: a number that is finite or not, and a pair of these.
+#: Kinds of items beside classes: a number that is finite or not, and a pair: an instant, s, or
+#: any numbers.
 _FINITE, _REAL, _INSTANT, _PAIR = "finite", "real", "instant", "pair"
+
+#: No instance gets so far: 10⁹ steps of 1e100 s.
+_LATEST = 1e109
 
 #: What the arguments of each class are; several kinds in a tuple, None where there may be nothing.
 _SHAPES: dict[Any, tuple] = {
@@ -52,8 +56,8 @@ def _fits(item: Any, kind: Any) -> bool:
     if kind is None:
         return item is None
     if kind in (_INSTANT, _PAIR):
-        part = _FINITE if kind == _INSTANT else _REAL
-        return isinstance(item, tuple) and len(item) == 2 and all(_fits(x, part) for x in item)
+        pair = isinstance(item, tuple) and len(item) == 2 and all(_fits(x, _REAL) for x in item)
+        return pair and (kind == _PAIR or all(abs(x) < _LATEST for x in item))
     if kind in (_FINITE, _REAL):
         some_real = kind == _REAL and type(item) is float
         return some_real or (type(item) in (int, float) and abs(item) <= LARGEST)
@@ -126,10 +130,7 @@ def _check_values(snapshot: Sequence[Any]) -> None:
     elif mode == STEPPING:
         _check((segment.begin, segment.size), (_INSTANT, _FINITE))
         _check_case(impact.parameters, segment.inputs)
-        # The largest time that can be reached: 10⁹ steps of 1e100 s.
-        right = (
-            segment.size >= 0.0 <= count and abs(segment.begin[0]) + count * segment.size < 1e109
-        )
+        right = segment.size >= 0.0 <= count and count * segment.size < _LATEST
     if not (right and 0 <= mode <= TERMINATED):
         raise ValueError("another content")
 
