@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from math import inf, isfinite, nan, nextafter
 
 from ..impact import advance
+from ..refusals import conflict_of_inputs
 from ..values import Inputs, Refusal, added
 from ..variables import INPUTS, MORE_VARIABLES, VARIABLES
 from .component import Component, together
@@ -111,6 +112,9 @@ class HybridComponent(Component):
         """When touch and separation are still to come (s), if the host's time is this one now."""
         instant = self.instant()
         inputs, segment = Inputs(*self.values[:INPUTS]), self._segment
+        if conflict_of_inputs(segment.impact.parameters, inputs) is not None:
+            # The next step will be refused.
+            return
         try:
             impact = segment.changed(inputs, self._count)
             while True:
