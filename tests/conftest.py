@@ -237,7 +237,7 @@ def require(tool):
 def require_private_python():
     """Skip where there is no libpython or no compiler for standalone FMUs."""
     try:
-        standalone_build.private_python()
+        standalone_build.private_python(standalone_build.this_platform())
     except standalone_build.StandaloneError as error:
         pytest.skip(str(error))
 

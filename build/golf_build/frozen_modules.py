@@ -21,7 +21,7 @@ def _freeze(own: list[str]) -> list:
     for name in (*own, "encodings.utf_8"):
         __import__(name)
     tops = {name.partition(".")[0] for name in own}
-    rows = []
+    rows: list[list] = []
     for name, module in sorted(sys.modules.items()):
         spec = getattr(module, "__spec__", None)
         if spec is not None and spec.name != name:

@@ -83,8 +83,8 @@ def private_python(
     if sysroot is None:
         if target.machine != this_machine():
             raise StandaloneError(
-                f"--target for {target.machine} needs --sysroot FOLDER on {this_machine()}: a folder "
-                f"with libpython{VERSION}.so.1.0 and the headers of such a machine (Debian: "
+                f"--target for {target.machine} needs --sysroot FOLDER on {this_machine()}: a "
+                f"folder with libpython{VERSION}.so.1.0 and the headers of such a machine (Debian: "
                 f"libpython{VERSION}-dev:arm64, unpacked)"
             )
         python, include = _libpython(), Path(sysconfig.get_path("include"))

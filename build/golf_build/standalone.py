@@ -17,6 +17,7 @@ import uuid
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 
 from golf_build import elf, linux, windows
 from golf_build.archive import SUMS, checksums, scratch, unpack
@@ -35,6 +36,9 @@ SUFFIX = ".standalone"
 #: Platforms by name in `TARGETS`, and where their Python comes from: a zip for Windows, a root
 #: folder, or this machine.
 Pythons = Mapping[str, Path | None]
+
+#: The platform of this machine, with the Python that builds.
+THIS_MACHINE: Pythons = MappingProxyType({})
 
 #: Modules of pythonfmu and pythonfmu3 that package FMUs.
 _PACKERS = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
@@ -96,13 +100,12 @@ def _module_name(path: str) -> str:
 
 
 @cache
-def standard_library() -> tuple[list[list], tuple[str, ...]]:
-    """Modules that every FMU imports, in rows as `frozen_modules` prints them, and their names."""
+def standard_library() -> list[list]:
+    """Modules that every FMU imports, in rows as `frozen_modules` prints them."""
     # They are those that the physics imports; its own code is in every FMU.
     physics = {f"golf_physics/{name}": data for name, data in bundle().items()}
     rows = _freeze(_runtime_modules() | physics)
-    rows = [row for row in rows if row[0].partition(".")[0] != "golf_physics"]
-    return rows, tuple(row[0] for row in rows)
+    return [row for row in rows if row[0].partition(".")[0] != "golf_physics"]
 
 
 def this_platform() -> str:
@@ -127,7 +130,7 @@ def private_python(name: str, source: Path | None = None) -> PrivatePython:
     this_platform()
     target = TARGETS[name]
     tool(target, "cc")
-    rows, _ = standard_library()
+    rows = standard_library()
     blob, modules = _blob(rows), {row[0]: row[2] for row in rows if row[1] is None}
     if target.suffix == ".dll":
         return windows.private_python(target, source, modules, blob)
@@ -142,20 +145,27 @@ def standalone(files: dict[str, bytes], pythons: Pythons) -> dict[str, bytes]:
 
     Args:
         files: of the plain FMU, by name.
-        pythons: the platforms; this machine's if it is empty.
+        pythons: the platforms.
 
     StandaloneError: this machine can't build it.
     """
-    chosen = {name: private_python(name, pythons.get(name)) for name in pythons or [this_platform()]}
+    pythons = pythons or {this_platform(): None}
     (old,) = (name for name in files if re.fullmatch(r"binaries/[\w-]*linux[\w-]*/\w+\.so", name))
     fmi = 3 if "/x86_64-linux/" in old else 2
+    for name in pythons:
+        if fmi not in TARGETS[name].folders:
+            raise StandaloneError(
+                f"--target {name} is refused for FMI {fmi}.0, which has no folder for its "
+                "binaries: build with --fmi 3"
+            )
+    chosen = {name: private_python(name, source) for name, source in pythons.items()}
     model = Path(old).stem
     found = (re.fullmatch(r"resources/((\w+).*\.py)", name) for name in files)
     own = {one[1]: files[one[0]] for one in found if one and one[2] not in RUNTIMES.values()}
     rows = _freeze(_runtime_modules() | own)
     ours = {_module_name(name).partition(".")[0] for name in own}
     mine = [row for row in rows if row[0].partition(".")[0] in ours]
-    stray = {row[0] for row in rows if row not in mine} - {*standard_library()[1]}
+    stray = {row[0] for row in rows if row not in mine} - {row[0] for row in standard_library()}
     assert not stray, stray
     # Other binaries have another GUID (in FMI 3.0: token), which the loader compares.
     text = files["modelDescription.xml"].decode()
@@ -164,11 +174,6 @@ def standalone(files: dict[str, bytes], pythons: Pythons) -> dict[str, bytes]:
     made = {n: d for n, d in files.items() if not n.startswith("binaries/") and n != SUMS}
     for name, python in chosen.items():
         target = TARGETS[name]
-        if fmi not in target.folders:
-            raise StandaloneError(
-                f"--target {name} is refused for FMI {fmi}.0, which has no folder for its binaries: "
-                "build with --fmi 3"
-            )
         folder = f"binaries/{target.folders[fmi]}"
         made[f"{folder}/{model}{target.suffix}"] = compile_library(
             target,

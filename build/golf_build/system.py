@@ -63,14 +63,19 @@ COMPANIONS = {
 }
 
 
-def build(folder: Path, standalone: bool = False) -> list[Path]:
+def build(
+    folder: Path, standalone: bool = False, pythons: alone.Pythons = alone.THIS_MACHINE
+) -> list[Path]:
     """Build the companions and the .ssp (the last one) in a folder, standalone or plain.
+
+    Standalone ones are for the platforms in `pythons`; by default for this machine's.
 
     OSError: one can't be written. StandaloneError: this machine can't build standalone ones.
     """
 
     def files(builder: Builder) -> dict[str, bytes]:
-        return alone.standalone(builder.files()) if standalone else builder.files()
+        files = builder.files()
+        return alone.standalone(files, pythons) if standalone else files
 
     suffix = alone.SUFFIX if standalone else ""
     made = [

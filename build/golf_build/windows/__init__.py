@@ -55,17 +55,19 @@ def private_python(
     try:
         inside = unpack(archive)
     except (OSError, zipfile.BadZipFile) as error:
-        raise StandaloneError(f"--python {archive} can't be read ({error})") from error
+        raise StandaloneError(
+            f"--python {archive} can't be read: {getattr(error, 'strerror', 0) or error}"
+        ) from error
     if missing := [name for name in needed if name not in inside]:
         raise StandaloneError(
-            f"--python {archive} is refused: it has no {missing[0]}; this is Python {VERSION}, "
-            f"which needs {_ZIP}, from {_DOWNLOAD}"
+            f"--python {archive} is refused: it has no {missing[0]}, which Python {VERSION} here "
+            f"needs: download {_DOWNLOAD}"
         )
     added = {name: inside[f"{name}.pyd"] for name in modules if f"{name}.pyd" in inside}
     for name in modules:
         if name not in added and b"%s\0" % name.encode() not in inside[dll]:
             raise StandaloneError(f"--python {archive} is refused: it has no module {name}")
-    contents = {name: inside[name] for name in needed[:2]} | {f"{n}.pyd": d for n, d in added.items()}
+    contents = {name: inside[name] for name in (*needed[:2], *(f"{n}.pyd" for n in added))}
     everything = {**contents, **loader(), "standard_library.bin": blob}
     digest = hashlib.sha256(checksums(everything)).hexdigest()
     # Windows finds a loaded library by its name: that of a host's own Python must be another. The
