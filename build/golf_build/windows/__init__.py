@@ -25,8 +25,8 @@ from golf_build.toolchain import (
 )
 
 #: The version of pyconfig.h, and the last zip of that version.
-_HEADERS, _ZIP = "3.11", "python-3.11.9-embed-amd64.zip"
-_DOWNLOAD = f"https://www.python.org/ftp/python/{_ZIP.split('-')[1]}/{_ZIP}"
+_HEADERS = "3.11"
+_DOWNLOAD = "https://www.python.org/ftp/python/3.11.9/python-3.11.9-embed-amd64.zip"
 
 #: What private_python.c uses of Python's DLL.
 _FUNCTIONS = re.compile(r"\bPy\w+(?=\()")
@@ -78,7 +78,7 @@ def private_python(
     files |= {pyds[n]: data.replace(dll.encode(), own.encode()) for n, data in added.items()}
     library = f"golf-python-{digest[:16]}.dll"
     source = loader()["private_python.c"].decode()
-    functions = sorted({*_FUNCTIONS.findall(source)} - {"PyInit_", "PyObject"})
+    functions = sorted({*_FUNCTIONS.findall(source)})
     exports = {own: [*functions, "PyImport_FrozenModules DATA"]}
     exports |= {pyd: [f"PyInit_{name}"] for name, pyd in pyds.items()}
     compiled = compile_library(
@@ -90,6 +90,8 @@ def private_python(
         "-DEXTENSIONS=" + " ".join(f"X({name})" for name in sorted(added)),
     )
     licences = {"python-windows.txt": inside["LICENSE.txt"]}
+    # Of the compiler's start-up code.
+    licences["mingw-w64.txt"] = (HERE / "windows" / "mingw-w64.txt").read_bytes()
     licences |= {file.name: file.read_bytes() for file in (HERE / "licenses").iterdir()}
     return PrivatePython(library, files | {library: compiled}, licences, (f'-DPYTHON_DLL="{own}"',))
 
