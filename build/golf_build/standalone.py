@@ -18,6 +18,7 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
+from typing import NamedTuple
 
 from golf_build import elf, linux, windows
 from golf_build.archive import SUMS, checksums, scratch, unpack
@@ -194,9 +195,25 @@ def standalone(files: dict[str, bytes], pythons: Pythons) -> dict[str, bytes]:
     return made | {SUMS: checksums(made)}
 
 
-def glibc_of(fmu: Path) -> tuple[int, ...] | None:
-    """The oldest glibc that a standalone FMU can do with, as (2, 17); None for another FMU."""
-    files = unpack(fmu)
-    if not any("/golf-python-" in name for name in files):
-        return None
-    return max(elf.glibc(data) for name, data in files.items() if name.startswith("binaries/"))
+class Binaries(NamedTuple):
+    """What an FMU has for this machine."""
+
+    machines: list[str]  #: all for which it has binaries, as in `Target`, or a folder's name
+    here: bool  #: whether this one is among them
+    standalone: bool  #: whether those for this machine include a Python
+    glibc: tuple[int, ...]  #: the oldest that they can do with, as (2, 17)
+
+
+def binaries_of(fmu: Path) -> Binaries:
+    """The binaries of an FMU, plain or standalone."""
+    files = {tuple(name.split("/")[1:]): data for name, data in unpack(fmu).items() if
+             name.startswith("binaries/") and not name.endswith("/")}  # fmt: skip
+    machine_of = {folder: t.machine for t in TARGETS.values() for folder in t.folders.values()}
+    machines = {path[0]: machine_of.get(path[0], path[0]) for path in files}
+    mine = {p[-1]: data for p, data in files.items() if machines[p[0]] == this_machine()}
+    return Binaries(
+        sorted({*machines.values()}),
+        bool(mine),
+        any(name.startswith("golf-python-") for name in mine),
+        max(map(elf.glibc, mine.values()), default=(0,)),
+    )

@@ -100,7 +100,7 @@ static void *private_python(int visible)
     HANDLE turn = CreateMutexA(NULL, FALSE, text);
     WaitForSingleObject(turn, INFINITE);
     if (!GetModuleHandleExW(GET_MODULE_HANDLE_EX_FLAG_PIN, name, &library) &&
-        GetModuleHandleExW(GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS, (wchar_t *)private_python, &own)) {
+        GetModuleHandleExW(OF_ADDRESS, (wchar_t *)private_python, &own)) {
         DWORD length = GetModuleFileNameW(own, path, 4096 - sizeof name / sizeof *name);
         while (length && path[length - 1] != '\\' && path[length - 1] != '/') length--;
         wcscpy(path + length, name);

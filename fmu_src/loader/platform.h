@@ -10,6 +10,8 @@
 #ifdef _WIN32
 #include <windows.h>
 #define DATA_SECTION ".section .rdata,\"dr\"\n"
+#define OF_ADDRESS                                                                                 \
+    (GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT)
 #define EXPORT __declspec(dllexport)
 typedef SRWLOCK Lock;
 #define UNLOCKED SRWLOCK_INIT
@@ -84,9 +86,7 @@ static inline int find_library(void *address, char *path, size_t size)
 #ifdef _WIN32
     HMODULE library;
     wchar_t wide[4096];
-    DWORD flags = GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_PIN;
-    /* Pinned: Python's tables of modules point into it. */
-    if (!GetModuleHandleExW(flags, address, &library)) return 0;
+    if (!GetModuleHandleExW(OF_ADDRESS, address, &library)) return 0;
     DWORD length = GetModuleFileNameW(library, wide, 4096);
     if (!length || length == 4096) return 0;
     if (!WideCharToMultiByte(CP_UTF8, 0, wide, -1, path, (int)size, NULL, NULL)) return 0;

@@ -119,7 +119,15 @@ EXPORT int private_python_start(const unsigned char *modules, const unsigned cha
     }
     if (fine) {
         PyGILState_STATE outer = PyGILState_Ensure();
-        fine = add_modules(modules, end);
+#ifdef _WIN32
+        /* A host may unload the FMU, whose folder can be deleted only then. The names of its modules
+           have a digest: if the first one is known, all are. */
+        size_t size = known(PyImport_FrozenModules, (const char *)modules) ? 0 : end - modules;
+        unsigned char *kept = malloc(size + 1);
+        fine = kept != NULL;
+        if (fine) modules = memcpy(kept, modules, size), end = kept + size;
+#endif
+        fine = fine && add_modules(modules, end);
         PyGILState_Release(outer);
     }
     unlock(&starting);

@@ -12,6 +12,7 @@ from typing import Annotated
 from typer import Argument
 
 from golf_build import standalone
+from golf_build.toolchain import this_machine
 from golf_impact.commands.console import out, say
 from golf_impact.errors import UserError
 from golf_impact.fmu.archive import check_temporary_folder, find_flaw
@@ -59,10 +60,8 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
     """
     names = ("golf-impact", "fmpy", "pythonfmu")
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
-    machine = f"{platform.system()} {platform.machine()}"
-    about = f"Python {platform.python_version()} ({sys.executable}), {versions}, {machine}"
-    supported = machine in ("Linux x86_64", "Windows AMD64")
-    yield ("ok", about) if supported else ("problem", f"{about}: pythonfmu has no binary for it")
+    machine = this_machine()
+    yield "ok", f"Python {platform.python_version()} ({sys.executable}), {versions}, {machine}"
     try:
         check_temporary_folder()
     except UserError as error:
@@ -70,6 +69,11 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
     fmu = fmu or current_fmu()[0]
     if why := find_flaw(fmu):
         yield "problem", f"FMU: {why}"
+        return
+    binaries = standalone.binaries_of(fmu)
+    if not binaries.here:
+        others = ", ".join(binaries.machines) or "none"
+        yield "problem", f"FMU: {fmu} has no binary for this machine, {machine} (it has: {others})"
         return
     command = [sys.executable, "-c", _LOAD, str(fmu)]
     done = subprocess.run(command, capture_output=True, text=True, errors="replace")
@@ -79,9 +83,13 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
         yield "problem", f"FMU: {fmu} can't be run here ({ended}): {why}"
     else:
         yield "ok", f"FMU: {fmu} loads and runs here ({done.stdout.splitlines()[-1]})"
-    if sys.platform == "win32":
+    yield "ok", f"FMU: it has binaries for {', '.join(binaries.machines)}"
+    if sys.platform == "win32" and binaries.standalone:
+        yield "ok", "native hosts: this FMU needs nothing of Python"
+    elif sys.platform == "win32":
         yield "ok", f"native hosts: set PATH={sys.base_prefix};%PATH%  (python3.dll is there)"
-    elif oldest := standalone.glibc_of(fmu):
+    elif binaries.standalone:
+        oldest = binaries.glibc
         here = platform.libc_ver()[1] or "0"
         enough = tuple(map(int, here.split("."))) >= oldest
         text = f"glibc {'.'.join(map(str, oldest))} or newer, and nothing of Python (here: {here})"
