@@ -13,6 +13,7 @@
 #include <shellapi.h>
 #define BINARY_2 "binaries/win64/%s.dll"
 #define BINARY_3 "binaries/x86_64-windows/%s.dll"
+#define FILE_URI "file:///"
 #define RTLD_NOW 0
 #define RTLD_LOCAL 0
 #define RTLD_GLOBAL 0
@@ -45,6 +46,7 @@ static inline void read_arguments(int *argc, char ***argv)
 #else
 #include <dlfcn.h>
 #define BINARY_2 "binaries/linux64/%s.so"
+#define FILE_URI "file://"
 #ifdef __aarch64__
 #define BINARY_3 "binaries/aarch64-linux/%s.so"
 #else
@@ -105,7 +107,7 @@ static inline fmi2Component instantiate(void *library, const char *folder, const
                                         const char *name)
 {
     char resources[4096];
-    snprintf(resources, sizeof resources, "file://%s/resources", folder);
+    snprintf(resources, sizeof resources, FILE_URI "%s/resources", folder);
     fmi2Component c = CALL(library, fmi2Instantiate)(name, fmi2CoSimulation, guid, resources,
                                                      &callbacks, fmi2False, fmi2True);
     if (!c) fail("instantiate");

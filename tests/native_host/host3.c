@@ -80,10 +80,11 @@ static void early_return(void)
     fmi3Instance c = begun(1, 2, 0.0035);
     bool event, terminate, early, again, nominals, values, defined;
     double now = 0.0, next;
+    int count = 0;
     while (now < 1e-3) {
         EXPECT(fmi3DoStep, c, now, 1e-3 - now, 1, &event, &terminate, &early, &now);
         if (!event) continue;
-        printf("event %.17g\n", now);
+        printf("event_%d %.17g\n", ++count, now);
         EXPECT(fmi3EnterEventMode, c);
         EXPECT(fmi3UpdateDiscreteStates, c, &again, &terminate, &nominals, &values, &defined, &next);
         EXPECT(fmi3EnterStepMode, c);
