@@ -20,6 +20,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
+import golf_physics
+
 from golf_build import elf, linux, windows
 from golf_build.archive import SUMS, checksums, scratch, unpack
 from golf_build.packaging import HERE, RUNTIMES, bundle
@@ -172,7 +174,8 @@ def standalone(files: dict[str, bytes], pythons: Pythons) -> dict[str, bytes]:
     text = files["modelDescription.xml"].decode()
     (plain,) = re.findall(' (?:guid|instantiationToken)="([0-9a-f-]+)"', text)
     token = str(uuid.uuid5(uuid.UUID(plain), " ".join(p.library for p in chosen.values())))
-    made = {n: d for n, d in files.items() if not n.startswith("binaries/") and n != SUMS}
+    left_out = (SUMS, "documentation/externalDependencies.txt")
+    made = {n: d for n, d in files.items() if not n.startswith("binaries/") and n not in left_out}
     for name, python in chosen.items():
         target = TARGETS[name]
         folder = f"binaries/{target.folders[fmi]}"
@@ -191,7 +194,9 @@ def standalone(files: dict[str, bytes], pythons: Pythons) -> dict[str, bytes]:
     # FMI 3.0: pythonfmu3 can't return early, the loader can.
     mode = 'hasEventMode="true"'
     text = text.replace(mode, mode + ' mightReturnEarlyFromDoStep="true"').replace(plain, token)
-    made["modelDescription.xml"] = text.encode()
+    made["modelDescription.xml"] = re.sub(
+        ' generationTool="[^"]*"', f' generationTool="golf-impact {golf_physics.__version__}"', text
+    ).encode()
     return made | {SUMS: checksums(made)}
 
 
