@@ -47,9 +47,9 @@ class Builder(NamedTuple):
             low and high of every variable.
         tables: `rows`, the variables, the value reference of each being its index; `description`;
             `units` by name; `laws` of ClubBallImpact; `constant` (outputs whose initial values
-            depend on no variable) and `discrete` (outputs that change at events only); in FMI 3.0 `derivatives` (by the names of their states),
-            `unsolved` (outputs that are NaN in Model Exchange) and `structure` (names of
-            variables by the elements of ModelStructure).
+            depend on no variable) and `discrete` (outputs that change at events only); in FMI 3.0
+            `derivatives` (by the names of their states), `unsolved` (outputs that are NaN in Model
+            Exchange) and `structure` (names of variables by the elements of ModelStructure).
         start: start values by name, where they aren't those of the tables.
     """
 

@@ -1,4 +1,4 @@
-"""The reference results inside an FMU, and how far its own results are from them on this machine."""
+"""The reference results in an FMU, and how far its own results are from them on this machine."""
 
 from __future__ import annotations
 
