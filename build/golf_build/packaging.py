@@ -49,7 +49,8 @@ class Builder(NamedTuple):
             `units` by name; `laws` of ClubBallImpact; `constant` (outputs whose initial values
             depend on no variable) and `discrete` (outputs that change at events only); in FMI 3.0
             `derivatives` (by the names of their states), `unsolved` (outputs that are NaN in Model
-            Exchange) and `structure` (names of variables by the elements of ModelStructure).
+            Exchange), `structure` (names of variables by the elements of ModelStructure) and
+            `dependencies` of these (names by name; none where it is missing).
         start: start values by name, where they aren't those of the tables.
     """
 
