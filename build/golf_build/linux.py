@@ -1,24 +1,14 @@
 """A private Python for Linux: libpython, its libraries and extension modules, renamed."""
 
-import hashlib
 import re
 import subprocess
 import sysconfig
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from golf_build import elf
-from golf_build.archive import checksums
+from golf_build import elf, toolchain
 from golf_build.packaging import HERE
-from golf_build.toolchain import (
-    VERSION,
-    PrivatePython,
-    StandaloneError,
-    Target,
-    compile_library,
-    loader,
-    this_machine,
-)
+from golf_build.toolchain import VERSION, PrivatePython, StandaloneError, Target
 
 #: Libraries of glibc, which every host has.
 _GLIBC = re.compile(r"(lib(c|m|dl|pthread|rt|util)|ld-linux-(x86-64|aarch64))\.so\.\d")
@@ -41,31 +31,32 @@ def _libpython() -> Path:
     return Path(found).resolve()
 
 
-def _in_sysroot(sysroot: Path, pattern: str, package: str) -> Path:
-    for folder in ("usr/lib/aarch64-linux-gnu", "usr/lib64", "usr/lib", "usr", "lib", "."):
-        if found := sorted((sysroot / folder).glob(pattern)):
-            return found[0]
+def _find(sysroot: Path, pattern: str) -> Path:
+    """A file below the folders of libraries, or of headers, of a system's root folder."""
+    for folder in ("usr/lib/*-linux-gnu", "usr/lib64", "usr/lib", "usr", "lib", "."):
+        if found := sorted(sysroot.glob(f"{folder}/{pattern}")):
+            return found[0].resolve()
     raise StandaloneError(
-        f"--sysroot {sysroot} has no {pattern} of Python {VERSION}, which builds here (Debian's "
-        f"package {package} for arm64)"
+        f"--sysroot {sysroot} has no {pattern}, of the Python that builds here ({VERSION}; Debian: "
+        f"libpython{VERSION}-dev for arm64, unpacked)"
     )
 
 
-def _libraries(files: list[Path], sysroot: Path | None) -> dict[str, Path]:
+def _libraries(files: Iterable[Path], sysroot: Path | None) -> dict[str, Path]:
     """Dependencies of these libraries, without glibc: paths on this machine, by name."""
     libraries: dict[str, Path] = {}
-    if sysroot is not None:
-        for file in files:
-            for name in elf.needed(file.read_bytes()):
-                if not _GLIBC.fullmatch(name) and name not in libraries:
-                    found = _in_sysroot(sysroot, name, "of that library").resolve()
-                    libraries |= {name: found} | _libraries([found], sysroot)
-        return libraries
+    files = [*files]
     for file in files:
-        listed = subprocess.run(["ldd", file], capture_output=True, text=True, check=True).stdout
-        for name, place in re.findall(r"(\S+) => (/.*)(?= \()", listed):
+        if sysroot is None:
+            done = subprocess.run(["ldd", file], capture_output=True, text=True, check=True)
+            found = dict(re.findall(r"(\S+) => (/.*)(?= \()", done.stdout))
+        else:
+            found = dict.fromkeys(elf.needed(file.read_bytes()), "")
+        for name in found.keys() - libraries.keys():
             if not _GLIBC.fullmatch(name):
-                libraries[name] = Path(place).resolve()
+                place = _find(sysroot, name) if sysroot else Path(found[name]).resolve()
+                libraries[name] = place
+                files.append(place)
     return libraries
 
 
@@ -80,39 +71,28 @@ def private_python(
         modules: the extension modules needed, and their paths on this machine; none if built in.
         blob: the frozen modules.
     """
+    if sysroot is None and target.machine != toolchain.this_machine():
+        raise StandaloneError(
+            f"a binary for {target.machine} needs --sysroot FOLDER here: libpython{VERSION}.so.1.0 "
+            f"and its headers (Debian: libpython{VERSION}-dev for arm64, unpacked)"
+        )
     if sysroot is None:
-        if target.machine != this_machine():
-            raise StandaloneError(
-                f"--target for {target.machine} needs --sysroot FOLDER on {this_machine()}: a "
-                f"folder with libpython{VERSION}.so.1.0 and the headers of such a machine (Debian: "
-                f"libpython{VERSION}-dev:arm64, unpacked)"
-            )
-        python, include = _libpython(), Path(sysconfig.get_path("include"))
-        if not (include / "Python.h").exists():
-            raise StandaloneError(
-                f"--standalone needs Python.h, not found in {include} (Debian, Ubuntu: "
-                f"apt-get install libpython{VERSION}-dev)"
-            )
+        python, include = _libpython(), toolchain.headers()
         extensions = {name: Path(path) for name, path in modules.items() if path}
         licence = Path(sysconfig.get_path("stdlib")) / "LICENSE.txt"
         copyright_ = Path(f"/usr/share/doc/python{VERSION}/copyright")
     else:
-        package = f"libpython{VERSION}-dev"
-        python = _in_sysroot(sysroot, f"libpython{VERSION}.so.1.0", package).resolve()
-        include = _in_sysroot(sysroot, f"include/python{VERSION}/Python.h", package).parent
-        found = {n: [*sysroot.glob(f"**/lib-dynload/{n}.cpython-*.so")] for n in modules}
-        extensions = {name: files[0] for name, files in found.items() if files}
+        python = _find(sysroot, f"libpython{VERSION}.so.1.0")
+        include = _find(sysroot, f"include/python{VERSION}/Python.h").parent
+        beside = [*sysroot.glob(f"usr/lib*/python{VERSION}/lib-dynload/*.so")]
+        extensions = {n: file for file in beside if (n := file.name.partition(".")[0]) in modules}
         licence = sysroot / f"usr/lib/python{VERSION}/LICENSE.txt"
         copyright_ = sysroot / f"usr/share/doc/libpython{VERSION}-minimal/copyright"
     # By the name that dependents use.
     libraries = {python.name: python} | _libraries([python, *extensions.values()], sysroot)
     contents = {name: file.read_bytes() for name, file in libraries.items()}
-    for name in modules:
-        if name not in extensions and b"%s\0" % name.encode() not in contents[python.name]:
-            raise StandaloneError(f"--standalone: {python} has no module {name}")
     added = {f"{name}.so": file.read_bytes() for name, file in extensions.items()}
-    everything = {**contents, **added, **loader(), "standard_library.bin": blob}
-    digest = hashlib.sha256(checksums(everything)).hexdigest()
+    digest = toolchain.digest_of({**contents, **added}, blob)
     # Private names of the libraries as well: another one of that name must not be taken.
     names = {name: (f"golf{n}" + digest)[: len(name)] for n, name in enumerate(sorted(contents))}
     files = {names[name]: data for name, data in contents.items()}
@@ -124,7 +104,7 @@ def private_python(
     # Debian's pyconfig.h includes another one relative to that folder, which has glibc's headers.
     included = [f"-I{include}", "-idirafter", str(include.parent)]
     names_of_modules = " ".join(f"X({name})" for name in sorted(extensions))
-    compiled = compile_library(
+    compiled = toolchain.compile_library(
         target,
         {**files, "standard_library.bin": blob},
         "private_python.c",

@@ -18,21 +18,13 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
 
 import golf_physics
 
-from golf_build import elf, linux, windows
+from golf_build import linux, toolchain, windows
 from golf_build.archive import SUMS, checksums, scratch, unpack
 from golf_build.packaging import HERE, RUNTIMES, bundle
-from golf_build.toolchain import (
-    TARGETS,
-    PrivatePython,
-    StandaloneError,
-    compile_library,
-    this_machine,
-    tool,
-)
+from golf_build.toolchain import TARGETS, PrivatePython, StandaloneError, this_machine
 
 SUFFIX = ".standalone"
 
@@ -132,7 +124,7 @@ def private_python(name: str, source: Path | None = None) -> PrivatePython:
         )
     this_platform()
     target = TARGETS[name]
-    tool(target, "cc")
+    toolchain.tool(target, "cc")
     rows = standard_library()
     blob, modules = _blob(rows), {row[0]: row[2] for row in rows if row[1] is None}
     if target.suffix == ".dll":
@@ -179,7 +171,7 @@ def standalone(files: dict[str, bytes], pythons: Pythons) -> dict[str, bytes]:
     for name, python in chosen.items():
         target = TARGETS[name]
         folder = f"binaries/{target.folders[fmi]}"
-        made[f"{folder}/{model}{target.suffix}"] = compile_library(
+        made[f"{folder}/{model}{target.suffix}"] = toolchain.compile_library(
             target,
             {"modules.bin": _blob(mine)},
             f"fmi{fmi}.c",
@@ -200,25 +192,11 @@ def standalone(files: dict[str, bytes], pythons: Pythons) -> dict[str, bytes]:
     return made | {SUMS: checksums(made)}
 
 
-class Binaries(NamedTuple):
-    """What an FMU has for this machine."""
-
-    machines: list[str]  #: all for which it has binaries, as in `Target`, or a folder's name
-    here: bool  #: whether this one is among them
-    standalone: bool  #: whether those for this machine include a Python
-    glibc: tuple[int, ...]  #: the oldest that they can do with, as (2, 17)
-
-
-def binaries_of(fmu: Path) -> Binaries:
-    """The binaries of an FMU, plain or standalone."""
-    files = {tuple(name.split("/")[1:]): data for name, data in unpack(fmu).items() if
-             name.startswith("binaries/") and not name.endswith("/")}  # fmt: skip
-    machine_of = {folder: t.machine for t in TARGETS.values() for folder in t.folders.values()}
-    machines = {path[0]: machine_of.get(path[0], path[0]) for path in files}
-    mine = {p[-1]: data for p, data in files.items() if machines[p[0]] == this_machine()}
-    return Binaries(
-        sorted({*machines.values()}),
-        bool(mine),
-        any(name.startswith("golf-python-") for name in mine),
-        max(map(elf.glibc, mine.values()), default=(0,)),
-    )
+def binaries_of(fmu: Path) -> dict[str, dict[str, bytes]]:
+    """The binaries of an FMU: files by name, by machine as in `Target` (or the folder's name)."""
+    machines = {folder: t.machine for t in TARGETS.values() for folder in t.folders.values()}
+    binaries: dict[str, dict[str, bytes]] = {}
+    for name, data in unpack(fmu).items():
+        if found := re.fullmatch("binaries/([^/]+)/(.+)", name):
+            binaries.setdefault(machines.get(found[1], found[1]), {})[found[2]] = data
+    return binaries

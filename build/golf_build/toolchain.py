@@ -1,15 +1,17 @@
 """The platforms of standalone FMUs, and their compilers."""
 
+import hashlib
 import importlib.util
 import platform
 import shutil
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 from typing import NamedTuple
 
 from golf_build import elf
-from golf_build.archive import scratch
+from golf_build.archive import checksums, scratch
 from golf_build.extras import install_command
 from golf_build.packaging import fmu_source
 
@@ -81,6 +83,23 @@ def run_tool(command: list[str], folder: Path, file: str) -> None:
     if done.returncode:
         why = done.stderr.strip() or "no message"
         raise StandaloneError(f"--standalone: {command[0]} can't make {file}: {why}")
+
+
+def headers() -> Path:
+    """The folder of this Python's C headers; StandaloneError if they are missing."""
+    folder = Path(sysconfig.get_path("include"))
+    if not (folder / "Python.h").exists():
+        raise StandaloneError(
+            f"--standalone needs Python.h, not found in {folder} (Debian, Ubuntu: "
+            f"apt-get install libpython{VERSION}-dev)"
+        )
+    return folder
+
+
+def digest_of(files: dict[str, bytes], blob: bytes) -> str:
+    """Of all that a private Python consists of: these files, the frozen modules, the loader."""
+    everything = {**files, **loader(), "standard_library.bin": blob}
+    return hashlib.sha256(checksums(everything)).hexdigest()
 
 
 def loader() -> dict[str, bytes]:

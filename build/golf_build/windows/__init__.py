@@ -4,25 +4,15 @@
 platforms. LICENSE.txt is their licence.
 """
 
-import hashlib
 import re
-import sysconfig
 import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from golf_build.archive import checksums, scratch, unpack
+from golf_build import toolchain
+from golf_build.archive import scratch, unpack
 from golf_build.packaging import HERE
-from golf_build.toolchain import (
-    VERSION,
-    PrivatePython,
-    StandaloneError,
-    Target,
-    compile_library,
-    loader,
-    run_tool,
-    tool,
-)
+from golf_build.toolchain import VERSION, PrivatePython, StandaloneError, Target
 
 #: The version of pyconfig.h, and the last zip of that version.
 _HEADERS = "3.11"
@@ -64,12 +54,8 @@ def private_python(
             f"needs: download {_DOWNLOAD}"
         )
     added = {name: inside[f"{name}.pyd"] for name in modules if f"{name}.pyd" in inside}
-    for name in modules:
-        if name not in added and b"%s\0" % name.encode() not in inside[dll]:
-            raise StandaloneError(f"--python {archive} is refused: it has no module {name}")
     contents = {name: inside[name] for name in (*needed[:2], *(f"{n}.pyd" for n in added))}
-    everything = {**contents, **loader(), "standard_library.bin": blob}
-    digest = hashlib.sha256(checksums(everything)).hexdigest()
+    digest = toolchain.digest_of(contents, blob)
     # Windows finds a loaded library by its name: that of a host's own Python must be another. The
     # extension modules name it; the new name has the same length.
     own = f"g{digest}"[: len(dll) - 4] + ".dll"
@@ -77,35 +63,29 @@ def private_python(
     files = {own: inside[dll], "vcruntime140.dll": inside["vcruntime140.dll"]}
     files |= {pyds[n]: data.replace(dll.encode(), own.encode()) for n, data in added.items()}
     library = f"golf-python-{digest[:16]}.dll"
-    source = loader()["private_python.c"].decode()
-    functions = sorted({*_FUNCTIONS.findall(source)})
-    exports = {own: [*functions, "PyImport_FrozenModules DATA"]}
+    functions = {*_FUNCTIONS.findall(toolchain.loader()["private_python.c"].decode())}
+    exports = {own: [*sorted(functions), "PyImport_FrozenModules DATA"]}
     exports |= {pyd: [f"PyInit_{name}"] for name, pyd in pyds.items()}
-    compiled = compile_library(
+    folder = toolchain.headers()
+    included = {
+        f"python/{file.relative_to(folder).as_posix()}": file.read_bytes()
+        for file in (*folder.glob("*.h"), *folder.glob("cpython/*.h"))
+    }
+    # Not this machine's.
+    included["python/pyconfig.h"] = (HERE / "windows" / "pyconfig.h").read_bytes()
+    compiled = toolchain.compile_library(
         target,
-        _headers() | _import_libraries(target, exports) | {"standard_library.bin": blob},
+        included | _import_libraries(target, exports) | {"standard_library.bin": blob},
         "private_python.c",
         "-Ipython",
         *(f"lib{n}.a" for n in range(len(exports))),
         "-DEXTENSIONS=" + " ".join(f"X({name})" for name in sorted(added)),
     )
-    licences = {"python-windows.txt": inside["LICENSE.txt"]}
-    # Of the compiler's start-up code.
-    licences["mingw-w64.txt"] = (HERE / "windows" / "mingw-w64.txt").read_bytes()
-    licences |= {file.name: file.read_bytes() for file in (HERE / "licenses").iterdir()}
+    # The compiler's start-up code has a licence as well.
+    texts = (HERE / "windows" / "mingw-w64.txt", *(HERE / "licenses").iterdir())
+    licences = {file.name: file.read_bytes() for file in texts}
+    licences["python-windows.txt"] = inside["LICENSE.txt"]
     return PrivatePython(library, files | {library: compiled}, licences, (f'-DPYTHON_DLL="{own}"',))
-
-
-def _headers() -> dict[str, bytes]:
-    folder = Path(sysconfig.get_path("include"))
-    found = {f.relative_to(folder): f for f in (*folder.glob("*.h"), *folder.glob("cpython/*.h"))}
-    if Path("Python.h") not in found:
-        raise StandaloneError(
-            f"--standalone needs Python.h, not found in {folder} (Debian, Ubuntu: "
-            f"apt-get install libpython{VERSION}-dev)"
-        )
-    found[Path("pyconfig.h")] = HERE / "windows" / "pyconfig.h"
-    return {f"python/{name.as_posix()}": file.read_bytes() for name, file in found.items()}
 
 
 def _import_libraries(target: Target, exports: dict[str, list[str]]) -> dict[str, bytes]:
@@ -116,6 +96,6 @@ def _import_libraries(target: Target, exports: dict[str, list[str]]) -> dict[str
     }
     with scratch(definitions) as folder:
         for n in range(len(exports)):
-            command = [*tool(target, "dlltool"), "-m", "i386:x86-64", "-d", f"{n}.def"]
-            run_tool([*command, "-l", f"lib{n}.a"], folder, f"lib{n}.a")
+            command = [*toolchain.tool(target, "dlltool"), "-m", "i386:x86-64", "-d", f"{n}.def"]
+            toolchain.run_tool([*command, "-l", f"lib{n}.a"], folder, f"lib{n}.a")
         return {file.name: file.read_bytes() for file in folder.glob("lib*.a")}
