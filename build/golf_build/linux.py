@@ -52,7 +52,7 @@ def _libraries(files: Iterable[Path], sysroot: Path | None) -> dict[str, Path]:
             found = dict(re.findall(r"(\S+) => (/.*)(?= \()", done.stdout))
         else:
             found = dict.fromkeys(elf.needed(file.read_bytes()), "")
-        for name in found.keys() - libraries.keys():
+        for name in sorted(found.keys() - libraries.keys()):
             if not _GLIBC.fullmatch(name):
                 place = _find(sysroot, name) if sysroot else Path(found[name]).resolve()
                 libraries[name] = place
