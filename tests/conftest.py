@@ -194,7 +194,7 @@ def compiled(extracted, tmp_path_factory):
     macros = [f"-DVR_{v.name}={v.valueReference}" for v in variables]
     flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{HEADERS}", *macros]
 
-    def compiled(name, *options, by=(compiler,), libraries=("-ldl", "-pthread"), suffix=""):
+    def compiled(name, *options, by=(compiler,), libraries=("-ldl", "-pthread", "-lm"), suffix=""):
         program = folder / f"{name}{suffix}"
         if not program.exists():
             source = HERE / "native_host" / f"{name}.c"

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import fmpy
@@ -52,9 +53,7 @@ def fmus(once, windows):
     """A function that gives ClubBallImpact.fmu and ClubBallImpact.fmi3.fmu for Windows."""
 
     def fmus(kind):
-        zip_ = windows / "python-embed-amd64.zip"
-        how = {"standalone": True, "pythons": {"linux64": None, "win64": zip_}}
-        how = how if kind == "standalone" else {}
+        how = {"standalone": True, "pythons": for_windows(windows)} if kind == "standalone" else {}
         return [once(f"{kind}.{n}.fmu", fmi=n, **how) for n in (2, 3)]
 
     return fmus
@@ -64,6 +63,11 @@ def fmus(once, windows):
 def arm64_fmu(once, arm64):
     pythons = {"linux64": None, "aarch64": arm64 / "root"}
     return once("arm64.fmu", fmi=3, standalone=True, pythons=pythons)
+
+
+def for_windows(windows):
+    """Platforms of standalone FMUs, and where their Python comes from."""
+    return {"linux64": None, "win64": windows / "python-embed-amd64.zip"}
 
 
 def windows_path(path):
@@ -81,20 +85,33 @@ def numbers_of(results, *key):
 # Windows, under wine
 
 
+def results(python, files, paths, attempts=1):
+    """What fmpy_tasks.py prints there, as numbers by their paths."""
+    found = {}
+    for file, path in zip(files, paths, strict=True):
+        for attempt in range(attempts):
+            words = [str(python), str(HERE / "fmpy_tasks.py"), str(path)]
+            with suppress(subprocess.TimeoutExpired):
+                done = subprocess.run(words, capture_output=True, text=True, timeout=100)
+                if done.returncode == 0:
+                    break
+        else:
+            pytest.fail(f"{file} in {attempt + 1} attempts: {done.returncode}, {done.stderr}")
+        lines = [line for line in done.stdout.splitlines() if line.startswith('["')]
+        found |= numbers_of(dict(map(json.loads, lines)))
+    return found
+
+
 @pytest.mark.parametrize("kind", FILES)
 def test_fmpy_on_windows(windows, fmus, once, kind):
     """Co-simulation, Model Exchange, states, refusals, early return, the companions, the SSP."""
-    files = fmus(kind)
-    pythons = {"linux64": None, "win64": windows / "python-embed-amd64.zip"}
-    how = {"standalone": True, "pythons": pythons} if kind == "standalone" else {}
+    how = {"standalone": True, "pythons": for_windows(windows)} if kind == "standalone" else {}
     system = once(f"{kind} system for Windows", build_system, **how)
-    files += [*sorted(system.glob("*.fmu")), *system.glob("*.ssp")]
-    found = []
-    for python, paths in ((windows / "python", map(windows_path, files)), (sys.executable, files)):
-        done = run(python, HERE / "fmpy_tasks.py", *paths, timeout=300)
-        lines = [line for line in done.stdout.splitlines() if line.startswith('["')]
-        found.append(numbers_of(dict(map(json.loads, lines))))
-    there, here = found
+    files = [*fmus(kind), *sorted(system.glob("*.fmu")), *system.glob("*.ssp")]
+    # pythonfmu's DLLs abort there at times; nothing else does.
+    attempts = 5 if kind == "plain" else 1
+    there = results(windows / "python", files, map(windows_path, files), attempts)
+    here = results(sys.executable, files, files)
     assert there.keys() == here.keys()
     assert len(here) > 140
     # Measured: no difference. Windows itself may have another libm than wine.
@@ -157,6 +174,7 @@ def test_fmus_on_windows_share_one_python(on_windows, fmus, tmp_path):
 def check_host3(found, plain):
     assert found == pytest.approx(plain, rel=1e-12)
     assert found["refused"] == 1
+    assert [found[f"thread_{n}"] for n in range(3)] == [found["law2_S"]] * 3
     assert (found["law1_S"], found["law2_S"]) == pytest.approx((1.5641431548673967,
         1.5842497138122187), rel=1e-14)  # fmt: skip
     # Runge & Kutta, 2000 steps: 1e-14 measured.
@@ -225,14 +243,11 @@ def test_python_on_arm64(arm64, arm64_fmu, tmp_path):
 
 def test_one_fmu_for_two_platforms(windows, fmus, tmp_path):
     file = fmus("standalone")[0]
-    zip_ = windows / "python-embed-amd64.zip"
     assert file.stat().st_size <= 7e6
     with zipfile.ZipFile(file) as archive:
         licences = {n.rpartition("/")[2] for n in archive.namelist() if "/licenses/" in n}
     assert {"python.txt", "python-windows.txt", "mingw-w64.txt"} <= licences
-    again = build_fmu(
-        tmp_path / "again.fmu", standalone=True, pythons={"linux64": None, "win64": zip_}
-    )
+    again = build_fmu(tmp_path / "again.fmu", standalone=True, pythons=for_windows(windows))
     assert again.read_bytes() == file.read_bytes()
 
 

@@ -2,11 +2,12 @@
 
    usage: host3 FOLDER TOKEN
    Prints "name value" lines: the results of co-simulation by law, with early return, after a state is
-   restored, in other threads, and of Model Exchange by Runge & Kutta's method. */
+   restored, in other threads with another rounding mode, and of Model Exchange by Runge & Kutta's method. */
 
 #include "fmu.h"
 #include "fmi3FunctionTypes.h"
 
+#include <fenv.h>
 #include <pthread.h>
 
 static void *library;
@@ -93,12 +94,15 @@ static void early_return(void)
     FMU(fmi3FreeInstance, c);
 }
 
+/* It rounds upwards, which must neither change the result nor be changed. */
 static void *in_thread(void *result)
 {
+    fesetround(FE_UPWARD);
     fmi3Instance c = begun(0, 2, 0.0);
     advance(c, 0, 1000, 1e-6);
     *(double *)result = get(c, VR_smash_factor);
     FMU(fmi3FreeInstance, c);
+    if (fegetround() != FE_UPWARD) fail("rounding");
     return NULL;
 }
 
