@@ -89,14 +89,13 @@ def results(python, files, paths, attempts=1):
     """What fmpy_tasks.py prints there, as numbers by their paths."""
     found = {}
     for file, path in zip(files, paths, strict=True):
-        for attempt in range(attempts):
-            words = [str(python), str(HERE / "fmpy_tasks.py"), str(path)]
+        words = [str(word) for word in (python, HERE / "fmpy_tasks.py", path)]
+        codes, done = [], None
+        while len(codes) < attempts and codes[-1:] != [0]:
             with suppress(subprocess.TimeoutExpired):
                 done = subprocess.run(words, capture_output=True, text=True, timeout=100)
-                if done.returncode == 0:
-                    break
-        else:
-            pytest.fail(f"{file} in {attempt + 1} attempts: {done.returncode}, {done.stderr}")
+            codes.append(done and done.returncode)
+        assert codes[-1] == 0, (file, codes, done and done.stderr[-2000:])
         lines = [line for line in done.stdout.splitlines() if line.startswith('["')]
         found |= numbers_of(dict(map(json.loads, lines)))
     return found
