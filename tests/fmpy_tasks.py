@@ -9,6 +9,7 @@ import sys
 import fmpy
 from fmpy.fmi1 import FMICallException
 from fmpy.ssp.simulation import simulate_ssp
+from instances import begin, discard, get, make_instance, put
 
 NAMES = ["smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity"]
 
@@ -37,48 +38,28 @@ def impacts(file, about):
     return values
 
 
-def calls(file, about):
-    """Two instances: a state restored in contact, and a refused value."""
-    three = about.fmiVersion == "3.0"
-    kind = fmpy.fmi3.FMU3Slave if three else fmpy.fmi2.FMU2Slave
-    names = {"guid": about.guid, "modelIdentifier": about.coSimulation.modelIdentifier}
+def calls(file):
+    """Two instances: a state restored in contact, k changed there, and a refused value."""
     folder = fmpy.extract(file)
-    references = {v.name: v.valueReference for v in about.modelVariables}
-    get, put = ("getFloat64", "setFloat64") if three else ("getReal", "setReal")
-    made = []
-    for n in range(2):
-        one = kind(unzipDirectory=folder, instanceName=str(n), **names)
-        one.instantiate(loggingOn=True)
-        one.setupExperiment(startTime=0.0) if not three else None
-        one.enterInitializationMode()
-        one.exitInitializationMode()
-        one.doStep(0.0, 1e-4)
-        made.append(one)
-    read = [references[name] for name in NAMES]
-    one, other = made
-    save, load, free = (getattr(one, f"{do}FMU{'S' if three else 's'}tate") for do in
-                        ("get", "set", "free"))  # fmt: skip
-    state = save()
-    one.doStep(1e-4, 9e-4)
-    first = [float(value) for value in getattr(one, get)(read)]
-    load(state)
-    getattr(one, put)([references["k"]], [2e6])
-    one.doStep(1e-4, 9e-4)
-    changed = [float(value) for value in getattr(one, get)(read)]
-    load(state)
-    free(state)
-    one.doStep(1e-4, 9e-4)
-    again = [float(value) for value in getattr(one, get)(read)]
+    one, other = (begin(make_instance(folder, name)) for name in ("one", "other"))
+    for instance in (one, other):
+        instance.doStep(0.0, 1e-4)
+    word = "State" if hasattr(one, "getFMUState") else "state"
+    state = getattr(one, f"getFMU{word}")()
+    values = {}
+    for name, k in (("state", 1e6), ("k changed", 2e6), ("restored", 1e6)):
+        put(one, k=k)
+        one.doStep(1e-4, 9e-4)
+        values[name] = get(one, *NAMES)
+        getattr(one, f"setFMU{word}")(state)
+    getattr(one, f"freeFMU{word}")(state)
     try:
-        getattr(other, put)([references["k"]], [-1.0])
+        put(other, k=-1.0)
         other.doStep(1e-4, 1e-4)
-        refused = None
     except FMICallException as error:
-        refused = error.status
-    for one in made:
-        one.terminate()
-        one.freeInstance()
-    return {"state": first, "k changed": changed, "restored": again, "refused": refused}
+        values["refused"] = error.status
+    discard(one, other)
+    return values
 
 
 def results(file):
@@ -88,7 +69,7 @@ def results(file):
         return {name: float(row[name]) for name in rows.dtype.names}
     about = fmpy.read_model_description(file)
     if about.modelName == "ClubBallImpact":
-        return impacts(file, about) | calls(file, about)
+        return impacts(file, about) | calls(file)
     names = [v.name for v in about.modelVariables if v.causality == "output" and v.type == "Real"]
     options = {"stop_time": 1.0, "step_size": 1e-2, "output_interval": 1e-2}
     return {"1 s": last(file, names, **options)}
