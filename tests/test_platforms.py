@@ -151,6 +151,8 @@ def test_a_host_on_windows_with_its_own_python(on_windows, windows, fmus, tmp_pa
     python = windows_path(windows / "cpython")
     task = ("later", python + "\\python311.dll")
     assert on_windows("host", folder, guid(folder), *task, PYTHONHOME=python) == LAW_1
+    before = {"LIBPYTHON": task[1]}
+    assert on_windows("host", folder, guid(folder), "impact", "1e-3", **before) == LAW_1
 
 
 def test_a_plain_fmu_on_windows_needs_python3_dll(on_windows, windows, fmus, tmp_path):
