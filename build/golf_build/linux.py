@@ -115,7 +115,10 @@ def private_python(
     )
     # A compiler's linker reads the sections, the dynamic one doesn't.
     files = {name: elf.strip(data) for name, data in files.items()} | {library: compiled}
-    return PrivatePython(library, files, _licences(contents, licence, copyright_))
+    licences = _licences(contents, licence, copyright_)
+    if sysroot is not None:
+        licences["python-aarch64.txt"] = licences.pop("python.txt")
+    return PrivatePython(library, files, licences)
 
 
 def _licences(libraries: Iterable[str], *places: Path) -> dict[str, bytes]:
