@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from command import golf, refused
+from reference_results import FOLDER
 
 from golf_build.packaging import bundle, guid_of
 from golf_impact.benchmarks import empty_fmu
@@ -230,6 +231,8 @@ def test_the_list_of_files(tmp_path, fmu_path, files):
         f"{package}/club_ball_impact.py",
     }
     ours |= {f"{package}/{name}" for name in bundle()}
+    ours |= {"documentation/externalDependencies.txt"}
+    ours |= {f"extra/org.golf-impact.reference/{file.name}" for file in FOLDER.iterdir()}
     theirs = {
         LIBRARY: "resources/binaries/linux64/libpythonfmu-export.so",
         "binaries/win64/ClubBallImpact.dll": "resources/binaries/win64/pythonfmu-export.dll",

@@ -353,6 +353,57 @@ def test_a_solver_that_stops_just_before_the_root_of_touch():
         assert model.discretes([BY_NAME["touched"].reference], "Boolean") == [False]
 
 
+def phases(make, values):
+    """Models before touch, closing and not, in contact and after it; time and states of each."""
+    for n, states in enumerate(
+        (
+            (-1e-3, 0.0, 35.0, 0.0),
+            (0.0, 0.0, 35.0, 40.0),
+            (4e-3, 1e-3, 30.0, 20.0),
+            (0.012, 0.02, 22.0, 55.0),
+        )
+    ):
+        model = begin(make(FMU3Model), gap=1e-3, **values)
+        for time, at in ((1e-4, (1e-12, 0.0, 35.0, 0.0)), (7e-4, states))[: max(0, n - 1)]:
+            place(model, time, *at)
+            model.enterEventMode()
+            model.updateDiscreteStates()
+        model.enterContinuousTimeMode()
+        yield model, states
+
+
+def test_dependencies(make, description):
+    """Those listed are those that there are, in some phase of some kind of contact."""
+    structure = (*description.outputs, *description.derivatives, *description.eventIndicators)
+    listed = {(u.variable.name, known.name) for u in structure for known in u.dependencies}
+    reals = sorted({u.variable.name for u in structure} - {*FLAGS})
+    base = {"k": 1e6, "b": 9.0, "club_speed": 35.0, "club_force": 0.0, "time": 8e-4}
+    found = set()
+
+    def values(model, known):
+        time = known.pop("time")
+        place(model, time, *(known.pop(name) for name in STATES))
+        put(model, **known)
+        return [*get(model, *reals), *get_all(model)[1]]
+
+    for name in ("law 1", "law 2", "power law", "COR line"):
+        for model, states in phases(make, KINDS[name]):
+            point = base | dict(zip(STATES, states, strict=True))
+            before = values(model, dict(point))
+            for known, value in point.items():
+                after = values(model, point | {known: value + (0.01 * abs(value) or 1e-4)})
+                pairs = zip([*reals, *FLAGS], before, after, strict=True)
+                found |= {(n, known) for n, a, b in pairs if a != b and not math.isnan(a)}
+            assert values(model, dict(point)) == pytest.approx(before, nan_ok=True, rel=0, abs=0)
+    assert found == listed
+
+
+def test_no_algebraic_loop_through_the_impulse(description):
+    """The swing's club speed follows from the impulse, which must not depend on it."""
+    (impulse,) = (u for u in description.outputs if u.variable.name == "impulse")
+    assert not {v.name for v in impulse.dependencies} & {"k", "b", "club_speed"}
+
+
 def test_a_club_that_sets_off_from_the_ball(make):
     """Gap 0 and no closing: nothing happens until the club's speed comes, even without an event."""
     model = begin(make(FMU3Model), club_speed=0.0)

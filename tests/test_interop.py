@@ -181,9 +181,10 @@ def _toolbox(command, *arguments):
 
 
 @pytest.mark.importers
-def test_fmutool_finds_it_compliant(fmu_path):
-    output = _toolbox("fmutool", "-check", "-input", fmu_path)
-    assert "seems to be compliant with FMI-2.0" in output
+@pytest.mark.parametrize("path", ["fmu_path", "fmi3_path", "standalone_path"])
+def test_fmutool_finds_it_compliant(request, path):
+    output = _toolbox("fmutool", "-check", "-input", request.getfixturevalue(path))
+    assert f"seems to be compliant with FMI-{'3' if path == 'fmi3_path' else '2'}.0" in output
     assert "No semantic error" in output
 
 

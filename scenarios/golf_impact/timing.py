@@ -70,7 +70,8 @@ def describe_machine() -> dict[str, str]:
 def resident_bytes(process: int | str = "self") -> int | None:
     """Resident memory of a process; None on systems without /proc."""
     pages = _read_group(f"/proc/{process}/statm", r"\d+ (\d+)")
-    return None if pages is None else int(pages) * os.sysconf("SC_PAGE_SIZE")
+    # wine shows Windows programs a /proc.
+    return None if pages is None or os.name == "nt" else int(pages) * os.sysconf("SC_PAGE_SIZE")
 
 
 def free_bytes() -> int | None:

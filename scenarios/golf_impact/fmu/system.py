@@ -8,17 +8,20 @@ import fmpy
 import numpy as np
 
 from golf_build import system
+from golf_build.standalone import THIS_MACHINE, Pythons
 from golf_impact.fmu.file import building
 from golf_impact.fmu.loaded import LoadedFmu
 
 
-def build_system(folder: Path, standalone: bool = False) -> dict[str, Path]:
+def build_system(
+    folder: Path, standalone: bool = False, pythons: Pythons = THIS_MACHINE
+) -> dict[str, Path]:
     """Build the companion FMUs and the .ssp: their files by name, Swing to GolfSwing.
 
     UserError: a file can't be written.
     """
     with building(f"into {folder}"):
-        return system.build(folder, standalone)
+        return system.build(folder, standalone, pythons)
 
 
 def extract_fmus(ssp: Path, folder: Path) -> dict[str, Path]:
