@@ -93,7 +93,7 @@ def test_terminals_and_icon(fmu, content):
         terminal.get("name"): [member.get("variableName") for member in terminal]
         for terminal in ElementTree.fromstring(document).iter("Terminal")
     }
-    assert terminals["club"] == ["club_speed", "impulse"]
+    assert terminals["club"] == ["club_speed", "impulse", "club_force"]
     assert set(terminals) == {"club", "launch"}
     assert {variables[name].causality for name in terminals["launch"]} == {"output"}
 
