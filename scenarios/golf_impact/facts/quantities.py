@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import NamedTuple
 
 from golf_build import LAWS
+from golf_impact.facts.toml import read_toml
 
 #: The allowed values of `law`.
 LAWS_IN_WORDS = f"law is {' or '.join(f'{number} ({name})' for number, (name, _) in LAWS.items())}"
@@ -82,23 +84,9 @@ class Quantity(NamedTuple):
         return text if float(text) else text.removeprefix("-")
 
 
-#: By the metric's name: the FMU's outputs, and what is derived from them.
+#: By the metric's name, from quantities.toml.
 QUANTITIES = {
-    "club_velocity": Quantity("club velocity", "v_C", "m/s", decimals=3),
-    "ball_velocity": Quantity("ball velocity", "v_B", "m/s", decimals=3),
-    "momentum_initial": Quantity("initial momentum", "", "N·s"),
-    "momentum_final": Quantity("final momentum", "", "N·s"),
-    "kinetic_energy_initial": Quantity("initial kinetic energy", "", "J", decimals=3),
-    "kinetic_energy_final": Quantity("final kinetic energy", "", "J", decimals=3),
-    "smash_factor": Quantity("smash factor", "S"),
-    "coefficient_of_restitution": Quantity("COR"),
-    "contact_time": Quantity("contact time", "", "µs", 1e6, 2),
-    "contact_displacement_over_diameter": Quantity("contact displacement / D"),
-    "max_force": Quantity("max force", "", "N", decimals=1),
-    "time_of_max_force": Quantity("time of max force", "", "µs", 1e6, 2),
-    "impulse": Quantity("impulse", "J", "N·s"),
-    "momentum_gain_ball": Quantity("momentum gained by ball", "P_B", "N·s"),
-    "energy_efficiency": Quantity("energy efficiency", "E", "%", 100.0, 2),
+    name: Quantity(*row) for name, row in read_toml(Path(__file__).with_suffix(".toml")).items()
 }
 
 

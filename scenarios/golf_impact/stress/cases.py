@@ -9,8 +9,10 @@ import random
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
+from pathlib import Path
 
 from golf_impact.facts.closed_forms import half_contact, reduced_mass
+from golf_impact.facts.toml import read_toml
 from golf_impact.peers.problem import Case
 
 
@@ -69,28 +71,8 @@ def contact_time_of_law2(zeta: float, values: Mapping[str, float]) -> float:
 #: The document's impact, from which the named cases differ.
 BASELINE = {name: value for name, value in vars(Case()).items() if name != "law"} | {"gap": 0.0}
 
-#: Cases that stretch one thing each; ζ replaces b where it is given.
-NAMED: dict[str, dict[str, float]] = {
-    "baseline": {},
-    "elastic": {"b": 0.0},
-    "soft": {"k": 1e2},
-    "stiff": {"k": 1e12},
-    "slow": {"club_speed": 1e-6},
-    "fast": {"club_speed": 1e3},
-    "ball moving away": {"ball_speed": 20.0},
-    "ball coming": {"ball_speed": -20.0},
-    "after a gap": {"gap": 0.01},
-    "nearly undamped": {"zeta": 1e-6},
-    "half of critical": {"zeta": 0.5},
-    "just below critical": {"zeta": 1.0 - 5e-15},
-    "critical": {"zeta": 1.0},
-    "just above critical": {"zeta": 1.0 + 5e-15},
-    "overdamped": {"zeta": 2.9},
-    "heavily overdamped": {"zeta": 1e4},
-    "light ball": {"m_ball": 2.1e-7, "zeta": 0.1},
-    "heavy ball": {"m_ball": 2.1e5, "zeta": 0.1},
-    "equal masses": {"m_ball": 0.21, "zeta": 0.1},
-}
+#: Changes of it that stretch one thing each, by name.
+NAMED = read_toml(Path(__file__).with_suffix(".toml"))
 
 
 def named_cases(randoms: int = 0) -> Iterator[tuple[str, ImpactCase]]:
