@@ -14,7 +14,7 @@ import pytest
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
-from golf_impact.benchmarks import accuracy, empty_wide_fmu
+from golf_impact.benchmarks import accuracy, empty_fmu
 from golf_impact.benchmarks.all import FIGURES, is_met
 from golf_impact.benchmarks.impact import METRICS
 from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slope
@@ -142,10 +142,10 @@ def test_calls_inside_the_fmu(fmu, law):
 
 
 def test_the_empty_fmu_has_as_many_variables(fmu_path, tmp_path):
-    wide = build_plain_fmu(Path(empty_wide_fmu.__file__), tmp_path)
+    empty = build_plain_fmu(Path(empty_fmu.__file__), tmp_path)
     ours, others = (
         Counter((v.causality, v.type) for v in read_model_description(path).modelVariables)
-        for path in (fmu_path, wide)
+        for path in (fmu_path, empty)
     )
     assert ours == others
 
