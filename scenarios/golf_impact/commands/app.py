@@ -42,8 +42,7 @@ def _common(
 for module in (build, doctor, list_, run, explore, bench, stress, calibrate, sweep):
     name = module.__name__.rpartition(".")[2]
     # One example per line: paragraphs after \b are not wrapped.
-    first, _, lines = module.EPILOG.partition(": ")
-    examples = "\n  ".join(("\b", f"{first}:", *lines.split(" · ")))
+    examples = "\b\n  " + module.EPILOG.replace(": ", ":\n  ", 1).replace(" · ", "\n  ")
     # A function can't have the name of a built-in one.
     app.command(name, epilog=examples)(vars(module).get(name, list_.list_))
 
