@@ -55,10 +55,7 @@ def call_ratios(ours: LoadedFmu, empty: LoadedFmu, rounds: int) -> dict[str, flo
 
 
 def _steps(fmu: LoadedFmu, number: int = 600, step: float = 1e-6, **options: Any) -> Job:
-    """Time of a doStep and what is read after it, s; by default as long as the baseline's contact.
-
-    `options` are those of `impact_of`.
-    """
+    """Time of a doStep and its reads, s, by default over the baseline's contact (`impact_of`)."""
     begin = options.get("begin", 0.0)
     points = [begin + n * step for n in range(number)]
     run = impact_of(fmu, (), step, lambda _: points, **options)

@@ -69,10 +69,7 @@ def impact_of(
 def document_impact(
     fmu: LoadedFmu, law: int, stiffnesses: Sequence[float], dt: float, outputs: Sequence[str]
 ) -> Impact:
-    """The document's scheme by steps of dt (s) to the end of contact, and no further.
-
-    The number of steps is determined beforehand, for each of these stiffnesses (N/m).
-    """
+    """The document's scheme by steps of dt (s) to the end of contact, known for these k (N/m)."""
     points = {}
     for k in stiffnesses:
         contact_time = explicit_euler(Case(law=law, k=k), dt).contact_time
@@ -141,11 +138,7 @@ def _by_scipy(law: int, _: Sequence[str]) -> Impact:
 
 
 def _simulation(fmu: LoadedFmu, law: int, outputs: Sequence[str]) -> Impact:
-    """fmpy.simulate_fmu with one step: the cost of not keeping an instance.
-
-    The FMU is extracted beforehand and its description read, and no other instance holds its
-    library: as for a loop over simulate_fmu.
-    """
+    """fmpy.simulate_fmu with one step, as in a loop: extracted and described beforehand."""
 
     def impact(k: float) -> Sequence[float]:
         rows = fmpy.simulate_fmu(

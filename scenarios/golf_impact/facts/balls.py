@@ -48,11 +48,7 @@ def rating_stiffness(rating: float) -> float:
 
 
 def ball(name: str) -> Ball:
-    """The preset ball of this name, or the ball of a TOML file.
-
-    Raises:
-        UserError: there is no such preset, or the file is no ball.
-    """
+    """The preset ball of this name, or the ball of a TOML file; UserError if there is none."""
     if name.lower().endswith(".toml"):
         return read_ball(name)
     if name not in BALLS:
@@ -66,9 +62,7 @@ def read_ball(path: Path | str) -> Ball:
     """The ball of a TOML file: variables of the FMU by name, and optionally title and source.
 
     A table `uncertainty` with `parameters` and `covariance` gives predictions their intervals.
-
-    Raises:
-        UserError: the file can't be read, or something in it isn't a ball's.
+    UserError: the file can't be read, or something in it isn't a ball's.
     """
     return _ball(str(path), read_toml(path))
 

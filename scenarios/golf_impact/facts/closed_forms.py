@@ -55,10 +55,7 @@ def balances(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[s
 
 
 def solution(given: Mapping[str, float]) -> dict[str, float]:
-    """Metrics of an impact with a linear damper between the bodies, or with none.
-
-    They are by name (SI units), and empty in other cases: these have no closed form.
-    """
+    """Metrics by name (SI units) with a linear damper or none; without a closed form: empty."""
     k, b, law = given["k"], given["b"], given["law"]
     linear = given["exponent"] == 1.0 and given["restitution_at_rest"] == 0.0
     if not linear or (law != 2 and (law, b) != (1, 0.0)):

@@ -43,9 +43,8 @@ _TIMES = ("touch_time", "time_of_max_force")
 def undefined_results(touched: bool, separated: bool) -> dict[str, NoValue]:
     """The outputs without a value at the end of a run, by name, each with the reason.
 
-    The FMU's outputs are results so far: a contact time that grows with the simulated time, or a
-    coefficient of restitution of 0, which means perfectly plastic. Without a contact (`touched`) or
-    a separation (`separated`) these say nothing about an impact.
+    The FMU's outputs are results so far (a contact time that grows with the simulated time), which
+    say nothing about an impact without a contact (`touched`) or a separation (`separated`).
     """
     if separated:
         return {}

@@ -26,10 +26,7 @@ _SOLVER, _SOLVED_WITHIN = 1e-10, 1e-6
 
 
 def check_any_law(report: Report, name: str, values: Mapping[str, float], metrics: Metrics) -> None:
-    """Check an impact by balances and by an integration of its right-hand side.
-
-    `values` are all inputs and parameters (SI units).
-    """
+    """Check an impact (all inputs and parameters, SI units) by balances, and by CVODE."""
     if np.isnan(metrics["contact_time"]):
         return
     _check_balances(report, name, values, metrics)

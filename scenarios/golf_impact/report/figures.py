@@ -62,10 +62,7 @@ def plot_forces(
     case: str,
     curves: Iterable[tuple[str, str, Mapping[str, float], Mapping[str, np.ndarray]]],
 ) -> Figure:
-    """Contact force over time of several impacts, with their peaks marked.
-
-    Each curve has the name of its style, a label, metrics and a trajectory (SI units).
-    """
+    """Contact force over time; a curve is a style's name, a label, metrics and a trajectory."""
     figure, axes = new(title, case=case)
     for style, words, metrics, path in curves:
         peak, contact = int(np.argmax(path["force"])), metrics["contact_time"]
@@ -80,10 +77,7 @@ def plot_forces(
 
 
 def set_run_time_axes(axes: Axes, error: str) -> None:
-    """Axes of a work–precision diagram: run time over error, both logarithmic.
-
-    An error of exactly 0 is plotted to the left of the resolution of a double.
-    """
+    """Logarithmic axes of a work–precision diagram; an error of 0 has a place at the left."""
     axes.set_xscale("symlog", linthresh=1e-17, linscale=1.0)
     axes.set_xticks([0.0, *(10.0**power for power in range(-16, 1, 2))])
     axes.set(yscale="log", xlabel=error, ylabel="run time of an impact (µs)")
@@ -103,10 +97,7 @@ def name_axis(axis: Axis, words: str, unit: str | None) -> None:
 
 
 def add_legend_above(axes: Axes, columns: int = 4) -> None:
-    """A legend between title and axes, where it doesn't cover the data.
-
-    It has fewer `columns` if the labels are long.
-    """
+    """A legend between title and axes, with fewer `columns` if its labels are long."""
     labels = axes.get_legend_handles_labels()[1]
     letters = 0.11 * axes.bbox.width
     columns = max(1, min(columns, int(letters / (max(map(len, labels), default=0) + 5))))

@@ -31,14 +31,9 @@ def own_cases(
 ) -> tuple[str, Report]:
     """Metrics and force of a case with each ball, or of one, checked like every other one.
 
-    The values (SI units) win over a ball's.
-
-    Returns:
-        The beginning of its files' names, which has balls and values, so that no case overwrites
-        another one; and the report.
-
-    Raises:
-        UserError: the FMU refuses a value.
+    The values (SI units) win over a ball's. Returns the beginning of its files' names, which has
+    balls and values, so that no case overwrites another one; and the report. UserError: a value is
+    refused.
     """
     balls = balls or [Ball("", "", {}, "")]
     units = {v.name: format_unit(v.unit) for v in fmu.variables.values()}

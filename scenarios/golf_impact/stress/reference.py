@@ -289,10 +289,7 @@ class Reference:
 def outputs_after(
     values: Mapping[str, float], steps: Steps, chosen: Container[int], stretched: float = 1.0
 ) -> dict[int, dict[str, Real]]:
-    """Every output after the chosen ones of all steps, by their number from 0 on.
-
-    `stretched` is a factor of all times.
-    """
+    """Every output after the chosen steps, by number from 0; `stretched` is a factor of times."""
     exact, after = Reference(values), {}
     for number, step in enumerate(steps):
         exact.step(_mp.mpf(step.length) * stretched, step.k, step.b)
