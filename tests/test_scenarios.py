@@ -83,24 +83,6 @@ def test_a_failed_check_is_outside_the_details(fmu):
     assert "<One>" not in text
 
 
-@pytest.mark.parametrize(
-    ("name", "curves"), [("elastic", 2), ("compression", 3), ("old_ball", 2), ("club_speed", 2)]
-)
-def test_figures_of_several_forces(fmu, name, curves):
-    outcome = load_scenario(name).run(fmu)
-    ((file, draw),) = outcome.figures.items()
-    assert outcome.captions[file]
-    axes = draw(figures).axes[0]
-    figures.plt.close(axes.figure)
-    assert len(axes.lines) == len({line.get_color() for line in axes.lines}) == curves
-    # The legend has the exact force and time; the peak is marked.
-    for line, case in zip(axes.lines, outcome.cases.values()):
-        assert f"{case['max_force'] / 1e3:.2f} kN" in line.get_label()
-        assert f"{case['contact_time'] * 1e6:.0f} µs" in line.get_label()
-        (peak,) = line.get_markevery()
-        assert line.get_ydata()[peak] == pytest.approx(case["max_force"] / 1e3, rel=1e-4)
-
-
 def test_every_ball_has_a_style_of_its_own():
     assert set(BALLS) <= set(figures.STYLES)
     styles = [figures.STYLES[name] for name in BALLS]
@@ -108,15 +90,6 @@ def test_every_ball_has_a_style_of_its_own():
     # Without colour too.
     assert len({(style.dashes, style.marker) for style in styles}) == len(styles)
     assert figures.STYLES["law 2"] == figures.STYLES["roh-lee-linear"]
-
-
-def test_an_error_of_zero_on_a_logarithmic_axis():
-    figure, axes = figures.new("")
-    axes.plot([0.0, 1e-16, 1e-2], [1.0, 2.0, 3.0])
-    figures.set_run_time_axes(axes, "error")
-    zero, least, large = (axes.transData.transform((x, 1.0))[0] for x in (0.0, 1e-16, 1e-2))
-    figures.plt.close(figure)
-    assert axes.bbox.x0 < zero < least < large < axes.bbox.x1
 
 
 def test_a_comparison_has_printed_numbers_and_unrounded_ones(fmu):
