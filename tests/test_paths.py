@@ -287,24 +287,16 @@ def small(tmp_path):
     """A function that runs the command with a small file system (kB) at tmp_path/small."""
     folder = tmp_path / "small"
     folder.mkdir()
-    script = 'mount -t tmpfs -o size="$0" none small && exec "$@"'
-    mounted = ("unshare", "-m", "sh", "-c", script)
-    try:
-        usable = not subprocess.run(
-            [*mounted, "4k", "true"], cwd=tmp_path, capture_output=True
-        ).returncode
-    except OSError:
-        usable = False
-    if not usable:
-        pytest.skip("file systems can't be mounted here")
     after = 'code=$?; find small -mindepth 1 >&2; exit "$code"'
     script = f'mount -t tmpfs -o size="$0" none small && {{ "$@"; {after}; }}'
-    return lambda size, *arguments, **options: golf(
-        *arguments,
-        cwd=tmp_path,
-        program=("unshare", "-m", "sh", "-c", script, size, COMMAND),
-        **options,
-    )
+    mounted = ("unshare", "-m", "sh", "-c", script)
+
+    def small(size, *arguments, program=COMMAND, **options):
+        return golf(*arguments, cwd=tmp_path, program=(*mounted, size, program), **options)
+
+    if not shutil.which("unshare") or small("4k", program="true").returncode:
+        pytest.skip("file systems can't be mounted here")
+    return small
 
 
 @pytest.mark.ci
