@@ -12,11 +12,10 @@ import time
 from pathlib import Path
 
 import pytest
-from command import COMMAND, golf, golf_here, refused, run_python
+from command import COMMAND, checkout, golf, golf_here, refused, run_python
 
 from golf_impact.files import write_together
 
-ROOT = Path(__file__).resolve().parent.parent
 ODD = "ü # 100% (ß) & 'x'"
 
 posix = pytest.mark.skipif(os.name != "posix", reason="POSIX's users and limits")
@@ -24,16 +23,6 @@ posix = pytest.mark.skipif(os.name != "posix", reason="POSIX's users and limits"
 
 def names(folder):
     return {path.name for path in folder.iterdir()}
-
-
-def checkout(folder):
-    """A copy of the checkout without built files, and options to run it."""
-    ignored = shutil.ignore_patterns("__pycache__", "*.fmu", "*.ssp", "*.csv", "*.opt", "*.md")
-    for name in ("scenarios", "fmu_src", "build"):
-        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
-    shutil.copy(ROOT / "LICENSE", folder)
-    parts = (folder / name for name in ("scenarios", "build", "fmu_src"))
-    return {"PYTHONPATH": os.pathsep.join(map(str, parts))}
 
 
 def installed(folder):

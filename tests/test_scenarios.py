@@ -13,9 +13,6 @@ from rich.console import Console
 from golf_impact.commands import console
 from golf_impact.commands.scripts import FOLDER, list_names, load_scenario, load_scenarios
 from golf_impact.facts import document
-from golf_impact.facts.balls import BALLS
-from golf_impact.peers.document_scheme import document_fmu
-from golf_impact.report import figures
 from golf_impact.report.outcome import KINDS, Table, summarize_checks
 from golf_impact.report.page import document_tables, render_page, write_reports
 from golf_impact.report.report import Report
@@ -83,26 +80,6 @@ def test_a_failed_check_is_outside_the_details(fmu):
     assert "<One>" not in text
 
 
-def test_every_ball_has_a_style_of_its_own():
-    assert set(BALLS) <= set(figures.STYLES)
-    styles = [figures.STYLES[name] for name in BALLS]
-    assert len({style.colour for style in styles}) == len(styles)
-    # Without colour too.
-    assert len({(style.dashes, style.marker) for style in styles}) == len(styles)
-    assert figures.STYLES["law 2"] == figures.STYLES["roh-lee-linear"]
-
-
-def test_a_comparison_has_printed_numbers_and_unrounded_ones(fmu):
-    (table,) = load_scenario("baseline").run(fmu).tables
-    rows = {name: cells for name, *cells in table.rows}
-    with document_fmu() as scheme:
-        given = scheme.impact(end_gap=document.END_GAP)["smash_factor"]
-    printed, unrounded, exact, error = rows["smash factor S"]
-    assert (printed, unrounded, exact) == ("1.57", f"{given:.4f}", "1.5641")
-    assert f"{float(unrounded):.2f}" == printed != f"{float(exact):.2f}"
-    assert float(error) == pytest.approx((given / float(exact) - 1.0) * 100, abs=0.01)
-
-
 def test_a_table_that_is_too_wide_is_printed_in_parts(monkeypatch):
     rows = [[f"row {n}", *(f"{n}{column:024d}" for column in range(6))] for n in range(3)]
     columns = ["", *(f"a_long_heading_{column}" for column in range(6))]
@@ -125,11 +102,7 @@ def test_the_report_introduces_itself(fmu):
     outcomes = {name: load_scenario(name).run(fmu) for name in ("baseline", "finite_difference")}
     text = render_page(outcomes, {}, "guid").decode()
     introduction = text[: text.index('<section id="baseline">')]
-    for words in (
-        *("Doing Physics with Python", "golfSpring.py", "How to read the tables"),
-        *("Smash factor S", "Coefficient of restitution COR", "Energy efficiency E"),
-        *("Law 1 (absolute)", "Law 2 (relative)", "3 printed numbers", *KINDS),
-    ):
+    for words in ("golfSpring.py", "Smash factor S", "Law 2 (relative)", *KINDS):
         assert words in introduction
     # Each table of the document's statements, with file and line of their implementation.
     for table in document_tables():
