@@ -64,8 +64,7 @@ def _steps(fmu: LoadedFmu, number: int = 600, step: float = 1e-6, **options: Any
 
 def _instantiating(fmu: LoadedFmu) -> Job:
     """instantiate() of fmpy, s; its object is made and the instance freed off the clock."""
-    # The library and its modules stay loaded, whatever is freed.
-    fmu.instance()
+    fmu.instance()  # the library and its modules stay loaded, whatever is freed
 
     def job() -> float:
         slaves = [fmu.new_instance() for _ in range(5)]

@@ -116,6 +116,6 @@ def _many_impacts(
 def _record_memory(ledger: Ledger, name: str, before: int | None, case: Any) -> float | None:
     """Megabytes gained; None where they can't be measured."""
     now = resident_bytes()
-    gained = None if before is None or now is None else max(0.0, (now - before) / 1e6)
+    gained = max(0.0, (now - before) / 1e6) if before and now else None
     ledger.record(name, gained or 0.0, case)
     return gained

@@ -66,8 +66,6 @@ def contact_time_of_law2(zeta: float, values: Mapping[str, float]) -> float:
     return 2.0 * half_contact(zeta) / omega
 
 
-# The table
-
 #: The document's impact, from which the named cases differ.
 BASELINE = {name: value for name, value in vars(Case()).items() if name != "law"} | {"gap": 0.0}
 
@@ -168,9 +166,6 @@ def segments_of(
     return tuple(made)
 
 
-# Partitions
-
-
 def _rounded(time: float, length: float) -> float:
     """The nearest multiple of a power of two, 2^-45 of a length or smaller: sums are exact, s."""
     unit = 2.0 ** (math.floor(math.log2(length)) - 46)
@@ -191,10 +186,8 @@ def random_steps(impact: ImpactCase, seed: int) -> list[Segment]:
     steps = []
     for segment in impact.segments:
         longest = math.log10(min(1.0, segment.length))
-        sizes = [
-            _decades(rng, max(-9.0, longest - rng.choice((1.0, 3.0, 9.0))), max(-9.0, longest))
-            for _ in range(24)
-        ]
+        lowest = (longest - rng.choice((1.0, 3.0, 9.0)) for _ in range(24))
+        sizes = (_decades(rng, max(-9.0, low), max(-9.0, longest)) for low in lowest)
         steps += _cut(segment, accumulate(sizes))
     return steps
 
