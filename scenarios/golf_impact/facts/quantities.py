@@ -31,12 +31,9 @@ class NoValue(float):
 
 #: Outputs that have no value before the bodies separate, and those that have none before touch.
 _RESULTS = (
-    "smash_factor",
-    "coefficient_of_restitution",
-    "energy_efficiency",
-    "contact_time",
+    "smash_factor", "coefficient_of_restitution", "energy_efficiency", "contact_time",
     "contact_displacement",
-)
+)  # fmt: skip
 _TIMES = ("touch_time", "time_of_max_force")
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 # Figures are written to files: no display is needed, whatever backend the user has set.
 os.environ["MPLBACKEND"] = "Agg"
@@ -17,13 +17,11 @@ from golf_impact.facts.quantities import NoValue, choose_prefix
 from golf_impact.report.styles import BLACK, BLUE, GREEN, ORANGE, SKY, STYLES, VERMILION, Style  # noqa: F401
 from golf_impact.stopping import held
 
-if TYPE_CHECKING:
-    from matplotlib.axis import Axis
-
 # The very first import writes a cache of fonts, which must not be left half-written.
 with held():
     import matplotlib.pyplot as plt
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.colors import LinearSegmentedColormap, to_hex
     from matplotlib.figure import Figure
 
@@ -51,10 +49,8 @@ def make_shades(number: int) -> list[Style]:
         return [STYLES["baseline"]]
     colours = [STYLES[name].colour for name in ("less", "baseline", "more")]
     ramp = LinearSegmentedColormap.from_list("", colours)
-    dashes, markers = ("--", "-", "-.", ":"), "vo^sD"
-    return [
-        Style(to_hex(ramp(n / (number - 1))), dashes[n % 4], markers[n % 5]) for n in range(number)
-    ]
+    ends = zip(range(number), cycle(("--", "-", "-.", ":")), cycle("vo^sD"))
+    return [Style(to_hex(ramp(n / (number - 1))), *dashes_marker) for n, *dashes_marker in ends]
 
 
 def plot_forces(
