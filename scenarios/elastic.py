@@ -18,8 +18,7 @@ def run(fmu):
         ):
             name = f"k = {k / 1e6:g}e6"
             exact = report.impact(name, printed, b=0.0, k=k)
-            scheme = euler.as_printed(b=0.0, k=k)
-            report.compare(f"b = 0 N·s/m, {name} N/m", printed, scheme, exact)
+            report.compare(f"b = 0, {name} N/m", printed, euler.as_printed(b=0.0, k=k), exact)
             time = closed_forms.elastic_contact_time(k, *masses)
             claim = f"contact time agrees with π √(μ/k) at {name} N/m"
             report.check_close(claim, exact["contact_time"], time, 1e-12 * time)

@@ -37,9 +37,10 @@ def run(fmu):
                 quantity = label(metric)
                 errors[f"{quantity}, {case}"] = abs(scheme[metric] / exact[metric] - 1.0)
                 # Rounded or truncated: the document does both (K1 = 128.625 is printed 128.62).
-                reproduced = abs(scheme[metric] - number.value) <= number.half_digit * 1.05
+                reproduced = number.is_near(scheme[metric], 1.05)
                 known = document.NOT_REPRODUCED.get((name, metric))
-                if known and not reproduced and known.is_given_by(scheme[metric]):
+                as_known = known and document.Printed(known.scheme).is_near(scheme[metric])
+                if as_known and not reproduced:
                     words = f"printed {number.text}, the scheme gives {known.scheme}"
                     report.deviations.append(f"{known.case}: {words}")
                     continue

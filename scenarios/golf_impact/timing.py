@@ -48,8 +48,7 @@ def median_ratio(numerator: list[float], denominator: list[float]) -> float:
 
 def typical_seconds(call: Callable[[], object], budget: float, least: int) -> float:
     """Median run time of a call, s, over as many calls as fit into `budget` s, at least `least`."""
-    once = timeit.timeit(call, number=1)
-    number = max(least, min(10_000, int(budget / once)))
+    number = max(least, min(10_000, int(budget / measure_seconds(call))))
     return median(timeit.repeat(call, number=1, repeat=number))
 
 

@@ -16,24 +16,14 @@ _SETTABLE = ("law", *_UNCERTAIN, "reference_compression", "m_ball", "ball_diamet
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball.
+    """A ball: values of inputs and parameters of the FMU; the others keep their start values."""
 
-    Attributes:
-        name: as in `--ball NAME`; of a file, its path.
-        title: a description in one line.
-        values: inputs and parameters of the FMU by name (SI units); the others keep their start
-            values.
-        source: where the values come from.
-        uncertain: names of the values that have a covariance, (p,).
-        covariance: theirs, rows of (p, p), SI units.
-    """
-
-    name: str
-    title: str
-    values: Mapping[str, Any]
-    source: str
-    uncertain: tuple[str, ...] = ()
-    covariance: tuple[tuple[float, ...], ...] = ()
+    name: str  #: as in `--ball NAME`; of a file, its path
+    title: str  #: a description in one line
+    values: Mapping[str, Any]  #: by name (SI units)
+    source: str  #: where they come from
+    uncertain: tuple[str, ...] = ()  #: names of the values that have a covariance, (p,)
+    covariance: tuple[tuple[float, ...], ...] = ()  #: theirs, rows of (p, p), SI units
 
 
 def rating_stiffness(rating: float) -> float:
@@ -52,9 +42,8 @@ def ball(name: str) -> Ball:
     if name.lower().endswith(".toml"):
         return read_ball(name)
     if name not in BALLS:
-        raise UserError(
-            f"there is no ball {name!r}: choose from {', '.join(BALLS)}, or give a file .toml"
-        )
+        known = ", ".join(BALLS)
+        raise UserError(f"there is no ball {name!r}: choose from {known}, or give a file .toml")
     return BALLS[name]
 
 

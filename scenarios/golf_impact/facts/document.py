@@ -38,17 +38,13 @@ class Printed:
         return float(self.text) * self.scale
 
     @property
-    def _decimals(self) -> int:
-        return len(self.text.partition(".")[2])
-
-    @property
     def half_digit(self) -> float:
         """Half a unit of the last printed digit, in SI units."""
-        return 0.5 * 10.0**-self._decimals * self.scale
+        return 0.5 * 10.0 ** -len(self.text.partition(".")[2]) * self.scale
 
-    def format_value(self, value: float) -> str:
-        """Another value (SI) in the same unit, with one digit more than the printed one."""
-        return f"{value / self.scale:.{self._decimals + 1}f}"
+    def is_near(self, value: float, halves: float = 1.0) -> bool:
+        """Whether a value (SI) is within so many half units of the last printed digit."""
+        return abs(value - self.value) <= halves * self.half_digit
 
 
 class Deviation(NamedTuple):
@@ -58,11 +54,6 @@ class Deviation(NamedTuple):
     printed: str
     scheme: str  #: what the scheme gives
     remark: str
-
-    def is_given_by(self, value: float) -> bool:
-        """Whether this result of the scheme rounds to `self.scheme`."""
-        rounded = Printed(self.scheme)
-        return abs(value - rounded.value) <= rounded.half_digit
 
 
 _DATA = read_toml(Path(__file__).with_suffix(".toml"))

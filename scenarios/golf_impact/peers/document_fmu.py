@@ -17,10 +17,7 @@ This file is packed alone: it needs the standard library and pythonfmu only.
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 
 #: Inputs, parameters and outputs with their start values; those of the outputs are 0.
-_INPUTS = {
-    "k": 1e6,  # contact stiffness, N/m
-    "b": 9.0,  # damping, N.s/m
-}
+_INPUTS = {"k": 1e6, "b": 9.0}  # contact stiffness, N/m; damping, N.s/m
 _PARAMETERS = {
     "club_speed": 35.0,  # at first touch, m/s
     "ball_speed": 0.0,  # at first touch, m/s
