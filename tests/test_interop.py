@@ -54,15 +54,6 @@ def test_simulate_fmu(extracted, step, law):
     same((rows[name][-1] for name in CRITERIA), law)
 
 
-@pytest.mark.parametrize("step", STEPS)
-def test_low_level(extracted, step):
-    slave = make_instance(extracted)
-    same(run(slave, step))
-    slave.reset()
-    same(run(slave, step, law=2), law=2)
-    discard(slave)
-
-
 def one_run(extracted, law):
     slave = make_instance(extracted)
     results = run(slave, 1e-5, law)

@@ -7,7 +7,7 @@ import mpmath
 import pytest
 from conftest import reference_cases, some
 
-from golf_impact.commands.stress import _over_tolerance, _show, stress
+from golf_impact.commands.stress import stress
 from golf_impact.peers.stepping import METHODS
 from golf_impact.stress import all as all_
 from golf_impact.stress import cases, invariants, special_points, stability
@@ -42,17 +42,6 @@ def test_every_invariant_holds(results):
     assert results["passed"]
     for run in results["tiny_steps"].values():
         assert max(run["errors"]) < 1e-14
-
-
-def test_the_worst_case_is_shown_and_the_others_are_in_the_file(results, capsys):
-    _show(results)
-    shown = " ".join(capsys.readouterr().out.split())
-    assert shown.count("The worst case") == 1
-    checks = results["checks"]
-    ratios = {n: c["worst"] / c["tolerance"] for n, c in checks.items() if c["tolerance"]}
-    worst = max(ratios, key=ratios.get)
-    assert f"relative to its tolerance: {worst}, {checks[worst]['worst']:.2g}, at " in shown
-    assert _over_tolerance({"worst": math.nan, "tolerance": 1.0}) == math.inf
 
 
 def test_worst_cases_have_their_inputs(results):

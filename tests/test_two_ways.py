@@ -96,23 +96,19 @@ def agree(law, k, b, m_club, m_ball, start):
     return True
 
 
-def of_values(values):
-    v = values
-    return v["law"], v["k"], v["b"], v["m_club"], v["m_ball"]
-
-
-def count_compared(impacts, changes):
+def count_compared(impacts):
     """Compare contacts from touch, and where k and b change later; how many have closed forms."""
     closed = 0
     for impact in impacts:
         if impact.closing <= 0.0:
             continue
-        law, k, b, m_club, m_ball = of_values(impact.values)
-        start = touch(impact.values["club_speed"], impact.values["ball_speed"])
+        v = impact.values
+        law, k, b, m_club, m_ball = (v[name] for name in ("law", "k", "b", "m_club", "m_ball"))
+        start = touch(v["club_speed"], v["ball_speed"])
         closed += agree(law, k, b, m_club, m_ball, start)
         phase = contact_of(LAWS[law], k, b, m_club, m_ball, start)
         rng = random.Random(impact.number)
-        for segment in impact.segments[1:] if changes else ():
+        for segment in impact.segments[1:]:
             time = rng.random() * min(phase.duration, 10.0 / phase.rate)
             state, scale = phase.dense_output()
             _, _, _, v_club, v_ball, compression = state(scale * time)
@@ -125,17 +121,16 @@ def count_compared(impacts, changes):
     return closed
 
 
-def test_random_impacts_and_special_points():
-    randoms = (random_impact(20, number) for number in range(250))
-    specials = (special_impact(20, number) for number in range(250))
-    assert count_compared(chain(randoms, specials), changes=True) > 150
-
-
-@pytest.mark.nightly
-def test_all_impacts_of_stress():
-    randoms = (random_impact(20, number) for number in range(5000))
-    specials = (special_impact(20, number) for number in range(1500))
-    assert count_compared(chain(randoms, specials), changes=True) > 2000
+@pytest.mark.parametrize(
+    ("randoms", "specials", "least"),
+    [(250, 250, 150), pytest.param(5000, 1500, 2000, marks=pytest.mark.nightly)],
+)
+def test_random_impacts_and_special_points(randoms, specials, least):
+    impacts = chain(
+        (random_impact(20, number) for number in range(randoms)),
+        (special_impact(20, number) for number in range(specials)),
+    )
+    assert count_compared(impacts) > least
 
 
 @pytest.mark.parametrize(("law", "border"), [(absolute, 0.7), (relative, 0.999)])
