@@ -40,8 +40,7 @@ def run(fmu):
         claim = f"{name}, from the paper's figures, agrees with the printed {printed.text}"
         why, allowed = "one unit of the last printed digit", 2.0 * printed.half_digit
         report.check_close(claim, numbers[name], printed.value, allowed, why, "documents")
-    title = "Rough calculation from the paper's figures"
-    report.table(title, ["", "document", "computed"], rows)
+    report.table("Rough calculation from the paper's figures", ["", "document", "computed"], rows)
 
     model = report.impact("law 1 (the document's fit)")
     relative = report.impact("law 2, the same k and b", law=2)

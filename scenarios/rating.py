@@ -53,8 +53,7 @@ def run(fmu):
             trend(f"{band}: {claim}", [cases[name, speed][metric] for name in _PRESETS])
     labels = [QUANTITIES[metric].label for metric in _COLUMNS]
     columns = ["rating, club speed", *labels, "compression / D", "S if b = 9 N·s/m"]
-    title = "Predictions with the measured COR line, the same for all ratings"
-    report.table(title, columns, rows)
+    report.table("Predictions with the measured COR line, the same for all ratings", columns, rows)
     at = _IN_BAND["moderate"]
     gain = fixed["rating-high", at]["ball_velocity"] - fixed["rating-low", at]["ball_velocity"]
     report.say(

@@ -65,8 +65,7 @@ def run_time_and_error(
         words = "explicit Euler, Python" if name == "explicit Euler" else name
         ways[words] = steps, partial(by_peer, solve)
     for name in solve_ivp.METHODS:
-        solve = partial(solve_ivp.solve, method=name)
-        ways[f"SciPy {name}"] = tolerances, partial(by_peer, solve)
+        ways[f"SciPy {name}"] = tolerances, partial(by_peer, partial(solve_ivp.solve, method=name))
     ways[FMU_STEPPED] = points, in_steps
     ways[FMU_ONCE] = [STEP], partial(impact_of, ours, outputs, law=law)
     made = []

@@ -67,8 +67,7 @@ def _check_balances(
     impulse = metrics["impulse"]
     dragged = impulse - m_ball * (v_ball - u_ball)
     drag = 0.0 if abs(dragged) <= 1e-9 * momentum else dragged / ball_moved
-    of_club = 0.5 * m_club * (v_club**2 - u_club**2)
-    of_ball = 0.5 * m_ball * (v_ball**2 - u_ball**2)
+    of_club, of_ball = m_club * (v_club**2 - u_club**2) / 2, m_ball * (v_ball**2 - u_ball**2) / 2
     work_on_club = -weights @ (force * club + drag * club**2)
     work_on_ball = weights @ (force * ball - drag * ball**2)
     lost, taken = m_club * (u_club - v_club), impulse + drag * club_moved

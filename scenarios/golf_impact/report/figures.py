@@ -38,8 +38,7 @@ def new(title: str, size: tuple[float, float] = (7.2, 4.4), case: str = "") -> t
 def new_pair(title: str, case: str = "") -> tuple[Figure, tuple[Axes, Axes]]:
     """A figure with two pairs of axes side by side; `case` is the second line of its title."""
     figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.6 if case else 4.4))
-    words = f"{title}\n{case}" if case else title
-    figure.suptitle(words, x=0.01, ha="left", fontweight="bold")
+    figure.suptitle(f"{title}\n{case}" if case else title, x=0.01, ha="left", fontweight="bold")
     return figure, (axes[0], axes[1])
 
 

@@ -38,8 +38,7 @@ def checks_and_maps(
         steps = 20_000 if quick else 1_000_000
         tiny = {f"law {law}": _tiny_steps(fmu, ledger, law, steps, tick) for law in (1, 2)}
         many = _many_impacts(fmu, ledger, 2000 if quick else 100_000, tick)
-        tick = progress("stability map", 5 if quick else 27)
-        maps = stability.maps(fmu, quick, tick)
+        maps = stability.maps(fmu, quick, progress("stability map", 5 if quick else 27))
         guid = fmu.description.guid
     for row, zeta in zip(maps[0]["errors"], maps[0]["damping"], strict=True):
         for error, x in zip(row, maps[0]["steps"], strict=True):

@@ -46,8 +46,7 @@ class _Sum:
         for s in rates:
             # (D - r) leaves nothing of exp(r t), and of exp(s t) the s - r fold.
             others = [r for r in rates if r is not s]
-            left = reduce(_less, others, initial)
-            self.c.append(left[0] / _mp.fprod(s - r for r in others))
+            self.c.append(reduce(_less, others, initial)[0] / _mp.fprod(s - r for r in others))
 
     def _total(self, part: Callable[[Any], Any]) -> Real:
         return _mp.re(sum(c * part(s) for c, s in zip(self.c, self.rates)))
@@ -161,8 +160,7 @@ class _Contact:
         self.duration = _ZERO if ending.sign() < 0 else next(ending.zeros(), _mp.inf)
 
     def state(self, t: Real) -> list[Real]:
-        x_ball = self.x_ball + self.v_ball.integral(t)
-        return [self.d(t), self.v_club(t), self.v_ball(t), x_ball]
+        return [self.d(t), self.v_club(t), self.v_ball(t), self.x_ball + self.v_ball.integral(t)]
 
 
 class Reference:
