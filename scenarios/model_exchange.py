@@ -1,8 +1,4 @@
-"""FMI 3.0 Model Exchange: the cost of a general solver, compared with the closed form.
-
-ClubBallImpact.fmi3.fmu is integrated by fmpy with SUNDIALS' CVode (variable-order BDF) at several
-tolerances and with explicit Euler, and run in co-simulation.
-"""
+"""FMI 3.0 Model Exchange by SUNDIALS' CVode and explicit Euler, beside the closed form."""
 
 from functools import partial
 from math import inf

@@ -1,8 +1,7 @@
 """A system of four FMUs, Swing ⇄ ClubBallImpact → Launch → BallFlight: a drive.
 
-The swing gives the head's speed, and gets the impulse of the contact one step later. The cost of
-that delay is measured, and what an importer saves that repeats the step. The FMUs are those inside
-GolfSwing.ssp.
+The swing gets the impulse of the contact one step later: the cost of that delay, and what an
+importer saves that repeats the step. The FMUs are those inside GolfSwing.ssp.
 """
 
 import tempfile

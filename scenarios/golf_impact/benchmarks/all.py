@@ -1,8 +1,6 @@
 """All benchmarks, one after the other, and the targets of their figures.
 
-Times differ between machines, ratios within one run of the benchmark don't. On the reference
-machine an impact in extended precision may take 0.6 ms, and a step that is read 40 µs; an impact of
-law 1 in closed form takes 16.6 µs.
+Times differ between machines, ratios within one run of the benchmark don't.
 """
 
 import csv

@@ -1,8 +1,7 @@
 """The source document: its equations and printed numbers, and how they are read here.
 
-Its numbers are those of an explicit Euler scheme with a step of 0.5 µs, stopped a few samples after
-the end of contact; they differ by some tenths of a per cent from the exact solution of its own
-equations. document.toml has them.
+Its numbers (document.toml) are those of an explicit Euler scheme, stopped a few samples after the
+end of contact; they differ by some tenths of a per cent from the exact solution of its equations.
 """
 
 from collections.abc import Iterable

@@ -1,8 +1,7 @@
 """Impacts at the borders of closed forms, and close to them. SI units.
 
-Random values never fall there: dampings at which two rates of law 1 coincide, critical damping,
-the dampings from which the FMU uses extended precision, equal masses, bodies that move much
-faster than they close, and k and b that change just at an event.
+Random values never fall there: dampings at which rates coincide or the FMU changes to extended
+precision, equal masses, a fast common motion, changes of k and b just at an event.
 """
 
 import math
