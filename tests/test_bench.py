@@ -166,16 +166,8 @@ def test_the_accuracy_check_can_fail(monkeypatch):
 
 def test_rounds_are_interleaved_and_their_ratios_taken():
     order = []
-
-    def job(name, seconds):
-        def run():
-            order.append(name)
-            return seconds
-
-        return run
-
-    times = run_interleaved({"a": job("a", 2.0), "b": job("b", 4.0)}, rounds=2)
-    assert times == {"a": [2.0, 2.0], "b": [4.0, 4.0]}
+    jobs = {"a": lambda: order.append("a") or 2.0, "b": lambda: order.append("b") or 4.0}
+    assert run_interleaved(jobs, rounds=2) == {"a": [2.0, 2.0], "b": [4.0, 4.0]}
     assert order == ["b", "a", "a", "b", "b", "a"]
     # The median of ratios, not the ratio of medians.
     assert median_ratio([1.0, 9.0, 4.0], [1.0, 3.0, 1.0]) == 3.0

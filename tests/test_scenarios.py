@@ -4,7 +4,6 @@ import html
 import io
 import json
 import re
-from html.parser import HTMLParser
 
 import pytest
 from command import golf
@@ -39,36 +38,16 @@ def test_figures_and_report(fmu, tmp_path):
     sizes = {file.name: file.stat().st_size for file in tmp_path.iterdir()}
     assert {"diagram.png", "baseline_force.png", "laws.png"} <= set(sizes)
     assert all(size > 0 for size in sizes.values())
-    shown = Page((tmp_path / "report.html").read_text())
-    assert shown.targets == ["#document", "#diagram", "#baseline", "#laws"]
-    assert {target[1:] for target in shown.targets} <= shown.ids
-    assert len(shown.sources) == 5
-    assert all(source.startswith("data:image/png;base64,") for source in shown.sources)
+    page = (tmp_path / "report.html").read_text()
+    targets = re.findall(r'href="([^"]+)"', page)
+    assert targets == ["#document", "#diagram", "#baseline", "#laws"]
+    assert {target[1:] for target in targets} <= set(re.findall(r' id="([^"]+)"', page))
+    image = r'<img src="data:image/png;base64,[^"]+" alt="[^"]+" width="\d+" height="\d+">'
+    assert len(re.findall(image, page)) == page.count("<img") == page.count(" src=") == 5
+    # The page is self-contained.
+    assert not re.search(r"https?:|url\(|@import|fetch\(|<(link|iframe|object)", page)
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["baseline"]["baseline"]["smash_factor"] == pytest.approx(1.5641431548673967)
-
-
-class Page(HTMLParser):
-    """Targets, names and sources of a page."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.targets, self.ids, self.sources = [], set(), []
-        self.feed(text)
-        # The page is self-contained.
-        assert not re.search(r"https?:|url\(|@import|fetch\(", text)
-
-    def handle_starttag(self, tag, attributes):
-        given = dict(attributes)
-        assert tag not in ("link", "iframe", "object")
-        self.ids.add(given.get("id"))
-        if "href" in given:
-            self.targets.append(given["href"])
-        if "src" in given:
-            self.sources.append(given["src"])
-        if tag == "img":
-            assert given["alt"]
-            assert int(given["width"]) > int(given["height"]) > 0
 
 
 def test_a_failed_check_is_outside_the_details(fmu):
