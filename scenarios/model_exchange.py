@@ -3,6 +3,7 @@
 from functools import partial
 from math import inf
 from timeit import repeat
+from unittest.mock import patch
 
 import numpy as np
 
@@ -34,9 +35,11 @@ def run(fmu):
             seconds[name] = min(seconds[name], *repeat(call, number=1, repeat=4))
         for name, call in runs.items():
             exact = fmu.impact(_METRICS, **_LAWS[name.partition(",")[0]])
-            metrics, evaluations = fmi3.count_evaluations(call)
+            evaluate = fmi3.model.getContinuousStateDerivatives
+            with patch.object(fmi3.model, evaluate.__name__, wraps=evaluate) as counted:
+                metrics = call()
             errors = {f"{m}_error": abs(metrics[m] - exact[m]) / exact[m] for m in _METRICS[:2]}
-            cost = {"run_time": seconds[name], "derivative_evaluations": float(evaluations)}
+            cost = {"run_time": seconds[name], "derivative_evaluations": float(counted.call_count)}
             report.cases[name] = {**metrics, **cost, **errors}
     _show(report)
     return report
