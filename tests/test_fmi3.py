@@ -8,7 +8,7 @@ import fmpy
 import numpy as np
 import pytest
 from command import run_python
-from conftest import CRITERIA, EXPECTED, KINDS
+from conftest import CRITERIA, EXPECTED, KINDS, require
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.validation import validate_fmu
@@ -526,3 +526,30 @@ print(json.dumps([[float(row["smash_factor"][-1]) for row in rows], sorted(packa
         assert results[0] == pytest.approx(EXPECTED[1][0], rel=1e-15)
         digests = sorted(f"golf_physics_{BUILDERS[fmi].digest()[:16]}" for fmi in (2, 3))
         assert packages == digests
+
+
+_ECOS = """
+import json, sys
+from ecospy.EcosSimulation import EcosSimulation
+from ecospy.EcosSimulationStructure import EcosSimulationStructure
+fmu, step, steps, k, names = json.loads(sys.argv[1])
+with EcosSimulationStructure() as structure:
+    structure.add_model("impact", fmu)
+    structure.add_parameter_set("case", {"impact::gap": 0.002})
+    with EcosSimulation(structure=structure, step_size=step) as simulation:
+        assert simulation.init(parameter_set="case")
+        simulation.set_real("impact::k", k)
+        simulation.step(steps)
+        print("results", json.dumps([simulation.get_real(f"impact::{name}") for name in names]))
+"""
+
+
+@pytest.mark.importers
+@pytest.mark.parametrize("step", [1e-3, 1e-4, 1e-6])
+def test_ecos(fmi3_path, fmu, step):
+    require("ecospy")
+    done = run_python(_ECOS, json.dumps([str(fmi3_path), step, round(5e-3 / step), 8e5, CRITERIA]))
+    (line,) = (text for text in done.stdout.splitlines() if text.startswith("results "))
+    exact = fmu.impact(CRITERIA, gap=0.002, k=8e5)
+    results = json.loads(line.removeprefix("results "))
+    assert results == pytest.approx(list(exact.values()), rel=1e-12)
