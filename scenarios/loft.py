@@ -54,11 +54,7 @@ class Shots:
         self.fmu, self.launch, self.flight = fmu, launch, flight
 
     def shot(self, speed, loft, attack=0.0, ball="penner", m_club=_M_CLUB, height=0.0, **values):
-        """A shot with head speed (m/s), dynamic loft and attack angle (rad), strike height (m).
-
-        Returns:
-            What Launch gets from the impact and its outputs, by name.
-        """
+        """The results of head speed (m/s), loft, attack angle (rad) and strike height (m)."""
         head = {"dynamic_loft": loft, "attack_angle": attack, "m_club": m_club}
         if height:
             head |= {"strike_height": height, "centre_depth": _DEPTH, "head_inertia": _INERTIA}

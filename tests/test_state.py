@@ -11,7 +11,6 @@ from binascii import crc32
 import pytest
 from command import run_python
 from conftest import HERE, KINDS, some
-from fmpy.fmi1 import FMICallException
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import BY_NAME
@@ -78,20 +77,6 @@ def test_a_state_moves_to_another_process_in_mid_contact(make, extracted, values
     done = run_python(_OTHER, HERE, input=arguments)
     reals, flags = json.loads(done.stdout.splitlines()[-1])
     assert (reals, flags) == get_all(slave)
-
-
-@pytest.mark.parametrize("damage", [b"nonsense", b"[1, 2]", b'["golf-impact state 2"]'])
-def test_bytes_that_are_no_state_are_refused(make, damage):
-    slave = make()
-    slave.doStep(0.0, 1e-4)
-    before = get_all(slave)
-    state = slave.deSerializeFMUstate(damage)
-    slave.setFMUstate(state)
-    slave.freeFMUstate(state)
-    assert get_all(slave) == before
-    with pytest.raises(FMICallException):
-        slave.doStep(1e-4, 1e-4)
-    slave.doStep(1e-4, 1e-4)
 
 
 def test_any_damage_is_detected(make):

@@ -103,8 +103,7 @@ class ImpactRuns:
         See `golf_impact.run_trajectory`; `names` are its outputs.
         """
         touch, contact = self.impact(("touch_time", "contact_time"), **values).values()
-        if math.isnan(touch):
-            touch = 0.0
+        touch = 0.0 if math.isnan(touch) else touch
         if math.isnan(contact):
             # Not separated within the horizon: sample the time in which the contact develops.
             contact = 10.0 * self.half_period(values).item()

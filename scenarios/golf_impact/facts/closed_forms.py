@@ -22,16 +22,6 @@ def half_contact(zeta: float) -> float:
     return 1.0
 
 
-def elastic_smash_factor(m_club: float, m_ball: float) -> float:
-    """2 m_C / (m_C + m_B): ball at rest, no loss, whatever the stiffness."""
-    return 2.0 * m_club / (m_club + m_ball)
-
-
-def elastic_contact_time(k: float, m_club: float, m_ball: float) -> float:
-    """Half a period of the spring, π √(μ/k), s."""
-    return math.pi * math.sqrt(reduced_mass(m_club, m_ball) / k)
-
-
 def definitions(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[str, float]:
     """S, COR and E by their definitions, from the velocities after an impact."""
     u_club, u_ball = given["club_speed"], given["ball_speed"]
@@ -58,10 +48,7 @@ def balances(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[s
 
 
 def solution(given: Mapping[str, float]) -> dict[str, float]:
-    """Metrics of an impact with a linear damper between the bodies, or with none.
-
-    They are by name (SI units), and empty in other cases: these have no closed form.
-    """
+    """Metrics by name (SI units) with a linear damper or none; without a closed form: empty."""
     k, b, law = given["k"], given["b"], given["law"]
     linear = given["exponent"] == 1.0 and given["restitution_at_rest"] == 0.0
     if not linear or given["club_force"] or (law != 2 and (law, b) != (1, 0.0)):

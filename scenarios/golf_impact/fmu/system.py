@@ -31,10 +31,9 @@ def extract_fmus(ssp: Path, folder: Path) -> dict[str, Path]:
 
 
 def run_ssp(ssp: Path, step: float, stop: float) -> dict[str, np.ndarray]:
-    """Run a system's .ssp file in fmpy.ssp, by its communication step size to its stop time, s.
+    """Run a system's .ssp file in fmpy.ssp by a communication step size to a stop time, s.
 
-    Returns:
-        `time` (s, end of each step) and every connector by "Component.variable".
+    Returns `time` (s, end of each step) and every connector by "Component.variable".
     """
     from fmpy.ssp.simulation import simulate_ssp
 
@@ -50,13 +49,11 @@ def run_system(
     values: Mapping[str, Mapping[str, float]] | None = None,
     rollback: bool = False,
 ) -> dict[str, np.ndarray]:
-    """Run components of the system with communication steps of any sizes.
-
-    All components step in parallel: an output reaches the others in the next step.
+    """Run components of the system in parallel: an output reaches the others in the next step.
 
     Args:
         fmus: files by the names of the components: Swing, ClubBallImpact, perhaps the others.
-        steps: communication step sizes, s.
+        steps: communication step sizes, s, of any sizes.
         values: parameters by component, where they aren't the start values.
         rollback: whether the Swing's part of a step is repeated, from the state before it,
             whenever the impulse at its end differs from the one that the Swing has used.

@@ -46,8 +46,7 @@ class _Sum:
         for s in rates:
             # (D - r) leaves nothing of exp(r t), and of exp(s t) the s - r fold.
             others = [r for r in rates if r is not s]
-            left = reduce(_less, others, initial)
-            self.c.append(left[0] / _mp.fprod(s - r for r in others))
+            self.c.append(reduce(_less, others, initial)[0] / _mp.fprod(s - r for r in others))
 
     def _total(self, part: Callable[[Any], Any]) -> Real:
         return _mp.re(sum(c * part(s) for c, s in zip(self.c, self.rates)))
@@ -173,8 +172,7 @@ class _Contact:
         self.duration = _ZERO if ending.sign() < 0 else next(ending.zeros(), _mp.inf)
 
     def state(self, t: Real) -> list[Real]:
-        x_ball = self.x_ball + self.v_ball.integral(t)
-        return [self.d(t), self.v_club(t), self.v_ball(t), x_ball]
+        return [self.d(t), self.v_club(t), self.v_ball(t), self.x_ball + self.v_ball.integral(t)]
 
 
 class Reference:
@@ -316,10 +314,7 @@ class Reference:
 def outputs_after(
     values: Mapping[str, float], steps: Steps, chosen: Container[int], stretched: float = 1.0
 ) -> dict[int, dict[str, Real]]:
-    """Every output after the chosen ones of all steps, by their number from 0 on.
-
-    `stretched` is a factor of all times.
-    """
+    """Every output after the chosen steps, by number from 0; `stretched` is a factor of times."""
     exact, after = Reference(values), {}
     for number, step in enumerate(steps):
         exact.step(_mp.mpf(step.length) * stretched, step.k, step.b)
