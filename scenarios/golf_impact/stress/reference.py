@@ -322,7 +322,7 @@ def outputs_after(
     """
     exact, after = Reference(values), {}
     for number, step in enumerate(steps):
-        exact.step(_mp.mpf(step.length) * stretched, step.k, step.b)
+        exact.step(_mp.mpf(step.length) * stretched, step.k, step.b, None, step.club_force)
         if number in chosen:
             after[number] = exact.outputs()
     return after
