@@ -48,7 +48,8 @@ def test_worst_cases_have_their_inputs(results):
     for name in ("momentum", "energy", "reference", "partition", "rising"):
         case = results["checks"][name]["case"]
         assert case["seed"] == 7
-        draw = cases.random_impact if case["kind"] == "random" else special_points.special_impact
+        draws = {"random": cases.random_impact, "pushed": cases.pushed_impact}
+        draw = draws.get(case["kind"], special_points.special_impact)
         again = draw(7, case["number"])
         assert again.values == case["values"]
 
@@ -181,3 +182,12 @@ def test_the_energy_of_a_contact_without_end():
         invariants.check(fmu, ledger, impact, 20, exact=False)
     assert ledger.checks["energy"]["count"] == 1
     assert ledger.checks["energy"]["passed"]
+
+
+@pytest.mark.parametrize("number", [375, *range(4)])
+def test_pushed_heads(number):
+    """Heavily damped, 375 parts so slowly that a difference of its velocities has no digits."""
+    ledger = invariants.Ledger(*invariants.CLAIMS)
+    with driver() as fmu:
+        invariants.check(fmu, ledger, cases.pushed_impact(1, number), 1, exact=True)
+    assert not any(check["failures"] for check in ledger.checks.values())

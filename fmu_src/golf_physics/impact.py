@@ -429,8 +429,11 @@ class Flight(Impact):
         if club_force == self.club_force:
             return self
         _, x_club, x_ball, v_club, v_ball, left = self.state(instant)
-        compression = left or x_club - x_ball
-        motion = Motion(x_club, x_ball, v_club, v_ball, compression, v_club - v_ball)
+        high, low = self.begin
+        t = (instant[0] - high) + (instant[1] - low)
+        # The difference of the velocities would cancel.
+        closing = self.motion.closing + self.club_force / self.parameters.m_club * t
+        motion = Motion(x_club, x_ball, v_club, v_ball, left or x_club - x_ball, closing)
         first = self if self.first is None else self.first
         return Flight(self.contact, instant, self.lasted, motion, club_force, first)
 

@@ -12,6 +12,7 @@ from golf_impact.errors import UserError
 from golf_impact.facts import closed_forms, document, measured
 from golf_impact.facts.balls import BALLS, rating_stiffness
 from golf_impact.facts.quantities import QUANTITIES, format_value, label
+from golf_impact.fmu.coupling import COUPLINGS, run_pushed
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.loaded import LoadedFmu, LoadedFmu3
@@ -19,10 +20,10 @@ from golf_impact.fmu.system import build_system, extract_fmus, run_ssp, run_syst
 from golf_impact.peers.document_scheme import document_fmu
 from golf_impact.report.report import Metrics, Report
 
-__all__ = ["BALLS", "QUANTITIES", "ImpactFmu", "LoadedFmu3", "Metrics", "Report", "UserError"]
-__all__ += ["LoadedFmu", "build_system", "closed_forms", "current_fmu", "document"]
-__all__ += ["document_fmu", "extract_fmus", "label"]
-__all__ += ["format_value", "main", "measured", "rating_stiffness", "run_ssp", "run_system"]
+__all__ = ["BALLS", "COUPLINGS", "QUANTITIES", "ImpactFmu", "LoadedFmu3", "Metrics", "Report"]
+__all__ += ["LoadedFmu", "UserError", "build_system", "closed_forms", "current_fmu", "document"]
+__all__ += ["document_fmu", "extract_fmus", "format_value", "label", "main", "measured"]
+__all__ += ["rating_stiffness", "run_pushed", "run_ssp", "run_system"]
 
 
 def main(script: str) -> None:

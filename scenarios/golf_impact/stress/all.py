@@ -28,8 +28,9 @@ def checks_and_maps(
     # Every tenth random impact and every special one is compared with the reference.
     random = ("random impacts", impacts, cases.random_impact, 10)
     special = ("special points", specials, special_points.special_impact, 1)
+    pushed = ("pushed heads", impacts // 5, cases.pushed_impact, 3)
     with driver() as fmu:
-        for title, count, draw, sample in (random, special):
+        for title, count, draw, sample in (random, pushed, special):
             tick = progress(title, count)
             for number in range(count):
                 check(fmu, ledger, draw(seed, number), seed, exact=number % sample == 0)

@@ -18,11 +18,12 @@ from golf_impact.peers.problem import Case
 
 @dataclass(frozen=True)
 class Segment:
-    """A communication step, or the time between two changes of k and b, which are set before it."""
+    """A communication step, or the time between two changes of its inputs, set before it."""
 
     length: float  #: s; rounded, so that its parts add up exactly
     k: float
     b: float
+    club_force: float = 0.0
 
 
 #: A way to step through an impact.
@@ -132,6 +133,19 @@ def random_impact(seed: int, number: int) -> ImpactCase:
     if rng.random() < 0.2:  # long after separation
         end += _decades(rng, -3, 0)
     return ImpactCase(number, values, start_time, segments_of(values, end, changes))
+
+
+def pushed_impact(seed: int, number: int) -> ImpactCase:
+    """A random impact with a force on the head, at most twice an undamped contact's largest."""
+    impact, rng = random_impact(seed, number), random.Random(f"{seed}/{number}/force")
+    v = impact.values
+    scale = impact.closing * math.sqrt(v["k"] * reduced_mass(v["m_club"], v["m_ball"]))
+    segments = tuple(
+        replace(segment, club_force=scale * rng.choice((-1.0, 0.0, 1.0)) * _decades(rng, -4, 0.3))
+        for segment in impact.segments
+    )
+    values = v | {"club_force": segments[0].club_force}
+    return replace(impact, values=values, segments=segments, kind="pushed")
 
 
 def _decades(rng: random.Random, low: float, high: float) -> float:

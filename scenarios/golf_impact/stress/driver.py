@@ -36,10 +36,10 @@ class Driver(ImpactFmu):
     def run(self, impact: ImpactCase, steps: Steps) -> list[Outputs]:
         """The outputs after each of these steps through an impact."""
         self.begin_run(impact.values, impact.start_time)
-        inputs = self.references(("k", "b"))
+        inputs = self.references(("k", "b", "club_force"))
         point, path = impact.start_time, []
         for step in steps:
-            self.slave.setReal(inputs, (step.k, step.b))
+            self.slave.setReal(inputs, (step.k, step.b, step.club_force))
             self.slave.doStep(point, step.length)
             point += step.length
             path.append(self.outputs())

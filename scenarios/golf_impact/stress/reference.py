@@ -317,7 +317,7 @@ def outputs_after(
     """Every output after the chosen steps, by number from 0; `stretched` is a factor of times."""
     exact, after = Reference(values), {}
     for number, step in enumerate(steps):
-        exact.step(_mp.mpf(step.length) * stretched, step.k, step.b)
+        exact.step(_mp.mpf(step.length) * stretched, step.k, step.b, None, step.club_force)
         if number in chosen:
             after[number] = exact.outputs()
     return after

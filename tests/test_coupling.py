@@ -1,0 +1,134 @@
+"""A shaft on the club head, through fmpy on the built FMU: the couplings' errors and orders."""
+
+import re
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import run
+from scipy.integrate import solve_ivp
+
+from golf_impact.fmu.coupling import COUPLINGS, run_pushed
+
+#: Tip of the shaft (kg), ball (kg), ball's stiffness and damping, the shaft's damping, grip (m/s).
+M_CLUB, M_BALL, K, B, DAMPING, GRIP = 0.2, 0.04593, 1e6, 9.0, 5.0, 40.0
+VALUES = {"law": 2, "k": K, "b": B, "m_club": M_CLUB, "m_ball": M_BALL, "club_speed": GRIP}
+PHASES = 8
+
+#: Largest error of the ball's speed at 0.1 ms and 10 µs, over `PHASES`, as measured.
+ERRORS = {
+    2e4: {"late": (3.3e-4, 3.8e-5), "middle": (1.2e-5, 9.7e-8), "repeated": (6.1e-5, 6.1e-7)},
+    2e5: {"late": (1.4e-3, 1.7e-4), "middle": (5.6e-5, 6.4e-7), "repeated": (3.4e-4, 3.4e-6)},
+    2e6: {"late": (1.2e-2, 1.3e-3), "middle": (6.0e-4, 5.5e-6), "repeated": (2.2e-3, 2.2e-5)},
+}
+FREE = {2e4: -1.1e-3, 2e5: -4.2e-3, 2e6: -3.5e-2}
+
+
+def shaft(stiffness, start):
+    """The force of a shaft on its tip; relaxed before touch, with the tip at `start` at first."""
+    return lambda t, x, v: stiffness * (GRIP * t + start - x) + DAMPING * (GRIP - v)
+
+
+def exact_speed(push, start=0.0, speed=GRIP):
+    """Of the ball after the impact with a head that starts at `start` (m), by DOP853, m/s."""
+
+    def contact(y):
+        return K * (y[0] - y[2]) + B * (y[1] - y[3])
+
+    def slopes(t, y, pressed):
+        force = contact(y) if pressed else 0.0
+        return [y[1], (push(t, y[0], y[1]) - force) / M_CLUB, y[3], force / M_BALL]
+
+    def touch(t, y, pressed):
+        return y[0]
+
+    def separation(t, y, pressed):
+        return contact(y)
+
+    touch.terminal = separation.terminal = True
+    separation.direction = -1
+    state, time = [start, speed, 0.0, 0.0], 0.0
+    for pressed, event in ((False, touch), (True, separation)):
+        if pressed or start:
+            options = {"args": (pressed,), "events": event, "rtol": 1e-13, "atol": 1e-15}
+            path = solve_ivp(slopes, (time, time + 1.0), state, "DOP853", max_step=1e-4, **options)
+            time, state = path.t[-1], path.y[:, -1]
+    return state[3]
+
+
+@pytest.fixture(scope="module")
+def error(_loaded):
+    """The largest relative error of the ball's speed over the phases of touch in the step."""
+    found = {}
+
+    def largest(stiffness, coupling, size):
+        key = stiffness, coupling, size
+        if key not in found:
+            errors = []
+            for n in range(PHASES):
+                gap = n / PHASES * size * GRIP
+                push = shaft(stiffness, -gap)
+                speed = run_pushed(_loaded, push, size, coupling, **VALUES, gap=gap)
+                errors.append(speed / exact_speed(shaft(stiffness, 0.0)) - 1.0)
+            found[key] = max(errors, key=abs)
+        return found[key]
+
+    return largest
+
+
+@pytest.mark.parametrize("stiffness", ERRORS)
+def test_errors_of_the_couplings(fmu, error, stiffness):
+    free = run_pushed(fmu, lambda t, x, v: 0.0, 1e-4, "late", **VALUES)
+    expected = FREE[stiffness]
+    assert free / exact_speed(shaft(stiffness, 0.0)) - 1.0 == pytest.approx(expected, rel=0.03)
+    for coupling, limits in ERRORS[stiffness].items():
+        for size, limit in zip((1e-4, 1e-5), limits, strict=True):
+            assert 0.8 * limit < abs(error(stiffness, coupling, size)) <= limit
+
+
+@pytest.mark.parametrize("stiffness", ERRORS)
+@pytest.mark.parametrize(("coupling", "order"), list(zip(COUPLINGS, (1, 2, 2), strict=True)))
+def test_orders_of_the_couplings(error, stiffness, coupling, order):
+    sizes = [1e-4, 5e-5, 2e-5, 1e-5]
+    errors = [abs(error(stiffness, coupling, size)) for size in sizes]
+    # Measured: 0.93 to 0.94, 1.94 to 2.09, 1.99 to 2.00.
+    slope = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    assert slope == pytest.approx(order, abs=0.1)
+
+
+@pytest.mark.parametrize("coupling", ["late", "middle"])
+def test_a_step_longer_than_the_contact_leaves_a_free_head(fmu, coupling):
+    gap = 0.2 * 1e-3 * GRIP
+    free, pushed = (
+        run_pushed(fmu, push, 1e-3, coupling, **VALUES, gap=gap)
+        for push in (lambda t, x, v: 0.0, shaft(2e5, -gap))
+    )
+    # The contact takes 0.59 ms of the last 0.8 ms; the shaft is relaxed before.
+    assert pushed == pytest.approx(free, rel=1e-12)
+
+
+HOST = (Path(__file__).parent.parent / "build" / "README.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 2e5])
+def test_the_host_in_the_readme(fmu_path, tmp_path, stiffness):
+    """A host for a club of one's own, as it stands there, and with a shaft as its force."""
+    text = HOST.partition("A host for a club")[2]
+    (program,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert len([line for line in program.splitlines() if line.strip()]) <= 36
+    push, tolerance = lambda t, x, v: 400.0, 1e-12
+    if stiffness:
+        (body,) = re.findall(r"`(return 2e5 .*?)`", text)
+        program = program.replace("return 400.0", body).replace(
+            "[1e-3, 3e-4, 1e-4]", "[2e-5, 1e-5]"
+        )
+        assert body in program
+        push, tolerance = shaft(stiffness, -0.5), 3e-6
+    shutil.copy(fmu_path, tmp_path / "ClubBallImpact.fmu")
+    for seed in range(3):
+        (tmp_path / "host.py").write_text(f"import random\nrandom.seed({seed})\n{program}")
+        done = run(sys.executable, "host.py", cwd=tmp_path)
+        ball = float(re.findall(r"ball (\S+) m/s", done.stdout)[0])
+        assert ball == pytest.approx(exact_speed(push, -0.5), rel=tolerance)
