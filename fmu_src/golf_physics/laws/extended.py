@@ -273,9 +273,11 @@ class ExtendedContact(ContactPhase):
         # Its amplitude: a bound above it would never be reached without damping.
         pair = (row[1] * row[1] + row[2] * row[2]).sqrt() * self._exp(-h * t)
         if level:
-            # Real mode and level together go from what they are now to the level.
             now = level + real
-            return now * level > 0 and pair < min(abs(now), abs(level))
+            if not (now * level > 0 and pair < abs(now)):
+                return False
+            # The pair decays below the sum of both: faster, or that grows, or the level is enough.
+            return h >= r or real * level <= 0 or pair < abs(level)
         return pair < abs(real)
 
     def _zero(
