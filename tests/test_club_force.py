@@ -12,6 +12,7 @@ from golf_physics.variables import BY_NAME, VARIABLES
 from scipy.integrate import solve_ivp
 
 import golf_impact
+from golf_impact.report.own_cases import own_cases
 from golf_impact.stress.reference import Reference
 
 M_BALL = 0.04593
@@ -221,3 +222,10 @@ def test_through_the_fmus(fmu, fmi3_path):
         )  # fmt: skip
         for name in names:
             assert rows[name][-1] == pytest.approx(stepwise[name], rel=1e-6)
+
+
+@pytest.mark.parametrize("values", [{"law": 1}, {"law": 2}, {"law": 2, "exponent": 1.6}])
+def test_the_checks_of_a_run(fmu, values):
+    """Balances, and CVODE's velocity after separation, where the force goes on accelerating."""
+    _, report = own_cases(fmu, {**values, "club_force": 300.0}, [])
+    assert [check for check in report.checks if not check.passed] == []

@@ -269,9 +269,16 @@ class ExtendedContact(ContactPhase):
         r, h, _ = self._rates
         if self._sign < 0 or not t or (not level and r >= h):
             return False
-        real = abs(row[0]) * self._exp(-r * t)
-        pair = (abs(row[1]) + abs(row[2])) * self._exp(-h * t)
-        return real + pair < abs(level) if level else pair < real
+        real = row[0] * self._exp(-r * t)
+        # Its amplitude: a bound above it would never be reached without damping.
+        pair = (row[1] * row[1] + row[2] * row[2]).sqrt() * self._exp(-h * t)
+        if level:
+            now = level + real
+            if not (now * level > 0 and pair < abs(now)):
+                return False
+            # The pair decays below the sum of both: faster, or that grows, or the level is enough.
+            return h >= r or real * level <= 0 or pair < abs(level)
+        return pair < abs(real)
 
     def _zero(
         self, row: Row, low: Decimal, high: Decimal, falls: bool, level: Decimal = _ZERO

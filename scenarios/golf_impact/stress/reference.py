@@ -98,7 +98,7 @@ class _Sum:
         if _mp.im(slowest) or not any(_mp.im(rate) for rate, _ in others):
             return True
         rest = sum(abs(c * _mp.exp(rate * t)) for rate, c in others)
-        return 2 * rest >= abs(c * _mp.exp(slowest * t))
+        return rest >= abs(c * _mp.exp(slowest * t))
 
     def _root(self, left: Real, right: Real) -> Real:
         """The one zero in (left, right]."""
@@ -139,7 +139,7 @@ class _Contact:
         matrix = _mp.matrix(4)
         matrix[0, 1], matrix[0, 2] = omega, -omega
         matrix[1, 1], matrix[1, 3] = -drag / m_club, force / m_club
-        matrix[2, 2], matrix[3, 3] = -drag / m_ball, omega * (1 - _APART)
+        matrix[2, 2], matrix[3, 3] = -drag / m_ball, omega * (_APART - 1)
         matrix[1, :] -= contact / m_club
         matrix[2, :] += contact / m_ball
         if not force:
