@@ -39,7 +39,7 @@ def line(seed=0, rest=0.86, slope=0.0029, sigma=0.004):
 
 
 def fitted(fmu, law=FREE, conditions=(), **given):
-    return Fit(fmu, measurements(dict(conditions), **given), law)
+    return Fit(measurements(dict(conditions), **given), law)
 
 
 def deviations(found, true):
@@ -79,7 +79,7 @@ def test_a_row_in_the_steep_rise_after_touch(fmu):
     found = [fitted(fmu, curve=curve(fmu, n, **values)) for n in range(12)]
     true = {**BALL, **values}
     assert max(abs(z) for one in found for z in deviations(one, true)) < 4.0
-    errors = [one.touch.standard_error for one in found]
+    errors = [one.touches["curve"].standard_error for one in found]
     assert min(errors) > 0.2 * max(errors)
 
 
@@ -107,7 +107,7 @@ def test_without_noise(fmu):
     found = fitted(fmu, curve=curve(fmu, noise=0.0, shift=2.0))
     for name in found.parameters:
         assert found.values[name] == pytest.approx(BALL[name], rel=1e-6)
-    assert found.touch.value == pytest.approx(2.0, abs=1e-10)
+    assert found.touches["curve"].value == pytest.approx(2.0, abs=1e-10)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -146,7 +146,7 @@ def test_all_together(fmu):
     calibration = Calibration(data, FREE)
     assert list(calibration.parameters) == ["k", "exponent", *penner]
     assert max(map(abs, deviations(calibration.fit, {**BALL, **penner}))) < 4.0
-    alone = Fit(fmu, Measurements({}, cor_speeds=data.cor_speeds), LINEAR)
+    alone = Fit(Measurements({}, cor_speeds=data.cor_speeds), LINEAR)
     for name in penner:
         assert (
             calibration.parameters[name].standard_error
@@ -173,7 +173,7 @@ def test_predictions_are_the_fmus(fmu):
     value, low, high = at["coefficient_of_restitution"]
     assert value.shape == low.shape == high.shape == (1, 2)
     direct = fmu.impact(("smash_factor",), **{**found.fit.values, "club_speed": 45.0})
-    assert at["smash_factor"].value[0, 1] == direct["smash_factor"]
+    assert at["smash_factor"].value[0, 1] == pytest.approx(direct["smash_factor"], rel=1e-13)
     assert low[0, 0] < 0.757 < high[0, 0] or abs(value[0, 0] - 0.757) < 0.01
     assert high[0, 0] - low[0, 0] == pytest.approx(high[0, 1] - low[0, 1], rel=1e-3)
     assert found.predict(45.0)["ball_velocity"].value.shape == ()

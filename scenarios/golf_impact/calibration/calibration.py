@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from golf_build import VERSION
+from golf_impact.arrays.impacts import impacts
+from golf_impact.arrays.sensitivities import sensitivities
 from golf_impact.calibration.fit import ContactLaw, Fit
 from golf_impact.calibration.measurements import (
     DEFAULT_SIGMA,
@@ -24,10 +26,8 @@ from golf_impact.errors import UserError, missing_package
 from golf_impact.facts.balls import Ball, ball_toml
 from golf_impact.facts.quantities import QUANTITIES, format_options, format_with_error
 from golf_impact.files import write_together
-from golf_impact.fmu.file import current_fmu
-from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.fmu.uncertainty import standard_errors
 from golf_impact.report.outcome import Table
+from golf_impact.report.uncertainty import gradient, standard_errors
 
 #: What is worth a sentence: a χ² that law and σ exceed less often than this, a lag-1
 #: autocorrelation of a curve's residuals, times √rows, above this, an AIC lower by this.
@@ -71,13 +71,12 @@ class Calibration:
         self, data: Measurements, law: ContactLaw, speeds: Sequence[float] | None = None
     ) -> None:
         self.data, self.fits = data, list[Fit]()
-        with ImpactFmu(current_fmu()[0]) as fmu:
-            self.fit = best = Fit(fmu, data, law)
-            for number, exponent in _COMPARED if data.sized else ():
-                other = ContactLaw(number, exponent, law.reference_compression)
-                # With too few measurements a law isn't compared.
-                with suppress(UserError):
-                    self.fits.append(best if other == law else Fit(fmu, data, other))
+        self.fit = best = Fit(data, law)
+        for number, exponent in _COMPARED if data.sized else ():
+            other = ContactLaw(number, exponent, law.reference_compression)
+            # With too few measurements a law isn't compared.
+            with suppress(UserError):
+                self.fits.append(best if other == law else Fit(data, other))
         self.parameters, self.covariance = best.parameters, best.covariance
         self.chi_squared, self.degrees_of_freedom = best.chi_squared, best.degrees_of_freedom
         self.residuals = {name: best.residuals[rows] for name, rows in data.groups.items()}
@@ -91,21 +90,29 @@ class Calibration:
         """S, COR and ball speed (m/s) at club speeds (m/s, any shape), with 95 % intervals.
 
         The intervals follow from the covariance of the parameters, linearly; they hold if the law
-        does. UserError: the FMU refuses a speed.
+        does. UserError: the physics refuses a speed.
         """
         speeds = np.asarray(club_speeds, float)
 
         def evaluate(values: Mapping[str, float]) -> np.ndarray:
-            cases = ({**values, "club_speed": speed} for speed in speeds.ravel().tolist())
-            rows = [list(fmu.impact(_PREDICTED, **case).values()) for case in cases]
-            return np.array(rows).T.reshape(len(_PREDICTED), *speeds.shape)
+            cases = {**values, "club_speed": speeds}
+            outcome = impacts(_PREDICTED, cases, speeds.shape)
+            if outcome.reason:
+                raise UserError(outcome.reason)
+            return np.array([outcome.columns[name] for name in _PREDICTED])
 
-        best, covariance = self.fit, self.covariance
-        with ImpactFmu(current_fmu()[0]) as fmu:
-            value = evaluate(best.values)
-            errors = standard_errors(evaluate, best.values, list(best.parameters), covariance)
-        low, high = value - best.coverage * errors, value + best.coverage * errors
-        return dict(zip(_PREDICTED, map(Interval, value, low, high)))
+        values = self.fit.values
+        # A parameter at its limit has no variance.
+        names = [name for name, one in self.parameters.items() if one.standard_error]
+        try:
+            found = sensitivities(_PREDICTED, names, {**values, "club_speed": speeds})
+            slopes = np.array([[found[name][of] for name in _PREDICTED] for of in names])
+        except UserError:
+            slopes = gradient(evaluate, values, names)
+        at = [[*self.parameters].index(name) for name in names]
+        errors = standard_errors(slopes, self.covariance[np.ix_(at, at)]) if names else 0.0
+        value, half = evaluate(values), self.fit.coverage * errors
+        return dict(zip(_PREDICTED, map(Interval, value, value - half, value + half)))
 
     @property
     def ball(self) -> Ball:
@@ -171,13 +178,13 @@ class Calibration:
             if best.chi_squared > 1e-4:
                 met = f"can't meet them together ({square}) and comes as near as it can"
             words.append(f"No more targets than parameters: {best.title} {met}.")
-        if data.curve:
+        for name, curve in data.curves.items():
             # Lag-1 autocorrelation in contact; of independent residuals it is normal, 1/√rows.
-            inside = self.residuals["curve"][data.curve.contact]
+            inside = self.residuals[name][curve.contact]
             correlation = float(inside[1:] @ inside[:-1]) / max(float(inside @ inside), 1e-300)
             if correlation * math.sqrt(len(inside)) > _CORRELATED:
                 why = "the law misses its shape, or the noise is correlated; errors are too small"
-                words.append(f"Residuals of the curve are correlated ({correlation:.2f}): {why}.")
+                words.append(f"Residuals of the {name} are correlated ({correlation:.2f}): {why}.")
         better = min((best, *self.fits), key=lambda other: other.aic)
         if best.aic - better.aic > _BETTER:
             lower = f"its AIC is lower by {best.aic - better.aic:.3g}"
@@ -187,7 +194,9 @@ class Calibration:
     def tables(self) -> list[Table]:
         """Parameters, measurements, predictions, and the comparison of laws."""
         best, data = self.fit, self.data
-        found = dict(self.parameters) | ({"touch_time": best.touch} if best.touch else {})
+        found = dict(self.parameters) | {
+            name.replace("curve", "touch_time"): one for name, one in best.touches.items()
+        }
         parameters = [
             [name, format_with_error(*one) + _UNITS.get(name, "")] for name, one in found.items()
         ]
@@ -241,7 +250,7 @@ class Calibration:
             "version": VERSION,
             "command": self.command,
             **best.as_json(),
-            "touch_time": best.touch._asdict() if best.touch else None,
+            "touch_time": next((one._asdict() for one in best.touches.values()), None),
             "targets": targets,
             "series": series,
             "predictions": predictions,

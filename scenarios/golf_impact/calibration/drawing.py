@@ -32,8 +32,8 @@ def draw(calibration: Any) -> Figure:
     for name, series in data.series.items():
         above, below = axes[name], axes[f"{name} residuals"]
         order, x, sigma = np.argsort(series.x), series.x, fit.sigma[data.groups[name]]
-        if fit.touch and name == "curve":
-            x = 1e6 * (series.x - fit.touch.value)
+        if name in fit.touches:
+            x = 1e6 * (series.x - fit.touches[name].value)
             first, last = x[series.contact[[0, -1]]]
             margin = 0.3 * (last - first)
             for one in (above, below):
@@ -45,8 +45,8 @@ def draw(calibration: Any) -> Figure:
         below.fill_between(x[order], -half, half, **band)
         below.plot(x, residuals, **_DOTS)
         below.axhline(0.0, color=figures.BLACK, lw=0.8)
-        above.set(ylabel=_LABELS[name][1])
-        below.set(xlabel=_LABELS[name][0], ylabel=_LABELS[name][2])
+        above.set(ylabel=_LABELS[name.split()[0]][1])
+        below.set(xlabel=_LABELS[name.split()[0]][0], ylabel=_LABELS[name.split()[0]][2])
         for one in (above, below):
             one.legend(loc="upper right", fontsize=9)
     if data.targets:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -72,19 +73,37 @@ class Series:
     x: np.ndarray
     y: np.ndarray
     sigma: np.ndarray | None = None  #: of y; None if it follows from the residuals
+    impact: Mapping[str, float] = field(default_factory=dict)  #: of a curve, as `IMPACT`
 
     @property
     def contact(self) -> np.ndarray:
         """Rows of a curve with more than a quarter of the largest force."""
         return np.flatnonzero(self.y > 0.25 * self.y.max())
 
+    @cached_property
+    def spacing(self) -> float:
+        """Time between rows, s."""
+        return float(np.median(np.diff(self.x)))
+
+    def around_contact(self, rows: int) -> Series:
+        """A curve of more than so many: an eighth of them or so many, of contact and margins."""
+        first, last = self.contact[[0, -1]].tolist()
+        margin = (last - first) // 2 + 1
+        first, last = max(first - margin, 0), last + margin + 1
+        every = slice(first, last, min(8, -((first - last) // rows)))
+        if len(self.x) <= rows:
+            return self
+        sigma = self.sigma if self.sigma is None else self.sigma[every]
+        return replace(self, rows=(), x=self.x[every], y=self.y[every], sigma=sigma)
+
 
 class Measurements:
     """All that a fit has to meet.
 
     Attributes:
-        impact: of scalars and curve, speed (m/s) and masses (kg).
-        series: curve and COR over speed, as far as there are any.
+        impact: of scalars, speed (m/s) and masses (kg).
+        curves: force curves by name: curve, curve 2, …
+        series: curves and COR over speed, as far as there are any.
         values: all measured values: scalars, forces, CORs.
         groups: where each of these are in `values`.
         sized: whether anything depends on the stiffness.
@@ -93,21 +112,21 @@ class Measurements:
     def __init__(
         self,
         targets: Mapping[str, Target],
-        curve: Series | None = None,
+        curves: Sequence[Series] = (),
         cor_speeds: Series | None = None,
         impact: Mapping[str, float] = IMPACT,
     ) -> None:
-        self.targets, self.curve, self.cor_speeds, self.impact = targets, curve, cor_speeds, impact
+        self.targets, self.cor_speeds, self.impact = targets, cor_speeds, impact
         self.reduced_mass = closed_forms.reduced_mass(impact["m_club"], impact["m_ball"])
-        series = {"curve": curve, "cor_speeds": cor_speeds}
-        self.series = {name: one for name, one in series.items() if one}
+        self.curves = {f"curve {n + 1}" if n else "curve": one for n, one in enumerate(curves)}
+        self.series = self.curves | ({"cor_speeds": cor_speeds} if cor_speeds else {})
         parts = {"targets": np.array([target.value for target in targets.values()])}
         parts |= {name: one.y for name, one in self.series.items()}
         self.values = np.concatenate([*parts.values()])
         ends = np.cumsum([len(part) for part in parts.values()]).tolist()
         pairs = zip(parts.items(), ends)
         self.groups = {name: slice(end - len(p), end) for (name, p), end in pairs if len(p)}
-        self.sized = bool(curve) or any(name not in RESTITUTION for name in targets)
+        self.sized = bool(curves) or any(name not in RESTITUTION for name in targets)
 
 
 def option(name: str) -> str:
@@ -161,10 +180,10 @@ def measurements(
         elif sigma is not None:
             raise UserError(f"{option(f'sigma_{name}')} is refused without {option(name)}")
     impact = {name: values.get(name, default) for name, default in IMPACT.items()}
-    force = None if curve is None else _read_series(curve, "curve")
+    curves = [] if curve is None else [replace(_read_series(curve, "curve"), impact=impact)]
     line = None if cor_speeds is None else _read_series(cor_speeds, "cor_speeds")
-    data = Measurements(targets, force, line, impact)
-    if force:
+    data = Measurements(targets, curves, line, impact)
+    for force in curves:
         _check_curve(force, data.reduced_mass * impact["club_speed"])
     if line and np.ptp(line.x) == 0.0:
         raise UserError(f"{line.name} is refused: a line needs COR at two speeds or more")
