@@ -99,6 +99,8 @@ class Fit:
             result = problem.minimum()
             for _ in range(3 if self.estimated else 0):
                 problem.estimate_sigma(result)
+                if len(data.groups) == 1:
+                    break  # the minimum doesn't depend on the only σ
                 result = problem.solve(result.x)
             values = problem.values(result.x)
             jacobian = problem.parameter_slopes(values)
@@ -273,22 +275,21 @@ class _Problem:
             starts.append(np.array([at[name] for name in self.free]))
         return starts
 
-    def minimum(self) -> Any:
+    def minimum(self, tolerance: float = 1e-10) -> Any:
         """SciPy's result of the best minimum; of several that are as good, the least damped one."""
         starts = self.starts()
-        thin = self.thinned()
-        if thin:
-            starts = [self.near(thin)]
+        if thin := self.thinned():
+            x = thin.minimum(1e-6).x
+            for name, curve in self.touches.items():
+                x[self.free.index(name)] += (thin.touches[name].x[0] - curve.x[0]) / _CLOCK
+            starts = [self.shifted(x)]
         elif self.touches:
+            starts = sorted(starts, key=self.cost)[:3]
             best = min((self.solve(x, 1e-2) for x in starts), key=attrgetter("cost"))
-            # Law 2's force jumps or rises steeply at touch, so that χ² has a minimum between any
-            # two rows: the best of the neighbouring ones.
-            for rows, (name, curve) in itertools.product((4, 2, 1), self.touches.items()):
-                row = np.eye(len(best.x))[self.free.index(name)] * curve.spacing / _CLOCK
-                near = [self.solve(best.x + shift * row, 1e-6) for shift in (rows, 0, -rows)]
-                best = min(near, key=attrgetter("cost"))
-            starts = [best.x]
-        results = [self.solve(x) for x in starts]
+            for _ in range(2):
+                best = self.solve(self.shifted(best.x), 1e-6)
+            starts = [self.shifted(best.x)]
+        results = [self.solve(x, tolerance) for x in starts]
         least = min(result.cost for result in results)
         if least >= _FAR:
             raise UserError(f"{self.law.title}: no contact that ends comes near these measurements")
@@ -305,27 +306,25 @@ class _Problem:
         )
         return _Problem(data, self.law)
 
-    def near(self, thin: _Problem) -> np.ndarray:
-        """The coordinates near those that fit a thinned curve, with the best rows for touches."""
-        x = thin.minimum().x
-        for name, curve in self.touches.items():
-            x[self.free.index(name)] += (thin.touches[name].x[0] - curve.x[0]) / _CLOCK
+    def cost(self, x: np.ndarray) -> float:
+        return float(np.sum(self.residuals(self.values(x)) ** 2))
 
-        def cost(x: np.ndarray) -> float:
-            return float(np.sum(self.residuals(self.values(x)) ** 2))
+    def shifted(self, x: np.ndarray) -> np.ndarray:
+        """These coordinates, or better ones with touches some rows away.
 
-        jacobian, least = self.jacobian(x), cost(x)
+        Law 2's force jumps or rises steeply at touch: χ² has a minimum between any two rows.
+        """
+        jacobian, least = self.jacobian(x), self.cost(x)
         normal = jacobian.T @ jacobian
         for name, curve in self.touches.items():
-            n = self.free.index(name)
             # The others follow, as they would in a fit.
-            others = np.arange(len(x)) != n
-            along = np.eye(len(x))[n]
-            along[others] = -np.linalg.lstsq(normal[others][:, others], normal[others, n])[0]
+            one = np.arange(len(x)) == self.free.index(name)
+            along = one.astype(float)
+            along[~one] = -np.linalg.lstsq(normal[~one][:, ~one], normal[~one][:, one])[0].ravel()
             for rows, sign in itertools.product((8, 4, 2, 1), (1, -1)):
                 shift = sign * rows * curve.spacing / _CLOCK * along
                 moved = np.clip(x + shift, *self.bounds)
-                if (found := cost(moved)) < least:
+                if (found := self.cost(moved)) < least:
                     x, least = moved, found
         return x
 
