@@ -279,7 +279,7 @@ class _Problem:
         """SciPy's result of the best minimum; of several that are as good, the least damped one."""
         starts = self.starts()
         if thin := self.thinned():
-            x = thin.minimum(1e-6).x
+            x = thin.minimum(1e-5).x
             for name, curve in self.touches.items():
                 x[self.free.index(name)] += (thin.touches[name].x[0] - curve.x[0]) / _CLOCK
             starts = [self.shifted(x)]

@@ -22,7 +22,7 @@ _STEP, _DIFFERENCE = 1e-30, 1e-6
 
 #: Rows in contact above which derivatives are computed at so many instants, denser towards touch,
 #: and interpolated: to 1e-6 of the largest, where the fit needs a direction and standard errors.
-_INSTANTS = 4000
+_INSTANTS = 1000
 
 
 class NotAnalyticError(UserError):
