@@ -8,6 +8,7 @@ from golf_physics.component.component import Component
 from golf_physics.component.segment import Segment
 from golf_physics.component.state import plain, revived
 from golf_physics.impact import Approach, Contact, Flight, Impact, Results
+from golf_physics.laws.contact import ContactPhase
 from golf_physics.values import START, Inputs, Parameters
 from golf_physics.variables import BY_NAME, SETTABLE, VARIABLES
 
@@ -138,3 +139,20 @@ def test_no_cyclic_garbage():
         assert gc.collect() == 0
     finally:
         gc.enable()
+
+
+@pytest.mark.parametrize("b", [0.0, 9.0, 200.0])
+@pytest.mark.parametrize("law", [1, 2])
+def test_totals_after_a_short_time_are_those_of_any_time(law, b):
+    """In closed form, also beside the maxima: there the slope is too small to decide."""
+    impact, inputs = impact_of({"law": law, "b": b})
+    contact = impact.following(inputs)
+    peaks = [contact.phase.largest(name, 1.0)[1] for name in ("force", "d")]
+    for peak in peaks:
+        start = contact.changed(inputs._replace(k=1.1e6), (0.9 * peak, 0.0))
+        phase = start.phase
+        (_, when), deepest = phase.largest("force", 1.0), phase.largest("d", 1.0)[1]
+        for center in (1e-5, when, deepest):
+            for offset in (0.0, *(sign * 10.0**n for n in range(-16, -1) for sign in (1, -1))):
+                t = center * (1.0 + offset)
+                assert phase.totals(t) == ContactPhase.totals(phase, t)

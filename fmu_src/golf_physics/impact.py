@@ -268,7 +268,10 @@ class Contact(Impact):
         if t <= RESOLUTION * high:
             t = 0.0
         dense, scale = self.phase.dense_output()
-        _, x_club, x_ball, v_club, v_ball, d = self.clamped(dense(scale * t), t)
+        state = dense(scale * t)
+        if not t or state[0] < 0.0 or state[5] < 0.0:
+            self.clamp(state, t)
+        _, x_club, x_ball, v_club, v_ball, d = state
         closing = self.phase.closing(t) if t else self.motion.closing
         motion = new(Motion, (x_club, x_ball, v_club, v_ball, d, closing))
         if law.force(p, k, b, d, closing) > 0.0 or (not d and closing > 0.0):
@@ -278,8 +281,8 @@ class Contact(Impact):
             return Contact(p, k, b, instant, touch, motion, before)
         return Flight(self, instant, t, motion)
 
-    def clamped(self, state: State, t: float) -> State:
-        """A state of the dense output as a host may see it, t s after the start of the phase.
+    def clamp(self, state: State, t: float) -> None:
+        """Change a state of the dense output, t s after the start, to what a host may see.
 
         Exact at the start; and neither force nor compression is below 0, whatever the rounding:
         bodies push, they don't pull.
@@ -293,7 +296,6 @@ class Contact(Impact):
             state[0] = 0.0
         if state[5] < 0.0:
             state[2], state[5] = state[1], 0.0
-        return state
 
     def state(self, instant: Instant) -> State:
         high, low = self.begin
@@ -301,22 +303,32 @@ class Contact(Impact):
         if t <= RESOLUTION * high:
             t = 0.0
         dense, scale = self.phase.dense_output()
-        return self.clamped(dense(scale * t), t)
+        state = dense(scale * t)
+        self.clamp(state, t)
+        return state
 
     def last(self, instant: Instant) -> "tuple[Contact, float]":
         return self, self.elapsed(instant)
 
     def results(self, t: float) -> Results:
         """Results until t, s since the start of the phase."""
-        peaks = *self.peak_force(t), self.peak_compression(t)
-        return Results(self.contact_time(t), *peaks, self.total_impulse(t))
+        time, most, when, compression, impulse = self.before
+        largest, deepest, more = self.phase.totals(t)
+        peak = self._later_peak(time, most, when, *largest)
+        return Results(time + t, *peak, max(compression, deepest), impulse + more)
 
     def contact_time(self, t: float) -> float:
         return self.before.contact_time + t
 
     def peak_force(self, t: float) -> tuple[float, float]:
         time, most, when, _, _ = self.before
-        force, later = self.phase.largest("force", t)
+        return self._later_peak(time, most, when, *self.phase.largest("force", t))
+
+    @staticmethod
+    def _later_peak(
+        time: float, most: float, when: float, force: float, later: float
+    ) -> tuple[float, float]:
+        """The larger of the peak so far and that of a phase that begins at a time, and its time."""
         # k or b changed just before the peak: if the force keeps rising, the later phase counts.
         rising = later > 0.0 and when == time
         if force > most or (rising and force >= most * (1.0 - 1e-15)):

@@ -1,7 +1,13 @@
-"""Run, check and plot impacts of a golf club on a ball, through the FMU (SI units).
+"""Run, check and plot impacts of a golf club on a ball (SI units).
 
     >>> import golf_impact
     >>> round(golf_impact.run_impact(law=2)["smash_factor"], 4)
+    1.5842
+    >>> impacts = golf_impact.run_impacts(["smash_factor"], law=2, b=[0.0, 9.0, 18.0])
+    >>> impacts["smash_factor"].round(3)
+    array([1.641, 1.584, 1.533])
+    >>> slopes = golf_impact.sensitivities(["ball_velocity"], wrt=["club_speed"], law=2)
+    >>> round(slopes["ball_velocity"]["club_speed"].item(), 4)
     1.5842
     >>> ball = golf_impact.balls()["roh-lee"]
     >>> path = golf_impact.run_trajectory(points=5, outputs=["force"], **ball.values)

@@ -39,11 +39,11 @@ def balls() -> dict[str, Ball]:
 
 
 def run_impact(outputs: Sequence[str] = METRICS, **values: float) -> dict[str, float]:
-    """Compute an impact with the FMU.
+    """Compute an impact, in this process: the numbers of the FMU to the last bit.
 
     Args:
         outputs: the Real outputs to read after it.
-        values: inputs and parameters of the FMU by name (SI units); defaults for the others.
+        values: inputs and parameters by name (SI units); defaults for the others.
 
     Returns:
         The outputs by name (SI units). Results of a completed impact are NaN where there is none:
@@ -53,7 +53,7 @@ def run_impact(outputs: Sequence[str] = METRICS, **values: float) -> dict[str, f
         simulated time (1 s or more).
 
     Raises:
-        UserError: the FMU rejects a value, or has no variable of a name.
+        UserError: the physics rejects a value, or has no variable of a name.
     """
     return ScalarImpacts().impact(outputs, **values)
 

@@ -173,14 +173,11 @@ class Component:
             self._point = point + size
             self._now = None
             return True
-        segment = self._check(point, size)
-        if isinstance(segment, Refusal):
+        problem = self._check(point, size)
+        if problem is not None:
             self._size = nan
-            self._report(segment)
+            self._report(problem)
             return False
-        same_begin = segment.begin is self._segment.begin
-        self._count = self._count + 1.0 if same_begin else 1.0
-        self._segment = segment
         self._now = None
         self._size = nan if self._watched else size
         self._point = point + size
@@ -196,8 +193,8 @@ class Component:
         """The present instant: the sum of the accepted steps."""
         return self._segment.instant(self._count)
 
-    def _check(self, point: float, size: float) -> Segment | Refusal:
-        """The segment that a step belongs to, or why it is refused."""
+    def _check(self, point: float, size: float) -> Refusal | None:
+        """Why a step is refused; or None, and it is counted."""
         if not 0.0 < size <= 1e100:
             reason = "it must be > 0 and finite"
             sentence = f"communication step size = {size!r} s is refused: {reason}"
@@ -251,10 +248,14 @@ class Component:
         self._watched = watched
         self.origin = origin
         if size == segment.size:
-            return segment
-        if segment is NO_SEGMENT:
-            return Segment(impact, inputs, instant, size)
-        return segment.resized(instant, size)
+            self._segment, self._count = segment, count + 1.0
+        else:
+            if segment is NO_SEGMENT:
+                segment = Segment(impact, inputs, instant, size)
+            else:
+                segment = segment.resized(instant, size)
+            self._segment, self._count = segment, 1.0
+        return None
 
     def _why_not(self) -> Refusal | None:
         """Why no step is possible in this mode, or until a value is corrected; or None."""

@@ -52,14 +52,14 @@ class HybridComponent(Component):
         high, low = self.instant()
         return self.origin + (high + low)
 
-    def _check(self, point: float, size: float) -> Segment | Refusal:
+    def _check(self, point: float, size: float) -> Refusal | None:
         if self._solved is not None:
             return Refusal("a step is refused: this instance is used for Model Exchange")
         first = not self.last_step
-        accepted = super()._check(point, size)
-        if first and not isinstance(accepted, Refusal):
+        problem = super()._check(point, size)
+        if first and problem is None:
             self.start_time = self.origin
-        return accepted
+        return problem
 
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
         super().set_values(references, values, type_)

@@ -25,23 +25,26 @@ class Segment:
     """
 
     __slots__ = (
-        "_count", "_instant", "_phases", "_present", "begin", "impact", "inputs", "reader", "size",
+        "_count", "_instant", "_phase", "_phases", "begin", "impact", "inputs", "reader", "size",
     )  # fmt: skip
 
     arguments = property(attrgetter("impact", "inputs", "begin", "size"))
 
     def __init__(self, impact: Any, inputs: Inputs, begin: Instant, size: float) -> None:
         self.impact, self.inputs, self.begin, self.size = impact, inputs, begin, size
+        # What follows is found on demand, and a function of the values above alone.
+        self.reader: _Reader = NO_READER
         #: The impact from its phases on, as far as they have been evaluated.
         self._phases = [impact]
-        #: Found on demand, and a function of the values above alone.
-        self.reader: _Reader = NO_READER
-        #: The last number of steps, the instant after them, and the impact from its phase on.
-        self._count, self._instant, self._present = 0.0, begin, impact
+        #: The last number of steps, the instant after them, and the place of its phase or before.
+        self._count, self._instant, self._phase = 0.0, begin, 0
 
     def instant(self, count: float) -> Instant:
         """The instant after so many steps."""
         if count != self._count:
+            if count < self._count:
+                # After a restored state.
+                self._phase = 0
             self._count = count
             self._instant = added(self.begin, self.size) if count == 1.0 else self._after(count)
         return self._instant
@@ -59,25 +62,22 @@ class Segment:
         Raises ArithmeticError or ValueError if the contact leaves the range of a double.
         """
         high, low = self._instant if count == self._count else self.instant(count)
-        impact = self._present
-        begin, begin_low = impact.begin
-        if not 0.0 <= (high - begin) + (low - begin_low) < impact.duration:
-            phases, n = self._phases, 0
-            while True:
-                impact = phases[n]
-                begin, begin_low = impact.begin
-                if not (high - begin) + (low - begin_low) >= impact.duration:
-                    break
-                n += 1
-                if n == len(phases):
-                    phases.append(impact.following(self.inputs))
-            self._present = impact
-        return impact
+        phases, n = self._phases, self._phase
+        while True:
+            impact = phases[n]
+            begin, begin_low = impact.begin
+            # Not of NaN, in Model Exchange.
+            if not (high - begin) + (low - begin_low) >= impact.duration:
+                self._phase = n
+                return impact
+            n += 1
+            if n == len(phases):
+                phases.append(impact.following(self.inputs))
 
     def resized(self, begin: Instant, size: float) -> "Segment":
         """The same impact and inputs by steps of another size from a later instant on."""
         segment = Segment(self.impact, self.inputs, begin, size)
-        segment._phases = self._phases
+        segment._phases, segment._phase = self._phases, self._phase
         return segment
 
     def changed(self, inputs: Inputs, count: float) -> Any:
@@ -125,7 +125,9 @@ class Segment:
         self.reader = dense, first, offset, pace, since, until
         state = dense(offset + (count - first) * pace)
         t = (instant[0] - begin) + (instant[1] - begin_low)
-        return impact.clamped(state, t if t > resolution else 0.0)
+        if t <= resolution or state[0] < 0.0 or state[5] < 0.0:
+            impact.clamp(state, t if t > resolution else 0.0)
+        return state
 
 
 #: No steps, and no impact yet.

@@ -15,8 +15,8 @@ import numpy as np
 from golf_impact.arrays.contacts import COMMON, Contacts, Motion
 from golf_impact.arrays.elementwise import Values, angle, cos_sin, exp, expm1, newton
 
-#: More damping, or a real mode that is more of the approach speed, leaves closed forms few digits,
-#: or contact goes on beyond the first half period.
+#: With more damping w loses digits, and contact may never end; with a real mode that is more of the
+#: approach speed the impulse does.
 _MOST_DAMPING, _MOST_REAL_MODE = 0.5, 0.25
 
 #: Of the slope at the end, as part of the pair's: rounding then moves the end by 1e-14 at most.

@@ -63,7 +63,7 @@ def cos_sin(theta: Values) -> tuple[Values, Values]:
 
 
 def newton(step: Callable[[Values], Values], x: Values) -> Values:
-    """The zero near x by Newton's method; each element stops by itself."""
+    """The zero near x by Newton's method, or NaN; each element stops by itself."""
     going: Any = True
     for _ in range(_MOST_STEPS):
         change = step(x)
@@ -71,5 +71,7 @@ def newton(step: Callable[[Values], Values], x: Values) -> Values:
         going = going & (np.abs(np.real(change)) > _CONVERGED * np.abs(np.real(x)))
         if not np.any(going):
             break
+    else:
+        x = np.where(going, np.nan, x)
     # An imaginary part follows the real one by a step.
     return x + step(x) if np.iscomplexobj(x) else x[()]
