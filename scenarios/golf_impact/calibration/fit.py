@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -75,6 +75,8 @@ class Fit:
         parameters: those of them that were fitted.
         covariance: of the parameters, (p, p); 0 for one at its limit.
         touches: instants by the curves' clocks, s.
+        rms: residuals of each series, root mean square in its unit.
+        is_exact: whether residuals are rounding, of which a comparison of laws would be one.
         predicted: scalar targets as the physics gives them.
         residuals: (model − measured)/σ of all measured values, (n,).
         sigma: standard deviations of the measured values, (n,).
@@ -89,11 +91,17 @@ class Fit:
             comes near them.
     """
 
-    def __init__(self, data: Measurements, law: ContactLaw) -> None:
+    def __init__(
+        self,
+        data: Measurements,
+        law: ContactLaw,
+        apart: bool = False,
+        tick: Callable[[], object] = lambda: None,
+    ) -> None:
         from scipy.special import chdtrc, stdtrit
 
         _check_number(law, data)
-        problem = _Problem(data, law)
+        problem = _Problem(data, law, apart, tick)
         self.law, self.sigma, self.estimated = law, problem.sigma, problem.estimated
         with np.errstate(all="ignore"):
             result = problem.minimum()
@@ -125,6 +133,14 @@ class Fit:
         names = [name for name in TARGETS if data.sized or name in RESTITUTION]
         self.predicted = dict(zip(names, problem.model.scalars(names, self.values, False)))
         self.title = law.title + " with COR line" * bool(data.cor_speeds)
+        of_series = {name: self.residuals[data.groups[name]] for name in data.series}
+        self.rms = {
+            name: math.sqrt(np.mean((residuals * self.sigma[data.groups[name]]) ** 2))
+            for name, residuals in of_series.items()
+        }
+        within = [self.rms[name] < 1e-6 * np.abs(one.y).max() for name, one in data.series.items()]
+        scalars = self.residuals[: len(data.targets)]
+        self.is_exact = all(within) and bool(np.all(np.abs(scalars) < 0.01))
         self.chi_squared = square = float(self.residuals @ self.residuals)
         self.degrees_of_freedom = freedom = len(self.residuals) - len(problem.free)
         tested = freedom > 0 and not self.estimated
@@ -134,7 +150,7 @@ class Fit:
 
     def as_json(self) -> dict[str, Any]:
         """The part of calibrate.json that every fit has."""
-        names = ("predicted", "chi_squared", "degrees_of_freedom", "probability", "aic")
+        names = ("predicted", "chi_squared", "degrees_of_freedom", "probability", "aic", "rms")
         return {
             "title": self.title,
             "law": self.law.law,
@@ -167,16 +183,19 @@ class _Problem:
     (speeds depend on it alone), of touch the time since the first row of its curve in `_CLOCK`.
     """
 
-    def __init__(self, data: Measurements, law: ContactLaw) -> None:
-        self.model, self.data, self.law = Model(data), data, law
+    def __init__(
+        self, data: Measurements, law: ContactLaw, apart: bool, tick: Callable[[], object]
+    ) -> None:
+        self.model, self.data, self.law, self.apart, self.tick = Model(data), data, law, apart, tick
         fitted = {*LINE} if data.cor_speeds else {"b"}
         if data.sized:
             fitted |= {"k"} if law.exponent else {"k", "exponent"}
         #: Instants of touch, and their curves.
         self.touches = {f"touch{n.removeprefix('curve')}": c for n, c in data.curves.items()}
-        #: The names of what is fitted: the FMU's, and touches.
-        self.free = [*(name for name in RANGES if name in fitted), *self.touches]
-        ends = dict.fromkeys(("k", *self.touches), (-math.inf, math.inf))
+        stiffnesses = [name.replace("touch", "k") for name in self.touches][1:] if apart else []
+        #: The names of what is fitted: the FMU's, stiffnesses of other curves, and touches.
+        self.free = [*(name for name in RANGES if name in fitted), *stiffnesses, *self.touches]
+        ends = dict.fromkeys(("k", *stiffnesses, *self.touches), (-math.inf, math.inf))
         self.bounds = np.array([(RANGES | ends)[name] for name in self.free]).T
         self.ranges = np.array([(ends | RANGES)[name] for name in self.free]).T
         self.estimated = tuple(name for name, one in data.series.items() if one.sigma is None)
@@ -194,6 +213,7 @@ class _Problem:
             if "b" in values:
                 values["b"] *= np.sqrt(2.0 * (n + 1.0) * k * self.data.reduced_mass)
             values |= {"k": k, "exponent": n}
+            values |= {name: np.exp(values[name]) for name in self.free if name.startswith("k ")}
         for name, curve in self.touches.items():
             values[name] = curve.x[0] + _CLOCK * values[name]
         return self.complete(values)
@@ -241,6 +261,7 @@ class _Problem:
         """SciPy's result from one start."""
         from scipy.optimize import least_squares
 
+        self.tick()
         return least_squares(
             lambda x: self.residuals(self.values(x)),
             np.clip(start, *self.bounds),
@@ -268,7 +289,12 @@ class _Problem:
             m, omega = 0.5 * (n + 1.0), math.pi / duration
             power = (n - 1.0) * math.log(d * omega / (m * impact["club_speed"]))
             k = math.log(self.data.reduced_mass * omega**2 / m) + power
-            at = {"k": k, "b": zeta, "exponent": n, LINE[0]: 0.8, LINE[1]: 0.002}
+            at = dict.fromkeys(self.free, k) | {
+                "b": zeta,
+                "exponent": n,
+                LINE[0]: 0.8,
+                LINE[1]: 0.002,
+            }
             for name, curve in self.touches.items():
                 first = curve.x[curve.contact[0]] - curve.x[0]
                 at[name] = (first - share * duration) / _CLOCK
@@ -304,7 +330,7 @@ class _Problem:
         data = Measurements(
             self.data.targets, [*curves.values()], self.data.cor_speeds, self.data.impact
         )
-        return _Problem(data, self.law)
+        return _Problem(data, self.law, self.apart, self.tick)
 
     def cost(self, x: np.ndarray) -> float:
         return float(np.sum(self.residuals(self.values(x)) ** 2))

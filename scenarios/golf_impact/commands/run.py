@@ -17,7 +17,8 @@ from golf_impact.commands.console import (
 )
 from golf_impact.commands.list import title_beside
 from golf_impact.errors import UserError
-from golf_impact.facts.quantities import LAWS_IN_WORDS, check_masses
+from golf_impact.facts.quantities import LAWS_IN_WORDS
+from golf_impact.facts.units import remarks, si_value, unit_of
 from golf_impact.report.outcome import Table, summarize_checks
 
 if TYPE_CHECKING:
@@ -58,8 +59,7 @@ def run(
     values = values_of(set_ or [])
     own_balls = [named_ball(name) for name in dict.fromkeys(balls or ())]
     own = bool(values or own_balls)
-    masses = {f"--set {name}=": values[name] for name in ("m_club", "m_ball") if name in values}
-    for words in check_masses(masses):
+    for words in remarks(values):
         warn(words, style="yellow")
     if names and own:
         say(f"--set and --ball define a case of your own; they don't change {', '.join(names)}.")
@@ -118,10 +118,9 @@ def values_of(pairs: list[str]) -> dict[str, float]:
     values = {}
     for name, text in pairs_of(pairs, "NAME=VALUE, e.g. --set k=8e5").items():
         try:
-            values[name] = float(text)
-        except ValueError:
-            why = f"{text!r} is no number (e.g. --set {name}=1.5)"
-            why = LAWS_IN_WORDS if name == "law" else why
+            values[name] = si_value(text, unit_of(name))
+        except ValueError as error:
+            why = LAWS_IN_WORDS if name == "law" else error
             raise UserError(f"--set {name}={text} is refused: {why}") from None
     return values
 

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,7 @@ class Ball:
         source: where the values come from.
         uncertain: names of the values that have a covariance, (p,).
         covariance: theirs, rows of (p, p), SI units.
+        conditions: club speed and mass of the impact in which it was measured, by name (SI units).
     """
 
     name: str
@@ -34,6 +35,7 @@ class Ball:
     source: str
     uncertain: tuple[str, ...] = ()
     covariance: tuple[tuple[float, ...], ...] = ()
+    conditions: Mapping[str, float] = field(default_factory=dict)
 
 
 def rating_stiffness(rating: float) -> float:
