@@ -104,7 +104,9 @@ class Calibration:
         self.chi_squared, self.degrees_of_freedom = best.chi_squared, best.degrees_of_freedom
         self.residuals = {name: best.residuals[rows] for name, rows in data.groups.items()}
         if speeds is None:
-            middle = data.cor_speeds.x.mean() if data.cor_speeds else data.impact["club_speed"]
+            own = [one.impact["club_speed"] for one in data.curves.values()]
+            own = own or [data.impact["club_speed"]]
+            middle = data.cor_speeds.x.mean() if data.cor_speeds else sum(own) / len(own)
             speeds = [float(f"{middle * factor:.2g}") for factor in (0.6, 0.8, 1.0, 1.2, 1.4)]
         self.speeds = np.array(speeds, float)
         try:
@@ -236,7 +238,8 @@ class Calibration:
             name.replace("curve", "touch_time"): one for name, one in best.touches.items()
         }
         parameters = [
-            [name, format_with_error(*one) + _UNITS.get(name, "")] for name, one in found.items()
+            [name, format_with_error(*one) + _UNITS.get(name.split()[0], "")]
+            for name, one in found.items()
         ]
         rows = []
         for (name, target), residual in zip(data.targets.items(), best.residuals):
@@ -264,11 +267,12 @@ class Calibration:
             laws.append([law.law.title, values, ", ".join(sizes), delta])
         size = "rms residual (N)" if data.curves else "χ²"
         square = f"χ² = {best.chi_squared:.4g}, degrees of freedom {best.degrees_of_freedom}"
+        at = f"{len(data.curves)} curves" if self.apart else _IMPACT.format(**data.impact)
         heads = ["", "measured", "σ", "model", "residual (σ)"]
         labels = ["club speed (m/s)", *(QUANTITIES[name].label for name in _PREDICTED)]
         tables = [
             Table(f"{best.title} (law {best.law.law})", ["", "value ± standard error"], parameters),
-            Table(f"Measurements, {_IMPACT.format(**data.impact)}: {square}", heads, rows),
+            Table(f"Measurements, {at}: {square}", heads, rows),
             Table("Predictions with 95 % intervals, if the law holds", labels, speeds),
             Table("Contact laws compared", ["", "parameters", size, "ΔAIC"], laws),
         ]

@@ -117,6 +117,7 @@ class Fit:
             for name, length in zip(problem.free, lengths.tolist()):
                 if name not in problem.touches and length > 0.0:
                     values[name] = round(values[name], math.ceil(math.log10(length / _ROUNDING)))
+            values = {n: v if n == "law" else float(v) for n, v in values.items()}
             self.residuals = problem.residuals(values)
             # Scaled, so that rounding doesn't matter.
             scale = np.where(lengths > 0.0, lengths, 1.0)
@@ -127,7 +128,7 @@ class Fit:
         self.touches = {
             group: self.parameters.pop(name) for group, name in zip(data.curves, problem.touches)
         }
-        ball = {name: float(value) for name, value in values.items() if name in DEFAULTS}
+        ball = {name: value for name, value in values.items() if name in DEFAULTS}
         self.values = {**ball, **data.impact}
         self.covariance = covariance[: len(self.parameters), : len(self.parameters)]
         names = [name for name in TARGETS if data.sized or name in RESTITUTION]

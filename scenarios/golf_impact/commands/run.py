@@ -1,6 +1,8 @@
 """`golf-impact run`."""
 
+import json
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,7 +19,7 @@ from golf_impact.commands.console import (
 )
 from golf_impact.commands.list import title_beside
 from golf_impact.errors import UserError
-from golf_impact.facts.quantities import LAWS_IN_WORDS
+from golf_impact.facts.quantities import LAWS_IN_WORDS, format_options
 from golf_impact.facts.units import remarks, si_value, unit_of
 from golf_impact.report.outcome import Table, summarize_checks
 
@@ -51,6 +53,7 @@ def run(
     """
     from golf_impact.commands.scripts import load_scenario, load_scenarios, run_scenario
     from golf_impact.facts.balls import ball as named_ball
+    from golf_impact.facts.balls import conditions_of
     from golf_impact.files import prepare
     from golf_impact.fmu.impact_fmu import ImpactFmu
     from golf_impact.report.own_cases import own_cases
@@ -59,6 +62,10 @@ def run(
     values = values_of(set_ or [])
     own_balls = [named_ball(name) for name in dict.fromkeys(balls or ())]
     own = bool(values or own_balls)
+    conditions = conditions_of(own_balls, values)
+    if conditions:
+        say(f"Conditions of the ball's file, unless --set: {format_options(conditions)}")
+        values = {**conditions, **values}
     for words in remarks(values):
         warn(words, style="yellow")
     if names and own:
@@ -68,6 +75,11 @@ def run(
         script, name = load_scenario(name_or_path), Path(name_or_path).stem
         if scripts.setdefault(name, script) is not script:
             raise UserError(f"two scenarios are named {name}: run one at a time")
+    if names and (others := _scenarios_in(folder) - scripts.keys()):
+        # Nothing of a larger run is lost, or mixed with another FMU's.
+        folder /= "_".join(scripts)[:100]
+        kept = ", ".join(sorted(others))
+        say(f"{folder.parent} has results of {kept}, too: these go into {folder}.")
     prepare(folder, *(("results.json", "report.html") if scripts else ()))
     # By the beginning of their files' names.
     sets: dict[str, dict[str, Report]] = {}
@@ -99,6 +111,14 @@ def run(
     words = f"Results in {folder}{os.sep}; report: {', '.join(pages)}"
     say(f"{words} (replaces an earlier one)" if replaced else words)
     return 0 if passed else 1
+
+
+def _scenarios_in(folder: Path) -> set[str]:
+    """The scenarios whose results are in a folder."""
+    with suppress(OSError, ValueError):
+        results = json.loads((folder / "results.json").read_text("utf-8"))
+        return set(results) if isinstance(results, dict) else set()
+    return set()
 
 
 def fmu_file(path: Path | str | None) -> Path:
