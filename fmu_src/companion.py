@@ -36,7 +36,7 @@ class CompanionAdapter(Adapter, Fmi2Slave):
 
     @classmethod
     def _fmu_state_from_bytes(cls, data):
-        return cls.kind.unpacked(data)
+        return cls.kind.unpacked(data, cls.rows)
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         """Has no effect; the standalone FMU passes the start time alone."""

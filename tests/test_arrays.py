@@ -15,9 +15,9 @@ from golf_impact.arrays import impacts as arrays
 from golf_impact.arrays.elementwise import LANES, _elementwise
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.facts.balls import BALLS
+from golf_impact.facts.scales import TOLERANCE, Scales
 from golf_impact.runs import FLAGS, PATH
 from golf_impact.stress import cases, special_points
-from golf_impact.stress.scales import TOLERANCE, Scales
 
 REALS = tuple(name for name in arrays._OUTPUTS if name not in FLAGS)
 SIZE = 300

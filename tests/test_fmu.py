@@ -13,11 +13,11 @@ from golf_physics.variables import VARIABLES
 
 from golf_impact.errors import UserError
 from golf_impact.facts.closed_forms import reduced_mass
+from golf_impact.facts.scales import TOLERANCE, Scales
 from golf_impact.fmu.file import build_fmu
 from golf_impact.runs import METRICS, PATH
 from golf_impact.stress.cases import random_impact, random_steps
 from golf_impact.stress.reference import Reference
-from golf_impact.stress.scales import TOLERANCE, Scales
 
 OUTPUTS = [v.name for v in VARIABLES if v.causality == "output" and v.type == "Real"]
 FLAGS = [v.name for v in VARIABLES if v.type == "Boolean"]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import HERE, some
 from fmpy.fmi1 import FMICallException
+from golf_physics.companions.launch import Contact
 from instances import get, put
 from scipy.integrate import solve_ivp
 
@@ -221,6 +222,37 @@ def test_with_much_friction_it_slips_at_the_end_alone(launch):
     assert phases == "0-"
 
 
+@pytest.mark.parametrize(
+    ("friction", "expected"),
+    [
+        (1e2, 0.21909376083211259123),
+        (1e4, 0.21908118930778875259),
+        (1e6, 0.21908106349025582058),
+        (1e8, 0.2190810622320702576),
+    ],
+)
+def test_much_friction_takes_no_digits(friction, expected):
+    """The last slip lasts 1/friction; expected: the same series of order 60 with 45 digits.
+
+    Measured: 1e-16; random contacts have 1.5e-15.
+    """
+    found = Contact(0.25, friction, 2.0 / 3.0, 3.0, 0.1).impulse(0.4)
+    assert found == pytest.approx(expected, rel=1e-14, abs=0.0)
+
+
+@pytest.mark.parametrize(("ratio", "solved"), [(300.0, True), (320.0, False)])
+def test_a_contact_of_too_many_pieces_is_refused(companion, ratio, solved):
+    """On both sides of the bound, 10,000 pieces: half a second."""
+    values = {"friction": 10.0, "m_club": 1e6, "dynamic_loft": 0.2}
+    slave = companion("Launch", tangential_stiffness_ratio=ratio, **values)
+    inputs = contact(DRIVER | {"m_club": 1e6, "coefficient_of_restitution": 0.01})
+    if solved:
+        assert launched(slave, **inputs)["backspin"] > 0.0
+    else:
+        with pytest.raises(FMICallException):
+            launched(slave, **inputs)
+
+
 def test_with_little_friction_it_slips_throughout(launch):
     case = DRIVER | {"friction": 0.01}
     normal = case["m_ball"] * contact(case)["ball_velocity"]
@@ -336,6 +368,7 @@ def test_nothing_happens_before_separation_and_nothing_after_the_launch(companio
         {"coefficient_of_restitution": 1.1},
         {"club_velocity": 100.0},
         {"ball_velocity": math.nan},
+        {"ball_velocity": 1e308, "club_velocity": -1e308},
     ],
 )
 def test_what_is_no_contact_is_refused_until_corrected(companion, bad):

@@ -2,7 +2,10 @@
 
 import ctypes
 import json
+import math
+from binascii import crc32
 from contextlib import contextmanager
+from random import Random
 
 import fmpy
 import pytest
@@ -140,6 +143,50 @@ def test_a_damaged_state_is_refused_and_has_no_effect(fmus, name):
         assert slave.getReal(slave.reals) == other.getReal(slave.reals)
         slave.freeFMUstate(state)
         other.freeFMUstate(copy)
+
+
+def mutated(random, state):
+    """A state with one item of its JSON removed or replaced, and the right checksum."""
+    content = json.loads(state)
+    del content["checksum"]
+    places = [(content, key) for key in content]
+    for container, key in places:
+        inner = container[key]
+        keys = range(len(inner)) if isinstance(inner, list) else inner
+        places += [(inner, one) for one in keys] if isinstance(inner, (list, dict)) else []
+    container, key = random.choice(places)
+    other = [None, True, "x", 0, 7, -1.5, 1e308, math.nan, math.inf, [], {}, [1.0], 10**400]
+    if random.random() < 0.2:
+        del container[key]
+    else:
+        container[key] = random.choice(other)
+    body = json.dumps(content).encode()[:-1]
+    return body + f', "checksum": {crc32(body)}}}'.encode()
+
+
+def step_status(slave):
+    try:
+        slave.doStep(0.9, 1e-3)
+    except FMICallException as error:
+        return error.status
+    return fmpy.fmi2.fmi2OK
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_state_of_another_content_is_never_fatal(fmus, name):
+    random = Random(name)
+    with instance(fmus[name], **RUNS[name]) as slave:
+        for n in range(900):
+            slave.doStep(n * 1e-3, 1e-3)
+        whole = bytes(slave.serializeFMUstate(slave.getFMUstate()))
+        deep = b"[" * 100_000
+        deep += f', "checksum": {crc32(deep)}}}'.encode()
+        for data in [deep, *(mutated(random, whole) for _ in range(200))]:
+            state = slave.deSerializeFMUstate(data)
+            slave.setFMUstate(state)
+            slave.freeFMUstate(state)
+            assert step_status(slave) in (fmpy.fmi2.fmi2OK, fmpy.fmi2.fmi2Discard)
+            slave.getReal(slave.reals)
 
 
 @pytest.mark.parametrize("name", ["BallFlight", "fmi2"])

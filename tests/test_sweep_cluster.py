@@ -13,21 +13,22 @@ import distributed
 import pytest
 from command import COMMAND, golf_here
 
+from golf_build import VERSION
 from golf_impact.errors import UserError
-from golf_impact.sweeps import Study, executors, run_sweep
+from golf_impact.sweeps import Study, executors, impacts, run_sweep
 
 SETS = {"k": "normal:1e6:5e5", "b": "0,9", "law": "1,2"}
 
 
 def study():
-    # A few of them have k < 0, which the FMU refuses.
+    # A few of them have k < 0, which is refused.
     return Study.of(SETS, None, 2000, 1)
 
 
 @pytest.fixture(scope="module")
-def alone(fmu_path, tmp_path_factory):
+def alone(tmp_path_factory):
     path = tmp_path_factory.mktemp("alone") / "x.csv"
-    summary = run_sweep(study(), path, fmu=fmu_path)
+    summary = run_sweep(study(), path)
     assert summary.refused > 0
     return path.read_bytes()
 
@@ -41,7 +42,7 @@ def workers():
 
 
 @pytest.mark.ci
-def test_a_local_cluster_where_a_port_of_dask_is_taken(alone, fmu_path, tmp_path, capfd):
+def test_a_local_cluster_where_a_port_of_dask_is_taken(alone, tmp_path, capfd):
     """It needs no fixed port, so there is no warning."""
     sets = [f"--set={name}={values}" for name, values in SETS.items()]
     with ExitStack() as stack:
@@ -50,7 +51,7 @@ def test_a_local_cluster_where_a_port_of_dask_is_taken(alone, fmu_path, tmp_path
             stack.enter_context(socket.create_server(("", 8787)))
         done = golf_here(
             *("sweep", *sets, "--samples", 2000, "--seed", 1, "--scheduler", "local"),
-            *("--workers", 2, "--no-figures", "--out", tmp_path / "x.csv", "--fmu", fmu_path),
+            *("--workers", 2, "--no-figures", "--out", tmp_path / "x.csv"),
         )
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "x.csv").read_bytes() == alone
@@ -58,7 +59,7 @@ def test_a_local_cluster_where_a_port_of_dask_is_taken(alone, fmu_path, tmp_path
 
 
 @pytest.mark.ci
-def test_a_cluster_whose_worker_dies(alone, fmu_path, tmp_path, workers):
+def test_a_cluster_whose_worker_dies(alone, tmp_path, workers):
     before = {worker.pid for worker in workers.workers.values()}
     victim = min(before)
     seen = []
@@ -70,29 +71,38 @@ def test_a_cluster_whose_worker_dies(alone, fmu_path, tmp_path, workers):
 
     out = tmp_path / "x.csv"
     address = workers.scheduler_address
-    run_sweep(study(), out, scheduler=address, fmu=fmu_path, chunk=100, progress=kill)
+    run_sweep(study(), out, scheduler=address, chunk=100, progress=kill)
     assert out.read_bytes() == alone
     assert seen == list(range(100, 8001, 100))
     # The other one continues, whether or not Dask has started a new one yet.
-    run_sweep(study(), tmp_path / "y.csv", scheduler=address, fmu=fmu_path, chunk=100)
+    run_sweep(study(), tmp_path / "y.csv", scheduler=address, chunk=100)
     assert (tmp_path / "y.csv").read_bytes() == alone
     assert victim not in {worker.pid for worker in workers.workers.values()}
 
 
-def test_the_executor_of_a_client(alone, fmu_path, tmp_path, workers):
+def test_the_executor_of_a_client(alone, tmp_path, workers):
     """That of a user's cluster, not made for sweeps."""
     with distributed.Client(workers) as client:
         executor = client.get_executor()
-        run_sweep(study(), tmp_path / "x.csv", executor=executor, fmu=fmu_path, chunk=500)
+        run_sweep(study(), tmp_path / "x.csv", executor=executor, chunk=500)
     assert (tmp_path / "x.csv").read_bytes() == alone
 
 
+def test_workers_of_another_version(tmp_path, workers, monkeypatch):
+    """To them this process has another one."""
+    monkeypatch.setattr(impacts, "identity", lambda: "golf-impact 0.0.9, physics 0123456789ab")
+    words = f"^a worker has golf-impact {VERSION}, .* install the same golf-impact for all of them"
+    with pytest.raises(UserError, match=words):
+        run_sweep(study(), tmp_path / "x.csv", scheduler=workers.scheduler_address)
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.ci
-def test_no_cluster(fmu_path, tmp_path, monkeypatch):
+def test_no_cluster(tmp_path, monkeypatch):
     monkeypatch.setattr(executors, "_PATIENCE", "0.5s")
     for address in ("tcp://127.0.0.1:1", "nonsense"):
         with pytest.raises(UserError, match=f"no Dask cluster with workers at {address}"):
-            run_sweep(study(), tmp_path / "x.csv", scheduler=address, fmu=fmu_path)
+            run_sweep(study(), tmp_path / "x.csv", scheduler=address)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -100,7 +110,7 @@ def test_no_cluster(fmu_path, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "times", [pytest.param(1, marks=pytest.mark.ci), pytest.param(60, marks=pytest.mark.nightly)]
 )
-def test_ctrl_c_while_the_cluster_starts(fmu_path, tmp_path, times):
+def test_ctrl_c_while_the_cluster_starts(tmp_path, times):
     """As a terminal does it: to all processes of the group, the workers too."""
     rng = random.Random(times)
     for n in range(times):
@@ -109,7 +119,7 @@ def test_ctrl_c_while_the_cluster_starts(fmu_path, tmp_path, times):
         process = subprocess.Popen(
             [
                 *(COMMAND, "sweep", "--set", "k=1e6:2e6:10000000", "--out", tmp_path / "x.csv"),
-                *("--scheduler", "local", "--workers", "2", "--fmu", fmu_path),
+                *("--scheduler", "local", "--workers", "2"),
             ],
             stderr=subprocess.PIPE,
             text=True,

@@ -12,10 +12,10 @@ from hypothesis import assume, event, example, given
 from hypothesis import strategies as st
 
 from golf_impact.facts.closed_forms import half_contact, reduced_mass
+from golf_impact.facts.scales import TOLERANCE, Scales
 from golf_impact.stress import invariants
 from golf_impact.stress.cases import BASELINE, unchanged
 from golf_impact.stress.driver import Driver
-from golf_impact.stress.scales import TOLERANCE, Scales
 
 #: Where times come from quadrature; other results are as exact, but at those times.
 TOLERANCE_OF_QUADRATURE = 1e-10

@@ -20,6 +20,11 @@ class UserError(Exception):
         self.variable, self.value, self.reason = variable, value, reason
 
 
+def first_line(error: BaseException | str) -> str:
+    """The first line of an error's message."""
+    return (str(error).strip() or type(error).__name__).splitlines()[0]
+
+
 def missing_package(what: str, package: str, extra: str, otherwise: str = "") -> UserError:
     """The error for a package of an extra that isn't installed; `otherwise` is an alternative."""
     # Imported here: usually nothing is missing.

@@ -23,10 +23,10 @@ steps have no influence. `carry` and `apex` are those of the whole flight from t
 
 from functools import partial
 from math import cos, inf, isfinite, pi, sin, sqrt
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from .companion import Companion
-from .taylor import ORDER, Series, empty, first_zero, power, product, reach, slope, value, zero
+from .taylor import ORDER, Series, empty, falls, first_zero, power, product, reach, slope, value
 
 #: A flight of more pieces is refused.
 _PIECES = 1000
@@ -109,7 +109,11 @@ class Flight:
         state = [0.0, 0.0, speed * cos(angle), speed * sin(angle), surface_speed]
         start, held = 0.0, air.held()
         beyond, crossed = surface_speed > air.limit * abs(speed), False
-        while state[3] > 0.0 or state[1] > 0.0:
+        # On a level launch the ball leaves the ground if its lift exceeds its weight.
+        level = state[3] == 0.0 and speed != 0.0
+        if not (state[3] > 0.0 or (level and _series(held if beyond else air, state)[3][1] > 0.0)):
+            return
+        while True:
             if len(self._pieces) == _PIECES:
                 raise OverflowError("this ball doesn't land")
             series = _series(held if beyond else air, state)
@@ -127,13 +131,14 @@ class Flight:
             if crossing is not None:
                 step, beyond = crossing, not beyond
             self._pieces.append((start, xs, ys))
-            if hs[0] > 0.0 and value(hs, step) <= 0.0:
-                self.apex = max(self.apex, value(ys, zero(hs, step)))
-            # The height at launch is 0 and not a landing: height / t is 0 there later.
-            heights = ys if start else ys[1:]
-            if value(heights, step) <= 0.0:
-                last = zero(heights, step)
-                self.carry, self.duration = value(xs, last), start + last
+            # The height at launch is 0 and not a landing: height / t, or height / t^2, is 0 there
+            # later.
+            heights = ys if start else ys[1:] if hs[0] else ys[2:]
+            landing = next(falls(heights, step), None)
+            tops = [t for t in falls(hs, step) if landing is None or t < landing]
+            self.apex = max(self.apex, *(value(ys, t) for t in tops), 0.0)
+            if landing is not None:
+                self.carry, self.duration = value(xs, landing), start + landing
                 return
             state = [value(one, step) for one in series[:5]]
             start += step
@@ -154,8 +159,7 @@ class Flight:
 class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
-    inside = ("_flight",)
-    objects = (("_flight", Flight),)
+    inside: ClassVar = {"_flight": (Flight, [*[0.0] * 4, [[0.0] * 4, [0.0] * 4, *[0.0] * 3]])}
     _flight: Flight | None = None
 
     def _step(self, point: float, size: float) -> None:

@@ -8,7 +8,9 @@ from binascii import crc32
 from collections.abc import Callable, Iterable
 from math import isfinite
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+from ..values import Refusal
 
 #: Stands in `_refused` for a state that is refused: until the next step only.
 _STATE = "state"
@@ -31,18 +33,6 @@ class Variable(NamedTuple):
     nominal: float | None = None
 
 
-class Refusal(NamedTuple):
-    """Why a value, or a call, is refused."""
-
-    sentence: str
-    variable: str = ""  #: the name, if a single one is to be corrected
-    value: Any = None
-    reason: str = ""  #: the sentence without variable and value
-
-    def __str__(self) -> str:
-        return self.sentence
-
-
 def refusal(variable: str, value: Any, reason: str, unit: str = "") -> Refusal:
     """Why this value isn't accepted."""
     return Refusal(f"{variable} = {value!r}{unit} is refused: {reason}", variable, value, reason)
@@ -51,6 +41,29 @@ def refusal(variable: str, value: Any, reason: str, unit: str = "") -> Refusal:
 def _with_checksum(body: bytes) -> bytes:
     """A JSON object without its end, ended by a checksum."""
     return body + f', "checksum": {crc32(body)}}}'.encode()
+
+
+def _checked(item: Any, like: Any) -> Any:
+    """An item of a state's JSON, of the type of `like`, or a list of such; ValueError: it isn't."""
+    if isinstance(like, list):
+        for one, other in zip(item, like, strict=True):
+            _checked(one, other)
+    elif type(item) is not type(like) or (type(item) is float and not isfinite(item)):
+        raise ValueError(f"{item!r} is nothing like {like!r}")
+    return item
+
+
+def _refusal_of(item: list) -> Refusal:
+    made = Refusal(*item)
+    _checked([made.sentence, made.variable, made.reason], ["", "", ""])
+    return made
+
+
+def _value_of(row: Variable, item: Any) -> Any:
+    value = _checked(item, 0.0 if row.type == "Real" else False)
+    if row.causality != "output" and not row.low <= value <= row.high:
+        raise ValueError(f"{value!r} is not allowed")
+    return value
 
 
 class Companion:
@@ -63,10 +76,10 @@ class Companion:
         report: called with a `Refusal` whenever something is refused.
     """
 
-    #: Attributes of the state beside the variables; their objects are immutable or only extended.
-    inside: tuple[str, ...] = ()
-    #: Those of them that are serialized as arguments (`begins`, or a tuple), and their types.
-    objects: tuple[tuple[str, Callable], ...] = ()
+    #: Attributes of the state beside the variables. Of each its class if it may be None, and what
+    #: JSON has of it: of an object, which is immutable or only extended, its arguments (`begins`,
+    #: or a tuple).
+    inside: ClassVar[dict[str, tuple[Callable | None, Any]]] = {}
     #: How many steps have been accepted since the instance was made.
     steps = 0
 
@@ -188,16 +201,22 @@ class Companion:
         return _with_checksum(json.dumps(state, default=attrgetter("begins")).encode()[:-1])
 
     @classmethod
-    def unpacked(cls, data: bytes) -> dict | None:
+    def unpacked(cls, data: bytes, rows: Iterable[tuple]) -> dict | None:
         """The snapshot that became these bytes, or None if they are none of this component's."""
         body = data.rpartition(b', "checksum": ')[0]
         if data != _with_checksum(body):
             return None
         try:
             state = json.loads(body + b"}")
-            state["_refused"] = {name: Refusal(*one) for name, one in state["_refused"].items()}
-            for name, make in cls.objects:
-                state[name] = state[name] and make(*state[name])
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+            made = {"_fixed": _checked(state["_fixed"], False)}
+            made["_refused"] = {name: _refusal_of(one) for name, one in state["_refused"].items()}
+            for name, (kind, like) in cls.inside.items():
+                item = state[name]
+                if kind is None or item is not None:
+                    item = _checked(item, like)
+                made[name] = kind(*item) if kind and isinstance(item, list) else item
+            for row in (Variable(*row) for row in rows):
+                made[row.name] = _value_of(row, state[row.name])
+            return made
+        except Exception:  # bytes of any content are refused, and no exception reaches the host
             return None
-        return state

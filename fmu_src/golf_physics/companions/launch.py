@@ -22,14 +22,16 @@ during contact.
 """
 
 from functools import partial
-from math import acos, acosh, atan2, exp, hypot, log, sqrt, tan
+from math import acos, acosh, atan2, exp, hypot, inf, isfinite, log, sqrt, tan
 from typing import NamedTuple
 
-from .companion import Companion, Refusal, refusal
+from ..values import Refusal
+from .companion import Companion, refusal
 from .taylor import ORDER, Series, bisect, first_zero, slope, value
 
-#: Pieces of a contact at least. Phases at most: contacts in golf have up to three, random ones 15.
-_PIECES, _PHASES = 64, 100
+#: Pieces of a contact at least, and at most: half a second; contacts in golf have up to 100. Phases
+#: at most: contacts in golf have up to three, random ones 15.
+_PIECES, _MOST, _PHASES = 64, 10_000, 100
 
 #: Share of the contact left out at its end. Friction transmits at most 1e-20 mu of the impulse
 #: there, and the sign of the normal force is lost in rounding errors.
@@ -79,6 +81,11 @@ class Contact(NamedTuple):
             return total
         double, ratio = 2.0 * self.zeta, self.friction / self.ratio
         left, size = duration(self.zeta), self._piece()
+        if not left <= _MOST * size:
+            raise ArithmeticError(
+                "tangential_stiffness_ratio is too large: with this coefficient of restitution and "
+                f"this head the contact would be solved in more than {_MOST} pieces"
+            )
         least, phases = _END * left, 1
         x, u, y = 0.0, 1.0, 0.0
         # The phase: stick is 0, slip 1 (the face slides down the ball) or -1 (up). A sticking phase
@@ -109,14 +116,16 @@ class Contact(NamedTuple):
                 end = first_zero(function, of_time, piece)
                 if end is not None:
                     piece, following = end, phase
-            before, slide = u, p
+            # Not from before and after: with much friction the last slip is so short that their
+            # difference has no digits left.
+            loss, slide = -piece * value(us[1:], piece), p
             x, u, y, p = (value(one, piece) for one in series)
             if side:
                 decaying *= exp(-piece / double)
-                y, p = side * (ratio * x + double * decaying), slide + side * drive * (u - before)
-                total += side * self.friction * (before - u)
+                y, p = side * (ratio * x + double * decaying), slide - side * drive * loss
+                total += side * self.friction * loss
             else:
-                total += (slide - p + self.gamma * (before - u)) / self.rho
+                total += (slide - p + self.gamma * loss) / self.rho
             left, limit = left - piece, 0
             if following != side:
                 phases += 1
@@ -169,8 +178,8 @@ class Launch(Companion):
         restitution, ball = self.coefficient_of_restitution, self.ball_velocity
         zeta = damping_ratio(restitution)
         approach = (ball - self.club_velocity) / restitution
-        if not approach > 0.0:
-            raise ValueError(f"the approach speed = {approach!r} m/s must be > 0")
+        if not 0.0 < approach < inf:
+            raise ValueError(f"the approach speed = {approach!r} m/s must be > 0 and finite")
         h, c, inertia = self.strike_height, self.centre_depth, self.head_inertia
         masses = 1.0 / self.m_ball + 1.0 / self.m_club
         normal = masses + h * h / inertia
@@ -182,8 +191,9 @@ class Launch(Companion):
         sliding = club * tan(self.dynamic_loft - self.attack_angle) / approach
         impulse = contact.impulse(sliding) * approach / normal
         across = impulse / self.m_ball
-        self.tangential_impulse = impulse
-        self.backspin = impulse / (0.2 * self.m_ball * self.ball_diameter)
-        self.ball_speed = hypot(ball, across)
+        spin, speed = impulse / (0.2 * self.m_ball * self.ball_diameter), hypot(ball, across)
+        if not (isfinite(spin) and isfinite(speed)):
+            raise OverflowError("it leaves the range of a double")
+        self.tangential_impulse, self.backspin, self.ball_speed = impulse, spin, speed
         self.launch_angle = self.dynamic_loft - atan2(across, ball)
         self.launched = True

@@ -22,10 +22,11 @@ falls after the peak if steps are equal or shorter than half of `rise_time`. The
 """
 
 from collections.abc import Callable, Iterable
-from math import cos, pi, sin
-from typing import Any
+from math import cos, nan, pi, sin
+from typing import Any, ClassVar
 
-from .companion import Companion, Refusal, refusal
+from ..values import Refusal
+from .companion import Companion, refusal
 from .double_pendulum import HELD, Ball, Golfer, Motion, State
 
 #: Outputs that a step computes; the others are computed from the motion when they are read.
@@ -41,8 +42,15 @@ class Swing(Companion):
     reaction_impulse: float
     reaction_work: float
 
-    inside = ("_time", "_lost", "_rise", "_motion", "_ball", "_position", "_current")
-    objects = ("_motion", Motion), ("_ball", Ball)
+    inside: ClassVar = {
+        "_time": (None, 0.0),
+        "_lost": (None, 0.0),
+        "_rise": (float, 0.0),
+        "_motion": (Motion, [[0.0] * 14, 0.0, [0.0] * 7, HELD, 0.0, 0.0]),
+        "_ball": (Ball, [0.0] * 4),
+        "_position": (None, 0.0),
+        "_current": (None, False),
+    }
 
     #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer, however
     #: that counts its time.
@@ -130,19 +138,26 @@ class Swing(Companion):
         return None
 
     def reals(self, references: list[int]) -> list[float]:
-        motion, ball, time = self._motion, self._ball, self._time
+        motion, ball = self._motion, self._ball
         if motion and ball and not self._current and not self._stepped.issuperset(references):
-            down = time - motion.origin
-            state = motion.at(down)[0] if down >= 0.0 else _backswing(motion, ball, time)
-            speed = state.head_speed(motion.golfer)
-            self.head_speed = speed if down >= 0.0 else -speed
-            hands = motion.hands(down, state) if down >= 0.0 else (0.0, 0.0)
-            self.arm_angle, self.club_angle = state.arm, state.club
-            self.hand_force, self.wrist_torque = hands
-            self.shoulder_torque, self.effective_mass = state.shoulder_torque, ball.effective_mass
-            self.energy, self.work = state.energy(motion.golfer), state.work
-            self._current = True
+            try:
+                self._evaluate(motion, ball, self._time)
+            except (ArithmeticError, ValueError) as error:
+                self._report(Refusal(f"this swing leaves the range of a double ({error})"))
+                return [nan] * len(references)
         return super().reals(references)
+
+    def _evaluate(self, motion: Motion, ball: Ball, time: float) -> None:
+        down = time - motion.origin
+        state = motion.at(down)[0] if down >= 0.0 else _backswing(motion, ball, time)
+        speed = state.head_speed(motion.golfer)
+        self.head_speed = speed if down >= 0.0 else -speed
+        hands = motion.hands(down, state) if down >= 0.0 else (0.0, 0.0)
+        self.arm_angle, self.club_angle = state.arm, state.club
+        self.hand_force, self.wrist_torque = hands
+        self.shoulder_torque, self.effective_mass = state.shoulder_torque, ball.effective_mass
+        self.energy, self.work = state.energy(motion.golfer), state.work
+        self._current = True
 
     def _follow_prescribed_speed(self, size: float, end: float) -> None:
         peak, back = self.prescribed_speed, self.takeaway_speed

@@ -5,9 +5,10 @@ coefficients of its operands (A. Jorba and M. Zou, Experimental Mathematics 14 (
 2.2).
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
-from math import exp, inf
+from itertools import pairwise
+from math import comb, exp, inf
 from operator import mul
 
 #: The last coefficient of a series.
@@ -55,6 +56,41 @@ def slope(series: Series) -> Series:
 def zero(series: Series, high: float) -> float:
     """A zero of a series that is positive at 0 and not at `high`."""
     return bisect(partial(value, series), 0.0, high)
+
+
+def falls(series: Series, size: float) -> Iterator[float]:
+    """The zeros in (0, size] at which a series falls from above 0, in their order.
+
+    They are isolated by its coefficients in Bernstein's basis, whose signs change at least as often
+    as the series has zeros (Descartes). A double zero counts as none.
+    """
+    power, terms = 1.0, []
+    for coefficient in series:
+        # 0 remains 0 where the power overflows.
+        terms.append(coefficient and coefficient * power)
+        power *= size
+    if terms[0] > sum(map(abs, terms[1:])):
+        return
+    n, whole = len(series) - 1, []
+    differences = [term / comb(n, k) for k, term in enumerate(terms)]
+    while differences:
+        whole.append(differences[0])
+        differences = [a + b for a, b in pairwise(differences)]
+    parts = [(0.0, size, whole)]
+    while parts:
+        low, high, signs = parts.pop()
+        changes = sum((a > 0.0) != (b > 0.0) for a, b in pairwise(signs))
+        if changes == 1 and signs[0] > 0.0:
+            yield bisect(partial(value, series), low, high)
+        elif changes > 1 and high - low > 1e-12 * size:
+            # De Casteljau's algorithm: the coefficients of both halves.
+            left, right = [signs[0]], [signs[-1]]
+            while len(signs) > 1:
+                signs = [0.5 * (a + b) for a, b in pairwise(signs)]
+                left.append(signs[0])
+                right.append(signs[-1])
+            middle = 0.5 * (low + high)
+            parts += [(middle, high, right[::-1]), (low, middle, left)]
 
 
 def bisect(function: Callable[[float], float], low: float, high: float) -> float:

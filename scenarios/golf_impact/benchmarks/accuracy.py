@@ -3,10 +3,10 @@
 from functools import partial
 from typing import Any
 
+from golf_impact.facts.scales import TOLERANCE, Scales
 from golf_impact.stress import cases
 from golf_impact.stress.driver import Driver
 from golf_impact.stress.invariants import Ledger, check_reference
-from golf_impact.stress.scales import TOLERANCE, Scales
 
 
 def worst_error(driver: Driver, randoms: int) -> dict[str, Any]:

@@ -1,7 +1,7 @@
-"""Impacts per second of a sweep into CSV: one process, two, a Dask cluster here, and simulate_fmu.
+"""Impacts per second of a sweep into CSV: by arrays, by workers, through the FMU, by simulate_fmu.
 
-Law 1, S, COR and E over k: what the other benchmarks of an impact read. Processes and cluster are
-started beforehand; every way writes its file in every round, in turns.
+Law 1, S, COR and E over k: what the other benchmarks of an impact read. Workers compute cases that
+have no closed form. They are started beforehand; every way writes its file in every round.
 """
 
 import tempfile
@@ -10,36 +10,46 @@ from functools import partial
 from pathlib import Path
 from statistics import median
 
-from golf_impact.benchmarks.impact import METRICS
+from golf_impact.benchmarks.impact import METRICS, impact_of, repeated
+from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.sweeps.comparison import compare
-from golf_impact.sweeps.executors import Here, dask_executor, process_pool
+from golf_impact.sweeps.executors import dask_executor, process_pool
 from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.study import Study
-from golf_impact.timing import measure_seconds, median_ratio, run_interleaved
+from golf_impact.timing import Job, measure_seconds, median_ratio, run_interleaved
 
 
 def rates(fmu: Path, quick: bool) -> dict[str, float]:
     """Rates (1/s) and ratios by key, medians of rounds."""
-    cases, rounds = (10_000, 3) if quick else (40_000, 9)
-    study = Study.of({"law": 1, "k": f"0.9e6:1.1e6:{cases}"}, METRICS)
+    cases, damped, rounds = (400_000, 500, 3) if quick else (400_000, 2000, 7)
+    # At damping ratios of about 5.
+    heavy = {"law": 2, "k": f"0.9e6:1.1e6:{damped}", "b": 2000}
     with ExitStack() as stack:
-        sweep = stack.enter_context(Sweep(study, fmu))
-        beside_loop = compare(sweep, rounds)
+        sweep, scalar = (
+            stack.enter_context(Sweep(Study.of(sets, METRICS)))
+            for sets in ({"law": 1, "k": f"0.9e6:1.1e6:{cases}"}, heavy)
+        )
+        loaded = stack.enter_context(LoadedFmu(fmu))
+        beside_loop = compare(sweep, fmu, rounds)
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-"))
+        jobs: dict[str, Job] = {
+            "arrays": partial(measure_seconds, partial(sweep.run, f"{folder}/arrays.csv"), cases),
+            "fmu": repeated(impact_of(loaded, METRICS, law=1), 2000),
+        }
         ways = {
-            "one_process": Here(),
+            "one_process": None,
             "two_workers": stack.enter_context(process_pool(2)),
             "dask_local": stack.enter_context(dask_executor("local", 2)),
         }
-        jobs = {}
         for name, executor in ways.items():
             # The chunks are small enough that both workers end at nearly the same time.
-            work = partial(sweep.run, f"{folder}/{name}.csv", executor=executor, chunk=1000)
-            jobs[name] = partial(measure_seconds, work, cases)
+            work = partial(scalar.run, f"{folder}/{name}.csv", executor=executor, chunk=100)
+            jobs[name] = partial(measure_seconds, work, damped)
         times = run_interleaved(jobs, rounds)
     return {
-        **{f"sweep_impacts_per_second_{name}": 1.0 / median(times[name]) for name in ways},
+        **{f"sweep_impacts_per_second_{name}": 1.0 / median(times[name]) for name in jobs},
         "sweep_impacts_per_second_simulate_fmu": beside_loop.simulate_fmu,
+        "sweep_speedup_over_fmu": median_ratio(times["fmu"], times["arrays"]),
         "sweep_speedup_over_simulate_fmu": beside_loop.ratio,
         "sweep_two_workers_over_one": median_ratio(times["one_process"], times["two_workers"]),
         "sweep_dask_local_over_one": median_ratio(times["one_process"], times["dask_local"]),

@@ -8,12 +8,7 @@ from pathlib import Path
 import fmpy
 
 from golf_build.archive import SUMS, checksums, unpack
-from golf_impact.errors import UserError
-
-
-def first_line(error: BaseException | str) -> str:
-    """The first line of an error's message."""
-    return (str(error).strip() or type(error).__name__).splitlines()[0]
+from golf_impact.errors import UserError, first_line
 
 
 def find_flaw(path: Path) -> str | None:

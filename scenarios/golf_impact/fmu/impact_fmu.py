@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
-from golf_impact.errors import UserError
-from golf_impact.fmu.archive import check_temporary_folder, find_flaw, first_line
+from golf_impact.errors import UserError, first_line
+from golf_impact.fmu.archive import check_temporary_folder, find_flaw
 from golf_impact.fmu.loaded import Entered, LoadedFmu
 from golf_impact.runs import FLAGS, METRICS, PATH, ImpactRuns
 

@@ -20,8 +20,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
-from golf_impact.errors import UserError
-from golf_impact.fmu.archive import first_line
+from golf_impact.errors import UserError, first_line
 from golf_impact.runs import Named
 
 Entered = TypeVar("Entered", bound="LoadedFmu")

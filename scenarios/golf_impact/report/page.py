@@ -51,14 +51,19 @@ def write_reports(
             for file, draw in report.figures.items():
                 files[f"{file}.png"] = images[name][file] = figures.to_png(draw(figures))
                 tick()
-    files[f"{prefix}report.html"] = render_page(reports, images, guid)
+    files[f"{prefix}report.html"] = render_page(
+        reports, images, f"golf-impact {VERSION}, FMU {guid}"
+    )
     write_together(folder, files, stale=() if with_figures else stale)
 
 
 def render_page(
-    reports: Mapping[str, Report], images: Mapping[str, Mapping[str, bytes]], guid: str
+    reports: Mapping[str, Report], images: Mapping[str, Mapping[str, bytes]], source: str
 ) -> bytes:
-    """Render report.html, one self-contained file; images are PNG by scenario and name."""
+    """Render report.html, one self-contained file; images are PNG by scenario and name.
+
+    `source` is what computed the numbers, in words.
+    """
     shown = {
         name: [_figure(reports[name], *item) for item in of_report.items()]
         for name, of_report in images.items()
@@ -67,8 +72,7 @@ def render_page(
         Path(__file__).with_name("report.html.jinja"),
         reports=reports,
         figures=shown,
-        guid=guid,
-        version=VERSION,
+        source=source,
         readings=document_tables() if len(reports) > 1 else [],
         checks=[check for report in reports.values() for check in report.checks],
         deviations=[text for report in reports.values() for text in report.deviations],

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 from golf_impact.facts import closed_forms
 from golf_impact.facts.document import NUMERICAL_ERROR, Printed
 from golf_impact.facts.quantities import choose_prefix, format_options, format_value, label
-from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.fmu.loaded import Named
 from golf_impact.report.outcome import Check, Kind, Table
-from golf_impact.runs import METRICS
+from golf_impact.runs import METRICS, Named
 
 if TYPE_CHECKING:
     import numpy as np
     from matplotlib.figure import Figure
+
+    from golf_impact.fmu.impact_fmu import ImpactFmu
 
     #: Plots a figure, given the module `golf_impact.report.figures`.
     Plot = Callable[[Any], Figure]
@@ -58,13 +58,18 @@ def derive_metrics(outputs: Mapping[str, float], values: Mapping[str, float]) ->
 
 
 class Report:
-    """The results of a scenario; `fmu` runs its impacts. Units are SI."""
+    """The results of a scenario; `fmu` runs its impacts, if it has some. Units are SI."""
 
-    def __init__(self, title: str, fmu: ImpactFmu) -> None:
-        self.title, self.fmu = title, fmu
+    fmu: ImpactFmu
+
+    def __init__(self, title: str, fmu: ImpactFmu | None = None) -> None:
+        self.title = title
         #: Start values of inputs and parameters.
-        inputs = (v.name for v in fmu.variables.values() if v.causality in ("input", "parameter"))
-        self.starts = {name: fmu.default(name) for name in inputs}
+        self.starts: dict[str, float] = {}
+        if fmu is not None:
+            self.fmu, variables = fmu, fmu.variables.values()
+            inputs = [v.name for v in variables if v.causality in ("input", "parameter")]
+            self.starts = {name: fmu.default(name) for name in inputs}
         #: Metrics by case, as in results.json.
         self.cases: dict[str, Mapping[str, float]] = {}
         #: By case, the command that opens it in `golf-impact explore`.

@@ -12,12 +12,12 @@ import numpy as np
 from scipy.integrate import quad
 
 from golf_impact.facts.closed_forms import reduced_mass
+from golf_impact.facts.scales import TOLERANCE, Scales
 from golf_impact.runs import FLAGS
 from golf_impact.stress import cases
 from golf_impact.stress.cases import ImpactCase, Steps
 from golf_impact.stress.driver import Driver, Outputs
 from golf_impact.stress.reference import outputs_after
-from golf_impact.stress.scales import TOLERANCE, Scales
 
 CLAIMS = (
     ("momentum", "law 2: momentum stays, of its sum of magnitudes", TOLERANCE),

@@ -1,4 +1,4 @@
-"""`golf-impact sweep`: many impacts through the FMU, on one machine and beyond it.
+"""`golf-impact sweep`: many impacts by the physics in arrays, or through an FMU.
 
 From Python: `run_sweep(Study.of({"k": "0.5e6:2e6:100", "b": "0,9,12"}), "k.csv")`. With
 `executor=` any executor of the interface of concurrent.futures takes the chunks.

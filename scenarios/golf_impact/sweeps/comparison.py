@@ -12,13 +12,15 @@ from typing import NamedTuple
 import fmpy
 import numpy as np
 
+from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
-from golf_impact.sweeps.impacts import impacts, run_chunk
-from golf_impact.sweeps.run import Sweep
+from golf_impact.sweeps.checks import deviations
+from golf_impact.sweeps.run import Sweep, run_chunk
+from golf_impact.sweeps.tables import table
 from golf_impact.timing import measure_seconds, median_ratio, run_interleaved
 
-#: Cases of the sweep per round, and of the loop, which takes about as long for them.
-_CASES, _LOOPED = 2000, 25
+#: Cases of the sweep per round, if all are in closed form and otherwise; and of the loop.
+_CASES, _SLOW, _LOOPED = 100_000, 500, 25
 
 
 class Comparison(NamedTuple):
@@ -27,56 +29,62 @@ class Comparison(NamedTuple):
     sweep: float  # in one process, with the file as CSV
     simulate_fmu: float  # the loop, with the FMU extracted and its description read beforehand
     ratio: float  # of the two in the same round
-    same: bool  # whether their numbers were the same to the last bit
+    error: float  # the loop's largest deviation from the physics, without unit, in `Scales`
 
 
-def compare(sweep: Sweep, rounds: int = 7) -> Comparison:
+def compare(sweep: Sweep, fmu: Path, rounds: int = 7) -> Comparison:
     """Measure both on cases of a study: the same cases, outputs and communication step.
 
-    UserError if the FMU refuses all cases tried.
+    UserError if all cases tried are refused.
     """
-    study, plan = sweep.study, sweep.plan
-    # Evenly spaced; if there are fewer, some are repeated.
-    columns = study.columns(np.linspace(0, study.cases - 1, _CASES).astype(int))
-    values = plan.values(columns)
-    expected, _, reason = impacts(plan, columns)
-    usable = np.flatnonzero(~np.isnan(expected).any(axis=1)).tolist()
-    if not usable:
-        raise UserError(f"there is nothing to compare: no case has all outputs {reason}".strip())
-    steps = np.broadcast_to(sweep.fmu.horizon({**plan.fixed, **values}), _CASES)
-    cases = cycle(usable[:: max(1, len(usable) // (4 * _LOOPED))])
-    same = True
+    study, outputs = sweep.study, sweep.plan.outputs
+    for number in (_SLOW, _CASES):
+        # Evenly spaced; if there are fewer, some are repeated.
+        columns = study.columns(np.linspace(0, study.cases - 1, number).astype(int))
+        outcome = sweep.compute(columns)
+        if outcome.scalar.any():
+            break
+    usable = np.all([column == column for column in outcome.columns.values()], axis=0)
+    cases = np.flatnonzero(usable & ~outcome.refused)
+    if not len(cases):
+        raise UserError(f"there is nothing to compare: no case has all outputs {outcome.reason}")
+    # The loop's cases, the same in each round.
+    cases = np.array([*islice(cycle(cases[:: max(1, len(cases) // _LOOPED)]), _LOOPED)])
+    looped = sweep.plan.values({name: column[cases] for name, column in columns.items()})
+    looped = {name: np.broadcast_to(value, _LOOPED).tolist() for name, value in looped.items()}
+    steps = np.broadcast_to(ScalarImpacts().horizon(looped), _LOOPED).tolist()
+    results = {name: np.empty(_LOOPED) for name in outputs}
     with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
-        fmpy.extract(str(sweep.fmu.path), f"{folder}/fmu")
+        fmpy.extract(str(fmu), f"{folder}/fmu")
+        description = fmpy.read_model_description(str(fmu))
 
         def run_sweep() -> None:
-            with sweep.table(Path(folder, "sweep.csv")) as write:
-                text, results = run_chunk(plan, True, columns)
-                write(columns, text, results.outputs)
+            with table(Path(folder, "sweep.csv"), (*study.names, *outputs)) as write:
+                outcome, lines, _ = run_chunk(sweep.compute, True, columns)
+                write({**columns, **outcome.columns}, outcome.refused, lines)
 
         def run_loop() -> None:
-            nonlocal same
             with open(f"{folder}/loop.csv", "w", newline="") as stream:
                 writer = csv.writer(stream)
-                writer.writerow((*study.names, *plan.outputs))
-                for n in islice(cases, _LOOPED):
-                    start = plan.fixed | {name: row[n].item() for name, row in values.items()}
+                writer.writerow((*looped, *outputs))
+                for n, row in enumerate(zip(*looped.values())):
                     result = fmpy.simulate_fmu(
                         f"{folder}/fmu",
                         stop_time=steps[n],
                         output_interval=steps[n],
-                        start_values=start,
-                        output=plan.outputs,
-                        model_description=sweep.fmu.description,
+                        start_values=dict(zip(looped, row)),
+                        output=outputs,
+                        model_description=description,
                     )
-                    row = [result[name][-1].item() for name in plan.outputs]
-                    writer.writerow((*start.values(), *row))
-                    same &= row == expected[n].tolist()
+                    for name in outputs:
+                        results[name][n] = result[name][-1]
+                    writer.writerow((*row, *(results[name][n] for name in outputs)))
 
         jobs = {
-            "sweep": lambda: measure_seconds(run_sweep, _CASES),
+            "sweep": lambda: measure_seconds(run_sweep, number),
             "loop": lambda: measure_seconds(run_loop, _LOOPED),
         }
         times = run_interleaved(jobs, rounds)
+    error = max(case.error for case in deviations(looped, results, np.zeros(_LOOPED, bool)))
     ratio = median_ratio(times["loop"], times["sweep"])
-    return Comparison(1.0 / median(times["sweep"]), 1.0 / median(times["loop"]), ratio, same)
+    return Comparison(1.0 / median(times["sweep"]), 1.0 / median(times["loop"]), ratio, error)

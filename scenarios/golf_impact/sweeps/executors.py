@@ -9,7 +9,13 @@ import signal
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import (
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import partial
 from multiprocessing import get_context, parent_process, resource_tracker
@@ -17,32 +23,22 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from golf_impact.errors import UserError, missing_package
-from golf_impact.fmu.loaded import first_line
+from golf_impact.errors import UserError, first_line, missing_package
 from golf_impact.stopping import SIGNALS
 
 #: How long a cluster may take to respond, and to have a worker.
 _PATIENCE = "20s"
 
 
-class Here(Executor):
-    """Runs each call at once, in this thread; its errors are raised by `submit`."""
-
-    def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        future: Future = Future()
-        future.set_result(fn(*args, **kwargs))
-        return future
-
-
 def opened(
-    executor: Executor | None, scheduler: str | None, workers: int | None
+    executor: Executor | None, scheduler: str | None, workers: int | None, threads: int
 ) -> AbstractContextManager[Executor]:
-    """The given executor, or that of a cluster, of so many processes, or of this process."""
+    """The given executor, or that of a cluster, of so many processes, or of threads."""
     if executor is not None:
         return nullcontext(executor)
     if scheduler is not None:
         return dask_executor(scheduler, workers)
-    return process_pool(workers) if workers and workers > 1 else nullcontext(Here())
+    return process_pool(workers) if workers and workers > 1 else ThreadPoolExecutor(threads)
 
 
 @contextmanager
@@ -53,7 +49,7 @@ def process_pool(workers: int) -> Iterator[Executor]:
     however it ends.
     """
     with tempfile.TemporaryDirectory(prefix="golf-impact-workers-") as folder:
-        # A forked process would inherit threads' locks, and an FMU that has been loaded.
+        # A forked process would inherit threads' locks.
         pool = _Pool(workers, get_context("spawn"), _begin_worker, (folder,))
         pool.folder = folder
         try:
@@ -165,7 +161,10 @@ def dask_executor(scheduler: str, workers: int | None = None) -> Iterator[Execut
         stack.callback(executor.shutdown, wait=False)
         try:
             yield executor
-        except (distributed.KilledWorker, CancelledError, OSError, ImportError) as error:
+        # Workers of an earlier version lack an attribute or a module.
+        except (
+            distributed.KilledWorker, CancelledError, OSError, ImportError, AttributeError,
+        ) as error:  # fmt: skip
             raise UserError(
                 f"the cluster at {scheduler} gave up or is lost ({first_line(error)}); its workers "
                 "need this package with its extra cluster, in the same version"

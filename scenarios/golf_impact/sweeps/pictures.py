@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from fmpy.model_description import ScalarVariable
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
@@ -32,16 +31,17 @@ _POINTS = 1024
 def draw(
     study: Study,
     drawn: np.ndarray,
-    variables: Mapping[str, ScalarVariable],
+    units: Mapping[str, str | None],
     indices: Mapping[str, float] | None,
 ) -> Figure | None:
     """A line, lines, a heat map, or a histogram beside Sobol indices, whichever fits the study.
 
-    `drawn` is its first output, shape (cases,), NaN where refused. None if it has fewer than two.
+    `drawn` is its first output, shape (cases,), NaN where refused; `units` those of all variables.
+    None if there are fewer than two values.
     """
     if np.isfinite(drawn).sum() < 2:
         return None
-    picture = _Picture(study, drawn, {name: v.unit for name, v in variables.items()})
+    picture = _Picture(study, drawn, units)
     if not study.varied_grid:
         return picture.histogram(indices)
     # Over amounts, the one with most values first, with a line for each ball or law.
@@ -203,7 +203,7 @@ def sobol_indices(
         outputs_of: the output, shape (n,), from columns of all swept variables.
 
     Returns:
-        None where no design is possible: another study, a case that the FMU refuses, or an output
+        None where no design is possible: another study, a refused case, or an output
         that is the same in all cases.
     """
     axes = study.distributions

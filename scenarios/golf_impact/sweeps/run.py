@@ -5,37 +5,35 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from golf_build.archive import whole
-from golf_impact.errors import UserError, missing_package
-from golf_impact.fmu.file import current_fmu
-from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_build import VERSION
+from golf_impact.arrays.impacts import Outcome
+from golf_impact.errors import UserError
+from golf_impact.sweeps.checks import Check
 from golf_impact.sweeps.executors import opened
-from golf_impact.sweeps.impacts import Plan, Results, impacts, load, make_plan, release, run_chunk
+from golf_impact.sweeps.impacts import PHYSICS, impacts, make_plan
 from golf_impact.sweeps.study import Study
+from golf_impact.sweeps.tables import csv_lines, table
 from golf_impact.timing import free_bytes
 
-#: Cases of a chunk: some 40 ms of work.
-CHUNK = 2000
-#: A larger one would take too long to stop.
-_LARGEST_CHUNK = 10_000
+#: Cases of the first chunk and of the largest. Those between take some 0.1 s, by which a stop is
+#: delayed.
+_FIRST_CHUNK, _LARGEST_CHUNK, _SECONDS = 500, 32_000, 0.1
 #: Each takes some 50 MB; beyond one machine there are clusters.
 _MOST_WORKERS = 256
 #: A worker that is killed ends its pool of processes: at most so many pools are used.
 _POOLS = 3
-#: Chunks that may be under way or waiting to be written: a bound of the memory.
-_IN_FLIGHT = 32
-#: Rows of a Parquet row group: independent of chunks, so that the file is too.
-_ROW_GROUP = 2**16
+#: Chunks and cases that may be under way or waiting to be written: a bound of the memory.
+_CHUNKS_IN_FLIGHT, _CASES_IN_FLIGHT = 32, 200_000
 
 
 class Stopped(Exception):  # noqa: N818 (not an error: the user asked for it)
@@ -52,16 +50,39 @@ class Summary:
 
     path: Path  # the file
     cases: int  # rows in it
-    refused: int  # cases that the FMU refused: rows with empty outputs
+    refused: int  # cases that the physics or the FMU refused: rows with empty outputs
     first_refused: tuple[int, str] | None  # row (from 1, without the header) of the first, and why
     seconds: float  # with the start of workers
     drawn: np.ndarray  # the first output of all cases, shape (cases,); NaN without a value
+    scalar: int  # cases that aren't in closed form, computed one by one
+    checked: int  # cases that the scalar physics computed again; none of an FMU
+    worst_error: float  # their largest error without unit, in `golf_impact.facts.scales.Scales`
+
+
+class Chunk(NamedTuple):
+    """Results of a chunk of cases."""
+
+    outcome: Outcome
+    lines: bytes  # of CSV, if the file is one
+    seconds: float  # that it took
+
+
+def run_chunk(
+    compute: Callable[[Mapping[str, np.ndarray]], Outcome],
+    as_text: bool,
+    columns: Mapping[str, np.ndarray],
+) -> Chunk:
+    """Compute some cases, in any process."""
+    begin = time.perf_counter()
+    outcome = compute(columns)
+    lines = csv_lines({**columns, **outcome.columns}, outcome.refused) if as_text else b""
+    return Chunk(outcome, lines, time.perf_counter() - begin)
 
 
 class Sweep:
-    """A study and the FMU that it runs through, loaded into this process in a `with` block.
+    """A study, and the physics or the FMU that it runs through, for use in a `with` block.
 
-    UserError if the study doesn't fit the FMU, or into memory.
+    UserError if the study doesn't fit these, or into memory.
     """
 
     def __init__(self, study: Study, fmu: Path | str | None = None) -> None:
@@ -73,21 +94,34 @@ class Sweep:
                 f"{study.cases:,} cases need {need / 1e9:,.1f} GB of memory, and {free / 1e9:,.1f} "
                 "GB are free: use fewer values, or a study for each part"
             )
-        self.study = study
-        self.fmu = ImpactFmu(current_fmu()[0] if fmu is None else Path(fmu))
-        self.plan = make_plan(study, self.fmu)
+        self.study, self.fmu, self._blocks = study, None, ExitStack()
+        if fmu is not None:
+            from golf_impact.fmu.impact_fmu import ImpactFmu
+
+            self.fmu = ImpactFmu(Path(fmu))
+        variables = PHYSICS if self.fmu is None else self.fmu.variables
+        self.plan = make_plan(study, variables)
+        self.units = {name: variable.unit for name, variable in variables.items()}
 
     def __enter__(self) -> Sweep:
         self.study.columns(np.array([0]))  # draws the samples
-        load(self.plan)
+        fmu = None if self.fmu is None else self._blocks.enter_context(self.fmu)
+        self.compute = partial(impacts, self.plan, fmu=fmu)
         return self
 
-    def __exit__(self, *_: object) -> None:
-        release()
+    def __exit__(self, *error: Any) -> None:
+        self._blocks.__exit__(*error)
+
+    @property
+    def source(self) -> str:
+        """What decides the numbers: the version and digest of the physics, or the FMU's GUID."""
+        if self.fmu is None:
+            return self.plan.identity
+        return f"golf-impact {VERSION}, FMU {self.fmu.description.guid}"
 
     def first_output(self, columns: dict[str, np.ndarray]) -> np.ndarray:
         """The first output of these cases, shape (cases,); NaN without a value."""
-        return impacts(self.plan, columns).outputs[:, 0]
+        return self.compute(columns).columns[self.study.outputs[0]].astype(float)
 
     def run(
         self,
@@ -96,159 +130,128 @@ class Sweep:
         executor: Executor | None = None,
         workers: int | None = None,
         scheduler: str | None = None,
-        chunk: int = CHUNK,
+        chunk: int | None = None,
         progress: Callable[[int], None] = lambda done: None,
         stop: Callable[[], bool] = lambda: False,
     ) -> Summary:
         """Write one row a case; arguments, result and errors as of `run_sweep`."""
-        out, cases = Path(out), self.study.cases
+        out, cases, first_output = Path(out), self.study.cases, self.study.outputs[0]
         for option, number, most in (
             ("--chunk", chunk, _LARGEST_CHUNK),
-            ("--workers", 1 if workers is None else workers, _MOST_WORKERS),
+            ("--workers", workers, _MOST_WORKERS),
         ):
-            if not 1 <= number <= most:
+            if number is not None and not 1 <= number <= most:
                 raise UserError(f"{option} {number} is refused: it must be 1 to {most:,}")
-        open_executor = partial(opened, executor, scheduler, workers)
+        if self.fmu is not None and (executor or scheduler or (workers or 1) > 1):
+            raise UserError(
+                "an FMU computes one case after another in this process: leave out --fmu, or "
+                "--workers and --scheduler"
+            )
+        # Two compute and format chunks, while this one checks and writes those before. An FMU has
+        # one instance.
+        threads = 2 if self.fmu is None else 1
+        open_executor = partial(opened, executor, scheduler, workers, threads)
         chunks = self._chunks(open_executor, chunk, out.suffix.lower() == ".csv", stop)
-        drawn = np.empty(cases)
-        refused, first, done = 0, None, 0
+        drawn, check = np.empty(cases), Check(self.study, self.plan)
+        refused, scalar, first, done = 0, 0, None, 0
         begin = time.perf_counter()
-        with self.table(out) as write, closing(chunks):
-            for text, (outputs, unusable, reason) in chunks:
-                index = np.arange(done, done + len(outputs))
-                write(self.study.columns(index), text, outputs)
-                drawn[index] = outputs[:, 0]
-                if reason and first is None:
-                    first = done + int(unusable.argmax()) + 1, reason
-                refused += int(unusable.sum())
-                done += len(outputs)
+        with table(out, (*self.study.names, *self.study.outputs)) as write, closing(chunks):
+            for columns, (outcome, lines, _) in chunks:
+                write({**columns, **outcome.columns}, outcome.refused, lines)
+                if self.fmu is None:
+                    check.add(done, outcome)
+                number = len(outcome.refused)
+                of_first = outcome.columns[first_output].astype(float)
+                drawn[done : done + number] = np.where(outcome.refused, math.nan, of_first)
+                if outcome.reason and first is None:
+                    first = done + int(outcome.refused.argmax()) + 1, outcome.reason
+                refused += int(outcome.refused.sum())
+                scalar += int((outcome.scalar & ~outcome.refused).sum())
+                done += number
                 progress(done)
-        return Summary(out, cases, refused, first, time.perf_counter() - begin, drawn)
+            check.finish()
+        seconds = time.perf_counter() - begin
+        return Summary(
+            out, cases, refused, first, seconds, drawn, scalar, check.number, check.worst
+        )
 
     def _chunks(
-        self, open_executor: Callable, size: int, as_text: bool, stop: Callable[[], bool]
-    ) -> Generator[tuple[bytes, Results], None, None]:
-        """Results of all chunks in order, those of a broken pool by the next one."""
-        done, cases = 0, self.study.cases
+        self, open_executor: Callable, size: int | None, as_text: bool, stop: Callable[[], bool]
+    ) -> Generator[tuple[dict[str, np.ndarray], Chunk], None, None]:
+        """Columns and results of all chunks in order, those of a broken pool by the next one."""
+        done, cases, next_size = 0, self.study.cases, size or _FIRST_CHUNK
+        at_once = _CHUNKS_IN_FLIGHT if size else 1
         for _ in range(_POOLS):
-            starts = iter(range(done, cases, size))
+            begun = done
             #: Begun some time before it is their turn.
-            under_way: deque[Future[tuple[bytes, Results]]] = deque()
+            under_way: deque[tuple[dict[str, np.ndarray], Future[Chunk]]] = deque()
             try:
                 with open_executor() as executor:
                     while done < cases:
-                        for start in starts:
-                            columns = self.study.columns(np.arange(start, min(start + size, cases)))
-                            future = executor.submit(run_chunk, self.plan, as_text, columns)
-                            under_way.append(future)
-                            if under_way[0].done() or len(under_way) >= _IN_FLIGHT:
+                        while begun < cases:
+                            end = min(begun + next_size, cases)
+                            columns = self.study.columns(np.arange(begun, end))
+                            future = executor.submit(run_chunk, self.compute, as_text, columns)
+                            under_way.append((columns, future))
+                            begun = end
+                            if len(under_way) >= at_once or begun - done >= _CASES_IN_FLIGHT:
                                 break
-                        while not under_way[0].done() and not stop():
-                            wait([under_way[0]], timeout=0.1)
+                        columns, future = under_way[0]
+                        while not future.done() and not stop():
+                            wait([future], timeout=0.1)
                         if stop():
                             raise Stopped(done)
-                        text, results = under_way.popleft().result()
-                        done += len(results.outputs)
-                        yield text, results
+                        chunk = future.result()
+                        under_way.popleft()
+                        number, at_once = len(chunk.outcome.refused), _CHUNKS_IN_FLIGHT
+                        done += number
+                        if size is None:
+                            fitting = int(number * _SECONDS / chunk.seconds)
+                            next_size = min(max(1, fitting), _LARGEST_CHUNK)
+                        yield columns, chunk
                 return
             except BrokenExecutor as error:
                 broken = error
             finally:
-                for future in under_way:
+                for _, future in under_way:
                     future.cancel()
         raise UserError(
             f"worker processes ended unexpectedly {_POOLS} times (killed, out of memory, or a "
             'script without `if __name__ == "__main__":`?): nothing was written'
         ) from broken
 
-    @contextmanager
-    def table(self, path: Path) -> Iterator[Callable]:
-        """Write the file in a `with` block; afterwards it is complete, or as it was.
-
-        Yields a function that writes some cases: columns of swept variables, lines of CSV (unused
-        in other files), and outputs of shape (cases, outputs). UserError: it can't be written.
-        """
-        suffix, names = path.suffix.lower(), (*self.study.names, *self.plan.outputs)
-        if suffix not in (".csv", ".parquet"):
-            raise UserError(f"--out {path} is refused: its name must end in .csv or .parquet")
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with whole(path) as stream:
-                if suffix == ".csv":
-                    stream.write((",".join(names) + "\n").encode())
-                    yield lambda columns, text, outputs: stream.write(text)
-                else:
-                    with _parquet(stream, names, self.plan) as write:
-                        yield write
-        except OSError as error:
-            raise UserError(
-                f"can't write {path}: {error.strerror or error}; a file there stays as it was"
-            ) from error
-
-
-@contextmanager
-def _parquet(stream: BinaryIO, names: tuple[str, ...], plan: Plan) -> Iterator[Callable]:
-    """Columns in row groups of one size; outputs without a value are null."""
-    try:
-        import pyarrow
-        from pyarrow.parquet import ParquetWriter
-    except ImportError as error:
-        raise missing_package("Parquet", "pyarrow", "sweep", ", or name a .csv file") from error
-    kinds = {"ball": pyarrow.string(), "law": pyarrow.int64()}
-    kinds |= dict.fromkeys(plan.booleans, pyarrow.bool_())
-    schema = pyarrow.schema([(name, kinds.get(name, pyarrow.float64())) for name in names])
-    waiting, rows = [schema.empty_table()], 0
-
-    def write(columns: dict[str, np.ndarray], text: bytes, outputs: np.ndarray) -> None:
-        nonlocal rows
-        arrays = [pyarrow.array(column) for column in columns.values()]
-        arrays += [pyarrow.array(column, mask=np.isnan(column)) for column in outputs.T]
-        waiting.append(pyarrow.table(arrays, names=names).cast(schema))
-        rows += len(outputs)
-        if rows >= _ROW_GROUP:
-            write_group()
-
-    def write_group() -> None:
-        nonlocal waiting, rows
-        table = pyarrow.concat_tables(waiting)
-        waiting, rows = [table.slice(_ROW_GROUP)], max(0, rows - _ROW_GROUP)
-        writer.write_table(table.slice(0, _ROW_GROUP).combine_chunks(), row_group_size=_ROW_GROUP)
-
-    with ParquetWriter(stream, schema) as writer:
-        yield write
-        if rows:
-            write_group()
-    # Later steps need the memory.
-    pyarrow.default_memory_pool().release_unused()
-
 
 def run_sweep(
     study: Study, out: Path | str, *, fmu: Path | str | None = None, **options: Any
 ) -> Summary:
-    """Run a study through the FMU and write one row a case.
+    """Compute a study by the physics, in arrays, and write one row a case.
 
     The file is the same to the last bit whatever executor runs the chunks, and whatever their size.
+    One case in a thousand, and those of the least and greatest outputs, are computed again by the
+    scalar physics, which also computes the cases that have no closed form.
 
     Args:
         study: what to compute; see `Study.of`.
         out: a .csv or .parquet file. It gets its name when it is complete.
-        fmu: the .fmu file; by default that of the present sources, built if necessary.
+        fmu: an .fmu file to run the cases through instead, one after another in this process.
         options:
             executor: any executor of the interface of concurrent.futures, such as that of a Dask
-                client or an MPI pool; its processes need this package, and get the FMU with each
-                chunk.
+                client or an MPI pool; its processes need this package in the same version.
             workers: without an executor, the number of processes on this machine; 1 by default,
                 which computes in this process. A script that uses more needs
-                `if __name__ == "__main__":`, since the processes import it.
+                `if __name__ == "__main__":`, since the processes import it. More are faster only
+                where many cases have no closed form.
             scheduler: instead, a Dask cluster: its address ("tcp://host:8786"), or "local",
                 of so many workers or as many as there are processors.
-            chunk: cases that a worker gets at a time, at most 10,000.
+            chunk: cases that are computed at a time, at most 32,000; by default so many that they
+                take some 0.1 s.
             progress: called with the number of cases done.
             stop: called between chunks; returns whether to end.
 
     Raises:
-        UserError: the study doesn't fit the FMU, the file can't be written, workers died again
-            and again; Dask is missing, or the cluster can't be reached or gives up.
+        UserError: the study has no such variable, the file can't be written, a check fails,
+            workers died again and again or have another version; Dask is missing, or the cluster
+            can't be reached or gives up; an FMU together with workers.
         Stopped: `stop` returned True. No file was written; an earlier one is unchanged.
     """
     with Sweep(study, fmu) as sweep:

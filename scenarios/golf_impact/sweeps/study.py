@@ -17,8 +17,7 @@ from golf_impact.facts.balls import ball
 from golf_impact.facts.quantities import LAWS_IN_WORDS
 from golf_impact.facts.toml import read_toml
 
-#: Default outputs: those known at the end of contact. Law 1 has to search for extremes (max_force
-#: ...), and Booleans take a separate call.
+#: Default outputs: those known at the end of contact. Law 1 has to search for extremes (max_force).
 OUTPUTS = (
     "smash_factor",
     "coefficient_of_restitution",
@@ -41,7 +40,7 @@ KEYS = {
 
 @dataclass(frozen=True)
 class Grid:
-    """A variable of the FMU, or "ball", that takes each of these values, shape (n,).
+    """A variable of the physics, or "ball", that takes each of these values, shape (n,).
 
     They are doubles, integers for `law`, or names for `ball`.
     """
@@ -153,7 +152,7 @@ class Study:
         Args:
             sets: by variable: a number, a list, or text as in `--set`: "0.5e6:2e6:100",
                 "log:1e5:1e7:50", "0,9,12", "normal:45:2", "uniform:30:50".
-            outputs: of the FMU; `OUTPUTS` by default.
+            outputs: names; `OUTPUTS` by default.
             number_of_samples: needed with a distribution.
             seed: of the samples, at least 0.
             design: "random", "lhs" (Latin hypercube) or "sobol".
