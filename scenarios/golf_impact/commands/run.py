@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Container, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -24,6 +25,7 @@ from golf_impact.facts.units import remarks, si_value, unit_of
 from golf_impact.report.outcome import Table, summarize_checks
 
 if TYPE_CHECKING:
+    from golf_impact.facts.balls import Ball
     from golf_impact.report.report import Report
 
 EPILOG = (
@@ -53,7 +55,6 @@ def run(
     """
     from golf_impact.commands.scripts import load_scenario, load_scenarios, run_scenario
     from golf_impact.facts.balls import ball as named_ball
-    from golf_impact.facts.balls import conditions_of
     from golf_impact.files import prepare
     from golf_impact.fmu.impact_fmu import ImpactFmu
     from golf_impact.report.own_cases import own_cases
@@ -62,10 +63,7 @@ def run(
     values = values_of(set_ or [])
     own_balls = [named_ball(name) for name in dict.fromkeys(balls or ())]
     own = bool(values or own_balls)
-    conditions = conditions_of(own_balls, values)
-    if conditions:
-        say(f"Conditions of the ball's file, unless --set: {format_options(conditions)}")
-        values = {**conditions, **values}
+    values = {**take_conditions(own_balls, values), **values}
     for words in remarks(values):
         warn(words, style="yellow")
     if names and own:
@@ -111,6 +109,16 @@ def run(
     words = f"Results in {folder}{os.sep}; report: {', '.join(pages)}"
     say(f"{words} (replaces an earlier one)" if replaced else words)
     return 0 if passed else 1
+
+
+def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str, float]:
+    """Conditions in the files of balls, as far as they aren't given otherwise; prints them."""
+    from golf_impact.facts.balls import conditions_of
+
+    conditions = conditions_of(balls, given)
+    if conditions:
+        say(f"Conditions of the ball's file: {format_options(conditions)}")
+    return conditions
 
 
 def _scenarios_in(folder: Path) -> set[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 from golf_build import BY_NAME, UNITS
 
@@ -43,7 +44,7 @@ def _split(text: str) -> tuple[str, str]:
         float(text)
     except ValueError:
         if match := _NUMBER.fullmatch(text.strip()):
-            return match.group(1), match.group(2)
+            return match[1], match[2]
         raise ValueError(f"{text!r} is no number (e.g. 1.5)") from None
     return text, ""
 
@@ -65,11 +66,11 @@ def si_values(texts: Iterable[str], unit: str) -> list[float]:
     return [si_value(f"{number} {symbol or shared}", unit) for number, symbol in pairs]
 
 
-def remarks(values: Mapping[str, float], form: str = "--set {}=") -> list[str]:
+def remarks(values: Mapping[str, Any], form: str = "--set {}=") -> list[str]:
     """Sentences about numbers (SI units) that look like those of another unit."""
     words = []
-    for name, value in values.items():
-        low, high, units = _REMARKABLE.get(name, (0.0, float("inf"), ()))
+    for name in _REMARKABLE.keys() & values.keys():
+        value, (low, high, units) = values[name], _REMARKABLE[name]
         if value > 0.0 and not low <= value <= high:
             given, unit = form.format(name), unit_of(name).replace(".", "·")
             meant = " or ".join(
