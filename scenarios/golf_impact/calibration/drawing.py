@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,8 @@ def draw(calibration: Any) -> Figure:
         below.fill_between(x[order], -half, half, **band)
         below.plot(x[order], residuals[order], **_DOTS)
         below.axhline(0.0, color=figures.BLACK, lw=0.8)
+        if calibration.apart and series.impact:
+            above.set_title(f"{Path(series.name).name}, {series.impact['club_speed']:g} m/s")
         above.set(ylabel=_LABELS[name.split()[0]][1])
         below.set(xlabel=_LABELS[name.split()[0]][0], ylabel=_LABELS[name.split()[0]][2])
         for one in (above, below):

@@ -121,8 +121,8 @@ class Fit:
             self.residuals = problem.residuals(values)
             # Scaled, so that rounding doesn't matter.
             scale = np.where(lengths > 0.0, lengths, 1.0)
-            normal = (jacobian / scale).T @ (jacobian / scale)
-            covariance = np.linalg.pinv(normal) / np.outer(scale, scale)
+            root = np.linalg.pinv(np.linalg.qr(jacobian / scale)[1]) / scale[:, None]
+            covariance = root @ root.T
         errors = [math.sqrt(variance) or None for variance in covariance.diagonal()]
         self.parameters = {n: Estimate(values[n], error) for n, error in zip(problem.free, errors)}
         self.touches = {
@@ -258,9 +258,14 @@ class _Problem:
             slopes[self.data.groups[group], self.free.index(name)][near] = 0.0
         return slopes
 
-    def solve(self, start: np.ndarray, tolerance: float = 1e-10) -> Any:
+    def solve(self, start: np.ndarray, tolerance: float | None = None) -> Any:
         """SciPy's result from one start."""
         from scipy.optimize import least_squares
+
+        if tolerance is None:
+            # Of χ²; with many rows it is about their number, and 1e-3 a thirtieth of a σ.
+            rows = len(self.sigma)
+            tolerance = 1e-10 if rows <= _FEW else max(1e-10, 1e-3 / rows)
 
         self.tick()
         return least_squares(
@@ -302,7 +307,7 @@ class _Problem:
             starts.append(np.array([at[name] for name in self.free]))
         return starts
 
-    def minimum(self, tolerance: float = 1e-10) -> Any:
+    def minimum(self, tolerance: float | None = None) -> Any:
         """SciPy's result of the best minimum; of several that are as good, the least damped one."""
         starts = self.starts()
         if thin := self.thinned():
