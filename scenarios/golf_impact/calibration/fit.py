@@ -123,6 +123,10 @@ class Fit:
             scale = np.where(lengths > 0.0, lengths, 1.0)
             root = np.linalg.pinv(np.linalg.qr(jacobian / scale)[1]) / scale[:, None]
             covariance = root @ root.T
+            for name, curve in data.curves.items():
+                rows = data.groups[name]
+                by_offset = covariance @ (jacobian[rows].T @ (1.0 / self.sigma[rows]))
+                covariance = covariance + curve.offset_error**2 * np.outer(by_offset, by_offset)
         errors = [math.sqrt(variance) or None for variance in covariance.diagonal()]
         self.parameters = {n: Estimate(values[n], error) for n, error in zip(problem.free, errors)}
         self.touches = {
@@ -198,7 +202,10 @@ class _Problem:
         self.free = [*(name for name in RANGES if name in fitted), *stiffnesses, *self.touches]
         ends = dict.fromkeys(("k", *stiffnesses, *self.touches), (-math.inf, math.inf))
         self.bounds = np.array([(RANGES | ends)[name] for name in self.free]).T
-        self.ranges = np.array([(ends | RANGES)[name] for name in self.free]).T
+        self.of_law: dict[str, Any] = {"law": law.law}
+        if data.sized:
+            self.of_law["exponent"] = law.exponent
+            self.of_law["reference_compression"] = law.reference_compression
         self.estimated = tuple(name for name, one in data.series.items() if one.sigma is None)
         sigma = [np.array([target.sigma for target in data.targets.values()])]
         for one in data.series.values():
@@ -217,16 +224,11 @@ class _Problem:
             values |= {name: np.exp(values[name]) for name in self.free if name.startswith("k ")}
         for name, curve in self.touches.items():
             values[name] = curve.x[0] + _CLOCK * values[name]
-        return self.complete(values)
+        return {**self.of_law, **values}
 
     def named(self, x: np.ndarray) -> dict[str, Any]:
         """Coordinates by name, complex ones only where they have a step."""
         return {n: v if v.imag else v.real for n, v in zip(self.free, x.tolist())}
-
-    def complete(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        of_law = {"law": self.law.law, "exponent": self.law.exponent}
-        of_law["reference_compression"] = self.law.reference_compression
-        return {**{n: of_law[n] for n in (of_law if self.data.sized else ("law",))}, **values}
 
     def residuals(self, values: Mapping[str, Any]) -> np.ndarray:
         """(model − measured)/σ; large where there is no contact that ends."""
@@ -246,12 +248,9 @@ class _Problem:
 
     def parameter_slopes(self, values: Mapping[str, Any]) -> np.ndarray:
         """Derivatives (n, p) of the residuals by the parameters (SI units)."""
-
-        def at(parameters: np.ndarray) -> dict[str, Any]:
-            return {**values, **self.named(parameters)}
-
         given = np.array([values[name] for name in self.free])
-        slopes = self.model.slopes(at, given, self.ranges) / self.sigma[:, None]
+        slopes = self.model.slopes(lambda p: {**values, **self.named(p)}, given, self.bounds)
+        slopes /= self.sigma[:, None]
         for (name, curve), group in zip(self.touches.items(), self.data.curves):
             # The force jumps or rises steeply at touch: rows there don't tell its instant.
             near = np.abs(curve.x - values[name]) <= 0.75 * curve.spacing
@@ -295,12 +294,8 @@ class _Problem:
             m, omega = 0.5 * (n + 1.0), math.pi / duration
             power = (n - 1.0) * math.log(d * omega / (m * impact["club_speed"]))
             k = math.log(self.data.reduced_mass * omega**2 / m) + power
-            at = dict.fromkeys(self.free, k) | {
-                "b": zeta,
-                "exponent": n,
-                LINE[0]: 0.8,
-                LINE[1]: 0.002,
-            }
+            at = dict.fromkeys(self.free, k)
+            at |= dict(zip(("b", "exponent", *LINE), (zeta, n, 0.8, 0.002)))
             for name, curve in self.touches.items():
                 first = curve.x[curve.contact[0]] - curve.x[0]
                 at[name] = (first - share * duration) / _CLOCK

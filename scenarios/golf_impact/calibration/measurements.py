@@ -15,6 +15,7 @@ import numpy as np
 from golf_impact.calibration.records import read_table
 from golf_impact.errors import UserError
 from golf_impact.facts import closed_forms
+from golf_impact.facts.quantities import format_with_error
 from golf_impact.facts.toml import read_toml
 from golf_impact.facts.units import si_value, unit_of
 
@@ -85,6 +86,7 @@ class Series:
     sigma: np.ndarray | None = None  #: of y; None if it follows from the residuals
     impact: Mapping[str, float] = field(default_factory=dict)  #: of a curve, as `IMPACT`
     notes: tuple[str, ...] = ()  #: what was changed or is missing, in sentences
+    offset_error: float = 0.0  #: standard error of the offset that was subtracted
 
     @property
     def contact(self) -> np.ndarray:
@@ -332,9 +334,14 @@ def _conditioned(curve: Series) -> Series:
     inside = np.flatnonzero(y - level > 0.25 * (y[peak] - level))
     lasting = float(np.ptp(x[inside])) if len(inside) else 0.0
     before = y[: inside[0]][x[: inside[0]] < x[inside[0]] - 0.25 * lasting] if len(inside) else y
-    if len(before) >= 5 and abs(before.mean()) > 4.0 * before.std() / math.sqrt(len(before)):
-        notes.append(f"an offset of {before.mean():.4g} N, from {len(before)} rows before contact")
-        y = y - before.mean()
+    offset = float(before.mean()) if len(before) >= 10 else 0.0
+    error = float(before.std()) / math.sqrt(len(before) or 1)
+    if abs(offset) > 5.0 * error:
+        rows = f"the mean of {len(before)} rows before contact, was subtracted"
+        notes.append(f"an offset of {format_with_error(offset, error)} N, {rows}")
+        y = y - offset
+    else:
+        error = 0.0
     why = ""
     if y[peak] <= -3.0 * y.min():
         why = "is no more than the rest: there is no touch"
@@ -360,7 +367,7 @@ def _conditioned(curve: Series) -> Series:
             notes.append(f"the record {what} in contact, at {share:.0f} % of the largest force")
     kept, sigma = ~clipped, curve.sigma
     sigma = sigma if sigma is None else sigma[kept]
-    return replace(curve, x=x[kept], y=y[kept], sigma=sigma, notes=tuple(notes))
+    return replace(curve, x=x[kept], y=y[kept], sigma=sigma, notes=tuple(notes), offset_error=error)
 
 
 def _check_impulse(curve: Series) -> None:

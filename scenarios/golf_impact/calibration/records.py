@@ -34,11 +34,12 @@ class Table(NamedTuple):
 
     columns: list[np.ndarray]  #: in the order asked for, SI units, (n,)
     path: Path
+    lines: Path | list[str]  #: the file, or what was read from a pipe
     first: int  #: the number of the line of the first row, from 0
 
     def where(self, row: int) -> str:
         """The place of a row (from 0), in words."""
-        lines = itertools.islice(_lines(self.path), self.first, None)
+        lines = itertools.islice(_lines(self.lines), self.first, None)
         numbers = (n for n, line in enumerate(lines, self.first + 1) if not _is_empty(line))
         return f"{self.path}, row {row + 1} (line {next(itertools.islice(numbers, row, None))})"
 
@@ -51,7 +52,9 @@ def read_table(path: Path, names: Sequence[str], units: Sequence[str], chosen: s
     UserError: it can't be read; the line, the column and what is expected are named.
     """
     try:
-        head = [*itertools.islice(_lines(path), 500)]
+        # A file is read twice, a pipe can't be.
+        source = path if path.is_file() else [*_lines(path)]
+        head = [*itertools.islice(_lines(source), 500)]
         first, mark, cells = len(head), None, list[str]()
         for n, line in enumerate(head):
             mark = _mark(line)
@@ -61,14 +64,18 @@ def read_table(path: Path, names: Sequence[str], units: Sequence[str], chosen: s
                 break
         heads, quoted = _heads(head[:first], len(cells) if first < len(head) else 0)
         places, factors = _choose(path, heads, quoted, len(cells), names, units, chosen)
-        return Table(_numbers(path, first, mark, places, names, factors), path, first)
+        columns = _numbers(path, source, first, mark, places, names, factors)
+        return Table(columns, path, source, first)
     except OSError as error:
         raise UserError(f"can't read {path}: {error.strerror}") from error
 
 
-def _lines(path: Path) -> Iterator[str]:
+def _lines(source: Path | list[str]) -> Iterator[str]:
+    if not isinstance(source, Path):
+        yield from source
+        return
     # Instruments write µ in their own 8 bits.
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
+    with source.open(encoding="utf-8-sig", errors="replace") as file:
         yield from file
 
 
@@ -158,10 +165,10 @@ def _choose(
 
 
 def _numbers(
-    path: Path, first: int, mark: str | None, places: list[int],
+    path: Path, source: Path | list[str], first: int, mark: str | None, places: list[int],
     names: Sequence[str], factors: list[float],
 ) -> list[np.ndarray]:  # fmt: skip
-    lines: Iterator[str] = itertools.islice(_lines(path), first, None)
+    lines: Iterator[str] = itertools.islice(_lines(source), first, None)
     if mark != ",":
         lines = (line.replace(",", ".") for line in lines)
     try:
@@ -169,7 +176,7 @@ def _numbers(
             warnings.simplefilter("ignore", UserWarning)  # no rows: the caller's error is better
             table = np.loadtxt(lines, delimiter=mark, usecols=places, quotechar='"', ndmin=2)
     except ValueError:
-        for n, line in itertools.islice(enumerate(_lines(path), 1), first, None):
+        for n, line in itertools.islice(enumerate(_lines(source), 1), first, None):
             cells = _cells(line, mark)
             for place, name in zip(places, names):
                 cell = cells[place] if place < len(cells) else ""

@@ -123,8 +123,10 @@ def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str,
 
 def _scenarios_in(folder: Path) -> set[str]:
     """The scenarios whose results are in a folder."""
+    path = folder / "results.json"
     with suppress(OSError, ValueError):
-        results = json.loads((folder / "results.json").read_text("utf-8"))
+        # Not of a pipe, for whose other end it would wait.
+        results = json.loads(path.read_text("utf-8")) if path.is_file() else None
         return set(results) if isinstance(results, dict) else set()
     return set()
 
