@@ -334,8 +334,9 @@ def _conditioned(curve: Series) -> Series:
     inside = np.flatnonzero(y - level > 0.25 * (y[peak] - level))
     lasting = float(np.ptp(x[inside])) if len(inside) else 0.0
     before = y[: inside[0]][x[: inside[0]] < x[inside[0]] - 0.25 * lasting] if len(inside) else y
-    offset = float(before.mean()) if len(before) >= 10 else 0.0
-    error = float(before.std()) / math.sqrt(len(before) or 1)
+    offset = error = 0.0
+    if len(before) >= 10:
+        offset, error = float(before.mean()), float(before.std()) / math.sqrt(len(before))
     if abs(offset) > 5.0 * error:
         rows = f"the mean of {len(before)} rows before contact, was subtracted"
         notes.append(f"an offset of {format_with_error(offset, error)} N, {rows}")
