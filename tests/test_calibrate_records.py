@@ -164,6 +164,14 @@ def test_conditions_with_units_reproduce_the_fit(tmp_path):
     )
 
 
+@pytest.mark.parametrize("text", ["", "curve = 3", "[[curve]]", '[[curve]]\nfile = "x"\nspeed = 3'])
+def test_lists_that_are_none(tmp_path, text):
+    file = tmp_path / "list.toml"
+    file.write_text(text)
+    with pytest.raises(UserError, match=r"list.toml lists no curves: write a table \[\[curve\]\]"):
+        calibrate(file)
+
+
 def test_several_curves(tmp_path):
     """One ball for all; a TOML file, options and mappings give the same."""
     for speed in (30, 50):

@@ -206,9 +206,7 @@ def measurements(
     line = None if cor_speeds is None else _read_series(cor_speeds, "cor_speeds")
     if curves and "club_speed" not in values:
         if targets:
-            raise UserError(
-                "scalars beside curves of several speeds need --club-speed of their own"
-            )
+            raise UserError("scalars beside --curve FILE@SPEED need --club-speed, too")
         impact = dict(curves[0].impact)
     data = Measurements(targets, curves, line, impact)
     if line and np.ptp(line.x) == 0.0:
@@ -246,7 +244,9 @@ def _rows(path: Path, columns: Sequence[str]) -> dict[str, dict[str, str]]:
 
 def _curves(given: Any, values: Mapping[str, float], columns: str) -> list[Series]:
     """Curves, one or several, with their conditions; see `golf_impact.calibrate`."""
-    several = isinstance(given, list | tuple) and isinstance(given[0], str | Path | Mapping)
+    several = (
+        isinstance(given, list | tuple) and given and isinstance(given[0], str | Path | Mapping)
+    )
     curves = []
     for one in _entries(given if several else [given], columns):
         own = {name: number(one[name], name, "curve") for name in IMPACT if name in one}
@@ -255,7 +255,7 @@ def _curves(given: Any, values: Mapping[str, float], columns: str) -> list[Serie
             words = "the conditions of a curve, e.g. --club-speed 40 --m-club 0.2"
             speeds = "of several ones --curve FILE.csv@SPEED for each"
             raise UserError(f"--curve needs {' and '.join(missing)}: {words}; {speeds}")
-        curve = _read_series(one["curve"], "curve", one["columns"])
+        curve = _read_series(one["curve"], "curve", str(one["columns"]))
         curve = replace(curve, impact={name: impact[name] for name in IMPACT})
         curves.append(_conditioned(curve))
         _check_impulse(curves[-1])
@@ -270,14 +270,13 @@ def _entries(given: Iterable[Any], columns: str) -> Iterator[dict[str, Any]]:
         elif not isinstance(one, str | Path):
             yield {"columns": columns, "curve": one}
         elif Path(one).suffix == ".toml":
-            for row in read_toml(one).get("curve", ()):
-                known = {"file", "columns", *IMPACT}
-                if "file" not in row or not known.issuperset(row):
-                    keys = ", ".join(row)
-                    raise UserError(
-                        f"{one}: [[curve]] with {keys}: it needs file, and takes {known}"
-                    )
-                yield {"columns": columns, **row, "curve": Path(one).parent / row["file"]}
+            rows, keys = read_toml(one).get("curve"), ("file", "columns", *IMPACT)
+            for row in rows if isinstance(rows, list) and rows else [None]:
+                if not isinstance(row, dict) or not {"file"} <= {*row} <= {*keys}:
+                    why = f"write a table [[curve]] for each, of file and {', '.join(keys[1:])}"
+                    raise UserError(f"{one} lists no curves: {why}")
+                file = Path(one).parent / str(row["file"])
+                yield {"columns": columns, **row, "curve": file}
         else:
             path, _, speed = str(one).rpartition("@")
             alone = not path or Path(one).exists()

@@ -53,12 +53,12 @@ def explore(
 
     given, chosen = values_of(set_ or []), [named_ball(ball)] if ball else []
     values = {**(chosen[0].values if chosen else {}), **take_conditions(chosen, given), **given}
-    for words in remarks(given):
-        warn(words, style="yellow")
     if export is not None and values:
         raise UserError("--export takes no --ball or --set: the address holds the case")
     if export is None and pyodide is not None:
         raise UserError("--pyodide is for --export FOLDER alone")
+    for words in remarks(given):
+        warn(words, style="yellow")
     if export is not None:
         from golf_impact.explore.export import export as write_page
 

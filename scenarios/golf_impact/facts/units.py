@@ -23,7 +23,7 @@ _REMARKABLE = {
     **dict.fromkeys(("club_speed", "ball_speed"), (0.0, 70.0, ("mph", "km/h"))),
     **dict.fromkeys(("m_club", "m_ball"), (0.0, 10.0, ("g",))),
     **dict.fromkeys(("ball_diameter", "reference_compression", "gap"), (0.0, 1.0, ("mm",))),
-    "k": (1e4, float("inf"), ("N/mm", "kN/m")),
+    "k": (1e4, float("inf"), ("N/mm",)),
     "b": (0.1, float("inf"), ()),
 }
 
