@@ -81,7 +81,7 @@ def test_standard_errors_are_the_spread(fmu, given):
 def test_a_row_in_the_steep_rise_after_touch(fmu):
     """The least χ² puts touch just before a row, where its derivative is that of one row only."""
     values = {"k": 6.995e5, "b": 15.33}
-    found = [fitted(fmu, curve=curve(fmu, n, **values)) for n in range(12)]
+    found = [fitted(fmu, curve=curve(fmu, n, **values)) for n in range(40)]
     true = {**BALL, **values}
     assert max(abs(z) for one in found for z in deviations(one, true)) < 4.0
     errors = [one.touches["curve"].standard_error for one in found]
