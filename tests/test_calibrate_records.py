@@ -11,6 +11,9 @@ from command import golf_here, refused
 import golf_impact
 from golf_impact.arrays.trajectory import closed_contact, forces
 from golf_impact.calibration.calibration import calibrate
+from golf_impact.calibration.fit import ContactLaw
+from golf_impact.calibration.fit import _Problem as Problem
+from golf_impact.calibration.measurements import measurements
 from golf_impact.calibration.records import read_table
 from golf_impact.errors import UserError
 
@@ -218,6 +221,19 @@ def test_long_records(rows):
     assert max(map(abs, deviations(found))) < 4.0
     errors = [one.standard_error / one.value for one in found.parameters.values()]
     assert max(errors) < 0.1 / math.sqrt(rows)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.6])
+def test_no_touch_some_rows_away_is_better(exponent):
+    """χ² has a minimum between any two rows; found is one as low as where the truth leads."""
+    for seed in range(6):
+        data = measurements(AT, curve=record(1500, seed=seed, exponent=exponent))
+        problem = Problem(data, ContactLaw(2, exponent), False, lambda: None)
+        k, b, curve = BALL["k"], BALL["b"], data.curves["curve"]
+        zeta = b / math.sqrt(2.0 * (exponent + 1.0) * k * data.reduced_mass)
+        start = np.array([math.log(k), zeta, (0.0123 - curve.x[0]) / 1e-4])
+        # Half of χ², with a σ twice the true one; worst measured case 0.006.
+        assert problem.minimum().cost < problem.solve(start).cost + 0.05
 
 
 def test_an_exact_fit_ranks_nothing(fmu):
