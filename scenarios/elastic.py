@@ -1,6 +1,6 @@
 """No damping (b = 0): dependence of S and contact time on stiffness and club speed."""
 
-from golf_impact.scenario import Report, closed_forms, document, document_fmu, main
+from golf_impact.scenario import Report, document, document_fmu, main
 
 TITLE = "Elastic: no damping (b = 0)"
 CHAPTER = 3
@@ -9,7 +9,6 @@ CHAPTER = 3
 def run(fmu):
     """Two stiffnesses, and two club speeds."""
     report = Report(TITLE, fmu)
-    masses = document.USED["m_club"], document.USED["m_ball"]
     curves = []
     with document_fmu() as euler:
         for style, k, printed in (
@@ -18,11 +17,7 @@ def run(fmu):
         ):
             name = f"k = {k / 1e6:g}e6"
             exact = report.impact(name, printed, b=0.0, k=k)
-            scheme = euler.as_printed(b=0.0, k=k)
-            report.compare(f"b = 0 N·s/m, {name} N/m", printed, scheme, exact)
-            time = closed_forms.elastic_contact_time(k, *masses)
-            claim = f"contact time agrees with π √(μ/k) at {name} N/m"
-            report.check_close(claim, exact["contact_time"], time, 1e-12 * time)
+            report.compare(f"b = 0, {name} N/m", printed, euler.as_printed(b=0.0, k=k), exact)
             path = fmu.trajectory(names=("force",), b=0.0, k=k)
             curves.append((style, f"k = {k / 1e6:g} MN/m", exact, path))
     claim = "the release speed is independent of stiffness, as the document states"
@@ -33,7 +28,7 @@ def run(fmu):
     report.impact("50 m/s", b=0.0, club_speed=50.0)
     claim = "S is independent of stiffness and club speed, as the document states"
     report.stays(claim, "smash_factor", "documents")
-    largest = closed_forms.elastic_smash_factor(*masses)
+    largest = 2.0 / (1.0 + document.USED["m_ball"] / document.USED["m_club"])
     report.check_close("S agrees with 2 m_C/(m_C + m_B)", hard["smash_factor"], largest, 1e-12)
     ends = [hard["kinetic_energy_initial"], hard["kinetic_energy_final"]]
     report.stays("kinetic energy is conserved", ends, "invariants")

@@ -35,13 +35,12 @@ def run(fmu):
     units = ("N", "m", "", "", "", "N·s", "N·s", "J", "J", "%")
     for (name, printed), unit in zip(document.ENVELOPE.items(), units, strict=True):
         head = f"{name} ({unit})" if unit else name
-        rows.append([head, printed.text, printed.format_value(numbers[name])])
+        rows.append([head, printed.text, f"{numbers[name] / printed.scale:.5g}"])
         # One unit of the last digit: the document rounds some numbers and truncates others.
         claim = f"{name}, from the paper's figures, agrees with the printed {printed.text}"
         why, allowed = "one unit of the last printed digit", 2.0 * printed.half_digit
         report.check_close(claim, numbers[name], printed.value, allowed, why, "documents")
-    title = "Rough calculation from the paper's figures"
-    report.table(title, ["", "document", "computed"], rows)
+    report.table("Rough calculation from the paper's figures", ["", "document", "computed"], rows)
 
     model = report.impact("law 1 (the document's fit)")
     relative = report.impact("law 2, the same k and b", law=2)

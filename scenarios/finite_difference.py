@@ -1,8 +1,4 @@
-"""The document's own scheme as a second FMU, which reproduces its printed numbers.
-
-Explicit Euler with a step of 0.5 µs, in an ordinary pythonfmu slave
-(golf_impact/peers/document_fmu.py).
-"""
+"""The document's scheme (peers/document_fmu.py) as a second FMU: it gives its printed numbers."""
 
 import math
 
@@ -34,17 +30,17 @@ def run(fmu):
             case = name.replace("e6", "e6 N/m")
             report.compare(f"The document's scheme: {case}", printed, scheme, exact)
             for metric, number in printed.items():
-                quantity = label(metric)
-                errors[f"{quantity}, {case}"] = abs(scheme[metric] / exact[metric] - 1.0)
+                quantity, found = label(metric), scheme[metric]
+                errors[f"{quantity}, {case}"] = abs(found / exact[metric] - 1.0)
                 # Rounded or truncated: the document does both (K1 = 128.625 is printed 128.62).
-                reproduced = abs(scheme[metric] - number.value) <= number.half_digit * 1.05
+                reproduced = number.is_near(found, 1.05)
                 known = document.NOT_REPRODUCED.get((name, metric))
-                if known and not reproduced and known.is_given_by(scheme[metric]):
+                if known and not reproduced and document.Printed(known.scheme).is_near(found):
                     words = f"printed {number.text}, the scheme gives {known.scheme}"
                     report.deviations.append(f"{known.case}: {words}")
                     continue
                 claim = f"{name}: the scheme's {quantity} agrees with the printed {number.text}"
-                report.check(claim, reproduced, f"{scheme[metric]:.8g}", "documents")
+                report.check(claim, reproduced, f"{found:.8g}", "documents")
         velocity = report.cases["baseline"]["ball_velocity"]
         coarse, fine = (abs(euler.impact(h)["ball_velocity"] - velocity) for h in (4e-6, 0.25e-6))
 

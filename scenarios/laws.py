@@ -11,7 +11,7 @@ def run(fmu):
     absolute = report.impact("law 1 (absolute)", law=1)
     relative = report.impact("law 2 (relative)", law=2)
     rows = (
-        [one.label, one.format_value(absolute[metric]), one.format_value(relative[metric])]
+        [one.label, *(one.format_value(of_law[metric]) for of_law in (absolute, relative))]
         for metric, one in QUANTITIES.items()
     )
     report.table(TITLE, ["", *report.cases], rows)

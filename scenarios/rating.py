@@ -38,10 +38,10 @@ def run(fmu):
     rows = []
     for band, speed in _IN_BAND.items():
         for name in _PRESETS:
-            metrics, same_b = line[name, speed], fixed[name, speed]
+            metrics = line[name, speed]
             cells = [QUANTITIES[metric].format_value(metrics[metric]) for metric in _COLUMNS]
             cells.append(f"{metrics['max_compression'] / document.USED['ball_diameter']:.3f}")
-            cells.append(f"{same_b['smash_factor']:.4f}")
+            cells.append(f"{fixed[name, speed]['smash_factor']:.4f}")
             rows.append([f"{name.removeprefix('rating-')}, {speed:g} m/s", *cells])
         for claim, trend, cases, metric in (
             ("a higher rating has a larger maximum force", report.rises, line, "max_force"),
@@ -53,8 +53,7 @@ def run(fmu):
             trend(f"{band}: {claim}", [cases[name, speed][metric] for name in _PRESETS])
     labels = [QUANTITIES[metric].label for metric in _COLUMNS]
     columns = ["rating, club speed", *labels, "compression / D", "S if b = 9 N·s/m"]
-    title = "Predictions with the measured COR line, the same for all ratings"
-    report.table(title, columns, rows)
+    report.table("Predictions with the measured COR line, the same for all ratings", columns, rows)
     at = _IN_BAND["moderate"]
     gain = fixed["rating-high", at]["ball_velocity"] - fixed["rating-low", at]["ball_velocity"]
     report.say(

@@ -1,8 +1,7 @@
 """A system of four FMUs, Swing ⇄ ClubBallImpact → Launch → BallFlight: a drive.
 
-The swing gives the head's speed, and gets the impulse of the contact one step later. The cost of
-that delay is measured, and what an importer saves that repeats the step. The FMUs are those inside
-GolfSwing.ssp.
+The swing gets the impulse of the contact one step later: the cost of that delay, and what an
+importer saves that repeats the step. The FMUs are those inside GolfSwing.ssp.
 """
 
 import tempfile
@@ -70,21 +69,17 @@ def _steps(size, share=0.0):
     return [5e-3] * round(_NEAR / 5e-3) + first + [size] * round((_END - _NEAR) / size)
 
 
-def _micro(step):
-    return f"{step * 1e6:g} µs"
-
-
 def _show_steps(report, runs):
     rows = []
     for step, path in runs.items():
-        at = f"at {_micro(step)}"
+        at = f"at {step * 1e6:g} µs"
         names = ((part, name) for part, results in _RESULTS for name in results)
         case = {name: float(path[f"{part}.{name}"][-1]) for part, name in names}
         report.cases[f"step_{step:g}_s"] = case
         impulse, applied = case["impulse"], case["reaction_impulse"]
         numbers = f"{impulse:.8f}", f"{applied - impulse:.0e}", f"{case['head_speed']:.4f}"
-        spin = f"{case['backspin'] * _RPM:.2f}"
-        rows.append([_micro(step), *numbers, spin, f"{case['carry']:.6f}"])
+        spin, carry = f"{case['backspin'] * _RPM:.2f}", f"{case['carry']:.6f}"
+        rows.append([at.removeprefix("at "), *numbers, spin, carry])
         claim = f"the impulse applied to the swing is that of the contact {at}"
         report.check_close(claim, applied, impulse, 0.0, "cumulative, one step late")
         gained = case["ball_velocity"] * report.fmu.default("m_ball")
@@ -115,7 +110,9 @@ def _show_order(report, drive, mass):
 
     late, repeated = "one step late", "steps repeated"
     errors = {late: [error(h, False) for h in _FINER], repeated: [error(h, True) for h in _FINER]}
-    rows = ([_micro(h), *(f"{e:.1e}" for e in row)] for h, *row in zip(_FINER, *errors.values()))
+    rows = (
+        [f"{h * 1e6:g} µs", *map("{:.1e}".format, e)] for h, *e in zip(_FINER, *errors.values())
+    )
     title = "Energy taken from the swing: largest relative error of three touches in a step"
     report.table(title, ["step", *errors], rows)
     for expected, (way, found) in enumerate(errors.items(), 1):
@@ -157,8 +154,7 @@ def _show_drive(report, path, acting, flat):
     case = list(report.cases.values())[-1]
     touch, smash = case["touch_time"], case["smash_factor"]
     speed = path["Swing.head_speed"][path["time"] < touch][-1]
-    normal = case["ball_velocity"] / smash
-    time = touch - _BACKSWING
+    normal, time = case["ball_velocity"] / smash, touch - _BACKSWING
     half = "half of its last digit"
     claim = "the head's speed at the ball is the source's"
     report.check_close(claim, speed, _SOURCE_SPEED, 0.005, half)

@@ -46,10 +46,8 @@ def run(fmu):
         report.table(title, ["", *data], rows)
         return errors
 
-    paper = {
-        _head(metric): measured.Measurement(metric, metric, speed, value, value, measured.ROH)
-        for metric, value in measured.ROH_LEE_FIGURES.items()
-    }
+    figures = measured.ROH_LEE_FIGURES.items()
+    paper = {_head(m): measured.Measurement(m, m, speed, x, x, measured.ROH) for m, x in figures}
     title = f"Finite elements and the model, {speed:g} m/s (* predicted, not fitted)"
     errors = compare(title, paper)
     heads = {f"{m.what}{_unit(m.metric)} {m.club_speed:.3g} m/s": m for m in others}

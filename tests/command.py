@@ -2,6 +2,7 @@
 
 import io
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,7 +13,17 @@ from types import SimpleNamespace
 from golf_impact.commands import app
 from golf_impact.stopping import SIGNALS
 
+ROOT = Path(__file__).resolve().parent.parent
 COMMAND = Path(sys.executable).with_name("golf-impact")
+
+
+def checkout(folder):
+    """A copy of the checkout without built files, and the environment that runs it."""
+    ignored = shutil.ignore_patterns("__pycache__", "*.fmu", "*.ssp")
+    for name in (parts := ("scenarios", "build", "fmu_src")):
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    shutil.copy(ROOT / "LICENSE", folder)
+    return {"PYTHONPATH": os.pathsep.join(str(folder / name) for name in parts)}
 
 
 def run(*command, code=0, timeout=100, **options):

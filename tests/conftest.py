@@ -194,14 +194,11 @@ def compiled(extracted, tmp_path_factory):
     macros = [f"-DVR_{v.name}={v.valueReference}" for v in variables]
     flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{HEADERS}", *macros]
 
-    def compiled(name, *options):
-        program = folder / name
+    def compiled(name, *options, by=(compiler,), libraries=("-ldl", "-pthread", "-lm"), suffix=""):
+        program = folder / f"{name}{suffix}"
         if not program.exists():
             source = HERE / "native_host" / f"{name}.c"
-            libraries = ["-ldl", "-pthread"]
-            subprocess.run(
-                [compiler, *flags, *options, source, "-o", program, *libraries], check=True
-            )
+            subprocess.run([*by, *flags, *options, source, "-o", program, *libraries], check=True)
         return program
 
     return compiled
@@ -237,7 +234,7 @@ def require(tool):
 def require_private_python():
     """Skip where there is no libpython or no compiler for standalone FMUs."""
     try:
-        standalone_build.private_python()
+        standalone_build.private_python(standalone_build.this_platform())
     except standalone_build.StandaloneError as error:
         pytest.skip(str(error))
 

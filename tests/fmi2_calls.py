@@ -95,14 +95,14 @@ class Player:
     def play(self, call, *arguments):
         """Make one call: (status, values)."""
         self._note(call, *arguments)
+        status, values = OK, []
         try:
             if call in _SIMPLE:
-                (i,) = arguments
-                status, values = OK, getattr(self._slaves[i], _SIMPLE[call])() or []
+                getattr(self._slaves[arguments[0]], _SIMPLE[call])()
             else:
-                status, values = OK, getattr(self, f"_{call}")(*arguments) or []
+                values = getattr(self, f"_{call}")(*arguments) or []
         except FMICallException as error:
-            status, values = error.status, []
+            status = error.status
         self._note("=", status, *values)
         return status, values
 

@@ -3,16 +3,15 @@
 import doctest
 
 import pytest
+from command import run_python
 
 import golf_impact
-from golf_impact import api
 
 
 def test_public_names():
     assert golf_impact.__all__ == sorted(golf_impact.__all__)
     assert set(golf_impact.__all__) <= set(dir(golf_impact))
-    for name in golf_impact.__all__:
-        assert getattr(golf_impact, name) is getattr(api, name)
+    assert all(callable(getattr(golf_impact, name)) for name in golf_impact.__all__)
     with pytest.raises(AttributeError, match="no attribute 'golf'"):
         golf_impact.golf  # noqa: B018
 
@@ -36,3 +35,22 @@ def test_the_functions(fmu):
     assert all((path[name] == expected[name]).all() for name in path)
     with pytest.raises(golf_impact.UserError, match=r"k = -1\.0"):
         golf_impact.run_impact(k=-1.0)
+
+
+_WITHOUT_FMU = """
+import sys
+def opened(event, arguments):
+    if event == "open" and str(arguments[0]).endswith((".fmu", ".toml", ".so")):
+        print("opened", arguments[0])
+import golf_impact, golf_impact.api
+sys.addaudithook(opened)
+golf_impact.run_impact(law=2)
+golf_impact.run_impacts(k=[8e5, 1e6])
+golf_impact.run_trajectory(times=[1e-4], outputs=["force"])
+golf_impact.sensitivities(law=2)
+print(*{"fmpy", "pythonfmu", "matplotlib"} & {*sys.modules})
+"""
+
+
+def test_no_fmu_is_loaded_for_an_impact():
+    assert run_python(_WITHOUT_FMU).stdout == "\n"

@@ -8,7 +8,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
+import pythonfmu
 from command import golf, refused
+from reference_results import FOLDER
 
 from golf_build.packaging import bundle, guid_of
 from golf_impact.benchmarks import empty_fmu
@@ -213,40 +215,24 @@ def test_a_damaged_build_is_rebuilt(tmp_path, fmu_path, files, monkeypatch):
 
 
 def test_the_list_of_files(tmp_path, fmu_path, files):
-    """It has all files, with their digests."""
-    import importlib.metadata
-
-    names = set(files)
+    """It has all files, with their digests; those of pythonfmu are unchanged."""
     module = entry_point(files)
     package = module.removesuffix(".py").replace("club_ball_impact", "golf_physics")
-    ours = {
-        "modelDescription.xml",
-        "model.png",
-        SUMS,
-        "resources/slavemodule.txt",
-        module,
-        *(f"documentation/{name}" for name in ("index.html", "force.png", "model.png")),
-        *(f"documentation/licenses/{name}.txt" for name in ("license", "pythonfmu")),
-        f"{package}/club_ball_impact.py",
-    }
-    ours |= {f"{package}/{name}" for name in bundle()}
-    theirs = {
-        LIBRARY: "resources/binaries/linux64/libpythonfmu-export.so",
-        "binaries/win64/ClubBallImpact.dll": "resources/binaries/win64/pythonfmu-export.dll",
-    }
-    theirs |= {
-        name: name.removeprefix("resources/pythonfmu/")
-        for name in names
-        if name.startswith("resources/pythonfmu/")
-    }
-    assert names == ours | set(theirs)
-    installed = {str(f): f for f in importlib.metadata.files("pythonfmu")}
-    for name, original in theirs.items():
-        assert files[name] == installed[f"pythonfmu/{original}"].read_binary(), name
+    pages = {"index.html", "force.png", "model.png", "licenses/license.txt"}
+    assert {f"documentation/{name}" for name in pages} | {"model.png", SUMS, module} <= set(files)
+    assert {f"{package}/{name}" for name in (*bundle(), "club_ball_impact.py")} <= set(files)
+    reference = {f"extra/org.golf-impact.reference/{file.name}" for file in FOLDER.iterdir()}
+    assert {"documentation/externalDependencies.txt", *reference} <= set(files)
+    installed = Path(pythonfmu.__file__).parent / "resources"
+    for name, original in (
+        (LIBRARY, "binaries/linux64/libpythonfmu-export.so"),
+        ("binaries/win64/ClubBallImpact.dll", "binaries/win64/pythonfmu-export.dll"),
+    ):
+        assert files[name] == (installed / original).read_bytes(), name
     with zipfile.ZipFile(fmu_path) as archive:
         archive.extractall(tmp_path)
     listed = (tmp_path / SUMS).read_text().splitlines()
-    assert [line.split("  ")[1] for line in listed] == sorted(names - {SUMS})
+    assert [line.split("  ")[1] for line in listed] == sorted(files.keys() - {SUMS})
     for line in listed:
         expected, _, name = line.partition("  ")
         assert hashlib.sha256(files[name]).hexdigest() == expected

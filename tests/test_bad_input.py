@@ -57,18 +57,6 @@ def test_out_of_range_before_the_run(fmu, name, value, allowed):
     assert fmu.read(METRICS) == fmu.impact()
 
 
-@pytest.mark.parametrize("law", [0, 3, -1])
-def test_no_such_law(fmu, law):
-    begin(fmu, law=law)
-    assert "law" in fmu.messages[0]
-    assert "1 (absolute) or 2 (relative)" in fmu.messages[0]
-    fmu.end_initialization()
-    assert is_discarded(fmu)
-    fmu.set({"law": 2})
-    fmu.slave.doStep(0.0, 1.0)
-    assert fmu.read(METRICS) == fmu.impact(law=2)
-
-
 STEPS = [
     *((1e-4, size, "step size") for size in (0.0, -1e-6, math.nan, math.inf, -math.inf)),
     *(

@@ -239,22 +239,18 @@ def test_two_scenarios_of_one_name(tmp_path):
     refused(golf_here("run", "table1", tmp_path / "table1.py", "--out", tmp_path / "out"), "table1")
 
 
-@pytest.mark.parametrize(("passed", "colour"), [(True, "32m"), (False, "31m")])
-def test_the_verdict_has_a_colour(tmp_path, passed, colour):
+@pytest.mark.parametrize("passed", [True, False])
+def test_the_verdict(tmp_path, passed):
     script = tmp_path / "mine.py"
     script.write_text(
         "from golf_impact.scenario import Report\nTITLE = 'Mine'\ndef run(fmu):\n"
         f"    report = Report(TITLE, fmu)\n    report.check('so it is', {passed})\n"
         "    return report\n"
     )
-    terminal = {"FORCE_COLOR": "1", "TERM": "xterm"}
-    done = golf("run", script, "--out", tmp_path, env=terminal)
+    done = golf_here("run", script, "--out", tmp_path)
     assert done.returncode == (0 if passed else 1)
     assert ("Check failed: mine: so it is" in done.stderr) == (not passed)
-    *_, own, _, total, _ = done.stdout.splitlines()
-    for line in (own, total):
-        assert colour in line
-        assert f"{int(passed)} of 1 checks passed" in line
+    assert done.stdout.count(f"{int(passed)} of 1 checks passed") == 2
 
 
 @pytest.mark.ci

@@ -12,7 +12,9 @@ from conftest import CRITERIA, EXPECTED, KINDS, require
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.validation import validate_fmu
+from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import (
+    BY_NAME,
     CO_SIMULATION_ONLY,
     DERIVATIVES,
     INDICATORS,
@@ -260,15 +262,6 @@ def test_solved_by_cvode_it_is_the_same_impact(extracted, fmu, values):
     assert [bool(last[name]) for name in FLAGS] == [fmu.read_flag(name) for name in FLAGS]
 
 
-def test_the_error_follows_the_tolerance(extracted):
-    errors = [
-        abs(solved(extracted, tolerance)["ball_velocity"][-1] - EXPECTED[1][3])
-        for tolerance in (1e-4, 1e-7, 1e-10)
-    ]
-    # With its power 0.7: each factor 1000 should make it 130.
-    assert errors[0] > 40 * errors[1] > 1600 * errors[2] > 0.0
-
-
 @pytest.mark.parametrize("begin", [0.0, 7.0])
 @pytest.mark.parametrize("gap", [0.0, 0.004])
 def test_two_events_are_recorded(extracted, begin, gap):
@@ -325,6 +318,81 @@ def test_the_equations_are_those_of_the_phases(make, name):
         for value, expected, size in zip(get(model, *read), get(slave, *read), scale, strict=True):
             assert abs(value - expected) < 1e-12 * size
         assert vector(model.getContinuousStateDerivatives) == get(model, *DERIVATIVES)
+
+
+def test_a_solver_that_stops_just_before_the_root_of_touch():
+    """A rounding error before it: handled there, it must not find the same root for ever."""
+    for number in range(60):
+        speed, gap = 20.0 + number, 0.005
+        model = HybridComponent(pytest.fail)
+        model.enter_initialization()
+        for name, value in (("club_speed", speed), ("gap", gap)):
+            model.set_values([BY_NAME[name].reference], [value])
+        model.exit_initialization()
+        model.set_time(0.0)
+        _, *others = model.states()
+        time = gap / speed
+        for short in (0.0, 1.7e-18, 1.7e-17):
+            again = HybridComponent(pytest.fail)
+            again.restore(model.snapshot())
+            again.set_time(time)
+            again.set_states([-short, *others])
+            again.update()
+            assert again.discretes([BY_NAME["touched"].reference], "Boolean") == [True]
+        model.set_states([-1e-12, *others])
+        model.update()
+        assert model.discretes([BY_NAME["touched"].reference], "Boolean") == [False]
+
+
+def phases(make, values):
+    """Models before touch, closing and not, in contact and after it; time and states of each."""
+    for n, states in enumerate(
+        (
+            (-1e-3, 0.0, 35.0, 0.0),
+            (0.0, 0.0, 35.0, 40.0),
+            (4e-3, 1e-3, 30.0, 20.0),
+            (0.012, 0.02, 22.0, 55.0),
+        )
+    ):
+        model = begin(make(FMU3Model), gap=1e-3, **values)
+        for time, at in ((1e-4, (1e-12, 0.0, 35.0, 0.0)), (7e-4, states))[: max(0, n - 1)]:
+            place(model, time, *at)
+            model.enterEventMode()
+            model.updateDiscreteStates()
+        model.enterContinuousTimeMode()
+        yield model, states
+
+
+def test_dependencies(make, description):
+    """Those listed are those that there are, in some phase of some kind of contact."""
+    structure = (*description.outputs, *description.derivatives, *description.eventIndicators)
+    listed = {(u.variable.name, known.name) for u in structure for known in u.dependencies}
+    reals = sorted({u.variable.name for u in structure} - {*FLAGS})
+    base = {"k": 1e6, "b": 9.0, "club_speed": 35.0, "club_force": 0.0, "time": 8e-4}
+    found = set()
+
+    def values(model, known):
+        time = known.pop("time")
+        place(model, time, *(known.pop(name) for name in STATES))
+        put(model, **known)
+        return [*get(model, *reals), *get_all(model)[1]]
+
+    for name in ("law 1", "law 2", "power law", "COR line"):
+        for model, states in phases(make, KINDS[name]):
+            point = base | dict(zip(STATES, states, strict=True))
+            before = values(model, dict(point))
+            for known, value in point.items():
+                after = values(model, point | {known: value + (0.01 * abs(value) or 1e-4)})
+                pairs = zip([*reals, *FLAGS], before, after, strict=True)
+                found |= {(n, known) for n, a, b in pairs if a != b and not math.isnan(a)}
+            assert values(model, dict(point)) == pytest.approx(before, nan_ok=True, rel=0, abs=0)
+    assert found == listed
+
+
+def test_no_algebraic_loop_through_the_impulse(description):
+    """The swing's club speed follows from the impulse, which must not depend on it."""
+    (impulse,) = (u for u in description.outputs if u.variable.name == "impulse")
+    assert not {v.name for v in impulse.dependencies} & {"k", "b", "club_speed"}
 
 
 def test_a_club_that_sets_off_from_the_ball(make):

@@ -62,7 +62,7 @@ def test_reads_in_initialization_mode_leave_no_trace(values, read):
 @pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
 def test_an_impact_never_changes(values):
     impact, inputs = impact_of({**values, "gap": 0.001})
-    k, b, speed = inputs
+    k, b, speed, _ = inputs
     touch = 0.001 / speed
     kinds = []
     for time in (0.0, 0.5 * touch, touch + 1e-5, touch + 2e-4, touch + 0.01):
@@ -70,8 +70,10 @@ def test_an_impact_never_changes(values):
         now = segment.present(1.0)
         kinds.append(type(now))
         packed = plain(now)
-        for others in itertools.product((k, 2.0 * k), (b, 0.5 * b), (speed, 40.0)):
-            changed = Segment(segment.changed(Inputs(*others), 1.0), others, (time, 0.0), 0.02)
+        forces = 0.0, 300.0
+        for others in itertools.product((k, 2.0 * k), (b, 0.5 * b), (speed, 40.0), forces):
+            given = Inputs(*others)
+            changed = Segment(segment.changed(given, 1.0), given, (time, 0.0), 0.02)
             changed.state(1.0)
         assert plain(now) == packed
         assert plain(revived(packed)) == packed

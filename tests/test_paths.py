@@ -12,11 +12,10 @@ import time
 from pathlib import Path
 
 import pytest
-from command import COMMAND, golf, golf_here, refused, run_python
+from command import COMMAND, checkout, golf, golf_here, refused, run_python
 
 from golf_impact.files import write_together
 
-ROOT = Path(__file__).resolve().parent.parent
 ODD = "ü # 100% (ß) & 'x'"
 
 posix = pytest.mark.skipif(os.name != "posix", reason="POSIX's users and limits")
@@ -24,16 +23,6 @@ posix = pytest.mark.skipif(os.name != "posix", reason="POSIX's users and limits"
 
 def names(folder):
     return {path.name for path in folder.iterdir()}
-
-
-def checkout(folder):
-    """A copy of the checkout without built files, and options to run it."""
-    ignored = shutil.ignore_patterns("__pycache__", "*.fmu", "*.ssp", "*.csv", "*.opt", "*.md")
-    for name in ("scenarios", "fmu_src", "build"):
-        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
-    shutil.copy(ROOT / "LICENSE", folder)
-    parts = (folder / name for name in ("scenarios", "build", "fmu_src"))
-    return {"PYTHONPATH": os.pathsep.join(map(str, parts))}
 
 
 def installed(folder):
@@ -287,24 +276,16 @@ def small(tmp_path):
     """A function that runs the command with a small file system (kB) at tmp_path/small."""
     folder = tmp_path / "small"
     folder.mkdir()
-    script = 'mount -t tmpfs -o size="$0" none small && exec "$@"'
-    mounted = ("unshare", "-m", "sh", "-c", script)
-    try:
-        usable = not subprocess.run(
-            [*mounted, "4k", "true"], cwd=tmp_path, capture_output=True
-        ).returncode
-    except OSError:
-        usable = False
-    if not usable:
-        pytest.skip("file systems can't be mounted here")
     after = 'code=$?; find small -mindepth 1 >&2; exit "$code"'
     script = f'mount -t tmpfs -o size="$0" none small && {{ "$@"; {after}; }}'
-    return lambda size, *arguments, **options: golf(
-        *arguments,
-        cwd=tmp_path,
-        program=("unshare", "-m", "sh", "-c", script, size, COMMAND),
-        **options,
-    )
+    mounted = ("unshare", "-m", "sh", "-c", script)
+
+    def small(size, *arguments, program=COMMAND, **options):
+        return golf(*arguments, cwd=tmp_path, program=(*mounted, size, program), **options)
+
+    if not shutil.which("unshare") or small("4k", program="true").returncode:
+        pytest.skip("file systems can't be mounted here")
+    return small
 
 
 @pytest.mark.ci

@@ -20,12 +20,8 @@ def exact_restitution(zeta):
     mp = mpmath.mp.clone()
     mp.dps = 40
     zeta = mp.mpf(zeta)
-    if zeta == 1:
-        s = mp.mpf(1)
-    elif zeta < 1:
-        s = mp.acos(zeta) / mp.sqrt(1 - zeta * zeta)
-    else:
-        s = mp.acosh(zeta) / mp.sqrt(zeta * zeta - 1)
+    # Above 1 both are imaginary.
+    s = 1 if zeta == 1 else mp.re(mp.acos(zeta) / mp.sqrt(1 - zeta * zeta))
     return mp.exp(-2 * zeta * s)
 
 

@@ -4,7 +4,6 @@ import html
 import io
 import json
 import re
-from html.parser import HTMLParser
 
 import pytest
 from command import golf
@@ -13,9 +12,6 @@ from rich.console import Console
 from golf_impact.commands import console
 from golf_impact.commands.scripts import FOLDER, list_names, load_scenario, load_scenarios
 from golf_impact.facts import document
-from golf_impact.facts.balls import BALLS
-from golf_impact.peers.document_scheme import document_fmu
-from golf_impact.report import figures
 from golf_impact.report.outcome import KINDS, Table, summarize_checks
 from golf_impact.report.page import document_tables, render_page, write_reports
 from golf_impact.report.report import Report
@@ -42,36 +38,16 @@ def test_figures_and_report(fmu, tmp_path):
     sizes = {file.name: file.stat().st_size for file in tmp_path.iterdir()}
     assert {"diagram.png", "baseline_force.png", "laws.png"} <= set(sizes)
     assert all(size > 0 for size in sizes.values())
-    shown = Page((tmp_path / "report.html").read_text())
-    assert shown.targets == ["#document", "#diagram", "#baseline", "#laws"]
-    assert {target[1:] for target in shown.targets} <= shown.ids
-    assert len(shown.sources) == 5
-    assert all(source.startswith("data:image/png;base64,") for source in shown.sources)
+    page = (tmp_path / "report.html").read_text()
+    targets = re.findall(r'href="([^"]+)"', page)
+    assert targets == ["#document", "#diagram", "#baseline", "#laws"]
+    assert {target[1:] for target in targets} <= set(re.findall(r' id="([^"]+)"', page))
+    image = r'<img src="data:image/png;base64,[^"]+" alt="[^"]+" width="\d+" height="\d+">'
+    assert len(re.findall(image, page)) == page.count("<img") == page.count(" src=") == 5
+    # The page is self-contained.
+    assert not re.search(r"https?:|url\(|@import|fetch\(|<(link|iframe|object)", page)
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["baseline"]["baseline"]["smash_factor"] == pytest.approx(1.5641431548673967)
-
-
-class Page(HTMLParser):
-    """Targets, names and sources of a page."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.targets, self.ids, self.sources = [], set(), []
-        self.feed(text)
-        # The page is self-contained.
-        assert not re.search(r"https?:|url\(|@import|fetch\(", text)
-
-    def handle_starttag(self, tag, attributes):
-        given = dict(attributes)
-        assert tag not in ("link", "iframe", "object")
-        self.ids.add(given.get("id"))
-        if "href" in given:
-            self.targets.append(given["href"])
-        if "src" in given:
-            self.sources.append(given["src"])
-        if tag == "img":
-            assert given["alt"]
-            assert int(given["width"]) > int(given["height"]) > 0
 
 
 def test_a_failed_check_is_outside_the_details(fmu):
@@ -81,53 +57,6 @@ def test_a_failed_check_is_outside_the_details(fmu):
     assert text.index("✗ that 1 &lt; 0") < text.index("<details")
     assert "✗ 0 of 1 checks passed: statements 0 of 1" in text
     assert "<One>" not in text
-
-
-@pytest.mark.parametrize(
-    ("name", "curves"), [("elastic", 2), ("compression", 3), ("old_ball", 2), ("club_speed", 2)]
-)
-def test_figures_of_several_forces(fmu, name, curves):
-    outcome = load_scenario(name).run(fmu)
-    ((file, draw),) = outcome.figures.items()
-    assert outcome.captions[file]
-    axes = draw(figures).axes[0]
-    figures.plt.close(axes.figure)
-    assert len(axes.lines) == len({line.get_color() for line in axes.lines}) == curves
-    # The legend has the exact force and time; the peak is marked.
-    for line, case in zip(axes.lines, outcome.cases.values()):
-        assert f"{case['max_force'] / 1e3:.2f} kN" in line.get_label()
-        assert f"{case['contact_time'] * 1e6:.0f} µs" in line.get_label()
-        (peak,) = line.get_markevery()
-        assert line.get_ydata()[peak] == pytest.approx(case["max_force"] / 1e3, rel=1e-4)
-
-
-def test_every_ball_has_a_style_of_its_own():
-    assert set(BALLS) <= set(figures.STYLES)
-    styles = [figures.STYLES[name] for name in BALLS]
-    assert len({style.colour for style in styles}) == len(styles)
-    # Without colour too.
-    assert len({(style.dashes, style.marker) for style in styles}) == len(styles)
-    assert figures.STYLES["law 2"] == figures.STYLES["roh-lee-linear"]
-
-
-def test_an_error_of_zero_on_a_logarithmic_axis():
-    figure, axes = figures.new("")
-    axes.plot([0.0, 1e-16, 1e-2], [1.0, 2.0, 3.0])
-    figures.set_run_time_axes(axes, "error")
-    zero, least, large = (axes.transData.transform((x, 1.0))[0] for x in (0.0, 1e-16, 1e-2))
-    figures.plt.close(figure)
-    assert axes.bbox.x0 < zero < least < large < axes.bbox.x1
-
-
-def test_a_comparison_has_printed_numbers_and_unrounded_ones(fmu):
-    (table,) = load_scenario("baseline").run(fmu).tables
-    rows = {name: cells for name, *cells in table.rows}
-    with document_fmu() as scheme:
-        given = scheme.impact(end_gap=document.END_GAP)["smash_factor"]
-    printed, unrounded, exact, error = rows["smash factor S"]
-    assert (printed, unrounded, exact) == ("1.57", f"{given:.4f}", "1.5641")
-    assert f"{float(unrounded):.2f}" == printed != f"{float(exact):.2f}"
-    assert float(error) == pytest.approx((given / float(exact) - 1.0) * 100, abs=0.01)
 
 
 def test_a_table_that_is_too_wide_is_printed_in_parts(monkeypatch):
@@ -152,11 +81,7 @@ def test_the_report_introduces_itself(fmu):
     outcomes = {name: load_scenario(name).run(fmu) for name in ("baseline", "finite_difference")}
     text = render_page(outcomes, {}, "guid").decode()
     introduction = text[: text.index('<section id="baseline">')]
-    for words in (
-        *("Doing Physics with Python", "golfSpring.py", "How to read the tables"),
-        *("Smash factor S", "Coefficient of restitution COR", "Energy efficiency E"),
-        *("Law 1 (absolute)", "Law 2 (relative)", "3 printed numbers", *KINDS),
-    ):
+    for words in ("golfSpring.py", "Smash factor S", "Law 2 (relative)", *KINDS):
         assert words in introduction
     # Each table of the document's statements, with file and line of their implementation.
     for table in document_tables():

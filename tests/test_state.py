@@ -4,12 +4,16 @@ Rollback and calls in any order: test_call_order.py.
 """
 
 import json
+import math
+import random
+from binascii import crc32
 
 import pytest
 from command import run_python
 from conftest import HERE, KINDS, some
-from fmpy.fmi1 import FMICallException
 from golf_physics.component.component import Component
+from golf_physics.component.hybrid import HybridComponent
+from golf_physics.variables import BY_NAME
 from instances import begin, discard, get_all, make_instance, put
 
 POINTS = 400
@@ -75,20 +79,6 @@ def test_a_state_moves_to_another_process_in_mid_contact(make, extracted, values
     assert (reals, flags) == get_all(slave)
 
 
-@pytest.mark.parametrize("damage", [b"nonsense", b"[1, 2]", b'["golf-impact state 2"]'])
-def test_bytes_that_are_no_state_are_refused(make, damage):
-    slave = make()
-    slave.doStep(0.0, 1e-4)
-    before = get_all(slave)
-    state = slave.deSerializeFMUstate(damage)
-    slave.setFMUstate(state)
-    slave.freeFMUstate(state)
-    assert get_all(slave) == before
-    with pytest.raises(FMICallException):
-        slave.doStep(1e-4, 1e-4)
-    slave.doStep(1e-4, 1e-4)
-
-
 def test_any_damage_is_detected(make):
     """Cut anywhere, or any one bit wrong."""
     slave = make()
@@ -102,3 +92,109 @@ def test_any_damage_is_detected(make):
         for bit in range(8):
             damaged = packed[:n] + bytes([packed[n] ^ 1 << bit]) + packed[n + 1 :]
             assert Component.unpacked(damaged) is None, (n, bit)
+
+
+# States that no instance has made
+
+STATES = {name: values for name, values in KINDS.items() if name != "never separates"}
+
+
+def instance_of(kind, report=lambda refusal: None, **values):
+    component = kind(report)
+    component.enter_initialization()
+    for name, value in values.items():
+        component.set_values([BY_NAME[name].reference], [value], BY_NAME[name].type)
+    component.exit_initialization()
+    return component
+
+
+def solve(component, time):
+    """Model Exchange: the calls of a solver that stays where it is."""
+    component.set_time(time)
+    component.set_states(component.states())
+    component.derivatives()
+    component.indicators()
+    component.update()
+
+
+def states():
+    """Serialized states of both components: approach, contact, changed contact, flight, solved."""
+    for kind in (Component, HybridComponent):
+        for values in STATES.values():
+            component = instance_of(kind, **{**values, "gap": 0.002})
+            for n in range(4):
+                component.set_values([0, 40], [1e6 + 1e5 * n, 100.0 * n])
+                component.step(n * 1e-4, 1e-4)
+                yield kind, kind.packed(component.snapshot())
+            component.step(4e-4, 1e-3)
+            component.set_values([0], [-1.0])
+            yield kind, kind.packed(component.snapshot())
+    component = instance_of(HybridComponent, gap=0.0)
+    solve(component, 0.0)
+    yield HybridComponent, HybridComponent.packed(component.snapshot())
+
+
+def mutated(rng, data):
+    """A state with one item removed or replaced, and the right checksum."""
+    content = json.loads(data)[:-1]
+    places = [(content, n) for n in range(len(content))]
+    for container, key in places:
+        inner = container[key]
+        keys = range(len(inner)) if isinstance(inner, list) else inner
+        places += [(inner, one) for one in keys] if isinstance(inner, list | dict) else []
+    container, key = rng.choice(places)
+    others = [None, True, "x", 0, 7, -1.5, 1e308, math.nan, -math.inf, [], {}, [1.0], 10**400]
+    if rng.random() < 0.2:
+        del container[key]
+    else:
+        container[key] = rng.choice(others)
+    body = json.dumps(content).encode()[:-1]
+    return body + f", {crc32(body)}]".encode()
+
+
+@pytest.mark.parametrize("seed", some(1, range(20), 4))
+def test_states_of_any_content_are_refused_or_restored(seed):
+    rng, accepted, tried = random.Random(seed), 0, 0
+    for kind, data in states():
+        assert kind.unpacked(data) is not None
+        for _ in range(20):
+            component, tried = instance_of(kind), tried + 1
+            snapshot = kind.unpacked(mutated(rng, data))
+            component.restore(snapshot)
+            accepted += snapshot is not None
+            component.step(0.9, 1e-4)
+            component.reals(list(range(20)) + list(range(23, 35)))
+            component.discretes([20, 21, 22], "Boolean")
+            if kind is HybridComponent:
+                component.step_to_event(1.0, 1e-4, True)
+                solve(component, 2.0)
+    assert 0.1 < accepted / tried < 0.6
+
+
+def test_a_deep_state_is_refused():
+    body = b"[" * 100_000
+    assert Component.unpacked(body + f", {crc32(body)}]".encode()) is None
+
+
+def test_co_simulation_and_model_exchange_keep_their_states_apart():
+    messages = []
+    stepped = instance_of(HybridComponent, messages.append)
+    solved = instance_of(HybridComponent, messages.append)
+    stepped.step(0.0, 1e-4)
+    solve(solved, 0.0)
+    saved = stepped.snapshot(), solved.snapshot()
+    before = stepped.reals([13, 17]), solved.states()
+    stepped.restore(saved[1])
+    solved.restore(saved[0])
+    assert len(messages) == 2
+    assert "a state that this component didn't make is refused" in str(messages[0])
+    assert (stepped.reals([13, 17]), solved.states()) == before
+    # An instance that is neither may become both.
+    fresh = instance_of(HybridComponent, messages.append)
+    fresh.restore(saved[0])
+    solve(fresh, 1e-4)
+    assert "this instance has made steps" in str(messages[-1])
+    assert all(map(math.isnan, fresh.derivatives()))
+    plain = instance_of(Component, messages.append)
+    plain.restore(saved[1])
+    assert "a state that this component didn't make is refused" in str(messages[-1])

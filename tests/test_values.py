@@ -134,14 +134,12 @@ def check_at_an_instant(values, now):
     assert not (now["in_contact"] and now["separated"])
     assert 0.0 <= now["force"] <= now["max_force"] * (1.0 + TOLERANCE)
     assert 0.0 <= now["compression"] <= now["max_compression"] * (1.0 + TOLERANCE)
+    _check_balances(values, now)
     if values["law"] == 2:
-        m_club, m_ball = values["m_club"], values["m_ball"]
-        size = m_club * abs(values["club_speed"]) + m_ball * abs(values["ball_speed"])
-        momentum = m_club * values["club_speed"] + m_ball * values["ball_speed"]
-        assert abs(now["momentum"] - momentum) <= TOLERANCE * size
-        gain = m_ball * (now["ball_velocity"] - values["ball_speed"])
+        gain = values["m_ball"] * (now["ball_velocity"] - values["ball_speed"])
         speed = abs(values["club_speed"]) + abs(values["ball_speed"])
-        assert abs(now["impulse"] - gain) <= TOLERANCE * (m_ball * speed + now["impulse"])
+        allowed = TOLERANCE * (values["m_ball"] * speed + now["impulse"])
+        assert abs(now["impulse"] - gain) <= allowed
 
 
 @given(values=impacts(), cuts=st.lists(st.floats(0.0, 1.0), max_size=12))
@@ -158,15 +156,10 @@ def test_an_impact(driver, values, cuts):
     speed = abs(v["club_speed"]) + abs(v["ball_speed"])
     closing = closing_speed(v)
     tolerance = TOLERANCE if v.get("exponent", 1.0) == 1.0 else TOLERANCE_OF_QUADRATURE
-    # Neither law adds energy.
-    before = 0.5 * (v["m_club"] * v["club_speed"] ** 2 + v["m_ball"] * v["ball_speed"] ** 2)
-    assert final["kinetic_energy"] <= before * (1.0 + TOLERANCE)
     if v["law"] == 2:
         assert final["separated"]
-        coefficient = final["coefficient_of_restitution"]
-        error = abs(coefficient - restitution(v)) * closing / speed
+        error = abs(final["coefficient_of_restitution"] - restitution(v)) * closing / speed
         assert error <= TOLERANCE
-        assert -TOLERANCE * speed / closing <= coefficient <= 1.0 + TOLERANCE * speed / closing
     mu = reduced_mass(v["m_club"], v["m_ball"])
     fastest = max(math.sqrt(v["k"] / mu), v["b"] / mu, 20.0 / final["contact_time"])
     scales = Scales(v, final, approach=v["gap"] / closing, span=step, fastest=fastest)
@@ -217,15 +210,8 @@ def test_the_invariants_of_stress(driver, values, number):
 
 def test_the_time_of_the_largest_force_never_goes_back(driver):
     """Near its maximum the force is flat: a later value may be larger by rounding."""
-    values = {
-        "law": 1,
-        "m_club": 1.6511082076446364,
-        "m_ball": 0.6056538241224874,
-        "k": 1e6,
-        "b": 281579248.5904923,
-        "club_speed": 1.0,
-    }
-    begin(driver, values)
+    values = {"m_club": 1.6511082076446364, "m_ball": 0.6056538241224874, "b": 281579248.5904923}
+    begin(driver, values | {"club_speed": 1.0})
     size, before = 2.5483879036306085e-09, 0.0
     for n in range(64):
         driver.slave.doStep(n * size, size)
@@ -353,7 +339,7 @@ def _check_numbers(driver, now, accepted):
 
 
 def _check_balances(values, now):
-    """Balances of energy and momentum, also near overflow and underflow."""
+    """Neither law adds energy, law 2 keeps momentum; also near overflow and underflow."""
     v = USUAL | values
     pairs = [(v["m_club"], v["club_speed"]), (v["m_ball"], v["ball_speed"])]
     before = math.fsum(0.5 * m * u * u for m, u in pairs)

@@ -6,6 +6,7 @@ import re
 import shlex
 import sys
 from pathlib import Path
+from subprocess import list2cmdline
 
 #: The root of a checkout; has no pyproject.toml where golf_build is installed.
 _ROOT = Path(__file__).resolve().parents[2]
@@ -18,7 +19,9 @@ def install_command(extra: str) -> str:
     """
     pip = Path(sys.executable).with_name("pip.exe" if os.name == "nt" else "pip")
     own = pip.is_file()
-    command = shlex.quote(_shown(pip if own else Path(sys.executable))) + " -m pip" * (not own)
+    program = [_shown(pip if own else Path(sys.executable))]
+    command = list2cmdline(program) if os.name == "nt" else shlex.join(program)
+    command += " -m pip" * (not own)
     if (_ROOT / "pyproject.toml").is_file():
         return f'{command} install -e "{_shown(_ROOT)}[{extra}]"'
     of_extra = re.compile(rf"\bextra\s*==\s*['\"]{extra}['\"]")

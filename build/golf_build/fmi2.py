@@ -34,6 +34,7 @@ TABLES = {
     "units": UNITS,
     "laws": LAWS,
     "constant": ("mean_force", "impulse"),
+    "discrete": ("touch_time",),
 }
 
 BUILDER = Builder(

@@ -2,7 +2,7 @@
 
 python frozen_modules.py NAMES: the names of the FMU's modules, which lie beside this file. Prints a
 JSON list of [name, whether it is a package, code in hexadecimal], or [name, null, path] for an
-extension module. What is frozen into libpython anyway, or built into it, isn't listed.
+extension module (null if it is built in). What is frozen into libpython anyway isn't listed.
 """
 
 import json
@@ -21,7 +21,7 @@ def _freeze(own: list[str]) -> list:
     for name in (*own, "encodings.utf_8"):
         __import__(name)
     tops = {name.partition(".")[0] for name in own}
-    rows = []
+    rows: list[list] = []
     for name, module in sorted(sys.modules.items()):
         spec = getattr(module, "__spec__", None)
         if spec is not None and spec.name != name:
@@ -29,6 +29,8 @@ def _freeze(own: list[str]) -> list:
             folder = getattr(sys.modules.get(name.rpartition(".")[0]), "__path__", None)
             spec = PathFinder.find_spec(name, folder) if folder is not None else None
         # typing.io and the like are no modules.
+        if spec is not None and spec.origin == "built-in":
+            rows.append([name, None, None])
         if spec is None or not spec.has_location or name == "__main__":
             continue
         if spec.origin.endswith(".so"):

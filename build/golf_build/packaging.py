@@ -28,6 +28,12 @@ _PHYSICS = Path(golf_physics.__file__).resolve().parent
 #: What ClubBallImpact doesn't need of golf_physics.
 _APART = "companions/", "instance.py"
 
+#: Files of FMUs, as they are.
+_CONTENTS = HERE / "contents"
+
+#: The folder of the reference results in `extra`, named as FMI has it: no other tool's.
+_REFERENCE = "org.golf-impact.reference"
+
 #: The packages that make FMUs, by version of FMI; the FMU contains their runtime.
 RUNTIMES = {2: "pythonfmu", 3: "pythonfmu3"}
 
@@ -42,9 +48,11 @@ class Builder(NamedTuple):
         entry: the module that the runtime loads; {package}, {module} and {model} are filled in. The
             package has VALUES: `start` if there are laws; else the fields of every variable.
         tables: `rows`, the variables; `description`; `units` by name; `laws` of ClubBallImpact;
-            `constant` (outputs whose initial values depend on no variable); in FMI 3.0
-            `derivatives` (by the names of their states), `unsolved` (outputs that are NaN in Model
-            Exchange) and `structure` (names of variables by the elements of ModelStructure).
+            `constant` (outputs whose initial values depend on no variable) and `discrete` (outputs
+            that change at events only); in FMI 3.0 `derivatives` (by the names of their states),
+            `unsolved` (outputs that are NaN in Model Exchange), `structure` (names of variables by
+            the elements of ModelStructure) and `dependencies` of these (names by name; none where
+            it is missing).
         start: start values by name, where they aren't those of the tables.
     """
 
@@ -63,6 +71,7 @@ class Builder(NamedTuple):
         # With names that don't depend on the location of the files.
         files = {"LICENSE": _license(), **_read(self.sources)}
         ours = (*HERE.glob("*.py"), *HERE.glob("model*"), *(HERE / "documentation").iterdir())
+        ours += tuple(file for file in _CONTENTS.rglob("*") if file.is_file())
         files |= {f"{f.parent.name}/{f.name}": f.read_bytes() for f in ours}
         for name, data in sorted(files.items()):
             total.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
@@ -98,7 +107,8 @@ class Builder(NamedTuple):
             beside[f"{package}/{name}"] = text.encode()
         entry = self.entry.format(package=package, module=module, model=model)
         with packaged(self.fmi, f"{module}_{suffix}", entry.encode(), beside) as raw:
-            files = unpack(raw)
+            # pythonfmu3 adds some of its C++ sources, which nobody can build.
+            files = {n: d for n, d in unpack(raw).items() if not n.startswith("sources/")}
         context = self.tables | {
             "fmi": self.fmi,
             "name": model,
@@ -112,6 +122,8 @@ class Builder(NamedTuple):
         description = render(HERE / "modelDescription.xml.jinja", **context)
         # All attributes are in double quotes, so apostrophes need no escape.
         files["modelDescription.xml"] = description.replace(b"&#39;", b"'")
+        needed = _CONTENTS / f"externalDependencies{self.fmi}.txt"
+        files["documentation/externalDependencies.txt"] = needed.read_bytes()
         files["documentation/licenses/license.txt"] = _license()
         for file in importlib.metadata.files(runtime) or []:
             if file.name == "LICENSE":
@@ -120,7 +132,15 @@ class Builder(NamedTuple):
             folder = HERE / "documentation"
             files |= {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
             files["documentation/index.html"] = render(folder / "index.html.jinja", **context)
-            files["model.png"] = (HERE / "model.png").read_bytes()
+            reference = (_CONTENTS / "reference").iterdir()
+            files |= {f"extra/{_REFERENCE}/{f.name}": f.read_bytes() for f in reference}
+            icon = (HERE / "model.png").read_bytes()
+            if self.fmi == 2:
+                files["model.png"] = icon
+            else:
+                terminals = "terminalsAndIcons/terminalsAndIcons.xml"
+                files[terminals] = (_CONTENTS / Path(terminals).name).read_bytes()
+                files["terminalsAndIcons/icon.png"] = icon
         return files | {SUMS: checksums(files)}
 
 

@@ -85,16 +85,21 @@ COMPANIONS = {
 }
 
 
-def build(folder: Path, standalone: bool = False) -> dict[str, Path]:
+def build(
+    folder: Path, standalone: bool = False, pythons: alone.Pythons = alone.THIS_MACHINE
+) -> dict[str, Path]:
     """Build the companions and the .ssp in a folder, standalone or plain.
 
     Returns their files by name: those of the companions, GolfSwing.
+
+    Standalone ones are for the platforms in `pythons`; by default for this machine's.
 
     OSError: one can't be written. StandaloneError: this machine can't build standalone ones.
     """
 
     def files(builder: Builder) -> dict[str, bytes]:
-        return alone.standalone(builder.files()) if standalone else builder.files()
+        files = builder.files()
+        return alone.standalone(files, pythons) if standalone else files
 
     suffix = alone.SUFFIX if standalone else ""
     made = {

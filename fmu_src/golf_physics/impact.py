@@ -55,7 +55,11 @@ class AnyImpact(Protocol):
     def in_contact(self) -> bool: ...
     @property
     def velocities(self) -> tuple[float, float]:
-        """Of club and ball unless they are in contact, m/s."""
+        """Of club and ball, m/s: before touch, or at separation."""
+
+    @property
+    def is_pushed(self) -> bool:
+        """Whether the velocities may have changed since separation."""
 
     @property
     def x_end(self) -> float:
@@ -88,7 +92,7 @@ class Impact:
 
     __slots__ = ("begin", "duration", "parameters", "touch")
 
-    in_contact = False
+    in_contact = is_pushed = False
     parameters: Parameters
     begin: Instant  #: of the phase
     duration: float  #: of the phase, s; inf if it doesn't end
@@ -115,8 +119,14 @@ class Impact:
         return t if t > RESOLUTION * high else 0.0
 
     def following(self, inputs: Inputs) -> "Impact":
-        """The impact from the next phase on, with these inputs; not of flight."""
+        """The impact from the next phase on, with these inputs; not of flight.
+
+        It is this one if its phase turns out to last longer than `duration`, which then has grown.
+        """
         raise NotImplementedError
+
+    def find_end(self) -> None:
+        """Evaluate the phase until its `duration` is known."""
 
     def state(self, instant: Instant) -> State:
         t = self.since_begin(instant)
@@ -155,6 +165,12 @@ def advance(impact: Impact, inputs: Inputs, instant: Instant) -> Impact:
         impact = impact.following(inputs)
 
 
+def _acting(p: Parameters, inputs: Inputs, closing: float) -> Inputs:
+    """The inputs that act in a contact with this approach speed, m/s: b may follow from a COR."""
+    k, b, *_ = inputs
+    return inputs._replace(b=LAWS[p.law].damping(p, k, b, closing))
+
+
 class Approach(Impact):
     """The bodies before first touch.
 
@@ -187,15 +203,14 @@ class Approach(Impact):
 
     def following(self, inputs: Inputs) -> "Contact":
         p, duration = self.parameters, self.duration
-        k, b, _ = inputs
         _, x_ball, v_club, v_ball, _, closing = self.motion
         x_ball += v_ball * duration
         if p.restitution_at_rest:
-            b = LAWS[p.law].damping(p, k, b, closing)
+            inputs = _acting(p, inputs, closing)
         begin = added(self.begin, duration) if duration else self.begin
         touch = new(Touch, (begin, x_ball, v_club))
         start = new(Motion, (x_ball, x_ball, v_club, v_ball, 0.0, closing))
-        return Contact(p, k, b, begin, touch, start, _NONE_YET)
+        return Contact(p, inputs, begin, touch, start, _NONE_YET)
 
     def is_undecided(self, instant: Instant) -> bool:
         """Whether no step has moved past the touch yet, by more than the clock's last bit."""
@@ -217,26 +232,27 @@ class Approach(Impact):
 
 
 class Contact(Impact):
-    """The bodies in contact, from touch or from a change of k or b on; k (N/m) and b (N.s/m) are
-    those that act.
+    """The bodies in contact, from touch or from a change of inputs on; `inputs` are those that act.
 
     `before` has the results of the contact phases before; or the last of these, how long it has
     lasted (s), and how many they are.
     """
 
-    __slots__ = ("_before", "b", "k", "motion", "phase")
+    __slots__ = ("_before", "inputs", "motion", "phase")
 
     in_contact = True
     touch: Touch
-    arguments = property(attrgetter("parameters", "k", "b", "begin", "touch", "motion", "before"))
+    arguments = property(attrgetter("parameters", "inputs", "begin", "touch", "motion", "before"))
+    b = property(attrgetter("inputs.b"))
+    club_force = property(attrgetter("inputs.club_force"))
 
     def __init__(
-        self, parameters: Parameters, k: float, b: float, begin: Instant, touch: Touch,
+        self, parameters: Parameters, inputs: Inputs, begin: Instant, touch: Touch,
         motion: Motion, before: "Results | tuple[Contact, float, int]",
     ) -> None:  # fmt: skip
-        self.parameters, self.k, self.b, self.begin = parameters, k, b, begin
+        self.parameters, self.inputs, self.begin = parameters, inputs, begin
         self.touch, self.motion, self._before = touch, motion, before
-        self.phase = LAWS[parameters.law].contact(parameters, k, b, motion)
+        self.phase = LAWS[parameters.law].contact(parameters, inputs, motion)
         self.duration = self.phase.duration
 
     @property
@@ -251,17 +267,28 @@ class Contact(Impact):
             contact._before = before = last.results(lasted)
         return before
 
-    def following(self, inputs: Inputs) -> "Flight":
-        return Flight(self, added(self.begin, self.duration), self.duration, None)
+    def find_end(self) -> None:
+        while self.phase.extend():
+            pass
+        self.duration = self.phase.duration
+
+    def following(self, inputs: Inputs) -> "Contact | Flight":
+        phase = self.phase
+        if phase.has_pieces and phase.extend():
+            self.duration = phase.duration
+            return self
+        begin = added(self.begin, self.duration)
+        return Flight(self, begin, self.duration, None, inputs.club_force)
 
     def changed(self, inputs: Inputs, instant: Instant) -> Impact:
         """The impact with other inputs from this instant on."""
         p, touch = self.parameters, self.touch
         law = LAWS[p.law]
-        k, b, _ = inputs
         if p.restitution_at_rest:
-            b = law.damping(p, k, b, touch.club_speed - p.ball_speed)
-        if k == self.k and b == self.b:
+            inputs = _acting(p, inputs, touch.club_speed - p.ball_speed)
+        k, b, _, club_force = inputs
+        acting = self.inputs
+        if k == acting[0] and b == acting[1] and club_force == acting[3]:
             return self
         high, low = self.begin
         t = (instant[0] - high) + (instant[1] - low)
@@ -278,8 +305,8 @@ class Contact(Impact):
             last = self._before
             pending = 1 if isinstance(last, Results) else last[2] + 1
             before = (self, t, pending) if pending < _PENDING else self.results(t)
-            return Contact(p, k, b, instant, touch, motion, before)
-        return Flight(self, instant, t, motion)
+            return Contact(p, inputs, instant, touch, motion, before)
+        return Flight(self, instant, t, motion, club_force)
 
     def clamp(self, state: State, t: float) -> None:
         """Change a state of the dense output, t s after the start, to what a host may see.
@@ -290,7 +317,7 @@ class Contact(Impact):
         if not t:
             p = self.parameters
             x_club, _, v_club, v_ball, d, closing = self.motion
-            force = LAWS[p.law].force(p, self.k, self.b, d, closing)
+            force = LAWS[p.law].force(p, *self.inputs[:2], d, closing)
             state[:] = force, x_club, x_club - d, v_club, v_ball, d
         if state[0] < 0.0:
             state[0] = 0.0
@@ -343,23 +370,34 @@ class Contact(Impact):
 
 
 class Flight(Impact):
-    """The bodies after a contact that lasted so long (s): free, apart.
+    """The bodies after a contact that lasted so long (s), free, under a force on the club head (N).
 
-    `motion` is that at its start; None where the contact ended by itself.
+    `motion` is that at its start; None where the contact ended by itself. `first` is the flight
+    from separation on, if the force has changed since.
     """
 
-    __slots__ = ("_motion", "contact", "lasted", "velocities")
+    __slots__ = ("_motion", "club_force", "contact", "first", "lasted", "velocities")
 
+    velocities: tuple[float, float]
     touch: Touch
     duration = inf
-    arguments = property(attrgetter("contact", "begin", "lasted", "motion"))
+    arguments = property(attrgetter("contact", "begin", "lasted", "motion", "club_force", "first"))
 
     def __init__(
-        self, contact: Contact, begin: Instant, lasted: float, motion: Motion | None
-    ) -> None:
+        self, contact: Contact, begin: Instant, lasted: float, motion: Motion | None,
+        club_force: float, first: "Flight | None" = None,
+    ) -> None:  # fmt: skip
         self.parameters, self.touch = contact.parameters, contact.touch
         self.contact, self.begin, self.lasted, self._motion = contact, begin, lasted, motion
-        self.velocities = contact.phase.end_velocities() if motion is None else motion[2:4]
+        self.club_force, self.first = club_force, first
+        if first is not None:
+            self.velocities = first.velocities
+        else:
+            self.velocities = contact.phase.end_velocities() if motion is None else motion[2:4]
+
+    @property
+    def is_pushed(self) -> bool:  # type: ignore[override]
+        return bool(self.club_force) or self.first is not None
 
     @property
     def motion(self) -> Motion:  # type: ignore[override]
@@ -373,13 +411,35 @@ class Flight(Impact):
         t = (instant[0] - high) + (instant[1] - low)
         _, x_ball, v_club, v_ball, compression, closing = self._motion or self.motion
         x_ball += v_ball * t
-        compression += closing * t
-        left = compression if compression > 0.0 >= closing else 0.0
-        return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
+        if not self.club_force and self.first is None:
+            compression += closing * t
+            left = compression if compression > 0.0 >= closing else 0.0
+            return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
+        gained = self.club_force / self.parameters.m_club * t
+        decays = compression > 0.0 >= closing + gained
+        compression += (closing + 0.5 * gained) * t
+        # A compression that has vanished, or begun to grow again, isn't one any more: there is no
+        # second contact.
+        left = compression if decays and compression > 0.0 else 0.0
+        return [0.0, x_ball + compression, x_ball, v_club + gained, v_ball, left]
+
+    def changed(self, inputs: Inputs, instant: Instant) -> "Flight":
+        """The impact with other inputs from this instant on."""
+        club_force = inputs.club_force
+        if club_force == self.club_force:
+            return self
+        _, x_club, x_ball, v_club, v_ball, left = self.state(instant)
+        compression = left or x_club - x_ball
+        motion = Motion(x_club, x_ball, v_club, v_ball, compression, v_club - v_ball)
+        first = self if self.first is None else self.first
+        return Flight(self.contact, instant, self.lasted, motion, club_force, first)
 
     @property
     def x_end(self) -> float:
-        return self.motion.x_ball
+        return (self.first or self).motion.x_ball
 
     def last(self, instant: Instant) -> tuple[Contact, float]:
         return self.contact, self.lasted
+
+    def impulse_of_step(self, instant: Instant, step: float) -> float:
+        return Impact.impulse_of_step(self.first or self, instant, step)

@@ -3,7 +3,7 @@
 from math import inf, sqrt
 from typing import Any
 
-from .laws import LAWS
+from .laws import LAWS, Law
 from .values import Inputs, Parameters, Refusal
 from .variables import Variable
 
@@ -12,6 +12,11 @@ _SMALLEST, _LARGEST = 1e-75, 1e75
 
 #: A larger damping ratio, or ratio of the masses, leaves nothing of one term beside the other.
 _RATIO = 1e15
+
+#: Laws that may reject ordinary inputs without a variant.
+_STRICT = {
+    n for n, law in LAWS.items() if type(law).refusal is not Law.refusal and not law.variants
+}
 
 #: Parameters that select variants of laws, with the values where they select none.
 _VARIANTS = {name: value for law in LAWS.values() for name, value in law.variants.items()}
@@ -46,10 +51,16 @@ def conflict(p: Parameters, inputs: Inputs) -> Refusal | None:
 
 def conflict_of_inputs(p: Parameters, inputs: Inputs) -> Refusal | None:
     """The same, with parameters that some inputs have been accepted with."""
-    k, b, club_speed = inputs
+    k, b, club_speed, club_force = inputs
     # The fast path: a host may set inputs at every step.
-    if p.ordinary and 1e-6 < k < 1e30 and b < 1e6 and -1e30 < club_speed < 1e30:
-        return LAWS[p.law].refusal(p, inputs)
+    if (
+        p.ordinary
+        and 1e-6 < k < 1e30
+        and b < 1e6
+        and -1e30 < club_speed < 1e30
+        and -1e30 < club_force < 1e30
+    ):
+        return LAWS[p.law].refusal(p, inputs) if p.law in _STRICT else None
     speed = abs(club_speed) + abs(p.ball_speed)
     total = p.m_club + p.m_ball
     mu = p.m_club * (p.m_ball / total)
@@ -76,4 +87,8 @@ def conflict_of_inputs(p: Parameters, inputs: Inputs) -> Refusal | None:
             "range of a double"
         )
         return Refusal(f"{given}: {reason}", reason=reason)
+    if abs(club_force) > _LARGEST * p.m_club:
+        reason = f"its acceleration of the club head must stay below {_LARGEST:g} m/s2"
+        sentence = f"club_force = {club_force!r} N is refused: {reason}"
+        return Refusal(sentence, "club_force", club_force, reason)
     return LAWS[p.law].refusal(p, inputs)

@@ -12,6 +12,7 @@ class Inputs(NamedTuple):
     k: float  #: contact stiffness, N/m
     b: float  #: damping, N.s/m
     club_speed: float  #: until first touch, m/s
+    club_force: float  #: on the club head from first touch on, towards the ball, N
 
 
 class Parameters:
@@ -30,10 +31,10 @@ class Parameters:
             self.exponent, self.reference_compression, self.restitution_at_rest,
             self.restitution_slope,
         ) = values  # fmt: skip
-        #: Far inside all bounds: no ordinary inputs lead out of them.
+        #: Far inside all bounds, and linear: no ordinary inputs lead out of them.
         self.ordinary = (
             1e-6 < self.m_club < 1e6 and 1e-6 < self.m_ball < 1e6 and self.gap < 1e30
-            and abs(self.ball_speed) < 1e30
+            and abs(self.ball_speed) < 1e30 and self.exponent == 1.0
         )  # fmt: skip
 
 

@@ -4,8 +4,8 @@
    a Python itself, else in the private one included in the FMU. All of them belong to the stable
    ABI, so this binary works with every Python from 3.10 on.
 
-   The build defines MODULE and CLASS of the slave, PRIVATE_PYTHON, TOKEN (the GUID) and the file of
-   frozen modules. */
+   The build defines MODULE and CLASS of the slave, PRIVATE_PYTHON, PYTHON_DLL on Windows, TOKEN (the
+   GUID) and the file of frozen modules. */
 
 #include "platform.h"
 
@@ -70,7 +70,7 @@ typedef struct {
     double reached;    /* the communication point that it reached, s */
 } Instance;
 
-static pthread_mutex_t loading = PTHREAD_MUTEX_INITIALIZER;
+static Lock loading = UNLOCKED;
 static Object *slave_class;
 static void (*hold)(void); /* NULL in a host's Python, which keeps its own states */
 static char resources[4096];
@@ -81,6 +81,50 @@ static const char token[] = TOKEN;
 enum { FMI_ERROR = 3, FMI_FATAL = 4 };
 
 static void log_message(Instance *i, int status, const char *category, const char *text);
+
+#ifdef _WIN32
+
+/* Never the host's Python: which of its DLLs that is, and whether it stays, isn't visible. */
+static int of_host(int *visible) { return *visible = 0; }
+
+/* The library of the private Python, which lies beside this one. Another FMU may have loaded one
+   of the same name, and so the same content; they decide one after the other. Its own folder is
+   searched for what it needs, not the host's. */
+static void *private_python(int visible)
+{
+    char text[64];
+    wchar_t path[4096], name[] = L"" PRIVATE_PYTHON;
+    HMODULE own, library = NULL;
+    (void)visible;
+    snprintf(text, sizeof text, "golf-python of process %lu", GetCurrentProcessId());
+    HANDLE turn = CreateMutexA(NULL, FALSE, text);
+    WaitForSingleObject(turn, INFINITE);
+    if (!GetModuleHandleExW(GET_MODULE_HANDLE_EX_FLAG_PIN, name, &library) &&
+        GetModuleHandleExW(OF_ADDRESS, (wchar_t *)private_python, &own)) {
+        DWORD length = GetModuleFileNameW(own, path, 4096 - sizeof name / sizeof *name);
+        while (length && path[length - 1] != '\\' && path[length - 1] != '/') length--;
+        wcscpy(path + length, name);
+        library = LoadLibraryExW(path, NULL, LOAD_WITH_ALTERED_SEARCH_PATH);
+        if (!library)
+            snprintf(failure, sizeof failure, "%s can't be loaded: Windows error %lu",
+                     PRIVATE_PYTHON, GetLastError());
+        GetModuleHandleExW(GET_MODULE_HANDLE_EX_FLAG_PIN, name, &library);
+    }
+    ReleaseMutex(turn);
+    CloseHandle(turn);
+    return library;
+}
+
+/* Of the private Python's own library, or of Python's DLL, which has another name here. */
+static void *dlsym(void *library, const char *name)
+{
+    FARPROC found = GetProcAddress(library, name);
+    if (!found) found = GetProcAddress(GetModuleHandleA(PYTHON_DLL), name);
+    return (void *)(intptr_t)found;
+}
+#define RTLD_DEFAULT NULL
+
+#else
 
 /* The host's Python, if it can be used: it runs, and is neither too old nor without a GIL. */
 static int of_host(int *visible)
@@ -107,6 +151,8 @@ static void *private_python(int visible)
     return library;
 }
 
+#endif
+
 static int look_up(void *library)
 {
     const char *missing = NULL;
@@ -124,7 +170,7 @@ static int find_resources(void)
 {
     if (!find_library((void *)find_resources, resources, sizeof resources)) return 0;
     for (int n = 0; n < 3; n++) {
-        char *slash = strrchr(resources, SLASH);
+        char *slash = strrchr(resources, '/');
         if (slash) *slash = 0;
         else strcpy(resources, n < 2 ? ".." : "."); /* loaded by a relative name */
     }
@@ -169,7 +215,7 @@ static int add_path(void)
 /* Finds or starts a Python and imports the slave's class, once; 0 if that fails. */
 static int ready(void)
 {
-    pthread_mutex_lock(&loading);
+    lock(&loading);
     if (!slave_class) {
         int visible, (*start)(const unsigned char *, const unsigned char *) = NULL;
         void *library = RTLD_DEFAULT;
@@ -195,7 +241,7 @@ static int ready(void)
             PyGILState_Release(outer);
         }
     }
-    pthread_mutex_unlock(&loading);
+    unlock(&loading);
     return slave_class != NULL;
 }
 

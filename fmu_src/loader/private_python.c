@@ -11,15 +11,12 @@
 #include <Python.h>
 #include "platform.h"
 
-#define EXPORT __attribute__((visibility("default")))
-
 /* The frozen modules: name, 0, 1 for a package else 0, length in four bytes, code; again and again. */
 EMBED(frozen, "standard_library.bin")
 
-static pthread_mutex_t starting = PTHREAD_MUTEX_INITIALIZER;
-static pthread_key_t held_state;
+static Lock starting = UNLOCKED;
+static Slot held; /* the thread's state */
 static PyThreadState *first;
-static _Thread_local int held;
 
 /* The modules' init functions, written by the build: X(math) X(_json) ... */
 #define X(name) PyObject *PyInit_##name(void);
@@ -71,10 +68,10 @@ static int add_modules(const unsigned char *at, const unsigned char *end)
 }
 
 /* When a thread ends, Python's own record of its state has been cleared: PyGILState_Release would
-   abort. */
+   abort. Not that of the thread which started Python: Python 3.11 dies without it. */
 static void let_go(void *state)
 {
-    held = 0;
+    if (state == first) return;
     PyEval_RestoreThread(state);
     PyThreadState_Clear(state);
     PyThreadState_DeleteCurrent();
@@ -115,29 +112,35 @@ static int start(void)
 EXPORT int private_python_start(const unsigned char *modules, const unsigned char *end)
 {
     int fine = 1;
-    pthread_mutex_lock(&starting);
+    lock(&starting);
     if (!Py_IsInitialized()) {
-        pthread_key_create(&held_state, let_go);
+        make_slot(&held, let_go);
         fine = add_modules(frozen, frozen_end) && start();
     }
     if (fine) {
         PyGILState_STATE outer = PyGILState_Ensure();
-        fine = add_modules(modules, end);
+#ifdef _WIN32
+        /* A host may unload the FMU, whose folder can be deleted only then. The names of its modules
+           have a digest: if the first one is known, all are. */
+        size_t size = known(PyImport_FrozenModules, (const char *)modules) ? 0 : end - modules;
+        unsigned char *kept = malloc(size + 1);
+        fine = kept != NULL;
+        if (fine) modules = memcpy(kept, modules, size), end = kept + size;
+#endif
+        fine = fine && add_modules(modules, end);
         PyGILState_Release(outer);
     }
-    pthread_mutex_unlock(&starting);
+    unlock(&starting);
     return fine;
 }
 
 /* A thread that Python didn't start has no thread state: each PyGILState_Ensure would make one, and
    each release drop it, which is ten times the cost of a call. One more Ensure keeps it until the
-   thread ends. Not that of the thread which started Python: Python 3.11 dies without it. */
+   thread ends; on Windows, until the process ends. */
 EXPORT void private_python_hold(void)
 {
-    if (held) return;
-    held = 1;
+    if (slot_value(held)) return;
     PyGILState_Ensure();
-    PyThreadState *state = PyThreadState_Get();
-    if (state != first) pthread_setspecific(held_state, state);
+    set_slot(held, PyThreadState_Get());
     PyEval_SaveThread();
 }

@@ -37,6 +37,13 @@ import sys
 if sys.path and os.path.abspath(sys.path[0]) == os.path.dirname(os.path.dirname(__file__)):
     sys.path.append(sys.path.pop(0))
 
+#: The modules of public names that `api` doesn't define: it imports neither FMPy nor files of data.
+_MODULES = {
+    "Ball": "facts.balls", "Calibration": "calibration.calibration", "UserError": "errors",
+    "ImpactFmu": "fmu.impact_fmu", "Study": "sweeps", "Summary": "sweeps", "run_sweep": "sweeps",
+    "calibrate": "calibration.calibration", "read_ball": "facts.balls",
+}  # fmt: skip
+
 __all__ = [
     "Ball", "Calibration", "ImpactFmu", "Study", "Summary", "UserError", "balls", "calibrate",
     "load_fmu", "read_ball", "run_impact", "run_impacts", "run_sweep", "run_trajectory",
@@ -52,9 +59,9 @@ def __getattr__(name: str) -> object:
         return VERSION
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from golf_impact import api
+    from importlib import import_module
 
-    return getattr(api, name)
+    return getattr(import_module(f"golf_impact.{_MODULES.get(name, 'api')}"), name)
 
 
 def __dir__() -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from numbers import Integral
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,13 +14,12 @@ from golf_impact.arrays import impacts, trajectory
 from golf_impact.arrays import sensitivities as slopes
 from golf_impact.arrays.impacts import ImpactArrays
 from golf_impact.arrays.scalar import ScalarImpacts
-from golf_impact.calibration.calibration import Calibration, calibrate  # noqa: F401
 from golf_impact.errors import UserError
-from golf_impact.facts.balls import BALLS, Ball, read_ball  # noqa: F401
-from golf_impact.fmu.file import current_fmu
-from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.runs import METRICS, PATH
-from golf_impact.sweeps import Study, Summary, run_sweep  # noqa: F401
+
+if TYPE_CHECKING:
+    from golf_impact.facts.balls import Ball
+    from golf_impact.fmu.impact_fmu import ImpactFmu
 
 
 def load_fmu(path: Path | str | None = None) -> ImpactFmu:
@@ -32,11 +31,16 @@ def load_fmu(path: Path | str | None = None) -> ImpactFmu:
     Raises:
         UserError: it can't be read, built or loaded.
     """
+    from golf_impact.fmu.file import current_fmu
+    from golf_impact.fmu.impact_fmu import ImpactFmu
+
     return ImpactFmu(current_fmu()[0] if path is None else Path(path))
 
 
 def balls() -> dict[str, Ball]:
     """The preset balls by name; `ball.values` are inputs and parameters of the FMU (SI units)."""
+    from golf_impact.facts.balls import BALLS
+
     return dict(BALLS)
 
 
@@ -51,8 +55,8 @@ def run_impact(outputs: Sequence[str] = METRICS, **values: float) -> dict[str, f
         The outputs by name (SI units). Results of a completed impact are NaN where there is none:
         smash_factor, coefficient_of_restitution, energy_efficiency, contact_time and
         contact_displacement without a separation; without a contact also touch_time and
-        time_of_max_force. Momentary outputs, such as velocities, are then those at the end of the
-        simulated time (1 s or more).
+        time_of_max_force. Momentary outputs, such as velocities, are those at the end of the
+        simulated time (1 s or more); with a club_force at separation.
 
     Raises:
         UserError: the physics rejects a value, or has no variable of a name.

@@ -20,11 +20,10 @@ def measure_seconds(work: Callable[[], object], units: int = 1) -> float:
 
 
 def run_interleaved(jobs: Mapping[str, Job], rounds: int) -> dict[str, list[float]]:
-    """Seconds per unit of work, of each job in each round.
+    """Seconds per unit of work, of each job in each round, after one more as a warm-up.
 
-    The order rotates from round to round, so that no job always follows the same other one. A
-    round before the first one is a warm-up and isn't counted. Garbage collection is off, as in
-    timeit: it would affect one of the jobs at random.
+    The order rotates, so that no job always follows the same other one. Garbage collection is off:
+    it would affect one of the jobs at random.
     """
     names = list(jobs)
     times: dict[str, list[float]] = {name: [] for name in names}
@@ -49,8 +48,7 @@ def median_ratio(numerator: list[float], denominator: list[float]) -> float:
 
 def typical_seconds(call: Callable[[], object], budget: float, least: int) -> float:
     """Median run time of a call, s, over as many calls as fit into `budget` s, at least `least`."""
-    once = timeit.timeit(call, number=1)
-    number = max(least, min(10_000, int(budget / once)))
+    number = max(least, min(10_000, int(budget / measure_seconds(call))))
     return median(timeit.repeat(call, number=1, repeat=number))
 
 
@@ -70,7 +68,8 @@ def describe_machine() -> dict[str, str]:
 def resident_bytes(process: int | str = "self") -> int | None:
     """Resident memory of a process; None on systems without /proc."""
     pages = _read_group(f"/proc/{process}/statm", r"\d+ (\d+)")
-    return None if pages is None else int(pages) * os.sysconf("SC_PAGE_SIZE")
+    # wine shows Windows programs a /proc.
+    return None if pages is None or os.name == "nt" else int(pages) * os.sysconf("SC_PAGE_SIZE")
 
 
 def free_bytes() -> int | None:

@@ -1,13 +1,59 @@
-/* Loads an FMU (FMI 2.0) and calls it, for the hosts in this folder. */
+/* Loads an FMU and calls it (here FMI 2.0), for the hosts in this folder. */
 
 #define _GNU_SOURCE
-#include <dlfcn.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "fmi2FunctionTypes.h"
+
+#ifdef _WIN32
+#include <windows.h>
+#include <shellapi.h>
+#define BINARY_2 "binaries/win64/%s.dll"
+#define BINARY_3 "binaries/x86_64-windows/%s.dll"
+#define FILE_URI "file:///"
+#define RTLD_NOW 0
+#define RTLD_LOCAL 0
+#define RTLD_GLOBAL 0
+#define dlsym(library, name) ((void *)(intptr_t)GetProcAddress(library, name))
+static inline const char *dlerror(void)
+{
+    static char text[64];
+    snprintf(text, sizeof text, "Windows error %lu", GetLastError());
+    return text;
+}
+
+static inline void *dlopen(const char *name, int mode)
+{
+    wchar_t path[4096];
+    (void)mode;
+    MultiByteToWideChar(CP_UTF8, 0, name, -1, path, 4096);
+    return LoadLibraryW(path);
+}
+
+/* The command line in UTF-8. */
+static inline void read_arguments(int *argc, char ***argv)
+{
+    wchar_t **wide = CommandLineToArgvW(GetCommandLineW(), argc);
+    *argv = calloc(*argc + 1, sizeof **argv);
+    for (int n = 0; n < *argc; n++) {
+        (*argv)[n] = malloc(4096);
+        WideCharToMultiByte(CP_UTF8, 0, wide[n], -1, (*argv)[n], 4096, NULL, NULL);
+    }
+}
+#else
+#include <dlfcn.h>
+#define BINARY_2 "binaries/linux64/%s.so"
+#define FILE_URI "file://"
+#ifdef __aarch64__
+#define BINARY_3 "binaries/aarch64-linux/%s.so"
+#else
+#define BINARY_3 "binaries/x86_64-linux/%s.so"
+#endif
+#define read_arguments(argc, argv) ((void)(argc), (void)(argv))
+#endif
 
 /* A function of a library by its name in the standard. */
 #define CALL(library, name) ((name##TYPE *)symbol(library, #name))
@@ -28,13 +74,19 @@ static inline void *symbol(void *library, const char *name)
     return found;
 }
 
-static inline void *load(const char *folder, const char *name)
+static inline void *load_binary(const char *folder, const char *binary, const char *name)
 {
     char file[4096];
-    snprintf(file, sizeof file, "%s/binaries/linux64/%s.so", folder, name);
+    snprintf(file, sizeof file, "%s/", folder);
+    snprintf(file + strlen(file), sizeof file - strlen(file), binary, name);
     void *library = dlopen(file, RTLD_NOW | RTLD_LOCAL);
     if (!library) fail(dlerror());
     return library;
+}
+
+static inline void *load(const char *folder, const char *name)
+{
+    return load_binary(folder, BINARY_2, name);
 }
 
 static inline void log_message(fmi2ComponentEnvironment environment, fmi2String instance,
@@ -55,7 +107,7 @@ static inline fmi2Component instantiate(void *library, const char *folder, const
                                         const char *name)
 {
     char resources[4096];
-    snprintf(resources, sizeof resources, "file://%s/resources", folder);
+    snprintf(resources, sizeof resources, FILE_URI "%s/resources", folder);
     fmi2Component c = CALL(library, fmi2Instantiate)(name, fmi2CoSimulation, guid, resources,
                                                      &callbacks, fmi2False, fmi2True);
     if (!c) fail("instantiate");

@@ -11,9 +11,11 @@
 #include "fmu.h"
 
 #include <pthread.h>
+#include <unistd.h>
+#ifndef _WIN32
 #include <signal.h>
 #include <sys/wait.h>
-#include <unistd.h>
+#endif
 
 #define DURATION 0.005 /* s: longer than the contact */
 
@@ -126,20 +128,6 @@ static void task_gone(long count)
     print_outputs(values);
 }
 
-/* The handlers of the host's signals are what they were. */
-static void task_signals(void)
-{
-    struct sigaction before[NSIG], after;
-    double values[OUTPUTS];
-    for (int n = 1; n < NSIG; n++) sigaction(n, NULL, &before[n]);
-    library = load(folder, "ClubBallImpact");
-    impact(1e-4, values);
-    for (int n = 1; n < NSIG; n++)
-        if (sigaction(n, NULL, &after) == 0)
-            expect(after.sa_handler == before[n].sa_handler, "a signal's handler is the host's");
-    print_outputs(values);
-}
-
 /* A host that starts a Python of its own while the FMU is in use: the library that is named. */
 static void task_later(const char *file)
 {
@@ -184,30 +172,9 @@ static void task_exit(long count)
     print_outputs(values);
 }
 
-/* A host that forks while nothing else runs: child and parent each go on. */
-static void task_fork(void)
-{
-    double values[OUTPUTS], childs[OUTPUTS];
-    int status = 0;
-    fmi2Component c = initialized();
-    advance(c, 0, 100, 1e-6);
-    int ends[2];
-    expect(pipe(ends) == 0, "a pipe");
-    pid_t child = fork();
-    if (child == 0) {
-        advance(c, 100, 5000, 1e-6);
-        read_outputs(c, childs);
-        _exit(write(ends[1], childs, sizeof childs) != sizeof childs);
-    }
-    waitpid(child, &status, 0);
-    expect(status == 0, "the child ended well");
-    advance(c, 100, 5000, 1e-6);
-    read_outputs(c, values);
-    expect(read(ends[0], childs, sizeof childs) == sizeof childs, "the child's outputs");
-    expect(!memcmp(values, childs, sizeof values), "child and parent have the same outputs");
-    print_outputs(values);
-    discard(c);
-}
+#ifdef _WIN32
+#define RTLD_DEFAULT GetModuleHandleA(NULL)
+#endif
 
 /* A thread that Python didn't start has a thread state only while something holds it: without that
    each call makes one and drops it. Counts the calls after which this thread's isn't what it was. */
@@ -232,8 +199,53 @@ static void task_state(long count)
     printf("state_at_the_end %d\n", current() != NULL);
 }
 
+#ifndef _WIN32
+/* The handlers of the host's signals are what they were. */
+static void task_signals(void)
+{
+    struct sigaction before[NSIG], after;
+    double values[OUTPUTS];
+    for (int n = 1; n < NSIG; n++) sigaction(n, NULL, &before[n]);
+    library = load(folder, "ClubBallImpact");
+    impact(1e-4, values);
+    for (int n = 1; n < NSIG; n++)
+        if (sigaction(n, NULL, &after) == 0)
+            expect(after.sa_handler == before[n].sa_handler, "a signal's handler is the host's");
+    print_outputs(values);
+}
+
+/* A host that forks while nothing else runs: child and parent each go on. */
+static void task_fork(void)
+{
+    double values[OUTPUTS], childs[OUTPUTS];
+    int status = 0;
+    fmi2Component c = initialized();
+    advance(c, 0, 100, 1e-6);
+    int ends[2];
+    expect(pipe(ends) == 0, "a pipe");
+    pid_t child = fork();
+    if (child == 0) {
+        advance(c, 100, 5000, 1e-6);
+        read_outputs(c, childs);
+        _exit(write(ends[1], childs, sizeof childs) != sizeof childs);
+    }
+    waitpid(child, &status, 0);
+    expect(status == 0, "the child ended well");
+    advance(c, 100, 5000, 1e-6);
+    read_outputs(c, values);
+    expect(read(ends[0], childs, sizeof childs) == sizeof childs, "the child's outputs");
+    expect(!memcmp(values, childs, sizeof values), "child and parent have the same outputs");
+    print_outputs(values);
+    discard(c);
+}
+#else
+static void task_signals(void) { fail("not on Windows"); }
+static void task_fork(void) { fail("not on Windows"); }
+#endif
+
 int main(int argc, char **argv)
 {
+    read_arguments(&argc, &argv);
     if (argc < 4) fail("usage: host FOLDER GUID TASK [ARGUMENT]");
     double argument = argc > 4 ? atof(argv[4]) : 1e-6;
     const char *task = argv[3], *libpython = getenv("LIBPYTHON");

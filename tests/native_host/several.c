@@ -40,6 +40,22 @@ static void *run(void *argument)
     return NULL;
 }
 
+#ifdef _WIN32
+#include <psapi.h>
+static void print_results(long made)
+{
+    HMODULE all[1024];
+    char name[4096];
+    DWORD size = 0;
+    int pythons = 0;
+    K32EnumProcessModules(GetCurrentProcess(), all, sizeof all, &size);
+    for (size_t n = 0; n < size / sizeof *all; n++) {
+        GetModuleFileNameA(all[n], name, sizeof name);
+        pythons += strstr(name, "golf-python-") != NULL;
+    }
+    printf("steps %ld\npythons %d\ndone\n", made, pythons);
+}
+#else
 static void print_results(long made)
 {
     char line[4096], found[MOST][256];
@@ -64,10 +80,13 @@ static void print_results(long made)
     printf("steps %ld\nkilobytes %ld\npythons %d\ndone\n", made, size, pythons);
 }
 
+#endif
+
 int main(int argc, char **argv)
 {
     static Job jobs[MOST];
     pthread_t threads[MOST];
+    read_arguments(&argc, &argv);
     int removing = argc > 1 && !strcmp(argv[1], "-r"), count = 0;
     long made = 0;
     for (int n = 1 + removing; n + 2 < argc && count < MOST; n += 3)

@@ -17,11 +17,17 @@ from ..values import START, Inputs, Instant, Parameters, Refusal, State, new
 from ..variables import INPUTS, MOTION, SETTABLE, VARIABLES
 from .outputs import OUTPUTS, readings
 from .segment import NO_SEGMENT, Segment
-from .state import Snapshot, packed, unpacked
-
-#: Modes of an instance, in the order in which a host passes through them. Blocked: initialization
-#: has ended on values that can't be used, so parameters may still be set.
-INSTANTIATED, INITIALIZATION, BLOCKED, STEPPING, TERMINATED = range(5)
+from .solved import SolvedImpact
+from .state import (
+    BLOCKED,
+    INITIALIZATION,
+    INSTANTIATED,
+    STEPPING,
+    TERMINATED,
+    Snapshot,
+    packed,
+    unpacked,
+)  # fmt: skip
 
 _START_VALUES = tuple(row.start for row in SETTABLE.values())
 _PLACES = {reference: place for place, reference in enumerate(SETTABLE)}
@@ -222,9 +228,9 @@ class Component:
                 if touch is None or touch.instant[0] >= instant[0]:
                     origin = point - instant[0]
         values, inputs, impact = self.values, segment.inputs, segment.impact
-        k, b, club_speed = values[0], values[1], values[2]
-        if k != inputs[0] or b != inputs[1] or club_speed != inputs[2]:
-            inputs = new(Inputs, (k, b, club_speed))
+        k, b, club_speed, club_force = values[0], values[1], values[2], values[3]
+        if k != inputs[0] or b != inputs[1] or club_speed != inputs[2] or club_force != inputs[3]:
+            inputs = new(Inputs, (k, b, club_speed, club_force))
             problem = conflict_of_inputs(impact.parameters, inputs)
             if problem is not None:
                 return problem
@@ -381,7 +387,7 @@ class Component:
         parameters, inputs = self._split()
         if conflict(parameters, inputs) is not None:
             # Bodies that never meet.
-            inputs = Inputs(1.0, 0.0, parameters.ball_speed)
+            inputs = Inputs(1.0, 0.0, parameters.ball_speed, 0.0)
         self._segment = self._first_segment(parameters, inputs)
 
     def _evaluate(self) -> State:
@@ -400,7 +406,7 @@ class Component:
 
     def restore(self, snapshot: tuple | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
-        if not isinstance(snapshot, Snapshot):
+        if not (isinstance(snapshot, Snapshot) and self._is_alike(snapshot[-1])):
             self._refuse_once(
                 "a state that this component didn't make is refused; it has no effect"
             )
@@ -413,6 +419,10 @@ class Component:
         self._anchored = self._watched = False
         self._size = nan
         self._now = None
+
+    def _is_alike(self, segment: Segment) -> bool:
+        """Whether the steps of a state are of the kind of this instance: not of Model Exchange."""
+        return not isinstance(segment.impact, SolvedImpact)
 
     #: A snapshot as bytes, for another process, and back.
     packed = staticmethod(packed)

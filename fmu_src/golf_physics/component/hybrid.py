@@ -8,12 +8,14 @@ from collections.abc import Callable, Iterator
 from math import inf, isfinite, nan, nextafter
 
 from ..impact import advance
+from ..refusals import conflict_of_inputs
 from ..values import Inputs, Refusal, added
 from ..variables import INPUTS, MORE_VARIABLES, VARIABLES
-from .component import BLOCKED, STEPPING, Component, together
+from .component import Component, together
 from .outputs import OUTPUTS, Output, readings
 from .segment import Segment
 from .solved import SolvedImpact, accelerations, separation_indicator, touch_indicator
+from .state import BLOCKED, STEPPING
 
 #: What FMI 2.0 doesn't have.
 _MORE: dict[str, Output] = {
@@ -23,6 +25,11 @@ _MORE: dict[str, Output] = {
     "touch_indicator": lambda impact, at: touch_indicator(impact, at.state()),
     "separation_indicator": lambda impact, at: separation_indicator(impact, at.state()),
 }
+
+
+def _is_solved(segment: Segment) -> bool | None:
+    """Whether steps are those of Model Exchange; None if there were none."""
+    return isinstance(segment.impact, SolvedImpact) or (False if segment.size else None)
 
 
 class HybridComponent(Component):
@@ -43,6 +50,11 @@ class HybridComponent(Component):
         """In Model Exchange, the impact."""
         impact = self._segment.impact
         return impact if isinstance(impact, SolvedImpact) else None
+
+    def _is_alike(self, segment: Segment) -> bool:
+        # Before either of them has stepped or been solved, an instance may become both.
+        kinds = {_is_solved(one) for one in (segment, self._segment)}
+        return not {True, False} <= kinds
 
     def _solve(self, solved: SolvedImpact, time: float) -> None:
         """Go on with this impact at this time of the host, s."""
@@ -100,10 +112,14 @@ class HybridComponent(Component):
         """When touch and separation are still to come (s), if the host's time is this one now."""
         instant = self.instant()
         inputs, segment = Inputs(*self.values[:INPUTS]), self._segment
+        if conflict_of_inputs(segment.impact.parameters, inputs) is not None:
+            # The next step will be refused.
+            return
         try:
             impact = segment.changed(inputs, self._count)
             while True:
                 impact = advance(impact, inputs, instant)
+                impact.find_end()
                 left = nextafter(impact.duration - impact.elapsed(instant), inf)
                 if left == inf:
                     return
@@ -139,8 +155,12 @@ class HybridComponent(Component):
         if solved is not None:
             return solved
         p, inputs = self._split()
+        if self.last_step:
+            refusal = Refusal("Model Exchange is refused: this instance has made steps")
+            self._report(refusal)
+            return SolvedImpact(p, inputs, inputs.b, [nan] * 4, refusal_of_touch=refusal)
         start = [-p.gap, 0.0, inputs.club_speed, p.ball_speed]
-        time = nan if self.last_step else self.time()
+        time = self.time()
         solved = SolvedImpact(p, inputs, inputs.b, start).after_event(time)
         if self._mode == STEPPING:
             self._solve(solved, time)

@@ -67,13 +67,14 @@ def _contact_displacement(impact: AnyImpact, at: Any) -> float:
 
 
 def _momentum(impact: AnyImpact, at: Any) -> float:
-    v_club, v_ball = at.state()[3:5] if impact.in_contact else impact.velocities
+    moving = impact.in_contact or impact.is_pushed
+    v_club, v_ball = at.state()[3:5] if moving else impact.velocities
     return impact.parameters.m_club * v_club + impact.parameters.m_ball * v_ball
 
 
 def _kinetic_energy(impact: AnyImpact, at: Any) -> float:
-    p = impact.parameters
-    v_club, v_ball = at.state()[3:5] if impact.in_contact else impact.velocities
+    p, moving = impact.parameters, impact.in_contact or impact.is_pushed
+    v_club, v_ball = at.state()[3:5] if moving else impact.velocities
     return 0.5 * (p.m_club * v_club * v_club + p.m_ball * v_ball * v_ball)
 
 

@@ -70,9 +70,12 @@ class Segment:
             if not (high - begin) + (low - begin_low) >= impact.duration:
                 self._phase = n
                 return impact
+            if n + 1 == len(phases):
+                following = impact.following(self.inputs)
+                if following is impact:
+                    continue
+                phases.append(following)
             n += 1
-            if n == len(phases):
-                phases.append(impact.following(self.inputs))
 
     def resized(self, begin: Instant, size: float) -> "Segment":
         """The same impact and inputs by steps of another size from a later instant on."""
@@ -93,8 +96,7 @@ class Segment:
                 club_speed = inputs[2]
                 same = club_speed == self.inputs[2]
                 return impact if same else impact.with_speed(club_speed, instant)
-        impact = self.present(count)
-        return impact.changed(inputs, self._instant) if type(impact) is Contact else impact
+        return self.present(count).changed(inputs, self._instant)
 
     def with_inputs(self, inputs: Inputs) -> "Segment":
         """The same steps, where these inputs have no effect any more."""
@@ -131,4 +133,4 @@ class Segment:
 
 
 #: No steps, and no impact yet.
-NO_SEGMENT = Segment(None, Inputs(0.0, 0.0, 0.0), START, 0.0)
+NO_SEGMENT = Segment(None, Inputs(0.0, 0.0, 0.0, 0.0), START, 0.0)

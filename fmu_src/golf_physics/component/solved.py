@@ -11,6 +11,10 @@ from ..values import Inputs, Instant, Parameters, Refusal, State
 _ABOVE_ZERO = 1e-18
 
 
+#: Relative to the way to touch: a distance of rounding errors.
+_NEAR = 2.0**-48
+
+
 class SolvedImpact(NamedTuple):
     """An impact from its last event on; a value that outputs read as an `Impact`."""
 
@@ -26,6 +30,7 @@ class SolvedImpact(NamedTuple):
     drag: float = 0.0  #: its coefficient from then on, N.s/m
     x_end: float = 0.0  #: position of the ball at that event, the last one of the contact, m
     lasted: float = 0.0  #: of the contact once it has ended, s
+    at_separation: tuple[float, float] | None = None  #: velocities of club and ball, m/s
 
     # As of an `Impact` in a phase that holds every instant.
 
@@ -40,7 +45,17 @@ class SolvedImpact(NamedTuple):
     @property
     def velocities(self) -> tuple[float, float]:
         _, _, v_club, v_ball = self.states
+        if self.at_separation is not None:
+            return self.at_separation
         return (self.inputs.club_speed if self.touch is None else v_club), v_ball
+
+    @property
+    def is_pushed(self) -> bool:
+        return True
+
+    @property
+    def club_force(self) -> float:
+        return self.inputs.club_force
 
     def state(self, instant: Instant) -> State:
         force, *moving, compression = self.solver_state()
@@ -60,7 +75,7 @@ class SolvedImpact(NamedTuple):
 
     def with_inputs(self, inputs: Inputs) -> "SolvedImpact":
         p = self.parameters
-        k, b, _ = inputs
+        k, b, _, _ = inputs
         if self.touch is not None:
             b = LAWS[p.law].damping(p, k, b, self.touch.club_speed - p.ball_speed)
         return self._replace(inputs=inputs, b=b)
@@ -72,7 +87,9 @@ class SolvedImpact(NamedTuple):
         if self.touch is None:
             club_speed = self.inputs.club_speed
             impact = self._replace(states=[x_club, x_ball, club_speed, v_ball])
-            if x_club >= x_ball and club_speed > v_ball:
+            # A solver may stop a rounding error before the root of the indicator.
+            near = _NEAR * (p.gap + abs(x_ball))
+            if x_club >= x_ball - near and club_speed > v_ball:
                 refusal = LAWS[p.law].refusal_of_touch(p, club_speed)
                 touch = Touch((time, 0.0), x_ball, club_speed)
                 impact = impact._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
@@ -82,7 +99,10 @@ class SolvedImpact(NamedTuple):
         elif self.in_contact:
             impact = self._with_drag()
             if separation_indicator(self, self.solver_state()) <= 0.0:
-                impact = impact._replace(lasted=time - self.touch.instant[0], in_contact=False)
+                lasted = time - self.touch.instant[0]
+                impact = impact._replace(
+                    lasted=lasted, in_contact=False, at_separation=impact.velocities
+                )
         return impact
 
     def _with_drag(self) -> "SolvedImpact":
@@ -120,15 +140,16 @@ class SolvedImpact(NamedTuple):
 
 def accelerations(impact: Any, state: State) -> tuple[float, float]:
     """Of club and ball (m/s²), in an `Impact` or a `SolvedImpact`, as the indicators below."""
+    p, club_force = impact.parameters, 0.0 if impact.touch is None else impact.club_force
     if not impact.in_contact:
-        return 0.0, 0.0
-    p = impact.parameters
+        return club_force / p.m_club, 0.0
     # A host sees a force of at least 0, its solver doesn't.
     if isinstance(impact, SolvedImpact):
         state = impact.solver_state()
     force, _, _, v_club, v_ball, _ = state
     drag = LAWS[p.law].drag(impact.b)
-    return -(force + drag * v_club) / p.m_club, (force - drag * v_ball) / p.m_ball
+    of_club = -(force + drag * v_club) + club_force if club_force else -(force + drag * v_club)
+    return of_club / p.m_club, (force - drag * v_ball) / p.m_ball
 
 
 def touch_indicator(impact: Any, state: State) -> float:

@@ -4,7 +4,7 @@ Where double precision loses digits, `linear_contact` takes `ExtendedContact` in
 """
 
 from collections.abc import Callable
-from math import atan2, cos, exp, expm1, sin, sqrt
+from math import atan2, cos, exp, expm1, hypot, sin, sqrt
 
 from ..numerics.gauss import GAUSS_5
 from ..numerics.zeros import first_downward_zero, offset_of_real_root
@@ -40,17 +40,29 @@ class ClosedFormContact(ContactPhase):
     the drags 2ζp of the club and 2ζq of the ball. Without drag the centre of mass moves uniformly,
     and the compression is a damped oscillation.
 
-    Either damper or drag is 0. `duration` is 0 where double precision loses digits: the rates
-    nearly meet, the real mode nearly cancels the pair, the force hardly reaches 0, or contact
-    doesn't end with the first half period.
+    Either damper or drag is 0. A force on the club head (N) shifts what the compression oscillates
+    about, and accelerates the centre of mass. `duration` is 0 where double precision loses digits:
+    the rates nearly meet, the real mode nearly cancels the pair, the force hardly reaches 0, or
+    contact doesn't end with the first half period; and with a force beside a drag.
     """
 
-    __slots__ = ("_arguments", "_d", "_dense", "_force", "_rates", "_start", "_v_ball", "_v_club")
+    __slots__ = (
+        "_acceleration",
+        "_arguments",
+        "_d",
+        "_dense",
+        "_force",
+        "_rates",
+        "_start",
+        "_v_ball",
+        "_v_club",
+    )
 
     def __init__(
-        self, k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion
-    ) -> None:
-        self._arguments = k, damper, drag, m_club, m_ball, start
+        self, k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion,
+        club_force: float = 0.0,
+    ) -> None:  # fmt: skip
+        self._arguments = k, damper, drag, m_club, m_ball, start, club_force
         _, _, v_club, v_ball, compression, closing = self._start = start
         self._dense: tuple[Callable[[float], State], float] | None = None
         self.duration = 0.0
@@ -64,6 +76,12 @@ class ClosedFormContact(ContactPhase):
         if not drag:
             if zeta > MOST_DAMPING:
                 return
+            level = f_a = self._acceleration = 0.0
+            if club_force:
+                # The compression oscillates about a level, the centre of mass accelerates.
+                self._acceleration = club_force / total
+                level, f_a = p * club_force / k, p * club_force
+                d -= omega * level
             h = zeta
             second = sqrt((1.0 - zeta) * (1.0 + zeta))
             w_s = -(h * closing + d) / second
@@ -71,17 +89,18 @@ class ClosedFormContact(ContactPhase):
             scale = mu * omega
             f_c = scale * (d + 2.0 * zeta * closing)
             f_s = scale * (s0 + 2.0 * zeta * w_s)
-            angle = atan2(f_c, -f_s)
+            angle = _end_above(f_a, h / second, f_c, f_s) if f_a else atan2(f_c, -f_s)
             frequency = second * omega
             mean = q * v_club + p * v_ball
             self._rates = 0.0, h * omega, frequency
-            self._force = 0.0, f_c, f_s
-            self._d = 0.0, d / omega, s0 / omega
+            self._force = f_a, f_c, f_s
+            self._d = level, d / omega, s0 / omega
             self._v_club = mean, p * closing, p * w_s
             self._v_ball = mean, -q * closing, -q * w_s
         else:
-            if zeta > MOST_DRAG:
+            if zeta > MOST_DRAG or club_force:
                 return
+            self._acceleration = 0.0
             if zeta < _LEAST_DAMPING:
                 zeta = _LEAST_DAMPING
             drag_club = 2.0 * zeta * p
@@ -148,7 +167,18 @@ class ClosedFormContact(ContactPhase):
             x = x_0 + x_a * travel - x_c * c + x_s * s
             return [force, x, x - d, a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s, d]
 
-        self._dense = state, frequency
+        if not self._acceleration:
+            self._dense = state, frequency
+            return self._dense
+        a, f_a = self._acceleration, self._force[0]
+
+        def accelerated(angle: float) -> State:
+            force, x, _, v_club, v_ball, d = state(angle)
+            t, d = angle / frequency, d + a0
+            x += 0.5 * a * t * t
+            return [force + f_a, x, x - d, v_club + a * t, v_ball + a * t, d]
+
+        self._dense = accelerated, frequency
         return self._dense
 
     def end_velocities(self) -> tuple[float, float]:
@@ -161,7 +191,8 @@ class ClosedFormContact(ContactPhase):
         if r:
             e = 1.0 + expm1(-r * t)
             return a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s
-        return a1 + c1 * c + s1 * s, a2 + c2 * c + s2 * s
+        gained = self._acceleration * t
+        return a1 + c1 * c + s1 * s + gained, a2 + c2 * c + s2 * s + gained
 
     def end(self) -> Motion:
         t = self.duration
@@ -178,8 +209,11 @@ class ClosedFormContact(ContactPhase):
             return Motion(x, x, v_club, v_ball, 0.0, v_club - v_ball)
         x += a2 * t
         _, c1, s1 = self._v_club
-        _, c0, s0 = self._d
+        level, c0, s0 = self._d
         left = c0 * c + s0 * s if self._arguments[1] else 0.0
+        if self._acceleration:
+            x += 0.5 * self._acceleration * t * t
+            left = max(0.0, level + c0 * c + s0 * s)
         return Motion(x + left, x, v_club, v_ball, left, (c1 - c2) * c + (s1 - s2) * s)
 
     def value(self, name: str, t: float) -> float:
@@ -190,7 +224,7 @@ class ClosedFormContact(ContactPhase):
         r, h, frequency = self._rates
         size, angle = exp(-h * t), frequency * t
         pair = c * (size * cos(angle)) + s * (size * sin(angle))
-        return a * exp(-r * t) + pair if r else pair
+        return a * exp(-r * t) + pair if a else pair
 
     def closing(self, t: float) -> float:
         a, c, s = self._d
@@ -236,7 +270,7 @@ class ClosedFormContact(ContactPhase):
         for name, (a, c, s) in (("force", self._force), ("d", self._d)):
             slope_a, slope_c, slope_s = slope((a, c, s), rates)
             start, now = a + c, c * cosine + s * sine
-            if r:
+            if a:
                 now += a * real
             rises = slope_a + slope_c > 0.0
             left = slope_a * real + (slope_c * cosine + slope_s * sine)
@@ -263,11 +297,23 @@ class ClosedFormContact(ContactPhase):
         return [angle / frequency]
 
 
+def _end_above(level: float, growth: float, cosine: float, sine: float) -> float:
+    """The end of a contact whose force oscillates about a level, rad; 0 where digits are lost.
+
+    Up to half of the pair's amplitude a zero is steep, and the only one of the half period.
+    """
+    angle = first_downward_zero(growth, level, cosine, sine)
+    if angle is None or abs(level) * exp(growth * angle) > 0.5 * hypot(cosine, sine):
+        return 0.0
+    return angle
+
+
 def linear_contact(
-    k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion
-) -> ContactPhase:
+    k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion,
+    club_force: float = 0.0,
+) -> ContactPhase:  # fmt: skip
     """The contact phase from `start` on, in double precision where that suffices (SI units)."""
     if damper and drag:
-        return ExtendedContact(k, damper, drag, m_club, m_ball, start)
-    contact = ClosedFormContact(k, damper, drag, m_club, m_ball, start)
+        return ExtendedContact(k, damper, drag, m_club, m_ball, start, club_force)
+    contact = ClosedFormContact(k, damper, drag, m_club, m_ball, start, club_force)
     return contact if contact.duration else contact.extended()

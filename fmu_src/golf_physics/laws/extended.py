@@ -47,6 +47,9 @@ Row = tuple[Any, Any, Any]
 _DIGITS, _MANY_DIGITS = 57, 95
 _HEAVY, _UNEQUAL, _FAST = 5e4, 1e8, 1e5
 
+#: A row beside a level has maxima in so many times the window.
+_MORE = 15
+
 #: A smaller damping ratio is replaced by this one, and a pair of rates that are nearer (relative,
 #: squared) by two real ones so far apart: that changes no bit of any result.
 _LEAST_DAMPING = _APART = Decimal(10) ** -30
@@ -65,8 +68,9 @@ class ExtendedContact(ContactPhase):
     """A linear contact in extended precision."""
 
     def __init__(
-        self, k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion
-    ) -> None:
+        self, k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion,
+        club_force: float = 0.0,
+    ) -> None:  # fmt: skip
         mu = m_club * (m_ball / (m_club + m_ball))
         omega = sqrt(k / mu)
         moved = abs(start.closing) + omega * start.compression
@@ -74,13 +78,17 @@ class ExtendedContact(ContactPhase):
             max(damper, drag) > 2.0 * _HEAVY * mu * omega
             or max(m_club, m_ball) > _UNEQUAL * min(m_club, m_ball)
             or max(abs(start.v_club), abs(start.v_ball)) > _FAST * moved
+            or abs(club_force) > _FAST * mu * omega * moved
+            or (drag and abs(club_force) > _FAST * drag * moved)
         )
         self._in_use, self._exp, self._cos_sin = arithmetic(_MANY_DIGITS if many else _DIGITS)
         self._start = start
         with self._in_use():
-            self._set_up(*map(Decimal, (k, damper, drag, m_club, m_ball)))
+            self._set_up(*map(Decimal, (k, damper, drag, m_club, m_ball, club_force)))
 
-    def _set_up(self, k: Any, damper: Any, drag: Any, m_club: Any, m_ball: Any) -> None:
+    def _set_up(
+        self, k: Any, damper: Any, drag: Any, m_club: Any, m_ball: Any, club_force: Any
+    ) -> None:
         total = m_club + m_ball
         p = m_ball / total
         q = m_club / total
@@ -105,7 +113,13 @@ class ExtendedContact(ContactPhase):
         r, h, second = self._rates
         start = self._start
         d, w = Decimal(start.compression), Decimal(start.closing)
-        x = d, w, q * Decimal(start.v_club) + p * Decimal(start.v_ball)
+        self._initial = d, w, q * Decimal(start.v_club) + p * Decimal(start.v_ball)
+        # Under a force the motion is that about a fixed point: with drag one that moves uniformly,
+        # without it one that accelerates uniformly.
+        level, drift = p * club_force / k, _ZERO
+        if drag:
+            level, drift = club_force / (2 * k), club_force / (2 * drag)
+        x = d - level, w, self._initial[2] - drift
         y = shifted(x, r)
         z = shifted(y, 2 * h - r)
         g = 1 / ((h - r) * (h - r) + self._sign * second * second)
@@ -118,7 +132,12 @@ class ExtendedContact(ContactPhase):
         ]
         force = tuple(k * e + damper * f for e, f in zip(d_row, w_row))
         self._rows: dict[str, Any] = {"force": force, "d": d_row, "w": w_row, "mean": mean}
-        self._initial, self._bodies = x, (drag, total, m_ball, q)
+        self._levels = {"force": k * level, "d": level, "w": _ZERO, "mean": drift}
+        # Exactly 0 at touch, which the sum of level and coefficients may miss by rounding.
+        self._first_force = k * d + damper * w
+        self._bodies = drag, total, m_ball, q, club_force
+        if level:
+            self._window *= _MORE
         self.duration = float(self._end_of_contact())
 
     def _find_rates(
@@ -162,24 +181,28 @@ class ExtendedContact(ContactPhase):
 
     def value(self, name: str, t: float | Decimal) -> float:
         with self._in_use():
-            return float(self._at(Decimal(t), self._rows[name])[0])
+            return float(self._levels[name] + self._at(Decimal(t), self._rows[name])[0])
 
     def _motion(self, t: float | Decimal) -> list[Decimal]:
         """Force, compression, closing speed, and of the ball velocity and displacement."""
         t = Decimal(t)
         d_0, _, mean_0 = self._initial
-        drag, total, _, q = self._bodies
-        force, d, w, mean = self._at(t, *self._rows.values())
+        drag, total, _, q, club_force = self._bodies
+        values = self._at(t, *self._rows.values())
+        force, d, w, mean = (x + level for x, level in zip(values, self._levels.values()))
         moved = mean * t - q * (d - d_0)
         if drag:
             # Drag times the sum of the paths is the momentum that is lost.
-            moved = (total * (mean_0 - mean) / drag - (d - d_0)) / 2
+            moved = ((total * (mean_0 - mean) + club_force * t) / drag - (d - d_0)) / 2
+        elif club_force:
+            gained = club_force / total * t
+            mean, moved = mean + gained, moved + gained * t / 2
         return [force, d, w, mean - q * w, moved]
 
     def impulse(self, begin: float, width: float) -> float:
         with self._in_use():
             first, last = self._motion(begin), self._motion(Decimal(begin) + Decimal(width))
-            drag, _, m_ball, _ = self._bodies
+            drag, _, m_ball, *_ = self._bodies
             return float(m_ball * (last[3] - first[3]) + drag * (last[4] - first[4]))
 
     def state(self, t: float) -> State:
@@ -210,41 +233,66 @@ class ExtendedContact(ContactPhase):
             yield angle / second
             angle += PI
 
-    def _sign_changes(self, row: Row, end: Decimal) -> Iterator[tuple[Decimal, bool]]:
-        """The zeros of a row up to `end`, s, and whether it falls there; in order."""
+    def _sign_changes(
+        self, row: Row, end: Decimal, level: Decimal = _ZERO
+    ) -> Iterator[tuple[Decimal, bool]]:
+        """The zeros of a row up to `end`, s, and whether it falls there; in order.
+
+        With a level, those of the force: its row and that.
+        """
         slope = self._slope(row)
         bend = self._slope(slope)
-        first = next((f for f in (row[0] + row[1], slope[0] + slope[1], bend[0] + bend[1]) if f), 0)
-        positive = first > 0
-        points = self._extrema(row)
+        value = self._first_force if level else row[0] + row[1]
+        starts = value, slope[0] + slope[1], bend[0] + bend[1]
+        positive = next((f for f in starts if f), 0) > 0
+        # With a level the extrema are zeros of the slope, which has none.
+        points = (t for t, _ in self._sign_changes(slope, end)) if level else self._extrema(row)
         low = _ZERO
         # A number with the sign of f after a long time, for a pair of real rates.
         last = row[0] if row[0] and self._rates[0] < self._slow else row[1] + row[2]
-        while low < end:
+        last = level or last
+        while low < end and not (end == _INFINITY and self._is_settled(row, level, low)):
             high = min(next(points, end), end)
-            later = last if high == _INFINITY else self._at(high, row)[0]
+            later = last if high == _INFINITY else level + self._at(high, row)[0]
             if later and (later > 0) != positive:
                 if high == _INFINITY:
                     high = 2 * low + 1 / self._fast
-                    while (self._at(high, row)[0] > 0) == positive:
+                    while (level + self._at(high, row)[0] > 0) == positive:
                         low, high = high, 2 * high
                     end = high
-                yield self._zero(row, low, high, positive), positive
+                yield self._zero(row, low, high, positive, level), positive
                 positive = not positive
             low = high
 
-    def _zero(self, row: Row, low: Decimal, high: Decimal, falls: bool) -> Decimal:
+    def _is_settled(self, row: Row, level: Decimal, t: Decimal) -> bool:
+        """Whether an oscillating row and a level keep their sign after t, s."""
+        r, h, _ = self._rates
+        if self._sign < 0 or not t or (not level and r >= h):
+            return False
+        real = abs(row[0]) * self._exp(-r * t)
+        pair = (abs(row[1]) + abs(row[2])) * self._exp(-h * t)
+        return real + pair < abs(level) if level else pair < real
+
+    def _zero(
+        self, row: Row, low: Decimal, high: Decimal, falls: bool, level: Decimal = _ZERO
+    ) -> Decimal:
         slope = self._slope(row)
         rows = row, slope, self._slope(slope)
-        return zero_between(lambda t: self._at(t, *rows), low, high, falls)
+
+        def value(t: Decimal) -> list[Decimal]:
+            f, *slopes = self._at(t, *rows)
+            return [level + f, *slopes]
+
+        return zero_between(value, low, high, falls)
 
     def _end_of_contact(self) -> Decimal:
         """The first downward zero of the force, s."""
         r, h, second = self._rates
-        force, growth = self._rows["force"], r - h
-        for when, _ in self._sign_changes(force, self._window):
+        force, level, growth = self._rows["force"], self._levels["force"], r - h
+        end = _INFINITY if level else self._window
+        for when, _ in self._sign_changes(force, end, level):
             return when
-        if self._sign < 0 or growth <= 0:
+        if self._sign < 0 or growth <= 0 or level:
             return _INFINITY
         # e^(rt) F oscillates about the real mode's coefficient with a growing amplitude.
         points = self._extrema(force)

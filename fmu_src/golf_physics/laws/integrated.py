@@ -78,33 +78,42 @@ def _bisect(low: float, high: float, f: Callable[[float], float]) -> float:
 class IntegratedContact(ContactPhase):
     """A contact phase under any force (N) of compression (m) and closing speed (m/s).
 
-    drag on each body is in N.s/m, masses are in kg. Raises ArithmeticError if the force isn't a
-    finite number.
+    drag on each body is in N.s/m, masses are in kg, the force on the club head in N. Panels are
+    added as far as the phase is evaluated. Raises ArithmeticError if the force isn't a finite
+    number.
     """
 
-    duration = inf
+    has_pieces = True
     #: Unbounded: the force may have a kink at touch.
     rate = inf
 
     def __init__(
         self, force: Callable[[float, float], float], drag: float, m_club: float, m_ball: float,
-        start: Motion,
+        start: Motion, club_force: float = 0.0,
     ) -> None:  # fmt: skip
         self._law, self._drag, self._m_club, self._m_ball = force, drag, m_club, m_ball
+        self._club_force = club_force
         self._panels: list[_Panel] = []
         x_club, _, _, v_ball, d, w = start
-        motion = {"d": d, "w": w, "v_ball": v_ball, "x_ball": x_club - d, "impulse": 0.0}
-        self._speed = abs(w)
-        t, width = 0.0, _FIRST_WIDTH
-        while len(self._panels) < _MOST_PANELS and self.duration == inf:
-            panel = self._panel(t, width, motion)
-            if panel is None:
-                width *= 0.5
-                continue
-            self._panels.append(panel)
-            self.duration = self._end_on(panel)
-            motion = {name: evaluate(panel.series[name], 1.0) for name in motion}
-            t, width = panel.end, 2.0 * width
+        self._motion = {"d": d, "w": w, "v_ball": v_ball, "x_ball": x_club - d, "impulse": 0.0}
+        self._speed, self._width, self._end = abs(w), _FIRST_WIDTH, inf
+        self.duration = 0.0
+        self.extend()
+
+    def extend(self) -> bool:
+        """By a panel: a contact under inputs that change at every step needs one or two."""
+        if self._end < inf or self.duration == inf:
+            return False
+        while (panel := self._panel(self.duration, self._width, self._motion)) is None:
+            self._width *= 0.5
+        self._panels.append(panel)
+        self._end = self._end_on(panel)
+        self.duration = min(self._end, panel.end)
+        if len(self._panels) == _MOST_PANELS and self._end == inf:
+            self.duration = inf
+        self._motion = {name: evaluate(panel.series[name], 1.0) for name in self._motion}
+        self._width, self._maxima = 2.0 * self._width, {}
+        return True
 
     def _force(self, compression: float, closing: float) -> float:
         force = self._law(compression, closing)
@@ -119,7 +128,8 @@ class IntegratedContact(ContactPhase):
         """The rates of change of the closing speed and of the ball's velocity, m/s²."""
         drag, m_club, m_ball = self._drag, self._m_club, self._m_ball
         ball = [(force - drag * v) / m_ball for force, v in zip(forces, v_ball)]
-        club = [-(force + drag * (v + w)) / m_club for force, v, w in zip(forces, v_ball, w)]
+        pull = self._club_force
+        club = [(pull - force - drag * (v + w)) / m_club for force, v, w in zip(forces, v_ball, w)]
         return [a - b for a, b in zip(club, ball)], ball
 
     def _panel(self, t: float, width: float, motion: dict[str, float]) -> _Panel | None:
@@ -171,8 +181,13 @@ class IntegratedContact(ContactPhase):
                 return _bisect(low, high, left)
         return inf
 
+    def _panel_at(self, t: float) -> _Panel:
+        while t > self.duration and self.extend():
+            pass
+        return next((panel for panel in self._panels if t < panel.end), self._panels[-1])
+
     def _at(self, t: float, *names: str) -> list[float]:
-        panel = next((panel for panel in self._panels if t < panel.end), self._panels[-1])
+        panel = self._panel_at(t)
         if self.duration == inf and t > panel.end:
             raise ArithmeticError(
                 f"this contact hasn't ended after {len(self._panels)} panels of integration, "
@@ -188,7 +203,7 @@ class IntegratedContact(ContactPhase):
         return self._force(*self._at(t, "d", "w")) if name == "force" else self._at(t, name)[0]
 
     def impulse(self, begin: float, width: float) -> float:
-        if width < _SHORT * min(self.duration, self._panels[-1].end):
+        if width < 2.0 * _SHORT * self._panel_at(begin + width).half:
             return integral(partial(self.value, "force"), begin + width, width)
         return self._at(begin + width, "impulse")[0] - self._at(begin, "impulse")[0]
 

@@ -11,7 +11,8 @@ from .integrated import IntegratedContact
 
 
 class Law:
-    """A contact law: m_C v_C' = -F - c v_C, m_B v_B' = F - c v_B with force F and drag c.
+    """A contact law: m_C v_C' = P - F - c v_C, m_B v_B' = F - c v_B with force F, drag c, and
+    the force P on the club head.
 
     Contact ends when force or compression falls to 0. A law that overrides nothing but `force` and
     `drag` is integrated numerically; `contact` may be overridden with a closed form. The parameters
@@ -23,7 +24,7 @@ class Law:
     description: str
 
     #: Parameters that select a variant of this law, with their values where they select none: other
-    #: laws reject other values.
+    #: laws reject other values. Without a variant such a law accepts all ordinary inputs.
     variants: Mapping[str, float] = MappingProxyType({})
 
     def refusal(self, p: Parameters, inputs: Inputs) -> Refusal | None:
@@ -50,13 +51,15 @@ class Law:
         """The coefficient c of the drag on each body, N.s/m."""
         return 0.0
 
-    def contact(self, p: Parameters, k: float, b: float, start: Motion) -> ContactPhase:
+    def contact(self, p: Parameters, inputs: Inputs, start: Motion) -> ContactPhase:
         """The phase that begins at `start`: first touch while closing, or a force above 0.
 
-        Raises ArithmeticError if it leaves the range of a double or can't be integrated.
+        The inputs are those that act. Raises ArithmeticError if the phase leaves the range of a
+        double or can't be integrated.
         """
+        k, b, _, club_force = inputs
         force = partial(self.force, p, k, b)
-        return IntegratedContact(force, self.drag(b), p.m_club, p.m_ball, start)
+        return IntegratedContact(force, self.drag(b), p.m_club, p.m_ball, start, club_force)
 
 
 class LinearLaw(Law):
@@ -69,5 +72,7 @@ class LinearLaw(Law):
     def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         return k * compression + self.damper(b) * closing
 
-    def contact(self, p: Parameters, k: float, b: float, start: Motion) -> ContactPhase:
-        return linear_contact(k, self.damper(b), self.drag(b), p.m_club, p.m_ball, start)
+    def contact(self, p: Parameters, inputs: Inputs, start: Motion) -> ContactPhase:
+        k, b, _, club_force = inputs
+        damper, drag = self.damper(b), self.drag(b)
+        return linear_contact(k, damper, drag, p.m_club, p.m_ball, start, club_force)

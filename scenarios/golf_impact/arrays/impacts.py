@@ -28,7 +28,7 @@ _RANGES = {
     "k": (1.0, 1e12), "b": (0.0, 1e6), "club_speed": (-1e4, 1e4), "ball_speed": (-1e4, 1e4),
     "m_club": (1e-4, 1e4), "m_ball": (1e-4, 1e4), "ball_diameter": (1e-6, 1e6), "gap": (0.0, 1e3),
     "exponent": (1.0, 12.0), "reference_compression": (1e-6, 10.0),
-    "restitution_at_rest": (0.0, 1.0), "restitution_slope": (0.0, 1e6),
+    "restitution_at_rest": (0.0, 1.0), "restitution_slope": (0.0, 1e6), "club_force": (0.0, 0.0),
 }  # fmt: skip
 _LEAST_SPEED, _LATEST_TOUCH = 1e-3, 10.0
 
@@ -204,8 +204,7 @@ def _by_scalar_physics(
     reals = [name for name in results if name not in FLAGS]
     for n, step, *row in zip(places.tolist(), steps, *rows):
         try:
-            runs.start(**dict(zip(values, row)))
-            runs.step(0.0, step)
+            runs.run_to_end(step, dict(zip(values, row)))
             outputs = runs.read(reals)
         except UserError as error:
             refused[n], reason = True, reason or str(error)

@@ -1,20 +1,29 @@
-"""The smallest ordinary FMU: what pythonfmu and FMI cost when the model costs nothing."""
+"""What pythonfmu and FMI cost when the model costs nothing: variables, and an empty step.
 
-from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+It has as many variables of each kind as ClubBallImpact, and some of their names, without units.
+"""
 
-_INPUTS = ("k", "b", "club_speed")
+from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
+
 OUTPUTS = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity")
+_INPUT, _OUTPUT = {"causality": Fmi2Causality.input}, {"causality": Fmi2Causality.output}
+_FLAG = {"causality": Fmi2Causality.output, "variability": Fmi2Variability.discrete}
+_FIXED = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
 
 
 class Empty(Fmi2Slave):
-    """Some variables of ClubBallImpact, without unit, and a step that does nothing."""
-
     def __init__(self, **kwargs) -> None:
         super().__init__(**kwargs)
-        for causality, names in ((Fmi2Causality.input, _INPUTS), (Fmi2Causality.output, OUTPUTS)):
+        for kind, start, options, names in (
+            (Real, 0.0, _INPUT, ("k", "b", "club_speed", "club_force")),
+            (Real, 0.0, _FIXED, (f"parameter{n}" for n in range(9))),
+            (Integer, 1, _FIXED, ("choice",)),
+            (Real, 0.0, _OUTPUT, (*OUTPUTS, *(f"output{n}" for n in range(14)))),
+            (Boolean, False, _FLAG, (f"flag{n}" for n in range(3))),
+        ):
             for name in names:
-                setattr(self, name, 0.0)
-                self.register_variable(Real(name, causality=causality))
+                setattr(self, name, start)
+                self.register_variable(kind(name, **options))
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         return True

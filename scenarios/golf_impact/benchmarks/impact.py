@@ -69,10 +69,7 @@ def impact_of(
 def document_impact(
     fmu: LoadedFmu, law: int, stiffnesses: Sequence[float], dt: float, outputs: Sequence[str]
 ) -> Impact:
-    """The document's scheme by steps of dt (s) to the end of contact, and no further.
-
-    The number of steps is determined beforehand, for each of these stiffnesses (N/m).
-    """
+    """The document's scheme by steps of dt (s) to the end of contact, known for these k (N/m)."""
     points = {}
     for k in stiffnesses:
         contact_time = explicit_euler(Case(law=law, k=k), dt).contact_time
@@ -107,7 +104,8 @@ def other_ways(
         ways: dict[str, Callable[[Sequence[str]], Impact]] = {
             "fmu": partial(impact_of, ours, law=law),
             "document_fmu": partial(document_impact, document, law, (1e6, *STIFFNESSES), TIME_STEP),
-            "scipy": partial(_by_scipy, law),
+            # Its outputs are always those of an Outcome.
+            "scipy": lambda _: lambda k: solve_ivp.solve(Case(law=law, k=k), rtol=1e-12),  # noqa: B023
         }
         for name, fmu in compiled.items():
             ways[f"compiled_{name}"] = partial(impact_of, fmu, law=law, dt=SUB_STEP[name])
@@ -117,45 +115,27 @@ def other_ways(
             for name, way in ways.items():
                 outcome = Outcome(*way(Outcome._fields)(case.k))
                 figures[f"impact_by_{name}{suffix}_error"] = max(errors(case, outcome, exact))
-            # So many of the fast ones per round that the first ones, whose data aren't in the
-            # processor's caches, don't matter.
-            numbers = {"document_fmu": 1, "simulate_fmu": 2, "scipy": 2}
-            jobs = {
-                name: repeated(way(METRICS), numbers.get(name, 200)) for name, way in ways.items()
-            }
+            # Of the fast ones so many per round that the first, not yet in caches, don't matter.
+            number = {"document_fmu": 1, "simulate_fmu": 2, "scipy": 2}
+            jobs = {n: repeated(way(METRICS), number.get(n, 200)) for n, way in ways.items()}
             times = run_interleaved(jobs, rounds)
         figures |= microseconds({f"impact_by_{name}{suffix}": times[name] for name in times})
-        fmu_times = times.pop("fmu")
         for name, spent in times.items():
+            over, speedup = (f"impact_{of}_{name}{suffix}" for of in ("over", "speedup_over"))
             if name.startswith("compiled"):
-                figures[f"impact_over_{name}{suffix}"] = median_ratio(fmu_times, spent)
-            else:
-                key = f"impact_speedup_over_{name}{suffix}"
-                figures[key] = median_ratio(spent, fmu_times)
+                figures[over] = median_ratio(times["fmu"], spent)
+            elif name != "fmu":
+                figures[speedup] = median_ratio(spent, times["fmu"])
     return figures
 
 
-def _by_scipy(law: int, _: Sequence[str]) -> Impact:
-    """Its outputs are always those of an Outcome."""
-    return lambda k: solve_ivp.solve(Case(law=law, k=k), rtol=1e-12)
-
-
 def _simulation(fmu: LoadedFmu, law: int, outputs: Sequence[str]) -> Impact:
-    """fmpy.simulate_fmu with one step: the cost of not keeping an instance.
-
-    The FMU is extracted beforehand and its description read, and no other instance holds its
-    library: as for a loop over simulate_fmu.
-    """
+    """fmpy.simulate_fmu with one step, as in a loop: extracted and described beforehand."""
+    options = {"model_description": fmu.description, "output": outputs}
+    options |= {"stop_time": STEP, "output_interval": STEP}
 
     def impact(k: float) -> Sequence[float]:
-        rows = fmpy.simulate_fmu(
-            fmu.folder,
-            stop_time=STEP,
-            output_interval=STEP,
-            start_values={"law": law, "k": k},
-            output=outputs,
-            model_description=fmu.description,
-        )
+        rows = fmpy.simulate_fmu(fmu.folder, start_values={"law": law, "k": k}, **options)
         return [rows[name][-1] for name in outputs]
 
     return impact

@@ -12,7 +12,7 @@ from typing import Any
 
 import fmpy
 
-from golf_build import standalone
+from golf_build import toolchain
 from golf_impact.errors import UserError
 from golf_impact.fmu.file import build_fmu
 from golf_impact.fmu.libpython import find_libpython_for
@@ -37,7 +37,7 @@ def standalone_and_plain(quick: bool) -> dict[str, Any]:
         host, source = folder / "host", Path(__file__).with_name("native_host.c")
         headers = Path(fmpy.__file__).with_name("c-code")
         flags = ["-O2", f"-I{headers}", source, "-o", host, "-ldl"]
-        _output([*standalone.compiler(), *flags])
+        _output([*toolchain.tool(toolchain.TARGETS["linux64"], "cc"), *flags])
         references = LoadedFmu(plain).references(_OUTPUTS)
         one, other = _extracted(alone, folder), _extracted(plain, folder)
         built = build_system(folder, standalone=True)

@@ -45,10 +45,6 @@ def run_time_and_error(
     tolerances = [10.0**-exponent for exponent in range(3, 14, 5 if quick else 1)]
     outputs = Outcome._fields
 
-    # From a setting (dt in s, or rtol) to the impact.
-    def by_document(dt: float) -> Impact:
-        return document_impact(document, law, _STIFFNESSES, dt, outputs)
-
     def by_compiled(fmu: LoadedFmu, dt: float) -> Impact:
         return impact_of(fmu, outputs, law=law, dt=dt)
 
@@ -59,7 +55,9 @@ def run_time_and_error(
         at = [n * dt for n in range(round(STEP / dt))]
         return impact_of(ours, outputs, dt, lambda _: at, READ, law=law)
 
+    # By method, settings (dt in s, or rtol), and from one to the impact.
     ways: dict[str, tuple[list[float], Callable[[float], Impact]]] = {}
+    by_document = partial(document_impact, document, law, _STIFFNESSES, outputs=outputs)
     ways["the document's scheme as FMU"] = steps, by_document
     for name, fmu in compiled.items():
         ways[COMPILED[name]] = steps, partial(by_compiled, fmu)
@@ -67,22 +65,20 @@ def run_time_and_error(
         words = "explicit Euler, Python" if name == "explicit Euler" else name
         ways[words] = steps, partial(by_peer, solve)
     for name in solve_ivp.METHODS:
-        solve = partial(solve_ivp.solve, method=name)
-        ways[f"SciPy {name}"] = tolerances, partial(by_peer, solve)
+        ways[f"SciPy {name}"] = tolerances, partial(by_peer, partial(solve_ivp.solve, method=name))
     ways[FMU_STEPPED] = points, in_steps
     ways[FMU_ONCE] = [STEP], partial(impact_of, ours, outputs, law=law)
     made = []
     for method, (settings, way) in ways.items():
-        series: Series = {"method": method, "setting": "dt", "settings": settings}
+        by = "rtol" if settings is tolerances else "dt"
+        series: Series = {"method": method, "setting": by, "settings": settings}
         series |= {"seconds": [], "errors": [], "order": None}
         for setting in settings:
             impact, stiffnesses = way(setting), cycle(_STIFFNESSES)
             series["errors"].append(max(errors(case, Outcome(*impact(case.k)), exact)))
             seconds = typical_seconds(lambda: impact(next(stiffnesses)), budget, least)  # noqa: B023
             series["seconds"].append(seconds)
-        if settings is tolerances:
-            series["setting"] = "rtol"
-        elif settings is steps:
+        if settings is steps:
             series["order"] = slope(steps, series["errors"])
         made.append(series)
     return made
@@ -90,9 +86,7 @@ def run_time_and_error(
 
 def _one_two_five(high: int, low: int) -> list[float]:
     """From 10^high down to 10^low, with 5 and 2 between powers of ten."""
-    places = range(high, low - 1, -1)
-    numbers = [digit * 10.0**place for place in places for digit in (5.0, 2.0, 1.0)]
-    return numbers[2:]
+    return [digit * 10.0**n for n in range(high, low - 1, -1) for digit in (5.0, 2.0, 1.0)][2:]
 
 
 def slope(settings: Sequence[float], errors: Sequence[float]) -> float | None:

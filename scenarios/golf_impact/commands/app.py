@@ -42,8 +42,7 @@ def _common(
 for module in (build, doctor, list_, run, explore, bench, stress, calibrate, sweep):
     name = module.__name__.rpartition(".")[2]
     # One example per line: paragraphs after \b are not wrapped.
-    first, _, lines = module.EPILOG.partition(": ")
-    examples = "\n  ".join(("\b", f"{first}:", *lines.split(" · ")))
+    examples = "\b\n  " + module.EPILOG.replace(": ", ":\n  ", 1).replace(" · ", "\n  ")
     # A function can't have the name of a built-in one.
     app.command(name, epilog=examples)(vars(module).get(name, list_.list_))
 
@@ -89,9 +88,8 @@ def one_line(arguments: list[str]) -> int:
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command (by default that of the command line) and end the process.
 
-    It ends here, without the interpreter's shutdown: pythonfmu's library, in an FMU that pythonfmu
-    has packaged unchanged, accesses freed memory then and aborts once in some hundred times (see
-    host.at_exit in fmu_src).
+    Without the interpreter's shutdown: pythonfmu's library, in an FMU packaged unchanged, would
+    access freed memory and abort once in some hundred times (see host.at_exit in fmu_src).
     """
     code = one_line(sys.argv[1:] if arguments is None else arguments)
     for stream in (sys.stdout, sys.stderr):

@@ -11,30 +11,6 @@ from golf_impact.report.outcome import Table
 
 EPILOG = "Example: golf-impact bench --quick --out bench"
 
-# The conclusion, with figures by their keys in bench.json.
-_FAST = (
-    "S, COR and E of an impact take {impact_by_fmu_us:.1f} µs under law 2 and "
-    "{impact_by_fmu_law1_us:.1f} µs under law 1, at a worst error of {worst_error:.1g}"
-)
-_COMPILED = (
-    ": {impact_over_compiled_euler:.2f} and {impact_over_compiled_euler_law1:.2f} times the "
-    "document's scheme as an FMU compiled from C, whose error is "
-    "{impact_by_compiled_euler_error:.1g}"
-)
-_WORST = (
-    "Worst error {worst_error:.2g}: {output} of {case}, {pattern} "
-    "({numbers_compared} numbers in {cases} cases)."
-)
-_EXTENDED = (
-    "Contacts that need extended precision (heavy damping, nearly equal rates) take "
-    "{unusual_impact_us:.0f} µs an impact and {unusual_read_us:.0f} µs a step that is read."
-)
-_LIMITS = (
-    "Limits. Through fmpy every FMU pays for FMI calls from Python; in a native host compiled "
-    "code is faster. Each step whose outputs are read costs a few µs, and instances in one "
-    "process share one interpreter lock. Numerical accuracy does not improve the model."
-)
-
 
 def bench(
     quick: Annotated[bool, Option("--quick", help="The same with fewer repetitions.")] = False,
@@ -63,11 +39,6 @@ def bench(
 
         with progress() as begin:
             results = costs_and_errors(quick, begin("benchmark", TICKS))
-        missed = [key for key, target in results["targets"].items() if not target["passed"]]
-        fast = _FAST + (_COMPILED if "impact_over_compiled_euler" in results["figures"] else "")
-        fast += f"; missed on this machine: {', '.join(missed)}." if missed else "."
-        conclusion = [words.format(**results["figures"]) for words in (fast, _EXTENDED, _LIMITS)]
-        results["conclusion"] = conclusion
         image = run_time_vs_error(results["run_time_vs_error"])
         files = {"bench.json": as_json(results), "run_time_vs_error.png": image}
         _show(results)
@@ -93,24 +64,13 @@ def _show_native(figures: dict[str, dict[str, Any]]) -> None:
     print_table(Table(title, ["", "standalone", "plain", "ratio", "at most", ""], rows))
 
 
-#: The methods for S, COR and E in words, by the parts of their keys in bench.json.
-_WAYS = {
-    "fmu": "this FMU",
-    "compiled_euler": "document's scheme, FMU in C",
-    "compiled_rk4": "Runge–Kutta 4, FMU in C",
-    "document_fmu": "document's scheme, Python FMU",
-    "simulate_fmu": "this FMU, simulate_fmu",
-    "scipy": "SciPy DOP853, rtol 1e-12",
-}
-
-
 def _show(results: dict[str, Any]) -> None:
-    from golf_impact.benchmarks.all import FIGURES
+    from golf_impact.benchmarks.all import FIGURES, WORDS
 
     about, figures = results["machine"], results["figures"]
-    versions = [f"{name} {about[name]}" for name in ("fmpy", "pythonfmu", "numpy", "scipy")]
-    words = [about["processor"], f"{about['cores']} cores", about["system"], about["python"]]
-    print_paragraphs([", ".join(words + versions)])
+    versions = (f"{name} {about[name]}" for name in ("fmpy", "pythonfmu", "numpy", "scipy"))
+    words = (about["processor"], f"{about['cores']} cores", about["system"], about["python"])
+    print_paragraphs([", ".join((*words, *versions))])
 
     def figure(key: str) -> list[Any]:
         """A figure, its target and whether that is met; empty where there is none."""
@@ -119,7 +79,7 @@ def _show(results: dict[str, Any]) -> None:
         return [number, *((target["limit"], verdict(target["passed"])) if target else ("", ""))]
 
     rows: list[list[Any]] = []
-    for way, name in _WAYS.items():
+    for way, name in WORDS["ways"].items():
         for law, suffix in ((2, ""), (1, "_law1")):
             if f"impact_by_{way}_us" in figures:
                 error, time = (figures[f"impact_by_{way}{suffix}_{of}"] for of in ("error", "us"))
@@ -145,7 +105,7 @@ def _show(results: dict[str, Any]) -> None:
             rows.append(row)
     columns = ["", "law", "order", "error at coarsest", "µs", "error at finest", "µs"]
     print_table(Table("Run time against error, by step size or tolerance", columns, rows))
-    worst = _WORST.format(**figures, **results["worst_error_is_of"])
+    worst = WORDS["worst"].format(**figures, **results["worst_error_is_of"])
     print_paragraphs([worst, *results["conclusion"]])
 
 

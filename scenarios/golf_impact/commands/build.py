@@ -5,17 +5,22 @@ from typing import Annotated
 
 from typer import Option
 
+from golf_build.toolchain import TARGETS
 from golf_impact.errors import UserError
 
 EPILOG = (
     "Examples: golf-impact build --out ClubBallImpact.fmu · golf-impact build --system · "
-    "golf-impact build --fmi 3 · golf-impact build --standalone"
+    "golf-impact build --fmi 3 · golf-impact build --standalone · golf-impact build --standalone "
+    "--target linux64 --target win64 --python python-3.11.9-embed-amd64.zip"
 )
 
 _OUT = "The file to write; if omitted, in build/ of a checkout, else in the cache folder."
 _SYSTEM = "Also build the companion FMUs and GolfSwing.ssp, the system of all of them."
 _FMI = "Version of FMI; 3 also has Model Exchange (ClubBallImpact.fmi3.fmu)."
 _STANDALONE = "Include a Python interpreter, for hosts without one (….standalone.fmu)."
+_TARGET = "Platform of the standalone FMU, repeatable; by default this machine."
+_PYTHON = "Python for win64: the embeddable zip of python.org."
+_SYSROOT = "Root folder of an aarch64 Linux, with libpython and its headers."
 
 
 def build(
@@ -23,6 +28,9 @@ def build(
     system: Annotated[bool, Option("--system", help=_SYSTEM)] = False,
     fmi: Annotated[int, Option(min=2, max=3, metavar="2|3", help=_FMI)] = 2,
     standalone: Annotated[bool, Option("--standalone", help=_STANDALONE)] = False,
+    target: Annotated[list[str], Option(metavar="|".join(TARGETS), help=_TARGET)] = [],  # noqa: B006
+    python: Annotated[Path | None, Option(metavar="ZIP", help=_PYTHON)] = None,
+    sysroot: Annotated[Path | None, Option(metavar="FOLDER", help=_SYSROOT)] = None,
 ) -> None:
     """Build ClubBallImpact.fmu from its sources."""
     from golf_impact.fmu.archive import check_temporary_folder
@@ -33,9 +41,18 @@ def build(
     check_temporary_folder()
     if fmi == 3 and system:
         raise UserError("--system is refused with --fmi 3: the FMUs of the system are FMI 2.0")
+    for name in target:
+        if name not in TARGETS:
+            raise UserError(f"--target {name} is refused: choose from {', '.join(TARGETS)}")
+    if target and not standalone:
+        raise UserError("--target is refused without --standalone: plain FMUs have no Python")
+    for option, value, name in (("--python", python, "win64"), ("--sysroot", sysroot, "aarch64")):
+        if value is not None and name not in target:
+            raise UserError(f"{option} is refused without --target {name}")
+    pythons = {name: {"win64": python, "aarch64": sysroot}.get(name) for name in target}
     # Either all files are written or none.
     with held():
-        files = [build_fmu(out, fmi, standalone)]
+        files = [build_fmu(out, fmi, standalone, pythons)]
         if system:
-            files += build_system(files[0].parent, standalone).values()
+            files += build_system(files[0].parent, standalone, pythons).values()
     print(*files, sep="\n")

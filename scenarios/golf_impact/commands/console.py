@@ -39,10 +39,9 @@ def print_paragraphs(words: Iterable[str]) -> None:
 
 
 def print_table(table: Table, numbers: bool = True) -> None:
-    """Print a table; `numbers` aligns all columns but the first to the right.
+    """Print a table, wrapped between words only; if too wide, in parts with the first column each.
 
-    It is wrapped between words only. Where it is too wide even so, it is printed in parts, each
-    with the first column.
+    `numbers` aligns all columns but the first to the right.
     """
     from rich.table import Table as RichTable
 
@@ -82,10 +81,9 @@ def _parts(cells: list[list[str]], width: int) -> Iterator[dict[int, int]]:
 
 @contextmanager
 def progress() -> Iterator[Callable[[str, int], Callable[..., None]]]:
-    """Progress bars on stderr, if that is a terminal.
+    """Progress bars on stderr, if that is a terminal; yields a function from name and total.
 
-    Yields a function from name and total to one that advances the bar: by one, or to the number
-    given; a second argument renames the bar.
+    It returns one that advances the bar by one or to a number, and may rename it.
     """
     from rich.progress import MofNCompleteColumn, Progress
 

@@ -11,7 +11,8 @@ from typing import Annotated
 
 from typer import Argument
 
-from golf_build import standalone
+from golf_build import elf, standalone
+from golf_build.toolchain import this_machine
 from golf_impact.commands.console import out, say
 from golf_impact.errors import UserError
 from golf_impact.fmu.archive import check_temporary_folder, find_flaw
@@ -20,13 +21,22 @@ from golf_impact.fmu.libpython import find_libpython_for
 
 EPILOG = "Example: golf-impact doctor ClubBallImpact.fmu"
 
-#: One impact in a process of its own: a crash there is a finding here.
+#: One impact, and the reference results in the file, in a process of its own: a crash there is a
+#: finding here.
 _LOAD = """
-import fmpy, sys
+import sys; sys.path[:] = {path!r}
+import fmpy
+from pathlib import Path
+from golf_impact.fmu.reference import deviations
 rows = fmpy.simulate_fmu(sys.argv[1], stop_time=0.005, step_size=0.001, output_interval=0.001,
                          output=["smash_factor", "coefficient_of_restitution"])
-print("S = {1:.6g}, COR = {2:.6g}".format(*rows[-1]))
+found = deviations(Path(sys.argv[1])).values()
+results = "S = {{1:.6g}}, COR = {{2:.6g}}".format(*rows[-1])
+print(results, len(found), max(found, default=0.0), sep=";")
 """
+
+#: Of the relative deviation. Measured: 5.3e-16; another C library may have other last digits.
+_TOLERANCE = 1e-12
 
 _FMU = "The .fmu file; the built one by default."
 _STANDALONE = (
@@ -59,10 +69,8 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
     """
     names = ("golf-impact", "fmpy", "pythonfmu")
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
-    machine = f"{platform.system()} {platform.machine()}"
-    about = f"Python {platform.python_version()} ({sys.executable}), {versions}, {machine}"
-    supported = machine in ("Linux x86_64", "Windows AMD64")
-    yield ("ok", about) if supported else ("problem", f"{about}: pythonfmu has no binary for it")
+    machine = this_machine()
+    yield "ok", f"Python {platform.python_version()} ({sys.executable}), {versions}, {machine}"
     try:
         check_temporary_folder()
     except UserError as error:
@@ -71,17 +79,31 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
     if why := find_flaw(fmu):
         yield "problem", f"FMU: {why}"
         return
-    command = [sys.executable, "-c", _LOAD, str(fmu)]
+    binaries = standalone.binaries_of(fmu)
+    machines = ", ".join(sorted(binaries)) or "none"
+    if machine not in binaries:
+        text = f"{fmu} has no binary for this machine, {machine} (it has: {machines})"
+        yield "problem", f"FMU: {text}"
+        return
+    command = [sys.executable, "-c", _LOAD.format(path=sys.path), str(fmu)]
     done = subprocess.run(command, capture_output=True, text=True, errors="replace")
     if code := done.returncode:
         ended = f"signal {-code}" if code < 0 else f"exit {code}"
         why = (done.stderr.strip() or "no message").splitlines()[-1]
         yield "problem", f"FMU: {fmu} can't be run here ({ended}): {why}"
     else:
-        yield "ok", f"FMU: {fmu} loads and runs here ({done.stdout.splitlines()[-1]})"
+        results, cases, worst = done.stdout.splitlines()[-1].split(";")
+        yield "ok", f"FMU: {fmu} loads and runs here ({results})"
+        if int(cases):
+            text = f"{cases} reference results in it, relative deviation {float(worst):.1e} at most"
+            yield "ok" if float(worst) <= _TOLERANCE else "problem", f"FMU: {text}"
+    yield "ok", f"FMU: it has binaries for {machines}"
+    alone = any(name.startswith("golf-python-") for name in binaries[machine])
     if sys.platform == "win32":
-        yield "ok", f"native hosts: set PATH={sys.base_prefix};%PATH%  (python3.dll is there)"
-    elif oldest := standalone.glibc_of(fmu):
+        path = f"set PATH={sys.base_prefix};%PATH%  (python3.dll is there)"
+        yield "ok", f"native hosts: {'this FMU needs nothing of Python' if alone else path}"
+    elif alone:
+        oldest = max(map(elf.glibc, binaries[machine].values()))
         here = platform.libc_ver()[1] or "0"
         enough = tuple(map(int, here.split("."))) >= oldest
         text = f"glibc {'.'.join(map(str, oldest))} or newer, and nothing of Python (here: {here})"

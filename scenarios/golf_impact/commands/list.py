@@ -21,12 +21,10 @@ def list_(
         rows = []
         for ball in BALLS.values():
             values = " ".join(f"{name}={value:.6g}" for name, value in ball.values.items())
-            text = f"{ball.title}\n{values} (SI units)\nSource: {ball.source}\n"
-            rows.append([ball.name, text])
+            rows.append([ball.name, f"{ball.title}\n{values} (SI units)\nSource: {ball.source}\n"])
         table = Table("Balls", ["name", "what it is"], rows)
     else:
-        scripts = load_scenarios()
-        rows = [[name, title_beside(name, scripts[name].TITLE)] for name in scripts]
+        rows = [[name, title_beside(name, one.TITLE)] for name, one in load_scenarios().items()]
         table = Table("Scenarios", ["name", "what it shows"], rows)
     print_table(table, numbers=False)
 

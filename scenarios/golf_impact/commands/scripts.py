@@ -1,5 +1,6 @@
 """Finds scenario scripts in their folder, loads them by path and runs them."""
 
+import math
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,8 +29,7 @@ def list_names() -> list[str]:
 def load_scenarios() -> dict[str, ModuleType]:
     """Load these scenarios, in the order of their chapters; by name."""
     loaded = {name: load_scenario(name) for name in list_names()}
-    last = float("inf")
-    return dict(sorted(loaded.items(), key=lambda item: getattr(item[1], "CHAPTER", last)))
+    return dict(sorted(loaded.items(), key=lambda one: getattr(one[1], "CHAPTER", math.inf)))
 
 
 def load_scenario(name_or_path: str) -> ModuleType:

@@ -2,23 +2,20 @@
 
 import math
 import sys
-from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from typer import Option
 
 from golf_impact.commands.bench import need, verdict
-from golf_impact.commands.console import RESULTS, print_paragraphs, print_table, progress, say
+from golf_impact.commands.console import RESULTS, Out, print_paragraphs, print_table, progress, say
 
 EPILOG = "Example: golf-impact stress --quick --seed 7"
 
 
 def stress(
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer impacts.")] = False,
-    folder: Annotated[
-        Path, typer.Option("--out", metavar="FOLDER", help="For stress.json and figures.")
-    ] = RESULTS,
-    seed: Annotated[int, typer.Option(metavar="N", help="Repeat the run with this seed.")] = 20,
+    quick: Annotated[bool, Option("--quick", help="Fewer impacts.")] = False,
+    folder: Out = RESULTS,
+    seed: Annotated[int, Option(metavar="N", help="Repeat the run with this seed.")] = 20,
 ) -> int:
     """Thousands of extreme impacts through the FMU against a reference and invariants."""
     need("stress", "mpmath", "scipy")
@@ -41,10 +38,10 @@ def stress(
 def _conclusion(results: dict[str, Any]) -> list[str]:
     import numpy as np
 
-    checks, (_, *stepping) = results["checks"], results["stability"]
-    lost = [(np.array(method["errors"]) > 1.0).mean() for method in stepping]
-    failed = [name for name, check in checks.items() if not check["passed"]]
-    kept = f"all invariants but: {', '.join(failed)}" if failed else "every invariant"
+    checks = results["checks"]
+    lost = [(np.array(method["errors"]) > 1.0).mean() for method in results["stability"][1:]]
+    failed = ", ".join(name for name, check in checks.items() if not check["passed"])
+    kept = f"all invariants but: {failed}" if failed else "every invariant"
     return [
         "Over six decades of step size and any damping the FMU's error stays below "
         f"{checks['flat']['worst']:.1g}, while stepping methods are wrong by more than 100 % on "
@@ -75,28 +72,18 @@ def _show(results: dict[str, Any]) -> None:
         for key, value in {**worst, **worst.get("values", {})}.items()
         if not isinstance(value, (dict, list, tuple))
     )
-    many = results["many_impacts"]
-    print_paragraphs(
-        [
-            f"The worst case, relative to its tolerance: {name}, {checks[name]['worst']:.2g}, at "
-            f"{inputs}. Those of the other checks are in stress.json.",
-            *(
-                f"{run['steps']} steps of 1 ns, {law}: error {run['errors'][0]:.1g} at the start, "
-                f"{run['errors'][-1]:.1g} at the end; {_memory_gained(run)}."
-                for law, run in results["tiny_steps"].items()
-            ),
-            f"{many['impacts']} impacts in one instance: {_memory_gained(many)}.",
-            *results["conclusion"],
-        ]
-    )
+    words = [
+        f"The worst case, relative to its tolerance: {name}, {checks[name]['worst']:.2g}, at "
+        f"{inputs}. Those of the other checks are in stress.json."
+    ]
+    for law, run in results["tiny_steps"].items():
+        start, *_, end = run["errors"]
+        steps = f"{run['steps']} steps of 1 ns, {law}"
+        words.append(f"{steps}: error {start:.1g} at the start, {end:.1g} at the end.")
+    print_paragraphs([*words, *results["conclusion"]])
 
 
 def _over_tolerance(check: dict[str, Any]) -> float:
     """The worst error in multiples of its tolerance, which may be 0; infinite for NaN."""
     ratio = check["worst"] / (check["tolerance"] or sys.float_info.min)
     return math.inf if math.isnan(ratio) else ratio
-
-
-def _memory_gained(run: dict[str, Any]) -> str:
-    gained = run["memory_gained_mb"]
-    return "memory gained " + ("not known here" if gained is None else f"{gained:.2f} MB")

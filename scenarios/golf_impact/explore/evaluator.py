@@ -131,7 +131,16 @@ class Evaluator:
         instance.start(**_without_loft(values))
         # Over within the step, unless it takes longer than 30 years.
         instance.step(0.0, 1e9)
+        if v["club_force"] and instance.read_flag("separated"):
+            # At separation: the head goes on accelerating.
+            end = sum(instance.read(("touch_time", "contact_time")).values())
+            instance.start(**_without_loft(values))
+            instance.step(0.0, end * (1.0 + 2.0**-51))
         m = instance.read(self.facts["metrics"])
+        moved = (
+            instance.read(["club_position"])["club_position"] - v["ball_speed"] * m["touch_time"]
+        )
+        m["work_on_club"] = v["club_force"] * moved if v["club_force"] else 0.0
         if not all(map(math.isfinite, m.values())):
             raise ValueError("This impact leaves the range of double precision.")
         diameter = v["ball_diameter"]
@@ -164,7 +173,8 @@ class Evaluator:
         changed = {name: x for name, x in values.items() if x != self.defaults[name]}
         texts = {name: repr(x).removesuffix(".0") for name, x in changed.items()}
         area = AREAS.get(values["law"], "{:.2f} J of kinetic energy lost")
-        lost = metrics["kinetic_energy_initial"] - metrics["kinetic_energy_final"]
+        initial = metrics["kinetic_energy_initial"]
+        lost = initial + metrics["work_on_club"] - metrics["kinetic_energy_final"]
         # Without a parameter the page opens, and `golf-impact run` runs, something else.
         given = _without_loft(texts) or {"law": "1"}
         query, of_ball = given | texts, ball.get("values", {})
@@ -298,6 +308,8 @@ def _complete(row: dict[str, float], v: Values, moved: float) -> dict[str, float
         row[f"{body}_energy"] = _energy(v[f"m_{body}"], row[f"{body}_velocity"])
         lost += _energy(v[f"m_{body}"], v[f"{body}_speed"]) - row[f"{body}_energy"]
         row[f"{body}_position"] -= moved
+    if v["club_force"] and row["time"] > 0.0:
+        lost += v["club_force"] * row["club_position"]
     n, length, diameter = v["exponent"], v["reference_compression"], v["ball_diameter"]
     spring = v["k"] * length**2 / (n + 1.0) * (row["compression"] / length) ** (n + 1.0)
     width = max(1.0 - row["compression"] / diameter, 0.02)

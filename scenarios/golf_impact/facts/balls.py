@@ -19,25 +19,15 @@ _CONDITIONS = ("club_speed", "m_club")
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball.
+    """A ball: values of inputs and parameters of the FMU; the others keep their start values."""
 
-    Attributes:
-        name: as in `--ball NAME`; of a file, its path.
-        title: a description in one line.
-        values: inputs and parameters of the FMU by name (SI units); the others keep their start
-            values.
-        source: where the values come from.
-        uncertain: names of the values that have a covariance, (p,).
-        covariance: theirs, rows of (p, p), SI units.
-        conditions: club speed and mass of the impact in which it was measured, by name (SI units).
-    """
-
-    name: str
-    title: str
-    values: Mapping[str, Any]
-    source: str
-    uncertain: tuple[str, ...] = ()
-    covariance: tuple[tuple[float, ...], ...] = ()
+    name: str  #: as in `--ball NAME`; of a file, its path
+    title: str  #: a description in one line
+    values: Mapping[str, Any]  #: by name (SI units)
+    source: str  #: where they come from
+    uncertain: tuple[str, ...] = ()  #: names of the values that have a covariance, (p,)
+    covariance: tuple[tuple[float, ...], ...] = ()  #: theirs, rows of (p, p), SI units
+    #: Club speed and mass of the impact in which it was measured, by name (SI units).
     conditions: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -53,17 +43,12 @@ def rating_stiffness(rating: float) -> float:
 
 
 def ball(name: str) -> Ball:
-    """The preset ball of this name, or the ball of a TOML file.
-
-    Raises:
-        UserError: there is no such preset, or the file is no ball.
-    """
+    """The preset ball of this name, or the ball of a TOML file; UserError if there is none."""
     if name.lower().endswith(".toml"):
         return read_ball(name)
     if name not in BALLS:
-        raise UserError(
-            f"there is no ball {name!r}: choose from {', '.join(BALLS)}, or give a file .toml"
-        )
+        known = ", ".join(BALLS)
+        raise UserError(f"there is no ball {name!r}: choose from {known}, or give a file .toml")
     return BALLS[name]
 
 
@@ -72,9 +57,7 @@ def read_ball(path: Path | str) -> Ball:
 
     A table `uncertainty` with `parameters` and `covariance` gives predictions their intervals; a
     table `conditions` has club_speed and m_club of the measured impact.
-
-    Raises:
-        UserError: the file can't be read, or something in it isn't a ball's.
+    UserError: the file can't be read, or something in it isn't a ball's.
     """
     return _ball(str(path), read_toml(path))
 

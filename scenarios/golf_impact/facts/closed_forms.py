@@ -22,16 +22,6 @@ def half_contact(zeta: float) -> float:
     return 1.0
 
 
-def elastic_smash_factor(m_club: float, m_ball: float) -> float:
-    """2 m_C / (m_C + m_B): ball at rest, no loss, whatever the stiffness."""
-    return 2.0 * m_club / (m_club + m_ball)
-
-
-def elastic_contact_time(k: float, m_club: float, m_ball: float) -> float:
-    """Half a period of the spring, π √(μ/k), s."""
-    return math.pi * math.sqrt(reduced_mass(m_club, m_ball) / k)
-
-
 def definitions(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[str, float]:
     """S, COR and E by their definitions, from the velocities after an impact."""
     u_club, u_ball = given["club_speed"], given["ball_speed"]
@@ -47,21 +37,21 @@ def definitions(given: Mapping[str, float], metrics: Mapping[str, float]) -> dic
 def balances(given: Mapping[str, float], metrics: Mapping[str, float]) -> dict[str, float]:
     """Momentum after an impact, and under law 1 the impulse, from other metrics."""
     start = given["m_club"] * given["club_speed"] + given["m_ball"] * given["ball_speed"]
+    # With a force on the club head the metrics are those at separation.
+    pushed = given["club_force"] * metrics["contact_time"] if given["club_force"] else 0.0
     if given["law"] == 1 and given["b"] > 0.0:
         # Both bodies have moved as far when they part, and each has lost b·x to the drag.
         lost = given["b"] * metrics["contact_displacement"]
-        return {"impulse": metrics["momentum_gain_ball"] + lost, "momentum_final": start - 2 * lost}
-    return {"momentum_final": start} if given["law"] in (1, 2) else {}
+        impulse = metrics["momentum_gain_ball"] + lost
+        return {"impulse": impulse, "momentum_final": start + pushed - 2 * lost}
+    return {"momentum_final": start + pushed} if given["law"] in (1, 2) else {}
 
 
 def solution(given: Mapping[str, float]) -> dict[str, float]:
-    """Metrics of an impact with a linear damper between the bodies, or with none.
-
-    They are by name (SI units), and empty in other cases: these have no closed form.
-    """
+    """Metrics by name (SI units) with a linear damper or none; without a closed form: empty."""
     k, b, law = given["k"], given["b"], given["law"]
     linear = given["exponent"] == 1.0 and given["restitution_at_rest"] == 0.0
-    if not linear or (law != 2 and (law, b) != (1, 0.0)):
+    if not linear or given["club_force"] or (law != 2 and (law, b) != (1, 0.0)):
         return {}
     m_club, m_ball, u_ball = given["m_club"], given["m_ball"], given["ball_speed"]
     mu, approach = reduced_mass(m_club, m_ball), given["club_speed"] - u_ball

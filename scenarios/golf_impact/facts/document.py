@@ -1,8 +1,7 @@
 """The source document: its equations and printed numbers, and how they are read here.
 
-Its numbers are those of an explicit Euler scheme with a step of 0.5 µs, stopped a few samples after
-the end of contact; they differ by some tenths of a per cent from the exact solution of its own
-equations. document.toml has them.
+Its numbers (document.toml) are those of an explicit Euler scheme, stopped a few samples after the
+end of contact; they differ by some tenths of a per cent from the exact solution of its equations.
 """
 
 from collections.abc import Iterable
@@ -38,17 +37,13 @@ class Printed:
         return float(self.text) * self.scale
 
     @property
-    def _decimals(self) -> int:
-        return len(self.text.partition(".")[2])
-
-    @property
     def half_digit(self) -> float:
         """Half a unit of the last printed digit, in SI units."""
-        return 0.5 * 10.0**-self._decimals * self.scale
+        return 0.5 * 10.0 ** -len(self.text.partition(".")[2]) * self.scale
 
-    def format_value(self, value: float) -> str:
-        """Another value (SI) in the same unit, with one digit more than the printed one."""
-        return f"{value / self.scale:.{self._decimals + 1}f}"
+    def is_near(self, value: float, halves: float = 1.0) -> bool:
+        """Whether a value (SI) is within so many half units of the last printed digit."""
+        return abs(value - self.value) <= halves * self.half_digit
 
 
 class Deviation(NamedTuple):
@@ -58,11 +53,6 @@ class Deviation(NamedTuple):
     printed: str
     scheme: str  #: what the scheme gives
     remark: str
-
-    def is_given_by(self, value: float) -> bool:
-        """Whether this result of the scheme rounds to `self.scheme`."""
-        rounded = Printed(self.scheme)
-        return abs(value - rounded.value) <= rounded.half_digit
 
 
 _DATA = read_toml(Path(__file__).with_suffix(".toml"))

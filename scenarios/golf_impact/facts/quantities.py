@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import NamedTuple
 
 from golf_build import LAWS
+from golf_impact.facts.toml import read_toml
 
 #: The allowed values of `law`.
 LAWS_IN_WORDS = f"law is {' or '.join(f'{number} ({name})' for number, (name, _) in LAWS.items())}"
@@ -26,21 +28,17 @@ class NoValue(float):
 
 #: Outputs that have no value before the bodies separate, and those that have none before touch.
 _RESULTS = (
-    "smash_factor",
-    "coefficient_of_restitution",
-    "energy_efficiency",
-    "contact_time",
+    "smash_factor", "coefficient_of_restitution", "energy_efficiency", "contact_time",
     "contact_displacement",
-)
+)  # fmt: skip
 _TIMES = ("touch_time", "time_of_max_force")
 
 
 def undefined_results(touched: bool, separated: bool) -> dict[str, NoValue]:
     """The outputs without a value at the end of a run, by name, each with the reason.
 
-    The FMU's outputs are results so far: a contact time that grows with the simulated time, or a
-    coefficient of restitution of 0, which means perfectly plastic. Without a contact (`touched`) or
-    a separation (`separated`) these say nothing about an impact.
+    The FMU's outputs are results so far (a contact time that grows with the simulated time), which
+    say nothing about an impact without a contact (`touched`) or a separation (`separated`).
     """
     if separated:
         return {}
@@ -79,23 +77,9 @@ class Quantity(NamedTuple):
         return text if float(text) else text.removeprefix("-")
 
 
-#: By the metric's name: the FMU's outputs, and what is derived from them.
+#: By the metric's name, from quantities.toml.
 QUANTITIES = {
-    "club_velocity": Quantity("club velocity", "v_C", "m/s", decimals=3),
-    "ball_velocity": Quantity("ball velocity", "v_B", "m/s", decimals=3),
-    "momentum_initial": Quantity("initial momentum", "", "N·s"),
-    "momentum_final": Quantity("final momentum", "", "N·s"),
-    "kinetic_energy_initial": Quantity("initial kinetic energy", "", "J", decimals=3),
-    "kinetic_energy_final": Quantity("final kinetic energy", "", "J", decimals=3),
-    "smash_factor": Quantity("smash factor", "S"),
-    "coefficient_of_restitution": Quantity("COR"),
-    "contact_time": Quantity("contact time", "", "µs", 1e6, 2),
-    "contact_displacement_over_diameter": Quantity("contact displacement / D"),
-    "max_force": Quantity("max force", "", "N", decimals=1),
-    "time_of_max_force": Quantity("time of max force", "", "µs", 1e6, 2),
-    "impulse": Quantity("impulse", "J", "N·s"),
-    "momentum_gain_ball": Quantity("momentum gained by ball", "P_B", "N·s"),
-    "energy_efficiency": Quantity("energy efficiency", "E", "%", 100.0, 2),
+    name: Quantity(*row) for name, row in read_toml(Path(__file__).with_suffix(".toml")).items()
 }
 
 

@@ -13,11 +13,7 @@ else:
 
 
 def read_toml(path: Path | str) -> dict[str, Any]:
-    """The tables of a TOML file (UTF-8, perhaps with a byte order mark).
-
-    Raises:
-        UserError: it can't be read, or is no TOML.
-    """
+    """The tables of a TOML file (UTF-8, byte order mark or not); UserError if it is none."""
     try:
         return tomllib.loads(Path(path).read_text("utf-8-sig"))
     except OSError as error:

@@ -33,10 +33,7 @@ def find_flaw(path: Path) -> str | None:
 
 
 def find_odd_characters(folder: Path | str) -> str:
-    """Characters in the name of a folder with which pythonfmu 0.7 crashes.
-
-    Importers escape them in the URI of an FMU's resources; pythonfmu decodes %20, the space, only.
-    """
+    """Those with which pythonfmu 0.7 crashes: of the URI of the resources it decodes %20 only."""
     return "".join(sorted(set(re.sub(r"[A-Za-z0-9/._~ \\:-]", "", str(folder)))))
 
 

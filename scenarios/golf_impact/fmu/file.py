@@ -48,8 +48,15 @@ def default_path(builder: packaging.Builder, standalone: bool = False) -> Path:
     return cache / builder.digest()[:16] / name
 
 
-def build_fmu(out: Path | None = None, fmi: int = 2, standalone: bool = False) -> Path:
+def build_fmu(
+    out: Path | None = None,
+    fmi: int = 2,
+    standalone: bool = False,
+    pythons: alone.Pythons = alone.THIS_MACHINE,
+) -> Path:
     """Build the FMU for FMI 2 or 3, by default at `default_path`.
+
+    A standalone one is for the platforms in `pythons`; by default for this machine's.
 
     UserError: the file can't be written, or this machine can't build a standalone one.
     """
@@ -58,7 +65,7 @@ def build_fmu(out: Path | None = None, fmi: int = 2, standalone: bool = False) -
         raise UserError(f"{out} is refused: the file's name must end in .fmu")
     with building(str(out)):
         files = BUILDERS[fmi].files()
-        return write_archive(out, alone.standalone(files) if standalone else files)
+        return write_archive(out, alone.standalone(files, pythons) if standalone else files)
 
 
 @contextmanager

@@ -54,10 +54,7 @@ class ImpactFmu(ImpactRuns, LoadedFmu):
             raise UserError(f"{self.path} failed ({first_line(error)}{message})") from error
 
     def sample(self, times: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
-        """Record Real outputs at these times (s); the first is the current communication point.
-
-        Returns them (SI units) by name, arrays of the shape of `times`.
-        """
+        """Real outputs (SI units) by name at these times (s), the first of which is now."""
         references = self.references(names)
         table = np.empty((len(times), len(names)))
         table[0] = self.slave.getReal(references)

@@ -8,10 +8,7 @@ from pathlib import Path
 
 
 def find_libpython_for(fmu: Path) -> Path | None:
-    """The library with which the dynamic linker of a native host loads an FMU, or None.
-
-    It is this interpreter's, if that has one, or another one of its version on this machine.
-    """
+    """The library of this Python's version with which a native host loads an FMU, or None."""
     import find_libpython
 
     # The folder's names in FMI 2.0 and 3.0.

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
-from itertools import count
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -241,16 +240,3 @@ class LoadedFmu3(LoadedFmu):
             **options,
         )
         return {name: float(rows[name][-1]) for name in outputs}
-
-    def count_evaluations(self, run: Callable[[], Any]) -> tuple[Any, int]:
-        """The result of a run, and how often it evaluates the derivatives."""
-        evaluate, number = self.model.getContinuousStateDerivatives, count()
-
-        def counting(*arguments: Any) -> Any:
-            next(number)
-            return evaluate(*arguments)
-
-        self.model.getContinuousStateDerivatives = counting
-        result = run()
-        del self.model.getContinuousStateDerivatives
-        return result, next(number)

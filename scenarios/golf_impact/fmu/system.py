@@ -8,17 +8,20 @@ import fmpy
 import numpy as np
 
 from golf_build import system
+from golf_build.standalone import THIS_MACHINE, Pythons
 from golf_impact.fmu.file import building
 from golf_impact.fmu.loaded import LoadedFmu
 
 
-def build_system(folder: Path, standalone: bool = False) -> dict[str, Path]:
+def build_system(
+    folder: Path, standalone: bool = False, pythons: Pythons = THIS_MACHINE
+) -> dict[str, Path]:
     """Build the companion FMUs and the .ssp: their files by name, Swing to GolfSwing.
 
     UserError: a file can't be written.
     """
     with building(f"into {folder}"):
-        return system.build(folder, standalone)
+        return system.build(folder, standalone, pythons)
 
 
 def extract_fmus(ssp: Path, folder: Path) -> dict[str, Path]:
@@ -28,10 +31,9 @@ def extract_fmus(ssp: Path, folder: Path) -> dict[str, Path]:
 
 
 def run_ssp(ssp: Path, step: float, stop: float) -> dict[str, np.ndarray]:
-    """Run a system's .ssp file in fmpy.ssp, by its communication step size to its stop time, s.
+    """Run a system's .ssp file in fmpy.ssp by a communication step size to a stop time, s.
 
-    Returns:
-        `time` (s, end of each step) and every connector by "Component.variable".
+    Returns `time` (s, end of each step) and every connector by "Component.variable".
     """
     from fmpy.ssp.simulation import simulate_ssp
 
@@ -47,13 +49,11 @@ def run_system(
     values: Mapping[str, Mapping[str, float]] | None = None,
     rollback: bool = False,
 ) -> dict[str, np.ndarray]:
-    """Run components of the system with communication steps of any sizes.
-
-    All components step in parallel: an output reaches the others in the next step.
+    """Run components of the system in parallel: an output reaches the others in the next step.
 
     Args:
         fmus: files by the names of the components: Swing, ClubBallImpact, perhaps the others.
-        steps: communication step sizes, s.
+        steps: communication step sizes, s, of any sizes.
         values: parameters by component, where they aren't the start values.
         rollback: whether the Swing's part of a step is repeated, from the state before it,
             whenever the impulse at its end differs from the one that the Swing has used.

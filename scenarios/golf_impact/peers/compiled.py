@@ -27,11 +27,11 @@ def compiled_fmu(method: str, folder: Path) -> Path:
     """The FMU of a method of `SUB_STEP`, built in a folder; UserError if the compiler fails."""
     name, source = f"compiled_{method}", Path(__file__).with_name("compiled.c")
     library, headers = folder / f"{name}.so", Path(fmpy.__file__).with_name("c-code")
-    order = 4 if method == "rk4" else 1
-    flags = ["-O2", "-ffp-contract=off", "-shared", "-fPIC", f"-DORDER={order}"]
-    command = [compiler() or "cc", *flags, f"-I{headers}", str(source), "-o", str(library)]
+    flags = ["-O2", "-ffp-contract=off", "-shared", "-fPIC", f"-I{headers}"]
+    flags += ["-DORDER=4" if method == "rk4" else "-DORDER=1", "-o", str(library)]
     try:
-        subprocess.run(command, check=True, capture_output=True, text=True)
+        words = [compiler() or "cc", *flags, str(source)]
+        subprocess.run(words, check=True, capture_output=True, text=True)
     except (OSError, subprocess.CalledProcessError) as error:
         why = getattr(error, "stderr", None) or error
         raise UserError(f"{source} can't be compiled: {why}") from error

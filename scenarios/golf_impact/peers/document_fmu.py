@@ -6,10 +6,8 @@ until d < 0. Law 2: the force is k d + b d', until it is negative. Nothing is in
 contact time is a whole number of sub-steps and the largest force is the largest sample.
 
 The document doesn't give the end of its simulation. Its printed numbers follow if the spring goes
-on pulling after d = 0, until the bodies are some 36 um apart (35 to 48 um fit), 2 or 3 samples
-after the first with d < 0: the parameter `end_gap`. It is 0 unless set, which is the scheme at its
-best. Three numbers are not reproduced (`facts.document`), and two contact times are ties: 437.5 and
-620.5 us, printed as 438 and 620.
+on pulling after d = 0 until the bodies are `end_gap` apart (`facts.document.END_GAP`), which is 0
+unless set: the scheme at its best.
 
 This file is packed alone: it needs the standard library and pythonfmu only.
 """
@@ -17,10 +15,7 @@ This file is packed alone: it needs the standard library and pythonfmu only.
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 
 #: Inputs, parameters and outputs with their start values; those of the outputs are 0.
-_INPUTS = {
-    "k": 1e6,  # contact stiffness, N/m
-    "b": 9.0,  # damping, N.s/m
-}
+_INPUTS = {"k": 1e6, "b": 9.0}  # contact stiffness, N/m; damping, N.s/m
 _PARAMETERS = {
     "club_speed": 35.0,  # at first touch, m/s
     "ball_speed": 0.0,  # at first touch, m/s

@@ -41,10 +41,7 @@ class Case:
 
     @property
     def time_limit(self) -> float:
-        """Where a method that still sees contact gives up, s: ten undamped contact times.
-
-        Law 2 never lasts longer than one. Law 1 can with a damping ratio above 2, or for ever.
-        """
+        """Where a method gives up, s: ten undamped contact times; law 1 may last for ever."""
         return 10.0 * math.pi / self.natural_frequency
 
 
@@ -58,10 +55,7 @@ class Outcome(NamedTuple):
 
 
 def errors(case: Case, outcome: Outcome, reference: Outcome) -> Outcome:
-    """Errors of an outcome: velocities over |u_C| + |u_B|, the others relative; all without unit.
-
-    `reference` may hold mpmath numbers: differences are taken in its precision.
-    """
+    """Velocities over |u_C| + |u_B|, the others relative; `reference` may hold mpmath numbers."""
     speed = abs(case.club_speed) + abs(case.ball_speed)
     scales = (speed, speed, reference.contact_time, reference.max_force)
     parts = zip(outcome, reference, scales, strict=True)

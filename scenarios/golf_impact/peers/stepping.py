@@ -118,8 +118,7 @@ def _outcome(case: Case, dt: float, step: Callable[[_State, float], _State]) -> 
             risen, start = True, state if rise_of(0.0, state) > 0.0 else before
             # No maximum is found where the step is far too long for the method.
             if rise_of(dt, start) < 0.0 < rise_of(0.0, start):
-                peak = brentq(rise_of, 0.0, dt, (start,))
-                max_force = max(max_force, force_of(peak, start))
+                max_force = max(max_force, force_of(brentq(rise_of, 0.0, dt, (start,)), start))
         if force < 0.0:
             # The force of a contact that has just begun may be 0, which isn't the end.
             low = 0.0 if force_of(0.0, state) > 0.0 else 1e-9 * dt

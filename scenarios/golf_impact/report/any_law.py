@@ -26,10 +26,7 @@ _SOLVER, _SOLVED_WITHIN = 1e-10, 1e-6
 
 
 def check_any_law(report: Report, name: str, values: Mapping[str, float], metrics: Metrics) -> None:
-    """Check an impact by balances and by an integration of its right-hand side.
-
-    `values` are all inputs and parameters (SI units).
-    """
+    """Check an impact (all inputs and parameters, SI units) by balances, and by CVODE."""
     if np.isnan(metrics["contact_time"]):
         return
     _check_balances(report, name, values, metrics)
@@ -70,16 +67,28 @@ def _check_balances(
     impulse = metrics["impulse"]
     dragged = impulse - m_ball * (v_ball - u_ball)
     drag = 0.0 if abs(dragged) <= 1e-9 * momentum else dragged / ball_moved
-    of_club = 0.5 * m_club * (v_club**2 - u_club**2)
-    of_ball = 0.5 * m_ball * (v_ball**2 - u_ball**2)
+    of_club, of_ball = m_club * (v_club**2 - u_club**2) / 2, m_ball * (v_ball**2 - u_ball**2) / 2
     work_on_club = -weights @ (force * club + drag * club**2)
     work_on_ball = weights @ (force * ball - drag * ball**2)
-    lost, taken = m_club * (u_club - v_club), impulse + drag * club_moved
+    club_force = values["club_force"]
+    work_on_club += club_force * club_moved
+    lost = m_club * (u_club - v_club)
+    taken = impulse + drag * club_moved - club_force * time
     for claim, value, expected, scale in (
         ("the impulse is the integral of the force", impulse, weights @ force, momentum),
-        ("the club has lost the impulse and what the drag on it took", lost, taken, momentum),
+        (
+            "the club has lost the impulse and what drag took, less what its force gave",
+            lost,
+            taken,
+            momentum,
+        ),
         ("the ball's energy is the work of force and drag", of_ball, work_on_ball, energy),
-        ("the club's energy is the work of force and drag", of_club, work_on_club, energy),
+        (
+            "the club's energy is the work of the forces on it and drag",
+            of_club,
+            work_on_club,
+            energy,
+        ),
     ):
         tolerance = _QUADRATURE * scale
         report.check_close(f"{name}: {claim}", value, expected, tolerance, kind="invariants")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 # Figures are written to files: no display is needed, whatever backend the user has set.
 os.environ["MPLBACKEND"] = "Agg"
@@ -17,13 +17,11 @@ from golf_impact.facts.quantities import NoValue, choose_prefix
 from golf_impact.report.styles import BLACK, BLUE, GREEN, ORANGE, SKY, STYLES, VERMILION, Style  # noqa: F401
 from golf_impact.stopping import held
 
-if TYPE_CHECKING:
-    from matplotlib.axis import Axis
-
 # The very first import writes a cache of fonts, which must not be left half-written.
 with held():
     import matplotlib.pyplot as plt
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.colors import LinearSegmentedColormap, to_hex
     from matplotlib.figure import Figure
 
@@ -40,8 +38,7 @@ def new(title: str, size: tuple[float, float] = (7.2, 4.4), case: str = "") -> t
 def new_pair(title: str, case: str = "") -> tuple[Figure, tuple[Axes, Axes]]:
     """A figure with two pairs of axes side by side; `case` is the second line of its title."""
     figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.6 if case else 4.4))
-    words = f"{title}\n{case}" if case else title
-    figure.suptitle(words, x=0.01, ha="left", fontweight="bold")
+    figure.suptitle(f"{title}\n{case}" if case else title, x=0.01, ha="left", fontweight="bold")
     return figure, (axes[0], axes[1])
 
 
@@ -51,10 +48,8 @@ def make_shades(number: int) -> list[Style]:
         return [STYLES["baseline"]]
     colours = [STYLES[name].colour for name in ("less", "baseline", "more")]
     ramp = LinearSegmentedColormap.from_list("", colours)
-    dashes, markers = ("--", "-", "-.", ":"), "vo^sD"
-    return [
-        Style(to_hex(ramp(n / (number - 1))), dashes[n % 4], markers[n % 5]) for n in range(number)
-    ]
+    ends = zip(range(number), cycle(("--", "-", "-.", ":")), cycle("vo^sD"))
+    return [Style(to_hex(ramp(n / (number - 1))), *dashes_marker) for n, *dashes_marker in ends]
 
 
 def plot_forces(
@@ -62,10 +57,7 @@ def plot_forces(
     case: str,
     curves: Iterable[tuple[str, str, Mapping[str, float], Mapping[str, np.ndarray]]],
 ) -> Figure:
-    """Contact force over time of several impacts, with their peaks marked.
-
-    Each curve has the name of its style, a label, metrics and a trajectory (SI units).
-    """
+    """Contact force over time; a curve is a style's name, a label, metrics and a trajectory."""
     figure, axes = new(title, case=case)
     for style, words, metrics, path in curves:
         peak, contact = int(np.argmax(path["force"])), metrics["contact_time"]
@@ -80,10 +72,7 @@ def plot_forces(
 
 
 def set_run_time_axes(axes: Axes, error: str) -> None:
-    """Axes of a work–precision diagram: run time over error, both logarithmic.
-
-    An error of exactly 0 is plotted to the left of the resolution of a double.
-    """
+    """Logarithmic axes of a work–precision diagram; an error of 0 has a place at the left."""
     axes.set_xscale("symlog", linthresh=1e-17, linscale=1.0)
     axes.set_xticks([0.0, *(10.0**power for power in range(-16, 1, 2))])
     axes.set(yscale="log", xlabel=error, ylabel="run time of an impact (µs)")
@@ -103,10 +92,7 @@ def name_axis(axis: Axis, words: str, unit: str | None) -> None:
 
 
 def add_legend_above(axes: Axes, columns: int = 4) -> None:
-    """A legend between title and axes, where it doesn't cover the data.
-
-    It has fewer `columns` if the labels are long.
-    """
+    """A legend between title and axes, with fewer `columns` if its labels are long."""
     labels = axes.get_legend_handles_labels()[1]
     letters = 0.11 * axes.bbox.width
     columns = max(1, min(columns, int(letters / (max(map(len, labels), default=0) + 5))))

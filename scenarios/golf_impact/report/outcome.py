@@ -33,12 +33,8 @@ def summarize_checks(checks: Iterable[Check]) -> str:
     own = counts.pop("consistency")
     parts = []
     if evidence := [passed for of_kind in counts.values() for passed in of_kind]:
-        kinds = (f"{kind} {_count(passed)}" for kind, passed in counts.items() if passed)
-        parts.append(f"{sum(evidence)} of {len(evidence)} checks passed: {', '.join(kinds)}")
+        some = (f"{k} {sum(p)}{'' if all(p) else f' of {len(p)}'}" for k, p in counts.items() if p)
+        parts.append(f"{sum(evidence)} of {len(evidence)} checks passed: {', '.join(some)}")
     if own:
         parts.append(f"consistency of the FMU with itself: {sum(own)} of {len(own)}")
     return "; ".join(parts)
-
-
-def _count(passed: list[bool]) -> str:
-    return str(len(passed)) if all(passed) else f"{sum(passed)} of {len(passed)}"

@@ -31,14 +31,9 @@ def own_cases(
 ) -> tuple[str, Report]:
     """Metrics and force of a case with each ball, or of one, checked like every other one.
 
-    The values (SI units) win over a ball's.
-
-    Returns:
-        The beginning of its files' names, which has balls and values, so that no case overwrites
-        another one; and the report.
-
-    Raises:
-        UserError: the FMU refuses a value.
+    The values (SI units) win over a ball's. Returns the beginning of its files' names, which has
+    balls and values, so that no case overwrites another one; and the report. UserError: a value is
+    refused.
     """
     balls = balls or [Ball("", "", {}, "")]
     units = {v.name: format_unit(v.unit) for v in fmu.variables.values()}
@@ -59,13 +54,9 @@ def own_cases(
         style = ball.name or "ball"
         style = style if style in STYLES else next(spare)
         curves.append((style, ball.name or "this FMU", metrics, path))
-        errors = _errors(report, ball, given)
-        columns.append(
-            [
-                one.format_value(metrics[metric], _COVERAGE * errors.get(metric, 0.0))
-                for metric, one in QUANTITIES.items()
-            ]
-        )
+        error = _errors(report, ball, given)
+        cells = ((q, metrics[m], _COVERAGE * error.get(m, 0.0)) for m, q in QUANTITIES.items())
+        columns.append([quantity.format_value(*value) for quantity, *value in cells])
     if any("±" in cell for column in columns for cell in column):
         report.say("Intervals are 95 %, from the covariance in the ball's file.")
     labels = [one.label for one in QUANTITIES.values()]

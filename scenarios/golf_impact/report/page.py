@@ -94,10 +94,7 @@ def _figure(report: Report, file: str, image: bytes) -> dict[str, str | int]:
 
 
 def document_tables() -> list[Table]:
-    """What the document says and how it is read, for the report and a README.
-
-    Equations and statements, the parameters of Table 1, and the numbers not reproduced.
-    """
+    """What the document says, its parameters, and the numbers not reproduced (`facts.document`)."""
     return [
         Table(
             "What the document says and how it is read",

@@ -4,27 +4,15 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from golf_impact.facts.scales import TOLERANCE, Scales
+from golf_impact.facts.scales import Scales
 from golf_impact.stress import cases, special_points, stability
 from golf_impact.stress.driver import Driver, Outputs, driver
-from golf_impact.stress.invariants import CLAIMS, Ledger, check
+from golf_impact.stress.invariants import CLAIMS, LONG_RUNS, Ledger, check
 from golf_impact.stress.reference import Reference
 from golf_impact.timing import describe_machine, resident_bytes
 
 #: Random impacts and special points, of --quick and of all.
 IMPACTS = {True: (150, 100), False: (5000, 1500)}
-
-#: Memory may grow by as much as this, MB: allocators keep some pages of their own.
-_SLACK = 2.0
-
-#: Of the long runs and the map.
-_CLAIMS = (
-    ("tiny_steps", "steps of 1 ns: outputs against 80 digits, on their scales", TOLERANCE),
-    ("tiny_steps_memory", "steps of 1 ns: memory gained, MB", _SLACK),
-    ("many_impacts", "the last impacts give what the first ones gave (difference)", 0.0),
-    ("many_impacts_memory", "many impacts: memory gained, MB", _SLACK),
-    ("flat", "the map of this FMU: error at any step size and damping", 1e-13),
-)
 
 #: s; with this stiffness the contact lasts 1.24 ms, longer than a million steps.
 _TINY = 1e-9
@@ -36,7 +24,7 @@ def checks_and_maps(
 ) -> dict[str, Any]:
     """The contents of stress.json; a seed reproduces impacts and steps."""
     impacts, specials = IMPACTS[quick]
-    ledger = Ledger(*CLAIMS, *_CLAIMS)
+    ledger = Ledger(*CLAIMS, *LONG_RUNS)
     # Every tenth random impact and every special one is compared with the reference.
     random = ("random impacts", impacts, cases.random_impact, 10)
     special = ("special points", specials, special_points.special_impact, 1)
@@ -50,8 +38,7 @@ def checks_and_maps(
         steps = 20_000 if quick else 1_000_000
         tiny = {f"law {law}": _tiny_steps(fmu, ledger, law, steps, tick) for law in (1, 2)}
         many = _many_impacts(fmu, ledger, 2000 if quick else 100_000, tick)
-        tick = progress("stability map", 5 if quick else 27)
-        maps = stability.maps(fmu, quick, tick)
+        maps = stability.maps(fmu, quick, progress("stability map", 5 if quick else 27))
         guid = fmu.description.guid
     for row, zeta in zip(maps[0]["errors"], maps[0]["damping"], strict=True):
         for error, x in zip(row, maps[0]["steps"], strict=True):
@@ -128,6 +115,6 @@ def _many_impacts(
 def _record_memory(ledger: Ledger, name: str, before: int | None, case: Any) -> float | None:
     """Megabytes gained; None where they can't be measured."""
     now = resident_bytes()
-    gained = None if before is None or now is None else max(0.0, (now - before) / 1e6)
+    gained = max(0.0, (now - before) / 1e6) if before and now else None
     ledger.record(name, gained or 0.0, case)
     return gained

@@ -9,8 +9,10 @@ import random
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
+from pathlib import Path
 
 from golf_impact.facts.closed_forms import half_contact, reduced_mass
+from golf_impact.facts.toml import read_toml
 from golf_impact.peers.problem import Case
 
 
@@ -64,33 +66,11 @@ def contact_time_of_law2(zeta: float, values: Mapping[str, float]) -> float:
     return 2.0 * half_contact(zeta) / omega
 
 
-# The table
-
 #: The document's impact, from which the named cases differ.
 BASELINE = {name: value for name, value in vars(Case()).items() if name != "law"} | {"gap": 0.0}
 
-#: Cases that stretch one thing each; ζ replaces b where it is given.
-NAMED: dict[str, dict[str, float]] = {
-    "baseline": {},
-    "elastic": {"b": 0.0},
-    "soft": {"k": 1e2},
-    "stiff": {"k": 1e12},
-    "slow": {"club_speed": 1e-6},
-    "fast": {"club_speed": 1e3},
-    "ball moving away": {"ball_speed": 20.0},
-    "ball coming": {"ball_speed": -20.0},
-    "after a gap": {"gap": 0.01},
-    "nearly undamped": {"zeta": 1e-6},
-    "half of critical": {"zeta": 0.5},
-    "just below critical": {"zeta": 1.0 - 5e-15},
-    "critical": {"zeta": 1.0},
-    "just above critical": {"zeta": 1.0 + 5e-15},
-    "overdamped": {"zeta": 2.9},
-    "heavily overdamped": {"zeta": 1e4},
-    "light ball": {"m_ball": 2.1e-7, "zeta": 0.1},
-    "heavy ball": {"m_ball": 2.1e5, "zeta": 0.1},
-    "equal masses": {"m_ball": 0.21, "zeta": 0.1},
-}
+#: Changes of it that stretch one thing each, by name.
+NAMED = read_toml(Path(__file__).with_suffix(".toml"))
 
 
 def named_cases(randoms: int = 0) -> Iterator[tuple[str, ImpactCase]]:
@@ -186,9 +166,6 @@ def segments_of(
     return tuple(made)
 
 
-# Partitions
-
-
 def _rounded(time: float, length: float) -> float:
     """The nearest multiple of a power of two, 2^-45 of a length or smaller: sums are exact, s."""
     unit = 2.0 ** (math.floor(math.log2(length)) - 46)
@@ -209,10 +186,8 @@ def random_steps(impact: ImpactCase, seed: int) -> list[Segment]:
     steps = []
     for segment in impact.segments:
         longest = math.log10(min(1.0, segment.length))
-        sizes = [
-            _decades(rng, max(-9.0, longest - rng.choice((1.0, 3.0, 9.0))), max(-9.0, longest))
-            for _ in range(24)
-        ]
+        lowest = (longest - rng.choice((1.0, 3.0, 9.0)) for _ in range(24))
+        sizes = (_decades(rng, max(-9.0, low), max(-9.0, longest)) for low in lowest)
         steps += _cut(segment, accumulate(sizes))
     return steps
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Set
 from dataclasses import asdict, replace
 from functools import partial
 from itertools import accumulate
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,25 +14,17 @@ from scipy.integrate import quad
 
 from golf_impact.facts.closed_forms import reduced_mass
 from golf_impact.facts.scales import TOLERANCE, Scales
+from golf_impact.facts.toml import read_toml
 from golf_impact.runs import FLAGS
 from golf_impact.stress import cases
 from golf_impact.stress.cases import ImpactCase, Steps
 from golf_impact.stress.driver import Driver, Outputs
 from golf_impact.stress.reference import outputs_after
 
-CLAIMS = (
-    ("momentum", "law 2: momentum stays, of its sum of magnitudes", TOLERANCE),
-    ("impulse", "law 2: the ball gains the impulse, in mass times speeds", TOLERANCE),
-    ("energy", "kinetic + spring + dissipated energy stays, of the largest", TOLERANCE),
-    ("force", "force >= 0 and <= max_force, of max_force", TOLERANCE),
-    ("restitution", "law 2: 0 < COR <= 1, on the scale of velocities", TOLERANCE),
-    ("partition", "all outputs are the same by every partition, on their scales", TOLERANCE),
-    ("rising", "contact time, maxima and impulse never fall, on their scales", TOLERANCE),
-    ("mean_force", "mean forces times steps add up to the impulse", TOLERANCE),
-    ("flags", "touched, in_contact, separated follow each other (1 if not)", 0.0),
-    ("finite", "NaN or infinite outputs", 0.0),
-    ("warnings", "messages and warnings", 0.0),
-    ("reference", "all outputs but mean_force against 80-digit arithmetic", TOLERANCE),
+#: Name, statement and the largest error that passes: of every impact, and of the long runs.
+CLAIMS, LONG_RUNS = (
+    [(name, *row) for name, row in of_kind.items()]
+    for of_kind in read_toml(Path(__file__).with_name("claims.toml")).values()
 )
 
 #: Outputs that can only rise.

@@ -46,8 +46,7 @@ class _Sum:
         for s in rates:
             # (D - r) leaves nothing of exp(r t), and of exp(s t) the s - r fold.
             others = [r for r in rates if r is not s]
-            left = reduce(_less, others, initial)
-            self.c.append(left[0] / _mp.fprod(s - r for r in others))
+            self.c.append(reduce(_less, others, initial)[0] / _mp.fprod(s - r for r in others))
 
     def _total(self, part: Callable[[Any], Any]) -> Real:
         return _mp.re(sum(c * part(s) for c, s in zip(self.c, self.rates)))
@@ -93,11 +92,13 @@ class _Sum:
             yield self._root(left, right)
 
     def _open_at(self, t: Real) -> bool:
-        """Whether an oscillating pair can still outweigh the real exponential at t or later."""
-        real, pair = self.rates[:2]
-        if not _mp.im(pair) or real <= _mp.re(pair):
+        """Whether others can still outweigh the slowest exponential, a real one, at t or later."""
+        terms = zip(self.rates, self.c)
+        (slowest, c), *others = sorted(terms, key=lambda pair: -_mp.re(pair[0]))
+        if _mp.im(slowest) or not any(_mp.im(rate) for rate, _ in others):
             return True
-        return 2 * abs(self.c[1] * _mp.exp(pair * t)) >= abs(self.c[0] * _mp.exp(real * t))
+        rest = sum(abs(c * _mp.exp(rate * t)) for rate, c in others)
+        return 2 * rest >= abs(c * _mp.exp(slowest * t))
 
     def _root(self, left: Real, right: Real) -> Real:
         """The one zero in (left, right]."""
@@ -121,25 +122,34 @@ def _less(initial: list[Any], rate: Any) -> list[Any]:
 
 
 class _Contact:
-    """The motion from a state (d, v_club, v_ball, x_ball) on: x' = A x, with constant k and b."""
+    """The motion from a state (d, v_club, v_ball, x_ball) on: x' = A x, with constant k and b.
+
+    A force P on the club head is a further quantity, 1 at the start, that grows so slowly that
+    results change in the 36th digit: then it has a rate of its own.
+    """
 
     def __init__(
-        self, law: int, m_club: Real, m_ball: Real, k: Real, b: Real, state: list[Real]
+        self, law: int, m_club: Real, m_ball: Real, k: Real, b: Real, force: Real, state: list[Real]
     ) -> None:
         drag, damper = (b * _APART, _ZERO) if law == 1 else (_ZERO, b * _APART)
         omega = _mp.sqrt(k * (1 / m_club + 1 / m_ball))
         # The first quantity is ω d: a velocity, like the others.
-        start = _mp.matrix([omega * state[0], *state[1:3]])
-        force = _mp.matrix([[k / omega, damper, -damper]])
-        matrix = _mp.matrix([[0, omega, -omega], [0, -drag / m_club, 0], [0, 0, -drag / m_ball]])
-        matrix[1, :] -= force / m_club
-        matrix[2, :] += force / m_ball
+        start = _mp.matrix([omega * state[0], *state[1:3], 1])
+        contact = _mp.matrix([[k / omega, damper, -damper, 0]])
+        matrix = _mp.matrix(4)
+        matrix[0, 1], matrix[0, 2] = omega, -omega
+        matrix[1, 1], matrix[1, 3] = -drag / m_club, force / m_club
+        matrix[2, 2], matrix[3, 3] = -drag / m_ball, omega * (1 - _APART)
+        matrix[1, :] -= contact / m_club
+        matrix[2, :] += contact / m_ball
+        if not force:
+            start, contact, matrix = start[:3], contact[:, :3], matrix[:3, :3]
         rates = _mp.eig(matrix, left=False, right=False)
         rates = [s if abs(_mp.im(s)) > _mp.mpf(10) ** -40 * omega else _mp.re(s) for s in rates]
         if drag:
             rates = relative = sorted(rates, key=lambda s: abs(_mp.im(s)))
         else:
-            # Momentum stays, and the compression is that of an oscillator.
+            # Momentum stays but for the force, and the compression is that of an oscillator.
             relative = sorted(rates, key=abs)[1:]
             rates = [_ZERO, *relative]
 
@@ -151,18 +161,18 @@ class _Contact:
                 x = matrix * x
             return _Sum(rates, initial)
 
-        self.d = quantity(_mp.matrix([[1 / omega, 0, 0]]), relative)
-        self.force = quantity(force, relative)
-        self.v_club = quantity(_mp.matrix([[0, 1, 0]]), rates)
-        self.v_ball = quantity(_mp.matrix([[0, 0, 1]]), rates)
+        rows = _mp.eye(len(start))
+        self.d = quantity(rows[0, :] / omega, relative)
+        self.force = quantity(contact, relative)
+        self.v_club = quantity(rows[1, :], rates)
+        self.v_ball = quantity(rows[2, :], rates)
         self.x_ball = state[3]
         ending = self.d if law == 1 else self.force
         #: s until contact ends: 0 if it has, inf if it never will.
         self.duration = _ZERO if ending.sign() < 0 else next(ending.zeros(), _mp.inf)
 
     def state(self, t: Real) -> list[Real]:
-        x_ball = self.x_ball + self.v_ball.integral(t)
-        return [self.d(t), self.v_club(t), self.v_ball(t), x_ball]
+        return [self.d(t), self.v_club(t), self.v_ball(t), self.x_ball + self.v_ball.integral(t)]
 
 
 class Reference:
@@ -176,6 +186,9 @@ class Reference:
         self.law = int(values["law"])
         self.m_club, self.m_ball = exact["m_club"], exact["m_ball"]
         self.k, self.b, self.club_speed = exact["k"], exact["b"], exact["club_speed"]
+        self.club_force = exact.get("club_force", _ZERO)
+        #: Velocities at separation.
+        self.parting: tuple[Real, Real] | None = None
         self.u_ball, self.u_club = exact["ball_speed"], None
         self.start_time, self.clock = exact.get("start_time", _ZERO), _ZERO
         self.touch_clock: Real = None
@@ -187,19 +200,27 @@ class Reference:
         self.state = [-exact["gap"], self.club_speed, self.u_ball, _ZERO]
         self.so_far = dict.fromkeys(_LASTING, _ZERO)
 
-    def step(self, size: Real, k: Real = None, b: Real = None, club_speed: Real = None) -> None:
-        """Move on by `size` s, with k (N/m), b (N.s/m), club_speed (m/s) set just before, if given.
+    def step(
+        self, size: Real, k: Real = None, b: Real = None, club_speed: Real = None,
+        club_force: Real = None,
+    ) -> None:  # fmt: skip
+        """Move on by `size` s, with inputs (SI units) set just before, if given.
 
         `mean_force` is then that of this step, N. The club speed counts until first touch.
         """
         if club_speed is not None and self.touch_clock is None:
             self._begin_phase(self.clock)
             self.club_speed = self.state[1] = _mp.mpf(club_speed)
-        inputs = (self.k if k is None else _mp.mpf(k), self.b if b is None else _mp.mpf(b))
-        changed = inputs != (self.k, self.b)
-        self.k, self.b = inputs
-        if changed and self.contact is not None:
+        before = self.k, self.b, self.club_force
+        given = (k, b, club_force)
+        inputs = [now if new is None else _mp.mpf(new) for new, now in zip(given, before)]
+        if tuple(inputs) != before and self.contact is not None:
+            self._begin_phase(self.clock)
+            self.k, self.b, self.club_force = inputs
             self._begin_phase(self.clock, in_contact=True)
+        elif self.parted:
+            self._begin_phase(self.clock)
+        self.k, self.b, self.club_force = inputs
         impulse = self._impulse()
         self.clock += _mp.mpf(size)
         d, v_club, v_ball, _ = self.state
@@ -207,7 +228,7 @@ class Reference:
             self._touch(self.begun - d / (v_club - v_ball))
         if self.contact is not None and self.clock - self.begun >= self.contact.duration:
             self._begin_phase(self.begun + self.contact.duration)
-            self.parted = True
+            self.parted, self.parting = True, tuple(self.state[1:3])
         self.mean_force = (self._impulse() - impulse) / size
 
     def _touch(self, clock: Real) -> None:
@@ -220,13 +241,16 @@ class Reference:
         self.begun, self.contact = clock, None
         if in_contact:
             bodies = self.m_club, self.m_ball
-            self.contact = _Contact(self.law, *bodies, self.k, self.b, self.state)
+            inputs = self.k, self.b, self.club_force
+            self.contact = _Contact(self.law, *bodies, *inputs, self.state)
 
     def _state(self, clock: Real) -> list[Real]:
         t, (d, v_club, v_ball, x_ball) = clock - self.begun, self.state
         if self.contact is not None:
             return self.contact.state(t)
-        return [d + (v_club - v_ball) * t, v_club, v_ball, x_ball + v_ball * t]
+        gained = self.club_force / self.m_club * t if self.parted else _ZERO
+        moved = (v_club - v_ball + gained / 2) * t
+        return [d + moved, v_club + gained, v_ball, x_ball + v_ball * t]
 
     def _impulse(self) -> Real:
         t = self.clock - self.begun
@@ -261,15 +285,16 @@ class Reference:
             if self.contact is not None:
                 force = self.contact.force(self.clock - self.begun)
             smash_factor = v_ball / self.u_club if self.u_club else _ZERO
-            restitution = (v_ball - v_club) / (self.u_club - self.u_ball)
-            efficiency = energy / self._energy(self.u_club, self.u_ball)
+            v_c, v_b = self.parting or (v_club, v_ball)
+            restitution = (v_b - v_c) / (self.u_club - self.u_ball)
+            efficiency = self._energy(v_c, v_b) / self._energy(self.u_club, self.u_ball)
         return {
             "force": force,
             "club_position": x_ball + d,
             "ball_position": x_ball,
             "club_velocity": v_club,
             "ball_velocity": v_ball,
-            "compression": max(_ZERO, d),
+            "compression": max(_ZERO, d) if v_club < v_ball or not self.parted else _ZERO,
             "touched": touched,
             "in_contact": touched and not self.parted,
             "separated": self.parted,
@@ -289,10 +314,7 @@ class Reference:
 def outputs_after(
     values: Mapping[str, float], steps: Steps, chosen: Container[int], stretched: float = 1.0
 ) -> dict[int, dict[str, Real]]:
-    """Every output after the chosen ones of all steps, by their number from 0 on.
-
-    `stretched` is a factor of all times.
-    """
+    """Every output after the chosen steps, by number from 0; `stretched` is a factor of times."""
     exact, after = Reference(values), {}
     for number, step in enumerate(steps):
         exact.step(_mp.mpf(step.length) * stretched, step.k, step.b)

@@ -1,8 +1,7 @@
 """Impacts at the borders of closed forms, and close to them. SI units.
 
-Random values never fall there: dampings at which two rates of law 1 coincide, critical damping,
-the dampings from which the FMU uses extended precision, equal masses, bodies that move much
-faster than they close, and k and b that change just at an event.
+Random values never fall there: dampings at which rates coincide or the FMU changes to extended
+precision, equal masses, a fast common motion, changes of k and b just at an event.
 """
 
 import math
@@ -39,10 +38,8 @@ def special_impact(seed: int, number: int) -> cases.ImpactCase:
     ratio = rng.choice((1.0, 0.25, 2.0 ** rng.randint(-12, 12), rng.uniform(0.08, 0.2)))
     m_ball = m_club * rng.choice((ratio, 10.0 ** rng.uniform(-4, 4)))
     k = rng.choice((2.0**20, 1e6, 10.0 ** rng.uniform(2, 12)))
-    special = [*_BORDERS[law], 1.0]
-    if law == 1:
-        special = [*_BORDERS[law], 2.0, *(2 * coinciding_rates(m_club, m_ball))]
-    zeta = rng.choice(special)
+    more = [2.0, *(2 * coinciding_rates(m_club, m_ball))] if law == 1 else [1.0]
+    zeta = rng.choice([*_BORDERS[law], *more])
     b = beside(rng, zeta * cases.critical_damping(k, m_club, m_ball))
     # Speeds of few bits: their difference is exact, and so is the instant of touch.
     mantissa, power = math.frexp(10.0 ** rng.uniform(-6, 3))

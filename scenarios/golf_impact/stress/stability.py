@@ -7,6 +7,7 @@ force (relative).
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -27,7 +28,6 @@ OURS = "this FMU"
 _BOUNDS = [*(10.0**power for power in range(-16, 1, 2)), 10.0, 1e3, 1e6]
 _NO_DIGIT = ("#F2A48B", figures.VERMILION, "#7A2000")
 
-
 #: The errors of one method, for JSON: `method`, `steps` (ω0 h), `damping` (ζ) and `errors`, a row
 #: for each ζ; inf where no end of contact is found.
 Map = dict[str, Any]
@@ -39,9 +39,8 @@ def maps(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
     damping = [0.0, *np.logspace(-2, 3, 4 if quick else 26).tolist()]
     methods: dict[str, Callable[[Case, float], Outcome]]
     methods = {OURS: partial(_by_fmu, driver), **stepping.METHODS}
-    made: list[Map] = [
-        {"method": name, "steps": steps, "damping": damping, "errors": []} for name in methods
-    ]
+    axes = {"steps": steps, "damping": damping}
+    made: list[Map] = [{"method": name, **axes, "errors": []} for name in methods]
     for zeta in damping:
         case = Case(law=2, b=zeta * critical_damping(Case.k, Case.m_club, Case.m_ball))
         exact = exact_outcome(case)
@@ -53,11 +52,10 @@ def maps(driver: Driver, quick: bool, tick: Callable[[], None]) -> list[Map]:
 
 
 def _error(case: Case, run: Callable[[], Outcome], exact: Outcome) -> float:
-    try:
-        error = max(errors(case, run(), exact))
-    except (ArithmeticError, ValueError):
-        return math.inf  # a method that diverges
-    return error if math.isfinite(error) else math.inf
+    with suppress(ArithmeticError, ValueError):  # of a method that diverges
+        if math.isfinite(error := max(errors(case, run(), exact))):
+            return error
+    return math.inf
 
 
 def _by_fmu(driver: Driver, case: Case, size: float) -> Outcome:
@@ -87,10 +85,8 @@ def draw(maps: list[Map]) -> bytes:
             chosen = chosen[:: 1 + len(chosen) // 8]
             axis.set_ticks([n + 0.5 for n in chosen], [_power(values[n]) for n in chosen])
         place.grid(False)
-    for row in axes:
-        row[0].set_ylabel("damping ratio ζ")
-    for place in axes[-1]:
-        place.set_xlabel("step size ω₀h")
+    figure.supylabel("damping ratio ζ")
+    figure.supxlabel("step size ω₀h")
     bar = figure.colorbar(image, ax=axes, shrink=0.9, extend="max", spacing="uniform")
     bar.set_ticks(_BOUNDS, labels=[*map(_power, _BOUNDS)])
     bar.set_label("error (grey: no end of contact found)")

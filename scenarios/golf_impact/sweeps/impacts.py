@@ -113,8 +113,7 @@ def one_by_one(
     columns = [runs.horizon(values), *values.values()]
     for n, row in enumerate(zip(*(np.broadcast_to(c, number).tolist() for c in columns))):
         try:
-            runs.start(**dict(zip(values, row[1:])))
-            runs.step(0.0, row[0])
+            runs.run_to_end(row[0], dict(zip(values, row[1:])))
             case: dict[str, float] = dict(runs.read(reals))
             if missing := [name for name, value in case.items() if math.isnan(value)]:
                 raise UserError(f"{missing[0]} leaves the range of a double")

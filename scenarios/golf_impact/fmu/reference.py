@@ -1,0 +1,51 @@
+"""The reference results in an FMU, and how far its own results are from them on this machine."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from itertools import pairwise
+from pathlib import Path
+
+import fmpy
+
+from golf_build.archive import unpack
+from golf_impact.fmu.loaded import LoadedFmu, LoadedFmu3
+
+
+def deviations(path: Path) -> dict[str, float]:
+    """The largest deviation in each case by its name, relative to the largest value of the output.
+
+    Empty if the FMU has no reference results. UserError: it rejects a value or a step.
+    """
+    found, files = {}, unpack(path)
+
+    def rows(name: str) -> list[dict[str, str]]:
+        return [*csv.DictReader(io.StringIO(files.get(name, b"").decode()))]
+
+    def numbers(name: str) -> list[dict[str, float]]:
+        return [{key: float(value) for key, value in row.items()} for row in rows(name)]
+
+    three = fmpy.read_model_description(str(path)).fmiVersion == "3.0"
+    for name in files:
+        if not (case := re.fullmatch(r"(extra/.*/\w+?_(\w+))_ref\.csv", name)):
+            continue
+        expected = numbers(name)
+        inputs = [(row.pop("time"), row) for row in numbers(f"{case[1]}_in.csv")]
+        outputs = [output for output in expected[0] if output != "time"]
+        worst = dict.fromkeys(outputs, 0.0)
+        with (LoadedFmu3 if three else LoadedFmu)(path) as fmu:
+            fmu.begin({row["name"]: float(row["value"]) for row in rows(f"{case[1]}_start.csv")})
+            if not three:
+                fmu.end_initialization()
+            for now, then in pairwise(expected):
+                for time, values in inputs:
+                    if time == now["time"]:
+                        fmu.set(values)
+                fmu.step(now["time"], then["time"] - now["time"])
+                for output, value in fmu.read(outputs).items():
+                    worst[output] = max(worst[output], abs(value - then[output]))
+        scales = {output: max(abs(row[output]) for row in expected) for output in outputs}
+        found[case[2]] = max(worst[output] / scales[output] for output in outputs)
+    return found

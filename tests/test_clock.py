@@ -1,0 +1,75 @@
+"""The clock: many steps of any sizes end at the same instant as few, to the last bit of a double.
+
+The sum of the step sizes is exact (`fractions.Fraction`); few steps have the same sum.
+"""
+
+import itertools
+import random
+from fractions import Fraction
+
+import pytest
+from golf_physics.component.component import Component
+from golf_physics.variables import BY_NAME, VARIABLES
+
+REALS = [v for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
+LAWS = {"law 1": {"law": 1}, "law 2": {"law": 2}, "n = 1.6": {"law": 2, "exponent": 1.6, "b": 30.0}}
+
+
+def few(total):
+    """At most three steps whose exact sum is that of many."""
+    steps = []
+    while total:
+        step = float(total)
+        # Never beyond: what is left is another step.
+        steps.append(step if Fraction(step) <= total else step * (1.0 - 2.0**-52))
+        total -= Fraction(steps[-1])
+    return steps
+
+
+def outputs(values, steps):
+    component = Component(pytest.fail)
+    component.enter_initialization()
+    for name, value in values.items():
+        component.set_values([BY_NAME[name].reference], [value], BY_NAME[name].type)
+    component.exit_initialization()
+    point = 0.0
+    for size in steps:
+        assert component.step(point, size)
+        point += size
+    assert component.discretes([BY_NAME["in_contact"].reference], "Boolean") == [True]
+    return dict(zip([v.name for v in REALS], component.reals([v.reference for v in REALS])))
+
+
+def check(values, steps):
+    ends = few(sum(map(Fraction, steps)))
+    assert len(ends) <= 4
+    assert sum(map(Fraction, ends)) == sum(map(Fraction, steps))
+    many, once = outputs(values, steps), outputs(values, ends)
+    # That of the last step alone.
+    del many["mean_force"]
+    scales = {"m/s": 35.0, "N": once["max_force"], "m": once["max_compression"]}
+    for v in REALS:
+        if v.name in many and v.name != "touch_time":
+            # Positions: those of a ball that lies at 0 until touch.
+            scale = scales.get(v.unit) or max(abs(once[v.name]), 1e-300)
+            error = abs(many[v.name] - once[v.name]) / scale
+            assert error <= 1e-13, f"{v.name}: {error:.1e} of its scale, {len(steps)} steps"
+
+
+@pytest.mark.parametrize("values", LAWS.values(), ids=LAWS)
+@pytest.mark.parametrize("seed", range(3))
+def test_after_an_approach_of_333_s_in_unequal_steps(values, seed):
+    rng = random.Random(seed)
+    approach = 333.0
+    steps = [rng.uniform(0.2, 1.8) * approach / 500.0 for _ in range(480)]
+    # Into contact, 150 µs after touch, by ten more steps.
+    left = float(Fraction(approach) - sum(map(Fraction, steps)))
+    cuts = sorted(rng.uniform(0.0, left) for _ in range(9))
+    edges = [0.0, *cuts, left + 150e-6]
+    steps += [after - before for before, after in itertools.pairwise(edges)]
+    check({**values, "gap": 35.0 * approach}, steps)
+
+
+@pytest.mark.parametrize("values", LAWS.values(), ids=LAWS)
+def test_after_alternating_steps_in_contact(values):
+    check(values, [1e-9, 1.7e-9, 0.3e-9, 1e-9] * 50_000)

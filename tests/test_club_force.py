@@ -1,0 +1,223 @@
+"""A force on the club head: against 80-digit arithmetic, DOP853 and Model Exchange; its borders."""
+
+import math
+import random
+
+import fmpy
+import pytest
+from conftest import some
+from golf_physics.component.component import Component
+from golf_physics.instance import Instance
+from golf_physics.variables import BY_NAME, VARIABLES
+from scipy.integrate import solve_ivp
+
+import golf_impact
+from golf_impact.stress.reference import Reference
+
+M_BALL = 0.04593
+OUTPUTS = [v.name for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
+OUTPUTS.remove("mean_force")
+
+
+def stepped(values, steps):
+    """The outputs after steps (s), each with the inputs set before it."""
+    instance, time = Instance(), 0.0
+    instance.start(**values)
+    component = instance._component
+    for size, inputs in steps:
+        for name, value in inputs.items():
+            component.set_values([BY_NAME[name].reference], [value])
+        instance.step(time, size)
+        time += size
+    return instance.read(OUTPUTS)
+
+
+def case_of(number):
+    """A random impact of golf, near-critical ones among them: values, and steps with inputs."""
+    rng = random.Random(number)
+    k, m_club = 10.0 ** rng.uniform(5.0, 6.7), rng.uniform(0.1, 0.4)
+    mu = m_club * M_BALL / (m_club + M_BALL)
+    zeta = rng.choice([0.0, rng.uniform(0.0, 1.2), 1.0 + rng.uniform(-1e-6, 1e-6)])
+    b, half = 2.0 * zeta * math.sqrt(k * mu), math.pi * math.sqrt(mu / k)
+    forces = [100.0, -100.0, rng.uniform(-3e3, 3e3), rng.uniform(-3e4, 3e4)]
+    values = {"law": 1 + number % 2, "k": k, "b": b, "m_club": m_club, "m_ball": M_BALL}
+    values |= {"club_speed": rng.uniform(10.0, 60.0), "club_force": rng.choice(forces)}
+    values |= {"ball_speed": rng.choice([0.0, rng.uniform(-5.0, 5.0)]), "gap": 0.0}
+    changes = {"k": k, "b": b, "club_force": 2e3}
+    steps = []
+    for _ in range(rng.randint(0, 4)):
+        chosen = [name for name in changes if rng.random() < 0.5]
+        inputs = {name: changes[name] * rng.uniform(0.7, 1.4) for name in chosen}
+        if "club_force" in inputs:
+            inputs["club_force"] *= rng.choice([0.0, 1.0, -1.0])
+        steps.append((half * rng.uniform(0.1, 0.5), inputs))
+    return values, [*steps, (half * rng.choice([1.0, 2.0, 4.0]), {})]
+
+
+def scale(name, values, now, time):
+    """The tolerances' scales; a force adds to the speed that counts."""
+    speed = abs(values["club_speed"]) + abs(values["ball_speed"])
+    fastest = max(speed, abs(now["club_velocity"]))
+    mass = values["m_club"] + values["m_ball"]
+    return {
+        "club_position": fastest * time, "ball_position": speed * time,
+        "contact_displacement": speed * time, "club_velocity": fastest, "ball_velocity": speed,
+        "momentum": fastest * mass, "kinetic_energy": fastest * fastest * mass,
+        "force": now["max_force"], "compression": now["max_compression"],
+        "time_of_max_force": now["contact_time"], "touch_time": 1.0,
+    }.get(name, max(1.0, abs(now[name])) if name[0] in "sce" else now[name])  # fmt: skip
+
+
+@pytest.mark.parametrize("number", some(24, range(400), 120))
+def test_against_80_digits(number):
+    values, steps = case_of(number)
+    now, exact = stepped(values, steps), Reference(values)
+    for size, inputs in steps:
+        exact.step(size, **inputs)
+    time = sum(size for size, _ in steps)
+    expected = exact.outputs()
+    for name in OUTPUTS:
+        error = abs(now[name] - float(expected[name])) / scale(name, values, now, time)
+        # Measured: 2.5e-15.
+        assert error <= 1e-13, f"{name}: {error:.1e}, case {number}"
+
+
+@pytest.mark.parametrize("force", [0.0, -0.0])
+def test_without_a_force_nothing_changes(force):
+    values, steps = case_of(3)
+    plain = {name: value for name, value in values.items() if name != "club_force"}
+    steps = [
+        (size, {n: v for n, v in inputs.items() if n != "club_force"}) for size, inputs in steps
+    ]
+    assert stepped({**plain, "club_force": force}, steps) == stepped(plain, steps)
+
+
+def test_it_is_ignored_before_touch():
+    values = {"law": 2, "gap": 0.01}
+    late = [(1e-4, {"club_force": -5e4}), (1e-4, {"club_force": 800.0}), (1e-3, {})]
+    early = [(2e-4, {}), (1e-3, {"club_force": 800.0})]
+    # Touch comes after 286 µs.
+    assert stepped(values, late) == pytest.approx(stepped(values, early), rel=1e-15, abs=1e-300)
+
+
+@pytest.mark.parametrize("law", [1, 2])
+def test_results_are_frozen_at_separation_and_momentum_goes_on(law):
+    force, frozen = 300.0, ("coefficient_of_restitution", "energy_efficiency", "smash_factor")
+    values = {"law": law, "club_force": force, "b": 0.0}
+    first, later = (stepped(values, [(t, {})]) for t in (1e-3, 5e-3))
+    assert [first[name] for name in frozen] == [later[name] for name in frozen]
+    assert later["momentum"] - first["momentum"] == pytest.approx(force * 4e-3, rel=1e-12)
+    gained = force / 0.210 * 4e-3
+    assert later["club_velocity"] - first["club_velocity"] == pytest.approx(gained, rel=1e-12)
+    assert later["compression"] == later["force"] == 0.0
+
+
+def test_a_force_that_returns_in_flight_to_its_value_in_contact():
+    """It isn't one that has never changed."""
+    steps = [(1e-3, {}), (1e-3, {"club_force": 0.0}), (2e-3, {"club_force": 500.0})]
+    path = stepped({"law": 2, "club_force": 500.0}, steps)
+    always = stepped({"law": 2, "club_force": 500.0}, [(4e-3, {})])
+    missing = 500.0 * 1e-3
+    assert always["momentum"] - path["momentum"] == pytest.approx(missing, rel=1e-9)
+
+
+def test_separation_wins_over_a_change_at_the_same_instant():
+    values = {"law": 2, "b": 0.0}
+    contact = golf_impact.run_impact(("contact_time",), **values)["contact_time"]
+    after = stepped(values, [(contact, {}), (1e-3, {"club_force": 5e4})])
+    assert after["contact_time"] == pytest.approx(contact, rel=1e-15)
+    assert after["club_velocity"] > 200.0
+
+
+@pytest.mark.parametrize("law", [1, 2])
+def test_the_border_of_closed_form_and_extended_precision(law):
+    """Law 2 is in double precision up to a level of half the amplitude; law 1 without force."""
+    values = {"law": law, "b": 30.0, "ball_speed": 0.0, "gap": 0.0, "m_club": 0.21, "k": 1e6}
+    values |= {"m_ball": M_BALL, "club_speed": 35.0}
+    for force in (1e-300, 1e-9, 1.0, 9e3, 1.3e4, 1.5e4, -1.2e4, -1.8e4):
+        exact = Reference({**values, "club_force": force})
+        exact.step(4e-4)
+        exact.step(8e-4)
+        now = stepped({**values, "club_force": force}, [(4e-4, {}), (8e-4, {})])
+        for name in ("ball_velocity", "contact_time", "max_force", "impulse"):
+            assert now[name] == pytest.approx(float(exact.outputs()[name]), rel=1e-13)
+
+
+@pytest.mark.parametrize("exponent", [1.2, 1.6, 2.5])
+def test_power_laws_against_an_integration(exponent):
+    values = {"law": 2, "exponent": exponent, "k": 8e5, "b": 30.0, "club_force": 900.0}
+    n, d_r, k, b = exponent, 0.005, 8e5, 30.0
+
+    def force(y):
+        power = (max(y[0] - y[1], 0.0) / d_r) ** (0.5 * (n - 1.0))
+        return power * (k * power * (y[0] - y[1]) + b * (y[2] - y[3]))
+
+    def slopes(t, y):
+        f = force(y)
+        return [y[2], y[3], (900.0 - f) / 0.21, f / M_BALL]
+
+    def end(t, y):
+        return force(y) if t > 1e-5 else 1.0
+
+    end.terminal, end.direction = True, -1
+    options = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15, "max_step": 1e-5, "events": end}
+    path = solve_ivp(slopes, (0.0, 2e-3), [0.0, 0.0, 35.0, 0.0], **options)
+    now = stepped(values, [(1e-4, {}), (2e-4, {}), (path.t[-1], {})])
+    # Measured: 1e-12; the force's kink at touch limits the integration.
+    assert now["ball_velocity"] == pytest.approx(path.y[3, -1], rel=1e-10)
+    assert now["contact_time"] == pytest.approx(path.t[-1], rel=1e-10)
+
+
+def test_only_pieces_that_are_read_are_integrated(monkeypatch):
+    from golf_physics.laws.integrated import IntegratedContact
+
+    pieces = []
+    panel = IntegratedContact._panel
+    monkeypatch.setattr(
+        IntegratedContact, "_panel", lambda self, *a: pieces.append(1) or panel(self, *a)
+    )
+    values = {"law": 2, "exponent": 1.6, "club_force": 100.0}
+    stepped(values, [(1e-5, {"club_force": 100.0 + n}) for n in range(50)])
+    # Half as many with whole contacts would be 50 times 20.
+    assert len(pieces) < 400
+
+
+def test_refusals():
+    messages = []
+    component = Component(messages.append)
+    reference = BY_NAME["club_force"].reference
+    assert reference == 40
+    component.set_values([reference], [math.inf])
+    assert messages[-1].variable == "club_force"
+    component.set_values([reference], [1.1e75 * 0.21])
+    component.enter_initialization()
+    assert not component.exit_initialization()
+    assert "acceleration of the club head must stay below 1e+75" in str(messages[-1])
+    component.set_values([reference], [0.9e75 * 0.21])
+    assert component.step(0.0, 1e-3)
+
+
+def test_run_impact_ends_at_separation():
+    pushed = golf_impact.run_impact(law=2, club_force=400.0)
+    free = golf_impact.run_impact(law=2)
+    # First order: P T/((m_C + m_B) u), plus a small change of COR.
+    expected = 400.0 * free["contact_time"] / ((0.21 + M_BALL) * 35.0)
+    assert pushed["smash_factor"] - free["smash_factor"] == pytest.approx(expected, rel=0.15)
+    assert pushed["club_velocity"] == pytest.approx(free["club_velocity"], abs=1.5)
+    many = golf_impact.run_impacts(law=2, club_force=[0.0, 400.0])
+    assert many["smash_factor"][1] == pushed["smash_factor"]
+
+
+def test_through_the_fmus(fmu, fmi3_path):
+    """FMI 2.0 and, by CVODE, Model Exchange."""
+    names = ("ball_velocity", "coefficient_of_restitution", "energy_efficiency", "contact_time")
+    for law in (1, 2):
+        values = {"law": law, "club_force": -700.0, "gap": 0.001}
+        stepwise = fmu.impact(names, **values)
+        assert stepwise == golf_impact.run_impact(names, **values)
+        rows = fmpy.simulate_fmu(
+            str(fmi3_path), fmi_type="ModelExchange", start_values=values, output=names,
+            stop_time=2e-3, output_interval=1e-4, relative_tolerance=1e-10,
+        )  # fmt: skip
+        for name in names:
+            assert rows[name][-1] == pytest.approx(stepwise[name], rel=1e-6)
