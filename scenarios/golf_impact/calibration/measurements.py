@@ -205,8 +205,8 @@ def measurements(
     curves = [] if curve is None else _curves(curve, values, columns)
     line = None if cor_speeds is None else _read_series(cor_speeds, "cor_speeds")
     if curves and "club_speed" not in values:
-        if targets:
-            raise UserError("scalars beside --curve FILE@SPEED need --club-speed, too")
+        if targets and any(one.impact != curves[0].impact for one in curves):
+            raise UserError("scalars beside curves of several speeds need --club-speed, too")
         impact = dict(curves[0].impact)
     data = Measurements(targets, curves, line, impact)
     if line and np.ptp(line.x) == 0.0:
