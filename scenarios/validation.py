@@ -58,9 +58,13 @@ def run(fmu):
         limit = _PREDICTION_LIMIT if metric == _PREDICTED else _FIT_LIMIT
         claim = f"roh-lee: {QUANTITIES[metric].plain} agrees with the paper within {limit:g} %"
         report.check(claim, abs(fit[metric]) <= limit, f"{fit[metric]:+.2f} %", "documents")
-    worst = {name: max(abs(of[metric]) for metric in _FITTED) for name, of in errors.items()}
+    # Of all quantities in the table but the prediction.
+    worst = {
+        name: max(abs(error) for metric, error in of.items() if metric != _PREDICTED)
+        for name, of in errors.items()
+    }
     for name in ("document", "roh-lee-linear"):
-        claim = f"{name}: one of the fitted quantities differs by more than {_FIT_LIMIT:g} %"
+        claim = f"{name}: one of the quantities differs by more than {_FIT_LIMIT:g} %"
         report.check(claim, worst[name] > _FIT_LIMIT, f"largest error {worst[name]:.1f} %")
 
     cor = results["document", speed]["coefficient_of_restitution"]

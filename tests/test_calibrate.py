@@ -55,7 +55,7 @@ def inverse(restitution, time):
 
 @pytest.mark.parametrize("restitution", [0.999, 0.743, 0.2, 0.13, 0.05])
 def test_inverse_of_kelvin_voigt(fmu, restitution):
-    fitted = Fit(fmu, targets(cor=restitution, contact_time=6e-4), LINEAR)
+    fitted = Fit(targets(cor=restitution, contact_time=6e-4), LINEAR)
     k, b = inverse(restitution, 6e-4)
     # Rounded to a thousandth of their standard errors, which follow from σ of 1 %.
     assert fitted.values["k"] == pytest.approx(k, rel=3e-5)
@@ -95,7 +95,7 @@ def random_case(fmu, seed):
 def test_round_trip(fmu, seed):
     """The measurements are met; with a given exponent by the true parameters."""
     impact, law, true, measured, _ = random_case(fmu, seed)
-    fitted = Fit(fmu, targets(impact, **measured), law)
+    fitted = Fit(targets(impact, **measured), law)
     assert fitted.chi_squared < 1e-4
     # COR determines the damping, a time or a force k; times and forces may leave two exponents.
     if law.exponent is not None:
@@ -111,7 +111,7 @@ def test_noisy_targets(fmu, seed):
     for name, value in measured.items():
         sigma = 10.0 ** draw.uniform(-5.0, -1.3) * abs(value)
         noisy[name] = Target(value + sigma * draw.gauss(0.0, 1.0), sigma)
-    fitted = Fit(fmu, Measurements(noisy, impact=impact), law)
+    fitted = Fit(Measurements(noisy, impact=impact), law)
     truth = sum(((measured[name] - t.value) / t.sigma) ** 2 for name, t in noisy.items())
     # Rounding the parameters changes χ² by 1e-6 of their number.
     assert fitted.chi_squared <= truth * (1.0 + 1e-9) + 1e-4
@@ -119,7 +119,7 @@ def test_noisy_targets(fmu, seed):
 
 def test_standard_error_of_an_exact_inverse(fmu):
     """b = 2 μ L/T, so its relative variance is the sum of those of L = -ln COR and T."""
-    fitted = Fit(fmu, targets(cor=0.743, contact_time=6e-4), LINEAR)
+    fitted = Fit(targets(cor=0.743, contact_time=6e-4), LINEAR)
     expected = fitted.values["b"] * math.hypot(0.01 / -math.log(0.743), 0.01)
     assert fitted.parameters["b"].standard_error == pytest.approx(expected, rel=1e-5)
     assert fitted.degrees_of_freedom == 0
@@ -137,7 +137,7 @@ def test_standard_error_of_an_exact_inverse(fmu):
 )
 def test_presets_are_what_calibrate_finds(fmu, name, law):
     tour = {"club_speed": 113 * MPH, "ball_speed": 167 * MPH, "contact_time": 475e-6}
-    fitted = Fit(fmu, measurements(tour if name == "tour" else ROH_LEE), law)
+    fitted = Fit(measurements(tour if name == "tour" else ROH_LEE), law)
     for variable, value in BALLS[name].values.items():
         # Calibrate rounds to a thousandth of the standard errors.
         assert fitted.values[variable] == pytest.approx(value, rel=1e-4)
@@ -145,12 +145,12 @@ def test_presets_are_what_calibrate_finds(fmu, name, law):
 
 def test_no_damping_is_within_reach(fmu):
     elastic = of_impact(fmu, ("contact_time", "max_force"), law=2, b=0.0, k=7e5)
-    fitted = Fit(fmu, elastic, LINEAR)
+    fitted = Fit(elastic, LINEAR)
     assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
     assert fitted.values["k"] == pytest.approx(7e5, rel=3e-5)
     # A ball a little faster than an elastic one, but within its σ: b is held at 0.
     faster = targets(contact_time=6e-4, ball_speed=57.6)
-    fitted = Fit(fmu, faster, LINEAR)
+    fitted = Fit(faster, LINEAR)
     assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
     assert fitted.residuals[0] == pytest.approx(-0.27, abs=0.02)
     assert fitted.parameters["b"].standard_error is None
@@ -160,7 +160,7 @@ def test_no_damping_is_within_reach(fmu):
 def test_of_two_answers_the_less_damped_one(fmu):
     """Time and force of a linear ball fit a little damping, or very much."""
     wanted = of_impact(fmu, ("contact_time", "max_force"), law=2, k=9e5, b=40.0)
-    assert Fit(fmu, wanted, LINEAR).values["b"] == pytest.approx(40.0, rel=1e-4)
+    assert Fit(wanted, LINEAR).values["b"] == pytest.approx(40.0, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -190,7 +190,7 @@ def test_of_two_answers_the_less_damped_one(fmu):
         ("--reference-compression 0", "--reference-compression 0"),
         ("--law 3", "1 (absolute)"),
         ("--csv none.csv", "none.csv"),
-        ("--cor 1e-300 --contact-time 6e-4", "no contact that ends comes near"),
+        ("--cor 1e-6 --contact-time 6e-4", "above 0.01"),
     ],
 )
 def test_options_that_are_refused(tmp_path, options, words):

@@ -6,6 +6,6 @@ files.
 """
 
 from golf_physics import __version__ as VERSION  # noqa: N812 (a constant here)
-from golf_physics.variables import LAWS
+from golf_physics.variables import BY_NAME, LAWS, UNITS
 
-__all__ = ["LAWS", "VERSION"]
+__all__ = ["BY_NAME", "LAWS", "UNITS", "VERSION"]

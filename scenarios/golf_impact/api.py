@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from numbers import Integral
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,7 @@ from golf_impact.arrays import impacts, trajectory
 from golf_impact.arrays import sensitivities as slopes
 from golf_impact.arrays.impacts import ImpactArrays
 from golf_impact.arrays.scalar import ScalarImpacts
+from golf_impact.errors import UserError
 from golf_impact.runs import METRICS, PATH
 
 if TYPE_CHECKING:
@@ -59,7 +61,7 @@ def run_impact(outputs: Sequence[str] = METRICS, **values: float) -> dict[str, f
     Raises:
         UserError: the physics rejects a value, or has no variable of a name.
     """
-    return ScalarImpacts().impact(outputs, **values)
+    return ScalarImpacts().impact(outputs, **_numbers(values))
 
 
 def run_impacts(outputs: Sequence[str] = METRICS, **values: ArrayLike) -> ImpactArrays:
@@ -108,7 +110,7 @@ def run_trajectory(
     """Sample an impact over the contact and a tenth of it before and after, or at given instants.
 
     Args:
-        points: number of samples, unless times are given.
+        points: number of samples, at least 2, unless times are given.
         outputs: the Real outputs to record.
         times: instants since the start of the run, s, at least 0, of any shape and in any order.
         values: inputs and parameters by name (SI units); defaults for the others.
@@ -124,9 +126,21 @@ def run_trajectory(
         >>> run_trajectory(outputs=["force"], times=[1e-4, 3e-4], law=2)["force"].round()
         array([3575., 6556.])
     """
-    if times is None:
-        return ScalarImpacts().trajectory(points, outputs, **values)
-    return trajectory.run_trajectory(outputs, times, values)
+    values = _numbers(values)
+    if times is not None:
+        return trajectory.run_trajectory(outputs, times, values)
+    if not isinstance(points, Integral) or points < 2:
+        raise UserError(f"points = {points!r} is refused: it must be a whole number of at least 2")
+    return ScalarImpacts().trajectory(int(points), outputs, **values)
+
+
+def _numbers(values: Mapping[str, Any]) -> dict[str, float]:
+    """The values if each is a single number; otherwise a UserError."""
+    for name, value in values.items():
+        if np.ndim(value) or np.asarray(value).dtype.kind not in "biuf":
+            why = "it must be a number in SI units"
+            raise UserError(f"{name} = {value!r} is refused: {why}", name, value, why)
+    return dict(values)
 
 
 def sensitivities(

@@ -39,17 +39,29 @@ def run_trajectory(
     return Named({"time": times, **{name: row[places] for name, row in samples.items()}})
 
 
-def forces(times: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
-    """Contact force (N) of an impact without a gap at these times since first touch (s, >= 0)."""
-    return run_trajectory(("force",), times, {**values, "gap": 0.0})["force"]
+@np.errstate(all="ignore")
+def forces(times: np.ndarray, contact: Contacts) -> np.ndarray:
+    """Force (N) of a contact in closed form at times since first touch (s): 0 before and after it.
+
+    Times and the contact's values may be complex, as in `elementwise`.
+    """
+    inside = np.flatnonzero((np.real(times) > 0.0) & (np.real(times - contact.contact_time) < 0.0))
+    force = np.zeros(times.shape, np.result_type(times, contact.contact_time))
+    for begin in range(0, inside.size, impacts.BLOCK):
+        places = inside[begin : begin + impacts.BLOCK]
+        block = impacts.padded({"time": times}, places, len(places))["time"]
+        force[places] = contact.motion(block).force[: len(places)]
+    return force
 
 
 @np.errstate(all="ignore")
 def closed_contact(values: Mapping[str, Any]) -> Contacts | None:
-    """The contact of one impact, if it is in closed form."""
-    for _, contact in impacts.closed_contacts(impacts.columns_of(values, ()), 1):
+    """The contact of one impact, if it is in closed form; values may be complex."""
+    columns = impacts.columns_of({name: np.real(value) for name, value in values.items()}, ())
+    for _, contact in impacts.closed_contacts(columns, 1):
         if contact.closed:
-            return contact
+            stepped = {name: value for name, value in values.items() if np.iscomplexobj(value)}
+            return Contacts(contact.formulas, columns | stepped) if stepped else contact
     return None
 
 

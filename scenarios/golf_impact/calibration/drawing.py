@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,21 +33,25 @@ def draw(calibration: Any) -> Figure:
     for name, series in data.series.items():
         above, below = axes[name], axes[f"{name} residuals"]
         order, x, sigma = np.argsort(series.x), series.x, fit.sigma[data.groups[name]]
-        if fit.touch and name == "curve":
-            x = 1e6 * (series.x - fit.touch.value)
+        # More points than pixels are no more to see.
+        order = order[:: len(order) // 4000 + 1]
+        if name in fit.touches:
+            x = 1e6 * (series.x - fit.touches[name].value)
             first, last = x[series.contact[[0, -1]]]
             margin = 0.3 * (last - first)
             for one in (above, below):
                 one.set_xlim(first - margin, last + margin)
         residuals, half = calibration.residuals[name] * sigma, fit.coverage * sigma[order]
-        above.plot(x, series.y, **_DOTS, label="measured")
+        above.plot(x[order], series.y[order], **_DOTS, label="measured")
         above.plot(x[order], (series.y + residuals)[order], color=figures.BLUE, label="fit")
         band = {"color": figures.BLACK, "alpha": 0.14, "lw": 0, "label": "95 %"}
         below.fill_between(x[order], -half, half, **band)
-        below.plot(x, residuals, **_DOTS)
+        below.plot(x[order], residuals[order], **_DOTS)
         below.axhline(0.0, color=figures.BLACK, lw=0.8)
-        above.set(ylabel=_LABELS[name][1])
-        below.set(xlabel=_LABELS[name][0], ylabel=_LABELS[name][2])
+        if calibration.apart and series.impact:
+            above.set_title(f"{Path(series.name).name}, {series.impact['club_speed']:g} m/s")
+        above.set(ylabel=_LABELS[name.split()[0]][1])
+        below.set(xlabel=_LABELS[name.split()[0]][0], ylabel=_LABELS[name.split()[0]][2])
         for one in (above, below):
             one.legend(loc="upper right", fontsize=9)
     if data.targets:

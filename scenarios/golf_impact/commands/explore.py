@@ -9,6 +9,7 @@ from typer import Option
 
 from golf_impact.commands.console import say, warn
 from golf_impact.errors import UserError, missing_package
+from golf_impact.facts.units import remarks
 
 EPILOG = (
     "Examples: golf-impact explore --ball roh-lee --set club_speed=50 · "
@@ -47,14 +48,17 @@ def explore(
         import bokeh  # noqa: F401
     except ImportError as error:
         raise missing_package("explore", "Bokeh", "explore") from error
-    from golf_impact.commands.run import fmu_file, values_of
+    from golf_impact.commands.run import fmu_file, take_conditions, values_of
     from golf_impact.facts.balls import ball as named_ball
 
-    values = {**(named_ball(ball).values if ball else {}), **values_of(set_ or [])}
+    given, chosen = values_of(set_ or []), [named_ball(ball)] if ball else []
+    values = {**(chosen[0].values if chosen else {}), **take_conditions(chosen, given), **given}
     if export is not None and values:
         raise UserError("--export takes no --ball or --set: the address holds the case")
     if export is None and pyodide is not None:
         raise UserError("--pyodide is for --export FOLDER alone")
+    for words in remarks(given):
+        warn(words, style="yellow")
     if export is not None:
         from golf_impact.explore.export import export as write_page
 

@@ -1,6 +1,9 @@
 """`golf-impact run`."""
 
+import json
 import os
+from collections.abc import Container, Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,10 +20,12 @@ from golf_impact.commands.console import (
 )
 from golf_impact.commands.list import title_beside
 from golf_impact.errors import UserError
-from golf_impact.facts.quantities import LAWS_IN_WORDS, check_masses
+from golf_impact.facts.quantities import LAWS_IN_WORDS, format_options
+from golf_impact.facts.units import remarks, si_value, unit_of
 from golf_impact.report.outcome import Table, summarize_checks
 
 if TYPE_CHECKING:
+    from golf_impact.facts.balls import Ball
     from golf_impact.report.report import Report
 
 EPILOG = (
@@ -58,8 +63,8 @@ def run(
     values = values_of(set_ or [])
     own_balls = [named_ball(name) for name in dict.fromkeys(balls or ())]
     own = bool(values or own_balls)
-    masses = {f"--set {name}=": values[name] for name in ("m_club", "m_ball") if name in values}
-    for words in check_masses(masses):
+    values = {**take_conditions(own_balls, values), **values}
+    for words in remarks(values):
         warn(words, style="yellow")
     if names and own:
         say(f"--set and --ball define a case of your own; they don't change {', '.join(names)}.")
@@ -68,6 +73,11 @@ def run(
         script, name = load_scenario(name_or_path), Path(name_or_path).stem
         if scripts.setdefault(name, script) is not script:
             raise UserError(f"two scenarios are named {name}: run one at a time")
+    if names and (others := _scenarios_in(folder) - scripts.keys()):
+        # Nothing of a larger run is lost, or mixed with another FMU's.
+        folder /= "_".join(scripts)[:100]
+        kept = ", ".join(sorted(others))
+        say(f"{folder.parent} has results of {kept}, too: these go into {folder}.")
     prepare(folder, *(("results.json", "report.html") if scripts else ()))
     # By the beginning of their files' names.
     sets: dict[str, dict[str, Report]] = {}
@@ -101,6 +111,26 @@ def run(
     return 0 if passed else 1
 
 
+def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str, float]:
+    """Conditions in the files of balls, as far as they aren't given otherwise; prints them."""
+    from golf_impact.facts.balls import conditions_of
+
+    conditions = conditions_of(balls, given)
+    if conditions:
+        say(f"Conditions of the ball's file: {format_options(conditions)}")
+    return conditions
+
+
+def _scenarios_in(folder: Path) -> set[str]:
+    """The scenarios whose results are in a folder."""
+    path = folder / "results.json"
+    with suppress(OSError, ValueError):
+        # Not of a pipe, for whose other end it would wait.
+        results = json.loads(path.read_text("utf-8")) if path.is_file() else None
+        return set(results) if isinstance(results, dict) else set()
+    return set()
+
+
 def fmu_file(path: Path | str | None) -> Path:
     """The FMU that a user names (UserError if it can't be used), or that of the current sources."""
     from golf_impact.fmu.file import check_fmu, current_fmu
@@ -118,10 +148,9 @@ def values_of(pairs: list[str]) -> dict[str, float]:
     values = {}
     for name, text in pairs_of(pairs, "NAME=VALUE, e.g. --set k=8e5").items():
         try:
-            values[name] = float(text)
-        except ValueError:
-            why = f"{text!r} is no number (e.g. --set {name}=1.5)"
-            why = LAWS_IN_WORDS if name == "law" else why
+            values[name] = si_value(text, unit_of(name))
+        except ValueError as error:
+            why = LAWS_IN_WORDS if name == "law" else error
             raise UserError(f"--set {name}={text} is refused: {why}") from None
     return values
 

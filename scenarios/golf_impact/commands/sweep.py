@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Context, Option
 
 from golf_impact.commands.console import err, progress, say, warn
-from golf_impact.commands.run import fmu_file, pairs_of
+from golf_impact.commands.run import fmu_file, pairs_of, take_conditions
 from golf_impact.errors import UserError, missing_package
+from golf_impact.facts.units import remarks
 from golf_impact.stopping import held
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def sweep(
 
     The physics computes them in arrays. One case in a thousand is computed again without these.
     """
+    from golf_impact.facts.balls import ball
     from golf_impact.files import prepare
     from golf_impact.sweeps.run import Stopped, Sweep
     from golf_impact.sweeps.study import KEYS, Study, read_study
@@ -73,6 +75,11 @@ def sweep(
     names = names.split(",") if isinstance(names, str) else names
     sampling = options.pop("seed", 0), options.pop("design", "random")
     study = Study.of(sets, names, options.pop("samples", None), *sampling)
+    presets = [one for axis in study.grid if axis.name == "ball" for one in axis.values]
+    take_conditions(map(ball, presets), study.names)
+    ends = ({axis.name: axis.values[n]} for axis in study.grid for n in (0, -1))
+    for remark in dict.fromkeys(remark for end in ends for remark in remarks(end)):
+        warn(remark, style="yellow")
     with_report, with_loop = options.pop("figures", True), options.pop("compare", False)
     if with_report:
         prepare(table.parent, table.with_suffix(".png").name, table.with_suffix(".html").name)

@@ -1,17 +1,20 @@
 """Balls: presets (balls.toml), each with its source, and TOML files of users."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Container, Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from golf_impact.errors import UserError
 from golf_impact.facts.toml import read_toml
+from golf_impact.facts.units import si_value, unit_of
 
 #: What a ball may set, and what of it may have a covariance.
 _UNCERTAIN = ("k", "b", "exponent", "restitution_at_rest", "restitution_slope")
 _SETTABLE = ("law", *_UNCERTAIN, "reference_compression", "m_ball", "ball_diameter")
+_CONDITIONS = ("club_speed", "m_club")
 
 
 @dataclass(frozen=True)
@@ -24,6 +27,8 @@ class Ball:
     source: str  #: where they come from
     uncertain: tuple[str, ...] = ()  #: names of the values that have a covariance, (p,)
     covariance: tuple[tuple[float, ...], ...] = ()  #: theirs, rows of (p, p), SI units
+    #: Club speed and mass of the impact in which it was measured, by name (SI units).
+    conditions: Mapping[str, float] = field(default_factory=dict)
 
 
 def rating_stiffness(rating: float) -> float:
@@ -50,7 +55,8 @@ def ball(name: str) -> Ball:
 def read_ball(path: Path | str) -> Ball:
     """The ball of a TOML file: variables of the FMU by name, and optionally title and source.
 
-    A table `uncertainty` with `parameters` and `covariance` gives predictions their intervals.
+    A table `uncertainty` with `parameters` and `covariance` gives predictions their intervals; a
+    table `conditions` has club_speed and m_club of the measured impact.
     UserError: the file can't be read, or something in it isn't a ball's.
     """
     return _ball(str(path), read_toml(path))
@@ -59,13 +65,18 @@ def read_ball(path: Path | str) -> Ball:
 def _ball(name: str, table: dict[str, Any]) -> Ball:
     title, source = str(table.pop("title", f"of {name}")), str(table.pop("source", name))
     uncertainty = table.pop("uncertainty", {"parameters": [], "covariance": []})
-    for key, value in table.items():
+    conditions = table.pop("conditions", {})
+    if not isinstance(conditions, dict) or not {*conditions} <= {*_CONDITIONS}:
+        raise UserError(f"{name}: conditions takes {' and '.join(_CONDITIONS)} alone")
+    for key, value in [*table.items(), *conditions.items()]:
+        if key in conditions:
+            conditions[key] = _number(name, key, value)
+            continue
         if key not in _SETTABLE:
             raise UserError(
                 f"{name}: a ball has no {key}: choose from {', '.join(_SETTABLE)}, title, source"
             )
-        if not _is_number(value):
-            raise UserError(f"{name}: {key} = {value!r} is refused: it must be a finite number")
+        table[key] = _number(name, key, value)
     if not table:
         raise UserError(f"{name} is no ball: give it lines such as law = 2, k = 8e5, b = 30")
     try:
@@ -82,7 +93,33 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
             f"{name}: uncertainty is refused: it needs parameters, p names of values above it, and "
             "covariance, p rows of p finite numbers with none on its diagonal below 0"
         )
-    return Ball(name, title, table, source, names, rows)
+    return Ball(name, title, table, source, names, rows, conditions)
+
+
+def _number(name: str, key: str, value: Any) -> float:
+    """A value in SI units; as text it may have another one, "770 N/mm"."""
+    with suppress(ValueError):
+        value = si_value(value, unit_of(key)) if isinstance(value, str) else value
+    if not _is_number(value):
+        raise UserError(f"{name}: {key} = {value!r} is refused: it must be a finite number")
+    return value
+
+
+def conditions_of(balls: Iterable[Ball], given: Container[str]) -> dict[str, float]:
+    """Conditions of the first ball that has any, for all; those given otherwise are left out.
+
+    UserError: another ball has other ones.
+    """
+    found: dict[str, tuple[float, str]] = {}
+    for one in balls:
+        for name, value in one.conditions.items():
+            first, whose = found.setdefault(name, (value, one.name))
+            if first != value and name not in given:
+                values = f"{name} = {first:g} and {value:g}"
+                raise UserError(
+                    f"{whose} and {one.name} were measured with {values}: give --set {name}=…"
+                )
+    return {name: value for name, (value, _) in found.items() if name not in given}
 
 
 def _is_number(value: Any) -> bool:
@@ -99,6 +136,8 @@ def ball_toml(ball: Ball) -> str:
     for name, value in ball.values.items():
         error = f"  # standard error {errors[name]:.2g}" if name in errors else ""
         lines.append(f"{name} = {value!r}{error}")
+    if ball.conditions:
+        lines += ["", "[conditions]", *(f"{n} = {value!r}" for n, value in ball.conditions.items())]
     if ball.uncertain:
         rows = ",\n".join(f"    {list(row)!r}" for row in ball.covariance)
         names = json.dumps(list(ball.uncertain))

@@ -11,9 +11,6 @@ from golf_impact.facts.toml import read_toml
 #: The allowed values of `law`.
 LAWS_IN_WORDS = f"law is {' or '.join(f'{number} ({name})' for number, (name, _) in LAWS.items())}"
 
-#: No club head and no ball has this mass (kg): grams were meant.
-_HEAVY = 10.0
-
 
 class NoValue(float):
     """NaN with a reason: the value of a result that an impact doesn't have.
@@ -117,15 +114,6 @@ def format_with_error(value: float, error: float | None) -> str:
 def format_options(values: Mapping[str, float]) -> str:
     """Inputs and parameters (SI) as options of a command line."""
     return " ".join(f"--set {name}={format_shortest(value)}" for name, value in values.items())
-
-
-def check_masses(masses: Mapping[str, float]) -> list[str]:
-    """Warnings about masses (kg, by what stands before them) that were probably given in grams."""
-    return [
-        f"{given}{mass:g} is taken in kg: write {given}{mass / 1e3:g} for {mass:g} g."
-        for given, mass in masses.items()
-        if mass > _HEAVY
-    ]
 
 
 def format_unit(unit: str | None) -> str:

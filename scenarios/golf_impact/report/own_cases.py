@@ -13,10 +13,10 @@ from golf_impact.facts import closed_forms
 from golf_impact.facts.balls import Ball
 from golf_impact.facts.quantities import QUANTITIES, format_unit
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.fmu.uncertainty import standard_errors
 from golf_impact.report.any_law import check_any_law
 from golf_impact.report.report import Report, derive_metrics
 from golf_impact.report.styles import STYLES
+from golf_impact.report.uncertainty import gradient, standard_errors
 from golf_impact.runs import METRICS
 
 #: Half the width of a 95 % interval in standard errors.
@@ -84,7 +84,7 @@ def _errors(report: Report, ball: Ball, given: Mapping[str, float]) -> dict[str,
 
     at = [ball.uncertain.index(name) for name in names]
     covariance = np.array(ball.covariance)[np.ix_(at, at)]
-    errors = standard_errors(evaluate, given, names, covariance).tolist()
+    errors = standard_errors(gradient(evaluate, given, names), covariance).tolist()
     # Rounding makes a tiny error of what doesn't depend on the ball.
     return {name: error for name, error in zip(QUANTITIES, errors) if error > 1e-9}
 

@@ -19,7 +19,7 @@ from golf_build import VERSION
 from golf_impact.arrays.impacts import Outcome
 from golf_impact.arrays.impacts import impacts as impacts_by_arrays
 from golf_impact.errors import UserError
-from golf_impact.facts.balls import ball
+from golf_impact.facts.balls import ball, conditions_of
 from golf_impact.facts.quantities import undefined_results
 from golf_impact.runs import FLAGS, ImpactRuns
 from golf_impact.sweeps.study import Study
@@ -70,7 +70,10 @@ def make_plan(study: Study, variables: Mapping[str, Any]) -> Plan:
             if name not in known:
                 raise UserError(f"there is no {kind} {name!r}: choose from {', '.join(known)}")
     grids = {axis.name: axis.values for axis in study.grid}
-    presets = {name: ball(name).values for name in grids.pop("ball", ())}
+    chosen = [ball(name) for name in grids.pop("ball", ())]
+    presets = {one.name: one.values for one in chosen}
+    conditions = conditions_of(chosen, study.names)
+    grids |= {name: np.array([value]) for name, value in conditions.items()}
     # What balls set, unless it is swept itself; defaults for what a ball doesn't set.
     balls = {
         name: {of: preset.get(name, variables[name].start) for of, preset in presets.items()}

@@ -16,6 +16,7 @@ from golf_impact.errors import UserError, missing_package
 from golf_impact.facts.balls import ball
 from golf_impact.facts.quantities import LAWS_IN_WORDS
 from golf_impact.facts.toml import read_toml
+from golf_impact.facts.units import si_values, unit_of
 
 #: Default outputs: those known at the end of contact. Law 1 has to search for extremes (max_force).
 OUTPUTS = (
@@ -98,10 +99,12 @@ def _parse(name: str, text: str) -> Grid | Distribution:
     word = word.strip().lower()
     if word not in ("log", "normal", "uniform"):
         word, rest = "", text
+    parts = rest.split(":" if word or ":" in rest else ",")
+    ends = parts[:2] if word or ":" in rest else parts
     try:
-        numbers = [float(number) for number in rest.split(":" if word or ":" in rest else ",")]
-    except ValueError:
-        raise ValueError(f"write {_FORMS}") from None
+        numbers = si_values(ends, unit_of(name)) + [float(part) for part in parts[len(ends) :]]
+    except ValueError as error:
+        raise ValueError(f"{error}; write {_FORMS}") from None
     if not np.isfinite(numbers).all():
         raise ValueError("its numbers must be finite")
     if not word and ":" not in rest:

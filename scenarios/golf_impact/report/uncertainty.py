@@ -1,4 +1,4 @@
-"""Sensitivities of the FMU's outputs to its parameters, and standard errors that follow."""
+"""Sensitivities of an impact's outputs to its parameters, and standard errors that follow."""
 
 from __future__ import annotations
 
@@ -34,9 +34,6 @@ def gradient(evaluate: Evaluate, values: Mapping[str, float], names: Sequence[st
     return np.array(slopes)
 
 
-def standard_errors(
-    evaluate: Evaluate, values: Mapping[str, float], names: Sequence[str], covariance: np.ndarray
-) -> np.ndarray:
-    """Standard errors of outputs by linear propagation of a covariance (p, p), see `gradient`."""
-    slopes = gradient(evaluate, values, names)
+def standard_errors(slopes: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Standard errors of outputs by linear propagation of a covariance (p, p); see `gradient`."""
     return np.sqrt(np.einsum("i...,ij,j...->...", slopes, covariance, slopes).clip(0.0))

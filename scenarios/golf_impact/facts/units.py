@@ -1,0 +1,81 @@
+"""Units at the door: numbers as text, with or without a unit of the FMU's own table."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from golf_build import BY_NAME, UNITS
+
+_NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")
+
+#: SI unit and size in it of all units, as they are compared.
+SYMBOLS = {
+    symbol.replace(".", ""): (si, 1.0 / factor)
+    for si, unit in UNITS.items()
+    for symbol, factor in {si: 1.0, **unit.display}.items()
+}
+
+#: Sizes that no golf impact has without a slip in the unit: least and largest, SI units, and the
+#: units that are probably meant.
+_REMARKABLE = {
+    **dict.fromkeys(("club_speed", "ball_speed"), (0.0, 70.0, ("mph", "km/h"))),
+    **dict.fromkeys(("m_club", "m_ball"), (0.0, 10.0, ("g",))),
+    **dict.fromkeys(("ball_diameter", "reference_compression", "gap"), (0.0, 1.0, ("mm",))),
+    "k": (1e4, float("inf"), ("N/mm",)),
+    "b": (0.1, float("inf"), ()),
+}
+
+
+def symbol_of(text: str) -> str:
+    """A unit as in `SYMBOLS`, from usual spellings: µs (of any or a broken encoding), N·s/m."""
+    return re.sub(r"[µμ\ufffd]", "u", re.sub(r"[.·*\s]", "", text))
+
+
+def unit_of(name: str) -> str:
+    """The SI unit of a variable of the FMU; empty if it has none."""
+    return BY_NAME[name].unit if name in BY_NAME else ""
+
+
+def _split(text: str) -> tuple[str, str]:
+    """A number and its unit, which may be missing."""
+    try:
+        float(text)
+    except ValueError:
+        if match := _NUMBER.fullmatch(text.strip()):
+            return match[1], match[2]
+        raise ValueError(f"{text!r} is no number (e.g. 1.5)") from None
+    return text, ""
+
+
+def si_value(text: str, unit: str) -> float:
+    """A number in SI units; ValueError says what isn't understood."""
+    number, symbol = _split(text)
+    base, size = SYMBOLS.get(symbol_of(symbol), ("", 0.0)) if symbol else (unit, 1.0)
+    if base != unit:
+        known = ", ".join([unit, *UNITS[unit].display]) if unit else "none"
+        raise ValueError(f"{symbol!r} isn't a unit it may have: {known}")
+    return float(number) * size
+
+
+def si_values(texts: Iterable[str], unit: str) -> list[float]:
+    """Numbers of a range: each in its own unit, or all in that of the last one."""
+    pairs = [_split(text) for text in texts]
+    shared = "" if any(symbol for _, symbol in pairs[:-1]) else pairs[-1][1]
+    return [si_value(f"{number} {symbol or shared}", unit) for number, symbol in pairs]
+
+
+def remarks(values: Mapping[str, Any], form: str = "--set {}=") -> list[str]:
+    """Sentences about numbers (SI units) that look like those of another unit."""
+    words = []
+    for name in _REMARKABLE.keys() & values.keys():
+        value, (low, high, units) = values[name], _REMARKABLE[name]
+        if value > 0.0 and not low <= value <= high:
+            given, unit = form.format(name), unit_of(name).replace(".", "·")
+            meant = " or ".join(
+                f"{given}{value * SYMBOLS[symbol][1]:g} for {value:g} {symbol}" for symbol in units
+            )
+            hint = f"write {meant}" if meant else "golf balls have 1 to 100 there"
+            words.append(f"{given}{value:g} is taken in {unit}: {hint}.")
+    return words

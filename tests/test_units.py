@@ -1,0 +1,132 @@
+"""Values with units wherever text is taken, and remarks about those that lack one."""
+
+import json
+import math
+
+import pytest
+from command import golf_here, refused
+
+import golf_impact
+from golf_impact.errors import UserError
+from golf_impact.facts.measured import MPH
+from golf_impact.facts.units import remarks, si_value, si_values
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("95mph", "m/s", 95 * MPH),
+        ("171 km/h", "m/s", 47.5),
+        ("770N/mm", "N/m", 7.7e5),
+        ("0.77e3 kN/m", "N/m", 7.7e5),
+        ("42.67 mm", "m", 0.04267),
+        ("30 N·s/m", "N.s/m", 30.0),
+        ("600 µs", "s", 6e-4),
+        ("600us", "s", 6e-4),
+        ("74%", "1", 0.74),
+        ("1e-3", "m", 1e-3),
+        ("inf", "m", math.inf),
+    ],
+)
+def test_values(text, unit, value):
+    assert si_value(text, unit) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["95 knots", "5 kg", "fast", "5e", "1,5", "mph"])
+def test_what_is_no_value(text):
+    with pytest.raises(ValueError, match=r"m/s, mph, km/h|no number"):
+        si_value(text, "m/s")
+
+
+def test_ranges():
+    """Each number has its own unit, or all have that of the last one."""
+    assert si_values(["500", "2000N/mm"], "N/m") == [5e5, 2e6]
+    assert si_values(["500N/mm", "2e6"], "N/m") == [5e5, 2e6]
+    assert si_values(["5", "6"], "N/m") == [5.0, 6.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "usual", "slip", "words"),
+    [
+        ("club_speed", 70.0, 70.1, "mph or"),
+        ("m_club", 10.0, 10.1, "for 10.1 g"),
+        ("k", 1e4, 770.0, "k=770000 for 770 N/mm"),
+        ("ball_diameter", 1.0, 42.67, "ball_diameter=0.04267 for 42.67 mm"),
+        ("b", 0.1, 0.03, "N·s/m"),
+    ],
+)
+def test_remarks(name, usual, slip, words):
+    """On both sides of a border; not about 0, and not about what isn't allowed."""
+    assert remarks({name: usual}) == remarks({name: 0.0}) == remarks({name: -5.0}) == []
+    (remark,) = remarks({name: slip})
+    assert remark.startswith(f"--set {name}={slip:g} is taken in ")
+    assert words in remark
+
+
+def test_where_text_is_taken(tmp_path):
+    """run, a ball's file, sweep, calibrate."""
+    ball = tmp_path / "ball.toml"
+    ball.write_text('law = 2\nk = "770 N/mm"\nb = 30\nball_diameter = "42.67mm"\n')
+    assert golf_impact.read_ball(ball).values["k"] == 7.7e5
+    done = golf_here("run", "--ball", ball, "--set", "club_speed=95mph", "--no-figures", "--out",
+                     tmp_path)  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    (results,) = tmp_path.glob("*_results.json")
+    case = json.loads(results.read_text())["custom"]["custom"]
+    direct = golf_impact.run_impact(law=2, k=7.7e5, b=30.0, club_speed=95 * MPH)
+    assert case["max_force"] == direct["max_force"]
+    study = golf_impact.Study.of({"k": "500:2000N/mm:4", "club_speed": "90,95 mph"})
+    assert [axis.values.tolist() for axis in study.grid] == [
+        [5e5, 1e6, 1.5e6, 2e6],
+        pytest.approx([90 * MPH, 95 * MPH]),
+    ]
+    drawn = golf_impact.Study.of({"club_speed": "normal:95mph:2mph"}, number_of_samples=2)
+    assert drawn.distributions[0].second == pytest.approx(2 * MPH)
+    with pytest.raises(UserError, match="'lb' isn't a unit it may have: N/m, kN/m, N/mm"):
+        golf_impact.Study.of({"k": "500:2000lb:4"})
+    refused(golf_here("run", "--set", "k=770lb", "--out", tmp_path), "--set k=770lb", "N/mm")
+    options = ("--cor", "74.3%", "--contact-time", "600us", "--no-figures", "--out", tmp_path)
+    assert golf_here("calibrate", *options).returncode == 0
+    targets = json.loads((tmp_path / "calibrate.json").read_text())["targets"]
+    assert [one["target"] for one in targets] == pytest.approx([0.743, 6e-4], rel=1e-15)
+
+
+def test_a_remark_once_a_command(tmp_path):
+    out = tmp_path / "sweep.csv"
+    done = golf_here("sweep", "--set", "club_speed=95", "--no-figures", "--out", out)
+    assert (done.returncode, done.stderr.count("is taken in m/s")) == (0, 1)
+
+
+@pytest.mark.parametrize("value", ["2", None, [2], math.nan])
+def test_python_takes_numbers_only(value):
+    for function in (golf_impact.run_impact, golf_impact.run_trajectory):
+        with pytest.raises(UserError, match="law = "):
+            function(law=value)
+
+
+@pytest.mark.parametrize("points", [1, 0, 2.5])
+def test_a_trajectory_has_two_points(points):
+    with pytest.raises(UserError, match=r"points = .* at least 2"):
+        golf_impact.run_trajectory(points=points)
+    assert len(golf_impact.run_trajectory(points=2)["time"]) == 2
+
+
+def test_a_run_of_a_selection_leaves_the_others(tmp_path):
+    """A larger run, and a file of the user's own, go beside each other."""
+    mine = tmp_path / "mine.py"
+    mine.write_text(
+        "from golf_impact.scenario import Report\nTITLE = 'x'\n"
+        "def run(fmu):\n    report = Report(TITLE, fmu)\n    report.impact('a')\n"
+        "    return report\n"
+    )
+    common, whole = ("--no-figures", "--out", tmp_path), tmp_path / "results.json"
+    assert golf_here("run", "table1", "fem", *common).returncode == 0
+    before = whole.read_bytes(), (tmp_path / "report.html").read_bytes()
+    for name in ("table1", mine):
+        done = golf_here("run", name, *common)
+        assert done.returncode == 0, done.stderr
+        assert "these go into" in done.stdout
+    assert before == (whole.read_bytes(), (tmp_path / "report.html").read_bytes())
+    for name in ("table1", "mine"):
+        assert list(json.loads((tmp_path / name / "results.json").read_text())) == [name]
+    assert "these go into" not in golf_here("run", "table1", "fem", *common).stdout
