@@ -218,8 +218,10 @@ class Evaluator:
             " COR": values["restitution_at_rest"] != 0.0,
             " separated": separated,
         }
-        numbers = {**values, **metrics, "ratio": values["m_ball"] / values["m_club"]}
-        numbers["approach"] = values["club_speed"] - values["ball_speed"]
+        v = values
+        approach, ratio = v["club_speed"] - v["ball_speed"], v["m_ball"] / v["m_club"]
+        own = {"stiffness": v["k"] / 1e3, "approach": approach, "ratio": ratio}
+        numbers = {**v, **metrics, **own}
         names = [f"{values['law']:g}{kind}" for kind, is_so in kinds.items() if is_so]
         lines = (line for name in names for line in self.facts["equations"].get(name, ()))
         return [line.format(**numbers) for line in lines]

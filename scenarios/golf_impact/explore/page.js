@@ -399,11 +399,13 @@ let late = null
 function paintOthers() {
   clearTimeout(late)
   late = setTimeout(() => {
-    for (const figure of unseen) {
-      figure.hold_render = false
-      requestAnimationFrame(() => requestAnimationFrame(() => { figure.hold_render = unseen.has(figure) }))
-    }
+    unseen.forEach(paint)
   }, 400)
+}
+function paint(figure) {
+  figure.hold_render = false
+  Bokeh.index.find_one(figure).repaint()
+  figure.hold_render = unseen.has(figure)
 }
 
 // On paper pictures are copies in light colours: their size follows the sheet.
@@ -412,10 +414,8 @@ function beforePrint() {
   screenTheme = document.documentElement.dataset.theme
   setDark(false)
   copies = Bokeh.documents[0].roots().map((figure) => {
-    const view = Bokeh.index.find_one(figure)
-    figure.hold_render = false
-    view.repaint()
-    const {canvas} = view.export("png"), {width, height} = view.bbox
+    paint(figure)
+    const view = Bokeh.index.find_one(figure), {canvas} = view.export("png"), {width, height} = view.bbox
     canvas.style.aspectRatio = `${width} / ${height}`
     canvas.className = "copy"
     view.el.parentElement.after(canvas)
@@ -424,20 +424,21 @@ function beforePrint() {
 }
 function afterPrint() {
   for (const canvas of copies) canvas.remove()
-  for (const figure of unseen) figure.hold_render = true
   setDark(screenTheme == "dark")
 }
 
 async function start() {
   while (!Bokeh.documents[0]?.is_idle) await new Promise(requestAnimationFrame)
+  const figureOf = (element) => model(element.id.replace("picture_", ""))
   const sight = new IntersectionObserver((all) => {
     for (const {target, isIntersecting} of all) {
-      const figure = model(target.id.replace("picture_", ""))
-      unseen[isIntersecting ? "delete" : "add"](figure)
-      figure.hold_render = !isIntersecting
+      unseen[isIntersecting ? "delete" : "add"](figureOf(target))
+      figureOf(target).hold_render = !isIntersecting
     }
   })
-  for (const picture of document.querySelectorAll(".picture, #animation")) sight.observe(picture)
+  // Canvases of another size are empty, those out of sight too.
+  const sizes = new ResizeObserver((all) => all.map(({target}) => figureOf(target)).filter((figure) => unseen.has(figure)).forEach(paint))
+  for (const picture of document.querySelectorAll(".picture, #animation")) { sight.observe(picture); sizes.observe(picture) }
   // Bokeh's layers for events are no controls.
   for (const figure of Bokeh.documents[0].roots()) Bokeh.index.find_one(figure).canvas_view.events_el.tabIndex = -1
   addEventListener("beforeprint", beforePrint)

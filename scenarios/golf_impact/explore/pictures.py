@@ -153,6 +153,8 @@ class Pictures:
         # Without tools: a finger that is swiped over a picture scrolls the page.
         picture = figure(title=title, x_range=ends[0], y_range=ends[1], tools="")
         picture.sizing_mode, picture.min_border = "stretch_both", 2
+        # Wide enough for most labels: the frames of a column are aligned, and keep their place.
+        picture.min_border_left = 48
         about = f"{title}: {labels[1]} over {labels[0]}"
         picture.html_attributes = {"aria-label": about, "role": "img"}
         for axis, label in zip((picture.xaxis, picture.yaxis), labels):
