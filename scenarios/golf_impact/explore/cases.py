@@ -17,7 +17,7 @@ from golf_impact.facts.quantities import format_value
 from golf_impact.facts.toml import read_toml
 from golf_impact.runs import METRICS, PATH
 
-#: The case that an address without parameters opens with: a ball under which every slider has an effect.
+#: The ball that an address without parameters opens with: under it every slider has an effect.
 OPENING = "roh-lee"
 
 #: The ball with which the lofts of the clubs are fitted.

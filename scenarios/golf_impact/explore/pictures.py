@@ -149,7 +149,8 @@ class Pictures:
 
     def _picture(self, title: str, *labels: str) -> Any:
         """A picture with these labels of its axes, the first word of which names the range."""
-        ends = [self.ranges.get(label.partition(" ")[0], models.Range1d(0, 2.4)) for label in labels]
+        names = (label.partition(" ")[0] for label in labels)
+        ends = [self.ranges.get(name, models.Range1d(0, 2.4)) for name in names]
         # Without tools: a finger that is swiped over a picture scrolls the page.
         picture = figure(title=title, x_range=ends[0], y_range=ends[1], tools="")
         picture.sizing_mode, picture.min_border = "stretch_both", 2
