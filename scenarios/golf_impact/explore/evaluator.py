@@ -97,7 +97,8 @@ class Evaluator:
 
         Args:
             request: `values`, inputs and parameters by name (SI; start values for the others),
-                numbers or text; `unit` of speeds. Instead of the impact: `over`, the variable over
+                numbers or text; `unit` of speeds; `shot`, False without launch and flight (a third
+                of the time). Instead of the impact: `over`, the variable over
                 which S and COR are computed; `check`.
 
         Returns:
@@ -110,7 +111,7 @@ class Evaluator:
             values = self._values(request.get("values", {}))
             if "over" in request:
                 return self.sweep(values, request["over"])
-            return self.impact(values, request.get("unit", "m/s"))
+            return self.impact(values, request.get("unit", "m/s"), request.get("shot", True))
         except _REFUSED as error:
             about = error.variable if isinstance(error, RefusedError) else ""
             return {"refused": str(error), "about": about if about in self.defaults else ""}
@@ -151,7 +152,7 @@ class Evaluator:
             m[f"{body}_share"] = left / (initial or 1.0)
         return m
 
-    def impact(self, values: dict[str, float], unit: str) -> dict[str, Any]:
+    def impact(self, values: dict[str, float], unit: str, shot: bool) -> dict[str, Any]:
         """Everything that is shown of a case; speeds as text and as `…_shown` are in the unit."""
         metrics = self.metrics(values)
         touched, separated = map(self.instance.read_flag, ("touched", "separated"))
@@ -161,7 +162,8 @@ class Evaluator:
             path[f"{body}_shown"] = [speed / size for speed in path[f"{body}_velocity"]]
         # Without separation there are maxima only, without contact nothing.
         valid = metrics if separated else {name: metrics[name] for name in MAXIMA if touched}
-        shot, flight, problem = self.shot(values, metrics) if separated else ({}, NO_FLIGHT, "")
+        launched = separated and shot
+        shots, flight, problem = self.shot(values, metrics) if launched else ({}, NO_FLIGHT, "")
         ball, club = self._preset("balls", values), self._preset("clubs", values)
         case = club or self._preset("examples", values)
         hint = case.get("hint", "") + (self._other_than_fitted(values, ball) if club else "")
@@ -177,10 +179,10 @@ class Evaluator:
             "values": values,
             "query": urlencode(query),
             "path": path,
-            "metrics": metrics | shot,
+            "metrics": metrics | shots,
             "flight": flight,
             "ranges": _ranges(path, flight, metrics["kinetic_energy_initial"]),
-            "readouts": self._readouts(valid | shot, case, unit),
+            "readouts": self._readouts(valid | shots, case, unit),
             "peak": f"{metrics['max_force']:.0f} N" if touched else "",
             "area": area.format(max(lost, 0.0)) if touched else "no contact",
             # `run` has no loft: such a case has a link alone.

@@ -95,7 +95,7 @@ function setReady(ready) {
 
 function requestImpact(values = {}) {
   Object.assign(requested, values)
-  return request("impact", {values: requested, unit: unit()}, (result) => show(result, Object.keys(values)[0]))
+  return request("impact", {values: requested, unit: unit(), shot: !isSimple()}, (result) => show(result, Object.keys(values)[0]))
 }
 const requestSweep = () => request("sweep", {values: shown.values, over: get("over").value}, drawSweep)
 
@@ -132,15 +132,17 @@ function changeLevel() {
   setLevel(get("level").value)
   const hidden = ["law", "exponent", "restitution_at_rest", "ball_speed"].some((name) => shown.values[name] != SIMPLE[name])
   if (isSimple() && hidden) change(SIMPLE)
-  else setAddress()
+  else requestImpact()
 }
-const setAddress = () => history.replaceState(null, "", `?${shown.query}${isSimple() ? "&level=simple" : ""}`)
+const address = () => new URL(`?${shown.query}${isSimple() ? "&level=simple" : ""}`, location).href
+const setAddress = () => history.replaceState(null, "", address())
 
 // On a phone one picture is beside the sliders.
 function choosePicture() {
   for (const picture of document.querySelectorAll(".picture")) picture.classList.toggle("chosen", picture.id == `picture_${get("picture").value}`)
 }
 
+let sweepSoon = 0
 function show(result, control) {
   for (const place of document.querySelectorAll(".refused")) place.textContent = ""
   get("announced").textContent = result.refused || result.state
@@ -152,10 +154,44 @@ function show(result, control) {
   }
   // What examples say is of controls that the simple level hasn't.
   shown = {...result, hint: !isSimple() && result.hint || HINT}
-  setAddress()
   draw()
   // S and COR over a variable wait until no slider moves.
-  if (!waiting.has("impact")) requestSweep()
+  clearTimeout(sweepSoon)
+  sweepSoon = setTimeout(requestSweep, 200)
+}
+
+// Painting: figures hold, and are painted from here. A frame takes those in sight, in turn, until its time is over; layout, pictures
+// out of sight and the address wait until nothing has changed for a while.
+const unseen = new Set(), pending = new Set()
+let frame = 0, late = 0
+
+function paint(figure, layout) {
+  const view = Bokeh.index.find_one(figure)
+  figure.setv({hold_render: false}, {silent: true})
+  if (layout) view.repaint()
+  else view.paint()
+  figure.setv({hold_render: true}, {silent: true})
+}
+
+function paintFrame() {
+  const end = performance.now() + 8
+  for (const figure of pending) {
+    pending.delete(figure)
+    paint(figure)
+    if (performance.now() > end) break
+  }
+  frame = pending.size && requestAnimationFrame(paintFrame)
+}
+
+const figures = () => Bokeh.documents[0].roots()
+function repaint(some = figures()) {
+  for (const figure of some) if (!unseen.has(figure)) pending.add(figure)
+  frame ||= requestAnimationFrame(paintFrame)
+  clearTimeout(late)
+  late = setTimeout(() => {
+    for (const figure of figures()) paint(figure, true)
+    setAddress()
+  }, 400)
 }
 
 // Drawing
@@ -198,7 +234,7 @@ function draw() {
   const {path, flight, ranges} = shown
   drawControls(shown)
   for (const id of ["ball", "club"]) get(id).value = shown[id]
-  get("command").value = shown.command || location.href
+  get("command").value = shown.command || address()
   setText(get("same"), shown.command ? "The same case as a command" : "The same case as a link (golf-impact run has no loft, attack angle and friction)")
   setText(get("copy"), shown.command ? "Copy command" : "Copy link")
   for (const id of ["source", "hint", "state"]) setText(get(id), shown[id])
@@ -219,7 +255,6 @@ function draw() {
   model("area").setv({x: 0, y: top, text: shown.area})
   model("velocities").left[0].axis_label = `velocity (${unit()})`
   moveCursor()
-  paintOthers()
 }
 let drawnPins = pins
 
@@ -237,6 +272,7 @@ function drawSweep({swept, over}) {
   model("here").data = {x: [shown.values[over] / size(quantity)]}
   model("sweep").x_range.setv({start: quantity.low * scale, end: quantity.high * scale})
   model("sweep").below[0].axis_label = `${quantity.label} (${quantity.unit in facts.speeds ? unit() : quantity.unit})`
+  repaint([model("sweep")])
 }
 
 // Cursor: the sample that is nearest by some distance is shown in all pictures.
@@ -251,6 +287,7 @@ function moveCursor() {
     time: text("time", 1e6, 1, "µs"), force: text("force", 1, 0, "N"), compression: text("compression", 1e3, 2, "mm"),
     club: text("club_shown", 1, 2, unit()), ball: text("ball_shown", 1, 2, unit()), played: `${Math.round(PLAYED / duration / 100) * 100} × slower`,
   }).map(([label, value]) => ({label, value})))
+  repaint()
 }
 
 // Pointer or finger: the cursor goes to the nearest sample, unless the animation plays.
@@ -339,7 +376,6 @@ async function fileOf(choice) {
   if (choice == "path.csv") return csv(shown.path)
   if (choice == "pins.csv") return csv(columns(["name", "query", ...Object.keys(shown.metrics)], pins.map((pin) => ({...pin, ...pin.metrics}))))
   const [name, kind] = choice.split(".")
-  model(name).hold_render = false
   return Bokeh.index.find_one(model(name)).export(kind).to_blob()
 }
 
@@ -353,7 +389,8 @@ function setDark(dark) {
   properties.clear()
   get("dark").textContent = dark ? "Light" : "Dark"
   // Canvases are painted again to take the colours.
-  for (const figure of Bokeh.documents[0].roots()) Bokeh.index.find_one(figure).request_repaint()
+  for (const figure of figures()) Bokeh.index.find_one(figure).request_repaint()
+  repaint()
 }
 
 // Controls
@@ -393,28 +430,13 @@ function listen() {
   get("download").onchange = ({target}) => { download(target.value); target.value = "" }
 }
 
-// Pictures out of sight are painted when nothing has changed for a while.
-const unseen = new Set()
-let late = null
-function paintOthers() {
-  clearTimeout(late)
-  late = setTimeout(() => {
-    unseen.forEach(paint)
-  }, 400)
-}
-function paint(figure) {
-  figure.hold_render = false
-  Bokeh.index.find_one(figure).repaint()
-  figure.hold_render = unseen.has(figure)
-}
-
 // On paper pictures are copies in light colours: their size follows the sheet.
 let copies = [], screenTheme = "light"
 function beforePrint() {
   screenTheme = document.documentElement.dataset.theme
   setDark(false)
-  copies = Bokeh.documents[0].roots().map((figure) => {
-    paint(figure)
+  copies = figures().map((figure) => {
+    paint(figure, true)
     const view = Bokeh.index.find_one(figure), {canvas} = view.export("png"), {width, height} = view.bbox
     canvas.style.aspectRatio = `${width} / ${height}`
     canvas.className = "copy"
@@ -433,14 +455,14 @@ async function start() {
   const sight = new IntersectionObserver((all) => {
     for (const {target, isIntersecting} of all) {
       unseen[isIntersecting ? "delete" : "add"](figureOf(target))
-      figureOf(target).hold_render = !isIntersecting
+      if (isIntersecting) repaint([figureOf(target)])
     }
   })
-  // Canvases of another size are empty, those out of sight too.
-  const sizes = new ResizeObserver((all) => all.map(({target}) => figureOf(target)).filter((figure) => unseen.has(figure)).forEach(paint))
+  // A canvas of another size is empty.
+  const sizes = new ResizeObserver((all) => { for (const {target} of all) paint(figureOf(target), true) })
   for (const picture of document.querySelectorAll(".picture, #animation")) { sight.observe(picture); sizes.observe(picture) }
   // Bokeh's layers for events are no controls.
-  for (const figure of Bokeh.documents[0].roots()) Bokeh.index.find_one(figure).canvas_view.events_el.tabIndex = -1
+  for (const figure of figures()) Bokeh.index.find_one(figure).canvas_view.events_el.tabIndex = -1
   addEventListener("beforeprint", beforePrint)
   addEventListener("afterprint", afterPrint)
   setDark(matchMedia("(prefers-color-scheme: dark)").matches)
