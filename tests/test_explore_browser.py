@@ -1,8 +1,10 @@
 """The page of `golf-impact explore` in a real browser, served on this machine and exported."""
 
+import base64
 import functools
 import http.server
 import json
+import re
 import shutil
 import subprocess
 import threading
@@ -14,7 +16,7 @@ import pytest
 from command import COMMAND
 from page import query
 
-from golf_impact.explore.cases import EXAMPLES, OPENING
+from golf_impact.explore.cases import CLUBS, EXAMPLES, OPENING, QUANTITIES
 from golf_impact.facts.balls import BALLS
 
 pytestmark = pytest.mark.plain
@@ -78,9 +80,13 @@ class Tab:
     def shows(self, **values):
         """Wait until the page shows the case with these values that aren't start values."""
         wanted = {name: float(value) for name, value in (values or {"law": 1}).items()}
+        level = {"all": "", "simple": "&level=simple"}[self.value("level")]
 
         def there():
             question = urlsplit(self.browser.current_url).query
+            if not (question and question.endswith(level)):
+                return False
+            question = question.removesuffix(level)
             pairs = (pair.split("=") for pair in question.split("&"))
             return {name: float(text) for name, text in pairs} == wanted
 
@@ -169,12 +175,16 @@ def check_page(tab, evaluator, **values):
         if name == "lost_energy":  # without damping it is rounding error
             scale = expected["metrics"]["kinetic_energy_initial"]
         assert np.abs(np.array(held[name]) - column).max() <= 1e-12 * scale, name
+    hidden = set() if tab.value("level") == "all" else {"launch_angle", "backspin", "carry"}
     for row in expected["readouts"]:
+        if row["metric"] in hidden:
+            continue
         assert tab.readout(row["metric"]).split("\n")[0] == row["value"]
 
 
-def test_the_page_opens_with_a_measured_ball(browser, address, evaluator):
+def test_the_page_opens_with_a_ball_that_uses_every_slider(browser, address, evaluator):
     tab = Tab(browser, address)
+    assert tab.js("return document.querySelectorAll('input[type=range]:disabled').length") == 0
     tab.shows(**{n: v for n, v in BALLS[OPENING].values.items() if v != evaluator.defaults[n]})
     check_page(tab, evaluator, **BALLS[OPENING].values)
     assert tab.value("ball") == OPENING
@@ -425,8 +435,12 @@ def test_layout(browser, address, width):
         assert tab.js("return document.documentElement.scrollWidth") <= width
         bad = """
             const names = "button, select, input, .picture, #cursor, #readouts tr, label"
+            // What has scrolled out of the controls isn't seen.
+            const end = get("controls").getBoundingClientRect().bottom
             const all = [...document.querySelectorAll(names)]
-              .filter((one) => one.offsetParent && !one.closest(".scroll") && one.type != "radio")
+              .filter((one) => one.checkVisibility() && one.closest(".scroll") == null
+                && one.type != "radio"
+                && !(get("controls").contains(one) && one.getBoundingClientRect().bottom > end))
             const boxes = all.map((one) => [one, one.getBoundingClientRect(), one.id])
             const out = []
             for (const [one, a, id] of boxes) {
@@ -441,6 +455,7 @@ def test_layout(browser, address, width):
               const {name} = figure, {el} = Bokeh.index.find_one(figure)
               const {width, height} = el.getBoundingClientRect()
               const least = name == "animation" ? 45 : 150
+              if (innerWidth < 760 && name != "animation" && name != "force") continue
               if (width < 150 || height < least) out.push([name, width, height])
             }
             return out"""
@@ -472,8 +487,8 @@ def test_the_keyboard_reaches_every_control_and_leaves(tab):
     # From the top of the page.
     tab.js('const top = document.querySelector("h1"); top.tabIndex = -1; top.focus()')
     controls = """
-        return [...document.querySelectorAll("button, select, input")]
-          .filter((one) => !one.disabled && (one.type != "radio" || one.checked)).length"""
+        return [...document.querySelectorAll("button, select, input")].filter((one) =>
+          !one.disabled && one.checkVisibility() && (one.type != "radio" || one.checked)).length"""
     active = """
         const one = document.activeElement
         window.passed ??= new Set()
@@ -487,6 +502,12 @@ def test_the_keyboard_reaches_every_control_and_leaves(tab):
             break
     assert out
     assert reached == tab.js(controls)
+    # Nothing without a name has a tab stop.
+    known = """
+        return [...passed].filter((one) => !one.ariaLabel
+          && !["BUTTON", "SELECT", "INPUT", "A", "SUMMARY"].includes(one.tagName))
+          .map((one) => one.outerHTML)"""
+    assert tab.js(known) == []
 
 
 def test_controls_have_names(tab):
@@ -501,6 +522,283 @@ def test_controls_have_names(tab):
     assert {"Ball", "Download", "Unit of speeds", "S and COR over"} <= set(named["combobox"])
     for role in ("slider", "spinbutton", "combobox", "button", "radio", "textbox"):
         assert all(named[role]), named[role]
+
+
+def test_club_and_ball_are_two_choices(tab, evaluator):
+    tab.select("club", "driver")
+    tab.until(lambda: tab.value("club") == "driver")
+    tab.select("ball", "tour")
+    club = next(one for one in CLUBS if one.name == "driver")
+    values = {**BALLS["tour"].values, **club.values}
+    tab.shows(**{n: v for n, v in values.items() if v != evaluator.defaults[n]})
+    assert (tab.value("club"), tab.value("ball")) == ("driver", "tour")
+    assert "TrackMan: 10.9°" in tab.readout("launch_angle")
+    assert "ball tour instead of penner" in tab.text("hint")
+    check_page(tab, evaluator, **values)
+    tab.type("m_club", "210")
+    tab.until(lambda: tab.value("club") == "")
+    assert "TrackMan" not in tab.readout("launch_angle")
+    assert tab.value("ball") == "tour"
+
+
+def test_controls_without_effect_are_disabled(tab, evaluator):
+    tab.select("over", "b")
+    tab.select("ball", "penner")
+    tab.until(lambda: not tab.get("b").is_enabled())
+    assert not tab.get("b_slider").is_enabled()
+    assert "the COR line determines the damping" in tab.text("b_idle")
+    assert tab.get("restitution_slope").is_enabled()
+    assert tab.value("over") == "club_speed"
+    assert tab.js("return get('over').querySelector('[value=b]').disabled")
+    tab.select("ball", "roh-lee-linear")
+    tab.until(lambda: tab.get("b").is_enabled())
+    assert tab.text("b_idle") == ""
+    for name in ("restitution_slope", "reference_compression"):
+        assert not tab.get(name).is_enabled()
+        assert "no effect while" in tab.text(f"{name}_idle")
+    # They have none, and those that stay enabled have one.
+    base = evaluator({"values": {"law": 2}})
+    for name, value in {"restitution_slope": 0.001, "reference_compression": 3e-3}.items():
+        assert evaluator({"values": {"law": 2, name: value}})["metrics"] == base["metrics"]
+    line = dict(BALLS["penner"].values)
+    assert evaluator({"values": line})["path"] == evaluator({"values": {**line, "b": 50}})["path"]
+    for one in QUANTITIES:
+        if one["name"] not in ("restitution_slope", "reference_compression"):
+            start = base["values"][one["name"]]
+            other = {"law": 2, one["name"]: 0.8 * start or one.get("high", 1.0) * one["scale"] / 5}
+            other |= {"exponent": 1.2} if one["name"] == "exponent" else {}
+            changed = evaluator({"values": other})
+            assert changed["readouts"] != base["readouts"], one
+
+
+def test_levels(browser, address, evaluator):
+    tab = Tab(browser, f"{address}?level=simple")
+    tab.shows(law=2)
+    check_page(tab, evaluator, law=2)
+
+    def visible(css):
+        script = "return [...document.querySelectorAll(arguments[0])].filter((x) =>"
+        return tab.js(f"{script} x.checkVisibility()).map((x) => x.id)", css)
+
+    names = ["k", "b", "club_speed", "m_club", "m_ball"]
+    assert visible("#controls input[type=number]") == names
+    assert visible(".picture") == [
+        f"picture_{name}" for name in ("force", "energies", "momenta", "velocities")
+    ]
+    assert {"smash_factor", "energy_efficiency", "max_force"} <= set(visible("#readouts tr"))
+    assert "carry" not in visible("#readouts tr")
+    tab.select("level", "all")
+    tab.until(lambda: len(visible(".picture")) == 8)
+    tab.shows(law=2)
+    assert "–" not in tab.readout("carry")
+    # What the simple level hasn't is left: the ball is law 2's, and undo brings the other back.
+    tab.select("ball", "penner")
+    values = {n: v for n, v in BALLS["penner"].values.items() if v != evaluator.defaults[n]}
+    tab.shows(**values)
+    tab.select("level", "simple")
+    tab.shows(law=2)
+    tab.press("Undo")
+    tab.shows(**values)
+    assert not tab.get("b").is_enabled()
+    tab.press("Reset")
+    tab.shows(law=2)
+    tab.close()
+
+
+def test_tasks(tab, evaluator):
+    tab.select("level", "simple")
+    tab.shows(law=2)
+    tab.js("get('tasks').open = true")
+    links = tab.browser.find_elements("css selector", "#tasks div > a")
+    assert [link.text for link in links] == [one["name"] for one in evaluator.facts["tasks"]]
+    links[0].click()
+    tab.until(lambda: len(tab.pins()) == 1)
+    tab.type("k", "500")
+    tab.shows(law=2, k=5e5)
+    check_page(tab, evaluator, law=2, k=5e5)
+    assert tab.pins()[0]["name"] == "Stiffness"
+    # Another beginning with the same case has no second pin.
+    links[1].click()
+    tab.shows(law=2)
+    assert len(tab.pins()) == 1
+    # In a tab of its own a link opens the same case.
+    question = links[0].get_attribute("href").split("?")[1]
+    assert question == "law=2&level=simple"
+
+
+def test_undo_and_reset(tab, evaluator):
+    assert not tab.get("undo").is_enabled()
+    slide = """
+        const slider = get("b_slider")
+        for (const value of arguments[0]) {
+          slider.value = value
+          slider.dispatchEvent(new Event("input", {bubbles: true}))
+        }
+        slider.dispatchEvent(new Event("change", {bubbles: true}))"""
+    tab.js(slide, [10, 15, 20])
+    tab.shows(b=20)
+    tab.js(slide, [25, 30])
+    tab.shows(b=30)
+    tab.type("k", "900")
+    tab.shows(b=30, k=9e5)
+    # A refused value is no step.
+    tab.type("k", "-5")
+    tab.until(lambda: tab.text("k_refused"))
+    tab.press("Undo")
+    tab.shows(b=30)
+    assert tab.text("k_refused") == ""
+    # A slider's way is one step.
+    tab.press("Undo")
+    tab.shows(b=20)
+    tab.press("Undo")
+    tab.shows()
+    assert not tab.get("undo").is_enabled()
+    tab.type("k", "900")
+    tab.shows(k=9e5)
+    tab.press("Reset")
+    values = {n: v for n, v in BALLS[OPENING].values.items() if v != evaluator.defaults[n]}
+    tab.shows(**values)
+    tab.press("Undo")
+    tab.shows(k=9e5)
+
+
+def test_equations(tab):
+    tab.select("ball", "penner")
+    tab.until(lambda: "(d/d_r)ⁿ" in tab.text("equations"))
+    assert "COR = 0.86 − 0.0029 s/m · 35 m/s" in tab.text("equations")
+    tab.press("Document")
+    tab.until(lambda: "b x_C′" in tab.text("equations"))
+
+
+def test_a_case_with_loft_is_a_link(tab):
+    tab.type("dynamic_loft", "20")
+    tab.until(lambda: tab.value("command").startswith("http"))
+    tab.shows(dynamic_loft=float(f"{np.radians(20.0):.15g}"))
+    assert tab.value("command") == tab.browser.current_url
+    assert "golf-impact run has no loft, attack angle and friction" in tab.text("same")
+    assert tab.text("copy") == "Copy link"
+
+
+def test_refusals_are_announced(tab):
+    tab.type("k", "-5")
+    tab.until(lambda: tab.text("announced"))
+    assert tab.text("announced") == tab.text("k_refused")
+    assert tab.get("announced").get_attribute("role") == "alert"
+    # A control that is folded away is opened.
+    tab.js("for (const one of document.querySelectorAll('#controls details')) one.open = false")
+    tab.type("k", "1000")
+    tab.until(lambda: tab.text("announced") == "")
+    tab.js("requestImpact({exponent: 0.5})")
+    tab.until(lambda: tab.get("exponent_refused").is_displayed())
+
+
+@pytest.mark.parametrize("level", ["all", "simple"])
+def test_on_a_phone_the_result_is_beside_the_slider(browser, address, level):
+    screen = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+    browser.switch_to.new_window("tab")
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+    tab = Tab(browser, f"{address}?law=2&level={level}", new=False)
+    seen = """
+        const picture = document.querySelector(".picture.chosen").getBoundingClientRect()
+        const line = get("summary").getBoundingClientRect()
+        const slider = get(arguments[0]).getBoundingClientRect()
+        return line.top >= 0 && line.bottom <= picture.top + 1 && picture.bottom <= slider.top
+          && picture.height > 150 && slider.bottom <= innerHeight"""
+    try:
+        for name in ("k", "b", "club_speed", "m_club", "m_ball"):
+            tab.js("get(arguments[0]).scrollIntoView({block: 'center'})", f"{name}_slider")
+            assert tab.js(seen, f"{name}_slider"), name
+        assert tab.text("summary").startswith("S 1.5842  COR 0.9307  55.45 m/s")
+        tab.select("picture", "momenta")
+        assert tab.get("picture_momenta").is_displayed()
+        assert not tab.get("picture_force").is_displayed()
+        assert tab.js("return document.documentElement.scrollHeight") < 2600
+    finally:
+        tab.close()
+
+
+INK = """
+    const ink = (canvas) => {
+      const {width, height} = canvas, copy = document.createElement("canvas")
+      Object.assign(copy, {width, height})
+      const context = copy.getContext("2d", {willReadFrequently: true})
+      context.drawImage(canvas, 0, 0)
+      const {data} = context.getImageData(0, 0, width, height)
+      return data.filter((value, n) => n % 4 == 3 && value).length
+    }
+    const painted = () => figures().filter(({name}) => name != "animation")
+      .map((one) => ink(Bokeh.index.find_one(one).canvas_view.primary.canvas))"""
+
+
+def test_pictures_out_of_sight_are_painted(browser, address):
+    """For a screenshot of the full page: at rest, and when the width changes."""
+    browser.switch_to.new_window("tab")
+    screen = {"width": 800, "height": 500, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+    tab = Tab(browser, f"{address}?law=2", new=False)
+    try:
+        for width in (800, 900):
+            size = {**screen, "width": width}
+            browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+            tab.until(lambda: min(tab.js(f"{INK}; return painted()")) > 500)
+        tab.type("k", "500")
+        tab.shows(law=2, k=5e5)
+        # On paper.
+        tab.js("setDark(true); dispatchEvent(new Event('beforeprint'))")
+        copies = f'{INK}; return [...document.querySelectorAll("canvas.copy")].map(ink)'
+        assert len(tab.js(copies)) == 9
+        assert min(tab.js(copies)) > 500
+        assert tab.js("return document.documentElement.dataset.theme") == "light"
+        tab.js("dispatchEvent(new Event('afterprint'))")
+        assert tab.js(copies) == []
+        assert tab.js("return document.documentElement.dataset.theme") == "dark"
+    finally:
+        tab.close()
+
+
+@pytest.mark.parametrize("sheet", [(8.27, 11.69), (8.5, 11.0)], ids=["A4", "Letter"])
+def test_the_worksheet_is_one_page(browser, address, sheet):
+    browser.switch_to.new_window("tab")
+    browser.get(f"{address}worksheet.html")
+    paper = dict(zip(("paperWidth", "paperHeight"), sheet))
+    printed = browser.execute_cdp_cmd("Page.printToPDF", paper)
+    assert len(re.findall(rb"/Type /Page\b", base64.b64decode(printed["data"]))) == 1
+    links = [one.get_attribute("href") for one in browser.find_elements("css selector", "h2 a")]
+    assert links == [f"{address}index.html?law=2&level=simple"] * 3
+    browser.get(links[0])
+    Tab(browser, links[0], new=False).shows(law=2).close()
+
+
+def test_less_motion(browser, address):
+    browser.switch_to.new_window("tab")
+    media = {"features": [{"name": "prefers-reduced-motion", "value": "reduce"}]}
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
+    tab = Tab(browser, address, new=False)
+    tab.get("play").click()
+    places = set()
+    end = time.monotonic() + 1.5
+    while time.monotonic() < end:
+        places.add(round(12.0 * float(tab.value("scrub")), 2))
+    # 1.5 s of 6 s: stills of half a second each, and the place where it began.
+    assert len(places) <= 5
+    tab.close()
+
+
+@pytest.mark.parametrize("address", ["exported"], indirect=True)
+def test_controls_wait_for_python(browser, address):
+    browser.switch_to.new_window("tab")
+    browser.get(f"{address}?law=2&b=20")
+    enabled = """
+        return document.body?.dataset.ready ? null
+          : [...document.querySelectorAll("header button, header select, #controls input")]
+            .filter((one) => one.matches(":enabled")).length"""
+    counts = []
+    while (count := browser.execute_script(enabled)) is not None:
+        counts.append(count)
+    # Loading takes seconds: it was looked at.
+    assert len(counts) > 3
+    assert set(counts) == {0}
+    Tab(browser, f"{address}?law=2&b=20", new=False).shows(law=2, b=20).close()
 
 
 def test_light_and_dark(tab):

@@ -154,6 +154,7 @@ function show(result, control) {
   }
   // What examples say is of controls that the simple level hasn't.
   shown = {...result, hint: !isSimple() && result.hint || HINT}
+  if (!moving) setAddress()
   draw()
   // S and COR over a variable wait until no slider moves.
   clearTimeout(sweepSoon)
@@ -330,6 +331,7 @@ function pin(name = "") {
 const levelOf = (metric) => metric && !facts.simple.includes(metric) ? "all" : ""
 
 function drawPins() {
+  drawnPins = null
   get("pin").disabled = pins.length == COLOURS.length
   const button = (label, n, click) => tag("button", {type: "button", textContent: label, ariaLabel: `${label} pin ${n}`, onclick: click})
   const rows = pins.map((pin, n) => tag("tr", {},
