@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 from urllib.parse import urlsplit
 
+import bokeh
 import numpy as np
 import pytest
 from command import COMMAND, golf_here, refused, run_python
@@ -341,6 +342,16 @@ def test_a_case_as_link_and_as_command(evaluator, example):
     words = dict(word.split("=") for word in result["command"].split()[3::2])
     assert {name: float(text) for name, text in words.items()} == given
     assert result["hint"] == example.hint
+
+
+def test_bokeh_is_pinned():
+    """To the minor version of which page.js replaces methods; that they are there, the browser's
+    tests see: a warning in its log fails them."""
+    for extra in ("test", "explore"):
+        text = (HERE.parent / "pyproject.toml").read_text("utf-8")
+        _, _, table = text.partition(f"\n{extra} = [\n")
+        assert '"bokeh>=3.9,<3.10"' in table.partition("\n]\n")[0]
+    assert bokeh.__version__.startswith("3.9.")
 
 
 def test_the_page_opens_without_an_fmu():

@@ -9,15 +9,20 @@ const COLOURS = ["#CC79A7", "#009E73", "#D55E00", "#999933", "#882255", "#888888
 
 // Bokeh 3.9 writes the style sheet of every part at every paint, mostly the same again, and reads CSS properties in between: each time
 // the browser computes all styles anew. Equal sheets are left alone, and properties, which are those of page.css for :root, are kept.
-const sheet = Bokeh.require("core/dom").InlineStyleSheet.prototype, update = sheet._update, properties = new Map()
-sheet._update = function (css) { if (css != this.css) update.call(this, css) }
-Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value = function (name) {
+function replace(path, kind, name, method) {
+  const {prototype} = Bokeh.require(path)[kind], old = prototype[name]
+  if (!old) console.warn(`Bokeh ${Bokeh.version} has no ${kind}.${name}`)
+  prototype[name] = function (...values) { return method.call(this, old, ...values) }
+}
+const properties = new Map()
+replace("core/dom", "InlineStyleSheet", "_update", function (old, css) { if (css != this.css) old.call(this, css) })
+replace("core/visuals/visual", "VisualProperties", "_get_css_value", function (old, name) {
   const key = this.css_prefix + name
   if (!properties.has(key)) properties.set(key, getComputedStyle(document.documentElement).getPropertyValue(key))
   return properties.get(key)
-}
+})
 // Nothing on the page is placed beside the element of a glyph renderer, whose place changes with every curve.
-Bokeh.require("models/renderers/glyph_renderer").GlyphRendererView.prototype.update_position = () => {}
+replace("models/renderers/glyph_renderer", "GlyphRendererView", "update_position", () => {})
 
 // Numbers: a request at a time, to this machine's server or to the worker; both take and return JSON.
 
