@@ -673,7 +673,7 @@ def test_equations(tab):
 def test_a_case_with_loft_is_a_link(tab):
     tab.type("dynamic_loft", "20")
     tab.until(lambda: tab.value("command").startswith("http"))
-    tab.shows(dynamic_loft=float(f"{np.radians(20.0):.15g}"))
+    tab.shows(law=1, dynamic_loft=float(f"{np.radians(20.0):.15g}"))
     assert tab.value("command") == tab.browser.current_url
     assert "golf-impact run has no loft, attack angle and friction" in tab.text("same")
     assert tab.text("copy") == "Copy link"
