@@ -21,6 +21,14 @@ _CVODE = {law: [f"{law}, CVode {r:.0e}" for r in _TOLERANCES] for law in _LAWS}
 _EULER = [f"law 1, Euler {h:.1e}" for h in _EULER_STEPS]
 _STEPPED = {law: f"{law}, co-simulation" for law in _LAWS}
 
+#: Ball velocity (m/s) and contact time (s) to 16 digits: of laws 1 and 2 by
+#: golf_impact.stress.reference, of the power law by closed form and mpmath's quadrature.
+_REFERENCE = {
+    "law 1": (54.74501042035887, 6.195162500817234e-4),
+    "law 2": (55.44873998342766, 6.010445569987612e-4),
+    "power law": (50.05053338595915, 6.000000000000000e-4),
+}
+
 _STOP = 1e-3
 _METRICS = ("ball_velocity", "contact_time", "coefficient_of_restitution", "energy_efficiency")
 
@@ -34,11 +42,11 @@ def run(fmu):
         for name, call in list(runs.items()) * 2:
             seconds[name] = min(seconds[name], *repeat(call, number=1, repeat=4))
         for name, call in runs.items():
-            exact = fmu.impact(_METRICS, **_LAWS[name.partition(",")[0]])
+            exact = dict(zip(_METRICS, _REFERENCE[name.partition(",")[0]]))
             evaluate = fmi3.model.getContinuousStateDerivatives
             with patch.object(fmi3.model, evaluate.__name__, wraps=evaluate) as counted:
                 metrics = call()
-            errors = {f"{m}_error": abs(metrics[m] - exact[m]) / exact[m] for m in _METRICS[:2]}
+            errors = {f"{m}_error": abs(metrics[m] - x) / x for m, x in exact.items()}
             cost = {"run_time": seconds[name], "derivative_evaluations": float(counted.call_count)}
             report.cases[name] = {**metrics, **cost, **errors}
     _show(report)
@@ -84,9 +92,9 @@ def _show(report):
 
     for law, names in _CVODE.items():
         worst = max(speed[_STEPPED[law]], time[_STEPPED[law]])
-        claim = f"{law}: FMI 3.0 co-simulation agrees with the FMI 2.0 FMU"
-        # The same operations of the same sources.
-        report.check(claim, worst <= 1e-13, f"error {worst:.1e}, allowed 1e-13", "consistency")
+        claim = f"{law}: FMI 3.0 co-simulation agrees with the reference"
+        # A few roundings; the worst measured is 8e-16.
+        report.check(claim, worst <= 1e-13, f"error {worst:.1e}, allowed 1e-13", "closed forms")
         # BDF controls the error of each step; over the contact these add up.
         slope = order(_TOLERANCES, names)
         claim = f"{law}: CVode's error decreases with its tolerance"
@@ -104,10 +112,16 @@ def _show(report):
         f"Six digits of the ball velocity ({good}) take {count[good]:.0f} evaluations of the "
         f"derivatives and {times:.0f} times the run time of one communication step in closed form. "
         "The damper of the power law has an infinite slope at first touch: it takes "
-        f"{count[steep] / count[smooth]:.1f} times the evaluations of the linear law 2."
+        f"{count[steep] / count[smooth]:.1f} times the evaluations of the linear law 2.",
+        f"That run takes {seconds[closed] * 1e6:.0f} µs by fmpy's FMI 3.0 calls: restoring the "
+        "instance, initialization by names, the step, four outputs by name. The 19 to 23 µs of "
+        "`golf-impact bench` are those of FMI 2.0 calls with prepared arrays.",
     )
 
-    @report.figure("model_exchange", "Each digit costs a solver run time; the closed form is at 0.")
+    @report.figure(
+        "model_exchange",
+        "Each digit costs a solver run time; the closed form is at rounding error.",
+    )
     def error_against_run_time(figures):
         title = "Run time over error: a general solver and the closed form"
         case = "k = 1 MN/m, b = 9 N·s/m (power law: ball roh-lee), 35 m/s"
@@ -125,7 +139,7 @@ def _show(report):
         points = {"ls": "", "ms": 10, "mec": figures.BLACK, "clip_on": False}
         for law, name in _STEPPED.items():
             plot([name], f"{name} in one step", figures.STYLES[law].points | points)
-        figures.set_run_time_axes(axes, "relative error of ball velocity against the FMI 2.0 FMU")
+        figures.set_run_time_axes(axes, "relative error of ball velocity against the reference")
         figures.add_legend_below(figure, axes, columns=2)
         return figure
 

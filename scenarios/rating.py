@@ -85,7 +85,7 @@ def run(fmu):
             for band, speed in _IN_BAND.items():
                 axes.text(speed, 0.02, band, **at_bottom)
             axes.set_xlabel("club speed (m/s); dotted: 130 and 160 km/h")
-        left.set_ylabel("smash factor S")
+        left.set_ylabel("smash factor S (axis doesn't begin at 0)")
         right.set(ylabel="maximum compression (mm)", ylim=(0, None))
         figures.add_legend_below(figure, left, columns=2)
         return figure

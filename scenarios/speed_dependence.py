@@ -16,7 +16,12 @@ _BALLS = {
 }
 
 #: Offsets (points) of labels that would lie on a line.
-_BESIDE = {"Roh & Lee": (-52, -16), "rules' limit": (-6, 8)}
+_BESIDE = {
+    "Roh & Lee": (-52, -16),
+    "rules' limit": (-6, 8),
+    "tour, 113 mph": (8, -9),
+    "Thomas": (-46, -4),
+}
 
 
 def run(fmu):

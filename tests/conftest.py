@@ -20,7 +20,7 @@ from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.libpython import find_libpython_for
 from golf_impact.fmu.system import build_system
 
-pytest_plugins = ["companions"]
+pytest_plugins = ["companions", "page"]
 
 HERE = Path(__file__).resolve().parent
 
@@ -66,11 +66,11 @@ def pytest_addoption(parser):
 #: a single processor at the end.
 SLOW = (
     "test_sweep", "test_system", "test_cli", "test_stress", "test_calibrate", "test_paths",
-    "test_explore", "test_bench", "test_standalone", "test_interop", "test_archives", "test_hosts",
-    "test_native_host", "test_sweep_cluster", "test_call_order", "test_endurance", "test_power_law",
-    "test_scenarios", "test_state", "test_fmi3", "test_signals", "test_values", "test_install",
-    "test_exit", "test_two_ways", "test_laws", "test_launch", "test_calibrate_series",
-    "test_calibrate_records", "test_notebook",
+    "test_explore_browser", "test_explore", "test_bench", "test_standalone", "test_interop",
+    "test_archives", "test_hosts", "test_native_host", "test_sweep_cluster", "test_call_order",
+    "test_endurance", "test_power_law", "test_scenarios", "test_state", "test_fmi3", "test_signals",
+    "test_values", "test_install", "test_exit", "test_two_ways", "test_laws", "test_launch",
+    "test_calibrate_series", "test_calibrate_records", "test_notebook",
 )  # fmt: skip
 
 

@@ -1,10 +1,14 @@
 """All scenarios run, their checks pass, and checks can fail; reports, tables and figures."""
 
+import base64
 import html
 import io
 import json
 import re
+import struct
+from html.parser import HTMLParser
 
+import mpmath
 import pytest
 from command import golf
 from rich.console import Console
@@ -12,9 +16,12 @@ from rich.console import Console
 from golf_impact.commands import console
 from golf_impact.commands.scripts import FOLDER, list_names, load_scenario, load_scenarios
 from golf_impact.facts import document
+from golf_impact.facts.balls import BALLS
+from golf_impact.peers.problem import Case
 from golf_impact.report.outcome import KINDS, Table, summarize_checks
 from golf_impact.report.page import document_tables, render_page, write_reports
 from golf_impact.report.report import Report
+from golf_impact.stress.reference import exact_outcome
 
 LONG = ("system", "loft", "model_exchange")
 
@@ -38,16 +45,87 @@ def test_figures_and_report(fmu, tmp_path):
     sizes = {file.name: file.stat().st_size for file in tmp_path.iterdir()}
     assert {"diagram.png", "baseline_force.png", "laws.png"} <= set(sizes)
     assert all(size > 0 for size in sizes.values())
-    page = (tmp_path / "report.html").read_text()
-    targets = re.findall(r'href="([^"]+)"', page)
-    assert targets == ["#document", "#diagram", "#baseline", "#laws"]
-    assert {target[1:] for target in targets} <= set(re.findall(r' id="([^"]+)"', page))
-    image = r'<img src="data:image/png;base64,[^"]+" alt="[^"]+" width="\d+" height="\d+">'
-    assert len(re.findall(image, page)) == page.count("<img") == page.count(" src=") == 5
-    # The page is self-contained.
-    assert not re.search(r"https?:|url\(|@import|fetch\(|<(link|iframe|object)", page)
+    shown = Page((tmp_path / "report.html").read_text())
+    assert shown.targets == ["#document", "#diagram", "#baseline", "#laws"]
+    assert {target[1:] for target in shown.targets} <= shown.ids
+    assert len(shown.sources) == 5
+    # Pairs of axes have a second picture for narrow screens, in which they are stacked.
+    assert len(shown.narrow) == 2
+    for one in shown.narrow:
+        width, height = struct.unpack(">II", base64.b64decode(one.split(",")[1])[16:24])
+        assert height > 1.4 * width
+    # A figure without words beside it has no empty column.
+    text = (tmp_path / "report.html").read_text("utf-8")
+    section = text[text.index('<section id="diagram">') :]
+    assert 'class="beside"' not in section[: section.index("</section>")]
+    assert all(source.startswith("data:image/png;base64,") for source in shown.sources)
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["baseline"]["baseline"]["smash_factor"] == pytest.approx(1.5641431548673967)
+
+
+def test_references_of_model_exchange():
+    """By the reference of stress, and by the power law's closed form with its time by quadrature.
+
+    x = d^m is an oscillator in τ, dτ = d^(m-1) dt, with m = (n + 1)/2.
+    """
+    reference = load_scenario("model_exchange")._REFERENCE
+    for law in (1, 2):
+        exact = exact_outcome(Case(law=law))
+        expected = float(exact.ball_velocity), float(exact.contact_time)
+        assert reference[f"law {law}"] == pytest.approx(expected, rel=1e-15)
+    values = {name: mpmath.mpf(x) for name, x in BALLS["roh-lee"].values.items()}
+    with mpmath.workdps(40):
+        m, length = (values["exponent"] + 1) / 2, mpmath.mpf(5e-3)
+        club, ball, speed = map(mpmath.mpf, (0.210, 0.04593, 35.0))
+        mu = club * ball / (club + ball)
+        square = m * values["k"] * length ** (2 - 2 * m) / mu
+        decay = values["b"] * length ** (1 - m) / mu / 2
+        omega = mpmath.sqrt(square - decay**2)
+
+        def x(s):
+            return m * speed / omega * mpmath.exp(-decay * s) * mpmath.sin(omega * s)
+
+        def slope(s):
+            wave = mpmath.cos(omega * s) - decay / omega * mpmath.sin(omega * s)
+            return m * speed * mpmath.exp(-decay * s) * wave
+
+        ends = mpmath.pi / 2 / omega, mpmath.pi / omega
+
+        def force(s):
+            return square * x(s) + 2 * decay * slope(s)
+
+        end = mpmath.findroot(force, ends, solver="anderson", tol=1e-60)
+        points = mpmath.linspace(0, end, 5)
+        time = mpmath.quad(lambda s: abs(x(s)) ** ((1 - m) / m), points)
+        restitution = -slope(end) / (m * speed)
+        velocity = (1 + restitution) * speed * club / (club + ball)
+    expected = float(velocity), float(time)
+    assert reference["power law"] == pytest.approx(expected, rel=1e-15)
+
+
+class Page(HTMLParser):
+    """Targets, names and sources of a page."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.targets, self.ids, self.sources, self.narrow = [], set(), [], []
+        self.feed(text)
+        # The page is self-contained.
+        assert not re.search(r"https?:|url\(|@import|fetch\(", text)
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        assert tag not in ("link", "iframe", "object")
+        self.ids.add(given.get("id"))
+        if "href" in given:
+            self.targets.append(given["href"])
+        if "src" in given:
+            self.sources.append(given["src"])
+        if tag == "source":
+            self.narrow.append(given["srcset"])
+        if tag == "img":
+            assert given["alt"]
+            assert int(given["width"]) > int(given["height"]) > 0
 
 
 def test_a_failed_check_is_outside_the_details(fmu):

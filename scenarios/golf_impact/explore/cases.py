@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from golf_physics.variables import LAWS, VARIABLES
 
 from golf_build.system import COMPANIONS
-from golf_impact.explore.evaluator import LOFT, Evaluator, in_process
+from golf_impact.explore.evaluator import LOFT, MOMENTA, Evaluator, in_process
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.measured import MPH, ROH_LEE_FIGURES, TOUR
@@ -17,8 +17,11 @@ from golf_impact.facts.quantities import format_value
 from golf_impact.facts.toml import read_toml
 from golf_impact.runs import METRICS, PATH
 
-#: The case that an address without parameters opens with: a ball that has been measured.
-OPENING = "penner"
+#: The ball that an address without parameters opens with: under it every slider has an effect.
+OPENING = "roh-lee"
+
+#: The ball with which the lofts of the clubs are fitted.
+CLUB_BALL = "penner"
 
 #: Units of speed, each with its m/s.
 SPEEDS = {"m/s": 1.0, "mph": MPH, "km/h": 1.0 / 3.6}
@@ -69,11 +72,13 @@ def _club(row: tuple[Any, ...], loft: float) -> Example:
     angles = {"dynamic_loft": radians(loft), "attack_angle": radians(attack)}
     printed = {"launch_angle": f"{angle}", "backspin": f"{rpm}", "carry": f"{yards * 0.9144:.0f}"}
     hint = f"{club}, average of the PGA Tour: {mph} mph; the loft is fitted to the launch angle."
-    return Example(club, {**BALLS[OPENING].values, **head, **angles}, printed, hint, "TrackMan")
+    return Example(club, {**head, **angles}, printed, hint, "TrackMan")
 
 
 CLUBS = [_club(row, loft) for row, loft in zip(TOUR, _DATA["lofts"])]
 
+
+_TABLES = ("quantities", "readouts", "factors", "equations", "simple", "simple_pictures", "tasks")
 
 #: Variables of Launch and BallFlight.
 ROWS = [COMPANIONS[name].tables["rows"] for name in ("Launch", "BallFlight")]
@@ -89,7 +94,8 @@ def make_evaluator() -> Evaluator:
     contact = {name: defaults[name] for name in _DATA["contact"]}
     units = {row.name: row.unit for row in rows if row.unit}
     units |= {f"{part}_energy": "J" for part in ("club", "ball", "spring", "lost")}
-    units |= {f"momentum_{when}": units["momentum"] for when in ("initial", "final")}
+    whose = ("momentum_initial", "momentum_final", *MOMENTA)
+    units |= dict.fromkeys(whose, units["momentum"])
     facts: dict[str, Any] = {
         "defaults": defaults,
         "metrics": METRICS,
@@ -99,10 +105,11 @@ def make_evaluator() -> Evaluator:
         "speeds": SPEEDS,
         "opening": dict(BALLS[OPENING].values),
         "laws": [(number, name) for number, (name, _) in LAWS.items()],
-        **{name: _DATA[name] for name in ("quantities", "readouts", "factors")},
+        **{name: _DATA[name] for name in _TABLES},
         "balls": [{**vars(one), "values": {**contact, **one.values}} for one in BALLS.values()],
         "examples": [one._asdict() | {"values": {**defaults, **one.values}} for one in EXAMPLES],
-        "clubs": [one._asdict() | {"values": {**defaults, **one.values}} for one in CLUBS],
+        "clubs": [one._asdict() for one in CLUBS],
+        "fitted": {"name": CLUB_BALL, "values": {**defaults, **BALLS[CLUB_BALL].values}},
     }
     return Evaluator(instances, facts)
 

@@ -29,12 +29,15 @@ NO_SEPARATION = "No separation: the bodies stay in contact (a valid result of la
 
 #: The label of the loop by law; of other laws only the results are known.
 AREAS = {
-    1.0: "no loop: F = k d.\nThe drag takes {:.2f} J",
-    2.0: "loop area: {:.2f} J,\nthe energy lost",
+    1.0: "no loop: F = k d; the drag takes {:.2f} J",
+    2.0: "loop area: {:.2f} J, the energy lost",
 }
 
 #: Metrics that are shown in the unit that the user chose.
 SPEEDS = ("ball_velocity", "club_velocity", "ball_speed", "head_speed")
+
+#: Of the path, kg.m/s.
+MOMENTA = ("club_momentum", "ball_momentum", "total_momentum")
 
 #: Communication points before touch, in contact, after it.
 POINTS = (8, 100, 16)
@@ -94,7 +97,8 @@ class Evaluator:
 
         Args:
             request: `values`, inputs and parameters by name (SI; start values for the others),
-                numbers or text; `unit` of speeds. Instead of the impact: `over`, the variable over
+                numbers or text; `unit` of speeds; `shot`, False without launch and flight (a third
+                of the time). Instead of the impact: `over`, the variable over
                 which S and COR are computed; `check`.
 
         Returns:
@@ -107,7 +111,7 @@ class Evaluator:
             values = self._values(request.get("values", {}))
             if "over" in request:
                 return self.sweep(values, request["over"])
-            return self.impact(values, request.get("unit", "m/s"))
+            return self.impact(values, request.get("unit", "m/s"), request.get("shot", True))
         except _REFUSED as error:
             about = error.variable if isinstance(error, RefusedError) else ""
             return {"refused": str(error), "about": about if about in self.defaults else ""}
@@ -157,7 +161,7 @@ class Evaluator:
             m[f"{body}_share"] = left / (initial or 1.0)
         return m
 
-    def impact(self, values: dict[str, float], unit: str) -> dict[str, Any]:
+    def impact(self, values: dict[str, float], unit: str, shot: bool) -> dict[str, Any]:
         """Everything that is shown of a case; speeds as text and as `…_shown` are in the unit."""
         metrics = self.metrics(values)
         touched, separated = map(self.instance.read_flag, ("touched", "separated"))
@@ -167,9 +171,11 @@ class Evaluator:
             path[f"{body}_shown"] = [speed / size for speed in path[f"{body}_velocity"]]
         # Without separation there are maxima only, without contact nothing.
         valid = metrics if separated else {name: metrics[name] for name in MAXIMA if touched}
-        shot, flight, problem = self.shot(values, metrics) if separated else ({}, NO_FLIGHT, "")
+        launched = separated and shot
+        shots, flight, problem = self.shot(values, metrics) if launched else ({}, NO_FLIGHT, "")
         ball, club = self._preset("balls", values), self._preset("clubs", values)
         case = club or self._preset("examples", values)
+        hint = case.get("hint", "") + (self._other_than_fitted(values, ball) if club else "")
         changed = {name: x for name, x in values.items() if x != self.defaults[name]}
         texts = {name: repr(x).removesuffix(".0") for name, x in changed.items()}
         area = AREAS.get(values["law"], "{:.2f} J of kinetic energy lost")
@@ -177,25 +183,28 @@ class Evaluator:
         lost = initial + metrics["work_on_club"] - metrics["kinetic_energy_final"]
         # Without a parameter the page opens, and `golf-impact run` runs, something else.
         given = _without_loft(texts) or {"law": "1"}
-        query, of_ball = given | texts, ball.get("values", {})
-        own = [f"{name} = {text}" for name, text in query.items() if name not in of_ball]
+        query, of_preset = given | texts, {*ball.get("values", {}), *club.get("values", {})}
+        own = [f"{name} = {text}" for name, text in query.items() if name not in of_preset]
         return {
             "values": values,
             "query": urlencode(query),
             "path": path,
-            "metrics": metrics | shot,
+            "metrics": metrics | shots,
             "flight": flight,
             "ranges": _ranges(path, flight, metrics["kinetic_energy_initial"]),
-            "readouts": self._readouts(valid | shot, case, unit),
+            "readouts": self._readouts(valid | shots, case, unit),
             "peak": f"{metrics['max_force']:.0f} N" if touched else "",
             "area": area.format(max(lost, 0.0)) if touched else "no contact",
-            # `run` has no loft.
-            "command": " --set ".join(["golf-impact run", *map("=".join, given.items())]),
+            # `run` has no loft: such a case has a link alone.
+            "command": ""
+            if changed.keys() & {*LOFT}
+            else " --set ".join(["golf-impact run", *map("=".join, given.items())]),
+            "equations": self._equations(values, metrics, separated),
             "ball": ball.get("name", ""),
             "club": club.get("name", ""),
-            "title": club.get("name") or ", ".join(filter(None, [ball.get("name"), *own])),
+            "title": ", ".join(filter(None, [club.get("name"), ball.get("name"), *own])),
             "source": ball.get("source", ""),
-            "hint": case.get("hint", ""),
+            "hint": hint,
             "state": problem if separated else NO_SEPARATION if touched else NO_CONTACT,
         }
 
@@ -203,6 +212,31 @@ class Evaluator:
         """The preset with these values, or nothing."""
         same = (one for one in self.facts[kind] if one["values"].items() <= values.items())
         return next(same, {})
+
+    def _other_than_fitted(self, values: Values, ball: Facts) -> str:
+        """What else differs from the case with which a club's loft is fitted, as a sentence."""
+        fitted, of_club = self.facts["fitted"], self.facts["clubs"][0]["values"]
+        others = [n for n, x in values.items() if n not in of_club and x != fitted["values"][n]]
+        if ball and ball["name"] != fitted["name"]:
+            others = [n for n in others if n not in ball["values"]]
+            others.insert(0, f"ball {ball['name']} instead of {fitted['name']}")
+        return f" Other than in the fit: {', '.join(others)}." if others else ""
+
+    def _equations(self, values: Values, metrics: Values, separated: bool) -> list[str]:
+        kinds = {
+            "": True,
+            " linear": values["exponent"] == 1.0,
+            " power": values["exponent"] != 1.0,
+            " COR": values["restitution_at_rest"] != 0.0,
+            " separated": separated,
+        }
+        v = values
+        approach, ratio = v["club_speed"] - v["ball_speed"], v["m_ball"] / v["m_club"]
+        own = {"stiffness": v["k"] / 1e3, "approach": approach, "ratio": ratio}
+        numbers = {**v, **metrics, **own}
+        names = [f"{values['law']:g}{kind}" for kind, is_so in kinds.items() if is_so]
+        lines = (line for name in names for line in self.facts["equations"].get(name, ()))
+        return [line.format(**numbers) for line in lines]
 
     def shot(self, values: Values, metrics: Values) -> tuple[dict[str, float], Columns, str]:
         """Launch and flight: metrics, curve (m), and why there is none."""
@@ -229,7 +263,9 @@ class Evaluator:
 
     def sweep(self, values: Values, over: str) -> dict[str, Any]:
         """S and COR over one variable, where it is accepted and the bodies separate."""
-        (q,) = (q for q in self.facts["quantities"] if q["name"] == over)
+        ranges = {q["name"]: q for q in self.facts["quantities"] if "step" in q}
+        if (q := ranges.get(str(over))) is None:
+            raise ValueError(f"There is no slider {over!r}: choose from {', '.join(ranges)}.")
         swept: Columns = {name: [] for name in ("x", *SWEPT_METRICS)}
         for n in range(SWEPT):
             x = (q["low"] + n / (SWEPT - 1) * (q["high"] - q["low"])) * q["scale"]
@@ -308,6 +344,8 @@ def _complete(row: dict[str, float], v: Values, moved: float) -> dict[str, float
         row[f"{body}_energy"] = _energy(v[f"m_{body}"], row[f"{body}_velocity"])
         lost += _energy(v[f"m_{body}"], v[f"{body}_speed"]) - row[f"{body}_energy"]
         row[f"{body}_position"] -= moved
+        row[f"{body}_momentum"] = v[f"m_{body}"] * row[f"{body}_velocity"]
+    row["total_momentum"] = row["club_momentum"] + row["ball_momentum"]
     if v["club_force"] and row["time"] > 0.0:
         lost += v["club_force"] * row["club_position"]
     n, length, diameter = v["exponent"], v["reference_compression"], v["ball_diameter"]
@@ -353,11 +391,13 @@ def _points(lead: float, contact: float, end: float, peak: float) -> list[float]
 def _ranges(path: Columns, flight: Columns, energy: float) -> Columns:
     """Axis limits by quantity: those of the plotted columns, with a margin."""
     columns = {
-        "force": (1.12, path["force"]),
+        # Above the data there is room for a line of text.
+        "force": (1.25, path["force"]),
         "compression": (1.05, path["compression"]),
-        "energy": (1.02, [energy]),
-        "velocity": (1.05, path["club_shown"] + path["ball_shown"]),
-        "position": (1.05, path["club_position"] + path["ball_position"]),
+        "energy": (1.25, [energy]),
+        "momentum": (1.25, [x for name in MOMENTA for x in path[name]]),
+        "velocity": (1.25, path["club_shown"] + path["ball_shown"]),
+        "position": (1.25, path["club_position"] + path["ball_position"]),
         "distance": (1.02, flight["distance"]),
         "height": (1.2, flight["height"]),
     }

@@ -9,15 +9,20 @@ const COLOURS = ["#CC79A7", "#009E73", "#D55E00", "#999933", "#882255", "#888888
 
 // Bokeh 3.9 writes the style sheet of every part at every paint, mostly the same again, and reads CSS properties in between: each time
 // the browser computes all styles anew. Equal sheets are left alone, and properties, which are those of page.css for :root, are kept.
-const sheet = Bokeh.require("core/dom").InlineStyleSheet.prototype, update = sheet._update, properties = new Map()
-sheet._update = function (css) { if (css != this.css) update.call(this, css) }
-Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value = function (name) {
+function replace(path, kind, name, method) {
+  const {prototype} = Bokeh.require(path)[kind], old = prototype[name]
+  if (!old) console.warn(`Bokeh ${Bokeh.version} has no ${kind}.${name}`)
+  prototype[name] = function (...values) { return method.call(this, old, ...values) }
+}
+const properties = new Map()
+replace("core/dom", "InlineStyleSheet", "_update", function (old, css) { if (css != this.css) old.call(this, css) })
+replace("core/visuals/visual", "VisualProperties", "_get_css_value", function (old, name) {
   const key = this.css_prefix + name
   if (!properties.has(key)) properties.set(key, getComputedStyle(document.documentElement).getPropertyValue(key))
   return properties.get(key)
-}
+})
 // Nothing on the page is placed beside the element of a glyph renderer, whose place changes with every curve.
-Bokeh.require("models/renderers/glyph_renderer").GlyphRendererView.prototype.update_position = () => {}
+replace("models/renderers/glyph_renderer", "GlyphRendererView", "update_position", () => {})
 
 // Numbers: a request at a time, to this machine's server or to the worker; both take and return JSON.
 
@@ -41,7 +46,7 @@ function report(text, failed = false) {
 }
 
 async function startWorker() {
-  report("Loading Python (some 6 MB): the sliders work as soon as it is there.")
+  report("Loading Python (some 6 MB): the controls work as soon as it is there.")
   const late = setTimeout(() => report("Python has not started within 60 s: reload the page, or try another browser.", true), 60000)
   worker = new Worker("worker.js", {type: "module"})
   showCheck(await evaluate({check: true}).finally(() => clearTimeout(late)))
@@ -68,7 +73,7 @@ async function run() {
     }
   } catch (error) {
     report(`No new numbers: ${error.message}. Reload the page when that is mended.`, true)
-    delete document.body.dataset.ready
+    setReady(false)
   }
   running = null
 }
@@ -87,51 +92,177 @@ const size = (quantity) => quantity.unit in facts.speeds ? facts.speeds[unit()] 
 const toSi = (quantity, value) => Number((value * size(quantity)).toPrecision(15))
 const fromSi = (quantity, value) => Number((value / size(quantity)).toPrecision(8))
 
+function setReady(ready) {
+  for (const fieldset of document.querySelectorAll("fieldset:not(.wide)")) fieldset.disabled = !ready
+  if (ready) document.body.dataset.ready = "yes"
+  else delete document.body.dataset.ready
+}
+
 function requestImpact(values = {}) {
   Object.assign(requested, values)
-  return request("impact", {values: requested, unit: unit()}, (result) => show(result, Object.keys(values)[0]))
+  return request("impact", {values: requested, unit: unit(), shot: !isSimple()}, (result) => show(result, Object.keys(values)[0]))
 }
 const requestSweep = () => request("sweep", {values: shown.values, over: get("over").value}, drawSweep)
 
+// Undo: values before each change, of a slider before it began to move.
+const past = []
+let moving = null
+function change(values) {
+  past.push(shown.values)
+  get("undo").disabled = false
+  return requestImpact(values)
+}
+function undo() {
+  const now = JSON.stringify(shown.values)
+  let values = past.pop()
+  while (past.length && JSON.stringify(values) == now) values = past.pop()
+  get("undo").disabled = !past.length
+  requestImpact(values)
+}
+
+// The simple level is law 2 without exponent and COR line.
+const SIMPLE = {...facts.defaults, law: 2}
+const isSimple = () => get("level").value == "simple"
+const opening = () => isSimple() ? SIMPLE : {...facts.defaults, ...facts.opening}
+function setLevel(level) {
+  get("level").value = document.documentElement.dataset.level = level
+  for (const option of get("picture").options) option.hidden = isSimple() && !facts.simple_pictures.includes(option.value)
+  if (get("picture").selectedOptions[0].hidden) get("picture").value = "force"
+  choosePicture()
+  // Where there is room below the few controls.
+  if (isSimple() && innerWidth >= 760) get("controls").append(get("tasks"))
+  else get("hint").after(get("tasks"))
+}
+function changeLevel() {
+  setLevel(get("level").value)
+  const hidden = ["law", "exponent", "restitution_at_rest", "ball_speed"].some((name) => shown.values[name] != SIMPLE[name])
+  if (isSimple() && hidden) change(SIMPLE)
+  else requestImpact()
+}
+const address = () => new URL(`?${shown.query}${isSimple() ? "&level=simple" : ""}`, location).href
+const setAddress = () => history.replaceState(null, "", address())
+
+// On a phone one picture is beside the sliders.
+function choosePicture() {
+  for (const picture of document.querySelectorAll(".picture")) picture.classList.toggle("chosen", picture.id == `picture_${get("picture").value}`)
+}
+
+let sweepSoon = 0
 function show(result, control) {
   for (const place of document.querySelectorAll(".refused")) place.textContent = ""
+  get("announced").textContent = result.refused || result.state
   if ("refused" in result) {
-    (get(`${result.about || control}_refused`) ?? get("hint")).textContent = result.refused
+    const place = get(`${result.about || control}_refused`) ?? get("hint")
+    place.textContent = result.refused
+    place.closest("details")?.setAttribute("open", "")
     return
   }
-  shown = {...result, hint: result.hint || HINT}
-  history.replaceState(null, "", `?${result.query}`)
+  // What examples say is of controls that the simple level hasn't.
+  shown = {...result, hint: !isSimple() && result.hint || HINT}
+  if (!moving) setAddress()
   draw()
   // S and COR over a variable wait until no slider moves.
-  if (!waiting.has("impact")) requestSweep()
+  clearTimeout(sweepSoon)
+  sweepSoon = setTimeout(requestSweep, 200)
+}
+
+// Painting: figures hold, and are painted from here. A frame takes those in sight, in turn, until its time is over; layout, pictures
+// out of sight and the address wait until nothing has changed for a while.
+const unseen = new Set(), pending = new Set()
+let frame = 0, late = 0
+
+function paint(figure, layout) {
+  const view = Bokeh.index.find_one(figure)
+  figure.setv({hold_render: false}, {silent: true})
+  if (layout) view.repaint()
+  else view.paint()
+  figure.setv({hold_render: true}, {silent: true})
+}
+
+function paintFrame() {
+  const end = performance.now() + 8
+  for (const figure of pending) {
+    pending.delete(figure)
+    paint(figure)
+    if (performance.now() > end) break
+  }
+  frame = pending.size && requestAnimationFrame(paintFrame)
+}
+
+const figures = () => Bokeh.documents[0].roots()
+function repaint(some = figures()) {
+  for (const figure of some) if (!unseen.has(figure)) pending.add(figure)
+  frame ||= requestAnimationFrame(paintFrame)
+  clearTimeout(late)
+  late = setTimeout(() => {
+    for (const figure of figures()) paint(figure, true)
+    setAddress()
+  }, 400)
 }
 
 // Drawing
 
-function draw() {
-  const {values, path, flight, ranges} = shown
+// Why a control has no effect.
+const IDLE = {
+  b: ({restitution_at_rest}) => restitution_at_rest && "no effect: the COR line determines the damping",
+  restitution_slope: ({restitution_at_rest}) => !restitution_at_rest && "no effect while COR at zero speed is 0",
+  reference_compression: ({exponent}) => exponent == 1 && "no effect while n is 1",
+}
+
+function drawControls({values}) {
   for (const [name, quantity] of quantities) {
-    const field = get(name), slider = get(`${name}_slider`), value = fromSi(quantity, values[name])
+    const field = get(name), slider = get(`${name}_slider`), value = fromSi(quantity, values[name]), why = IDLE[name]?.(values)
     if (field.valueAsNumber != value) field.value = value
     if (slider) slider.value = value
+    if (name in IDLE) {
+      for (const control of [field, slider, get("over").querySelector(`[value=${name}]`)]) if (control) control.disabled = why
+      setText(get(`${name}_idle`), why || "")
+    }
   }
+  if (get("over").selectedOptions[0].disabled) get("over").value = "club_speed"
   get("controls").law.value = values.law
-  for (const id of ["ball", "club", "command"]) get(id).value = shown[id]
-  for (const id of ["source", "hint", "state"]) get(id).textContent = shown[id]
-  get("readouts").replaceChildren(...shown.readouts.map(({metric, label, meaning, value, printed}) => tag("tr", {id: metric},
-    tag("th", {scope: "row"}, label, tag("small", {}, meaning)), tag("td", {}, value, tag("small", {}, printed)))))
+}
+
+// Texts are set where they have changed.
+function setText(element, text) { if (element.textContent != text) element.textContent = text }
+
+// A table of two columns: its rows are made once.
+function drawRows(table, rows) {
+  if (!table.rows.length) table.append(...rows.map(({id = "", label}) => tag("tr", {id, className: levelOf(id)},
+    tag("th", {scope: "row"}, label, tag("small")), tag("td", {}, "", tag("span"), tag("small")))))
+  rows.forEach(({meaning = "", value, printed = ""}, n) => {
+    const [small, span, other] = table.rows[n].querySelectorAll("small, span")
+    setText(small, meaning); setText(span, value); setText(other, printed)
+  })
+}
+
+function draw() {
+  const {path, flight, ranges} = shown
+  drawControls(shown)
+  for (const id of ["ball", "club"]) get(id).value = shown[id]
+  get("command").value = shown.command || address()
+  setText(get("same"), shown.command ? "The same case as a command" : "The same case as a link (golf-impact run has no loft, attack angle and friction)")
+  setText(get("copy"), shown.command ? "Copy command" : "Copy link")
+  for (const id of ["source", "hint", "state"]) setText(get(id), shown[id])
+  setText(get("equations"), shown.equations.join("\n"))
+  drawRows(get("readouts"), shown.readouts.map((row) => ({...row, id: row.metric})))
+  const [smash, restitution, , ball] = shown.readouts
+  setText(get("summary").firstChild, `S ${smash.value}  COR ${restitution.value}  ${ball.value}`)
   for (const name in ranges) {
     const all = [ranges, ...pins.map((pin) => pin.ranges)].map((ranges) => ranges[name])
     model(`${name}_range`).setv({start: Math.min(...all.map(([low]) => low)), end: Math.max(...all.map(([, high]) => high))})
   }
   model("path").data = path
   model("flight_path").data = flight
-  model("pinned").data = columns(["color", ...Object.keys({...path, ...flight})], pins.map((pin) => ({...pin, ...pin.path, ...pin.flight})))
-  model("peak").setv({x: shown.metrics.time_of_max_force, y: shown.metrics.max_force, text: shown.peak})
-  model("area").setv({x: 0, y: model("force_range").end, text: shown.area})
+  if (drawnPins != pins) model("pinned").data = columns(["color", ...Object.keys({...path, ...flight})], pins.map((pin) => ({...pin, ...pin.path, ...pin.flight})))
+  drawnPins = pins
+  const top = model("force_range").end
+  model("peak").setv({x: shown.metrics.time_of_max_force, y: top, text: shown.peak})
+  model("area").setv({x: 0, y: top, text: shown.area})
   model("velocities").left[0].axis_label = `velocity (${unit()})`
   moveCursor()
 }
+let drawnPins = pins
 
 const columns = (names, rows) => Object.fromEntries(names.map((name) => [name, rows.map((row) => row[name])]))
 
@@ -147,6 +278,7 @@ function drawSweep({swept, over}) {
   model("here").data = {x: [shown.values[over] / size(quantity)]}
   model("sweep").x_range.setv({start: quantity.low * scale, end: quantity.high * scale})
   model("sweep").below[0].axis_label = `${quantity.label} (${quantity.unit in facts.speeds ? unit() : quantity.unit})`
+  repaint([model("sweep")])
 }
 
 // Cursor: the sample that is nearest by some distance is shown in all pictures.
@@ -157,11 +289,11 @@ function moveCursor() {
   const at = start + Number(get("scrub").value) * duration, i = nearest((i) => Math.abs(path.time[i] - at))
   model("cursor").data = Object.fromEntries(Object.entries(path).map(([name, column]) => [name, [column[i]]]))
   const text = (name, scale, digits, unit) => `${(path[name][i] * scale).toFixed(digits).replace("-", "−")} ${unit}`
-  const lines = {
+  drawRows(get("cursor"), Object.entries({
     time: text("time", 1e6, 1, "µs"), force: text("force", 1, 0, "N"), compression: text("compression", 1e3, 2, "mm"),
     club: text("club_shown", 1, 2, unit()), ball: text("ball_shown", 1, 2, unit()), played: `${Math.round(PLAYED / duration / 100) * 100} × slower`,
-  }
-  get("cursor").replaceChildren(...Object.entries(lines).map(([name, value]) => tag("tr", {}, tag("th", {scope: "row"}, name), tag("td", {}, value))))
+  }).map(([label, value]) => ({label, value})))
+  repaint()
 }
 
 // Pointer or finger: the cursor goes to the nearest sample, unless the animation plays.
@@ -175,6 +307,7 @@ function point(picture, {x, y}) {
 }
 
 const PLAYED = 6  // s for the whole run
+const still = matchMedia("(prefers-reduced-motion: reduce)")
 const playing = () => get("play").ariaPressed == "true"
 function play() {
   get("play").ariaPressed = !playing()
@@ -182,7 +315,9 @@ function play() {
   const scrub = get("scrub"), begin = performance.now() / 1000 - PLAYED * scrub.value
   const frame = (now) => {
     if (!playing()) return
-    scrub.value = (now / 1000 - begin) / PLAYED % 1
+    const share = (now / 1000 - begin) / PLAYED % 1
+    // Less motion: twelve stills.
+    scrub.value = still.matches ? Math.floor(12 * share) / 12 : share
     moveCursor()
     requestAnimationFrame(frame)
   }
@@ -198,16 +333,20 @@ function pin(name = "") {
   drawPins()
 }
 
+const levelOf = (metric) => metric && !facts.simple.includes(metric) ? "all" : ""
+
 function drawPins() {
+  drawnPins = null
   get("pin").disabled = pins.length == COLOURS.length
   const button = (label, n, click) => tag("button", {type: "button", textContent: label, ariaLabel: `${label} pin ${n}`, onclick: click})
   const rows = pins.map((pin, n) => tag("tr", {},
     tag("th", {scope: "row"}, tag("span", {style: `color: ${pin.color}`, ariaHidden: "true"}, "━━ "),
       tag("input", {type: "text", value: pin.name, ariaLabel: `Name of pin ${n + 1}`, onchange: ({target}) => { pin.name = target.value }})),
-    ...pin.readouts.map(({value}) => tag("td", {}, value)),
-    tag("td", {}, button("Reopen", n + 1, () => requestImpact(pin.values)), " ",
+    ...pin.readouts.map(({metric, value}) => tag("td", {className: levelOf(metric)}, value)),
+    tag("td", {}, button("Reopen", n + 1, () => change(pin.values)), " ",
       button("Remove", n + 1, () => { pins = pins.filter((other) => other != pin); drawPins(); get("pin").focus() }))))
-  const head = ["case", ...shown.readouts.map(({label}) => label), ""].map((label) => tag("th", {scope: "col"}, label))
+  const labels = [{label: "case"}, ...shown.readouts, {label: ""}]
+  const head = labels.map(({label, metric}) => tag("th", {scope: "col", className: levelOf(metric)}, label))
   get("pins").replaceChildren(...(pins.length ? [tag("thead", {}, tag("tr", {}, ...head)), tag("tbody", {}, ...rows)] : []))
   draw()
 }
@@ -225,9 +364,9 @@ async function changeUnit() {
 async function openExample({name, values, beside}) {
   if (beside) {
     await requestImpact({...facts.defaults, ...beside})
-    pin(name.split(" | ")[0])
+    if (!pins.some(({query}) => query == shown.query)) pin(name.split(" | ")[0])
   }
-  requestImpact(values)
+  change(values)
 }
 
 // Downloads: files are made in the browser. Curves and metrics are physical quantities in SI.
@@ -244,7 +383,6 @@ async function fileOf(choice) {
   if (choice == "path.csv") return csv(shown.path)
   if (choice == "pins.csv") return csv(columns(["name", "query", ...Object.keys(shown.metrics)], pins.map((pin) => ({...pin, ...pin.metrics}))))
   const [name, kind] = choice.split(".")
-  model(name).hold_render = false
   return Bokeh.index.find_one(model(name)).export(kind).to_blob()
 }
 
@@ -258,23 +396,35 @@ function setDark(dark) {
   properties.clear()
   get("dark").textContent = dark ? "Light" : "Dark"
   // Canvases are painted again to take the colours.
-  for (const figure of Bokeh.documents[0].roots()) Bokeh.index.find_one(figure).request_repaint()
+  for (const figure of figures()) Bokeh.index.find_one(figure).request_repaint()
+  repaint()
 }
 
 // Controls
 
 function setQuantity({type, target: {name, type: kind, value}}) {
   // A field is read when its number is complete, a slider while it moves.
+  if (kind == "range" && type == "change") moving = null
   if (!name || type != (kind == "range" ? "input" : "change")) return
-  const quantity = quantities.get(name)
-  requestImpact({[name]: quantity && value ? toSi(quantity, Number(value)) : value})
+  const quantity = quantities.get(name), values = {[name]: quantity && value ? toSi(quantity, Number(value)) : value}
+  if (moving == name) requestImpact(values)
+  else change(values)
+  moving = kind == "range" ? name : null
 }
 
 function listen() {
   get("controls").oninput = get("controls").onchange = setQuantity
   for (const kind of ["ball", "club"])
-    get(kind).onchange = ({target}) => requestImpact(facts[`${kind}s`].find(({name}) => name == target.value)?.values)
+    get(kind).onchange = ({target}) => change(facts[`${kind}s`].find(({name}) => name == target.value)?.values)
   for (const button of document.querySelectorAll("nav button")) button.onclick = () => openExample(facts.examples[button.value])
+  document.querySelectorAll("#tasks div > a").forEach((link, n) => link.onclick = (event) => {
+    const {name, values} = facts.tasks[n]
+    openExample({name, values: {...facts.defaults, ...values}, beside: values})
+    event.preventDefault()
+  })
+  get("level").onchange = changeLevel
+  get("undo").onclick = undo
+  get("reset").onclick = () => change(opening())
   get("pin").onclick = () => pin()
   get("unit").onchange = changeUnit
   get("over").onchange = requestSweep
@@ -282,29 +432,63 @@ function listen() {
   get("copy").onclick = () => {
     get("command").select()
     document.execCommand("copy")
-    get("hint").textContent = "The command is copied."
+    get("hint").textContent = `The ${shown.command ? "command" : "link"} is copied.`
   }
   get("download").onchange = ({target}) => { download(target.value); target.value = "" }
 }
 
+// On paper pictures are copies in light colours: their size follows the sheet.
+let copies = [], screenTheme = "light"
+function beforePrint() {
+  screenTheme = document.documentElement.dataset.theme
+  setDark(false)
+  copies = figures().map((figure) => {
+    paint(figure, true)
+    const view = Bokeh.index.find_one(figure), {canvas} = view.export("png"), {width, height} = view.bbox
+    canvas.style.aspectRatio = `${width} / ${height}`
+    canvas.className = "copy"
+    view.el.parentElement.after(canvas)
+    return canvas
+  })
+}
+function afterPrint() {
+  for (const canvas of copies) canvas.remove()
+  setDark(screenTheme == "dark")
+}
+
 async function start() {
   while (!Bokeh.documents[0]?.is_idle) await new Promise(requestAnimationFrame)
-  // Figures out of sight aren't painted: on a phone that is most of them.
-  const sight = new IntersectionObserver((all) => { for (const {target, isIntersecting} of all) model(target.id.slice(8)).hold_render = !isIntersecting })
-  for (const picture of document.querySelectorAll(".picture")) sight.observe(picture)
+  const figureOf = (element) => model(element.id.replace("picture_", ""))
+  const sight = new IntersectionObserver((all) => {
+    for (const {target, isIntersecting} of all) {
+      unseen[isIntersecting ? "delete" : "add"](figureOf(target))
+      if (isIntersecting) repaint([figureOf(target)])
+    }
+  })
+  // A canvas of another size is empty.
+  const sizes = new ResizeObserver((all) => { for (const {target} of all) paint(figureOf(target), true) })
+  for (const picture of document.querySelectorAll(".picture, #animation")) { sight.observe(picture); sizes.observe(picture) }
+  // Bokeh's layers for events are no controls.
+  for (const figure of figures()) Bokeh.index.find_one(figure).canvas_view.events_el.tabIndex = -1
+  addEventListener("beforeprint", beforePrint)
+  addEventListener("afterprint", afterPrint)
   setDark(matchMedia("(prefers-color-scheme: dark)").matches)
   get("dark").onclick = () => setDark(document.documentElement.dataset.theme != "dark")
   get("play").onclick = play
   get("scrub").oninput = moveCursor
-  for (const name of ["loop", "force", "energies", "velocities", "positions"])
+  get("picture").onchange = choosePicture
+  for (const name of ["loop", "force", "energies", "momenta", "velocities", "positions"])
     for (const event of ["mousemove", "tap"]) model(name).on_event(event, (at) => point(model(name), at))
+  if (innerWidth < 760) for (const group of document.querySelectorAll("#controls details")) group.open = false
+  const {level = "all", ...given} = Object.fromEntries(new URLSearchParams(location.search))
+  setLevel(level == "simple" ? level : "all")
+  get("tasks").open = isSimple() && innerWidth >= 760
   draw()
-  const given = Object.fromEntries(new URLSearchParams(location.search))
   if (facts.exported) await startWorker()
   listen()
-  if (Object.keys(given).length) requested = given
+  requested = Object.keys(given).length ? given : opening()
   await requestImpact()
   requested = {...shown.values}
-  document.body.dataset.ready = "yes"
+  setReady(true)
 }
-start().catch((error) => report(`The sliders don't work: ${error.message}.`, true))
+start().catch((error) => report(`The controls don't work: ${error.message}.`, true))

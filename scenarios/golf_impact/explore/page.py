@@ -23,12 +23,16 @@ def page_files(evaluator: Evaluator, exported: bool = False) -> dict[str, bytes]
     carried = {**facts, "result": opening, "exported": exported}
     script, figures = components(Pictures(opening).figures, wrap_script=False, theme=THEME)
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    template = environment.from_string(Path(__file__).with_name("page.html").read_text("utf-8"))
+    page, worksheet = (
+        environment.from_string(Path(__file__).with_name(name).read_text("utf-8"))
+        for name in ("page.html", "worksheet.html")
+    )
     # Nothing in a script element may end it.
     data = json.dumps(carried, allow_nan=False).replace("<", "\\u003c")
-    page = template.render(facts=facts, data=data, script=script, figures=figures)
+    shown = page.render(facts=facts, data=data, script=script, figures=figures)
     return {
-        "index.html": page.encode(),
+        "index.html": shown.encode(),
+        "worksheet.html": worksheet.render(facts=facts).encode(),
         **{
             name: Path(__file__).with_name(name).read_bytes()
             for name in ("page.js", "page.css", "worker.js")

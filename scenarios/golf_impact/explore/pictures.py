@@ -16,11 +16,10 @@ _CLEAR = ("background_fill_color", "border_fill_color", "outline_line_color")
 THEME = Theme(
     json={
         "attrs": {
-            "Plot": {"toolbar_location": "above", **dict.fromkeys(_CLEAR)},
-            "Toolbar": {"autohide": True, "logo": None},
+            "Plot": {"toolbar_location": None, **dict.fromkeys(_CLEAR)},
             "Axis": {"axis_label_standoff": 2, "minor_tick_line_color": None},
             "ContinuousTicker": {"desired_num_ticks": 5},
-            "Label": {"text_font_size": "12px"},
+            "Label": {"text_font_size": "11px", "text_baseline": "top"},
         }
     }
 )
@@ -65,9 +64,10 @@ class Pictures:
         loop = self._picture("Force over compression", "compression (mm)", "force (kN)")
         self.figures = {
             "animation": self._animation(),
-            "force": self._force(force, "time", "peak", text_align="center", y_offset=3),
-            "loop": self._force(loop, "compression", "area", text_baseline="top", x_offset=6),
+            "force": self._force(force, "time", "peak", text_align="center"),
+            "loop": self._force(loop, "compression", "area", x_offset=4),
             "energies": self._energies(),
+            "momenta": self._bodies("Momentum", "momentum (N·s)", "momentum", "total"),
             "velocities": self._bodies("Velocities", "velocity (m/s)", "shown"),
             "positions": self._bodies("Positions", "position (mm)", "position"),
             "sweep": self._sweep(),
@@ -106,14 +106,14 @@ class Pictures:
         colours = {"ball": BLUE, "spring": GREEN, "club": ORANGE, "lost": VERMILION}
         columns, path = [f"{name}_energy" for name in colours], self.sources["path"]
         picture.varea_stack(columns, x="time", source=path, color=[*colours.values()], alpha=0.75)
-        # The stack fills at least two thirds of the height: the text is dark in both themes.
         lines = [_Line("", name, colour) for name, colour in reversed(colours.items())]
-        _add_legend(picture, lines, top=0.66, line_width=11, text_color="#1c2430")
+        _add_legend(picture, lines, line_width=11)
         return picture
 
-    def _bodies(self, title: str, label: str, what: str) -> Any:
+    def _bodies(self, title: str, label: str, what: str, *others: str) -> Any:
         picture = self._over_time(title, label)
         lines = [_Line(f"club_{what}", "club", ORANGE, "dashed"), _Line(f"ball_{what}", "ball")]
+        lines += [_Line(f"{other}_{what}", other, GREEN, "dotdash") for other in others]
         self._add_curves("path", "time", lines, picture)
         return picture
 
@@ -145,15 +145,17 @@ class Pictures:
                 dot: dict[str, Any] = {"size": 9, "color": colour, "line_color": "white"}
                 picture.scatter(x, y, source=self.sources["cursor"], **dot, **_CURSOR)
         if len(lines) > 1:
-            _add_legend(picture, lines, top=0.9 if source == "path" else 0.24)
+            _add_legend(picture, lines)
 
     def _picture(self, title: str, *labels: str) -> Any:
         """A picture with these labels of its axes, the first word of which names the range."""
-        ends = [self.ranges.get(label.partition(" ")[0], models.Range1d(0, 2)) for label in labels]
-        # A finger that is swiped over a picture scrolls the page: nothing is active on drag.
-        idle: dict[str, Any] = {"tools": "box_zoom,reset,save", "active_drag": None}
-        picture = figure(title=title, x_range=ends[0], y_range=ends[1], **idle)
+        names = (label.partition(" ")[0] for label in labels)
+        ends = [self.ranges.get(name, models.Range1d(0, 2.4)) for name in names]
+        # Without tools: a finger that is swiped over a picture scrolls the page.
+        picture = figure(title=title, x_range=ends[0], y_range=ends[1], tools="")
         picture.sizing_mode, picture.min_border = "stretch_both", 2
+        # Wide enough for most labels: the frames of a column are aligned, and keep their place.
+        picture.min_border_left = 48
         about = f"{title}: {labels[1]} over {labels[0]}"
         picture.html_attributes = {"aria-label": about, "role": "img"}
         for axis, label in zip((picture.xaxis, picture.yaxis), labels):
@@ -164,8 +166,8 @@ class Pictures:
         return picture
 
 
-def _add_legend(picture: Any, lines: Sequence[_Line], top: float, **style: Any) -> None:
-    """Name, colour and dash of each line, from `top` (of the height) downwards.
+def _add_legend(picture: Any, lines: Sequence[_Line], line_width: float = 2.5) -> None:
+    """Name, colour and dash of each line, in a row above the data.
 
     Drawn by glyphs: Bokeh's Legend is an HTML element whose size the browser computes at every
     paint, which takes a third of a slider's step.
@@ -173,10 +175,9 @@ def _add_legend(picture: Any, lines: Sequence[_Line], top: float, **style: Any) 
     picture.extra_x_ranges = {"legend": models.Range1d(0, 1)}
     picture.extra_y_ranges = {"legend": models.Range1d(0, 1)}
     place = {"x_range_name": "legend", "y_range_name": "legend"}
-    y = [top - 0.14 * n for n in range(len(lines))]
+    x = [0.02 + 0.25 * n for n in range(len(lines))]
     _, texts, colours, dashes = (list(column) for column in zip(*lines))
-    width = style.pop("line_width", 2.5)
-    line = {"line_color": colours, "line_dash": dashes, "line_width": width}
-    picture.segment(x0=0.03, y0=y, x1=0.11, y1=y, **line, **place)
+    line = {"line_color": colours, "line_dash": dashes, "line_width": line_width}
+    picture.segment(x0=x, y0=0.93, x1=[start + 0.07 for start in x], y1=0.93, **line, **place)
     text = {"text_color": "#7a828c", "text_font_size": "11px", "text_baseline": "middle"}
-    picture.text(x=0.13, y=y, text=texts, **{**text, **style}, **place)
+    picture.text(x=[start + 0.085 for start in x], y=0.93, text=texts, **text, **place)

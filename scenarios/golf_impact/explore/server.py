@@ -58,6 +58,10 @@ def serve(port: int, values: Mapping[str, float], ready: Callable[[str], None]) 
 
 
 class _Handler(SimpleHTTPRequestHandler):
+    #: A connection is kept for the next request.
+    protocol_version = "HTTP/1.1"
+    #: Headers and body are two writes: the second one must not wait for an acknowledgement.
+    disable_nagle_algorithm = True
     #: s that a connection may be silent: browsers open some in advance.
     timeout = 30
     #: The instances take one request at a time.
@@ -69,11 +73,15 @@ class _Handler(SimpleHTTPRequestHandler):
 
     def send_head(self) -> Any:
         """Of GET and HEAD."""
-        return super().send_head() if self._is_local() else None
+        try:
+            return super().send_head() if self._is_local() else None
+        except ValueError:  # a path with a null character
+            return self.send_error(404)
 
     def do_POST(self) -> None:
         length = self.headers.get("Content-Length", "")
-        if not length.isdecimal() or int(length) > _LARGEST:
+        # Python converts 4300 digits at most.
+        if not length.isdecimal() or len(length) > 9 or int(length) > _LARGEST:
             self.send_error(413)
             return
         # Read in any case: a connection that is closed before is reset, and the reply with it.

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from itertools import cycle
 from pathlib import Path
 
@@ -27,6 +28,8 @@ with held():
 
 plt.style.use(Path(__file__).with_suffix(".mplstyle"))
 
+_stacked = False
+
 
 def new(title: str, size: tuple[float, float] = (7.2, 4.4), case: str = "") -> tuple[Figure, Axes]:
     """A figure (size in inches) with one pair of axes; `case` is the second line of its title."""
@@ -35,10 +38,25 @@ def new(title: str, size: tuple[float, float] = (7.2, 4.4), case: str = "") -> t
     return figure, axes
 
 
+@contextmanager
+def stacking() -> Iterator[None]:
+    """Within it, pairs of axes are one above the other, as narrow screens need them."""
+    global _stacked
+    _stacked = True
+    try:
+        yield
+    finally:
+        _stacked = False
+
+
 def new_pair(title: str, case: str = "") -> tuple[Figure, tuple[Axes, Axes]]:
     """A figure with two pairs of axes side by side; `case` is the second line of its title."""
-    figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.6 if case else 4.4))
-    figure.suptitle(f"{title}\n{case}" if case else title, x=0.01, ha="left", fontweight="bold")
+    if _stacked:
+        figure, axes = plt.subplots(2, 1, figsize=(5.4, 8.8))
+    else:
+        figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.6 if case else 4.4))
+    words = f"{title}\n{case}" if case else title
+    figure.suptitle(words, x=0.01, ha="left", fontweight="bold", wrap=True)
     return figure, (axes[0], axes[1])
 
 
@@ -103,6 +121,7 @@ def add_legend_above(axes: Axes, columns: int = 4) -> None:
 def add_legend_below(figure: Figure, axes: Axes, columns: int) -> None:
     """One legend below all axes of a figure, with the labels of these axes."""
     handles, labels = axes.get_legend_handles_labels()
+    columns = 1 if _stacked else columns
     figure.legend(handles, labels, loc="outside lower center", ncols=columns)
 
 

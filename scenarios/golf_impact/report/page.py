@@ -6,6 +6,7 @@ import io
 import struct
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from golf_build import VERSION
 from golf_build.packaging import render
@@ -43,6 +44,7 @@ def write_reports(
             rows.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
             files[f"{file}.csv"] = text.getvalue().encode()
     images: dict[str, dict[str, bytes]] = {name: {} for name in reports}
+    stacked: dict[str, bytes] = {}
     stale = [f"{file}.png" for report in reports.values() for file in report.figures]
     if with_figures and stale:
         from golf_impact.report import figures
@@ -50,22 +52,28 @@ def write_reports(
         for name, report in reports.items():
             for file, draw in report.figures.items():
                 files[f"{file}.png"] = images[name][file] = figures.to_png(draw(figures))
+                if _is_wide(*_size(images[name][file])):
+                    with figures.stacking():
+                        stacked[file] = figures.to_png(draw(figures))
                 tick()
-    files[f"{prefix}report.html"] = render_page(
-        reports, images, f"golf-impact {VERSION}, FMU {guid}"
-    )
+    source = f"golf-impact {VERSION}, FMU {guid}"
+    files[f"{prefix}report.html"] = render_page(reports, images, source, stacked)
     write_together(folder, files, stale=() if with_figures else stale)
 
 
 def render_page(
-    reports: Mapping[str, Report], images: Mapping[str, Mapping[str, bytes]], source: str
+    reports: Mapping[str, Report],
+    images: Mapping[str, Mapping[str, bytes]],
+    source: str,
+    stacked: Mapping[str, bytes] = MappingProxyType({}),
 ) -> bytes:
-    """Render report.html, one self-contained file; images are PNG by scenario and name.
+    """Render report.html, one self-contained file.
 
-    `source` is what computed the numbers, in words.
+    Images are PNG by scenario and name; `source` is what computed the numbers, in words;
+    `stacked` are those for narrow screens, by name.
     """
     shown = {
-        name: [_figure(reports[name], *item) for item in of_report.items()]
+        name: [_figure(reports[name], *item, stacked) for item in of_report.items()]
         for name, of_report in images.items()
     }
     return render(
@@ -80,12 +88,26 @@ def render_page(
     )
 
 
-def _figure(report: Report, file: str, image: bytes) -> dict[str, str | int]:
-    # The first chunk of a PNG holds its size.
+def _size(image: bytes) -> tuple[int, int]:
+    # The first chunk of a PNG holds it.
     width, height = struct.unpack(">II", image[16:24])
+    return width, height
+
+
+def _is_wide(width: int, height: int) -> bool:
+    """Of two pairs of axes side by side."""
+    return width > 1.8 * height
+
+
+def _figure(
+    report: Report, file: str, image: bytes, stacked: Mapping[str, bytes]
+) -> dict[str, str | int]:
+    width, height = _size(image)
     caption = report.captions.get(file, "")
     return {
         "data": base64.b64encode(image).decode(),
+        "stacked": base64.b64encode(stacked.get(file, b"")).decode(),
+        "wide": _is_wide(width, height),
         "width": width,
         "height": height,
         "caption": caption,

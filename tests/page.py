@@ -1,0 +1,62 @@
+"""The page of `golf-impact explore` for tests: its evaluator, served on this machine, exported."""
+
+import contextlib
+import os
+import signal
+import subprocess
+from urllib.parse import urlencode
+
+import pytest
+from command import COMMAND
+
+from golf_impact.errors import UserError
+from golf_impact.explore import export as exporting
+from golf_impact.explore.cases import make_evaluator
+from golf_impact.facts.quantities import format_shortest
+
+
+@pytest.fixture
+def evaluator():
+    return make_evaluator()
+
+
+def query(values):
+    return urlencode({name: format_shortest(value) for name, value in values.items()})
+
+
+@contextlib.contextmanager
+def serving(*arguments, env=None):
+    """The command in a process of its own, and the page's address."""
+    process = subprocess.Popen(
+        [COMMAND, "explore", "--no-browser", "--port", "0", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, **(env or {})},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    try:
+        yield process, process.stdout.readline().strip()
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture(scope="module")
+def local():
+    with serving() as (_, address):
+        yield address
+
+
+@pytest.fixture(scope="module")
+def exported(once):
+    """The folder of an exported page."""
+    folder = once("ClubBallImpact.fmu").parent / "page"
+    try:
+        exporting.export(once("ClubBallImpact.fmu"), folder)
+    except UserError as error:
+        # Where npm is missing or its registry can't be reached; another checksum is no reason.
+        if "npm isn't there" in str(error) or "can't get" in str(error):
+            pytest.skip(str(error))
+        raise
+    return folder
