@@ -186,9 +186,9 @@ class SplitLaw(LinearLaw):
 
 
 def recipe():
-    """The law of tests/README.md."""
+    """The law of CONTRIBUTING.md."""
     (code,) = re.findall(
-        r"```python\n(\"\"\"Law 3.*?)```", (HERE / "README.md").read_text(), re.DOTALL
+        r"```python\n(\"\"\"Law 3.*?)```", (HERE.parent / ".github" / "CONTRIBUTING.md").read_text("utf-8"), re.DOTALL
     )
     assert len(code.splitlines()) <= 20
     return code
@@ -243,7 +243,7 @@ def test_a_law_is_one_file_and_one_row(tmp_path, code, fails):
 
 @added
 def test_a_law_of_ones_own_in_the_commands(tmp_path):
-    """The recipe of tests/README.md: run checks it, sweep and the page run it."""
+    """The recipe of CONTRIBUTING.md: run checks it, sweep and the page run it."""
     environment = checkout_with(recipe(), tmp_path)
 
     def command(*words):
