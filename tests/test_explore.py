@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -381,10 +382,10 @@ def test_the_check_notices_another_number(evaluator, fmu_path):
 
 def send(address, method="POST", path="/impact", body=b"{}", **headers):
     """Status and body of one request."""
-    connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=60)
-    connection.request(method, path, body if method == "POST" else None, headers)
-    response = connection.getresponse()
-    return response.status, response.read()
+    with closing(http.client.HTTPConnection(urlsplit(address).netloc, timeout=60)) as connection:
+        connection.request(method, path, body if method == "POST" else None, headers)
+        response = connection.getresponse()
+        return response.status, response.read()
 
 
 def test_numbers_by_http(local, evaluator):

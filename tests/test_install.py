@@ -82,6 +82,7 @@ def made(tmp_path_factory):
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE"):
         shutil.copy(ROOT / name, folder)
+    shutil.copytree(ROOT / ".github", folder / ".github")
     # The folder build/ of the working folder doesn't hide the module.
     subprocess.run([tools, "-m", "build"], cwd=folder, check=True, capture_output=True)
     return {path.suffix: path for path in (folder / "dist").iterdir()}

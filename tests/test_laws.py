@@ -188,7 +188,9 @@ class SplitLaw(LinearLaw):
 def recipe():
     """The law of CONTRIBUTING.md."""
     (code,) = re.findall(
-        r"```python\n(\"\"\"Law 3.*?)```", (HERE.parent / ".github" / "CONTRIBUTING.md").read_text("utf-8"), re.DOTALL
+        r"```python\n(\"\"\"Law 3.*?)```",
+        (HERE.parent / ".github" / "CONTRIBUTING.md").read_text("utf-8"),
+        re.DOTALL,
     )
     assert len(code.splitlines()) <= 20
     return code
