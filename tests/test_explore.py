@@ -299,10 +299,9 @@ def test_lessons_of_the_tasks(evaluator):
     start, soft, none, more = metrics(), metrics(k=5e5), metrics(b=0.0), metrics(b=36.0)
     heavy, fast = metrics(m_club=0.42), metrics(club_speed=70.0)
     stiffness, damping, mass = (one["lesson"] for one in evaluator.facts["tasks"])
-    for one, time in ((start, "600"), (soft, "840")):
+    for one in (start, soft):
         assert f"{one['smash_factor']:.3f}" in stiffness
-        assert f"{one['contact_time'] * 1e6:.0f}"[:2] == time[:2]
-        assert time in stiffness
+        assert f"{one['contact_time'] * 1e6:.0f}" in stiffness
     assert soft["max_force"] / start["max_force"] == pytest.approx(0.5**0.5, rel=0.02)
     assert none["coefficient_of_restitution"] == none["energy_efficiency"] == 1.0
     assert f"COR is {more['coefficient_of_restitution']:.2f}" in damping

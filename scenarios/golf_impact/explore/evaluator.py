@@ -97,8 +97,8 @@ class Evaluator:
 
         Args:
             request: `values`, inputs and parameters by name (SI; start values for the others),
-                numbers or text; `unit` of speeds; `shot`, False without launch and flight (a third
-                of the time). Instead of the impact: `over`, the variable over
+                numbers or text; `unit` of speeds; `shot`, False without launch and flight (more
+                than half of the time). Instead of the impact: `over`, the variable over
                 which S and COR are computed; `check`.
 
         Returns:

@@ -85,7 +85,7 @@ function request(kind, message, use) {
 // State: the result that is shown, the values requested last, and the pins (results with name and color).
 let shown = facts.result
 let requested = {...shown.values}
-let pins = []
+let pins = [], drawnPins = null
 const unit = () => get("unit").value
 const size = (quantity) => quantity.unit in facts.speeds ? facts.speeds[unit()] : quantity.scale
 // 15 digits: 45.93 g are 0.04593 kg to the last digit.
@@ -98,19 +98,20 @@ function setReady(ready) {
   else delete document.body.dataset.ready
 }
 
-function requestImpact(values = {}) {
+// Launch and flight, more than half of the evaluation, wait until no slider moves but their own.
+function requestImpact(values = {}, shot = true) {
   Object.assign(requested, values)
-  return request("impact", {values: requested, unit: unit(), shot: !isSimple()}, (result) => show(result, Object.keys(values)[0]))
+  return request("impact", {values: requested, unit: unit(), shot: shot && !isSimple()}, (result) => show(result, Object.keys(values)[0], shot))
 }
 const requestSweep = () => request("sweep", {values: shown.values, over: get("over").value}, drawSweep)
 
 // Undo: values before each change, of a slider before it began to move.
 const past = []
-let moving = null
-function change(values) {
+let moving = null, sweepSoon = 0
+function change(values, shot) {
   past.push(shown.values)
   get("undo").disabled = false
-  return requestImpact(values)
+  return requestImpact(values, shot)
 }
 function undo() {
   const now = JSON.stringify(shown.values)
@@ -147,8 +148,7 @@ function choosePicture() {
   for (const picture of document.querySelectorAll(".picture")) picture.classList.toggle("chosen", picture.id == `picture_${get("picture").value}`)
 }
 
-let sweepSoon = 0
-function show(result, control) {
+function show(result, control, shot) {
   for (const place of document.querySelectorAll(".refused")) place.textContent = ""
   get("announced").textContent = result.refused || result.state
   if ("refused" in result) {
@@ -159,11 +159,12 @@ function show(result, control) {
   }
   // What examples say is of controls that the simple level hasn't.
   shown = {...result, hint: !isSimple() && result.hint || HINT}
-  if (!moving) setAddress()
-  draw()
-  // S and COR over a variable wait until no slider moves.
+  if (!shot) for (const row of shown.readouts.slice(-3)) row.value = "…"
+  if (shot && !moving) setAddress()
+  draw(shot)
+  // So do S and COR over a variable.
   clearTimeout(sweepSoon)
-  sweepSoon = setTimeout(requestSweep, 200)
+  sweepSoon = setTimeout(() => shot ? requestSweep() : requestImpact(), 200)
 }
 
 // Painting: figures hold, and are painted from here. A frame takes those in sight, in turn, until its time is over; layout, pictures
@@ -236,7 +237,7 @@ function drawRows(table, rows) {
   })
 }
 
-function draw() {
+function draw(shot = true) {
   const {path, flight, ranges} = shown
   drawControls(shown)
   for (const id of ["ball", "club"]) get(id).value = shown[id]
@@ -248,12 +249,12 @@ function draw() {
   drawRows(get("readouts"), shown.readouts.map((row) => ({...row, id: row.metric})))
   const [smash, restitution, , ball] = shown.readouts
   setText(get("summary").firstChild, `S ${smash.value}  COR ${restitution.value}  ${ball.value}`)
-  for (const name in ranges) {
+  for (const name in ranges) if (shot || name != "distance" && name != "height") {
     const all = [ranges, ...pins.map((pin) => pin.ranges)].map((ranges) => ranges[name])
     model(`${name}_range`).setv({start: Math.min(...all.map(([low]) => low)), end: Math.max(...all.map(([, high]) => high))})
   }
   model("path").data = path
-  model("flight_path").data = flight
+  if (shot) model("flight_path").data = flight
   if (drawnPins != pins) model("pinned").data = columns(["color", ...Object.keys({...path, ...flight})], pins.map((pin) => ({...pin, ...pin.path, ...pin.flight})))
   drawnPins = pins
   const top = model("force_range").end
@@ -262,7 +263,6 @@ function draw() {
   model("velocities").left[0].axis_label = `velocity (${unit()})`
   moveCursor()
 }
-let drawnPins = pins
 
 const columns = (names, rows) => Object.fromEntries(names.map((name) => [name, rows.map((row) => row[name])]))
 
@@ -334,7 +334,6 @@ function pin(name = "") {
 }
 
 const levelOf = (metric) => metric && !facts.simple.includes(metric) ? "all" : ""
-
 function drawPins() {
   drawnPins = null
   get("pin").disabled = pins.length == COLOURS.length
@@ -407,8 +406,9 @@ function setQuantity({type, target: {name, type: kind, value}}) {
   if (kind == "range" && type == "change") moving = null
   if (!name || type != (kind == "range" ? "input" : "change")) return
   const quantity = quantities.get(name), values = {[name]: quantity && value ? toSi(quantity, Number(value)) : value}
-  if (moving == name) requestImpact(values)
-  else change(values)
+  const shot = kind != "range" || quantity.group == "Loft and flight"
+  if (moving == name) requestImpact(values, shot)
+  else change(values, shot)
   moving = kind == "range" ? name : null
 }
 

@@ -58,10 +58,6 @@ def serve(port: int, values: Mapping[str, float], ready: Callable[[str], None]) 
 
 
 class _Handler(SimpleHTTPRequestHandler):
-    #: A connection is kept for the next request.
-    protocol_version = "HTTP/1.1"
-    #: Headers and body are two writes: the second one must not wait for an acknowledgement.
-    disable_nagle_algorithm = True
     #: s that a connection may be silent: browsers open some in advance.
     timeout = 30
     #: The instances take one request at a time.
