@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import pytest
 from golf_physics.component.component import Component
+from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import BY_NAME, VARIABLES
 
 REALS = [v for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
@@ -73,3 +74,24 @@ def test_after_an_approach_of_333_s_in_unequal_steps(values, seed):
 @pytest.mark.parametrize("values", LAWS.values(), ids=LAWS)
 def test_after_alternating_steps_in_contact(values):
     check(values, [1e-9, 1.7e-9, 0.3e-9, 1e-9] * 50_000)
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_a_step_to_the_announced_event_reaches_it(seed):
+    """Touch and separation, wherever the host's clock stands: never an instant too early."""
+    rng, reference = random.Random(seed), {row.name: row.reference for row in VARIABLES}
+    component = HybridComponent(pytest.fail)
+    component.enter_initialization()
+    names = [reference[name] for name in ("gap", "club_speed", "k")]
+    given = [rng.uniform(0.0, 5.0), rng.uniform(5.0, 70.0), rng.uniform(1e5, 3e6)]
+    component.set_values(names, given)
+    component.exit_initialization()
+    point, step = rng.choice([0.0, rng.uniform(-1e3, 1e3)]), rng.uniform(1e-5, 1e-3)
+    assert component.step(point, step)
+    point += step
+    for flag in ("touched", "separated"):
+        if not component.discretes([reference[flag]], "Boolean")[0]:
+            _, _, when = component.update()
+            assert component.step(point, when - point)
+            point += when - point
+        assert component.discretes([reference[flag]], "Boolean")[0], (flag, point, given)
