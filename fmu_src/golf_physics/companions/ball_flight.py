@@ -18,11 +18,12 @@ The ball is launched when `separated` becomes true, with `ball_velocity`, `launc
 `backspin`, from the instant of separation, touch_time + contact_time: not from the communication
 point after it. Nothing that acts on the ball later is unknown then, so the whole flight is solved
 at once by its Taylor series, piece by piece: the landing is a root of a polynomial, and the host's
-steps have no influence. `carry` and `apex` are those of the whole flight from the launch on.
+steps have no influence. `carry`, `apex` and `land_angle` are those of the whole flight from the
+launch on.
 """
 
 from functools import partial
-from math import cos, inf, isfinite, pi, sin, sqrt
+from math import atan2, cos, inf, isfinite, pi, sin, sqrt
 from typing import ClassVar, NamedTuple
 
 from .companion import Companion
@@ -93,6 +94,7 @@ class Flight:
         carry: distance from launch to landing, m.
         apex: greatest height, m.
         duration: s from launch to landing.
+        land_angle: below the horizontal at landing, rad.
 
     Raises:
         OverflowError: the ball doesn't land, or the flight leaves the range of a double.
@@ -103,7 +105,7 @@ class Flight:
     ) -> None:
         air = Air(*air)
         self.begins = launch, speed, angle, surface_speed, air
-        self.carry = self.apex = self.duration = 0.0
+        self.carry = self.apex = self.duration = self.land_angle = 0.0
         #: Start (s since launch) and coefficients of x and y of each piece.
         self._pieces: list[tuple[float, Series, Series]] = []
         state = [0.0, 0.0, speed * cos(angle), speed * sin(angle), surface_speed]
@@ -139,6 +141,7 @@ class Flight:
             self.apex = max(self.apex, *(value(ys, t) for t in tops), 0.0)
             if landing is not None:
                 self.carry, self.duration = value(xs, landing), start + landing
+                self.land_angle = atan2(-value(hs, landing), value(us, landing))
                 return
             state = [value(one, step) for one in series[:5]]
             start += step
@@ -166,7 +169,7 @@ class BallFlight(Companion):
         if self.separated and self._flight is None:
             self._flight = self._launched()
             self.carry, self.apex = self._flight.carry, self._flight.apex
-            self.flight_time = self._flight.duration
+            self.flight_time, self.land_angle = self._flight.duration, self._flight.land_angle
         if self._flight:
             place = self._flight.position(point + size)
             self.distance, self.height, self.landed = place
