@@ -294,6 +294,7 @@ class Contact(Impact):
         t = (instant[0] - high) + (instant[1] - low)
         if t <= RESOLUTION * high:
             t = 0.0
+        # As `state`, without its calls, up to 3 % of a change.
         dense, scale = self.phase.dense_output()
         state = dense(scale * t)
         if not t or state[0] < 0.0 or state[5] < 0.0:

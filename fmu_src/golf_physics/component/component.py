@@ -351,7 +351,8 @@ class Component:
                 return [nan] * len(references)
         now = self._now
         if now is None:
-            # In 2/3 of the time from the dense output of the contact.
+            # As in `state`, without its call, 3 to 4 % of a read. In 2/3 of the time
+            # from the dense output of the contact.
             motion, first, offset, pace, since, until = self._segment.reader
             t = offset + (self._count - first) * pace
             now = self._now = motion(t) if since < t < until else self._evaluate()
