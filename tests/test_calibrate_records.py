@@ -146,7 +146,7 @@ def test_conditions_with_units_reproduce_the_fit(tmp_path):
     done = golf_here("calibrate", "--curve", file, *given, *common)
     assert done.returncode == 0, done.stderr
     written = json.loads((tmp_path / "calibrate.json").read_text())
-    assert written["conditions"] == {**AT, "m_ball": 0.04593}
+    assert written["conditions"] == {**AT, "m_ball": 0.04593, "club_force": 0.0}
     assert golf_impact.read_ball(ball).conditions == AT
     done = golf_here("run", "--ball", ball, *common)
     assert "--set club_speed=40 --set m_club=0.2" in done.stdout

@@ -38,6 +38,12 @@ _UNLIKELY, _CORRELATED, _BETTER = 0.01, 4.0, 2.0
 #: The impact in which scalars and curve were measured, in words.
 _IMPACT = "{club_speed:g} m/s, club {m_club:g} kg, ball {m_ball:g} kg"
 
+
+def _in_words(impact: Mapping[str, float]) -> str:
+    pushed = ", head pushed by {club_force:g} N" if impact["club_force"] else ""
+    return (_IMPACT + pushed).format(**impact)
+
+
 _UNITS = {"k": " N/m", "b": " N·s/m", "restitution_slope": " s/m", "touch_time": " s"}
 
 #: Kelvin–Voigt, absolute, Tsuji and free n, which every calibration is compared with.
@@ -150,13 +156,15 @@ class Calibration:
         data, names = self.data, [option(name) for name in self.data.targets]
         names += [f"{len(one.y)} rows of {one.name}" for one in data.series.values()]
         # The impact isn't part of the ball, but for a mass of its own.
-        apart = {"club_speed", "m_club", *["m_ball"] * (data.impact["m_ball"] == IMPACT["m_ball"])}
-        conditions = {name: data.impact[name] for name in ("club_speed", "m_club")}
+        of_ball = {*self.fit.values}.difference(IMPACT)
+        if data.impact["m_ball"] != IMPACT["m_ball"]:
+            of_ball.add("m_ball")
+        conditions = {name: v for name, v in data.impact.items() if v and name != "m_ball"}
         return Ball(
             name="calibrated",
             title=f"calibrated, {self.fit.title}",
-            values={name: v for name, v in self.fit.values.items() if name not in apart},
-            source=f"golf-impact calibrate: {', '.join(names)}; {_IMPACT.format(**data.impact)}",
+            values={name: v for name, v in self.fit.values.items() if name in of_ball},
+            source=f"golf-impact calibrate: {', '.join(names)}; {_in_words(data.impact)}",
             uncertain=tuple(self.parameters),
             covariance=tuple(map(tuple, self.covariance.tolist())),
             conditions=conditions,
@@ -267,7 +275,7 @@ class Calibration:
             laws.append([law.law.title, values, ", ".join(sizes), delta])
         size = "rms residual (N)" if data.curves else "χ²"
         square = f"χ² = {best.chi_squared:.4g}, degrees of freedom {best.degrees_of_freedom}"
-        at = f"{len(data.curves)} curves" if self.apart else _IMPACT.format(**data.impact)
+        at = f"{len(data.curves)} curves" if self.apart else _in_words(data.impact)
         heads = ["", "measured", "σ", "model", "residual (σ)"]
         labels = ["club speed (m/s)", *(QUANTITIES[name].label for name in _PREDICTED)]
         tables = [
@@ -350,7 +358,7 @@ def calibrate(
             force, sigma)`, arrays in s and N, a mapping (or data frame) of these columns, or a CSV
             file of them, perhaps with other units in its header. It needs club_speed and m_club.
             Or a list of several files or mappings; a file's name may end with @ and its club speed,
-            a mapping may have club_speed, m_club and m_ball; or a TOML file with tables `[[curve]]`
+            a mapping may have club_speed, m_club, m_ball and club_force; or a TOML file with tables `[[curve]]`
             of file, columns and these.
         cor_speeds: likewise `(approach_speed, cor[, sigma])`; fits restitution_at_rest and
             restitution_slope in place of b.
@@ -363,7 +371,7 @@ def calibrate(
         progress: called now and then with the progress in per cent and a law's title.
         scalars: ball_speed, club_speed_after, cor, contact_time, max_force, time_of_max_force, and
             the σ of each (1 % of it by default) as sigma_ball_speed and so on; club_speed (35 m/s),
-            m_club (0.210 kg) and m_ball (0.04593 kg) of them and the curve.
+            m_club (0.210 kg), m_ball (0.04593 kg) and club_force (0 N) of them and the curve.
 
     Raises:
         UserError: measurements are impossible or too few, or SciPy is missing.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -324,14 +324,19 @@ class _Problem:
         return min(equal, key=lambda one: tuple(np.round(one.x[1:], 6)))
 
     def thinned(self) -> _Problem | None:
-        """The same with every eighth row of a long curve around its contact, or fewer."""
-        curves = {name: one.around_contact(_FEW) for name, one in self.data.curves.items()}
-        if all(curves[name] is one for name, one in self.data.curves.items()):
+        """The same of free heads, with every eighth row of long curves around contact, or fewer."""
+        data, free_head = self.data, {"club_force": 0.0}
+        curves = [
+            replace(one.around_contact(_FEW), impact={**one.impact, **free_head})
+            for one in data.curves.values()
+        ]
+        thin = Measurements(data.targets, curves, data.cor_speeds, {**data.impact, **free_head})
+        if thin.impact == data.impact and all(
+            len(one.x) == len(other.x) and one.impact == other.impact
+            for one, other in zip(curves, data.curves.values())
+        ):
             return None
-        data = Measurements(
-            self.data.targets, [*curves.values()], self.data.cor_speeds, self.data.impact
-        )
-        return _Problem(data, self.law, self.apart, self.tick)
+        return _Problem(thin, self.law, self.apart, self.tick)
 
     def cost(self, x: np.ndarray) -> float:
         return float(np.sum(self.residuals(self.values(x)) ** 2))

@@ -39,9 +39,12 @@ COLUMNS = {
     "cor_speeds": (("approach_speed", "cor", "sigma"), ("m/s", "1", "1")),
 }
 
-#: The impact in which curve and scalars are measured, if nothing else is given: speed (m/s) and
-#: masses (kg).
-IMPACT = {"club_speed": 35.0, "m_club": 0.210, "m_ball": 0.04593}
+#: The impact in which curve and scalars are measured, if nothing else is given: speed (m/s),
+#: masses (kg) and the force on the club head (N).
+IMPACT = {"club_speed": 35.0, "m_club": 0.210, "m_ball": 0.04593, "club_force": 0.0}
+
+#: Of these, what a curve has without being given.
+_OF_CURVE = {name: IMPACT[name] for name in ("m_ball", "club_force")}
 
 #: The σ of a scalar target without one, as a fraction of its value.
 DEFAULT_SIGMA = 0.01
@@ -60,7 +63,7 @@ _ALLOWED = {
     ),
     "exponent": (0.999999, 12.000001, "between 1 and 12, or the word free"),
     "max_force": (20.0, math.inf, "a finite number above 20, in N (6600 for 6.6 kN)"),
-    **dict.fromkeys(("club_speed_after", "time", "force"), _FINITE),
+    **dict.fromkeys(("club_speed_after", "club_force", "time", "force"), _FINITE),
     **dict.fromkeys(("contact_time", "time_of_max_force"), _SECONDS),
     **dict.fromkeys(("m_club", "m_ball"), _KILOGRAMS),
 }
@@ -114,7 +117,7 @@ class Measurements:
     """All that a fit has to meet.
 
     Attributes:
-        impact: of scalars, speed (m/s) and masses (kg).
+        impact: of scalars, as `IMPACT`.
         curves: force curves by name: curve, curve 2, …
         series: curves and COR over speed, as far as there are any.
         values: all measured values: scalars, forces, CORs.
@@ -250,7 +253,7 @@ def _curves(given: Any, values: Mapping[str, float], columns: str) -> list[Serie
     curves = []
     for one in _entries(given if several else [given], columns):
         own = {name: number(one[name], name, "curve") for name in IMPACT if name in one}
-        impact = {"m_ball": IMPACT["m_ball"], **values, **own}
+        impact = {**_OF_CURVE, **values, **own}
         if missing := [option(name) for name in IMPACT if name not in impact]:
             words = "the conditions of a curve, e.g. --club-speed 40 --m-club 0.2"
             speeds = "of several ones --curve FILE.csv@SPEED for each"
@@ -371,13 +374,17 @@ def _conditioned(curve: Series) -> Series:
 
 
 def _check_impulse(curve: Series) -> None:
-    """Raise UserError for a curve whose impulse isn't (1 + COR) times reduced mass times speed."""
-    (speed, m_club, m_ball), x = (curve.impact[name] for name in IMPACT), curve.x
+    """Raise UserError for a curve whose impulse isn't (1 + COR) times reduced mass times speed.
+
+    A force on the head adds its own impulse times reduced mass over the head's.
+    """
+    (speed, m_club, m_ball, pushed), x = (curve.impact[name] for name in IMPACT), curve.x
     first, last = x[curve.contact[[0, -1]]]
     margin = 0.25 * (last - first)
     inside = (x > first - margin) & (x < last + margin)
     impulse = float(np.trapezoid(curve.y[inside], x[inside]))
     reduced = closed_forms.reduced_mass(m_club, m_ball)
+    impulse -= pushed * (last - first) * reduced / m_club
     ratio = impulse / (reduced * speed)
     # An incomplete record has less.
     if (0.5 if curve.notes else 0.95) < ratio < 2.05:

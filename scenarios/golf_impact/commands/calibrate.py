@@ -62,6 +62,7 @@ def calibrate(
         _Value, Option(metavar="kg", help="Club head; needed with --curve, else 0.210.")
     ] = None,
     m_ball: Annotated[_Value, Option(metavar="kg", help="Ball; 0.04593 if omitted.")] = None,
+    club_force: Annotated[_Value, Option(metavar="N", help="On the club head; else 0.")] = None,
     csv: Annotated[_File, Option(metavar="FILE.csv", help=_CSV)] = None,
     law: Annotated[int, Option(metavar="1|2", help="1 absolute, 2 relative.")] = 2,
     exponent: Annotated[str, Option(metavar="N|free", help="n of law 2; free fits it, too.")] = "1",

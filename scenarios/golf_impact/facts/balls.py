@@ -14,7 +14,7 @@ from golf_impact.facts.units import si_value, unit_of
 #: What a ball may set, and what of it may have a covariance.
 _UNCERTAIN = ("k", "b", "exponent", "restitution_at_rest", "restitution_slope")
 _SETTABLE = ("law", *_UNCERTAIN, "reference_compression", "m_ball", "ball_diameter")
-_CONDITIONS = ("club_speed", "m_club")
+_CONDITIONS = ("club_speed", "m_club", "club_force")
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Ball:
     source: str  #: where they come from
     uncertain: tuple[str, ...] = ()  #: names of the values that have a covariance, (p,)
     covariance: tuple[tuple[float, ...], ...] = ()  #: theirs, rows of (p, p), SI units
-    #: Club speed and mass of the impact in which it was measured, by name (SI units).
+    #: Of the impact in which it was measured: club speed, mass, force, by name (SI units).
     conditions: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -56,7 +56,7 @@ def read_ball(path: Path | str) -> Ball:
     """The ball of a TOML file: variables of the FMU by name, and optionally title and source.
 
     A table `uncertainty` with `parameters` and `covariance` gives predictions their intervals; a
-    table `conditions` has club_speed and m_club of the measured impact.
+    table `conditions` has club_speed, m_club and club_force of the measured impact.
     UserError: the file can't be read, or something in it isn't a ball's.
     """
     return _ball(str(path), read_toml(path))
@@ -67,7 +67,7 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
     uncertainty = table.pop("uncertainty", {"parameters": [], "covariance": []})
     conditions = table.pop("conditions", {})
     if not isinstance(conditions, dict) or not {*conditions} <= {*_CONDITIONS}:
-        raise UserError(f"{name}: conditions takes {' and '.join(_CONDITIONS)} alone")
+        raise UserError(f"{name}: conditions takes {', '.join(_CONDITIONS)} alone")
     for key, value in [*table.items(), *conditions.items()]:
         if key in conditions:
             conditions[key] = _number(name, key, value)
