@@ -111,7 +111,7 @@ def test_other_laws_and_records(fmu, case):
 
 
 def test_many_rows_of_a_contact_that_is_not_in_closed_form(fmu):
-    """Their forces are interpolated: at most 4.4e-10 of the largest off, 5.6e-9 at b = 1e5 N·s/m."""
+    """Their forces are interpolated: 4.4e-10 of the largest off, 5.6e-9 at b = 1e5 N·s/m."""
     times = np.linspace(0.0, 6e-4, 1500)
     fmu.start(**BALL, **AT, club_force=2000.0)
     force = fmu.sample(times, ("force",))["force"]

@@ -358,8 +358,8 @@ def calibrate(
             force, sigma)`, arrays in s and N, a mapping (or data frame) of these columns, or a CSV
             file of them, perhaps with other units in its header. It needs club_speed and m_club.
             Or a list of several files or mappings; a file's name may end with @ and its club speed,
-            a mapping may have club_speed, m_club, m_ball and club_force; or a TOML file with tables `[[curve]]`
-            of file, columns and these.
+            a mapping may have club_speed, m_club, m_ball and club_force; or a TOML file with tables
+            `[[curve]]` of file, columns and these.
         cor_speeds: likewise `(approach_speed, cor[, sigma])`; fits restitution_at_rest and
             restitution_slope in place of b.
         law: 1 (absolute) or 2 (relative).

@@ -93,12 +93,12 @@ class Model:
             if len(rows) > _INSTANTS:
                 instants = end * np.linspace(1e-3, 1.0 - 1e-9, _INSTANTS) ** 2
             self.physics.start(**impact)
-            found = self.physics.sample(np.append(0.0, instants), ("force",))["force"][1:]
+            sampled = self.physics.sample(np.append(0.0, instants), ("force",))["force"][1:]
             if rows is not instants:
                 from scipy.interpolate import CubicSpline
 
-                found = CubicSpline(np.sqrt(instants), found)(np.sqrt(rows))
-            force[inside] = found
+                sampled = CubicSpline(np.sqrt(instants), sampled)(np.sqrt(rows))
+            force[inside] = sampled
             return force
         if not _is_stepped(touch, *impact.values()):
             return force
