@@ -389,8 +389,8 @@ class Flight(Impact):
         club_force: float, first: "Flight | None" = None,
     ) -> None:  # fmt: skip
         self.parameters, self.touch = contact.parameters, contact.touch
-        self.contact, self.begin, self.lasted, self._motion = contact, begin, lasted, motion
-        self.club_force, self.first = club_force, first
+        self.contact, self.begin, self.lasted = contact, begin, lasted
+        self._motion, self.club_force, self.first = motion, club_force, first
         if first is not None:
             self.velocities = first.velocities
         else:

@@ -31,7 +31,8 @@ class Segment:
     arguments = property(attrgetter("impact", "inputs", "begin", "size"))
 
     def __init__(self, impact: Any, inputs: Inputs, begin: Instant, size: float) -> None:
-        self.impact, self.inputs, self.begin, self.size = impact, inputs, begin, size
+        self.impact, self.inputs = impact, inputs
+        self.begin, self.size = begin, size
         # What follows is found on demand, and a function of the values above alone.
         self.reader: _Reader = NO_READER
         #: The impact from its phases on, as far as they have been evaluated.
@@ -63,19 +64,22 @@ class Segment:
         """
         high, low = self._instant if count == self._count else self.instant(count)
         phases, n = self._phases, self._phase
+        impact = phases[n]
         while True:
-            impact = phases[n]
             begin, begin_low = impact.begin
             # Not of NaN, in Model Exchange.
             if not (high - begin) + (low - begin_low) >= impact.duration:
                 self._phase = n
                 return impact
-            if n + 1 == len(phases):
-                following = impact.following(self.inputs)
-                if following is impact:
-                    continue
+            if n + 1 < len(phases):
+                n += 1
+                impact = phases[n]
+                continue
+            following = impact.following(self.inputs)
+            if following is not impact:
+                n += 1
                 phases.append(following)
-            n += 1
+                impact = following
 
     def resized(self, begin: Instant, size: float) -> "Segment":
         """The same impact and inputs by steps of another size from a later instant on."""
@@ -91,7 +95,7 @@ class Segment:
         """
         impact = self.impact
         if impact.touch is None:
-            instant = self.instant(count)
+            instant = self._instant if count == self._count else self.instant(count)
             if impact.is_undecided(instant):
                 club_speed = inputs[2]
                 same = club_speed == self.inputs[2]

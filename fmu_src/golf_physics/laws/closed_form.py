@@ -191,6 +191,8 @@ class ClosedFormContact(ContactPhase):
         if r:
             e = 1.0 + expm1(-r * t)
             return a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s
+        if not self._acceleration:
+            return a1 + c1 * c + s1 * s, a2 + c2 * c + s2 * s
         gained = self._acceleration * t
         return a1 + c1 * c + s1 * s + gained, a2 + c2 * c + s2 * s + gained
 
