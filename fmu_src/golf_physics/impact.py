@@ -197,7 +197,7 @@ class Approach(Impact):
         v_ball = parameters.ball_speed
         closing = club_speed - v_ball
         x_club = x_ball + compression
-        self.motion = Motion(x_club, x_ball, club_speed, v_ball, compression, closing)
+        self.motion = new(Motion, (x_club, x_ball, club_speed, v_ball, compression, closing))
         self.velocities = club_speed, v_ball
         self.duration = max(0.0, -(compression + low_part)) / closing if closing > 0.0 else inf
 

@@ -18,8 +18,12 @@ _STRICT = {
     n for n, law in LAWS.items() if type(law).refusal is not Law.refusal and not law.variants
 }
 
-#: Parameters that select variants of laws, with the values where they select none.
+#: By law: parameters that select variants of others, with the values where they select none.
 _VARIANTS = {name: value for law in LAWS.values() for name, value in law.variants.items()}
+_OF_OTHERS = {
+    n: [(name, value) for name, value in _VARIANTS.items() if name not in law.variants]
+    for n, law in LAWS.items()
+}
 
 
 def refusal(variable: Variable, value: Any) -> Refusal:
@@ -38,13 +42,13 @@ def refusal(variable: Variable, value: Any) -> Refusal:
 
 def conflict(p: Parameters, inputs: Inputs) -> Refusal | None:
     """Why these values, each of them allowed, are rejected together; or None."""
-    law = LAWS[p.law]
-    for name, unused in _VARIANTS.items():
+    for name, unused in _OF_OTHERS[p.law]:
         value = getattr(p, name)
-        if value != unused and name not in law.variants:
+        if value != unused:
             others = (f"law = {n} ({o.name})" for n, o in LAWS.items() if name in o.variants)
             reason = f"set {name} = {unused:g}, or {' or '.join(others)}"
-            sentence = f"{name} = {value!r} is refused with law = {p.law} ({law.name}): {reason}"
+            law = f"law = {p.law} ({LAWS[p.law].name})"
+            sentence = f"{name} = {value!r} is refused with {law}: {reason}"
             return Refusal(sentence, name, value, reason)
     return conflict_of_inputs(p, inputs)
 

@@ -143,8 +143,11 @@ class Component:
     def _begin(self) -> Refusal | None:
         """Fix the parameters; or return why they can't be used."""
         parameters, inputs = self._split()
-        refused = [one for name, one in self._refused.items() if hasattr(parameters, name)]
-        problem = together(refused) or conflict(parameters, inputs)
+        problem = None
+        if self._refused:
+            items = self._refused.items()
+            problem = together([one for name, one in items if hasattr(parameters, name)])
+        problem = problem or conflict(parameters, inputs)
         if problem is None:
             self._mode = STEPPING
             self._go_on(self._first_segment(parameters, inputs))
@@ -165,7 +168,7 @@ class Component:
 
     def _split(self) -> tuple[Parameters, Inputs]:
         values = self.values
-        return Parameters(*values[INPUTS:]), Inputs(*values[:INPUTS])
+        return Parameters(*values[INPUTS:]), new(Inputs, values[:INPUTS])
 
     def step(self, point: float, size: float) -> bool:
         """One communication step from the host's communication point on, both in s.
