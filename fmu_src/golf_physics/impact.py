@@ -178,10 +178,13 @@ class Approach(Impact):
     distance.
     """
 
-    __slots__ = ("low_part", "motion", "velocities")
+    __slots__ = ("_at_touch", "low_part", "motion", "velocities")
 
     touch = None
     x_end = 0.0
+    #: The touch and the motion there, once they have been found: many impacts may begin with one
+    #: approach, restored again and again.
+    _at_touch: tuple[Touch, Motion] | None
 
     @property
     def arguments(self) -> tuple:
@@ -194,23 +197,30 @@ class Approach(Impact):
         compression: float, low_part: float,
     ) -> None:  # fmt: skip
         self.parameters, self.begin, self.low_part = parameters, begin, low_part
+        self._at_touch = None
         v_ball = parameters.ball_speed
         closing = club_speed - v_ball
         x_club = x_ball + compression
         self.motion = new(Motion, (x_club, x_ball, club_speed, v_ball, compression, closing))
         self.velocities = club_speed, v_ball
-        self.duration = max(0.0, -(compression + low_part)) / closing if closing > 0.0 else inf
+        gap = -(compression + low_part)
+        self.duration = (gap if gap > 0.0 else 0.0) / closing if closing > 0.0 else inf
 
     def following(self, inputs: Inputs) -> "Contact":
-        p, duration = self.parameters, self.duration
-        _, x_ball, v_club, v_ball, _, closing = self.motion
-        x_ball += v_ball * duration
+        p = self.parameters
+        if self._at_touch is None:
+            duration = self.duration
+            _, x_ball, v_club, v_ball, _, closing = self.motion
+            x_ball += v_ball * duration
+            begin = added(self.begin, duration) if duration else self.begin
+            touch = new(Touch, (begin, x_ball, v_club))
+            start = new(Motion, (x_ball, x_ball, v_club, v_ball, 0.0, closing))
+            self._at_touch = touch, start
+        else:
+            touch, start = self._at_touch
         if p.restitution_at_rest:
-            inputs = _acting(p, inputs, closing)
-        begin = added(self.begin, duration) if duration else self.begin
-        touch = new(Touch, (begin, x_ball, v_club))
-        start = new(Motion, (x_ball, x_ball, v_club, v_ball, 0.0, closing))
-        return Contact(p, inputs, begin, touch, start, _NONE_YET)
+            inputs = _acting(p, inputs, start.closing)
+        return Contact(p, inputs, touch.instant, touch, start, _NONE_YET)
 
     def is_undecided(self, instant: Instant) -> bool:
         """Whether no step has moved past the touch yet, by more than the clock's last bit."""
