@@ -92,9 +92,17 @@ def test_where_text_is_taken(tmp_path):
 
 
 def test_a_remark_once_a_command(tmp_path):
-    out = tmp_path / "sweep.csv"
-    done = golf_here("sweep", "--set", "club_speed=95", "--no-figures", "--out", out)
-    assert (done.returncode, done.stderr.count("is taken in m/s")) == (0, 1)
+    """Of a number, of a distribution, of a ball's file."""
+    ball = tmp_path / "ball.toml"
+    ball.write_text("k = 770\n")
+    for options, words in (
+        (("--set", "club_speed=95"), "write --set club_speed=42.4688 for 95 mph"),
+        (("--set", "club_speed=normal:95:2", "--samples", 3), "--set club_speed=42.4688"),
+        (("--set", f"ball={ball}"), f"{ball}: k = 770 is taken in N/m: write k = 770000 for"),
+    ):
+        done = golf_here("sweep", *options, "--no-figures", "--out", tmp_path / "sweep.csv")
+        assert (done.returncode, done.stderr.count("is taken in")) == (0, 1)
+        assert words in " ".join(done.stderr.split())
 
 
 @pytest.mark.parametrize("value", ["2", None, [2], math.nan])

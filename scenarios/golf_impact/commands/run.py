@@ -112,9 +112,16 @@ def run(
 
 
 def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str, float]:
-    """Conditions in the files of balls, as far as they aren't given otherwise; prints them."""
+    """Conditions in the files of balls, as far as they aren't given otherwise; prints them.
+
+    Values that look like those of another unit are remarked on.
+    """
     from golf_impact.facts.balls import conditions_of
 
+    balls = [*balls]
+    for one in balls:
+        for words in remarks(one.values, "{} = "):
+            warn(f"{one.name}: {words}", style="yellow")
     conditions = conditions_of(balls, given)
     if conditions:
         say(f"Conditions of the ball's file: {format_options(conditions)}")

@@ -77,7 +77,8 @@ def sweep(
     study = Study.of(sets, names, options.pop("samples", None), *sampling)
     presets = [one for axis in study.grid if axis.name == "ball" for one in axis.values]
     take_conditions(map(ball, presets), study.names)
-    ends = ({axis.name: axis.values[n]} for axis in study.grid for n in (0, -1))
+    ends = [{axis.name: axis.values[n]} for axis in study.grid for n in (0, -1)]
+    ends += [{axis.name: axis.first} for axis in study.distributions]
     for remark in dict.fromkeys(remark for end in ends for remark in remarks(end)):
         warn(remark, style="yellow")
     with_report, with_loop = options.pop("figures", True), options.pop("compare", False)
