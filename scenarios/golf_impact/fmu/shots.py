@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import cos
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -59,15 +60,13 @@ class Shots:
             head |= {"strike_height": height, "centre_depth": DEPTH, "head_inertia": INERTIA}
             m_club = 1.0 / (1.0 / m_club + height**2 / INERTIA)
         normal = {"m_club": m_club, "club_speed": speed * cos(loft - attack)}
-        impact = self.fmu.impact(_IMPACT, **BALLS[ball].values | normal)
+        impact = self.fmu.impact(_IMPACT, **{**BALLS[ball].values, **normal})
         self.launch.start(**head, **values)
         self.launch.set({**impact, "separated": True})
         self.launch.step(0.0, 1e-3)
         return impact | self.launch.read(_LAUNCH)
 
-    def lofted(
-        self, speed: float, angle: float, attack: float, **values: float
-    ) -> dict[str, float]:
+    def lofted(self, speed: float, angle: float, attack: float, **values: Any) -> dict[str, float]:
         """The shot with the dynamic loft (rad) whose launch has this angle (rad)."""
 
         def excess(loft: float) -> float:
