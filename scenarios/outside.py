@@ -337,9 +337,9 @@ def _show_others(report, shots):
         changes[-1].append(np.degrees(up["land_angle"] - low["land_angle"]))
     penner = {**BALLS["penner"].values, "m_club": 0.200}
     outputs = ("contact_time", "max_compression", "max_force", "coefficient_of_restitution")
-    slower, fast = (
-        shots.fmu.impact(outputs, **penner | {"club_speed": mph * measured.MPH})
-        for mph in (110.0, 120.0)
+    putt, slower, fast = (
+        shots.fmu.impact(outputs, **penner | {"club_speed": speed})
+        for speed in (2.0, 110.0 * measured.MPH, 120.0 * measured.MPH)
     )
     stroke = driver.club_speed, driver.launch_angle, driver.attack_angle
     head = {"m_club": HEAD}
@@ -351,6 +351,7 @@ def _show_others(report, shots):
     (high_carry, high_apex, high_land), (pines_carry, pines_apex, _) = changes
     model = {
         "cor": slower["coefficient_of_restitution"],
+        "putt": putt["coefficient_of_restitution"],
         "contact_time": fast["contact_time"] * 1e6,
         "compression": fast["max_compression"] / (2.0 * _RADIUS) * 100.0,
         "force": fast["max_force"] / 1e3,
