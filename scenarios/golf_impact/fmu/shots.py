@@ -47,16 +47,16 @@ class Shots:
         attack: float = 0.0,
         ball: str = "penner",
         m_club: float = 0.210,
-        height: float = 0.0,
+        height: float | None = None,
         **values: float,
     ) -> dict[str, float]:
         """The results of head speed (m/s), loft, attack angle (rad) and strike height (m).
 
-        `values` are further parameters of Launch. With a strike height the head turns: `HEAD`'s
-        depth and inertia.
+        `values` are further parameters of Launch. With a strike height, 0 too, the head turns:
+        `HEAD`'s depth and inertia.
         """
         head = {"dynamic_loft": loft, "attack_angle": attack, "m_club": m_club}
-        if height:
+        if height is not None:
             head |= {"strike_height": height, "centre_depth": DEPTH, "head_inertia": INERTIA}
             m_club = 1.0 / (1.0 / m_club + height**2 / INERTIA)
         normal = {"m_club": m_club, "club_speed": speed * cos(loft - attack)}
