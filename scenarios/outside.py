@@ -9,9 +9,9 @@ from golf_impact.scenario import BALLS, HEAD, Report, loaded_shots, main, measur
 TITLE = "Outside: predictions beside data that nothing was fitted to"
 CHAPTER = 16
 
-#: Start values of the FMUs: mass of the ball (kg), its radius (m), friction, stiffness ratio.
-_M_BALL, _RADIUS, _FRICTION, _RATIO = 0.04593, 0.5 * 0.04267, 0.4, 2.0 / 3.0
-#: Of BallFlight: air (kg/m3, m2/s), gravity (m/s2), and loss of spin.
+#: Start values of the FMUs: mass of the ball (kg), its radius (m); air (kg/m3, m2/s), gravity
+#: (m/s2), and loss of spin.
+_M_BALL, _RADIUS = 0.04593, 0.5 * 0.04267
 _DENSITY, _VISCOSITY, _GRAVITY, _DECAY = 1.225, 1.48e-5, 9.80665, 2e-5
 
 _RPM = 30.0 / pi
@@ -93,14 +93,13 @@ def _show_impacts(report, shots):
     report.check(claim, spin[4:].min() > -5.0 and spin[4:].max() < 20.0, _range(spin[4:]))
     report.check("the driver's isn't", spin[0] > 50.0, f"{spin[0]:+.0f} %")
     claim = "TrackMan's driver leaves with less backspin than a ball that rolls, irons with more"
-    report.check(
-        claim, ratios[0] < 1.0 < min(ratios[4:]), f"{ratios[0]:.2f}; {min(ratios[4:]):.2f} up"
-    )
+    driver, least = ratios[0], min(ratios[4:])
+    report.check(claim, driver < 1.0 < least, f"{driver:.2f}; {least:.2f} and up")
     report.say(
         f"Impact: the irons' backspin deviates by {_range(spin[4:])} %, the woods' by "
         f"{_range(spin[:4])} %, ball speed by {_range(deviations[:, 1])} % (woods have a flexible "
         "face, the ball penner a rigid one). A ball that rolls at separation has a ratio of 1: "
-        f"TrackMan's driver has {ratios[0]:.2f}, the short irons up to {max(ratios):.2f}. More "
+        f"TrackMan's driver has {driver:.2f}, the short irons up to {max(ratios):.2f}. More "
         "than 1 takes a tangential rebound, or a speed or loft that the averages don't give. "
         f"The ball leaves {min(shares):.0f} to {max(shares):.0f} % of the way from the path to the "
         "face normal (PING: 61 to 83 %, horizontally, Proceedings 2018, 2(6), 249)."
@@ -118,9 +117,7 @@ def _show_flights(report, shots):
         values = [*lengths, _degrees(flight["land_angle"])]
         signed = [f"{x:+.1f}" for x in found[-1]]
         rows.append([stroke.club, *(cell for pair in zip(values, signed) for cell in pair)])
-    title = (
-        "Flight from the measured launch (ball speed, launch angle, backspin), and its deviation"
-    )
+    title = "Flight from the measured launch (ball speed, angle, backspin), and its deviation"
     columns = ["club", "carry (yd)", "%", "apex (yd)", "%", "land (°)", "°"]
     report.table(title, columns, rows)
     deviations = np.array(found)
@@ -138,15 +135,8 @@ def _show_flights(report, shots):
 def fly(drag, lift, decay=_DECAY, size=0.01):
     """Flights of the clubs of the tour by Runge-Kutta steps: another method than BallFlight's.
 
-    Args:
-        drag: C_D as a function of spin ratio, Reynolds number / 100,000, and whether the ball
-            descends, arrays of shape (12,).
-        lift: C_L likewise.
-        decay: loss of spin.
-        size: of a step, s.
-
-    Returns:
-        carry, apex (m) and land angle (rad), shape (12, 3).
+    C_D and C_L are functions of spin ratio, Reynolds number / 100,000 and whether the ball
+    descends, arrays of shape (12,). Returns carry, apex (m) and land angle (rad), shape (12, 3).
     """
     speed, angle, spin = np.array([[s.ball_speed, s.launch_angle, s.backspin] for s in _STROKES]).T
     k = 0.5 * _DENSITY * pi * _RADIUS**2 / _M_BALL
@@ -178,25 +168,31 @@ def fly(drag, lift, decay=_DECAY, size=0.01):
 
 def published():
     """The sets by what they are: C_D and C_L as functions for `fly`, and the loss of spin."""
-    usga, ferguson, bearman = (_SETS[name] for name in ("usga", "ferguson", "bearman"))
-    limit = ferguson["spin_ratio_limit"]
-    drag, lift = (_polynomial(ferguson[one], limit) for one in ("drag", "lift"))
+    (drag, lift), naruo = (
+        [_polynomial(_SETS[name][one], _SETS[name]["spin_ratio_limit"]) for one in ("drag", "lift")]
+        for name in ("ferguson", "naruo")
+    )
+
+    def usga(limit, terms=1.0):
+        one = _SETS["usga"]
+        return (
+            _polynomial(one["drag"], limit, terms * one["drag_reynolds"]),
+            _polynomial(one["lift"], limit, terms * one["lift_reynolds"], -2.0),
+        )
+
     sets = {
         "Ferguson 2022 (default)": (drag, lift),
         "spin lost twice as fast": (drag, lift, 2.0 * _DECAY),
-        "USGA 2001, S ≤ 0.22": _usga(usga, 0.22),
-        "USGA, S ≤ 0.30": _usga(usga, 0.30),
-        "USGA, no Reynolds terms": _usga(usga | {"drag_reynolds": 0.0, "lift_reynolds": 0.0}, 0.22),
+        "USGA 2001, S ≤ 0.22": usga(0.22),
+        "USGA, S ≤ 0.30": usga(0.30),
+        "USGA, no Reynolds terms": usga(0.22, 0.0),
         "Smits & Smith 1994": (
             lambda s, r, _: 0.24 + 0.18 * s + 0.06 * np.sin(0.5 * pi * (r - 0.9)),
             lambda s, r, _: 0.54 * s**0.4,
         ),
         "Smits, no Reynolds term": (lambda s, r, _: 0.24 + 0.18 * s, lambda s, r, _: 0.54 * s**0.4),
-        "Bearman & Harvey 1976": tuple(_measured(bearman, one) for one in ("drag", "lift")),
-        "Naruo 2004": tuple(
-            _polynomial(_SETS["naruo"][one], _SETS["naruo"]["spin_ratio_limit"])
-            for one in ("drag", "lift")
-        ),
+        "Bearman & Harvey 1976": [_measured(_SETS["bearman"], one) for one in ("drag", "lift")],
+        "Naruo 2004": naruo,
         "Lyu 2018": (
             # Two fits, which cross at 0.81.
             lambda s, r, _: np.where(
@@ -221,16 +217,10 @@ def published():
     }
 
 
-def _polynomial(coefficients, limit):
-    return lambda s, r, _: np.polynomial.polynomial.polyval(np.minimum(s, limit), coefficients)
-
-
-def _usga(one, limit):
-    drag, lift = (_polynomial(one[name], limit) for name in ("drag", "lift"))
-    return (
-        lambda s, r, down: drag(s, r, down) + one["drag_reynolds"] * r,
-        lambda s, r, down: lift(s, r, down) + one["lift_reynolds"] / r**2,
-    )
+def _polynomial(coefficients, limit, factor=0.0, power=1.0):
+    """Of the spin ratio, held at its limit, and a term with a power of the Reynolds number."""
+    value = np.polynomial.polynomial.polyval
+    return lambda s, r, _: value(np.minimum(s, limit), coefficients) + factor * r**power
 
 
 def _bilinear(table, rows, columns):
@@ -259,14 +249,11 @@ def _measured(one, name):
 
 def _crisis(one):
     """The lift that remains at low Reynolds numbers, and the drag that is added."""
-    at, width = _bilinear(one["lift"], one["reynolds"], one["ratios"]), one["gone_at"]
-
-    def fade(s):
-        return np.clip((width - s) / (width - one["measured_to"]), 0.0, 1.0)
-
+    at = _bilinear(one["lift"], one["reynolds"], one["ratios"])
+    ends = [one["measured_to"], one["gone_at"]], [1.0, 0.0]
     return (
-        lambda s, r: 1.0 - (1.0 - at(r, s)) * fade(s),
-        lambda s, r: np.interp(r, one["drag_reynolds"], one["drag"]) * fade(s),
+        lambda s, r: 1.0 - (1.0 - at(r, s)) * np.interp(s, *ends),
+        lambda s, r: np.interp(r, one["drag_reynolds"], one["drag"]) * np.interp(s, *ends),
     )
 
 
