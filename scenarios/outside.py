@@ -1,6 +1,6 @@
 """Predictions beside published data that no parameter of the project was fitted to."""
 
-from math import asin, cos, exp, pi, radians, sin
+from math import asin, cos, exp, inf, pi, radians, sin
 
 import numpy as np
 
@@ -336,10 +336,13 @@ def _show_others(report, shots):
     head = {"m_club": HEAD}
     turning = shots.lofted(*stroke, **head, height=0.0)
     loft = turning["dynamic_loft"]
-    spins = [
-        shots.shot(stroke[0], loft, stroke[2], height=h, **head)["backspin"] * _RPM
-        for h in (-0.0127, 0.0127)
-    ]
+    gear = []
+    for roll in (inf, 0.254, 0.305, 0.330):
+        below, above = (
+            shots.shot(stroke[0], loft + asin(h / roll), stroke[2], height=h, **head)["backspin"]
+            for h in (-0.0127, 0.0127)
+        )
+        gear.append((above - below) * _RPM / 25.4)
     (high_carry, high_apex, high_land), (pines_carry, pines_apex, _) = changes
     model = {
         "cor": slower["coefficient_of_restitution"],
@@ -348,7 +351,7 @@ def _show_others(report, shots):
         "compression": fast["max_compression"] / (2.0 * _RADIUS) * 100.0,
         "force": fast["max_force"] / 1e3,
         "driver": turning["backspin"] * _RPM,
-        "gear": (spins[1] - spins[0]) / 25.4,
+        **dict(zip(("gear", "gear_254", "gear_305", "gear_330"), gear)),
         "high_carry": high_carry,
         "high_apex": high_apex,
         "high_land": high_land,
