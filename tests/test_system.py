@@ -462,8 +462,14 @@ def test_the_clubs_of_the_tour_fly_as_published(companion, club):
     assert -7.8 < math.degrees(land_angle - stroke.land_angle) < 0.0
 
 
+def test_the_patents_coefficients_fly_as_before(companion):
+    """They were the default before; the number is of then."""
+    flight = flown(companion, 54.74501042035889, **USGA)
+    assert get(flight, "carry")[0] == pytest.approx(156.80936501820162, rel=1e-13)
+
+
 def test_wind(companion):
-    """None on the ground, wind_speed at 10 m: a level roll feels nothing, a tail wind carries."""
+    """A tail wind carries the ball farther and flatter, a head wind shorter and steeper."""
     launch = {"launch_angle": 0.2, "backspin": 280.0}
     head, still, tail = (
         get(flown(companion, 70.0, wind_speed=wind, **launch), *OF_FLIGHT)
