@@ -201,17 +201,29 @@ def published():
             _polynomial([0.0, 1.99, -3.25], 0.306),
         ),
     }
+    modern = (
+        lambda s, r, _: (
+            np.where(s < 0.22, 0.220 - 0.27 * s + 3.0 * s**2, 0.222 + 0.38 * np.minimum(s, 0.64))
+            + 0.0135 * (np.maximum(r, 1.0) - 1.5)
+        ),
+        lambda s, r, _: np.where(s < 0.3, 0.065 + 0.85 * s, np.minimum(0.45, 0.245 + 0.25 * s)),
+    )
     remaining, added = _crisis(_SETS["crisis"])
     less, slower = (_SETS["descent"][one] for one in ("lift", "drag"))
+
+    def slow(drag, lift):
+        return (
+            lambda s, r, down: drag(s, r, down) + added(s, r),
+            lambda s, r, down: lift(s, r, down) * remaining(s, r),
+        )
 
     def changed(c, factor):
         return lambda s, r, down: c(s, r, down) * np.where(down, factor, 1.0)
 
     return sets | {
-        "default, Lyu 2020": (
-            lambda s, r, down: drag(s, r, down) + added(s, r),
-            lambda s, r, down: lift(s, r, down) * remaining(s, r),
-        ),
+        "modern balls": modern,
+        "modern, Lyu 2020": slow(*modern),
+        "default, Lyu 2020": slow(drag, lift),
         "default, TrackMan 2016": (changed(drag, slower), changed(lift, less)),
         "its loss of lift alone": (drag, changed(lift, less)),
     }
@@ -374,19 +386,15 @@ def _show_others(report, shots):
 def _show_tour_ball(report, shots):
     """The COR that TrackMan's own speeds of the driver need, and the ball tour fitted to them."""
     rows = []
-    _, mph, attack, ball, launch, rpm, _, _ = measured.TOUR[0]
-    angles = radians(attack), ball * measured.MPH, radians(launch), rpm / _RPM
-    earlier = mph * measured.MPH, *angles
-    for year, (speed, attack, ball, launch, spin) in {
-        "earlier": earlier,
-        "2023": measured.PGA["driver"][1:6],
-    }.items():
-        below = asin(0.4 * _RADIUS * spin / ball)
-        loft = launch + below
-        normal = ball * cos(below) / (speed * cos(loft - attack))
+    drives = {"earlier": measured.TOUR[0], "2023": measured.OUTSIDE["pga"]["rows"][0]}
+    for year, (_, mph, attack, ball, launch, rpm, *_) in drives.items():
+        below = asin(0.4 * _RADIUS * rpm / _RPM / (ball * measured.MPH))
+        path, loft = radians(attack), radians(launch) + below
+        normal = ball * cos(below) / (mph * cos(loft - path))
         needed = [normal * (1.0 + _M_BALL / mass) - 1.0 for mass in (0.200, 0.210)]
-        ours = shots.shot(speed, loft, attack, ball="tour")["ball_speed"] / speed
-        cells = [_degrees(loft - attack), f"{ball / speed:.3f}", f"{ours:.3f}"]
+        speed = mph * measured.MPH
+        ours = shots.shot(speed, loft, path, ball="tour")["ball_speed"] / speed
+        cells = [_degrees(loft - path), f"{ball / mph:.3f}", f"{ours:.3f}"]
         rows.append([year, *cells, *(f"{cor:.3f}" for cor in needed)])
     title = "The ball tour (S 1.478 without loft) in TrackMan's drives, spin loft by v_t = 0.4 r ω"
     columns = ["", "spin loft (°)", "S, TrackMan", "S, tour", "COR needed, 200 g", "210 g"]

@@ -1,5 +1,6 @@
 """Published measurements and computations of real impacts; measured.toml has them."""
 
+from collections import namedtuple
 from math import pi, radians
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -50,19 +51,11 @@ MEASUREMENTS = [Measurement(**row) for row in _DATA["measurements"]]
 TOUR = _DATA["tour"]
 
 
-class Stroke(NamedTuple):
-    """The average stroke of a club, SI units."""
-
-    club: str
-    club_speed: float
-    attack_angle: float
-    ball_speed: float
-    launch_angle: float
-    backspin: float
-    apex: float
-    land_angle: float
-    carry: float
-    m_club: float  #: a typical one
+#: The average stroke of a club, SI units, and a typical mass of its head.
+Stroke = namedtuple(
+    "Stroke",
+    "club club_speed attack_angle ball_speed launch_angle backspin apex land_angle carry m_club",
+)
 
 
 def _stroke(club: str, *row: float) -> Stroke:
