@@ -1,17 +1,15 @@
 """Loft: tangential force, backspin and launch angle by Launch.fmu, beside measured launches."""
 
-import tempfile
-from math import asin, atan, copysign, cos, degrees, exp, pi, radians, sin, sqrt, tan
-from pathlib import Path
+from math import atan, copysign, cos, degrees, exp, pi, radians, sqrt, tan
 
 import numpy as np
 
 from golf_impact.scenario import (
     BALLS,
-    LoadedFmu,
     Report,
-    build_system,
+    bisect,
     closed_forms,
+    loaded_shots,
     main,
     measured,
 )
@@ -24,85 +22,18 @@ _M_CLUB, _M_BALL, _RADIUS = 0.210, 0.04593, 0.5 * 0.04267
 _FRICTION, _RATIO = 0.4, 2.0 / 3.0
 _EXPONENT = BALLS["penner"].values["exponent"]
 
-#: A measured driver head: mass (kg), depth of the centre of mass (m) and inertia (kg.m2), taken
-#: as that in the vertical plane. PING, Proceedings 2020, 49(1), 47, Table 1: 204 g, 42.3 mm,
-#: principal moments 2843, 5679 and 4085 g.cm2, without their axes.
-_HEAD, _DEPTH, _INERTIA = 0.204, 0.0423, 4.085e-4
-
-#: rpm per rad/s, and a yard in m.
-_RPM, _YARD = 30.0 / pi, 0.9144
-
-_IMPACT = ("ball_velocity", "club_velocity", "smash_factor", "coefficient_of_restitution")
-_LAUNCH = ("ball_speed", "launch_angle", "backspin", "tangential_impulse")
+#: rpm per rad/s.
+_RPM = 30.0 / pi
 
 
 def run(fmu):
-    """Forces of Roh & Lee's club; launches over loft and friction; twelve clubs of the tour."""
+    """Forces of Roh & Lee's club; launches over loft and friction; what backspin rests on."""
     report = Report(TITLE, fmu)
-    with tempfile.TemporaryDirectory(prefix="golf-impact-loft-") as folder:
-        files = build_system(Path(folder))
-        with LoadedFmu(files["Launch"]) as launch, LoadedFmu(files["BallFlight"]) as flight:
-            shots = Shots(fmu, launch, flight)
-            _show_forces(report, shots)
-            _show_range(report, shots)
-            _show_tour(report, shots)
+    with loaded_shots(fmu) as shots:
+        _show_forces(report, shots)
+        _show_range(report, shots)
+        _show_assumptions(report, shots)
     return report
-
-
-class Shots:
-    """ClubBallImpact, Launch and BallFlight in a row, one shot at a time."""
-
-    def __init__(self, fmu, launch, flight):
-        self.fmu, self.launch, self.flight = fmu, launch, flight
-
-    def shot(self, speed, loft, attack=0.0, ball="penner", m_club=_M_CLUB, height=0.0, **values):
-        """The results of head speed (m/s), loft, attack angle (rad) and strike height (m)."""
-        head = {"dynamic_loft": loft, "attack_angle": attack, "m_club": m_club}
-        if height:
-            head |= {"strike_height": height, "centre_depth": _DEPTH, "head_inertia": _INERTIA}
-            m_club = 1.0 / (1.0 / m_club + height**2 / _INERTIA)
-        normal = {"m_club": m_club, "club_speed": speed * cos(loft - attack)}
-        impact = self.fmu.impact(_IMPACT, **BALLS[ball].values, **normal)
-        self.launch.start(**head, **values)
-        self.launch.set({**impact, "separated": True})
-        self.launch.step(0.0, 1e-3)
-        return impact | self.launch.read(_LAUNCH)
-
-    def lofted(self, speed, angle, attack, **values):
-        """The shot with the dynamic loft (rad) whose launch has this angle (rad)."""
-
-        def excess(loft):
-            return self.shot(speed, loft, attack, **values)["launch_angle"] - angle
-
-        loft = _bisect(excess, max(attack, 0.0), 0.9)
-        return self.shot(speed, loft, attack, **values) | {"dynamic_loft": loft}
-
-    def carry(self, shot):
-        """Of a shot, m."""
-        angle, backspin = shot["launch_angle"], shot["backspin"]
-        self.flight.start(ball_velocity=shot["ball_speed"], launch_angle=angle, backspin=backspin)
-        self.flight.set({"separated": True})
-        self.flight.step(0.0, 1e-3)
-        return self.flight.read(["carry"])["carry"]
-
-    def contact(self, ball, m_club, approach, u):
-        """Time, force and compression (SI units) where the relative velocity is u × approach."""
-        given = {**BALLS[ball].values, "m_club": m_club, "club_speed": approach}
-        end = self.fmu.impact(("contact_time",), **given)["contact_time"]
-        time = np.linspace(0.0, end, 2001)
-        self.fmu.start(**given)
-        names = ("force", "compression", "club_velocity", "ball_velocity")
-        force, compression, club, ball = self.fmu.sample(time, names).values()
-        falling = (ball - club) / approach
-        return (np.interp(-u, falling, column) for column in (time, force, compression))
-
-
-def _bisect(function, low, high):
-    """Where a rising function is 0, to 1e-12 of the interval."""
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if function(middle) > 0.0 else (middle, high)
-    return high
 
 
 def march(restitution, sliding, m_club, damped=True, arms=None, steps=20_000):
@@ -117,7 +48,7 @@ def march(restitution, sliding, m_club, damped=True, arms=None, steps=20_000):
     tangential force on one scale, and whether the contact slips.
     """
     half = closed_forms.half_contact
-    zeta = _bisect(lambda z: restitution - exp(-2.0 * z * half(z)), 0.0, 0.9)
+    zeta = bisect(lambda z: restitution - exp(-2.0 * z * half(z)), 0.0, 0.9)
     s, size = np.linspace(0.0, 2.0 * half(zeta), steps + 1, retstep=True)
     q, damping = sqrt(1.0 - zeta * zeta), 2.0 * zeta if damped else 0.0
     x, c = np.exp(-zeta * s) * np.sin(q * s) / q, np.exp(-zeta * s) * np.cos(q * s)
@@ -236,116 +167,39 @@ def _show_range(report, shots):
         return plot(figures, title, "launch_angle", label, degrees(1.0))
 
 
-def _show_tour(report, shots):
-    """Twelve clubs: nothing is fitted but the dynamic loft, from the launch angle."""
-    rows, off, toward, undamped, more, identities = [], [], [], [], [], []
-    for club, mph, attack, ball_mph, angle, rpm, yards, mass in measured.TOUR:
-        speed, path, up = mph * measured.MPH, radians(attack), radians(angle)
-        shot = shots.lofted(speed, up, path, m_club=mass)
-        shot["carry"] = shots.carry(shot)
-        report.cases[club] = shot
-        loft, spin_loft = shot["dynamic_loft"], shot["dynamic_loft"] - path
-        ours = shot["backspin"] * _RPM, shot["ball_speed"] / measured.MPH, shot["carry"] / _YARD
-        off.append([(x / y - 1.0) * 100.0 for x, y in zip(ours, (rpm, ball_mph, yards))])
-        toward.append((up - path) / spin_loft * 100.0)
-        cells = [cell for x, d in zip(ours, off[-1]) for cell in (f"{x:.0f}", f"{d:+.0f} %")]
-        rows.append([club, f"{degrees(loft):.1f}", *cells, f"{toward[-1]:.0f} %"])
-        restitution = shot["coefficient_of_restitution"]
-        spring = _undamped(restitution, speed, path, up, mass)
-        undamped.append((spring * _RPM / rpm - 1.0) * 100.0)
+def _show_assumptions(report, shots):
+    """Backspin of three irons under other assumptions; the loft is that of the launch angle."""
+    incremental = _RATIO * 2.0 * _EXPONENT / (_EXPONENT + 1.0)
+    rows = []
+    for stroke in (measured.PGA[club] for club in ("5-iron", "7-iron", "9-iron")):
+        speed, attack, mass = stroke.club_speed, stroke.attack_angle, stroke.m_club
+        given = speed, stroke.launch_angle, attack
+        shot = shots.lofted(*given, m_club=mass)
+        other = shots.lofted(*given, m_club=mass, tangential_stiffness_ratio=incremental)
+        restitution, spin = shot["coefficient_of_restitution"], shot["backspin"]
+        undamped = _undamped(restitution, speed, attack, stroke.launch_angle, mass)
         # With the lever arm r - d instead of r, of the torque and of the surface's speed.
+        spin_loft = shot["dynamic_loft"] - attack
         u, _, force, _ = march(restitution, tan(spin_loft), mass)
         _, _, compression = shots.contact("penner", mass, speed * cos(spin_loft), u)
         arms = 1.0 - compression / _RADIUS
         _, _, shorter, _ = march(restitution, tan(spin_loft), mass, arms=arms)
-        more.append(100.0 * float(np.sum(arms * shorter) / np.sum(force) - 1.0))
-        across = 0.4 * _RADIUS * rpm / _RPM
-        true_loft = up + asin(across / (ball_mph * measured.MPH))
-        rolling = across * (3.5 + _M_BALL / mass) / (speed * sin(true_loft - path))
-        identities.append([club, f"{across:.2f}", f"{degrees(true_loft):.1f}", f"{rolling:.2f}"])
-    columns = ["club", "loft (°)", "rpm", "", "ball mph", "", "carry yd", "", "towards normal"]
-    report.table("PGA Tour averages (TrackMan): model, and its deviation", columns, rows)
-    title = "The same rows without a contact law: spin and momentum of a homogeneous ball"
-    columns = ["club", "v_t = 0.4 r ω (m/s)", "loft = launch + asin(v_t/v) (°)", "v_t / rolling"]
-    report.table(title, columns, identities)
-    ratios = [float(row[-1]) for row in identities]
-    claim = "TrackMan's driver leaves with less backspin than a ball that rolls, irons with more"
-    report.check(claim, ratios[0] < 1.0 < min(ratios[4:]), f"{ratios[0]}; {min(ratios[4:])} and up")
-
-    spin, ball, carry = zip(*off)
-    driver, irons = spin[0], spin[4:]
-    claim = "the backspin of irons is within some 20 % of TrackMan's"
-    report.check(claim, min(irons) > -5.0 and max(irons) < 22.0, _between(irons))
-    report.check("the driver's isn't: its head turns", driver > 50.0, f"{driver:+.0f} %")
-    _, mph, attack, _, angle, rpm, _, _ = measured.TOUR[0]
-    drive = mph * measured.MPH, radians(angle), radians(attack)
-
-    def struck(height):
-        return shots.lofted(*drive, m_club=_HEAD, height=height)["backspin"] * _RPM
-
-    height = _bisect(lambda h: rpm - struck(h), 0.001, 0.045)
-    loft = shots.lofted(*drive, m_club=_HEAD)["dynamic_loft"]
-    low, high = (
-        shots.shot(drive[0], loft, drive[2], m_club=_HEAD, height=h)["backspin"] * _RPM
-        for h in (-0.0127, 0.0127)
-    )
-    gear = (high - low) / 25.4
-    claim = "a strike 10 to 20 mm above the centre of mass would explain the driver's backspin"
-    report.check(claim, 0.010 < height < 0.020, f"{height * 1e3:.1f} mm")
-    claim = "the one-way gear effect is some twice the -51 rpm/mm of Hot Stix's test"
-    report.check(claim, 1.8 < gear / -51.0 < 2.4, f"{gear:.0f} rpm/mm")
-    iron = measured.TOUR[8]
-    incremental = _RATIO * 2.0 * _EXPONENT / (_EXPONENT + 1.0)
-    stiff, stiffer = (
-        shots.lofted(
-            iron[1] * measured.MPH,
-            radians(iron[4]),
-            radians(iron[2]),
-            m_club=iron[7],
-            tangential_stiffness_ratio=ratio,
-        )["backspin"]
-        * _RPM
-        for ratio in (_RATIO, incremental)
-    )
+        arm = spin * float(np.sum(arms * shorter) / np.sum(force))
+        spins = spin, undamped, arm, other["backspin"]
+        measured_spin = stroke.backspin
+        cells = [f"{x * _RPM:.0f} {(x / measured_spin - 1.0) * 100.0:+.0f} %" for x in spins]
+        rows.append([stroke.club, f"{measured_spin * _RPM:.0f}", *cells])
+    title = "Backspin (rpm) under other assumptions, and its deviation from TrackMan's"
+    columns = ["club", "TrackMan", "as is", "no damper", "arm r − d"]
+    report.table(title, [*columns, f"κ = {incremental:.2f}"], rows)
     report.say(
-        "With one friction, one stiffness ratio and one COR line for all clubs the irons' backspin "
-        f"is within {_between(irons)}, the ball speed within {_between(ball)} (woods have a "
-        f"flexible face) and the carry within {_between(carry)}. The ball leaves "
-        f"{min(toward):.0f} to {max(toward):.0f} % of the way from the path to the face normal "
-        "(PING measured 61 to 83 % in the horizontal plane: Proceedings 2018, 2(6), 249).",
-        f"The driver isn't predicted: {driver:+.0f} %. With a measured head (PING: 204 g, "
-        f"{_DEPTH * 1e3:.1f} mm, {_INERTIA * 1e7:.0f} g.cm2) a strike {height * 1e3:.1f} mm above "
-        "its centre of mass would give TrackMan's backspin. Nobody measured that height: it can "
-        "explain the difference, it doesn't predict it. And it would take a higher strike: the "
-        f"model's gear effect, {gear:.0f} rpm/mm, is some twice the -51 rpm/mm of Hot Stix's test "
-        "(whose speed and loft aren't published).",
         "What the agreement of the irons rests on: the tangential damper was adopted after the "
-        f"spring alone had missed them by {_between(undamped[4:])}, fitted in the same way. The "
-        "force acts with the lever arm r of the round ball; with that of the compressed one, r - "
-        f"d, in the torque and in the surface's speed, backspin would be {_between(more[4:])} at "
-        "the same loft. And the tangential stiffness is in proportion to F/d: Mindlin's ratio "
-        f"2/3 of the incremental stiffness n F/d is {incremental:.2f} of it, which gives the "
-        f"7-iron {stiffer:.0f} rpm instead of {stiff:.0f}.",
+        "spring alone had missed them, fitted in the same way. The force acts with the lever arm "
+        "r of the round ball; the column r − d, the compressed one's in the torque and in the "
+        "surface's speed, is at the same loft. And the tangential stiffness is in proportion to "
+        f"F/d: Mindlin's ratio 2/3 of the incremental stiffness n F/d is κ = {incremental:.2f}. "
+        "The clubs of the tour beside measurements: scenario outside.",
     )
-
-    @report.figure("loft_tour", "Nothing is fitted but the dynamic loft. The grey band is 15 %.")
-    def tour(figures):
-        figure, axes = figures.new("Deviation from PGA Tour averages", size=(7.2, 4.8))
-        clubs = list(report.cases)[1:]
-        figures.label_rows(axes, clubs, 15.0)
-        for label, deviations, marker, colour in (
-            ("backspin", spin, "o", figures.VERMILION),
-            ("ball speed", ball, "s", figures.BLUE),
-            ("carry", carry, "^", figures.GREEN),
-        ):
-            axes.plot(deviations, range(len(clubs)), marker, color=colour, label=label)
-        axes.set(xlabel="model against TrackMan (%)")
-        figures.add_legend_above(axes)
-        return figure
-
-
-def _between(deviations):
-    return f"{min(deviations):+.0f} to {max(deviations):+.0f} %"
 
 
 def _undamped(restitution, speed, attack, angle, m_club):
@@ -357,7 +211,7 @@ def _undamped(restitution, speed, attack, angle, m_club):
         )
         return float(np.sum(tangential) / np.sum(normal))
 
-    loft = _bisect(lambda loft: loft - atan(slope(loft)) - angle, max(attack, 0.0), 0.9)
+    loft = bisect(lambda loft: loft - atan(slope(loft)) - angle, max(attack, 0.0), 0.9)
     ball_speed = (1.0 + restitution) * speed * cos(loft - attack) / (1.0 + _M_BALL / m_club)
     return ball_speed * slope(loft) / (0.4 * _RADIUS)
 

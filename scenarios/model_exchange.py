@@ -10,7 +10,7 @@ import numpy as np
 from golf_impact.scenario import BALLS, LoadedFmu3, Report, current_fmu, main
 
 TITLE = "Model Exchange: the cost of a general solver"
-CHAPTER = 16
+CHAPTER = 17
 
 _LAWS = {"law 1": {"law": 1}, "law 2": {"law": 2}, "power law": dict(BALLS["roh-lee"].values)}
 _TOLERANCES = tuple(10.0**-n for n in range(3, 13))

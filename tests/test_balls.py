@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from command import golf_here, refused
 
+from golf_impact import run_impact
 from golf_impact.facts.balls import BALLS, Ball, ball, ball_toml, rating_stiffness, read_ball
 from golf_impact.facts.measured import MPH
 
@@ -42,6 +43,23 @@ def test_the_tour_ball(fmu):
     assert outputs["contact_time"] == pytest.approx(475e-6, rel=1e-9)
 
 
+@pytest.mark.parametrize("speed", [29.9, 30.0, 50.0, 50.1])
+def test_a_run_outside_of_a_balls_range_gets_a_remark(tmp_path, speed):
+    options = "--ball", "roh-lee", "--set", f"club_speed={speed}", "--no-figures", "--out", tmp_path
+    done = golf_here("run", *options)
+    assert done.returncode == 0, done.stderr
+    assert ("roh-lee holds for 30 to 50 m/s" in done.stderr) is (speed in (29.9, 50.1))
+
+
+def test_at_rest_the_finite_element_ball_is_far_too_soft():
+    """The text of its limits: 4 mm between two plates under 200 lbf, and a putt of 1.3 ms."""
+    values = BALLS["roh-lee"].values
+    d = 0.005 * (200 * 4.4482216152605 / (values["k"] * 0.005)) ** (1.0 / values["exponent"])
+    assert 2.0 * d == pytest.approx(4.0e-3, abs=5e-5)
+    assert 160.0 - 2.0 * d / 25.4e-6 == pytest.approx(1.0, abs=0.2)
+    assert run_impact(club_speed=1.3, **values)["contact_time"] == pytest.approx(1.3e-3, abs=5e-6)
+
+
 def test_run_with_a_ball(tmp_path):
     """--set overrides the values of the preset."""
     done = golf_here(
@@ -63,7 +81,8 @@ def test_list_balls():
     for name in BALLS:
         assert name in done.stdout
     # Lines are wrapped between words.
-    words = {word for ball in BALLS.values() for word in f"{ball.title} {ball.source}".split()}
+    texts = [f"{ball.title} {ball.source} {ball.limits}" for ball in BALLS.values()]
+    words = {word for text in texts for word in text.split()}
     assert words <= set(done.stdout.split())
 
 
@@ -116,6 +135,8 @@ UNCERTAIN = 'k = 8e5\nb = 30\n[uncertainty]\nparameters = ["k"]\n'
         ("k = 1e6\nstiffness = 3", "a ball has no stiffness"),
         ("k = 1e6\nclub_speed = 3", "a ball has no club_speed"),
         ("k = 1e6\nuncertainty = 3", "needs parameters"),
+        ("k = 1e6\nspeeds = [50, 30]", "two, in m/s, rising"),
+        ("k = 1e6\nspeeds = ['slow', 30]", "two, in m/s, rising"),
         (UNCERTAIN, "and covariance"),
         (UNCERTAIN + "covariance = [[1, 2]]", "p rows of p"),
         (UNCERTAIN + "covariance = [['x']]", "finite numbers"),

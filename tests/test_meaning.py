@@ -65,11 +65,11 @@ def test_a_yard_is_0_9144_m(evaluator):  # noqa: F811
 
 
 def test_coefficients_of_flight_have_the_digits_of_their_source():
-    """US patent 6,186,002 B1, the example of its program's output."""
+    """Ferguson, McNally & McPhee, ISEA 2022, doi:10.5703/1288284317493."""
     printed = {
-        "drag_constant": 0.2028, "drag_spin": -0.2159, "drag_spin_squared": 2.8466,
-        "drag_reynolds": 0.0165, "lift_constant": 0.0860, "lift_spin": 0.6463,
-        "lift_spin_squared": 1.4789, "lift_reynolds": -0.0122,
+        "drag_constant": 0.1304, "drag_spin": 0.9287, "drag_spin_squared": -0.8259,
+        "drag_reynolds": 0.0, "lift_constant": 0.0504, "lift_spin": 1.2031,
+        "lift_spin_squared": -1.1490, "lift_reynolds": 0.0, "spin_ratio_limit": 0.75,
     }  # fmt: skip
     rows = read_toml(files("golf_physics.companions") / "ball_flight.toml")["parameter"]
     assert {name: rows[name][2] for name in printed} == printed

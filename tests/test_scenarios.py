@@ -4,6 +4,7 @@ import base64
 import html
 import io
 import json
+import math
 import re
 import struct
 from html.parser import HTMLParser
@@ -23,7 +24,7 @@ from golf_impact.report.page import document_tables, render_page, write_reports
 from golf_impact.report.report import Report
 from golf_impact.stress.reference import exact_outcome
 
-LONG = ("system", "loft", "model_exchange")
+LONG = ("system", "loft", "outside", "model_exchange")
 
 
 @pytest.mark.parametrize(
@@ -37,6 +38,18 @@ def test_scenario(fmu, name, monkeypatch):
         assert all(isinstance(value, float) for value in metrics.values())
     for table in outcome.tables:
         assert_words_are_whole(table, monkeypatch)
+
+
+def test_density_of_the_air():
+    """ISO 2533's table; moist air by OIML R 111-1 (2004), equation E.3-1, a fit to CIPM's."""
+    density = load_scenario("outside").air_density
+    assert density(0.0, 15.0) == pytest.approx(1.2250, abs=5e-5)
+    # At a geopotential altitude of 5000 m: 540.20 hPa, 255.65 K.
+    assert density(5000.0, -17.5) == pytest.approx(54020.0 / (287.05 * 255.65), abs=5e-5)
+    for t, percent in ((25.0, 0.0), (25.0, 50.0), (35.0, 90.0)):
+        fit = (0.34848 * 1013.25 - 0.009 * percent * math.exp(0.061 * t)) / (273.15 + t)
+        # An ideal gas: its compressibility is 3e-4 to 1e-3 here.
+        assert density(0.0, t, percent / 100.0) == pytest.approx(fit, rel=1e-3)
 
 
 def test_figures_and_report(fmu, tmp_path):

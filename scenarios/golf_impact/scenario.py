@@ -15,15 +15,16 @@ from golf_impact.facts.quantities import QUANTITIES, format_value, label
 from golf_impact.fmu.coupling import COUPLINGS, run_pushed
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.fmu.loaded import LoadedFmu, LoadedFmu3
+from golf_impact.fmu.loaded import LoadedFmu3
+from golf_impact.fmu.shots import HEAD, bisect, loaded_shots
 from golf_impact.fmu.system import build_system, extract_fmus, run_ssp, run_system
 from golf_impact.peers.document_scheme import document_fmu
 from golf_impact.report.report import Metrics, Report
 
-__all__ = ["BALLS", "COUPLINGS", "QUANTITIES", "ImpactFmu", "LoadedFmu3", "Metrics", "Report"]
-__all__ += ["LoadedFmu", "UserError", "build_system", "closed_forms", "current_fmu", "document"]
-__all__ += ["document_fmu", "extract_fmus", "format_value", "label", "main", "measured"]
-__all__ += ["rating_stiffness", "run_pushed", "run_ssp", "run_system"]
+__all__ = ["BALLS", "COUPLINGS", "HEAD", "QUANTITIES", "ImpactFmu", "LoadedFmu3", "Metrics"]
+__all__ += ["Report", "UserError", "bisect", "build_system", "closed_forms", "current_fmu"]
+__all__ += ["document", "document_fmu", "extract_fmus", "format_value", "label", "loaded_shots"]
+__all__ += ["main", "measured", "rating_stiffness", "run_pushed", "run_ssp", "run_system"]
 
 
 def main(script: str) -> None:

@@ -1,18 +1,23 @@
 """The flight of a golf ball.
 
-A point mass under gravity, drag and the lift of its backspin w (Magnus):
+A point mass under gravity, drag and the lift of its backspin w (Magnus), in a wind W along its way:
 
-    u' = -k v (C_D u + C_L h),    h' = -g - k v (C_D h - C_L u),    w' = -d v w / r
-    v = sqrt(u*u + h*h),    k = rho A / (2 m),    r = its radius
+    u' = -k v (C_D p + C_L h),    h' = -g - k v (C_D h - C_L p),    w' = -d v w / r
+    p = u - W(y),    v = sqrt(p*p + h*h),    k = rho A / (2 m),    r = its radius
 
-C_D and C_L are those that the USGA measured in its indoor test range (US patent 6,186,002 B1, the
-example of its program's output: model 3 of each), with S = r w / v and R = 2 r v / nu / 100,000:
+With S = r w / v and R = 2 r v / nu / 100,000
 
-    C_D = 0.2028 - 0.2159 S + 2.8466 S^2 + 0.0165 R
-    C_L = 0.0860 + 0.6463 S + 1.4789 S^2 - 0.0122 / R^2
+    C_D = a + b S + c S^2 + d R,        C_L = a + b S + c S^2 + d / R^2
 
-S is held at 0.22 beyond, the largest that was measured. A ball without spin has no lift; topspin, a
-negative backspin, has the lift of backspin downwards. d is the patent's, too.
+The start values are those that Ferguson, McNally and McPhee identified from carry and apex of 1,040
+shots of all clubs with a tour ball (Predicting the flight of a golf ball, ISEA 2022,
+doi:10.5703/1288284317493), d = 0; S is held at 0.75, the largest of them. A ball without spin has
+no lift; topspin, a negative backspin, has the lift of backspin downwards. The spin's decay is that
+of Smits and Smith, Science and Golf II (1994) 340.
+
+W = wind_speed ln(1 + y/z) / ln(1 + 10 m/z), the logarithmic law of a neutral boundary layer (R. B.
+Stull, An Introduction to Boundary Layer Meteorology, 1988), with z = 0.03 m, the roughness length
+of open grass (WMO-No. 8, Davenport's classes): no wind on the ground, `wind_speed` 10 m above it.
 
 The ball is launched when `separated` becomes true, with `ball_velocity`, `launch_angle` and
 `backspin`, from the instant of separation, touch_time + contact_time: not from the communication
@@ -23,17 +28,32 @@ launch on.
 """
 
 from functools import partial
-from math import atan2, cos, inf, isfinite, pi, sin, sqrt
+from math import atan2, cos, inf, isfinite, log, pi, sin, sqrt
 from typing import ClassVar, NamedTuple
 
 from .companion import Companion
-from .taylor import ORDER, Series, empty, falls, first_zero, power, product, reach, slope, value
+from .taylor import (
+    ORDER,
+    Series,
+    empty,
+    falls,
+    first_zero,
+    power,
+    product,
+    quotient,
+    reach,
+    slope,
+    value,
+)
 
 #: A flight of more pieces is refused.
 _PIECES = 1000
 
 #: Of C_D and C_L: the ends of their parameters' names.
 _TERMS = ("constant", "spin", "spin_squared", "reynolds")
+
+#: Roughness length of the ground, m.
+_ROUGHNESS = 0.03
 
 
 class Air(NamedTuple):
@@ -44,6 +64,7 @@ class Air(NamedTuple):
     decay: float  #: of the spin, 1/m
     gravity: float
     limit: float  #: of S
+    wind: float = 0.0  #: its slope over ln(1 + y/z), m/s
 
     def held(self) -> "Air":
         """The same with S held at its limit."""
@@ -55,15 +76,17 @@ class Air(NamedTuple):
 def _series(air: Air, state: list[float]) -> list[Series]:
     """The series of x, y, u, h (m, m/s), of the surface speed a = r w and of v (m/s) in time."""
     x, y, u, h, a = ([one] for one in state)
-    # The latter two: k C_D v, k C_L v.
-    squares, aa, drag, lift = empty(4)
-    v = [sqrt(u[0] * u[0] + h[0] * h[0])]
+    # p: through the air. The latter two: k C_D v, k C_L v.
+    p, above, shear, squares, aa, drag, lift = u, [y[0] + _ROUGHNESS], *empty(5)
+    if air.wind:
+        p = [u[0] - air.wind * log(above[0] / _ROUGHNESS)]
+    v = [sqrt(p[0] * p[0] + h[0] * h[0])]
     inverse = [1.0 / v[0]]
     d0, d1, d2, d3 = air.drag
     l0, l1, l2, l3 = air.lift if a[0] else [0.0] * 4
     for n in range(ORDER):
         m = n + 1
-        squares.append(product(u, u, n) + product(h, h, n))
+        squares.append(product(p, p, n) + product(h, h, n))
         if n:
             v.append(power(squares, 0.5, v, n))
             inverse.append(power(squares, -0.5, inverse, n))
@@ -73,9 +96,16 @@ def _series(air: Air, state: list[float]) -> list[Series]:
         lift.append(l0 * v[n] + l1 * a[n] + l2 * turning + l3 * inverse[n])
         x.append(u[n] / m)
         y.append(h[n] / m)
-        u.append(-(product(drag, u, n) + product(lift, h, n)) / m)
         fall = air.gravity if n == 0 else 0.0
-        h.append((product(lift, u, n) - product(drag, h, n) - fall) / m)
+        change = -(product(drag, p, n) + product(lift, h, n)) / m
+        rise = (product(lift, p, n) - product(drag, h, n) - fall) / m
+        if air.wind:
+            # The wind's slope in time over `air.wind`: h / (y + z).
+            shear.append(quotient(h, above, shear, n))
+            above.append(y[m])
+            p.append(change - air.wind * shear[n] / m)
+        u.append(change)
+        h.append(rise)
         a.append(-air.decay * product(v, a, n) / m)
     return [x, y, u, h, a, v]
 
@@ -162,7 +192,7 @@ class Flight:
 class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
-    inside: ClassVar = {"_flight": (Flight, [*[0.0] * 4, [[0.0] * 4, [0.0] * 4, *[0.0] * 3]])}
+    inside: ClassVar = {"_flight": (Flight, [*[0.0] * 4, [[0.0] * 4, [0.0] * 4, *[0.0] * 4]])}
     _flight: Flight | None = None
 
     def _step(self, point: float, size: float) -> None:
@@ -184,7 +214,9 @@ class BallFlight(Companion):
         lift = [upwards * getattr(self, f"lift_{term}") for term in _TERMS]
         drag[3] *= reynolds
         lift[3] /= reynolds**2
-        air = Air(drag, lift, self.spin_decay / radius, self.gravity, self.spin_ratio_limit)
+        wind = self.wind_speed / log(1.0 + 10.0 / _ROUGHNESS)
+        decay = self.spin_decay / radius
+        air = Air(drag, lift, decay, self.gravity, self.spin_ratio_limit, wind)
         launch = self.touch_time + self.contact_time
         surface_speed = radius * abs(self.backspin)
         return Flight(launch, self.ball_velocity, self.launch_angle, surface_speed, air)

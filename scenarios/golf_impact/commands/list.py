@@ -21,7 +21,9 @@ def list_(
         rows = []
         for ball in BALLS.values():
             values = " ".join(f"{name}={value:.6g}" for name, value in ball.values.items())
-            rows.append([ball.name, f"{ball.title}\n{values} (SI units)\nSource: {ball.source}\n"])
+            holds = "For {:g} to {:g} m/s. ".format(*ball.speeds) if ball.speeds else ""
+            lines = ball.title, f"{values} (SI units)", f"Source: {ball.source}"
+            rows.append([ball.name, "\n".join([*lines, f"{holds}{ball.limits}\n"])])
         table = Table("Balls", ["name", "what it is"], rows)
     else:
         rows = [[name, title_beside(name, one.TITLE)] for name, one in load_scenarios().items()]

@@ -55,6 +55,7 @@ def run(
     """
     from golf_impact.commands.scripts import load_scenario, load_scenarios, run_scenario
     from golf_impact.facts.balls import ball as named_ball
+    from golf_impact.facts.balls import range_remarks
     from golf_impact.files import prepare
     from golf_impact.fmu.impact_fmu import ImpactFmu
     from golf_impact.report.own_cases import own_cases
@@ -83,6 +84,10 @@ def run(
     sets: dict[str, dict[str, Report]] = {}
     with ImpactFmu(fmu_file(fmu)) as instance, progress() as begin:
         guid = instance.description.guid
+        starts = ((name, instance.default(name)) for name in ("club_speed", "ball_speed"))
+        club, ball = (values.get(name, start) for name, start in starts)
+        for words in range_remarks(own_balls, club - ball):
+            warn(words, style="yellow")
         advance = begin("running", len(scripts) + own)
         for n, (name, script) in enumerate(scripts.items()):
             advance(n, f"running {name}")

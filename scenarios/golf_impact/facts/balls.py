@@ -29,6 +29,8 @@ class Ball:
     covariance: tuple[tuple[float, ...], ...] = ()  #: theirs, rows of (p, p), SI units
     #: Of the impact in which it was measured: club speed, mass, force, by name (SI units).
     conditions: Mapping[str, float] = field(default_factory=dict)
+    speeds: tuple[float, ...] = ()  #: least and largest approach speed for which it holds, m/s
+    limits: str = ""  #: how precise its source is, and what it isn't for
 
 
 def rating_stiffness(rating: float) -> float:
@@ -56,7 +58,8 @@ def read_ball(path: Path | str) -> Ball:
     """The ball of a TOML file: variables of the FMU by name, and optionally title and source.
 
     A table `uncertainty` with `parameters` and `covariance` gives predictions their intervals; a
-    table `conditions` has club_speed, m_club and club_force of the measured impact.
+    table `conditions` has club_speed, m_club and club_force of the measured impact, `speeds` the
+    least and largest approach speed for which the ball holds, `limits` a text on what it isn't for.
     UserError: the file can't be read, or something in it isn't a ball's.
     """
     return _ball(str(path), read_toml(path))
@@ -64,6 +67,9 @@ def read_ball(path: Path | str) -> Ball:
 
 def _ball(name: str, table: dict[str, Any]) -> Ball:
     title, source = str(table.pop("title", f"of {name}")), str(table.pop("source", name))
+    speeds, limits = tuple(table.pop("speeds", ())), str(table.pop("limits", ""))
+    if speeds and not (len(speeds) == 2 and all(map(_is_number, speeds)) and speeds[0] < speeds[1]):
+        raise UserError(f"{name}: speeds = {[*speeds]} is refused: it takes two, in m/s, rising")
     uncertainty = table.pop("uncertainty", {"parameters": [], "covariance": []})
     conditions = table.pop("conditions", {})
     if not isinstance(conditions, dict) or not {*conditions} <= {*_CONDITIONS}:
@@ -93,7 +99,7 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
             f"{name}: uncertainty is refused: it needs parameters, p names of values above it, and "
             "covariance, p rows of p finite numbers with none on its diagonal below 0"
         )
-    return Ball(name, title, table, source, names, rows, conditions)
+    return Ball(name, title, table, source, names, rows, conditions, speeds, limits)
 
 
 def _number(name: str, key: str, value: Any) -> float:
@@ -122,6 +128,15 @@ def conditions_of(balls: Iterable[Ball], given: Container[str]) -> dict[str, flo
     return {name: value for name, (value, _) in found.items() if name not in given}
 
 
+def range_remarks(balls: Iterable[Ball], speed: float) -> list[str]:
+    """Sentences about balls that don't hold for an approach speed (m/s)."""
+    return [
+        f"{one.name} holds for {one.speeds[0]:g} to {one.speeds[1]:g} m/s, not for {speed:g}."
+        for one in balls
+        if one.speeds and not one.speeds[0] <= speed <= one.speeds[1]
+    ]
+
+
 def _is_number(value: Any) -> bool:
     # Not isinstance: a Boolean is an integer to Python. TOML has integers of 64 bits.
     return type(value) in (int, float) and abs(value) < 2.0**63
@@ -131,7 +146,10 @@ def ball_toml(ball: Ball) -> str:
     """A ball as the text of a TOML file."""
     # A JSON text is a TOML text.
     title, source = (json.dumps(text, ensure_ascii=False) for text in (ball.title, ball.source))
-    lines = [f"title = {title}", f"source = {source}", ""]
+    lines = [f"title = {title}", f"source = {source}"]
+    lines += [f"speeds = {[*ball.speeds]}"] if ball.speeds else []
+    lines += [f"limits = {json.dumps(ball.limits, ensure_ascii=False)}"] if ball.limits else []
+    lines.append("")
     errors = {name: ball.covariance[n][n] ** 0.5 for n, name in enumerate(ball.uncertain)}
     for name, value in ball.values.items():
         error = f"  # standard error {errors[name]:.2g}" if name in errors else ""

@@ -1,13 +1,18 @@
 """Published measurements and computations of real impacts; measured.toml has them."""
 
+from collections import namedtuple
+from math import pi, radians
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from golf_impact.facts.document import ROH_LEE
 from golf_impact.facts.toml import read_toml
 
 #: One mile per hour, m/s.
 MPH = 0.44704
+
+#: One yard, m.
+YARD = 0.9144
 
 PENNER = "A. R. Penner, Am. J. Phys. 69 (2001) 563 and Rep. Prog. Phys. 66 (2003) 131"
 ROH = "W.-J. Roh, C.-W. Lee, 14th Int. Congress on Sound and Vibration, finite elements"
@@ -44,6 +49,28 @@ MEASUREMENTS = [Measurement(**row) for row in _DATA["measurements"]]
 #: Average launches of the PGA Tour: club, club speed (mph), attack angle (deg), ball speed (mph),
 #: launch angle (deg), backspin (rpm), carry (yd); and a typical head mass (kg).
 TOUR = _DATA["tour"]
+
+
+#: The average stroke of a club, SI units, and a typical mass of its head.
+Stroke = namedtuple(
+    "Stroke",
+    "club club_speed attack_angle ball_speed launch_angle backspin apex land_angle carry m_club",
+)
+
+
+def _stroke(club: str, *row: float) -> Stroke:
+    speed, attack, ball, launch, rpm, apex, land, carry, mass = row
+    attack, launch, land = map(radians, (attack, launch, land))
+    spin, apex, carry = rpm * pi / 30.0, apex * YARD, carry * YARD
+    speed, ball = speed * MPH, ball * MPH
+    return Stroke(club, speed, attack, ball, launch, spin, apex, land, carry, mass)
+
+
+#: Data that nothing was fitted to: `pga`, `others`, `sets`.
+OUTSIDE: dict[str, Any] = read_toml(Path(__file__).with_name("outside.toml"))
+
+#: Average strokes of the PGA Tour in 2023, by club.
+PGA = {row[0]: _stroke(*row) for row in OUTSIDE["pga"]["rows"]}
 
 _U, _CLUB, _BALL = (ROH_LEE[name] for name in ("club_speed", "club_velocity", "ball_velocity"))
 
