@@ -32,15 +32,15 @@ def test_rating_stiffness(rating, k):
 
 @pytest.mark.parametrize(("band", "rating"), [("low", 45), ("mid", 73), ("high", 98)])
 def test_the_balls_of_a_rating(band, rating):
-    assert BALLS[f"rating-{band}"].values["k"] == rating_stiffness(rating)
+    assert BALLS[f"rating-{band}"].values["k"] == float(f"{rating_stiffness(rating):.3g}")
 
 
 def test_the_tour_ball(fmu):
     outputs = fmu.impact(
         ("smash_factor", "contact_time"), club_speed=113 * MPH, **BALLS["tour"].values
     )
-    assert outputs["smash_factor"] == pytest.approx(167 / 113, rel=1e-12)
-    assert outputs["contact_time"] == pytest.approx(475e-6, rel=1e-9)
+    assert outputs["smash_factor"] == pytest.approx(167 / 113, rel=1e-4)
+    assert outputs["contact_time"] == pytest.approx(475e-6, rel=1e-3)
 
 
 @pytest.mark.parametrize("speed", [29.9, 30.0, 50.0, 50.1])
