@@ -13,7 +13,10 @@ from golf_physics.variables import VARIABLES
 from golf_impact.report.page import document_tables
 
 ROOT = Path(__file__).resolve().parents[1]
-FOLDERS = ("", "fmu_src", "build", "scenarios", "scenarios/golf_impact/explore", "tests")
+FOLDERS = (
+    "", "fmu_src", "fmu_src/golf_physics/companions", "build", "scenarios",
+    "scenarios/golf_impact/explore", "tests",
+)  # fmt: skip
 
 
 def markdown(columns, rows):
