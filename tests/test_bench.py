@@ -22,12 +22,12 @@ from golf_impact.commands.bench import bench
 from golf_impact.facts.closed_forms import definitions
 from golf_impact.fmu.file import build_plain_fmu
 from golf_impact.fmu.loaded import LoadedFmu
-from golf_impact.peers import stepping
+from golf_impact.peers import document_fmu
 from golf_impact.peers.compiled import SUB_STEP, compiled_fmu, compiler
 from golf_impact.peers.problem import Case, Outcome, errors
 from golf_impact.stress.cases import named_cases
 from golf_impact.stress.driver import driver
-from golf_impact.stress.reference import Reference
+from golf_impact.stress.reference import Reference, exact_outcome
 from golf_impact.timing import median_ratio, run_interleaved
 
 
@@ -63,7 +63,7 @@ def test_worst_error(results):
 
 @pytest.mark.ci
 def test_measured_orders_are_those_of_the_methods(results):
-    orders = {"explicit Euler, Python": 1, "Störmer–Verlet": 2, "Runge–Kutta 4": 4}
+    orders = {"the document's scheme as FMU": 1}
     if compiler():
         orders |= {"explicit Euler, C FMU": 1, "Runge–Kutta 4, C FMU": 4}
     for methods in results["run_time_vs_error"].values():
@@ -77,21 +77,28 @@ def test_measured_orders_are_those_of_the_methods(results):
 @pytest.mark.skipif(not compiler(), reason="there is no C compiler on this machine")
 @pytest.mark.parametrize("law", [1, 2])
 def test_compiled_peers_are_the_methods_they_name(law, tmp_path):
-    """Their numbers are those of the same methods in Python; as FMUs they are valid."""
+    """Euler's numbers are those of the scheme in Python, RK4 is of order 4; the FMUs are valid."""
     case = Case(law=law, k=8e5, b=12.0, ball_speed=-3.0)
-    peers = {"euler": (stepping.explicit_euler, 1e-15), "rk4": (stepping.runge_kutta4, 1e-12)}
-    for method, (solve, tolerance) in peers.items():
-        path = compiled_fmu(method, tmp_path)
-        assert validate_fmu(path) == []
+
+    def solved(path, dt):
+        """Outcome, and S, COR, E."""
         with LoadedFmu(path) as peer:
-            expected = solve(case, SUB_STEP[method])
-            slave = peer.instance(dt=SUB_STEP[method], **vars(case))
+            slave = peer.instance(dt=dt, **vars(case))
             slave.doStep(0.0, 1e-3)
             outcome = Outcome(*slave.getReal(peer.references(Outcome._fields)))
-            metrics = slave.getReal(peer.references(METRICS))
-        # Euler's contact time is summed here, and a number of steps there.
-        assert max(errors(case, outcome, expected)) < max(tolerance, 1e-12)
-        assert max(errors(case, outcome, expected)[:2]) < tolerance
+            return outcome, slave.getReal(peer.references(METRICS))
+
+    same, _ = solved(build_plain_fmu(Path(document_fmu.__file__), tmp_path), SUB_STEP["euler"])
+    for method in SUB_STEP:
+        path = compiled_fmu(method, tmp_path)
+        assert validate_fmu(path) == []
+        if method == "rk4":
+            exact = exact_outcome(case)
+            coarse, fine = (max(errors(case, solved(path, dt)[0], exact)) for dt in (1e-5, 5e-6))
+            assert coarse / fine == pytest.approx(16.0, rel=0.1)
+        outcome, metrics = solved(path, SUB_STEP[method])
+        if method == "euler":
+            assert max(errors(case, outcome, same)) < 1e-15
         before = 0.5 * (case.m_club * 35.0**2 + case.m_ball * 3.0**2)
         right = definitions(vars(case), {**outcome._asdict(), "kinetic_energy_initial": before})
         assert metrics == pytest.approx([right[name] for name in METRICS], rel=1e-14)

@@ -16,7 +16,6 @@ from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import solve_ivp
 from golf_impact.peers.compiled import SUB_STEP
 from golf_impact.peers.problem import Case, Outcome, errors
-from golf_impact.peers.stepping import explicit_euler
 from golf_impact.stress.reference import exact_outcome
 from golf_impact.timing import Job, measure_seconds, median_ratio, run_interleaved
 
@@ -70,10 +69,9 @@ def document_impact(
     fmu: LoadedFmu, law: int, stiffnesses: Sequence[float], dt: float, outputs: Sequence[str]
 ) -> Impact:
     """The document's scheme by steps of dt (s) to the end of contact, known for these k (N/m)."""
-    points = {}
-    for k in stiffnesses:
-        contact_time = explicit_euler(Case(law=law, k=k), dt).contact_time
-        points[k] = [n * dt for n in range(round(contact_time / dt))]
+    contact_time = impact_of(fmu, ("contact_time",), law=law, dt=dt)
+    numbers = {k: round(contact_time(k)[0] / dt) for k in stiffnesses}
+    points = {k: [n * dt for n in range(number)] for k, number in numbers.items()}
     return impact_of(fmu, outputs, dt, points.__getitem__, law=law, dt=dt)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from golf_impact.benchmarks.empty_fmu import OUTPUTS as READ
 from golf_impact.benchmarks.impact import STEP, Impact, document_impact, impact_of
 from golf_impact.fmu.loaded import LoadedFmu
-from golf_impact.peers import solve_ivp, stepping
+from golf_impact.peers import solve_ivp
 from golf_impact.peers.problem import Case, Outcome, errors
 from golf_impact.report import figures
 from golf_impact.stress.reference import exact_outcome
@@ -48,8 +48,8 @@ def run_time_and_error(
     def by_compiled(fmu: LoadedFmu, dt: float) -> Impact:
         return impact_of(fmu, outputs, law=law, dt=dt)
 
-    def by_peer(solve: Callable[[Case, float], Outcome], setting: float) -> Impact:
-        return lambda k: solve(Case(law=law, k=k), setting)
+    def by_scipy(method: str, rtol: float) -> Impact:
+        return lambda k: solve_ivp.solve(Case(law=law, k=k), rtol, method)
 
     def in_steps(dt: float) -> Impact:
         at = [n * dt for n in range(round(STEP / dt))]
@@ -61,11 +61,8 @@ def run_time_and_error(
     ways["the document's scheme as FMU"] = steps, by_document
     for name, fmu in compiled.items():
         ways[COMPILED[name]] = steps, partial(by_compiled, fmu)
-    for name, solve in stepping.METHODS.items():
-        words = "explicit Euler, Python" if name == "explicit Euler" else name
-        ways[words] = steps, partial(by_peer, solve)
     for name in solve_ivp.METHODS:
-        ways[f"SciPy {name}"] = tolerances, partial(by_peer, partial(solve_ivp.solve, method=name))
+        ways[f"SciPy {name}"] = tolerances, partial(by_scipy, name)
     ways[FMU_STEPPED] = points, in_steps
     ways[FMU_ONCE] = [STEP], partial(impact_of, ours, outputs, law=law)
     made = []
