@@ -58,7 +58,7 @@ def _runs(fmi3):
 
     def solve(law, **options):
         values = {"stop_time": _STOP, "start_values": _LAWS[law], **options}
-        return partial(fmi3.simulate, fmi3.model, _METRICS, **values)
+        return partial(fmi3.simulate, _METRICS, fmi3.model, **values)
 
     def step(law):
         fmi3.begin(_LAWS[law])

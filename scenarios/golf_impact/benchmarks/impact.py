@@ -9,8 +9,6 @@ from functools import partial
 from itertools import cycle, islice
 from statistics import median
 
-import fmpy
-
 from golf_impact.facts.document import TIME_STEP
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import solve_ivp
@@ -129,11 +127,9 @@ def other_ways(
 
 def _simulation(fmu: LoadedFmu, law: int, outputs: Sequence[str]) -> Impact:
     """fmpy.simulate_fmu with one step, as in a loop: extracted and described beforehand."""
-    options = {"model_description": fmu.description, "output": outputs}
-    options |= {"stop_time": STEP, "output_interval": STEP}
+    steps = {"stop_time": STEP, "output_interval": STEP}
 
     def impact(k: float) -> Sequence[float]:
-        rows = fmpy.simulate_fmu(fmu.folder, start_values={"law": law, "k": k}, **options)
-        return [rows[name][-1] for name in outputs]
+        return [*fmu.simulate(outputs, start_values={"law": law, "k": k}, **steps).values()]
 
     return impact

@@ -13,7 +13,7 @@ from statistics import median
 from golf_impact.benchmarks.impact import METRICS, impact_of, repeated
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.sweeps.comparison import compare
-from golf_impact.sweeps.executors import dask_executor, process_pool
+from golf_impact.sweeps.executors import process_pool
 from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.study import Study
 from golf_impact.timing import Job, measure_seconds, median_ratio, run_interleaved
@@ -39,7 +39,6 @@ def rates(fmu: Path, quick: bool) -> dict[str, float]:
         ways = {
             "one_process": None,
             "two_workers": stack.enter_context(process_pool(2)),
-            "dask_local": stack.enter_context(dask_executor("local", 2)),
         }
         for name, executor in ways.items():
             # The chunks are small enough that both workers end at nearly the same time.
@@ -52,5 +51,4 @@ def rates(fmu: Path, quick: bool) -> dict[str, float]:
         "sweep_speedup_over_fmu": median_ratio(times["fmu"], times["arrays"]),
         "sweep_speedup_over_simulate_fmu": beside_loop.ratio,
         "sweep_two_workers_over_one": median_ratio(times["one_process"], times["two_workers"]),
-        "sweep_dask_local_over_one": median_ratio(times["one_process"], times["dask_local"]),
     }

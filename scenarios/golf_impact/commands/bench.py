@@ -22,7 +22,7 @@ def bench(
     Exit codes: 0 all targets are met, 1 some are missed.
     """
     if not native:
-        need("bench", "distributed", "mpmath", "scipy")
+        need("bench", "mpmath", "scipy")
     from golf_impact.files import as_json, prepare, write_together
 
     if native:

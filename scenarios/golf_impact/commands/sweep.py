@@ -30,8 +30,8 @@ _DESIGN = "Sampling design: independent (if omitted), Latin hypercube, Sobol seq
 _CHUNK = "Cases at a time; some 0.1 s of work if omitted. Changes no result."
 _COMPARE = "Also measure a loop over fmpy.simulate_fmu."
 _WORKERS = "Processes, for cases without closed form; 1 if omitted."
+_CLUSTER = "Compute on a Dask cluster: tcp://HOST:PORT."
 _FMU = "Run the cases through this .fmu file, one after another in this process."
-_CLUSTER = "tcp://HOST:PORT|local"
 
 _Number = int | None
 _File = Path | None
@@ -49,7 +49,7 @@ def sweep(
     design: Annotated[_Text, Option(metavar="random|lhs|sobol", help=_DESIGN)] = None,
     workers: Annotated[_Number, Option(metavar="N", help=_WORKERS)] = None,
     chunk: Annotated[_Number, Option(metavar="N", help=_CHUNK)] = None,
-    scheduler: Annotated[_Text, Option(metavar=_CLUSTER, help="Compute on a Dask cluster.")] = None,
+    scheduler: Annotated[_Text, Option(metavar="ADDRESS", help=_CLUSTER)] = None,
     compare: Annotated[bool | None, Option("--compare", help=_COMPARE)] = None,
     figures: Annotated[bool | None, Option(help="Write FILE.png and FILE.html.")] = None,
     fmu: Annotated[_File, Option(metavar="FILE", help=_FMU)] = None,
@@ -110,7 +110,7 @@ def _describe(summary: Summary, options: dict[str, Any]) -> list[str]:
     workers, scheduler = options.get("workers", 1), options.get("scheduler")
     who = "in one process" if workers in (None, 1) else f"in {workers} processes"
     if scheduler is not None:
-        who = "on a local cluster" if scheduler == "local" else f"on {scheduler}"
+        who = f"on {scheduler}"
     done = f"{summary.path}: {summary.cases:,} cases in {summary.seconds:.2f} s"
     words = [f"{done} {who} ({summary.cases / summary.seconds:,.0f} impacts/s)"]
     if summary.checked:
@@ -134,8 +134,8 @@ def _compare(sweep: Sweep, fmu: Path) -> str:
     same = both.error <= TOLERANCE
     numbers = f"{'the same' if same else 'OTHER'} numbers (largest error {both.error:.1g})"
     words = (
-        f"In turns, on the same cases and outputs, both written to CSV: {both.sweep:,.0f} "
-        f"impacts/s in one process, {both.simulate_fmu:,.0f} by a loop over fmpy.simulate_fmu "
+        f"In turns, on the same cases and outputs: {both.sweep:,.0f} impacts/s in one process, "
+        f"written to CSV, {both.simulate_fmu:,.0f} by a loop over fmpy.simulate_fmu "
         f"(FMU extracted and description read beforehand, one step): {both.ratio:.0f} times the "
         f"rate, {numbers}."
     )

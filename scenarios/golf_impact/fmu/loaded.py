@@ -207,6 +207,22 @@ class LoadedFmu:
         """Value of a Boolean variable at this communication point."""
         return bool(self.slave.getBoolean(self.references([name]))[0])
 
+    def simulate(
+        self, outputs: Sequence[str], instance: Any = None, **options: Any
+    ) -> dict[str, float]:
+        """The outputs (SI units) at the end of fmpy.simulate_fmu, in this or a new instance."""
+        if instance is not None:
+            self.restore_initial_state(instance)
+        rows = fmpy.simulate_fmu(
+            self.folder,
+            model_description=self.description,
+            fmu_instance=instance,
+            output=outputs,
+            record_events=False,
+            **options,
+        )
+        return {name: float(rows[name][-1]) for name in outputs}
+
 
 class LoadedFmu3(LoadedFmu):
     """An FMU 3.0 with one instance for co-simulation and one for Model Exchange."""
@@ -225,18 +241,3 @@ class LoadedFmu3(LoadedFmu):
         self.slave.enterInitializationMode(startTime=start_time)
         self.set(values)
         self.slave.exitInitializationMode()
-
-    def simulate(
-        self, instance: FMU3Model | FMU3Slave, outputs: Sequence[str], **options: Any
-    ) -> dict[str, float]:
-        """Run fmpy.simulate_fmu in one of the two instances: the outputs at its end (SI units)."""
-        self.restore_initial_state(instance)
-        rows = fmpy.simulate_fmu(
-            self.folder,
-            model_description=self.description,
-            fmu_instance=instance,
-            output=outputs,
-            record_events=False,
-            **options,
-        )
-        return {name: float(rows[name][-1]) for name in outputs}

@@ -33,7 +33,7 @@ def check_any_law(report: Report, name: str, values: Mapping[str, float], metric
     end = metrics["touch_time"] + 1.5 * metrics["contact_time"]
     options = {"stop_time": end, "output_interval": end / 10, "relative_tolerance": _SOLVER}
     with LoadedFmu3(current_fmu(fmi=3)[0]) as fmi3:
-        solved = fmi3.simulate(fmi3.model, _SOLVED, start_values=dict(values), **options)
+        solved = fmi3.simulate(_SOLVED, fmi3.model, start_values=dict(values), **options)
     # CVODE has gone on after separation, and the force accelerates the head then, too.
     flown = end - metrics["touch_time"] - solved["contact_time"]
     solved["club_velocity"] -= values["club_force"] / values["m_club"] * flown

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-import tempfile
 from itertools import cycle, islice
 from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-import fmpy
 import numpy as np
 
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
+from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.sweeps.checks import deviations
 from golf_impact.sweeps.run import Sweep, run_chunk
 from golf_impact.sweeps.tables import table
@@ -54,31 +52,19 @@ def compare(sweep: Sweep, fmu: Path, rounds: int = 7) -> Comparison:
     looped = {name: np.broadcast_to(value, _LOOPED).tolist() for name, value in looped.items()}
     steps = np.broadcast_to(ScalarImpacts().horizon(looped), _LOOPED).tolist()
     results = {name: np.empty(_LOOPED) for name in outputs}
-    with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
-        fmpy.extract(str(fmu), f"{folder}/fmu")
-        description = fmpy.read_model_description(str(fmu))
+    with LoadedFmu(fmu) as loaded:
 
         def run_sweep() -> None:
-            with table(Path(folder, "sweep.csv"), (*study.names, *outputs)) as write:
+            with table(Path(loaded.folder, "sweep.csv"), (*study.names, *outputs)) as write:
                 outcome, lines, _ = run_chunk(sweep.compute, True, columns)
                 write({**columns, **outcome.columns}, outcome.refused, lines)
 
         def run_loop() -> None:
-            with open(f"{folder}/loop.csv", "w", newline="") as stream:
-                writer = csv.writer(stream)
-                writer.writerow((*looped, *outputs))
-                for n, row in enumerate(zip(*looped.values())):
-                    result = fmpy.simulate_fmu(
-                        f"{folder}/fmu",
-                        stop_time=steps[n],
-                        output_interval=steps[n],
-                        start_values=dict(zip(looped, row)),
-                        output=outputs,
-                        model_description=description,
-                    )
-                    for name in outputs:
-                        results[name][n] = result[name][-1]
-                    writer.writerow((*row, *(results[name][n] for name in outputs)))
+            for n, (step, *row) in enumerate(zip(steps, *looped.values())):
+                times = {"stop_time": step, "output_interval": step}
+                values = dict(zip(looped, row))
+                for name, value in loaded.simulate(outputs, start_values=values, **times).items():
+                    results[name][n] = value
 
         jobs = {
             "sweep": lambda: measure_seconds(run_sweep, number),
