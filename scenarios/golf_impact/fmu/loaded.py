@@ -101,11 +101,14 @@ class LoadedFmu:
         """Make a further instance, initialized with these inputs and parameters (SI units)."""
         slave = self.new_instance()
         slave.instantiate()
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        self.set(values, slave)
+        self._initialize(slave, values)
         slave.exitInitializationMode()
         return slave
+
+    def _initialize(self, slave: Any, values: dict[str, float], start_time: float = 0.0) -> None:
+        slave.setupExperiment(startTime=start_time)
+        slave.enterInitializationMode()
+        self.set(values, slave)
 
     @cached_property
     def slave(self) -> Any:
@@ -135,11 +138,8 @@ class LoadedFmu:
 
         A value that the FMU rejects is a message; UserError for a name that it doesn't have.
         """
-        slave = self.slave
-        self.restore_initial_state(slave)
-        slave.setupExperiment(startTime=start_time)
-        slave.enterInitializationMode()
-        self.set(values)
+        self.restore_initial_state(self.slave)
+        self._initialize(self.slave, values, start_time)
 
     def end_initialization(self) -> None:
         """Begin to step; refusals are messages, for which the standalone FMU returns Error."""
@@ -149,14 +149,18 @@ class LoadedFmu:
             if error.status != fmi2.fmi2Error or not self.messages:
                 raise
 
+    def begin_run(self, values: dict[str, float], start_time: float = 0.0) -> None:
+        """Begin a run with these inputs and parameters; refusals are messages."""
+        self.begin(values, start_time)
+        self.end_initialization()
+
     def start(self, **values: float) -> None:
         """Begin a run with these inputs and parameters (SI units; defaults for the others).
 
         UserError: the FMU rejects a value, or has no variable of a name.
         """
         self.messages.clear()
-        self.begin(values)
-        self.end_initialization()
+        self.begin_run(values)
         if self.messages:
             variable = next(iter(self.refused), "")
             raise UserError(self.messages[0], variable, values.get(variable))
@@ -236,8 +240,7 @@ class LoadedFmu3(LoadedFmu):
         return self
 
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
-        """Begin a co-simulation, initialized with these inputs and parameters (SI units)."""
+        """Begin a co-simulation and stop in initialization mode, with these values (SI units)."""
         self.restore_initial_state(self.slave)
         self.slave.enterInitializationMode(startTime=start_time)
         self.set(values)
-        self.slave.exitInitializationMode()
