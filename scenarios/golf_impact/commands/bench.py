@@ -17,12 +17,10 @@ def bench(
     folder: Out = RESULTS,
     native: Annotated[bool, Option("--native", help="Instead: the FMUs in a C host.")] = False,
 ) -> int:
-    """Measure run time against error beside other methods, and what an impact costs.
+    """Measure what an impact costs, beside other methods.
 
     Exit codes: 0 all targets are met, 1 some are missed.
     """
-    if not native:
-        need("bench", "mpmath", "scipy")
     from golf_impact.files import as_json, prepare, write_together
 
     if native:
@@ -33,6 +31,7 @@ def bench(
         _show_native(results["figures"])
         files = {"bench_native.json": as_json(results)}
     else:
+        need("bench", "mpmath", "scipy")
         prepare(folder, "bench.json", "run_time_vs_error.png")
         from golf_impact.benchmarks.all import TICKS, costs_and_errors
         from golf_impact.benchmarks.work_precision import run_time_vs_error
@@ -95,16 +94,6 @@ def _show(results: dict[str, Any]) -> None:
             if row["table"] == title
         ]
         print_table(Table(title, ["", "figure", "target", ""], rows))
-    rows = []
-    for of_laws in zip(*results["run_time_vs_error"].values(), strict=True):
-        for law, series in enumerate(of_laws, 1):
-            order = "" if series["order"] is None else f"{series['order']:.2f}"
-            row = [series["method"], str(law), order]
-            for end in (0, -1):
-                row += [f"{series['errors'][end]:.0e}", f"{1e6 * series['seconds'][end]:.0f}"]
-            rows.append(row)
-    columns = ["", "law", "order", "error at coarsest", "µs", "error at finest", "µs"]
-    print_table(Table("Run time against error, by step size or tolerance", columns, rows))
     worst = WORDS["worst"].format(**figures, **results["worst_error_is_of"])
     print_paragraphs([worst, *results["conclusion"]])
 

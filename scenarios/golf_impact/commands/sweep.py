@@ -54,9 +54,10 @@ def sweep(
     figures: Annotated[bool | None, Option(help="Write FILE.png and FILE.html.")] = None,
     fmu: Annotated[_File, Option(metavar="FILE", help=_FMU)] = None,
 ) -> int:
-    """Many impacts into one table: a row a case, variables first, then outputs.
+    """Run many impacts into one table.
 
-    The physics computes them in arrays. One case in a thousand is computed again without these.
+    Each case is a row: variables first, then outputs. The physics computes them in arrays; one case
+    in a thousand is computed again without these.
     """
     from golf_impact.facts.balls import ball
     from golf_impact.files import prepare
