@@ -28,7 +28,12 @@ def bench(
 
         prepare(folder, "bench_native.json")
         results = standalone_and_plain(quick)
-        _show_native(results["figures"])
+        names, rows = ("standalone", "plain", "ratio", "limit"), []
+        for figure in results["figures"].values():
+            numbers = (f"{figure[name]:.3g}" for name in names)
+            rows.append([figure["meaning"], *numbers, verdict(figure["passed"])])
+        title = "In a native host: standalone, and plain with LD_PRELOAD"
+        print_table(Table(title, ["", "standalone", "plain", "ratio", "at most", ""], rows))
         files = {"bench_native.json": as_json(results)}
     else:
         need("bench", "mpmath", "scipy")
@@ -53,16 +58,6 @@ def need(command: str, *packages: str) -> None:
             raise missing_package(command, name, "test")
 
 
-def _show_native(figures: dict[str, dict[str, Any]]) -> None:
-    names = ("standalone", "plain", "ratio", "limit")
-    rows = [
-        [figure["meaning"], *(f"{figure[name]:.3g}" for name in names), verdict(figure["passed"])]
-        for figure in figures.values()
-    ]
-    title = "In a native host: standalone, and plain with LD_PRELOAD"
-    print_table(Table(title, ["", "standalone", "plain", "ratio", "at most", ""], rows))
-
-
 def _show(results: dict[str, Any]) -> None:
     from golf_impact.benchmarks.all import FIGURES, WORDS
 
@@ -75,7 +70,7 @@ def _show(results: dict[str, Any]) -> None:
         """A figure, its target and whether that is met; empty where there is none."""
         number = f"{figures[key]:.3g}" if key in figures else ""
         target = results["targets"].get(key)
-        return [number, *((target["limit"], verdict(target["passed"])) if target else ("", ""))]
+        return [number, target["limit"], verdict(target["passed"])] if target else [number, "", ""]
 
     rows: list[list[Any]] = []
     for way, name in WORDS["ways"].items():
@@ -87,13 +82,9 @@ def _show(results: dict[str, Any]) -> None:
                 rows.append(row + figure(f"{over}{way}{suffix}"))
     columns = ["", "law", "error", "µs", "ratio", "target", ""]
     print_table(Table("S, COR and E of one impact", columns, rows))
-    for title in ("FMI calls, and other runs", "Accuracy and sweeps"):
-        rows = [
-            [f"{key}\n  {row['meaning']}".rstrip(), *figure(key)]
-            for key, row in FIGURES.items()
-            if row["table"] == title
-        ]
-        print_table(Table(title, ["", "figure", "target", ""], rows))
+    others = {key: row["meaning"] for key, row in FIGURES.items() if row["meaning"]}
+    rows = [[f"{key}\n  {meaning}", *figure(key)] for key, meaning in others.items()]
+    print_table(Table("FMI calls, accuracy and sweeps", ["", "figure", "target", ""], rows))
     worst = WORDS["worst"].format(**figures, **results["worst_error_is_of"])
     print_paragraphs([worst, *results["conclusion"]])
 

@@ -1,8 +1,8 @@
-"""SciPy's `solve_ivp` with its own error control: RK45, DOP853, LSODA or Radau.
+"""SciPy's `solve_ivp` with its own error control: RK45, DOP853 or LSODA.
 
 The end of contact is a terminal event and the peak of the force another event, both found by SciPy
 on its dense output. Tolerances are relative to the size of each quantity in this impact, so that
-`rtol` alone decides; the implicit Radau gets the constant Jacobian of the linear equations.
+`rtol` alone decides.
 """
 
 import math
@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from golf_impact.peers.problem import Case, Outcome
 
-METHODS = ("RK45", "DOP853", "LSODA", "Radau")
+METHODS = ("RK45", "DOP853", "LSODA")
 
 
 def solve(case: Case, rtol: float, method: str = "DOP853") -> Outcome:
@@ -43,7 +43,6 @@ def solve(case: Case, rtol: float, method: str = "DOP853") -> Outcome:
         events=(force_of, rise_of),
         rtol=rtol,
         atol=rtol * speed * np.array([1.0 / case.natural_frequency, 1.0, 1.0]),
-        **({"jac": rates} if method == "Radau" else {}),
     )
     max_force = max(force @ y for y in (start, *solution.y_events[1]))
     ended = solution.status == 1
