@@ -24,12 +24,6 @@ class Case:
     ball_speed: float = 0.0  # at first touch, m/s
 
     @property
-    def coefficients(self) -> tuple[float, float, float, float, float]:
-        """m_club, m_ball, k, and b as what drags each body (law 1) and what damps d' (law 2)."""
-        drag, damper = (self.b, 0.0) if self.law == 1 else (0.0, self.b)
-        return self.m_club, self.m_ball, self.k, drag, damper
-
-    @property
     def natural_frequency(self) -> float:
         """Of the two bodies on the spring, undamped, rad/s."""
         return math.sqrt(self.k / reduced_mass(self.m_club, self.m_ball))

@@ -187,12 +187,11 @@ class Reference:
         self.m_club, self.m_ball = exact["m_club"], exact["m_ball"]
         self.k, self.b, self.club_speed = exact["k"], exact["b"], exact["club_speed"]
         self.club_force = exact.get("club_force", _ZERO)
-        #: Velocities at separation.
-        self.parting: tuple[Real, Real] | None = None
         self.u_ball, self.u_club = exact["ball_speed"], None
         self.start_time, self.clock = exact.get("start_time", _ZERO), _ZERO
         self.touch_clock: Real = None
-        self.parted = False
+        #: Velocities at separation, after it.
+        self.parted: tuple[Real, ...] | None = None
         self.mean_force = _ZERO
         # The present phase, free motion or a contact with constant k and b, and its start:
         self.contact: _Contact | None = None
@@ -228,7 +227,7 @@ class Reference:
             self._touch(self.begun - d / (v_club - v_ball))
         if self.contact is not None and self.clock - self.begun >= self.contact.duration:
             self._begin_phase(self.begun + self.contact.duration)
-            self.parted, self.parting = True, tuple(self.state[1:3])
+            self.parted = tuple(self.state[1:3])
         self.mean_force = (self._impulse() - impulse) / size
 
     def _touch(self, clock: Real) -> None:
@@ -285,7 +284,7 @@ class Reference:
             if self.contact is not None:
                 force = self.contact.force(self.clock - self.begun)
             smash_factor = v_ball / self.u_club if self.u_club else _ZERO
-            v_c, v_b = self.parting or (v_club, v_ball)
+            v_c, v_b = self.parted or (v_club, v_ball)
             restitution = (v_b - v_c) / (self.u_club - self.u_ball)
             efficiency = self._energy(v_c, v_b) / self._energy(self.u_club, self.u_ball)
         return {
@@ -297,7 +296,7 @@ class Reference:
             "compression": max(_ZERO, d) if v_club < v_ball or not self.parted else _ZERO,
             "touched": touched,
             "in_contact": touched and not self.parted,
-            "separated": self.parted,
+            "separated": self.parted is not None,
             "touch_time": self.start_time + (self.touch_clock or 0),
             "smash_factor": smash_factor,
             "coefficient_of_restitution": restitution,
