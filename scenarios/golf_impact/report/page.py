@@ -51,8 +51,8 @@ def write_reports(
 
         for name, report in reports.items():
             for file, draw in report.figures.items():
-                files[f"{file}.png"] = images[name][file] = figures.to_png(draw(figures))
-                if _is_wide(*_size(images[name][file])):
+                files[f"{file}.png"] = images[name][file] = image = figures.to_png(draw(figures))
+                if _size(image)["wide"]:
                     with figures.stacking():
                         stacked[file] = figures.to_png(draw(figures))
                 tick()
@@ -88,30 +88,22 @@ def render_page(
     )
 
 
-def _size(image: bytes) -> tuple[int, int]:
-    # The first chunk of a PNG holds it.
+def _size(image: bytes) -> dict[str, int]:
+    """Width and height of a PNG, whose first chunk holds them; whether it has two pairs of axes."""
     width, height = struct.unpack(">II", image[16:24])
-    return width, height
-
-
-def _is_wide(width: int, height: int) -> bool:
-    """Of two pairs of axes side by side."""
-    return width > 1.8 * height
+    return {"width": width, "height": height, "wide": width > 1.8 * height}
 
 
 def _figure(
     report: Report, file: str, image: bytes, stacked: Mapping[str, bytes]
 ) -> dict[str, str | int]:
-    width, height = _size(image)
     caption = report.captions.get(file, "")
     return {
         "data": base64.b64encode(image).decode(),
         "stacked": base64.b64encode(stacked.get(file, b"")).decode(),
-        "wide": _is_wide(width, height),
-        "width": width,
-        "height": height,
         "caption": caption,
         "alt": caption or file.replace("_", " "),
+        **_size(image),
     }
 
 
