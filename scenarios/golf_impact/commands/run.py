@@ -33,7 +33,6 @@ EPILOG = (
     "--set k=8e5 --set club_speed=42 · golf-impact run path/to/mine.py"
 )
 
-_NAMES = "Scenarios or scripts of your own; default: all scenarios."
 _SET = "Run a case of your own; repeatable."
 _BALL = (
     "Run a case with this ball (golf-impact list --balls, or a .toml file); repeatable; --set "
@@ -42,7 +41,7 @@ _BALL = (
 
 
 def run(
-    names: Annotated[list[str] | None, Argument(metavar="NAME", help=_NAMES)] = None,
+    names: Annotated[list[str] | None, Argument(metavar="NAME", hidden=True)] = None,
     set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUE", help=_SET)] = None,
     balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
     folder: Out = RESULTS,
@@ -51,7 +50,8 @@ def run(
 ) -> int:
     """Run and check scenarios; write results and a report.
 
-    All scenarios are summarized in a line each. With NAME, --set or --ball the tables are printed.
+    NAME is a scenario or a script of your own. All scenarios, the default, are summarized in a line
+    each; with NAME, --set or --ball the tables are printed.
     """
     from golf_impact.commands.scripts import load_scenario, load_scenarios, run_scenario
     from golf_impact.facts.balls import ball as named_ball

@@ -21,7 +21,6 @@ EPILOG = (
     "--set k=log:1e5:1e7:50 --set b=0,9,12 --out k_b.parquet · golf-impact sweep "
     "--set club_speed=normal:45:2 --samples 1000 --out speed.csv"
 )
-_STUDY = "A study as a TOML file; options override it."
 _SET = (
     "LO:HI:COUNT, log:LO:HI:COUNT, A,B,C, normal:MEAN:SIGMA or uniform:LO:HI, for an input or "
     "parameter or `ball`; repeatable, the last one varies fastest."
@@ -40,7 +39,7 @@ _Text = str | None
 
 def sweep(
     context: Context,
-    file: Annotated[_File, Argument(metavar="STUDY", help=_STUDY)] = None,
+    file: Annotated[_File, Argument(metavar="STUDY", hidden=True)] = None,
     set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUES", help=_SET)] = None,
     out: Annotated[_File, Option(metavar="FILE", help="FILE.csv or FILE.parquet.")] = None,
     outputs: Annotated[_Text, Option(metavar="A,B,C", help="Outputs to read, no others.")] = None,
@@ -57,7 +56,7 @@ def sweep(
     """Run many impacts into one table.
 
     Each case is a row: variables first, then outputs. The physics computes them in arrays; one case
-    in a thousand is computed again without these.
+    in a thousand is computed again without these. STUDY is a TOML file; options override it.
     """
     from golf_impact.facts.balls import ball
     from golf_impact.files import prepare
