@@ -76,7 +76,6 @@ def _runs(fmi3):
 
 
 def _show(report):
-    """Table, checks, conclusions and figure."""
     columns = ("ball_velocity_error", "contact_time_error", "run_time", "derivative_evaluations")
     speed, time, seconds, count = (dict(zip(report.cases, report.each(name))) for name in columns)
     some = [name for names in _CVODE.values() for name in names[::3]]

@@ -74,7 +74,6 @@ def standalone_and_plain(quick: bool) -> dict[str, Any]:
 
 
 def _extracted(fmu: Path, folder: Path) -> list[str]:
-    """The arguments of the host for an extracted FMU."""
     place = folder / f"extracted {fmu.stem}"
     fmpy.extract(str(fmu), str(place))
     (library,) = place.glob("binaries/linux64/[A-Z]*.so")

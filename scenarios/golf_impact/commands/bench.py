@@ -90,7 +90,6 @@ def _show(results: dict[str, Any]) -> None:
 
 
 def verdict(passed: bool, number: int | str = "") -> Any:
-    """A cell with the verdict on a check."""
     from rich.text import Text
 
     return Text("pass", "green") if passed else Text(f"FAIL {number}".strip(), "red")

@@ -122,7 +122,6 @@ def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str,
 
 
 def _scenarios_in(folder: Path) -> set[str]:
-    """The scenarios whose results are in a folder."""
     path = folder / "results.json"
     with suppress(OSError, ValueError):
         # Not of a pipe, for whose other end it would wait.
@@ -169,7 +168,6 @@ def pairs_of(pairs: list[str], form: str) -> dict[str, str]:
 
 
 def _show(reports: "dict[str, Report]") -> None:
-    """Print the tables, conclusions and numbers of checks of scenarios."""
     for name, report in reports.items():
         for table in report.tables:
             print_table(table)
@@ -182,7 +180,6 @@ def _show(reports: "dict[str, Report]") -> None:
 
 
 def _summarize(reports: "dict[str, Report]") -> None:
-    """Print a line for each scenario, and the verdicts."""
     rows = []
     for name, report in reports.items():
         passed = [check.passed for check in report.checks if check.kind != "consistency"]

@@ -146,7 +146,6 @@ def _compare(sweep: Sweep, fmu: Path) -> str:
 
 
 def _write_report(sweep: Sweep, summary: Summary, words: list[str]) -> list[Path]:
-    """The picture beside the data, and the page with it."""
     import numpy as np
 
     from golf_impact.files import write_together

@@ -21,7 +21,6 @@ class Driver(ImpactFmu):
         return [v.name for v in outputs if v.type == "Real"]
 
     def outputs(self) -> Outputs:
-        """Every output now."""
         return {**self.read(self._reals), **{flag: self.read_flag(flag) for flag in FLAGS}}
 
     def run(self, impact: ImpactCase, steps: Steps) -> list[Outputs]:

@@ -154,7 +154,6 @@ class _Contact:
             rates = [_ZERO, *relative]
 
         def quantity(row: Any, rates: list[Any]) -> _Sum:
-            """The sum that row · x is."""
             x, initial = start, []
             for _ in rates:
                 initial.append((row * x)[0])
