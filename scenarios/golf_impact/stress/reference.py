@@ -190,13 +190,17 @@ class Reference:
         self.start_time, self.clock = exact.get("start_time", _ZERO), _ZERO
         self.touch_clock: Real = None
         #: Velocities at separation, after it.
-        self.parted: tuple[Real, ...] | None = None
+        self.parting: tuple[Real, ...] | None = None
         self.mean_force = _ZERO
         # The present phase, free motion or a contact with constant k and b, and its start:
         self.contact: _Contact | None = None
         self.begun = _ZERO
         self.state = [-exact["gap"], self.club_speed, self.u_ball, _ZERO]
         self.so_far = dict.fromkeys(_LASTING, _ZERO)
+
+    @property
+    def parted(self) -> bool:
+        return self.parting is not None
 
     def step(
         self, size: Real, k: Real = None, b: Real = None, club_speed: Real = None,
@@ -226,7 +230,7 @@ class Reference:
             self._touch(self.begun - d / (v_club - v_ball))
         if self.contact is not None and self.clock - self.begun >= self.contact.duration:
             self._begin_phase(self.begun + self.contact.duration)
-            self.parted = tuple(self.state[1:3])
+            self.parting = tuple(self.state[1:3])
         self.mean_force = (self._impulse() - impulse) / size
 
     def _touch(self, clock: Real) -> None:
@@ -283,7 +287,7 @@ class Reference:
             if self.contact is not None:
                 force = self.contact.force(self.clock - self.begun)
             smash_factor = v_ball / self.u_club if self.u_club else _ZERO
-            v_c, v_b = self.parted or (v_club, v_ball)
+            v_c, v_b = self.parting or (v_club, v_ball)
             restitution = (v_b - v_c) / (self.u_club - self.u_ball)
             efficiency = self._energy(v_c, v_b) / self._energy(self.u_club, self.u_ball)
         return {
@@ -295,7 +299,7 @@ class Reference:
             "compression": max(_ZERO, d) if v_club < v_ball or not self.parted else _ZERO,
             "touched": touched,
             "in_contact": touched and not self.parted,
-            "separated": self.parted is not None,
+            "separated": self.parted,
             "touch_time": self.start_time + (self.touch_clock or 0),
             "smash_factor": smash_factor,
             "coefficient_of_restitution": restitution,
