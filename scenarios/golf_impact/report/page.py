@@ -109,23 +109,10 @@ def _figure(
 
 def document_tables() -> list[Table]:
     """What the document says, its parameters, and the numbers not reproduced (`facts.document`)."""
-    return [
-        Table(
-            "What the document says and how it is read",
-            ["the document says", "why not literally", "how it is read here", "implemented in"],
-            [
-                [row["printed"], row["problem"], row["reading"], f"{row['file']}: {row['symbol']}"]
-                for row in document.READINGS
-            ],
-        ),
-        Table(
-            "Table 1 and the values that the printed results come from",
-            ["parameter", "Table 1", "used"],
-            [[f"{name} ({unit})", *values] for name, unit, *values in document.PARAMETERS],
-        ),
-        Table(
-            "Printed numbers that the document's scheme doesn't reproduce",
-            ["number", "printed", "its scheme gives", "remark"],
-            [list(row) for row in document.NOT_REPRODUCED.values()],
-        ),
-    ]
+    readings = (
+        [row["printed"], row["problem"], row["reading"], f"{row['file']}: {row['symbol']}"]
+        for row in document.READINGS
+    )
+    parameters = ([f"{name} ({unit})", *values] for name, unit, *values in document.PARAMETERS)
+    tables = zip(document.TABLES, (readings, parameters, document.NOT_REPRODUCED.values()))
+    return [Table(**head, rows=[*map(list, rows)]) for head, rows in tables]
