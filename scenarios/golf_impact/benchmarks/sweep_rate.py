@@ -37,10 +37,7 @@ def rates(fmu: Path, quick: bool) -> dict[str, float]:
             "fmu": repeated(impact_of(loaded, METRICS, law=1), 2000),
             "simulate_fmu": partial(measure_seconds, Loop(sweep, simulated).run, LOOPED),
         }
-        ways = {
-            "one_process": None,
-            "two_workers": stack.enter_context(process_pool(2)),
-        }
+        ways = {"one_process": None, "two_workers": stack.enter_context(process_pool(2))}
         for name, executor in ways.items():
             # The chunks are small enough that both workers end at nearly the same time.
             work = partial(scalar.run, f"{folder}/{name}.csv", executor=executor, chunk=100)
