@@ -7,7 +7,6 @@ CHAPTER = 3
 
 
 def run(fmu):
-    """Two stiffnesses, and two club speeds."""
     report = Report(TITLE, fmu)
     curves = []
     with document_fmu() as euler:

@@ -8,7 +8,7 @@ CHAPTER = 7
 
 def envelope():
     """The document's rough calculation from Roh & Lee's figures (SI units)."""
-    paper = document.ROH_LEE
+    paper, figures = document.ROH_LEE, measured.ROH_LEE_FIGURES
     m_club, m_ball = paper["m_club"], paper["m_ball"]
     u, v_club, v_ball = paper["club_speed"], paper["club_velocity"], paper["ball_velocity"]
     force = m_ball * v_ball / paper["contact_time"]
@@ -19,8 +19,8 @@ def envelope():
         "average force": force,
         "contact distance": distance,
         "contact distance / R": distance / paper["radius"],
-        "smash factor": v_ball / u,
-        "coefficient of restitution": (v_ball - v_club) / u,
+        "smash factor": figures["smash_factor"],
+        "coefficient of restitution": figures["coefficient_of_restitution"],
         "initial momentum": m_club * u,
         "final momentum": m_club * v_club + m_ball * v_ball,
         "initial kinetic energy": before,

@@ -58,10 +58,10 @@ def _runs(fmi3):
 
     def solve(law, **options):
         values = {"stop_time": _STOP, "start_values": _LAWS[law], **options}
-        return partial(fmi3.simulate, fmi3.model, _METRICS, **values)
+        return partial(fmi3.simulate, _METRICS, fmi3.model, **values)
 
     def step(law):
-        fmi3.begin(_LAWS[law])
+        fmi3.start(**_LAWS[law])
         fmi3.slave.doStep(0.0, _STOP)
         return fmi3.read(_METRICS)
 
@@ -76,7 +76,6 @@ def _runs(fmi3):
 
 
 def _show(report):
-    """Table, checks, conclusions and figure."""
     columns = ("ball_velocity_error", "contact_time_error", "run_time", "derivative_evaluations")
     speed, time, seconds, count = (dict(zip(report.cases, report.each(name))) for name in columns)
     some = [name for names in _CVODE.values() for name in names[::3]]
@@ -134,7 +133,7 @@ def _show(report):
         lines = {"ms": 5, "lw": 1.4}
         for law, names in _CVODE.items():
             plot(names, f"{law}, CVode", figures.STYLES[law].points | lines)
-        style = figures.STYLES["explicit Euler, Python"].points | lines
+        style = figures.STYLES["explicit Euler"].points | lines
         plot(_EULER, "law 1, explicit Euler", style)
         points = {"ls": "", "ms": 10, "mec": figures.BLACK, "clip_on": False}
         for law, name in _STEPPED.items():

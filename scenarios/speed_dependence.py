@@ -25,7 +25,6 @@ _BESIDE = {
 
 
 def run(fmu):
-    """Impacts at 10 to 70 m/s with four balls."""
     report = Report(TITLE, fmu)
     cor, smash, time = "coefficient_of_restitution", "smash_factor", "contact_time"
     for name in _BALLS:

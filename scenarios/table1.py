@@ -7,7 +7,6 @@ CHAPTER = 13
 
 
 def run(fmu):
-    """Two impacts, each in one communication step."""
     report = Report(TITLE, fmu)
     used = report.impact("used", **document.USED)
     printed = report.impact("Table 1", **document.TABLE_1)

@@ -24,7 +24,6 @@ _SHORT = {"contact_time": "time", "max_force": "force", _PREDICTED: "peak"}
 
 
 def run(fmu):
-    """The balls at 35 m/s and at the speeds of the measurements."""
     report = Report(TITLE, fmu)
     speed, others = document.ROH_LEE["club_speed"], measured.MEASUREMENTS[1:]
     results = {}

@@ -4,7 +4,6 @@ Times aren't tested: a test run shares its machine with others.
 """
 
 import json
-import math
 import sys
 from collections import Counter
 from itertools import islice
@@ -17,17 +16,17 @@ from fmpy.validation import validate_fmu
 from golf_impact.benchmarks import accuracy, empty_fmu
 from golf_impact.benchmarks.all import FIGURES, is_met
 from golf_impact.benchmarks.impact import METRICS
-from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slope
+from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED
 from golf_impact.commands.bench import bench
 from golf_impact.facts.closed_forms import definitions
 from golf_impact.fmu.file import build_plain_fmu
 from golf_impact.fmu.loaded import LoadedFmu
-from golf_impact.peers import stepping
+from golf_impact.peers import document_fmu
 from golf_impact.peers.compiled import SUB_STEP, compiled_fmu, compiler
 from golf_impact.peers.problem import Case, Outcome, errors
 from golf_impact.stress.cases import named_cases
 from golf_impact.stress.driver import driver
-from golf_impact.stress.reference import Reference
+from golf_impact.stress.reference import Reference, exact_outcome
 from golf_impact.timing import median_ratio, run_interleaved
 
 
@@ -44,7 +43,7 @@ def results(tmp_path_factory):
 
 @pytest.mark.ci
 def test_every_target_has_value_target_and_verdict(results):
-    limits = {key: row["limit"] for key, row in FIGURES.items() if row["limit"]}
+    limits = {key: row["limit"] for key, row in FIGURES.items()}
     known = [key for key in limits if compiler() or "compiled" not in key]
     assert list(results["targets"]) == known
     for key, target in results["targets"].items():
@@ -62,14 +61,12 @@ def test_worst_error(results):
 
 
 @pytest.mark.ci
-def test_measured_orders_are_those_of_the_methods(results):
-    orders = {"explicit Euler, Python": 1, "Störmer–Verlet": 2, "Runge–Kutta 4": 4}
-    if compiler():
-        orders |= {"explicit Euler, C FMU": 1, "Runge–Kutta 4, C FMU": 4}
+def test_run_time_against_error(results):
     for methods in results["run_time_vs_error"].values():
         by_method = {series["method"]: series for series in methods}
-        for method, order in orders.items():
-            assert by_method[method]["order"] == pytest.approx(order, abs=0.1)
+        euler = by_method["the document's scheme as FMU"]
+        per_step = [error / dt for error, dt in zip(euler["errors"], euler["settings"])]
+        assert per_step == pytest.approx([per_step[-1]] * len(per_step), rel=0.3)  # of order 1
         for method in (FMU_STEPPED, FMU_ONCE):
             assert max(by_method[method]["errors"]) < 1e-14
 
@@ -77,21 +74,28 @@ def test_measured_orders_are_those_of_the_methods(results):
 @pytest.mark.skipif(not compiler(), reason="there is no C compiler on this machine")
 @pytest.mark.parametrize("law", [1, 2])
 def test_compiled_peers_are_the_methods_they_name(law, tmp_path):
-    """Their numbers are those of the same methods in Python; as FMUs they are valid."""
+    """Euler's numbers are those of the scheme in Python, RK4 is of order 4; the FMUs are valid."""
     case = Case(law=law, k=8e5, b=12.0, ball_speed=-3.0)
-    peers = {"euler": (stepping.explicit_euler, 1e-15), "rk4": (stepping.runge_kutta4, 1e-12)}
-    for method, (solve, tolerance) in peers.items():
-        path = compiled_fmu(method, tmp_path)
-        assert validate_fmu(path) == []
+
+    def solved(path, dt):
+        """Outcome, and S, COR, E."""
         with LoadedFmu(path) as peer:
-            expected = solve(case, SUB_STEP[method])
-            slave = peer.instance(dt=SUB_STEP[method], **vars(case))
+            slave = peer.instance(dt=dt, **vars(case))
             slave.doStep(0.0, 1e-3)
             outcome = Outcome(*slave.getReal(peer.references(Outcome._fields)))
-            metrics = slave.getReal(peer.references(METRICS))
-        # Euler's contact time is summed here, and a number of steps there.
-        assert max(errors(case, outcome, expected)) < max(tolerance, 1e-12)
-        assert max(errors(case, outcome, expected)[:2]) < tolerance
+            return outcome, slave.getReal(peer.references(METRICS))
+
+    same, _ = solved(build_plain_fmu(Path(document_fmu.__file__), tmp_path), SUB_STEP["euler"])
+    for method in SUB_STEP:
+        path = compiled_fmu(method, tmp_path)
+        assert validate_fmu(path) == []
+        if method == "rk4":
+            exact = exact_outcome(case)
+            coarse, fine = (max(errors(case, solved(path, dt)[0], exact)) for dt in (1e-5, 5e-6))
+            assert coarse / fine == pytest.approx(16.0, rel=0.1)
+        outcome, metrics = solved(path, SUB_STEP[method])
+        if method == "euler":
+            assert max(errors(case, outcome, same)) < 1e-15
         before = 0.5 * (case.m_club * 35.0**2 + case.m_ball * 3.0**2)
         right = definitions(vars(case), {**outcome._asdict(), "kinetic_energy_initial": before})
         assert metrics == pytest.approx([right[name] for name in METRICS], rel=1e-14)
@@ -171,9 +175,3 @@ def test_rounds_are_interleaved_and_their_ratios_taken():
     assert order == ["b", "a", "a", "b", "b", "a"]
     # The median of ratios, not the ratio of medians.
     assert median_ratio([1.0, 9.0, 4.0], [1.0, 3.0, 1.0]) == 3.0
-
-
-def test_slope_leaves_rounding_out():
-    steps = [1e-3, 1e-4, 1e-5, 1e-6]
-    assert slope(steps, [1e-4, 1e-6, 1e-8, 3e-16]) == pytest.approx(2.0)
-    assert slope(steps, [math.inf, math.inf, 1e-8, 1e-10]) is None

@@ -22,6 +22,15 @@ def test_version_and_help():
         assert "Usage" in done.stdout
 
 
+def test_help_in_80_columns(monkeypatch):
+    """No summary is cut, and arguments have no types of Python."""
+    monkeypatch.setenv("COLUMNS", "80")
+    summaries = golf_here().stdout.partition("Commands:\n")[2].partition("\n\n")[0]
+    assert "..." not in summaries
+    for line in summaries.splitlines():
+        assert " <" not in golf_here(line.split()[0], "--help").stdout
+
+
 def test_list():
     done = golf("list")
     assert done.returncode == 0

@@ -229,7 +229,7 @@ COMMANDS_THAT_WRITE = {
     "run": ("run", "table1", "--out", ".", "results.json"),
     "bench": ("bench", "--quick", "--out", ".", "bench.json"),
     "bench --native": ("bench", "--native", "--out", ".", "bench_native.json"),
-    "stress": ("stress", "--quick", "--out", ".", "stability.png"),
+    "stress": ("stress", "--quick", "--out", ".", "stress.json"),
     "calibrate": ("calibrate", "--cor", 0.7, "--contact-time", 6e-4, "--out", ".", "calibrate.png"),
     "sweep": ("sweep", "--set", "k=1e6", "--out", "x.csv", "x.csv"),
     "sweep's report": ("sweep", "--set", "k=1e6", "--out", "x.csv", "x.html"),

@@ -1,16 +1,14 @@
 """`golf-impact stress --quick`: its checks, their repetition, and that they can fail."""
 
 import json
-import math
 
 import mpmath
 import pytest
 from conftest import reference_cases, some
 
 from golf_impact.commands.stress import stress
-from golf_impact.peers.stepping import METHODS
 from golf_impact.stress import all as all_
-from golf_impact.stress import cases, invariants, special_points, stability
+from golf_impact.stress import cases, invariants, special_points
 from golf_impact.stress.driver import driver
 from golf_impact.stress.reference import Reference
 
@@ -31,7 +29,6 @@ def results(request, tmp_path_factory):
     code = stress(quick=True, folder=folder, seed=7)
     written = json.loads((folder / "stress.json").read_text())
     assert code == (0 if written["passed"] else 1)
-    assert (folder / "stability.png").read_bytes().startswith(b"\x89PNG")
     return written
 
 
@@ -52,15 +49,6 @@ def test_worst_cases_have_their_inputs(results):
         draw = draws.get(case["kind"], special_points.special_impact)
         again = draw(7, case["number"])
         assert again.values == case["values"]
-
-
-def test_the_map_shows_the_fmu_flat_and_the_others_blow_up(results):
-    maps = {one["method"]: one for one in results["stability"]}
-    assert max(map(max, maps[stability.OURS]["errors"])) < 1e-13
-    for method in METHODS:
-        errors = [math.inf if x is None else x for row in maps[method]["errors"] for x in row]
-        assert max(errors) > 0.5
-        assert min(errors) < 0.05
 
 
 def test_the_same_seed_gives_the_same_impacts():

@@ -508,12 +508,11 @@ def processes_of(session):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
-@pytest.mark.parametrize("scheduler", some(1, [None, "local"]))
-def test_a_parent_that_is_killed(tmp_path, scheduler):
+def test_a_parent_that_is_killed(tmp_path):
     """Its workers end without output, and the file is unchanged."""
     path = tmp_path / "x.csv"
     path.write_text("earlier")
-    process = sweep_in_a_session(path, 2, scheduler)
+    process = sweep_in_a_session(path, 2)
     assert len(processes_of(process.pid)) >= 3
     process.kill()
     process.communicate(timeout=60)
@@ -524,13 +523,12 @@ def test_a_parent_that_is_killed(tmp_path, scheduler):
     assert path.read_text() == "earlier"
 
 
-def sweep_in_a_session(path, workers, scheduler=None):
+def sweep_in_a_session(path, workers):
     """A sweep that would take minutes in a session of its own, when it has begun to write."""
-    where = ["--scheduler", scheduler] if scheduler else []
     process = subprocess.Popen(
         [
             COMMAND, "sweep", "--set", "k=1e6:2e6:10000000", "--out", path,
-            "--workers", str(workers), *where,
+            "--workers", str(workers),
         ],
         stderr=subprocess.PIPE, text=True, start_new_session=True,
         # A test run in the background ignores Ctrl-C, and so would its children.
@@ -763,7 +761,7 @@ def test_the_comparison_compares(fmu_path, monkeypatch):
     with Sweep(study) as sweep:
         measured = compare(sweep, fmu_path, rounds=1)
         assert measured.error <= 1e-13
-        assert measured.ratio > 1.0
+        assert measured.rate > 0.0
         # As if the FMU ended within the contact, where the numbers are others.
         monkeypatch.setattr(ScalarImpacts, "horizon", lambda self, values: np.array(1e-4))
         assert compare(sweep, fmu_path, rounds=1).error > 1e-3

@@ -2,16 +2,9 @@
 
 import logging
 import os
-import random
-import signal
-import socket
-import subprocess
-import time
-from contextlib import ExitStack, suppress
 
 import distributed
 import pytest
-from command import COMMAND, golf_here
 
 from golf_build import VERSION
 from golf_impact.errors import UserError
@@ -39,23 +32,6 @@ def workers():
         n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
     ) as cluster:
         yield cluster
-
-
-@pytest.mark.ci
-def test_a_local_cluster_where_a_port_of_dask_is_taken(alone, tmp_path, capfd):
-    """It needs no fixed port, so there is no warning."""
-    sets = [f"--set={name}={values}" for name, values in SETS.items()]
-    with ExitStack() as stack:
-        # Otherwise another process has it.
-        with suppress(OSError):
-            stack.enter_context(socket.create_server(("", 8787)))
-        done = golf_here(
-            *("sweep", *sets, "--samples", 2000, "--seed", 1, "--scheduler", "local"),
-            *("--workers", 2, "--no-figures", "--out", tmp_path / "x.csv"),
-        )
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "x.csv").read_bytes() == alone
-    assert "8787" not in capfd.readouterr().err
 
 
 @pytest.mark.ci
@@ -104,39 +80,3 @@ def test_no_cluster(tmp_path, monkeypatch):
         with pytest.raises(UserError, match=f"no Dask cluster with workers at {address}"):
             run_sweep(study(), tmp_path / "x.csv", scheduler=address)
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.skipif(not hasattr(os, "killpg"), reason="POSIX's process groups")
-@pytest.mark.parametrize(
-    "times", [pytest.param(1, marks=pytest.mark.ci), pytest.param(60, marks=pytest.mark.nightly)]
-)
-def test_ctrl_c_while_the_cluster_starts(tmp_path, times):
-    """As a terminal does it: to all processes of the group, the workers too."""
-    rng = random.Random(times)
-    for n in range(times):
-        folder = tmp_path / str(n)
-        folder.mkdir()
-        process = subprocess.Popen(
-            [
-                *(COMMAND, "sweep", "--set", "k=1e6:2e6:10000000", "--out", tmp_path / "x.csv"),
-                *("--scheduler", "local", "--workers", "2"),
-            ],
-            stderr=subprocess.PIPE,
-            text=True,
-            env={**os.environ, "TMPDIR": str(folder)},
-            start_new_session=True,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-        )
-        # Made when the workers are started.
-        while not list(folder.glob("*/dask-scratch-space")):
-            assert process.poll() is None
-            time.sleep(0.005)
-        time.sleep(rng.uniform(0.0, 2.0))
-        os.killpg(process.pid, signal.SIGINT)
-        _, errors = process.communicate(timeout=100)
-        assert process.returncode == 130, errors
-        done, stopped = errors.splitlines()
-        assert done.endswith("x.csv was not written.")
-        assert stopped == "Stopped; nothing half-written is left."
-        assert list(folder.iterdir()) == []
-    assert not (tmp_path / "x.csv").exists()

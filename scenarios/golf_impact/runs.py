@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -44,7 +45,6 @@ class ImpactRuns:
     step: Callable[[float, float], None]
     read: Callable[..., Any]
     read_flag: Callable[[str], bool]
-    sample: Callable[[np.ndarray, Sequence[str]], dict[str, np.ndarray]]
 
     def impact(self, outputs: Sequence[str] = METRICS, **values: Any) -> Named[float]:
         """Compute an impact in one communication step; see `golf_impact.run_impact`.
@@ -114,3 +114,11 @@ class ImpactRuns:
             self.step(0.0, begin)
         times = np.linspace(begin, touch + contact + margin, points)
         return Named({"time": times, **self.sample(times, names)})
+
+    def sample(self, times: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
+        """Record Real outputs (SI units) by name at these times (s), the first of which is now."""
+        rows = [list(self.read(names).values())]
+        for before, time in pairwise(times):
+            self.step(before, time - before)
+            rows.append(list(self.read(names).values()))
+        return dict(zip(names, np.array(rows).T.copy(), strict=True))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from math import nan, prod
+from math import isnan, nan, prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from golf_impact.arrays.relative import RELATIVE
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
 from golf_impact.facts.quantities import undefined_results
-from golf_impact.runs import FLAGS, Named
+from golf_impact.runs import FLAGS, ImpactRuns, Named
 
 #: Cases at a time, so that arrays stay in a processor's cache; a multiple of `LANES`.
 BLOCK = 4096
@@ -95,7 +95,7 @@ def impacts(outputs: Sequence[str], values: Mapping[str, Any], shape: tuple[int,
             column[places] = first(getattr(contacts, name), count)
         scalar[places] = ~first(contacts.closed, count)
     given = {name: columns[name] for name in values}
-    reason = _by_scalar_physics(given, np.flatnonzero(scalar), results, refused)
+    reason = one_by_one(ScalarImpacts(), given, np.flatnonzero(scalar), results, refused)
     shaped = {name: column.reshape(shape) for name, column in results.items()}
     return Outcome(shaped, refused.reshape(shape), reason, scalar.reshape(shape))
 
@@ -189,13 +189,17 @@ def first(value: Any, count: int) -> Any:
     return value[:count] if np.ndim(value) else value
 
 
-def _by_scalar_physics(
-    given: Columns, places: np.ndarray, results: dict[str, np.ndarray], refused: np.ndarray
+def one_by_one(
+    runs: ImpactRuns,
+    given: Columns,
+    places: np.ndarray,
+    results: dict[str, np.ndarray],
+    refused: np.ndarray,
 ) -> str:
     """Fill in results and refusals at these places; return why the first one is refused."""
+    reason = ""
     if not len(places):
-        return ""
-    runs, reason = ScalarImpacts(), ""
+        return reason
     values = padded(given, places, len(places))
     steps, *rows = (
         np.broadcast_to(first(column, len(places)), len(places)).tolist()
@@ -205,7 +209,9 @@ def _by_scalar_physics(
     for n, step, *row in zip(places.tolist(), steps, *rows):
         try:
             runs.run_to_end(step, dict(zip(values, row)))
-            outputs = runs.read(reals)
+            outputs = dict(runs.read(reals))
+            if missing := [name for name, value in outputs.items() if isnan(value)]:
+                raise UserError(f"{missing[0]} leaves the range of a double")
         except UserError as error:
             refused[n], reason = True, reason or str(error)
             outputs = dict.fromkeys(reals, nan) | dict.fromkeys(FLAGS, False)

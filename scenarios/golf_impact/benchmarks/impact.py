@@ -9,14 +9,11 @@ from functools import partial
 from itertools import cycle, islice
 from statistics import median
 
-import fmpy
-
 from golf_impact.facts.document import TIME_STEP
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import solve_ivp
 from golf_impact.peers.compiled import SUB_STEP
 from golf_impact.peers.problem import Case, Outcome, errors
-from golf_impact.peers.stepping import explicit_euler
 from golf_impact.stress.reference import exact_outcome
 from golf_impact.timing import Job, measure_seconds, median_ratio, run_interleaved
 
@@ -70,10 +67,9 @@ def document_impact(
     fmu: LoadedFmu, law: int, stiffnesses: Sequence[float], dt: float, outputs: Sequence[str]
 ) -> Impact:
     """The document's scheme by steps of dt (s) to the end of contact, known for these k (N/m)."""
-    points = {}
-    for k in stiffnesses:
-        contact_time = explicit_euler(Case(law=law, k=k), dt).contact_time
-        points[k] = [n * dt for n in range(round(contact_time / dt))]
+    contact_time = impact_of(fmu, ("contact_time",), law=law, dt=dt)
+    numbers = {k: round(contact_time(k)[0] / dt) for k in stiffnesses}
+    points = {k: [n * dt for n in range(number)] for k, number in numbers.items()}
     return impact_of(fmu, outputs, dt, points.__getitem__, law=law, dt=dt)
 
 
@@ -131,11 +127,9 @@ def other_ways(
 
 def _simulation(fmu: LoadedFmu, law: int, outputs: Sequence[str]) -> Impact:
     """fmpy.simulate_fmu with one step, as in a loop: extracted and described beforehand."""
-    options = {"model_description": fmu.description, "output": outputs}
-    options |= {"stop_time": STEP, "output_interval": STEP}
+    steps = {"stop_time": STEP, "output_interval": STEP}
 
     def impact(k: float) -> Sequence[float]:
-        rows = fmpy.simulate_fmu(fmu.folder, start_values={"law": law, "k": k}, **options)
-        return [rows[name][-1] for name in outputs]
+        return [*fmu.simulate(outputs, start_values={"law": law, "k": k}, **steps).values()]
 
     return impact

@@ -64,17 +64,16 @@ def standalone_and_plain(quick: bool) -> dict[str, Any]:
         ("three_mb", "memory with three FMUs, beside one, MB", t[3] / 1e3, a[3] / 1e3, 1.3),
         ("size_mb", "the file, MB (5 at most)", size, plain_size, 5.0 / plain_size),
     )
-    figures: dict[str, dict[str, Any]] = {}
-    for key, meaning, of_standalone, of_plain, limit in rows:
-        ratio = of_standalone / of_plain
-        figures[key] = {"key": key, "meaning": meaning, "limit": limit, "passed": ratio <= limit}
-        figures[key] |= {"standalone": of_standalone, "plain": of_plain, "ratio": ratio}
+    names = ("key", "meaning", "standalone", "plain", "limit")
+    figures = {key: dict(zip(names, (key, *row))) for key, *row in rows}
+    for figure in figures.values():
+        figure["ratio"] = figure["standalone"] / figure["plain"]
+        figure["passed"] = figure["ratio"] <= figure["limit"]
     passed = all(figure["passed"] for figure in figures.values())
     return {"quick": quick, "passed": passed, "figures": figures}
 
 
 def _extracted(fmu: Path, folder: Path) -> list[str]:
-    """The arguments of the host for an extracted FMU."""
     place = folder / f"extracted {fmu.stem}"
     fmpy.extract(str(fmu), str(place))
     (library,) = place.glob("binaries/linux64/[A-Z]*.so")

@@ -5,17 +5,15 @@ final velocities (over |u_C| + |u_B|), contact time and largest force (relative)
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from itertools import cycle
 from typing import Any
 
-import numpy as np
-
 from golf_impact.benchmarks.empty_fmu import OUTPUTS as READ
 from golf_impact.benchmarks.impact import STEP, Impact, document_impact, impact_of
 from golf_impact.fmu.loaded import LoadedFmu
-from golf_impact.peers import solve_ivp, stepping
+from golf_impact.peers import solve_ivp
 from golf_impact.peers.problem import Case, Outcome, errors
 from golf_impact.report import figures
 from golf_impact.stress.reference import exact_outcome
@@ -29,8 +27,8 @@ COMPILED = {"euler": "explicit Euler, C FMU", "rk4": "Runge–Kutta 4, C FMU"}
 _STIFFNESSES = (1e6, 1e6 + 1.0)
 
 #: One method's points from coarse to fine, for JSON: `method`, `setting` ("dt" or "rtol") and its
-#: `settings` (dt in s), `seconds` per impact, `errors` (inf where the method found no end of
-#: contact) and `order` of the error in dt (log–log slope) for stepping methods.
+#: `settings` (dt in s), `seconds` per impact and `errors` (inf where the method found no end of
+#: contact).
 Series = dict[str, Any]
 
 
@@ -48,8 +46,8 @@ def run_time_and_error(
     def by_compiled(fmu: LoadedFmu, dt: float) -> Impact:
         return impact_of(fmu, outputs, law=law, dt=dt)
 
-    def by_peer(solve: Callable[[Case, float], Outcome], setting: float) -> Impact:
-        return lambda k: solve(Case(law=law, k=k), setting)
+    def by_scipy(method: str, rtol: float) -> Impact:
+        return lambda k: solve_ivp.solve(Case(law=law, k=k), rtol, method)
 
     def in_steps(dt: float) -> Impact:
         at = [n * dt for n in range(round(STEP / dt))]
@@ -61,25 +59,20 @@ def run_time_and_error(
     ways["the document's scheme as FMU"] = steps, by_document
     for name, fmu in compiled.items():
         ways[COMPILED[name]] = steps, partial(by_compiled, fmu)
-    for name, solve in stepping.METHODS.items():
-        words = "explicit Euler, Python" if name == "explicit Euler" else name
-        ways[words] = steps, partial(by_peer, solve)
     for name in solve_ivp.METHODS:
-        ways[f"SciPy {name}"] = tolerances, partial(by_peer, partial(solve_ivp.solve, method=name))
+        ways[f"SciPy {name}"] = tolerances, partial(by_scipy, name)
     ways[FMU_STEPPED] = points, in_steps
     ways[FMU_ONCE] = [STEP], partial(impact_of, ours, outputs, law=law)
     made = []
     for method, (settings, way) in ways.items():
         by = "rtol" if settings is tolerances else "dt"
         series: Series = {"method": method, "setting": by, "settings": settings}
-        series |= {"seconds": [], "errors": [], "order": None}
+        series |= {"seconds": [], "errors": []}
         for setting in settings:
             impact, stiffnesses = way(setting), cycle(_STIFFNESSES)
             series["errors"].append(max(errors(case, Outcome(*impact(case.k)), exact)))
             seconds = typical_seconds(lambda: impact(next(stiffnesses)), budget, least)  # noqa: B023
             series["seconds"].append(seconds)
-        if settings is steps:
-            series["order"] = slope(steps, series["errors"])
         made.append(series)
     return made
 
@@ -87,15 +80,6 @@ def run_time_and_error(
 def _one_two_five(high: int, low: int) -> list[float]:
     """From 10^high down to 10^low, with 5 and 2 between powers of ten."""
     return [digit * 10.0**n for n in range(high, low - 1, -1) for digit in (5.0, 2.0, 1.0)][2:]
-
-
-def slope(settings: Sequence[float], errors: Sequence[float]) -> float | None:
-    """The least-squares slope of log error over log dt, where rounding is negligible."""
-    points = [(dt, error) for dt, error in zip(settings, errors) if 1e-11 < error < 1.0]
-    if len(points) < 3:
-        return None
-    x, y = np.log10(points).T
-    return float(np.polyfit(x, y, 1)[0])
 
 
 def run_time_vs_error(series_by_law: dict[str, list[Series]]) -> bytes:

@@ -17,12 +17,10 @@ def bench(
     folder: Out = RESULTS,
     native: Annotated[bool, Option("--native", help="Instead: the FMUs in a C host.")] = False,
 ) -> int:
-    """Measure run time against error beside other methods, and what an impact costs.
+    """Measure what an impact costs, beside other methods.
 
     Exit codes: 0 all targets are met, 1 some are missed.
     """
-    if not native:
-        need("bench", "distributed", "mpmath", "scipy")
     from golf_impact.files import as_json, prepare, write_together
 
     if native:
@@ -30,9 +28,15 @@ def bench(
 
         prepare(folder, "bench_native.json")
         results = standalone_and_plain(quick)
-        _show_native(results["figures"])
+        names, rows = ("standalone", "plain", "ratio", "limit"), []
+        for figure in results["figures"].values():
+            numbers = (f"{figure[name]:.3g}" for name in names)
+            rows.append([figure["meaning"], *numbers, verdict(figure["passed"])])
+        title = "In a native host: standalone, and plain with LD_PRELOAD"
+        print_table(Table(title, ["", "standalone", "plain", "ratio", "at most", ""], rows))
         files = {"bench_native.json": as_json(results)}
     else:
+        need("bench", "mpmath", "scipy")
         prepare(folder, "bench.json", "run_time_vs_error.png")
         from golf_impact.benchmarks.all import TICKS, costs_and_errors
         from golf_impact.benchmarks.work_precision import run_time_vs_error
@@ -54,16 +58,6 @@ def need(command: str, *packages: str) -> None:
             raise missing_package(command, name, "test")
 
 
-def _show_native(figures: dict[str, dict[str, Any]]) -> None:
-    names = ("standalone", "plain", "ratio", "limit")
-    rows = [
-        [figure["meaning"], *(f"{figure[name]:.3g}" for name in names), verdict(figure["passed"])]
-        for figure in figures.values()
-    ]
-    title = "In a native host: standalone, and plain with LD_PRELOAD"
-    print_table(Table(title, ["", "standalone", "plain", "ratio", "at most", ""], rows))
-
-
 def _show(results: dict[str, Any]) -> None:
     from golf_impact.benchmarks.all import FIGURES, WORDS
 
@@ -76,7 +70,7 @@ def _show(results: dict[str, Any]) -> None:
         """A figure, its target and whether that is met; empty where there is none."""
         number = f"{figures[key]:.3g}" if key in figures else ""
         target = results["targets"].get(key)
-        return [number, *((target["limit"], verdict(target["passed"])) if target else ("", ""))]
+        return [number, target["limit"], verdict(target["passed"])] if target else [number, "", ""]
 
     rows: list[list[Any]] = []
     for way, name in WORDS["ways"].items():
@@ -88,29 +82,14 @@ def _show(results: dict[str, Any]) -> None:
                 rows.append(row + figure(f"{over}{way}{suffix}"))
     columns = ["", "law", "error", "µs", "ratio", "target", ""]
     print_table(Table("S, COR and E of one impact", columns, rows))
-    for title in ("FMI calls, and other runs", "Accuracy and sweeps"):
-        rows = [
-            [f"{key}\n  {row['meaning']}".rstrip(), *figure(key)]
-            for key, row in FIGURES.items()
-            if row["table"] == title
-        ]
-        print_table(Table(title, ["", "figure", "target", ""], rows))
-    rows = []
-    for of_laws in zip(*results["run_time_vs_error"].values(), strict=True):
-        for law, series in enumerate(of_laws, 1):
-            order = "" if series["order"] is None else f"{series['order']:.2f}"
-            row = [series["method"], str(law), order]
-            for end in (0, -1):
-                row += [f"{series['errors'][end]:.0e}", f"{1e6 * series['seconds'][end]:.0f}"]
-            rows.append(row)
-    columns = ["", "law", "order", "error at coarsest", "µs", "error at finest", "µs"]
-    print_table(Table("Run time against error, by step size or tolerance", columns, rows))
+    others = {key: row["meaning"] for key, row in FIGURES.items() if row["meaning"]}
+    rows = [[f"{key}\n  {meaning}", *figure(key)] for key, meaning in others.items()]
+    print_table(Table("FMI calls, accuracy and sweeps", ["", "figure", "target", ""], rows))
     worst = WORDS["worst"].format(**figures, **results["worst_error_is_of"])
     print_paragraphs([worst, *results["conclusion"]])
 
 
 def verdict(passed: bool, number: int | str = "") -> Any:
-    """A cell with the verdict on a check."""
     from rich.text import Text
 
     return Text("pass", "green") if passed else Text(f"FAIL {number}".strip(), "red")

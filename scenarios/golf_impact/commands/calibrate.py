@@ -72,11 +72,11 @@ def calibrate(
     folder: Out = RESULTS,
     figures: Annotated[bool, Option(help="Draw the figure.")] = True,
 ) -> None:
-    """From measurements of an impact to the parameters of a ball, at rest before.
+    """Fit the parameters of a ball to measurements of an impact.
 
-    Force curves, COR at several speeds and scalars are fitted together. Scalars alone: two of them,
-    three with a free exponent; one without σ gets 1 % of its value. Numbers are in SI units or have
-    one of their own: 95mph, 600us, 6.6kN.
+    The ball is at rest before. Force curves, COR at several speeds and scalars are fitted together.
+    Scalars alone: two of them, three with a free exponent; one without σ gets 1 % of its value.
+    Numbers are in SI units or have one of their own: 95mph, 600us, 6.6kN.
     """
     values = {**locals()}
     from golf_impact.calibration.calibration import calibrate as fit

@@ -38,7 +38,6 @@ print(results, len(found), max(found, default=0.0), sep=";")
 #: Of the relative deviation. Measured: 5.3e-16; another C library may have other last digits.
 _TOLERANCE = 1e-12
 
-_FMU = "The .fmu file; the built one by default."
 _STANDALONE = (
     "recommended is the standalone FMU (golf-impact build --standalone), which needs no Python; "
     "this plain one needs libpython, by LD_PRELOAD"
@@ -52,8 +51,11 @@ _NO_LIBPYTHON = (
 _COLOURS = {"ok": "green", "warning": "yellow", "problem": "red"}
 
 
-def doctor(fmu: Annotated[Path | None, Argument(metavar="FMU", help=_FMU)] = None) -> int:
-    """Check whether the FMU loads on this machine, and show how native hosts load it."""
+def doctor(fmu: Annotated[Path | None, Argument(metavar="FMU", hidden=True)] = None) -> int:
+    """Check whether the FMU loads here, and how native hosts load it.
+
+    FMU is an .fmu file; by default the built one.
+    """
     levels = set()
     for level, text in examine(fmu):
         out.print(f"{level:<8}", style=_COLOURS[level], end=" ")

@@ -43,7 +43,10 @@ def explore(
         Option(metavar="FOLDER", help="With --export: Pyodide's files; by npm without it."),
     ] = None,
 ) -> None:
-    """One impact, interactive, in a browser: served on this machine alone, or exported."""
+    """Explore an impact on an interactive page in a browser.
+
+    The page is served on this machine alone, or exported as files.
+    """
     try:
         import bokeh  # noqa: F401
     except ImportError as error:

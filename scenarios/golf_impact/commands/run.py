@@ -33,7 +33,6 @@ EPILOG = (
     "--set k=8e5 --set club_speed=42 · golf-impact run path/to/mine.py"
 )
 
-_NAMES = "Scenarios or scripts of your own; default: all scenarios."
 _SET = "Run a case of your own; repeatable."
 _BALL = (
     "Run a case with this ball (golf-impact list --balls, or a .toml file); repeatable; --set "
@@ -42,7 +41,7 @@ _BALL = (
 
 
 def run(
-    names: Annotated[list[str] | None, Argument(metavar="NAME", help=_NAMES)] = None,
+    names: Annotated[list[str] | None, Argument(metavar="NAME", hidden=True)] = None,
     set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUE", help=_SET)] = None,
     balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
     folder: Out = RESULTS,
@@ -51,7 +50,8 @@ def run(
 ) -> int:
     """Run and check scenarios; write results and a report.
 
-    All scenarios are summarized in a line each. With NAME, --set or --ball the tables are printed.
+    NAME is a scenario or a script of your own. All scenarios, the default, are summarized in a line
+    each; with NAME, --set or --ball the tables are printed.
     """
     from golf_impact.commands.scripts import load_scenario, load_scenarios, run_scenario
     from golf_impact.facts.balls import ball as named_ball
@@ -134,7 +134,6 @@ def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str,
 
 
 def _scenarios_in(folder: Path) -> set[str]:
-    """The scenarios whose results are in a folder."""
     path = folder / "results.json"
     with suppress(OSError, ValueError):
         # Not of a pipe, for whose other end it would wait.
@@ -181,7 +180,6 @@ def pairs_of(pairs: list[str], form: str) -> dict[str, str]:
 
 
 def _show(reports: "dict[str, Report]") -> None:
-    """Print the tables, conclusions and numbers of checks of scenarios."""
     for name, report in reports.items():
         for table in report.tables:
             print_table(table)
@@ -194,7 +192,6 @@ def _show(reports: "dict[str, Report]") -> None:
 
 
 def _summarize(reports: "dict[str, Report]") -> None:
-    """Print a line for each scenario, and the verdicts."""
     rows = []
     for name, report in reports.items():
         passed = [check.passed for check in report.checks if check.kind != "consistency"]

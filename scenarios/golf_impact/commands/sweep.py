@@ -21,7 +21,6 @@ EPILOG = (
     "--set k=log:1e5:1e7:50 --set b=0,9,12 --out k_b.parquet · golf-impact sweep "
     "--set club_speed=normal:45:2 --samples 1000 --out speed.csv"
 )
-_STUDY = "A study as a TOML file; options override it."
 _SET = (
     "LO:HI:COUNT, log:LO:HI:COUNT, A,B,C, normal:MEAN:SIGMA or uniform:LO:HI, for an input or "
     "parameter or `ball`; repeatable, the last one varies fastest."
@@ -30,8 +29,8 @@ _DESIGN = "Sampling design: independent (if omitted), Latin hypercube, Sobol seq
 _CHUNK = "Cases at a time; some 0.1 s of work if omitted. Changes no result."
 _COMPARE = "Also measure a loop over fmpy.simulate_fmu."
 _WORKERS = "Processes, for cases without closed form; 1 if omitted."
+_CLUSTER = "Compute on a Dask cluster: tcp://HOST:PORT."
 _FMU = "Run the cases through this .fmu file, one after another in this process."
-_CLUSTER = "tcp://HOST:PORT|local"
 
 _Number = int | None
 _File = Path | None
@@ -40,7 +39,7 @@ _Text = str | None
 
 def sweep(
     context: Context,
-    file: Annotated[_File, Argument(metavar="STUDY", help=_STUDY)] = None,
+    file: Annotated[_File, Argument(metavar="STUDY", hidden=True)] = None,
     set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUES", help=_SET)] = None,
     out: Annotated[_File, Option(metavar="FILE", help="FILE.csv or FILE.parquet.")] = None,
     outputs: Annotated[_Text, Option(metavar="A,B,C", help="Outputs to read, no others.")] = None,
@@ -49,14 +48,15 @@ def sweep(
     design: Annotated[_Text, Option(metavar="random|lhs|sobol", help=_DESIGN)] = None,
     workers: Annotated[_Number, Option(metavar="N", help=_WORKERS)] = None,
     chunk: Annotated[_Number, Option(metavar="N", help=_CHUNK)] = None,
-    scheduler: Annotated[_Text, Option(metavar=_CLUSTER, help="Compute on a Dask cluster.")] = None,
+    scheduler: Annotated[_Text, Option(metavar="ADDRESS", help=_CLUSTER)] = None,
     compare: Annotated[bool | None, Option("--compare", help=_COMPARE)] = None,
     figures: Annotated[bool | None, Option(help="Write FILE.png and FILE.html.")] = None,
     fmu: Annotated[_File, Option(metavar="FILE", help=_FMU)] = None,
 ) -> int:
-    """Many impacts into one table: a row a case, variables first, then outputs.
+    """Run many impacts into one table.
 
-    The physics computes them in arrays. One case in a thousand is computed again without these.
+    Each case is a row: variables first, then outputs. The physics computes them in arrays; one case
+    in a thousand is computed again without these. STUDY is a TOML file; options override it.
     """
     from golf_impact.facts.balls import ball
     from golf_impact.files import prepare
@@ -111,7 +111,7 @@ def _describe(summary: Summary, options: dict[str, Any]) -> list[str]:
     workers, scheduler = options.get("workers", 1), options.get("scheduler")
     who = "in one process" if workers in (None, 1) else f"in {workers} processes"
     if scheduler is not None:
-        who = "on a local cluster" if scheduler == "local" else f"on {scheduler}"
+        who = f"on {scheduler}"
     done = f"{summary.path}: {summary.cases:,} cases in {summary.seconds:.2f} s"
     words = [f"{done} {who} ({summary.cases / summary.seconds:,.0f} impacts/s)"]
     if summary.checked:
@@ -131,14 +131,12 @@ def _compare(sweep: Sweep, fmu: Path) -> str:
     from golf_impact.sweeps.comparison import compare
 
     with err.status("comparing with fmpy.simulate_fmu"):
-        both = compare(sweep, fmu)
-    same = both.error <= TOLERANCE
-    numbers = f"{'the same' if same else 'OTHER'} numbers (largest error {both.error:.1g})"
+        loop = compare(sweep, fmu)
+    same = loop.error <= TOLERANCE
     words = (
-        f"In turns, on the same cases and outputs, both written to CSV: {both.sweep:,.0f} "
-        f"impacts/s in one process, {both.simulate_fmu:,.0f} by a loop over fmpy.simulate_fmu "
-        f"(FMU extracted and description read beforehand, one step): {both.ratio:.0f} times the "
-        f"rate, {numbers}."
+        f"A loop over fmpy.simulate_fmu (FMU extracted and description read beforehand, one step): "
+        f"{loop.rate:,.0f} impacts/s, {'the same' if same else 'OTHER'} numbers (largest error "
+        f"{loop.error:.1g})."
     )
     say(words)
     if not same:
@@ -147,7 +145,6 @@ def _compare(sweep: Sweep, fmu: Path) -> str:
 
 
 def _write_report(sweep: Sweep, summary: Summary, words: list[str]) -> list[Path]:
-    """The picture beside the data, and the page with it."""
     import numpy as np
 
     from golf_impact.files import write_together

@@ -7,7 +7,7 @@ end of contact; they differ by some tenths of a per cent from the exact solution
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from golf_impact.facts.toml import read_toml
 
@@ -92,3 +92,6 @@ NOT_REPRODUCED = {tuple(row.pop("at")): Deviation(**row) for row in _DATA["not_r
 #: What the document says that can't be taken literally (`printed`), why (`problem`), how it is read
 #: here (`reading`), and the `file` and beginning of the `line` that implement it.
 READINGS: list[dict[str, str]] = _DATA["readings"]
+
+#: Title and columns of the tables of these, of the parameters and of the numbers not reproduced.
+TABLES: list[dict[str, Any]] = _DATA["tables"]

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from golf_impact.errors import UserError, first_line
@@ -52,13 +50,3 @@ class ImpactFmu(ImpactRuns, LoadedFmu):
         if isinstance(error, FMICallException):
             message = f": {first_line(self.messages[-1])}" if self.messages else ""
             raise UserError(f"{self.path} failed ({first_line(error)}{message})") from error
-
-    def sample(self, times: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
-        """Real outputs (SI units) by name at these times (s), the first of which is now."""
-        references = self.references(names)
-        table = np.empty((len(times), len(names)))
-        table[0] = self.slave.getReal(references)
-        for n in range(1, len(times)):
-            self.step(times[n - 1], times[n] - times[n - 1])
-            table[n] = self.slave.getReal(references)
-        return dict(zip(names, table.T.copy(), strict=True))

@@ -101,11 +101,14 @@ class LoadedFmu:
         """Make a further instance, initialized with these inputs and parameters (SI units)."""
         slave = self.new_instance()
         slave.instantiate()
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        self.set(values, slave)
+        self._initialize(slave, values)
         slave.exitInitializationMode()
         return slave
+
+    def _initialize(self, slave: Any, values: dict[str, float], start_time: float = 0.0) -> None:
+        slave.setupExperiment(startTime=start_time)
+        slave.enterInitializationMode()
+        self.set(values, slave)
 
     @cached_property
     def slave(self) -> Any:
@@ -135,11 +138,8 @@ class LoadedFmu:
 
         A value that the FMU rejects is a message; UserError for a name that it doesn't have.
         """
-        slave = self.slave
-        self.restore_initial_state(slave)
-        slave.setupExperiment(startTime=start_time)
-        slave.enterInitializationMode()
-        self.set(values)
+        self.restore_initial_state(self.slave)
+        self._initialize(self.slave, values, start_time)
 
     def end_initialization(self) -> None:
         """Begin to step; refusals are messages, for which the standalone FMU returns Error."""
@@ -149,14 +149,18 @@ class LoadedFmu:
             if error.status != fmi2.fmi2Error or not self.messages:
                 raise
 
+    def begin_run(self, values: dict[str, float], start_time: float = 0.0) -> None:
+        """Begin a run with these inputs and parameters; refusals are messages."""
+        self.begin(values, start_time)
+        self.end_initialization()
+
     def start(self, **values: float) -> None:
         """Begin a run with these inputs and parameters (SI units; defaults for the others).
 
         UserError: the FMU rejects a value, or has no variable of a name.
         """
         self.messages.clear()
-        self.begin(values)
-        self.end_initialization()
+        self.begin_run(values)
         if self.messages:
             variable = next(iter(self.refused), "")
             raise UserError(self.messages[0], variable, values.get(variable))
@@ -207,6 +211,22 @@ class LoadedFmu:
         """Value of a Boolean variable at this communication point."""
         return bool(self.slave.getBoolean(self.references([name]))[0])
 
+    def simulate(
+        self, outputs: Sequence[str], instance: Any = None, **options: Any
+    ) -> dict[str, float]:
+        """The outputs (SI units) at the end of fmpy.simulate_fmu, in this or a new instance."""
+        if instance is not None:
+            self.restore_initial_state(instance)
+        rows = fmpy.simulate_fmu(
+            self.folder,
+            model_description=self.description,
+            fmu_instance=instance,
+            output=outputs,
+            record_events=False,
+            **options,
+        )
+        return {name: float(rows[name][-1]) for name in outputs}
+
 
 class LoadedFmu3(LoadedFmu):
     """An FMU 3.0 with one instance for co-simulation and one for Model Exchange."""
@@ -220,23 +240,7 @@ class LoadedFmu3(LoadedFmu):
         return self
 
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
-        """Begin a co-simulation, initialized with these inputs and parameters (SI units)."""
+        """Begin a co-simulation and stop in initialization mode, with these values (SI units)."""
         self.restore_initial_state(self.slave)
         self.slave.enterInitializationMode(startTime=start_time)
         self.set(values)
-        self.slave.exitInitializationMode()
-
-    def simulate(
-        self, instance: FMU3Model | FMU3Slave, outputs: Sequence[str], **options: Any
-    ) -> dict[str, float]:
-        """Run fmpy.simulate_fmu in one of the two instances: the outputs at its end (SI units)."""
-        self.restore_initial_state(instance)
-        rows = fmpy.simulate_fmu(
-            self.folder,
-            model_description=self.description,
-            fmu_instance=instance,
-            output=outputs,
-            record_events=False,
-            **options,
-        )
-        return {name: float(rows[name][-1]) for name in outputs}

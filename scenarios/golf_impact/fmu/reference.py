@@ -36,9 +36,7 @@ def deviations(path: Path) -> dict[str, float]:
         outputs = [output for output in expected[0] if output != "time"]
         worst = dict.fromkeys(outputs, 0.0)
         with (LoadedFmu3 if three else LoadedFmu)(path) as fmu:
-            fmu.begin({row["name"]: float(row["value"]) for row in rows(f"{case[1]}_start.csv")})
-            if not three:
-                fmu.end_initialization()
+            fmu.start(**{row["name"]: float(row["value"]) for row in rows(f"{case[1]}_start.csv")})
             for now, then in pairwise(expected):
                 for time, values in inputs:
                     if time == now["time"]:

@@ -24,8 +24,8 @@ _PARAMETERS = {
     "dt": 0.5e-6,  # sub-step, s
     "end_gap": 0.0,  # law 1 ends when the bodies are farther apart than this, m
 }
-#: Before they are read at the end: force on the ball (N), positions (m).
-_SAMPLES = ("force", "club_position", "ball_position")
+#: In contact, m: the state, with the velocities below.
+_POSITIONS = ("club_position", "ball_position")
 RESULTS = (
     "club_velocity",  # m/s
     "ball_velocity",  # m/s
@@ -51,7 +51,7 @@ class DocumentImpact(Fmi2Slave):
         self.author = "golf-impact"
         self.description = "Golf club and ball by explicit Euler, as in the source document"
 
-        starts = {**_INPUTS, **_PARAMETERS, **dict.fromkeys((*_SAMPLES, *RESULTS), 0.0)}
+        starts = {**_INPUTS, **_PARAMETERS, **dict.fromkeys((*_POSITIONS, *RESULTS), 0.0)}
         starts |= {"law": 1, "in_contact": True}  # 1 absolute, 2 relative
         for name, start in starts.items():
             setattr(self, name, start)
@@ -61,7 +61,7 @@ class DocumentImpact(Fmi2Slave):
             *(Real(name, causality=Fmi2Causality.input) for name in _INPUTS),
             *(Real(name, **fixed) for name in _PARAMETERS),
             Integer("law", **fixed),
-            *(Real(name, causality=output) for name in (*_SAMPLES, *RESULTS)),
+            *(Real(name, causality=output) for name in (*_POSITIONS, *RESULTS)),
             Boolean("in_contact", causality=output, variability=Fmi2Variability.discrete),
         ):
             self.register_variable(variable)
@@ -70,7 +70,7 @@ class DocumentImpact(Fmi2Slave):
         self.club_velocity = self.club_speed
         self.ball_velocity = self.ball_speed
         if self.law == 2:
-            self.force = self.max_force = self.b * (self.club_velocity - self.ball_velocity)
+            self.max_force = self.b * (self.club_velocity - self.ball_velocity)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         dt = self.dt
@@ -83,26 +83,21 @@ class DocumentImpact(Fmi2Slave):
             drag, damper, end_force = self.b, 0.0, -k * self.end_gap
         x_club, x_ball = self.club_position, self.ball_position
         v_club, v_ball = self.club_velocity, self.ball_velocity
-        force, after = 0.0, steps  # sub-steps after contact
-        if self.in_contact:
+        force = k * (x_club - x_ball) + damper * (v_club - v_ball)
+        for _ in range(steps if self.in_contact else 0):
+            self.impulse += dt * force
+            self.contact_time += dt
+            x_club += dt * v_club
+            x_ball += dt * v_ball
+            v_club -= dt * (force + drag * v_club) / m_club
+            v_ball += dt * (force - drag * v_ball) / m_ball
             force = k * (x_club - x_ball) + damper * (v_club - v_ball)
-            for after in range(steps - 1, -1, -1):  # noqa: B007 (used below)
-                self.impulse += dt * force
-                self.contact_time += dt
-                x_club += dt * v_club
-                x_ball += dt * v_ball
-                v_club -= dt * (force + drag * v_club) / m_club
-                v_ball += dt * (force - drag * v_ball) / m_ball
-                force = k * (x_club - x_ball) + damper * (v_club - v_ball)
-                if force > self.max_force:
-                    self.max_force = force
-                elif force < end_force:
-                    self._separate(x_ball, v_club, v_ball)
-                    force = 0.0
-                    break
-        self.force = force
-        self.club_position = x_club + after * dt * v_club
-        self.ball_position = x_ball + after * dt * v_ball
+            if force > self.max_force:
+                self.max_force = force
+            elif force < end_force:
+                self._separate(x_ball, v_club, v_ball)
+                break
+        self.club_position, self.ball_position = x_club, x_ball
         self.club_velocity, self.ball_velocity = v_club, v_ball
         return True
 

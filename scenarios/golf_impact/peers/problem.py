@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from golf_impact.facts import closed_forms
+from golf_impact.facts.closed_forms import reduced_mass
 
 
 @dataclass(frozen=True)
@@ -24,20 +24,9 @@ class Case:
     ball_speed: float = 0.0  # at first touch, m/s
 
     @property
-    def coefficients(self) -> tuple[float, float, float, float, float]:
-        """m_club, m_ball, k, and b as what drags each body (law 1) and what damps d' (law 2)."""
-        drag, damper = (self.b, 0.0) if self.law == 1 else (0.0, self.b)
-        return self.m_club, self.m_ball, self.k, drag, damper
-
-    @property
-    def reduced_mass(self) -> float:
-        """m_club m_ball / (m_club + m_ball), kg."""
-        return closed_forms.reduced_mass(self.m_club, self.m_ball)
-
-    @property
     def natural_frequency(self) -> float:
         """Of the two bodies on the spring, undamped, rad/s."""
-        return math.sqrt(self.k / self.reduced_mass)
+        return math.sqrt(self.k / reduced_mass(self.m_club, self.m_ball))
 
     @property
     def time_limit(self) -> float:

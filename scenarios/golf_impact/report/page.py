@@ -51,8 +51,8 @@ def write_reports(
 
         for name, report in reports.items():
             for file, draw in report.figures.items():
-                files[f"{file}.png"] = images[name][file] = figures.to_png(draw(figures))
-                if _is_wide(*_size(images[name][file])):
+                files[f"{file}.png"] = images[name][file] = image = figures.to_png(draw(figures))
+                if _size(image)["wide"]:
                     with figures.stacking():
                         stacked[file] = figures.to_png(draw(figures))
                 tick()
@@ -88,52 +88,31 @@ def render_page(
     )
 
 
-def _size(image: bytes) -> tuple[int, int]:
-    # The first chunk of a PNG holds it.
+def _size(image: bytes) -> dict[str, int]:
+    """Width and height of a PNG, whose first chunk holds them; whether it has two pairs of axes."""
     width, height = struct.unpack(">II", image[16:24])
-    return width, height
-
-
-def _is_wide(width: int, height: int) -> bool:
-    """Of two pairs of axes side by side."""
-    return width > 1.8 * height
+    return {"width": width, "height": height, "wide": width > 1.8 * height}
 
 
 def _figure(
     report: Report, file: str, image: bytes, stacked: Mapping[str, bytes]
 ) -> dict[str, str | int]:
-    width, height = _size(image)
     caption = report.captions.get(file, "")
     return {
         "data": base64.b64encode(image).decode(),
         "stacked": base64.b64encode(stacked.get(file, b"")).decode(),
-        "wide": _is_wide(width, height),
-        "width": width,
-        "height": height,
         "caption": caption,
         "alt": caption or file.replace("_", " "),
+        **_size(image),
     }
 
 
 def document_tables() -> list[Table]:
     """What the document says, its parameters, and the numbers not reproduced (`facts.document`)."""
-    return [
-        Table(
-            "What the document says and how it is read",
-            ["the document says", "why not literally", "how it is read here", "implemented in"],
-            [
-                [row["printed"], row["problem"], row["reading"], f"{row['file']}: {row['symbol']}"]
-                for row in document.READINGS
-            ],
-        ),
-        Table(
-            "Table 1 and the values that the printed results come from",
-            ["parameter", "Table 1", "used"],
-            [[f"{name} ({unit})", *values] for name, unit, *values in document.PARAMETERS],
-        ),
-        Table(
-            "Printed numbers that the document's scheme doesn't reproduce",
-            ["number", "printed", "its scheme gives", "remark"],
-            [list(row) for row in document.NOT_REPRODUCED.values()],
-        ),
-    ]
+    readings = (
+        [row["printed"], row["problem"], row["reading"], f"{row['file']}: {row['symbol']}"]
+        for row in document.READINGS
+    )
+    parameters = ([f"{name} ({unit})", *values] for name, unit, *values in document.PARAMETERS)
+    tables = zip(document.TABLES, (readings, parameters, document.NOT_REPRODUCED.values()))
+    return [Table(**head, rows=[*map(list, rows)]) for head, rows in tables]

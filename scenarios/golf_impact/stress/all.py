@@ -1,11 +1,11 @@
-"""The whole stress test: random impacts, two long runs, and the map of stability."""
+"""The whole stress test: random impacts, special points, and two long runs."""
 
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
 from golf_impact.facts.scales import Scales
-from golf_impact.stress import cases, special_points, stability
+from golf_impact.stress import cases, special_points
 from golf_impact.stress.driver import Driver, Outputs, driver
 from golf_impact.stress.invariants import CLAIMS, LONG_RUNS, Ledger, check
 from golf_impact.stress.reference import Reference
@@ -19,7 +19,7 @@ _TINY = 1e-9
 _VALUES = cases.BASELINE | {"k": 2.5e5}
 
 
-def checks_and_maps(
+def all_checks(
     quick: bool, seed: int, progress: Callable[[str, int], Callable[[], None]]
 ) -> dict[str, Any]:
     """The contents of stress.json; a seed reproduces impacts and steps."""
@@ -39,11 +39,7 @@ def checks_and_maps(
         steps = 20_000 if quick else 1_000_000
         tiny = {f"law {law}": _tiny_steps(fmu, ledger, law, steps, tick) for law in (1, 2)}
         many = _many_impacts(fmu, ledger, 2000 if quick else 100_000, tick)
-        maps = stability.maps(fmu, quick, progress("stability map", 5 if quick else 27))
         guid = fmu.description.guid
-    for row, zeta in zip(maps[0]["errors"], maps[0]["damping"], strict=True):
-        for error, x in zip(row, maps[0]["steps"], strict=True):
-            ledger.record("flat", error, {"damping_ratio": zeta, "omega_h": x})
     return {
         "passed": all(one["passed"] for one in ledger.checks.values()),
         "seed": seed,
@@ -53,7 +49,6 @@ def checks_and_maps(
         "checks": ledger.checks,
         "tiny_steps": tiny,
         "many_impacts": many,
-        "stability": maps,
         "machine": describe_machine() | {"fmu": guid},
     }
 

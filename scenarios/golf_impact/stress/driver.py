@@ -16,22 +16,12 @@ class Driver(ImpactFmu):
     """The FMU, for any number of impacts; refusals are messages, not errors."""
 
     @cached_property
-    def _columns(self) -> tuple[list[str], list[int], list[int]]:
-        """The names of the Real outputs, their references, and those of the flags."""
-        outputs = [v for v in self.variables.values() if v.causality == "output"]
-        reals = [v.name for v in outputs if v.type == "Real"]
-        return reals, self.references(reals), self.references(FLAGS)
-
-    def begin_run(self, values: dict[str, float], start_time: float = 0.0) -> None:
-        """A new run, initialized with these inputs and parameters."""
-        self.begin(values, start_time)
-        self.end_initialization()
+    def _reals(self) -> list[str]:
+        outputs = (v for v in self.variables.values() if v.causality == "output")
+        return [v.name for v in outputs if v.type == "Real"]
 
     def outputs(self) -> Outputs:
-        """Every output now."""
-        names, reals, flags = self._columns
-        now: Outputs = dict(zip(names, self.slave.getReal(reals)))
-        return now | dict(zip(FLAGS, map(bool, self.slave.getBoolean(flags))))
+        return {**self.read(self._reals), **{flag: self.read_flag(flag) for flag in FLAGS}}
 
     def run(self, impact: ImpactCase, steps: Steps) -> list[Outputs]:
         """The outputs after each of these steps through an impact."""

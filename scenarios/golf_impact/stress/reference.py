@@ -154,7 +154,6 @@ class _Contact:
             rates = [_ZERO, *relative]
 
         def quantity(row: Any, rates: list[Any]) -> _Sum:
-            """The sum that row · x is."""
             x, initial = start, []
             for _ in rates:
                 initial.append((row * x)[0])
@@ -187,18 +186,21 @@ class Reference:
         self.m_club, self.m_ball = exact["m_club"], exact["m_ball"]
         self.k, self.b, self.club_speed = exact["k"], exact["b"], exact["club_speed"]
         self.club_force = exact.get("club_force", _ZERO)
-        #: Velocities at separation.
-        self.parting: tuple[Real, Real] | None = None
         self.u_ball, self.u_club = exact["ball_speed"], None
         self.start_time, self.clock = exact.get("start_time", _ZERO), _ZERO
         self.touch_clock: Real = None
-        self.parted = False
+        #: Velocities at separation, after it.
+        self.parting: tuple[Real, ...] | None = None
         self.mean_force = _ZERO
         # The present phase, free motion or a contact with constant k and b, and its start:
         self.contact: _Contact | None = None
         self.begun = _ZERO
         self.state = [-exact["gap"], self.club_speed, self.u_ball, _ZERO]
         self.so_far = dict.fromkeys(_LASTING, _ZERO)
+
+    @property
+    def parted(self) -> bool:
+        return self.parting is not None
 
     def step(
         self, size: Real, k: Real = None, b: Real = None, club_speed: Real = None,
@@ -228,7 +230,7 @@ class Reference:
             self._touch(self.begun - d / (v_club - v_ball))
         if self.contact is not None and self.clock - self.begun >= self.contact.duration:
             self._begin_phase(self.begun + self.contact.duration)
-            self.parted, self.parting = True, tuple(self.state[1:3])
+            self.parting = tuple(self.state[1:3])
         self.mean_force = (self._impulse() - impulse) / size
 
     def _touch(self, clock: Real) -> None:

@@ -1,90 +1,66 @@
-"""Rates of a sweep and of a loop over fmpy.simulate_fmu, measured in turns in one run."""
+"""A loop over fmpy.simulate_fmu on some cases of a sweep: its rate, and how its numbers compare."""
 
 from __future__ import annotations
 
-import csv
-import tempfile
-from itertools import cycle, islice
 from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-import fmpy
 import numpy as np
 
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
+from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.sweeps.checks import deviations
-from golf_impact.sweeps.run import Sweep, run_chunk
-from golf_impact.sweeps.tables import table
-from golf_impact.timing import measure_seconds, median_ratio, run_interleaved
+from golf_impact.sweeps.run import Sweep
+from golf_impact.timing import measure_seconds
 
-#: Cases of the sweep per round, if all are in closed form and otherwise; and of the loop.
-_CASES, _SLOW, _LOOPED = 100_000, 500, 25
+#: Cases of the sweep from which those of the loop are chosen, evenly spaced.
+_TRIED, LOOPED = 500, 25
+
+
+class Loop:
+    """So many cases of a sweep, one after another by fmpy.simulate_fmu.
+
+    Each in one communication step; the FMU is extracted and its description read beforehand.
+    UserError if all cases tried are refused.
+    """
+
+    def __init__(self, sweep: Sweep, fmu: LoadedFmu) -> None:
+        columns = sweep.study.columns(np.linspace(0, sweep.study.cases - 1, _TRIED).astype(int))
+        outcome = sweep.compute(columns)
+        usable = np.all([column == column for column in outcome.columns.values()], axis=0)
+        cases = np.flatnonzero(usable & ~outcome.refused)
+        if not len(cases):
+            raise UserError(f"nothing to compare: no case has all outputs {outcome.reason}")
+        # If there are fewer, some are repeated.
+        cases = np.resize(cases[:: max(1, len(cases) // LOOPED)], LOOPED)
+        values = sweep.plan.values({name: column[cases] for name, column in columns.items()})
+        self.fmu, self.outputs = fmu, sweep.plan.outputs
+        self.values = {n: np.broadcast_to(v, LOOPED).tolist() for n, v in values.items()}
+        self.steps = np.broadcast_to(ScalarImpacts().horizon(self.values), LOOPED).tolist()
+        self.results = {name: np.empty(LOOPED) for name in self.outputs}
+
+    def run(self) -> None:
+        """Simulate all cases."""
+        for n, (step, *row) in enumerate(zip(self.steps, *self.values.values())):
+            options = {"stop_time": step, "output_interval": step}
+            options["start_values"] = dict(zip(self.values, row))
+            for name, value in self.fmu.simulate(self.outputs, **options).items():
+                self.results[name][n] = value
 
 
 class Comparison(NamedTuple):
-    """Impacts per second of both, medians of rounds."""
+    """What a loop over fmpy.simulate_fmu takes, and gives."""
 
-    sweep: float  # in one process, with the file as CSV
-    simulate_fmu: float  # the loop, with the FMU extracted and its description read beforehand
-    ratio: float  # of the two in the same round
-    error: float  # the loop's largest deviation from the physics, without unit, in `Scales`
+    rate: float  # impacts per second, a median
+    error: float  # its largest deviation from the physics, without unit, in `Scales`
 
 
-def compare(sweep: Sweep, fmu: Path, rounds: int = 7) -> Comparison:
-    """Measure both on cases of a study: the same cases, outputs and communication step.
-
-    UserError if all cases tried are refused.
-    """
-    study, outputs = sweep.study, sweep.plan.outputs
-    for number in (_SLOW, _CASES):
-        # Evenly spaced; if there are fewer, some are repeated.
-        columns = study.columns(np.linspace(0, study.cases - 1, number).astype(int))
-        outcome = sweep.compute(columns)
-        if outcome.scalar.any():
-            break
-    usable = np.all([column == column for column in outcome.columns.values()], axis=0)
-    cases = np.flatnonzero(usable & ~outcome.refused)
-    if not len(cases):
-        raise UserError(f"there is nothing to compare: no case has all outputs {outcome.reason}")
-    # The loop's cases, the same in each round.
-    cases = np.array([*islice(cycle(cases[:: max(1, len(cases) // _LOOPED)]), _LOOPED)])
-    looped = sweep.plan.values({name: column[cases] for name, column in columns.items()})
-    looped = {name: np.broadcast_to(value, _LOOPED).tolist() for name, value in looped.items()}
-    steps = np.broadcast_to(ScalarImpacts().horizon(looped), _LOOPED).tolist()
-    results = {name: np.empty(_LOOPED) for name in outputs}
-    with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
-        fmpy.extract(str(fmu), f"{folder}/fmu")
-        description = fmpy.read_model_description(str(fmu))
-
-        def run_sweep() -> None:
-            with table(Path(folder, "sweep.csv"), (*study.names, *outputs)) as write:
-                outcome, lines, _ = run_chunk(sweep.compute, True, columns)
-                write({**columns, **outcome.columns}, outcome.refused, lines)
-
-        def run_loop() -> None:
-            with open(f"{folder}/loop.csv", "w", newline="") as stream:
-                writer = csv.writer(stream)
-                writer.writerow((*looped, *outputs))
-                for n, row in enumerate(zip(*looped.values())):
-                    result = fmpy.simulate_fmu(
-                        f"{folder}/fmu",
-                        stop_time=steps[n],
-                        output_interval=steps[n],
-                        start_values=dict(zip(looped, row)),
-                        output=outputs,
-                        model_description=description,
-                    )
-                    for name in outputs:
-                        results[name][n] = result[name][-1]
-                    writer.writerow((*row, *(results[name][n] for name in outputs)))
-
-        jobs = {
-            "sweep": lambda: measure_seconds(run_sweep, number),
-            "loop": lambda: measure_seconds(run_loop, _LOOPED),
-        }
-        times = run_interleaved(jobs, rounds)
-    error = max(case.error for case in deviations(looped, results, np.zeros(_LOOPED, bool)))
-    ratio = median_ratio(times["loop"], times["sweep"])
-    return Comparison(1.0 / median(times["sweep"]), 1.0 / median(times["loop"]), ratio, error)
+def compare(sweep: Sweep, fmu: Path, rounds: int = 3) -> Comparison:
+    """Measure such a loop on cases of a sweep, and compare its numbers with the physics."""
+    with LoadedFmu(fmu) as loaded:
+        loop = Loop(sweep, loaded)
+        seconds = median(measure_seconds(loop.run, LOOPED) for _ in range(rounds))
+    cases = deviations(loop.values, loop.results, np.zeros(LOOPED, bool))
+    return Comparison(1.0 / seconds, max(case.error for case in cases))

@@ -37,7 +37,7 @@ def opened(
     if executor is not None:
         return nullcontext(executor)
     if scheduler is not None:
-        return dask_executor(scheduler, workers)
+        return dask_executor(scheduler)
     return process_pool(workers) if workers and workers > 1 else ThreadPoolExecutor(threads)
 
 
@@ -126,11 +126,10 @@ def _blocked(signals: set[signal.Signals]) -> Iterator[None]:
 
 
 @contextmanager
-def dask_executor(scheduler: str, workers: int | None = None) -> Iterator[Executor]:
-    """Dask's executor of a cluster: an existing one by its address ("tcp://host:8786"), or "local".
+def dask_executor(scheduler: str) -> Iterator[Executor]:
+    """That of the Dask cluster at an address; Dask runs the chunks of a dead worker elsewhere.
 
-    A local one has so many workers, or as many as there are processors. Dask runs the chunks of a
-    dead worker elsewhere. UserError: Dask is missing, or the cluster can't be reached or gives up.
+    UserError: Dask is missing, or the cluster can't be reached or gives up.
     """
     try:
         import distributed
@@ -141,21 +140,12 @@ def dask_executor(scheduler: str, workers: int | None = None) -> Iterator[Execut
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
         try:
-            address: Any = scheduler
-            if scheduler == "local":
-                with _blocked({*SIGNALS}):
-                    cluster = distributed.LocalCluster(
-                        n_workers=workers, threads_per_worker=1, silence_logs=logging.CRITICAL,
-                        # None would take port 8787, and warn if it is in use.
-                        dashboard_address=":0", scheduler_kwargs={"dashboard": False},
-                    )  # fmt: skip
-                    address = stack.enter_context(cluster)
-            client = stack.enter_context(distributed.Client(address, timeout=_PATIENCE))
+            client = stack.enter_context(distributed.Client(scheduler, timeout=_PATIENCE))
             client.wait_for_workers(1, timeout=_PATIENCE)
         except (OSError, ValueError) as error:
             raise UserError(
                 f"no Dask cluster with workers at {scheduler} ({first_line(error)}): start "
-                "`dask scheduler` and `dask worker`, or use --scheduler local"
+                "`dask scheduler` and `dask worker`, or use --workers"
             ) from error
         executor = client.get_executor(retries=2)
         stack.callback(executor.shutdown, wait=False)

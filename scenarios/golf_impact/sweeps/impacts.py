@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -18,9 +17,9 @@ from golf_physics.variables import VARIABLES
 from golf_build import VERSION
 from golf_impact.arrays.impacts import Outcome
 from golf_impact.arrays.impacts import impacts as impacts_by_arrays
+from golf_impact.arrays.impacts import one_by_one as fill_one_by_one
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import ball, conditions_of
-from golf_impact.facts.quantities import undefined_results
 from golf_impact.runs import FLAGS, ImpactRuns
 from golf_impact.sweeps.study import Study
 
@@ -108,20 +107,8 @@ def one_by_one(
     runs: ImpactRuns, outputs: Sequence[str], values: Mapping[str, Any], number: int
 ) -> Outcome:
     """So many cases by the runs of one instance; arguments and result as of `arrays.impacts`."""
-    results = {name: np.full(number, name not in FLAGS and math.nan) for name in outputs}
-    reals, refused, reason = [n for n in outputs if n not in FLAGS], np.zeros(number, bool), ""
-    columns = [runs.horizon(values), *values.values()]
-    for n, row in enumerate(zip(*(np.broadcast_to(c, number).tolist() for c in columns))):
-        try:
-            runs.run_to_end(row[0], dict(zip(values, row[1:])))
-            case: dict[str, float] = dict(runs.read(reals))
-            if missing := [name for name, value in case.items() if math.isnan(value)]:
-                raise UserError(f"{missing[0]} leaves the range of a double")
-        except UserError as error:
-            refused[n], reason = True, reason or str(error)
-            continue
-        flags = {name: runs.read_flag(name) for name in FLAGS}
-        case |= {**flags, **undefined_results(flags["touched"], flags["separated"])}
-        for name, column in results.items():
-            column[n] = case[name]
+    results = {name: np.empty(number, bool if name in FLAGS else float) for name in outputs}
+    given = {name: np.broadcast_to(value, number) for name, value in values.items()}
+    refused = np.zeros(number, bool)
+    reason = fill_one_by_one(runs, given, np.arange(number), results, refused)
     return Outcome(results, refused, reason, ~refused)

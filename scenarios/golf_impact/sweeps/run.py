@@ -241,8 +241,7 @@ def run_sweep(
                 which computes in this process. A script that uses more needs
                 `if __name__ == "__main__":`, since the processes import it. More are faster only
                 where many cases have no closed form.
-            scheduler: instead, a Dask cluster: its address ("tcp://host:8786"), or "local",
-                of so many workers or as many as there are processors.
+            scheduler: instead, the address of a Dask cluster ("tcp://host:8786").
             chunk: cases that are computed at a time, at most 32,000; by default so many that they
                 take some 0.1 s.
             progress: called with the number of cases done.

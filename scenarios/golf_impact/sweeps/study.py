@@ -62,7 +62,6 @@ class Distribution:
     second: float  # its standard deviation, or its greatest value
 
     def of_scipy(self) -> Any:
-        """The same distribution of scipy.stats."""
         from scipy import stats
 
         if self.kind == "normal":
