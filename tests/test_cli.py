@@ -146,7 +146,7 @@ def test_the_figure_of_an_own_case(fmu, ball):
     _, report = own_cases(fmu, {"club_speed": 42.0, "gap": 0.1}, [BALLS[ball]])
     (draw,) = report.figures.values()
     (axes,) = draw(figures).axes
-    contact = {"document": "law 1, k = 1 MN/m", "tour": "law 2, k = 1.242 MN/m, n = 1.5"}[ball]
+    contact = {"document": "law 1, k = 1 MN/m", "tour": "law 2, k = 1.24 MN/m, n = 1.5"}[ball]
     title, case = axes.get_title("left").split("\n")
     assert title == f"Contact force: {ball}, club_speed = 42 m/s, gap = 0.1 m"
     assert case.startswith(f"{contact}, b = ")
