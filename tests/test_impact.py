@@ -4,6 +4,7 @@ import gc
 import itertools
 
 import pytest
+from cases import KINDS as ALL_KINDS
 from golf_physics.component.component import Component
 from golf_physics.component.segment import Segment
 from golf_physics.component.state import plain, revived
@@ -16,14 +17,7 @@ REFERENCES = {name: row.reference for name, row in BY_NAME.items()}
 STATE = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
 ALL_REALS = [row.reference for row in VARIABLES if row.type == "Real"]
 
-POWER_LAW = {"law": 2, "exponent": 1.6, "k": 8e5, "b": 30.0}
-KINDS = {
-    "law 1": {},
-    "law 2": {"law": 2},
-    "overdamped": {"law": 2, "b": 800.0},
-    "power law": POWER_LAW,
-    "COR line": {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
-}
+KINDS = {name: values for name, values in ALL_KINDS.items() if name != "never separates"}
 APART = {"gap": 0.01, "club_speed": 50.0, "ball_speed": -5.0}
 
 

@@ -2,10 +2,10 @@
 
 import math
 
-import mpmath
 import pytest
 from fmpy.fmi1 import FMICallException
 from golf_physics.laws.relative import damping_ratio
+from quadrature import restitution
 
 from golf_impact.errors import UserError
 from golf_impact.runs import METRICS
@@ -16,15 +16,6 @@ M_CLUB, M_BALL = 0.210, 0.04593
 MU = M_CLUB * M_BALL / (M_CLUB + M_BALL)
 
 
-def exact_restitution(zeta):
-    mp = mpmath.mp.clone()
-    mp.dps = 40
-    zeta = mp.mpf(zeta)
-    # Above 1 both are imaginary.
-    s = 1 if zeta == 1 else mp.re(mp.acos(zeta) / mp.sqrt(1 - zeta * zeta))
-    return mp.exp(-2 * zeta * s)
-
-
 @pytest.mark.parametrize(
     "coefficient",
     [
@@ -33,9 +24,7 @@ def exact_restitution(zeta):
     ],
 )
 def test_damping_ratio(coefficient):
-    assert (
-        abs(exact_restitution(damping_ratio(coefficient)) - coefficient) < 4e-16 * coefficient**0.5
-    )
+    assert abs(restitution(damping_ratio(coefficient)) - coefficient) < 4e-16 * coefficient**0.5
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 3.0, 12.0])

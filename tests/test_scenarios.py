@@ -8,20 +8,20 @@ import re
 import struct
 from html.parser import HTMLParser
 
-import mpmath
 import pytest
+from cases import DEFAULTS
+from cases import exact as exact_case
 from command import golf
+from quadrature import PowerLawContact
 from rich.console import Console
 
 from golf_impact.commands import console
 from golf_impact.commands.scripts import FOLDER, list_names, load_scenario, load_scenarios
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
-from golf_impact.peers.problem import Case
 from golf_impact.report.outcome import KINDS, Table, summarize_checks
 from golf_impact.report.page import document_tables, render_page, write_reports
 from golf_impact.report.report import Report
-from golf_impact.stress.reference import exact_outcome
 
 LONG = ("system", "loft", "model_exchange")
 
@@ -64,43 +64,15 @@ def test_figures_and_report(fmu, tmp_path):
 
 
 def test_references_of_model_exchange():
-    """By the reference of stress, and by the power law's closed form with its time by quadrature.
-
-    x = d^m is an oscillator in τ, dτ = d^(m-1) dt, with m = (n + 1)/2.
-    """
     reference = load_scenario("model_exchange")._REFERENCE
-    for law in (1, 2):
-        exact = exact_outcome(Case(law=law))
-        expected = float(exact.ball_velocity), float(exact.contact_time)
-        assert reference[f"law {law}"] == pytest.approx(expected, rel=1e-15)
-    values = {name: mpmath.mpf(x) for name, x in BALLS["roh-lee"].values.items()}
-    with mpmath.workdps(40):
-        m, length = (values["exponent"] + 1) / 2, mpmath.mpf(5e-3)
-        club, ball, speed = map(mpmath.mpf, (0.210, 0.04593, 35.0))
-        mu = club * ball / (club + ball)
-        square = m * values["k"] * length ** (2 - 2 * m) / mu
-        decay = values["b"] * length ** (1 - m) / mu / 2
-        omega = mpmath.sqrt(square - decay**2)
-
-        def x(s):
-            return m * speed / omega * mpmath.exp(-decay * s) * mpmath.sin(omega * s)
-
-        def slope(s):
-            wave = mpmath.cos(omega * s) - decay / omega * mpmath.sin(omega * s)
-            return m * speed * mpmath.exp(-decay * s) * wave
-
-        ends = mpmath.pi / 2 / omega, mpmath.pi / omega
-
-        def force(s):
-            return square * x(s) + 2 * decay * slope(s)
-
-        end = mpmath.findroot(force, ends, solver="anderson", tol=1e-60)
-        points = mpmath.linspace(0, end, 5)
-        time = mpmath.quad(lambda s: abs(x(s)) ** ((1 - m) / m), points)
-        restitution = -slope(end) / (m * speed)
-        velocity = (1 + restitution) * speed * club / (club + ball)
-    expected = float(velocity), float(time)
-    assert reference["power law"] == pytest.approx(expected, rel=1e-15)
+    ball = PowerLawContact(**DEFAULTS | BALLS["roh-lee"].values).outputs()
+    for name, exact in {
+        "law 1": exact_case("law 1"),
+        "law 2": exact_case("law 2"),
+        "power law": ball,
+    }.items():
+        expected = float(exact["ball_velocity"]), float(exact["contact_time"])
+        assert reference[name] == pytest.approx(expected, rel=1e-15)
 
 
 class Page(HTMLParser):

@@ -9,8 +9,9 @@ import random
 from binascii import crc32
 
 import pytest
+from cases import KINDS
 from command import run_python
-from conftest import HERE, KINDS, some
+from conftest import HERE, some
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import BY_NAME
