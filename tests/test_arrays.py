@@ -12,7 +12,6 @@ import pytest
 
 import golf_impact
 from golf_impact.arrays import impacts as arrays
-from golf_impact.arrays.elementwise import LANES, _elementwise
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.scales import TOLERANCE, Scales
@@ -205,18 +204,6 @@ def test_the_bits_of_a_case_depend_on_nothing_else(monkeypatch):
     for size in (64, 192, 1024):
         monkeypatch.setattr(arrays, "BLOCK", size)
         assert outputs_of(values, (number,)).tobytes() == expected.tobytes()
-
-
-def test_arrays_are_whole_vectors():
-    for number in (2, 63, 64, 65, 5000):
-        columns = arrays.columns_of({"k": np.linspace(1e6, 2e6, number)}, (number,))
-        for _, contacts in arrays.closed_contacts(columns, number):
-            assert contacts.k.size % LANES == contacts.contact_time.size % LANES == 0
-    sizes = []
-    each = _elementwise(lambda *full: sizes.extend(map(len, full)) or full[0])
-    assert each(1.5) == 1.5
-    assert each(2.5, np.ones(3 * LANES)).tolist() == [2.5] * 3 * LANES
-    assert sizes == [LANES, 3 * LANES, 3 * LANES]
 
 
 # The interface

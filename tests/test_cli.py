@@ -7,27 +7,19 @@ import zipfile
 import pytest
 from command import COMMAND, golf, golf_here, refused, run, run_python
 
+from golf_build import VERSION
 from golf_impact.facts.balls import BALLS
 from golf_impact.report import figures
 from golf_impact.report.own_cases import own_cases
 
 
-def test_version_and_help():
-    from golf_impact import __version__
-
-    assert golf_here("--version").stdout == f"golf-impact {__version__}\n"
-    for arguments in ((), *((name, "--help") for name in ("run", "build", "calibrate", "sweep"))):
+def test_version_help_and_list():
+    assert golf_here("--version").stdout == f"golf-impact {VERSION}\n"
+    for arguments in ((), ("run", "--help"), ("sweep", "--help")):
         done = golf_here(*arguments)
         assert done.returncode == 0
         assert "Usage" in done.stdout
-
-
-def test_list():
-    done = golf("list")
-    assert done.returncode == 0
-    for name in ("baseline", "finite_difference", "table1"):
-        assert done.stdout.count(name) == 1
-    assert "Baseline" not in done.stdout
+    assert golf_here("list").stdout.count("finite_difference") == 1
 
 
 def test_build_and_run(tmp_path):
@@ -251,14 +243,6 @@ def test_the_verdict(tmp_path, passed):
     assert done.returncode == (0 if passed else 1)
     assert ("Check failed: mine: so it is" in done.stderr) == (not passed)
     assert done.stdout.count(f"{int(passed)} of 1 checks passed") == 2
-
-
-@pytest.mark.ci
-def test_a_backend_that_matplotlib_does_not_have(tmp_path):
-    env = {"MPLBACKEND": "nonsense"}
-    done = golf("run", "baseline", "--out", tmp_path, env=env)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert (tmp_path / "baseline_force.png").is_file()
 
 
 @pytest.mark.parametrize(

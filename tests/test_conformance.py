@@ -35,6 +35,10 @@ def test_fmpy_finds_no_problem(fmu):
     assert validate_fmu(str(fmu)) == []
 
 
+def test_fmpy_finds_no_problem_in_companions(files):
+    assert [validate_fmu(str(file)) for file in files[:-1]] == [[], [], []]
+
+
 def test_its_dependencies_are_named(content):
     """The standalone FMU has none; every other library that a plain binary loads is in the text."""
     name = "documentation/externalDependencies.txt"

@@ -192,16 +192,6 @@ def test_start_time(fmu):
     assert fmu.read(["touch_time"])["touch_time"] == pytest.approx(5.01, abs=1e-15)
 
 
-def test_bodies_that_never_separate(fmu):
-    fmu.start(law=1, b=5000.0)
-    fmu.step(0.0, 1.0)
-    outputs = read_all(fmu)
-    assert outputs["in_contact"]
-    assert not outputs["separated"]
-    assert outputs["contact_time"] == 1.0
-    assert 0.0 <= outputs["force"] < outputs["max_force"]
-
-
 def test_a_trajectory_equals_single_steps(fmu):
     path = fmu.trajectory(points=40, law=1, b=30.0)
     for n in (3, 17, 39):

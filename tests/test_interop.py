@@ -149,10 +149,18 @@ with EcosSimulationStructure() as structure:
 @pytest.mark.importers
 @pytest.mark.parametrize("law", [1, 2])
 @pytest.mark.parametrize("step", STEPS)
-@pytest.mark.parametrize(("tool", "code"), [("libcosimpy", _COSIM), ("ecospy", _ECOS)])
-def test_other_importers(fmu_path, tool, code, step, law):
+@pytest.mark.parametrize(
+    ("tool", "code", "path"),
+    [
+        ("libcosimpy", _COSIM, "fmu_path"),
+        ("ecospy", _ECOS, "fmu_path"),
+        ("ecospy", _ECOS, "fmi3_path"),
+    ],
+)
+def test_other_importers(request, tool, code, path, step, law):
     require(tool)
-    given = json.dumps([str(fmu_path), step, round(STOP / step), law, CRITERIA])
+    fmu = request.getfixturevalue(path)
+    given = json.dumps([str(fmu), step, round(STOP / step), law, CRITERIA])
     prelude = "import json, sys\nfmu, step, steps, law, names = json.loads(sys.argv[1])\n"
     program = f'{prelude}{code}\nprint("results", json.dumps(list(results)))'
     done = run_python(program, given)

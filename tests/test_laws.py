@@ -9,7 +9,6 @@ import os
 import re
 import subprocess
 import sys
-import zipfile
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -152,21 +151,6 @@ def test_invariants(run, law):
         assert abs(momentum - M_CLUB * CLUB_SPEED) <= TOLERANCE * M_CLUB * CLUB_SPEED
         gained = M_BALL * now["ball_velocity"]
         assert abs(gained - now["impulse"]) <= TOLERANCE * now["impulse"]
-
-
-@every_law
-def test_documents_name_it(fmus, law):
-    name, description = LAWS[law].name, LAWS[law].description
-    with zipfile.ZipFile(fmus[2]) as archive:
-        page = archive.read("documentation/index.html").decode()
-        xml = archive.read("modelDescription.xml").decode()
-    assert name in page
-    assert f"{law} ({name})" in xml or name in xml
-    with zipfile.ZipFile(fmus[3]) as archive:
-        xml = archive.read("modelDescription.xml").decode()
-    assert re.search(
-        rf'<Item name="{name}" value="{law}" description="{re.escape(description)}"', xml
-    )
 
 
 #: A law whose phases and equations differ.

@@ -193,16 +193,6 @@ def test_an_empty_argument(tmp_path, arguments):
     assert names(tmp_path) == set()
 
 
-def test_long_names(tmp_path):
-    for out in ("x" * 300, "x/" * 3000):
-        refused(
-            golf_here("run", "table1", "--out", out, cwd=tmp_path), "File name too long", "--out"
-        )
-    assert names(tmp_path) == set()
-    done = golf_here("build", "--out", "x" * 240 + ".fmu", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-
-
 def test_files_in_place_of_folders_and_vice_versa(tmp_path):
     file = tmp_path / "file"
     file.write_text("mine")
@@ -217,12 +207,11 @@ def test_files_in_place_of_folders_and_vice_versa(tmp_path):
 
 
 def test_links_remain(tmp_path):
-    (tmp_path / "elsewhere").mkdir()
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "results.json").symlink_to(tmp_path / "elsewhere" / "mine.json")
+    (tmp_path / "out" / "results.json").symlink_to(tmp_path / "mine.json")
     assert golf_here("run", "table1", "--out", "out", cwd=tmp_path).returncode == 0
     assert (tmp_path / "out" / "results.json").is_symlink()
-    assert "table1" in json.loads((tmp_path / "elsewhere" / "mine.json").read_text())
+    assert "table1" in json.loads((tmp_path / "mine.json").read_text())
 
 
 COMMANDS_THAT_WRITE = {
@@ -258,16 +247,6 @@ def test_devices_and_pipes_are_not_replaced(tmp_path, command, kind):
     assert not stat.S_ISREG(target.stat().st_mode)
 
 
-@pytest.mark.skipif(os.name != "posix", reason="links, and /proc")
-def test_a_folder_that_cannot_be_made(tmp_path):
-    """Noticed before anything runs, even before the FMU is checked."""
-    (tmp_path / "link").symlink_to("nowhere")
-    for out in ("link", "link/below", "/proc/golf"):
-        done = golf_here("run", "table1", "--fmu", "none.fmu", "--out", out, cwd=tmp_path)
-        refused(done, f"can't write {out}", "choose another folder")
-    assert names(tmp_path) == {"link"}
-
-
 # Space
 
 
@@ -298,24 +277,6 @@ def test_a_full_disk(small, tmp_path):
     refused(small("256k", "run", "table1", "--out", "out", env=env), full)
     refused(small("256k", "build", "--out", "x.fmu", env=env), full)
     assert names(tmp_path) == {"small"}
-
-
-@pytest.mark.ci
-@posix
-def test_files_that_may_not_grow(tmp_path):
-    import resource
-
-    for limit, command in ((10_000, ("run", "table1")), (100_000, ("build", "--out", "x.fmu"))):
-        done = golf(
-            *command,
-            cwd=tmp_path,
-            env={"TMPDIR": str(tmp_path)},
-            preexec_fn=lambda limit=limit: resource.setrlimit(
-                resource.RLIMIT_FSIZE, (limit, limit)
-            ),
-        )
-        refused(done, "File too large")
-        assert names(tmp_path) == set()
 
 
 @pytest.mark.ci

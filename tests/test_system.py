@@ -11,15 +11,12 @@ import pytest
 from command import run_python
 from conftest import require, some
 from fmpy.fmi1 import FMICallException
-from fmpy.validation import validate_fmu
-from golf_physics.companions.taylor import falls
 from instances import get, put
 from scipy.integrate import solve_ivp
 
-from golf_build.system import COMPANIONS, DRIVE
+from golf_build.system import DRIVE
 from golf_impact.facts.measured import TOUR
 from golf_impact.fmu import system
-from golf_impact.fmu.loaded import LoadedFmu
 
 STOP = 0.967  # s: by then the ball has been launched, and the swing has the impulse
 
@@ -359,23 +356,6 @@ def test_a_ball_that_dips_below_the_ground_has_landed(companion):
     assert found[0] == pytest.approx(51.212, abs=1e-3)
 
 
-def test_the_zeros_at_which_a_series_falls():
-    """Of products of linear factors, from the left; a double zero is none."""
-
-    def zeros(*roots, size=1.0):
-        series = [1.0]
-        for root in roots:
-            series = [a - b / root for a, b in zip([*series, 0.0], [0.0, *series])]
-        return list(falls(series, size))
-
-    assert zeros(0.3) == pytest.approx([0.3], rel=1e-15)
-    assert zeros(0.2, 0.3, 0.9, 2.0) == pytest.approx([0.2, 0.9], rel=1e-12)
-    assert zeros(0.2, 0.2 + 1e-6) == pytest.approx([0.2], rel=1e-7)
-    assert zeros(0.4, 0.4) == zeros(1.5) == zeros(-0.1) == []
-    assert zeros(1.0) == [1.0]
-    assert zeros(5.0, size=10.0) == pytest.approx([5.0])
-
-
 def test_position_does_not_depend_on_the_step_and_ends_at_the_carry(companion):
     paths = []
     for steps in ([0.5] * 14, [0.001] * 500 + [0.25] * 26, [7.0]):
@@ -562,11 +542,6 @@ def test_an_invalid_step_is_refused(companion, step):
         swing.doStep(0.0, step)
     swing.doStep(0.0, 0.48)
     assert get(swing, "arm_angle")[0] < 0.0
-
-
-@pytest.mark.parametrize("index", [0, 1, 2])
-def test_companions_are_valid(files, index):
-    assert validate_fmu(str(files[index])) == []
 
 
 # The system
@@ -759,22 +734,6 @@ def test_momentum_and_energy_of_the_loop(drive, step, rollback):
     applied = path["time"][np.argmax(path["Swing.reaction_impulse"] > 0.0)]
     acts = path["time"][np.argmax(path["ClubBallImpact.impulse"] > 0.0)]
     assert applied - acts == pytest.approx(0.0 if rollback else step, abs=1e-9)
-
-
-def test_model_structure_has_positions_not_value_references(tmp_path):
-    builder = COMPANIONS["Launch"]
-    rows = [row._replace(reference=100 - row.reference) for row in builder.tables["rows"]]
-    path = builder._replace(tables=builder.tables | {"rows": rows}).build(tmp_path / "Launch.fmu")
-    described = fmpy.read_model_description(str(path))  # finds Unknowns by their index
-    assert [unknown.variable.name for unknown in described.outputs] == [
-        row.name for row in rows if row.causality == "output"
-    ]
-    with LoadedFmu(path) as fmu:
-        fmu.start(dynamic_loft=0.3, smash_factor=1.5)
-        assert fmu.read(["dynamic_loft", "smash_factor"]) == {
-            "dynamic_loft": 0.3,
-            "smash_factor": 1.5,
-        }
 
 
 def test_the_system_is_reproducible(files, tmp_path):
