@@ -531,6 +531,13 @@ def test_no_call_is_fatal(make):
         get_all(model)
 
 
+def test_a_step_in_model_exchange_is_refused(make):
+    slave = begin(make())
+    slave.fmi3SetTime(slave.component, 0.0)
+    with pytest.raises(FMICallException, match="discard"):
+        slave.doStep(0.0, 1e-4)
+
+
 # Beside others
 
 
