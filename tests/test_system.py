@@ -206,13 +206,13 @@ def sequences(seed):
     return random.uniform(1e-5, 2e-3, 6000)
 
 
-@pytest.mark.parametrize("part", some(1, range(4)))
+@pytest.mark.parametrize("part", some(1, range(10)))
 def test_no_sequence_of_steps_touches_the_ball_with_another_speed(companion, part):
     """By an importer's head that starts at the ball, as ClubBallImpact's with a gap of 0."""
     swing = companion("Swing")
     fresh = swing.getFMUstate()
     errors = []
-    for seed in range(100 * part, 100 * (part + 1)):
+    for seed in range(40 * part, 40 * (part + 1)):
         swing.setFMUstate(fresh)
         position = time = 0.0
         longest = 0.0
@@ -252,7 +252,7 @@ def test_the_swing_goes_on_to_its_end_and_rests_there(companion):
     assert get(swing, "club_speed") == [0.0]
 
 
-@pytest.mark.parametrize("step", [1e-5, 1e-4, 1e-3, 7e-4, 3e-3, 9.99e-3, 0.01, 0.0101, 0.02, 0.3])
+@pytest.mark.parametrize("step", some(4, [1e-4, 7e-4, 0.01, 0.3, 1e-5, 3e-3, 9.99e-3, 0.0101]))
 @pytest.mark.parametrize("late", [0, 1])
 def test_with_a_prescribed_speed_touch_falls_after_the_peak(companion, step, late):
     held, n, _ = held_until_touch(companion("Swing", prescribed_speed=35.0), step, late)
@@ -384,9 +384,9 @@ GRID = [
 ]
 
 
-@pytest.mark.parametrize("part", some(1, range(6)))
+@pytest.mark.parametrize("part", some(1, range(12)))
 def test_a_grid_of_launches_against_an_integration(companion, part):
-    for speed, angle, spin in GRID[part::6]:
+    for speed, angle, spin in GRID[part::12]:
         flight = flown(companion, speed, launch_angle=angle, backspin=spin)
         found = get(flight, *OF_FLIGHT)
         # A kink where S leaves its limit: the integration is good to 1e-10 there. Near-vertical
