@@ -45,6 +45,7 @@ CASES = {
     "fast": Case("the document's other speed", {"club_speed": 50.0}),
     "ball moves away": Case("an approach slower than the club", {"law": 2, "ball_speed": 10.0}),
     "ball comes": Case("the club turns back", {"ball_speed": -20.0, "m_club": 0.05}),
+    "ball meets a club at rest": Case("no smash factor", {"club_speed": 0.0, "ball_speed": -1.0}),
     "after a gap": Case("touch isn't the start", {"gap": 0.004, "ball_speed": 2.0}),
     "half of critical": Case("the largest force is at touch from here", {**CRITICAL, "b": 200.0}),
     "critical": Case("two rates coincide", {**CRITICAL, "b": 400.0}),

@@ -4,7 +4,6 @@ Times aren't tested: a test run shares its machine with others.
 """
 
 import json
-import math
 import sys
 from collections import Counter
 from itertools import islice
@@ -17,7 +16,7 @@ from fmpy.validation import validate_fmu
 from golf_impact.benchmarks import accuracy, empty_fmu
 from golf_impact.benchmarks.all import FIGURES, is_met
 from golf_impact.benchmarks.impact import METRICS
-from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED, slope
+from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED
 from golf_impact.commands.bench import bench
 from golf_impact.facts.closed_forms import definitions
 from golf_impact.fmu.file import build_plain_fmu
@@ -171,9 +170,3 @@ def test_rounds_are_interleaved_and_their_ratios_taken():
     assert order == ["b", "a", "a", "b", "b", "a"]
     # The median of ratios, not the ratio of medians.
     assert median_ratio([1.0, 9.0, 4.0], [1.0, 3.0, 1.0]) == 3.0
-
-
-def test_slope_leaves_rounding_out():
-    steps = [1e-3, 1e-4, 1e-5, 1e-6]
-    assert slope(steps, [1e-4, 1e-6, 1e-8, 3e-16]) == pytest.approx(2.0)
-    assert slope(steps, [math.inf, math.inf, 1e-8, 1e-10]) is None

@@ -1,11 +1,9 @@
 """All scenarios run, their checks pass, and checks can fail; reports, tables and figures."""
 
-import base64
 import html
 import io
 import json
 import re
-import struct
 from html.parser import HTMLParser
 
 import pytest
@@ -18,7 +16,7 @@ from golf_impact.commands import console
 from golf_impact.commands.scripts import FOLDER, list_names, load_scenario
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
-from golf_impact.report.outcome import KINDS, summarize_checks
+from golf_impact.report.outcome import summarize_checks
 from golf_impact.report.page import document_tables, render_page, write_reports
 from golf_impact.report.report import Report
 
@@ -48,15 +46,6 @@ def test_figures_and_report(fmu, tmp_path):
     assert shown.targets == ["#document", "#diagram", "#baseline", "#laws"]
     assert {target[1:] for target in shown.targets} <= shown.ids
     assert len(shown.sources) == 5
-    # Pairs of axes have a second picture for narrow screens, in which they are stacked.
-    assert len(shown.narrow) == 2
-    for one in shown.narrow:
-        width, height = struct.unpack(">II", base64.b64decode(one.split(",")[1])[16:24])
-        assert height > 1.4 * width
-    # A figure without words beside it has no empty column.
-    text = (tmp_path / "report.html").read_text("utf-8")
-    section = text[text.index('<section id="diagram">') :]
-    assert 'class="beside"' not in section[: section.index("</section>")]
     assert all(source.startswith("data:image/png;base64,") for source in shown.sources)
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["baseline"]["baseline"]["smash_factor"] == pytest.approx(1.5641431548673967)
@@ -118,17 +107,13 @@ def assert_words_are_whole(table, monkeypatch):
     return text.splitlines()
 
 
-def test_the_report_introduces_itself(fmu):
+def test_the_report_has_the_documents_statements(fmu):
     outcomes = {name: load_scenario(name).run(fmu) for name in ("baseline", "finite_difference")}
     text = render_page(outcomes, {}, "guid").decode()
     introduction = text[: text.index('<section id="baseline">')]
-    for words in ("golfSpring.py", "Smash factor S", "Law 2 (relative)", *KINDS):
-        assert words in introduction
-    # Each table of the document's statements, with file and line of their implementation.
     for table in document_tables():
-        for row in table.rows:
-            for cell in row:
-                assert html.escape(cell).replace("&#x27;", "&#39;") in introduction
+        for cell in (cell for row in table.rows for cell in row):
+            assert html.escape(cell).replace("&#x27;", "&#39;") in introduction
     scheme = outcomes["finite_difference"]
     assert len(scheme.deviations) == len(document.NOT_REPRODUCED) == 3
     assert "67 of 70 printed numbers" in scheme.verdict
