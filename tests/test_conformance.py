@@ -54,16 +54,6 @@ def test_its_dependencies_are_named(content):
     assert ("MSVCP140.dll" in text) == ("MSVCP140.dll" in libraries)
 
 
-def test_no_sources(content):
-    """They would need a buildDescription.xml."""
-    assert not [name for name in content if name.startswith("sources/")]
-
-
-def test_the_tool_that_made_it(fmu, content):
-    tool = fmpy.read_model_description(str(fmu)).generationTool
-    assert tool.startswith("golf-impact " if is_standalone(content) else "PythonFMU")
-
-
 def test_the_touch_time_is_discrete(fmu):
     variables = fmpy.read_model_description(str(fmu)).modelVariables
     found = {v.name for v in variables if v.variability == "discrete" and v.type != "Boolean"}

@@ -15,7 +15,7 @@ from golf_impact.errors import UserError
 from golf_impact.facts.closed_forms import reduced_mass
 from golf_impact.facts.scales import TOLERANCE, Scales
 from golf_impact.fmu.file import build_fmu
-from golf_impact.runs import METRICS, PATH
+from golf_impact.runs import METRICS
 from golf_impact.stress.cases import random_impact, random_steps
 from golf_impact.stress.reference import Reference
 
@@ -167,38 +167,6 @@ def test_a_value_set_after_initialization_counts(fmu):
     fmu.step(0.0, 1.0)
     late = fmu.read(METRICS)
     assert late == fmu.impact(METRICS, law=2, club_speed=50.0, k=2e6)
-
-
-def test_before_touch(fmu):
-    fmu.start(gap=0.1)
-    fmu.step(0.0, 1e-3)
-    outputs = read_all(fmu)
-    assert outputs["club_position"] == pytest.approx(-0.1 + 0.035, abs=1e-17)
-    assert not outputs["touched"]
-    assert outputs["energy_efficiency"] == 1.0
-    for name in ("smash_factor", "coefficient_of_restitution", "impulse", "max_force", "force"):
-        assert outputs[name] == 0.0
-    assert outputs["touch_time"] == 0.0
-
-
-def test_start_time(fmu):
-    fmu.restore_initial_state(fmu.slave)
-    fmu.slave.setupExperiment(startTime=5.0)
-    fmu.slave.enterInitializationMode()
-    fmu.slave.setReal(fmu.references(["gap"]), [0.35])
-    fmu.slave.exitInitializationMode()
-    assert fmu.read(["touch_time"])["touch_time"] == 5.0
-    fmu.slave.doStep(5.0, 1.0)
-    assert fmu.read(["touch_time"])["touch_time"] == pytest.approx(5.01, abs=1e-15)
-
-
-def test_a_trajectory_equals_single_steps(fmu):
-    path = fmu.trajectory(points=40, law=1, b=30.0)
-    for n in (3, 17, 39):
-        fmu.start(law=1, b=30.0)
-        fmu.step(0.0, path["time"][n])
-        for name, value in fmu.read(PATH).items():
-            assert path[name][n] == pytest.approx(value, rel=1e-12, abs=1e-9)
 
 
 @pytest.mark.parametrize("law", [1, 2])

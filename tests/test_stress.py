@@ -60,13 +60,6 @@ def test_the_map_shows_the_fmu_flat_and_the_others_blow_up(results):
         assert min(errors) < 0.05
 
 
-def test_the_same_seed_gives_the_same_impacts():
-    one, same, other = (cases.random_impact(seed, 3) for seed in (1, 1, 2))
-    assert one == same
-    assert one != other
-    assert cases.random_steps(one, 1) == cases.random_steps(same, 1)
-
-
 @pytest.mark.parametrize("number", range(20))
 def test_partitions_add_up_exactly(number):
     impact = cases.random_impact(5, number)

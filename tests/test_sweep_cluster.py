@@ -45,14 +45,12 @@ def workers():
 def test_a_local_cluster_where_a_port_of_dask_is_taken(alone, tmp_path, capfd):
     """It needs no fixed port, so there is no warning."""
     sets = [f"--set={name}={values}" for name, values in SETS.items()]
+    options = ("--samples", 2000, "--seed", 1, "--scheduler", "local", "--workers", 2)
     with ExitStack() as stack:
         # Otherwise another process has it.
         with suppress(OSError):
             stack.enter_context(socket.create_server(("", 8787)))
-        done = golf_here(
-            *("sweep", *sets, "--samples", 2000, "--seed", 1, "--scheduler", "local"),
-            *("--workers", 2, "--no-figures", "--out", tmp_path / "x.csv"),
-        )
+        done = golf_here("sweep", *sets, *options, "--no-figures", "--out", tmp_path / "x.csv")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "x.csv").read_bytes() == alone
     assert "8787" not in capfd.readouterr().err

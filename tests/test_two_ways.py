@@ -167,14 +167,6 @@ def test_the_border_of_damping_from_both_sides(law, border, m_ball):
     assert outcomes[0] == pytest.approx(outcomes[1], rel=2e-14)
 
 
-@pytest.mark.parametrize("b", [9.0, 60.0, 300.0])
-def test_the_border_of_equal_masses_from_both_sides(b):
-    # Law 1 counts its real rate from the slower drag, that of the heavier body.
-    beside_it = (math.nextafter(0.21, 0.0), 0.21, math.nextafter(0.21, math.inf))
-    for m_ball in beside_it:
-        assert agree(1, 1e6, b, 0.21, m_ball, touch(35.0, -20.0))
-
-
 def test_the_border_of_the_real_mode_from_both_sides():
     # The faster the common motion, the larger the share of the drag in the compression.
     def contact(ball_speed):
