@@ -93,30 +93,6 @@ def test_processes(extracted, tmp_path, method):
     assert done.stdout.strip().endswith("done"), done.stderr[-2000:]
 
 
-def test_a_forked_child_goes_on_with_its_copy(extracted):
-    if not hasattr(__import__("os"), "fork"):
-        pytest.skip("this system has no fork")
-    program = """
-import os, sys
-sys.path.insert(0, sys.argv[2])
-from instances import begin, discard, get, make_instance
-from test_interop import CRITERIA, same
-slave = make_instance(sys.argv[1])
-begin(slave)
-slave.doStep(0.0, 2e-4)
-child = os.fork()
-slave.doStep(2e-4, 5e-3)
-same(get(slave, *CRITERIA))
-discard(slave)
-if child == 0:
-    os._exit(0)
-assert os.waitpid(child, 0)[1] == 0
-print("done")
-"""
-    done = run_python(program, extracted, HERE, cwd=ROOT)
-    assert done.stdout.strip() == "done", done.stderr[-2000:]
-
-
 # Other tools
 
 _COSIM = """
