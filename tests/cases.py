@@ -127,6 +127,9 @@ CASES = {
 LINEAR = [name for name, case in CASES.items() if case.is_linear]
 POWER_LAW = [name for name in CASES if name not in LINEAR]
 
+#: Of the horizon, where the states of a contact are compared.
+SHARES = (0.08, 0.29, 0.4, 0.63, 1.0)
+
 #: One of each kind of contact, by what differs from the defaults.
 KINDS = {
     name: CASES[name].given
@@ -148,17 +151,24 @@ def horizon(name):
 
 
 @cache
-def exact(name):
-    """Outputs of a case at its horizon; of a power law those that are fixed at separation."""
-    case = CASES[name]
-    if not case.is_linear:
-        return PowerLawContact(**case.values).outputs()
-    impact, inputs = Reference(case.values), {}
-    for time, later in (*case.changes, (horizon(name), {})):
+def exact_path(name):
+    """All outputs of a linear case at some instants (s), the last of them its horizon."""
+    case, end = CASES[name], horizon(name)
+    impact, changes, path = Reference(case.values), dict(case.changes), {}
+    inputs = {}
+    for time in sorted({*changes, *(end * share for share in SHARES)}):
         # The clock is then exactly at these doubles.
         impact.step(impact.clock * 0 + time - impact.clock, **inputs)
-        inputs = later
-    return impact.outputs()
+        path[time], inputs = impact.outputs(), changes.get(time, {})
+    return path
+
+
+@cache
+def exact(name):
+    """Outputs of a case at its horizon; of a power law those that are fixed at separation."""
+    if not CASES[name].is_linear:
+        return PowerLawContact(**CASES[name].values).outputs()
+    return exact_path(name)[horizon(name)]
 
 
 def integrated(values, changes=(), force=None):

@@ -361,16 +361,17 @@ def test_dependencies(make, description):
 
 def test_a_club_that_sets_off_from_the_ball(make):
     """Gap 0 and no closing: nothing happens until the club's speed comes, even without an event."""
-    model = begin(make(FMU3Model), club_speed=0.0)
-    model.setTime(0.0)
+    model = begin(make(FMU3Model), 7.0, club_speed=0.0)
+    model.setTime(7.0)
     assert vector(model.getEventIndicators, 2)[0] > 0.0
     put(model, club_speed=10.0)
-    place(model, 1e-10, 1e-9, 0.0, 0.0, 0.0)
+    place(model, 8.0, 1e-9, 0.0, 0.0, 0.0)
     assert vector(model.getEventIndicators, 2)[0] < 0.0
     model.enterEventMode()
     assert model.updateDiscreteStates()[3]  # the state of velocity has jumped to the club's speed
     assert vector(model.getContinuousStates) == [1e-9, 0.0, 10.0, 0.0]
     assert get_all(model)[1] == [True, True, False]
+    assert get(model, "touch_time") == [8.0]
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-8])
