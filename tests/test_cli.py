@@ -260,6 +260,14 @@ def test_one_line_for_any_mistake(arguments, words, tmp_path):
 
 
 @pytest.mark.ci
+def test_a_backend_that_matplotlib_does_not_have(tmp_path):
+    env = {"MPLBACKEND": "nonsense"}
+    done = golf("run", "baseline", "--out", tmp_path, env=env)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "baseline_force.png").is_file()
+
+
+@pytest.mark.ci
 def test_a_terminal_without_greek_letters(tmp_path):
     done = golf("run", "laws", "--out", tmp_path, env={"PYTHONIOENCODING": "ascii"})
     assert done.returncode == 0, done.stderr

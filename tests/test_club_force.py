@@ -150,6 +150,20 @@ def test_power_laws_against_an_integration(exponent):
         assert now[name] == pytest.approx(expected[name], rel=1e-10), name
 
 
+def test_only_pieces_that_are_read_are_integrated(monkeypatch):
+    from golf_physics.laws.integrated import IntegratedContact
+
+    pieces = []
+    panel = IntegratedContact._panel
+    monkeypatch.setattr(
+        IntegratedContact, "_panel", lambda self, *a: pieces.append(1) or panel(self, *a)
+    )
+    values = {"law": 2, "exponent": 1.6, "club_force": 100.0}
+    stepped(values, [(1e-5, {"club_force": 100.0 + n}) for n in range(50)])
+    # Half as many with whole contacts would be 50 times 20.
+    assert len(pieces) < 400
+
+
 def test_refusals():
     messages = []
     component = Component(messages.append)

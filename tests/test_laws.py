@@ -8,6 +8,7 @@ import os
 import re
 import subprocess
 import sys
+import zipfile
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -133,6 +134,16 @@ def test_invariants(run, law):
         assert abs(momentum - M_CLUB * CLUB_SPEED) <= TOLERANCE * M_CLUB * CLUB_SPEED
         gained = M_BALL * now["ball_velocity"]
         assert abs(gained - now["impulse"]) <= TOLERANCE * now["impulse"]
+
+
+@every_law
+def test_documents_name_it(fmus, law):
+    name, description = LAWS[law].name, LAWS[law].description
+    with zipfile.ZipFile(fmus[2]) as archive:
+        assert name in archive.read("documentation/index.html").decode()
+    with zipfile.ZipFile(fmus[3]) as archive:
+        xml = archive.read("modelDescription.xml").decode()
+    assert f'<Item name="{name}" value="{law}" description="{description}"' in xml
 
 
 #: A law whose phases and equations differ.

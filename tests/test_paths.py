@@ -233,6 +233,16 @@ def test_devices_and_pipes_are_not_replaced(tmp_path, command, kind):
     assert not stat.S_ISREG(target.stat().st_mode)
 
 
+@pytest.mark.skipif(os.name != "posix", reason="links, and /proc")
+def test_a_folder_that_cannot_be_made(tmp_path):
+    """Noticed before anything runs, even before the FMU is checked."""
+    (tmp_path / "link").symlink_to("nowhere")
+    for out in ("link", "link/below", "/proc/golf"):
+        done = golf_here("run", "table1", "--fmu", "none.fmu", "--out", out, cwd=tmp_path)
+        refused(done, f"can't write {out}", "choose another folder")
+    assert names(tmp_path) == {"link"}
+
+
 # Space
 
 

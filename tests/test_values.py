@@ -208,6 +208,18 @@ def test_the_invariants_of_stress(driver, values, number):
     assert not failed, failed
 
 
+def test_the_time_of_the_largest_force_never_goes_back(driver):
+    """Near its maximum the force is flat: a later value may be larger by rounding."""
+    values = {"m_club": 1.6511082076446364, "m_ball": 0.6056538241224874, "b": 281579248.5904923}
+    begin(driver, values | {"club_speed": 1.0})
+    size, before = 2.5483879036306085e-09, 0.0
+    for n in range(64):
+        driver.slave.doStep(n * size, size)
+        now = driver.outputs()["time_of_max_force"]
+        assert now >= before
+        before = now
+
+
 anything = st.floats(allow_nan=True, allow_infinity=True)
 magnitudes = signed(decades(-320, 308))
 
