@@ -159,26 +159,6 @@ def entry_point(files):
     return f"resources/{files['resources/slavemodule.txt'].decode().strip()}.py"
 
 
-@pytest.mark.ci
-@pytest.mark.parametrize(
-    "damage",
-    [
-        lambda files: {entry_point(files): b"import os; os.abort()"},
-        lambda files: {LIBRARY: files[LIBRARY][:9999]},
-        lambda files: {"resources/slavemodule.txt": b"another_module"},
-    ],
-    ids=["abort", "half library", "other module"],
-)
-def test_contents_that_crash_a_process(tmp_path, files, damage):
-    """Run in a separate process, since without a list of files nothing else shows the damage."""
-    kept = {name: content for name, content in files.items() if name != SUMS}
-    path = packed(tmp_path / "x.fmu", kept | damage(files))
-    assert find_flaw(path) is None
-    with pytest.raises(UserError, match="can't be run here") as error:
-        check_fmu(path)
-    assert len(str(error.value).splitlines()) == 1
-
-
 # The built FMU
 
 

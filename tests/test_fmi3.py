@@ -43,16 +43,11 @@ def description(extracted):
 
 
 @pytest.fixture
-def make(extracted):
-    """Instances of either kind, terminated and freed at the end."""
-    made = []
-
+def make(extracted, made):
     def make(kind=FMU3Slave):
-        made.append(make_instance(extracted, f"impact {len(made)}", kind, loggingOn=True))
-        return made[-1]
+        return made(extracted, kind, loggingOn=True)
 
-    yield make
-    discard(*made)
+    return make
 
 
 # The file

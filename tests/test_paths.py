@@ -1,4 +1,4 @@
-"""Folders that are read-only, full, missing or have unusual names, and concurrent runs."""
+"""Folders that are full, missing, not to be written or have unusual names, and concurrent runs."""
 
 import json
 import os
@@ -6,7 +6,6 @@ import shutil
 import stat
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 from pathlib import Path
@@ -38,62 +37,6 @@ def installed(folder):
 
 
 MODULE = (sys.executable, "-m", "golf_impact")
-
-
-@pytest.fixture
-def nobody():
-    """Options of subprocess.run for a user without rights, and a folder that others can enter."""
-    if os.name != "posix":
-        pytest.skip("POSIX's users")
-    folder = Path(tempfile.mkdtemp(prefix="golf-impact-test-"))
-    folder.chmod(0o755)
-    options = {} if os.geteuid() else {"user": 65534, "group": 65534, "extra_groups": []}
-    env = checkout(folder / "checkout")
-    (folder / "own").mkdir()
-    (folder / "own").chmod(0o777)
-    # This Python may lie where others can't go; the system's can use the same packages.
-    packages = Path(pytest.__file__).parent.parent
-    env["PYTHONPATH"] += f"{os.pathsep}{packages}"
-    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
-    for python in (sys.executable, f"/usr/bin/{version}"):
-        options |= {"env": env, "program": (python, "-m", "golf_impact")}
-        try:
-            if golf("list", cwd=folder, **options).returncode == 0:
-                break
-        except OSError:
-            continue
-    else:
-        shutil.rmtree(folder)
-        pytest.skip("another user can't run this Python")
-    for path in [folder / "checkout", *(folder / "checkout").rglob("*")]:
-        path.chmod(0o555 if path.is_dir() else 0o444)
-    yield folder, options
-    for path in [folder / "checkout", *(folder / "checkout").rglob("*")]:
-        path.chmod(0o755)
-    shutil.rmtree(folder)
-
-
-# Rights
-
-
-@pytest.mark.ci
-def test_a_read_only_checkout(nobody):
-    """The FMU is built for this run, with a message."""
-    folder, options = nobody
-    done = golf("run", "table1", "--out", folder / "own" / "out", cwd=folder, **options)
-    assert done.returncode == 0, done.stderr
-    (line,) = done.stderr.splitlines()
-    assert "for this run only" in line
-    assert "build/ClubBallImpact.fmu: Permission denied" in line
-    assert names(folder / "own" / "out") == {"results.json", "report.html"}
-    refused(golf("build", cwd=folder, **options), "build/ClubBallImpact.fmu", "Permission denied")
-
-
-def test_a_working_folder_without_permission_to_write(nobody):
-    folder, options = nobody
-    refused(golf("run", "table1", cwd=folder, **options), "golf-impact-results", "--out")
-    refused(golf("bench", "--quick", cwd=folder, **options), "golf-impact-results", "--out")
-    assert names(folder) == {"checkout", "own"}
 
 
 @pytest.mark.parametrize(

@@ -15,23 +15,18 @@ from conftest import HERE, some
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import BY_NAME
-from instances import begin, discard, get_all, make_instance, mutate, put
+from instances import begin, get_all, mutate, put
 
 POINTS = 400
 STEP = 2e-6  # the contact lasts about 300 of these
 
 
 @pytest.fixture
-def make(extracted):
-    """Instances in stepping mode, terminated and freed at the end."""
-    slaves = []
-
+def make(extracted, made):
     def make(**values):
-        slaves.append(make_instance(extracted, f"impact {len(slaves)}"))
-        return begin(slaves[-1], **values)
+        return begin(made(extracted), **values)
 
-    yield make
-    discard(*slaves)
+    return make
 
 
 def inputs_at(n):

@@ -4,7 +4,6 @@ import csv
 import math
 import os
 import signal
-import subprocess
 import sys
 import time
 from concurrent.futures import Executor, Future
@@ -15,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet
 import pytest
-from command import COMMAND, golf_here, run, run_python
+from command import golf_here, golf_started, run, run_python
 from conftest import some
 
 from golf_build import VERSION
@@ -479,15 +478,8 @@ def test_a_parent_that_is_killed(tmp_path, scheduler):
 def sweep_in_a_session(path, workers, scheduler=None):
     """A sweep that would take minutes in a session of its own, when it has begun to write."""
     where = ["--scheduler", scheduler] if scheduler else []
-    options = ["--set", "k=1e6:2e6:10000000", "--out", path, "--workers", str(workers), *where]
-    process = subprocess.Popen(
-        [COMMAND, "sweep", *options],
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        # A test run in the background ignores Ctrl-C, and so would its children.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
+    options = ["--set", "k=1e6:2e6:10000000", "--out", path, "--workers", workers, *where]
+    process = golf_started("sweep", *options, start_new_session=True)
 
     def writes():
         assert process.poll() is None

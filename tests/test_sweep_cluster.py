@@ -5,13 +5,12 @@ import os
 import random
 import signal
 import socket
-import subprocess
 import time
 from contextlib import ExitStack, suppress
 
 import distributed
 import pytest
-from command import COMMAND, golf_here
+from command import golf_here, golf_started
 
 from golf_build import VERSION
 from golf_impact.errors import UserError
@@ -114,16 +113,11 @@ def test_ctrl_c_while_the_cluster_starts(tmp_path, times):
     for n in range(times):
         folder = tmp_path / str(n)
         folder.mkdir()
-        process = subprocess.Popen(
-            [
-                *(COMMAND, "sweep", "--set", "k=1e6:2e6:10000000", "--out", tmp_path / "x.csv"),
-                *("--scheduler", "local", "--workers", "2"),
-            ],
-            stderr=subprocess.PIPE,
-            text=True,
+        process = golf_started(
+            *("sweep", "--set", "k=1e6:2e6:10000000", "--out", tmp_path / "x.csv"),
+            *("--scheduler", "local", "--workers", 2),
             env={**os.environ, "TMPDIR": str(folder)},
             start_new_session=True,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
         )
         # Made when the workers are started.
         while not list(folder.glob("*/dask-scratch-space")):
