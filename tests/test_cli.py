@@ -24,7 +24,7 @@ def test_version_help_and_list():
 
 def test_build_and_run(tmp_path):
     fmu = tmp_path / "mine.fmu"
-    assert golf("build", "--out", fmu).returncode == 0
+    assert golf_here("build", "--out", fmu).returncode == 0
     assert zipfile.is_zipfile(fmu)
     out = tmp_path / "out"
     done = golf("run", "baseline", "--fmu", fmu, "--out", out, "--no-figures")
@@ -47,7 +47,8 @@ def test_no_figures_needs_no_matplotlib(tmp_path):
 
 
 def test_a_case_of_ones_own(tmp_path):
-    done = golf("run", "--set", "k=8e5", "--set", "club_speed=42", "--set", "law=2", cwd=tmp_path)
+    sets = ("--set", "k=8e5", "--set", "club_speed=42", "--set", "law=2")
+    done = golf_here("run", *sets, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     folder, stem = tmp_path / "golf-impact-results", "custom_k=800000_club_speed=42_law=2"
     case = json.loads((folder / f"{stem}_results.json").read_text())["custom"]["custom"]
