@@ -51,6 +51,19 @@ def golf(*arguments, cwd=None, env=None, program=(COMMAND,), **options):
     )
 
 
+def golf_started(*arguments, **options):
+    """The command as a process that goes on, for signals."""
+    return subprocess.Popen(
+        [COMMAND, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # A test run in the background ignores Ctrl-C, and so would its children.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        **options,
+    )
+
+
 def golf_here(*arguments, cwd=None):
     """Run the command in this process; arguments and results as those of `golf`."""
     handlers = {number: signal.getsignal(number) for number in SIGNALS}

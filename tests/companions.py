@@ -25,17 +25,28 @@ def drive(ssp, tmp_path_factory):
 
 
 @pytest.fixture
-def instance(tmp_path):
-    """Initialized instances of FMUs by path, terminated and freed at the end."""
+def made():
+    """Instances of extracted FMUs, terminated and freed at the end."""
     slaves = []
 
-    def made(path, **values):
-        folder = fmpy.extract(str(path), str(tmp_path / f"{path.stem}{len(slaves)}"))
-        slaves.append(make_instance(folder, path.stem))
-        return begin(slaves[-1], **values)
+    def made(folder, kind=None, **options):
+        slaves.append(make_instance(folder, f"instance {len(slaves)}", kind, **options))
+        return slaves[-1]
 
     yield made
     discard(*slaves)
+
+
+@pytest.fixture
+def instance(made, tmp_path_factory):
+    """Initialized instances of FMUs by path."""
+
+    def instance(path, **values):
+        return begin(
+            made(fmpy.extract(str(path), str(tmp_path_factory.mktemp(path.stem)))), **values
+        )
+
+    return instance
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """Fixtures for all tests: the built FMUs, and tables of reference cases."""
 
 import importlib.util
-import json
 import os
 import shutil
 import subprocess
@@ -27,26 +26,13 @@ HERE = Path(__file__).resolve().parent
 #: FMI's C headers.
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 
-#: S, COR and velocities (m/s) of the defaults by law, from the closed forms at 25 digits
-#: (data/impacts.json has the scenarios').
+#: S, COR and velocities (m/s) of the defaults by law; `cases.exact` has more.
 CRITERIA = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
 EXPECTED = {
     1: (1.5641431548673967, 0.9490239649368046, 21.529171647570724, 54.74501042035889),
     2: (1.5842497138122187, 0.9307477583617195, 22.872568440767466, 55.44873998342765),
 }
 LAW_1 = dict(zip(CRITERIA, EXPECTED[1]))
-
-#: One impact for each kind of contact: the values that differ from the defaults. Extreme linear
-#: contacts are in golf_impact.stress.cases.
-KINDS = {
-    "law 1": {},
-    "law 2": {"law": 2},
-    "after a gap": {"gap": 0.004, "ball_speed": 2.0},
-    "overdamped": {"law": 2, "b": 800.0},
-    "power law": {"law": 2, "exponent": 1.6, "k": 8e5, "b": 30.0},
-    "COR line": {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
-    "never separates": {"b": 2000.0},
-}
 
 # The same examples every time, with --ci more of them; at night, new ones and far more:
 # --hypothesis-profile=nightly.
@@ -77,6 +63,13 @@ SLOW = (
 def pytest_configure(config):
     if not config.getoption("--hypothesis-profile"):
         settings.load_profile("ci" if config.getoption("--ci") else "few")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_xdist_auto_num_workers(config):
+    """The tests of a file stay in one process: without others, in this one."""
+    files = {argument.partition("::")[0] for argument in config.args}
+    return 0 if len(files) == 1 and files.pop().endswith(".py") else None
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -237,17 +230,6 @@ def require_private_python():
         standalone_build.private_python(standalone_build.this_platform())
     except standalone_build.StandaloneError as error:
         pytest.skip(str(error))
-
-
-def reference_cases(*files):
-    """The cases of these files in tests/data, with an id each."""
-    cases = []
-    for file in files:
-        table = json.loads((HERE / "data" / f"{file}.json").read_text())
-        for n, case in enumerate(table["cases"]):
-            name = case.get("id", f"{file}-{n}-{case['law']}")
-            cases.append(pytest.param(case, id=name))
-    return cases
 
 
 def some(few, values, more=None):

@@ -1,5 +1,7 @@
 """Instances of FMUs by fmpy, for tests that make the FMI calls themselves."""
 
+import math
+
 import fmpy
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
@@ -68,3 +70,20 @@ def discard(*slaves):
     for slave in slaves:
         slave.terminate()
         slave.freeInstance()
+
+
+def mutate(rng, content):
+    """Remove or replace one item anywhere in a state's content, for states that no FMU has made."""
+    places = [
+        (content, key) for key in (content if isinstance(content, dict) else range(len(content)))
+    ]
+    for container, key in places:
+        inner = container[key]
+        keys = range(len(inner)) if isinstance(inner, list) else inner
+        places += [(inner, one) for one in keys] if isinstance(inner, list | dict) else []
+    container, key = rng.choice(places)
+    others = [None, True, "x", 0, 7, -1.5, 1e308, math.nan, -math.inf, [], {}, [1.0], 10**400]
+    if rng.random() < 0.2:
+        del container[key]
+    else:
+        container[key] = rng.choice(others)

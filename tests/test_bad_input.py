@@ -85,6 +85,7 @@ def test_any_communication_point_after_a_restored_state(fmu):
     fmu.slave.setFMUstate(state)
     fmu.slave.doStep(7.0, 0.5)
     fmu.slave.freeFMUstate(state)
+    assert is_discarded(fmu, 9.0), "after a step there is one point again"
     assert fmu.read(["touch_time"])["touch_time"] == pytest.approx(7.01, abs=1e-14)
 
 

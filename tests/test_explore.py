@@ -15,6 +15,8 @@ from urllib.parse import urlsplit
 import bokeh
 import numpy as np
 import pytest
+from cases import CASES as IMPACTS
+from cases import LINEAR, exact, horizon
 from command import COMMAND, golf_here, refused, run_python
 from page import serving
 
@@ -31,6 +33,7 @@ from golf_impact.explore.cases import (
 from golf_impact.explore.evaluator import LOFT, SWEPT
 from golf_impact.facts.balls import BALLS
 from golf_impact.fmu.loaded import LoadedFmu
+from golf_impact.runs import METRICS
 
 HERE = Path(__file__).parent
 
@@ -585,17 +588,13 @@ def test_the_physics_in_webassembly(exported, fmu):
     node = shutil.which("node")
     if node is None:
         pytest.skip("node isn't installed here")
-    cases = []
-    for file in ("impacts", "extremes"):
-        for one in json.loads((HERE / "data" / f"{file}.json").read_text())["cases"]:
-            names = ("m_club", "m_ball", "k", "b", "club_speed", "ball_speed")
-            values = {name: float(one[name]) for name in names}
-            values["law"] = {"absolute": 1, "relative": 2}[one["law"]]
-            outputs = [name for name in one["expected"] if name in fmu.variables]
-            if one.get("separates", True):
-                step = float(one["expected"]["contact_time"]) * 1.5
-                cases.append((values, [n for n in outputs if not n.endswith("position")], step))
-    assert len(cases) > 50
+    outputs = [name for name in METRICS if name in exact("law 1")]
+    cases = [
+        (IMPACTS[name].values, outputs, 1.5 * horizon(name))
+        for name in LINEAR
+        if exact(name)["separated"]
+    ]
+    assert len(cases) > 25
     done = subprocess.run(
         [node, "--input-type=module", "-e", _IN_NODE],
         input=json.dumps(cases),

@@ -7,11 +7,11 @@ from itertools import pairwise
 import fmpy
 import numpy as np
 import pytest
+from cases import KINDS
 from command import run_python
-from conftest import CRITERIA, EXPECTED, KINDS, require
+from conftest import CRITERIA, EXPECTED
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Model, FMU3Slave
-from fmpy.validation import validate_fmu
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import (
     BY_NAME,
@@ -25,10 +25,7 @@ from golf_physics.variables import (
 )
 from instances import begin, discard, get, get_all, make_instance, put
 from scipy.integrate import solve_ivp
-from typer.testing import CliRunner
 
-from golf_impact.commands.app import app
-from golf_impact.errors import UserError
 from golf_impact.fmu.file import BUILDERS, build_fmu
 
 OUTPUTS = [v.name for v in VARIABLES if v.causality == "output" and v.type == "Real"]
@@ -46,16 +43,11 @@ def description(extracted):
 
 
 @pytest.fixture
-def make(extracted):
-    """Instances of either kind, terminated and freed at the end."""
-    made = []
-
+def make(extracted, made):
     def make(kind=FMU3Slave):
-        made.append(make_instance(extracted, f"impact {len(made)}", kind, loggingOn=True))
-        return made[-1]
+        return made(extracted, kind, loggingOn=True)
 
-    yield make
-    discard(*made)
+    return make
 
 
 # The file
@@ -69,10 +61,6 @@ def test_it_is_reproducible_and_recognized_as_current(fmi3_path, fmu_path, tmp_p
     assert not BUILDERS[3].is_current(fmu_path)
     assert not BUILDERS[2].is_current(again)
     assert BUILDERS[2].digest() != BUILDERS[3].digest()
-
-
-def test_fmpy_finds_no_problem(fmi3_path):
-    assert validate_fmu(str(fmi3_path)) == []
 
 
 def test_the_xml_is_the_table(description, request):
@@ -101,36 +89,13 @@ def test_the_xml_is_the_table(description, request):
     assert description.coSimulation.mightReturnEarlyFromDoStep == alone
 
 
-@pytest.mark.plain
-def test_build_by_command(tmp_path, fmi3_path):
-    out = tmp_path / "mine.fmu"
-    assert CliRunner().invoke(app, ["build", "--fmi", "3", "--out", str(out)]).exit_code == 0
-    assert out.read_bytes() == fmi3_path.read_bytes()
-    assert [file.name for file in tmp_path.iterdir()] == ["mine.fmu"]
-    assert CliRunner().invoke(app, ["build", "--fmi", "4"]).exit_code == 2
-    refused = CliRunner().invoke(app, ["build", "--fmi", "3", "--system"])
-    assert isinstance(refused.exception, UserError)
-
-
 # Co-simulation
 
 
 @pytest.fixture(scope="module")
 def fmi2(fmu_path, tmp_path_factory):
-    """A function that steps the FMI 2.0 FMU through a case."""
     slave = make_instance(fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted2"))))
-
-    def path(points, changes, **values):
-        slave.reset()
-        begin(slave, points[0], **values)
-        seen = []
-        for n, (now, then) in enumerate(pairwise(points)):
-            put(slave, **changes.get(n, {}))
-            slave.doStep(now, then - now)
-            seen.append((get(slave, *OUTPUTS), slave.getBoolean(slave.flags)))
-        return seen
-
-    yield path
+    yield slave
     discard(slave)
 
 
@@ -146,13 +111,15 @@ POINTS = {
 @pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
 def test_stepped_it_is_the_fmi2_fmu(make, fmi2, values, points):
     changes = {20: {"k": 1.3e6, "b": 20.0}, 40: {"k": 9e5}} if "b" not in values else {}
-    expected = fmi2(points, changes, **values)
-    slave = begin(make(), points[0], **values)
+    fmi2.reset()
+    both = begin(make(), points[0], **values), begin(fmi2, points[0], **values)
     for n, (now, then) in enumerate(pairwise(points)):
-        put(slave, **changes.get(n, {}))
-        slave.doStep(now, then - now)
+        for slave in both:
+            put(slave, **changes.get(n, {}))
+            slave.doStep(now, then - now)
         # The same operations on the same numbers: equal to the last bit.
-        assert (get(slave, *OUTPUTS), slave.getBoolean(slave.flags)) == expected[n]
+        one, other = ((get(slave, *OUTPUTS), slave.getBoolean(slave.flags)) for slave in both)
+        assert one == other
 
 
 @pytest.mark.parametrize("law", [1, 2])
@@ -262,8 +229,7 @@ def test_solved_by_cvode_it_is_the_same_impact(extracted, fmu, values):
     assert [bool(last[name]) for name in FLAGS] == [fmu.read_flag(name) for name in FLAGS]
 
 
-@pytest.mark.parametrize("begin", [0.0, 7.0])
-@pytest.mark.parametrize("gap", [0.0, 0.004])
+@pytest.mark.parametrize(("begin", "gap"), [(0.0, 0.0), (7.0, 0.004)])
 def test_two_events_are_recorded(extracted, begin, gap):
     rows = fmpy.simulate_fmu(
         extracted,
@@ -276,36 +242,33 @@ def test_two_events_are_recorded(extracted, begin, gap):
         record_events=True,
     )
     # An event is a row before and one after it at the same time; a touch at the start needs none.
-    times = rows["time"]
-    events = [now for now, then in pairwise(times) if now == then]
-    touch = begin + gap / 35.0
-    expected = [touch] * (gap > 0.0) + [touch + 6.010445569987614e-4]
-    assert events == pytest.approx(expected, rel=0.0, abs=1e-12)
-    assert rows["touch_time"][-1] == pytest.approx(touch, rel=0.0, abs=1e-12)
-    assert rows["contact_time"][-1] == pytest.approx(6.010445569987614e-4, abs=1e-12)
+    touch, contact = begin + gap / 35.0, 6.010445569987614e-4
+    events = [now for now, then in pairwise(rows["time"]) if now == then]
+    assert events == pytest.approx([touch] * (gap > 0.0) + [touch + contact], rel=0.0, abs=1e-12)
+    last = rows[-1]
+    assert last["touch_time"] == pytest.approx(touch, rel=0.0, abs=1e-12)
+    assert last["contact_time"] == pytest.approx(contact, abs=1e-12)
 
 
 def test_inputs_may_jump_in_contact(extracted, fmu):
     """k and b change at 250 µs, club_speed on the way to the ball."""
     values = {"gap": 0.003, "law": 1}
+    names = ("club_speed", "k", "b")
     change = [(0.0, 20.0, 1e6, 9.0), (5e-5, 35.0, 1e6, 9.0), (2.5e-4, 35.0, 1.5e6, 30.0)]
-    rows = [change[0]]
-    for before, after in pairwise(change):
-        rows += [(after[0], *before[1:]), after]
-    rows.append((2e-3, *change[-1][1:]))
-    kinds = [("time", float), ("club_speed", float), ("k", float), ("b", float)]
-    last = solved(extracted, start_values=values, input=np.array(rows, dtype=kinds))[-1]
+    jumps = [row for old, new in pairwise(change) for row in ((new[0], *old[1:]), new)]
+    rows = [change[0], *jumps, (2e-3, *change[-1][1:])]
+    inputs = np.array(rows, dtype=[(name, float) for name in ("time", *names)])
+    last = solved(extracted, start_values=values, input=inputs)[-1]
     fmu.start(**values)
-    for (now, *inputs), then in zip(change, [5e-5, 2.5e-4, 2e-3], strict=True):
-        for name, value in zip(("club_speed", "k", "b"), inputs, strict=True):
-            fmu.set({name: value})
+    for (now, *given), then in zip(change, [5e-5, 2.5e-4, 2e-3], strict=True):
+        fmu.set(dict(zip(names, given, strict=True)))
         fmu.step(now, then - now)
     exact = fmu.read(OUTPUTS)
     for name in (*CRITERIA, "touch_time", "contact_time", "impulse", "contact_displacement"):
         assert last[name] == pytest.approx(exact[name], rel=1e-7), name
 
 
-@pytest.mark.parametrize("name", ["law 1", "law 2", "power law", "COR line"])
+@pytest.mark.parametrize("name", ["law 1", "law 2", "n = 1.6", "COR line"])
 def test_the_equations_are_those_of_the_phases(make, name):
     """At any state of the exact solution, the equations give its force and accelerations."""
     slave, model = begin(make(), **KINDS[name]), begin(make(FMU3Model), **KINDS[name])
@@ -377,7 +340,7 @@ def test_dependencies(make, description):
         put(model, **known)
         return [*get(model, *reals), *get_all(model)[1]]
 
-    for name in ("law 1", "law 2", "power law", "COR line"):
+    for name in ("law 1", "law 2", "n = 1.6", "COR line"):
         for model, states in phases(make, KINDS[name]):
             point = base | dict(zip(STATES, states, strict=True))
             before = values(model, dict(point))
@@ -387,44 +350,35 @@ def test_dependencies(make, description):
                 found |= {(n, known) for n, a, b in pairs if a != b and not math.isnan(a)}
             assert values(model, dict(point)) == pytest.approx(before, nan_ok=True, rel=0, abs=0)
     assert found == listed
-
-
-def test_no_algebraic_loop_through_the_impulse(description):
-    """The swing's club speed follows from the impulse, which must not depend on it."""
-    (impulse,) = (u for u in description.outputs if u.variable.name == "impulse")
-    assert not {v.name for v in impulse.dependencies} & {"k", "b", "club_speed"}
+    # Club speed follows from the impulse in a swing: it must not be an algebraic loop.
+    assert not found & {("impulse", name) for name in ("k", "b", "club_speed")}
 
 
 def test_a_club_that_sets_off_from_the_ball(make):
     """Gap 0 and no closing: nothing happens until the club's speed comes, even without an event."""
-    model = begin(make(FMU3Model), club_speed=0.0)
-    model.setTime(0.0)
+    model = begin(make(FMU3Model), 7.0, club_speed=0.0)
+    model.setTime(7.0)
     assert vector(model.getEventIndicators, 2)[0] > 0.0
     put(model, club_speed=10.0)
-    place(model, 1e-10, 1e-9, 0.0, 0.0, 0.0)
+    place(model, 8.0, 1e-9, 0.0, 0.0, 0.0)
     assert vector(model.getEventIndicators, 2)[0] < 0.0
     model.enterEventMode()
     assert model.updateDiscreteStates()[3]  # the state of velocity has jumped to the club's speed
     assert vector(model.getContinuousStates) == [1e-9, 0.0, 10.0, 0.0]
     assert get_all(model)[1] == [True, True, False]
+    assert get(model, "touch_time") == [8.0]
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-8])
 @pytest.mark.parametrize("method", ["DOP853", "RK45"])
 @pytest.mark.parametrize(
     "values",
-    [
-        {},
-        {"b": 900.0},
-        {"law": 2, "b": 0.0, "exponent": 2.0},
-        {"law": 2, "b": 0.0, "exponent": 12.0},
-        {"law": 2, "exponent": 1.6},
-    ],
+    [{}, {"b": 900.0}, {"law": 2, "b": 0.0, "exponent": 12.0}, {"law": 2, "exponent": 1.6}],
     ids=str,
 )
 def test_no_separation_is_overlooked(make, fmu, values, method, rtol):
     """By a solver with steps of its own choice, which looks for changes of sign at their ends."""
-    model = begin(make(FMU3Model), **values)
+    model, start = begin(make(FMU3Model), **values), [0.0, 0.0, 35.0, 0.0]
 
     def slope(t, y):
         place(model, t, *y)
@@ -440,10 +394,9 @@ def test_no_separation_is_overlooked(make, fmu, values, method, rtol):
     expected = fmu.read(["contact_time"])["contact_time"]
     assert expected > 0.0
     model.updateDiscreteStates()
-    tolerances = {"rtol": rtol, "atol": [0.02 * rtol, 0.02 * rtol, 35.0 * rtol, 35.0 * rtol]}
-    run = solve_ivp(
-        slope, (0.0, 5.0 * expected), [0.0, 0.0, 35.0, 0.0], method, events=separation, **tolerances
-    )
+    atol = [0.02 * rtol, 0.02 * rtol, 35.0 * rtol, 35.0 * rtol]
+    options = {"events": separation, "rtol": rtol, "atol": atol}
+    run = solve_ivp(slope, (0.0, 5.0 * expected), start, method, **options)
     assert run.status == 1
     assert run.t[-1] == pytest.approx(expected, rel=1e3 * rtol)
 
@@ -548,12 +501,10 @@ def test_bad_start_values_end_the_initialization(extracted, bad, kind, request):
         fmpy.simulate_fmu(extracted, fmi_type=kind, start_values=bad, use_event_mode=True)
 
 
-@pytest.mark.parametrize("gap", [0.0, 0.001])
-def test_a_restitution_out_of_reach_stops_a_solver(make, gap):
+def test_a_restitution_out_of_reach_stops_a_solver(make):
     line = {"law": 2, "restitution_at_rest": 0.5, "restitution_slope": 0.1}
-    model = begin(make(FMU3Model), gap=gap, **line)
-    place(model, gap / 35.0, 0.0, 0.0, 35.0, 0.0)
-    assert gap or "is refused at touch" in model.messages[-1]
+    model = begin(make(FMU3Model), gap=0.001, **line)
+    place(model, 0.001 / 35.0, 0.0, 0.0, 35.0, 0.0)
     assert model.updateDiscreteStates()[1]
     assert "club_speed = 35.0 m/s is refused at touch" in model.messages[-1]
     assert all(map(math.isnan, vector(model.getContinuousStateDerivatives)))
@@ -576,12 +527,11 @@ def test_no_call_is_fatal(make):
         get_all(model)
 
 
-def test_a_step_in_model_exchange_is_refused(extracted, make):
+def test_a_step_in_model_exchange_is_refused(make):
     slave = begin(make())
     slave.fmi3SetTime(slave.component, 0.0)
     with pytest.raises(FMICallException, match="discard"):
         slave.doStep(0.0, 1e-4)
-    assert "Model Exchange" in slave.messages[-1]
 
 
 # Beside others
@@ -603,30 +553,3 @@ print(json.dumps([[float(row["smash_factor"][-1]) for row in rows], sorted(packa
         assert results[0] == pytest.approx(EXPECTED[1][0], rel=1e-15)
         digests = sorted(f"golf_physics_{BUILDERS[fmi].digest()[:16]}" for fmi in (2, 3))
         assert packages == digests
-
-
-_ECOS = """
-import json, sys
-from ecospy.EcosSimulation import EcosSimulation
-from ecospy.EcosSimulationStructure import EcosSimulationStructure
-fmu, step, steps, k, names = json.loads(sys.argv[1])
-with EcosSimulationStructure() as structure:
-    structure.add_model("impact", fmu)
-    structure.add_parameter_set("case", {"impact::gap": 0.002})
-    with EcosSimulation(structure=structure, step_size=step) as simulation:
-        assert simulation.init(parameter_set="case")
-        simulation.set_real("impact::k", k)
-        simulation.step(steps)
-        print("results", json.dumps([simulation.get_real(f"impact::{name}") for name in names]))
-"""
-
-
-@pytest.mark.importers
-@pytest.mark.parametrize("step", [1e-3, 1e-4, 1e-6])
-def test_ecos(fmi3_path, fmu, step):
-    require("ecospy")
-    done = run_python(_ECOS, json.dumps([str(fmi3_path), step, round(5e-3 / step), 8e5, CRITERIA]))
-    (line,) = (text for text in done.stdout.splitlines() if text.startswith("results "))
-    exact = fmu.impact(CRITERIA, gap=0.002, k=8e5)
-    results = json.loads(line.removeprefix("results "))
-    assert results == pytest.approx(list(exact.values()), rel=1e-12)

@@ -4,6 +4,7 @@ import gc
 import itertools
 
 import pytest
+from cases import KINDS as ALL_KINDS
 from golf_physics.component.component import Component
 from golf_physics.component.segment import Segment
 from golf_physics.component.state import plain, revived
@@ -13,50 +14,15 @@ from golf_physics.values import START, Inputs, Parameters
 from golf_physics.variables import BY_NAME, SETTABLE, VARIABLES
 
 REFERENCES = {name: row.reference for name, row in BY_NAME.items()}
-STATE = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
 ALL_REALS = [row.reference for row in VARIABLES if row.type == "Real"]
 
-POWER_LAW = {"law": 2, "exponent": 1.6, "k": 8e5, "b": 30.0}
-KINDS = {
-    "law 1": {},
-    "law 2": {"law": 2},
-    "overdamped": {"law": 2, "b": 800.0},
-    "power law": POWER_LAW,
-    "COR line": {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
-}
-APART = {"gap": 0.01, "club_speed": 50.0, "ball_speed": -5.0}
+KINDS = {name: values for name, values in ALL_KINDS.items() if name != "never separates"}
 
 
 def impact_of(values):
     values = {v.name: v.start for v in SETTABLE.values()} | values
     inputs = Inputs(*(values.pop(name) for name in Inputs._fields))
     return Impact.start(Parameters(*values.values()), inputs.club_speed), inputs
-
-
-def put(component, values):
-    for name, value in values.items():
-        component.set_values([REFERENCES[name]], [value], BY_NAME[name].type)
-
-
-@pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
-@pytest.mark.parametrize("read", [STATE, ("force",), ("max_force", "impulse")], ids=len)
-def test_reads_in_initialization_mode_leave_no_trace(values, read):
-    """Also not of a contact that begins at once, when the bodies are moved apart afterwards."""
-    references = [REFERENCES[name] for name in read]
-    components = [Component(pytest.fail) for _ in range(2)]
-    for number, component in enumerate(components):
-        component.set_up(0.0)
-        component.enter_initialization()
-        put(component, values)
-        if number:
-            component.reals(references)
-        put(component, APART)
-    first, second = ([c.reals(references), c.reals(ALL_REALS)] for c in components)
-    assert first == second
-    position, speed, ball = (
-        REFERENCES[n] for n in ("club_position", "club_velocity", "ball_speed")
-    )
-    assert components[1].reals([position, speed, ball]) == [-0.01, 50.0, -5.0]
 
 
 @pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
@@ -83,12 +49,6 @@ def test_an_impact_never_changes(values):
     assert set(kinds) == {Approach, Contact, Flight}
 
 
-def test_inputs_that_make_no_difference_keep_the_contact():
-    impact, inputs = impact_of({})
-    segment = Segment(impact, inputs, START, 1e-4)
-    assert segment.changed(inputs._replace(club_speed=50.0), 1.0) is segment.present(1.0)
-
-
 def changing(steps):
     """A component whose k has been changed at every one of so many steps, in contact."""
     component = Component(pytest.fail)
@@ -112,17 +72,6 @@ def test_changes_in_contact_do_not_pile_up():
     # A phase and the totals of those before it, whatever their number.
     sizes = [len(Component.packed(changing(steps).snapshot())) for steps in (20, 400)]
     assert abs(sizes[1] - sizes[0]) < 60
-
-
-def test_results_do_not_depend_on_when_they_are_read():
-    lazy, eager = changing(150), Component(pytest.fail)
-    eager.enter_initialization()
-    eager.exit_initialization()
-    for n in range(150):
-        eager.set_values([REFERENCES["k"]], [1e6 + 1e3 * (n % 7)])
-        eager.step(n * 1e-6, 1e-6)
-        eager.reals(ALL_REALS)
-    assert lazy.reals(ALL_REALS) == eager.reals(ALL_REALS)
 
 
 def test_no_cyclic_garbage():

@@ -93,30 +93,6 @@ def test_processes(extracted, tmp_path, method):
     assert done.stdout.strip().endswith("done"), done.stderr[-2000:]
 
 
-def test_a_forked_child_goes_on_with_its_copy(extracted):
-    if not hasattr(__import__("os"), "fork"):
-        pytest.skip("this system has no fork")
-    program = """
-import os, sys
-sys.path.insert(0, sys.argv[2])
-from instances import begin, discard, get, make_instance
-from test_interop import CRITERIA, same
-slave = make_instance(sys.argv[1])
-begin(slave)
-slave.doStep(0.0, 2e-4)
-child = os.fork()
-slave.doStep(2e-4, 5e-3)
-same(get(slave, *CRITERIA))
-discard(slave)
-if child == 0:
-    os._exit(0)
-assert os.waitpid(child, 0)[1] == 0
-print("done")
-"""
-    done = run_python(program, extracted, HERE, cwd=ROOT)
-    assert done.stdout.strip() == "done", done.stderr[-2000:]
-
-
 # Other tools
 
 _COSIM = """
@@ -147,12 +123,20 @@ with EcosSimulationStructure() as structure:
 
 
 @pytest.mark.importers
-@pytest.mark.parametrize("law", [1, 2])
 @pytest.mark.parametrize("step", STEPS)
-@pytest.mark.parametrize(("tool", "code"), [("libcosimpy", _COSIM), ("ecospy", _ECOS)])
-def test_other_importers(fmu_path, tool, code, step, law):
+@pytest.mark.parametrize(
+    ("tool", "code", "path", "law"),
+    [
+        *(("libcosimpy", _COSIM, "fmu_path", law) for law in (1, 2)),
+        *(("ecospy", _ECOS, "fmu_path", law) for law in (1, 2)),
+        # Of an Enumeration, as law is in FMI 3.0, ecos keeps the start value.
+        ("ecospy", _ECOS, "fmi3_path", 1),
+    ],
+)
+def test_other_importers(request, tool, code, path, step, law):
     require(tool)
-    given = json.dumps([str(fmu_path), step, round(STOP / step), law, CRITERIA])
+    fmu = request.getfixturevalue(path)
+    given = json.dumps([str(fmu), step, round(STOP / step), law, CRITERIA])
     prelude = "import json, sys\nfmu, step, steps, law, names = json.loads(sys.argv[1])\n"
     program = f'{prelude}{code}\nprint("results", json.dumps(list(results)))'
     done = run_python(program, given)

@@ -1,8 +1,7 @@
 """Properties of every contact law of the table, and of one that is added to it.
 
-The reference has only a law's equations of motion, `force` and `drag`, and integrates them by
-SciPy's DOP853. So phases that differ from the equations are found in co-simulation, in Model
-Exchange, by any steps.
+The reference is an integration of a law's `force` by SciPy's DOP853. So phases that differ from the
+equations are found in co-simulation, in Model Exchange, by any steps.
 """
 
 import os
@@ -16,17 +15,18 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from cases import integrated
 from command import checkout
 from golf_physics.laws import LAWS
 from golf_physics.laws.law import LinearLaw
 from golf_physics.values import Parameters
 from instances import begin, discard, get, make_instance
-from scipy.integrate import solve_ivp
 
 from golf_build import fmi2, fmi3
 
 HERE = Path(__file__).parent
 M_CLUB, M_BALL, K, B, CLUB_SPEED = 0.21, 0.0625, 1e6, 30.0, 35.0
+VALUES = {"m_club": M_CLUB, "m_ball": M_BALL, "k": K, "b": B, "club_speed": CLUB_SPEED}
 END = 2e-3
 OUTPUTS = (
     "club_velocity", "ball_velocity", "ball_position", "contact_time", "impulse", "max_force",
@@ -48,10 +48,9 @@ def fmus(tmp_path_factory):
 @pytest.fixture(scope="module")
 def run(fmus, tmp_path_factory):
     folder = fmpy.extract(str(fmus[2]), tmp_path_factory.mktemp("extracted"))
-    values = {"m_club": M_CLUB, "m_ball": M_BALL, "k": K, "b": B, "club_speed": CLUB_SPEED}
 
     def run(law, steps):
-        slave = begin(make_instance(folder), law=law, **values)
+        slave = begin(make_instance(folder), law=law, **VALUES)
         rows = []
         for n in range(steps):
             slave.doStep(n * END / steps, END / steps)
@@ -67,32 +66,15 @@ def exact(number):
     """The outputs at the end, from the law's equations of motion."""
     law = LAWS[number]
     parameters = Parameters(M_CLUB, M_BALL, 0.04, 0.0, 0.0, number, 1.0, 0.005, 0.0, 0.0)
-    drag = law.drag(B)
 
-    def force(y):
-        return law.force(parameters, K, B, y[0] - y[1], y[2] - y[3])
+    def force(compression, closing, values):
+        return law.force(parameters, K, B, compression, closing)
 
-    def slopes(t, y):
-        f = force(y)
-        return [y[2], y[3], -(f + drag * y[2]) / M_CLUB, (f - drag * y[3]) / M_BALL, f]
-
-    def over(t, y):
-        # A linear law ends without force, others and law 1 without compression too.
-        return force(y) if t > 1e-6 else 1.0
-
-    over.terminal = True
-    tolerances = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-16}
-    start = [0.0, 0.0, CLUB_SPEED, 0.0, 0.0]
-    solution = solve_ivp(slopes, (0.0, END), start, events=over, **tolerances)
-    (end,), ((_, x_ball, v_club, v_ball, impulse),) = solution.t_events[0], solution.y_events[0]
-    return {
-        "club_velocity": v_club,
-        "ball_velocity": v_ball,
-        "ball_position": x_ball + v_ball * (END - end),
-        "contact_time": end,
-        "impulse": impulse,
-        "kinetic_energy": (M_CLUB * v_club**2 + M_BALL * v_ball**2) / 2,
-    }
+    outputs = integrated(VALUES | {"law": number}, force=force)
+    after = END - outputs["contact_time"]
+    moved = outputs.pop("contact_displacement") + outputs["ball_velocity"] * after
+    energy = M_CLUB * outputs["club_velocity"] ** 2 + M_BALL * outputs["ball_velocity"] ** 2
+    return outputs | {"ball_position": moved, "kinetic_energy": energy / 2}
 
 
 SCALES = {
@@ -120,7 +102,7 @@ def test_model_exchange_against_the_equations(fmus, law):
         stop_time=END,
         relative_tolerance=1e-10,
         output_interval=END / 10,
-        start_values={"law": law, "m_club": M_CLUB, "m_ball": M_BALL, "k": K, "b": B},
+        start_values={"law": law, **VALUES},
         output=["ball_velocity", "club_velocity", "contact_time", "separated"],
     )
     right = exact(law)
@@ -158,15 +140,10 @@ def test_invariants(run, law):
 def test_documents_name_it(fmus, law):
     name, description = LAWS[law].name, LAWS[law].description
     with zipfile.ZipFile(fmus[2]) as archive:
-        page = archive.read("documentation/index.html").decode()
-        xml = archive.read("modelDescription.xml").decode()
-    assert name in page
-    assert f"{law} ({name})" in xml or name in xml
+        assert name in archive.read("documentation/index.html").decode()
     with zipfile.ZipFile(fmus[3]) as archive:
         xml = archive.read("modelDescription.xml").decode()
-    assert re.search(
-        rf'<Item name="{name}" value="{law}" description="{re.escape(description)}"', xml
-    )
+    assert f'<Item name="{name}" value="{law}" description="{description}"' in xml
 
 
 #: A law whose phases and equations differ.

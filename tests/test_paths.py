@@ -1,4 +1,4 @@
-"""Folders that are read-only, full, missing or have unusual names, and concurrent runs."""
+"""Folders that are full, missing, not to be written or have unusual names, and concurrent runs."""
 
 import json
 import os
@@ -6,7 +6,6 @@ import shutil
 import stat
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 from pathlib import Path
@@ -40,62 +39,6 @@ def installed(folder):
 MODULE = (sys.executable, "-m", "golf_impact")
 
 
-@pytest.fixture
-def nobody():
-    """Options of subprocess.run for a user without rights, and a folder that others can enter."""
-    if os.name != "posix":
-        pytest.skip("POSIX's users")
-    folder = Path(tempfile.mkdtemp(prefix="golf-impact-test-"))
-    folder.chmod(0o755)
-    options = {} if os.geteuid() else {"user": 65534, "group": 65534, "extra_groups": []}
-    env = checkout(folder / "checkout")
-    (folder / "own").mkdir()
-    (folder / "own").chmod(0o777)
-    # This Python may lie where others can't go; the system's can use the same packages.
-    packages = Path(pytest.__file__).parent.parent
-    env["PYTHONPATH"] += f"{os.pathsep}{packages}"
-    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
-    for python in (sys.executable, f"/usr/bin/{version}"):
-        options |= {"env": env, "program": (python, "-m", "golf_impact")}
-        try:
-            if golf("list", cwd=folder, **options).returncode == 0:
-                break
-        except OSError:
-            continue
-    else:
-        shutil.rmtree(folder)
-        pytest.skip("another user can't run this Python")
-    for path in [folder / "checkout", *(folder / "checkout").rglob("*")]:
-        path.chmod(0o555 if path.is_dir() else 0o444)
-    yield folder, options
-    for path in [folder / "checkout", *(folder / "checkout").rglob("*")]:
-        path.chmod(0o755)
-    shutil.rmtree(folder)
-
-
-# Rights
-
-
-@pytest.mark.ci
-def test_a_read_only_checkout(nobody):
-    """The FMU is built for this run, with a message."""
-    folder, options = nobody
-    done = golf("run", "table1", "--out", folder / "own" / "out", cwd=folder, **options)
-    assert done.returncode == 0, done.stderr
-    (line,) = done.stderr.splitlines()
-    assert "for this run only" in line
-    assert "build/ClubBallImpact.fmu: Permission denied" in line
-    assert names(folder / "own" / "out") == {"results.json", "report.html"}
-    refused(golf("build", cwd=folder, **options), "build/ClubBallImpact.fmu", "Permission denied")
-
-
-def test_a_working_folder_without_permission_to_write(nobody):
-    folder, options = nobody
-    refused(golf("run", "table1", cwd=folder, **options), "golf-impact-results", "--out")
-    refused(golf("bench", "--quick", cwd=folder, **options), "golf-impact-results", "--out")
-    assert names(folder) == {"checkout", "own"}
-
-
 @pytest.mark.parametrize(
     "cache", ["blocked/golf-impact", pytest.param("~/.cache/golf-impact", marks=pytest.mark.ci)]
 )
@@ -104,7 +47,6 @@ def test_no_home(tmp_path, cache):
 
     The second is what platformdirs gives for a user who has no home at all.
     """
-    env = installed(tmp_path / "site")
     # With no right to make one, even for root: a file stands where the cache would be.
     (tmp_path / "blocked").write_text("")
     start = (
@@ -112,11 +54,11 @@ def test_no_home(tmp_path, cache):
         "platformdirs.user_cache_path = lambda *_: pathlib.Path(os.environ['CACHE'])\n"
         "main()"
     )
-    env |= {"CACHE": cache if cache.startswith("~") else str(tmp_path / cache)}
-    cwd = tmp_path / "cwd"
-    cwd.mkdir()
-    clean = {key: value for key, value in os.environ.items() if key != "HOME"}
-    done = run_python(start, "run", "table1", "--out", "out", cwd=cwd, env=clean | env)
+    env = {key: value for key, value in os.environ.items() if key != "HOME"}
+    env |= installed(tmp_path / "site")
+    env["CACHE"] = cache if cache.startswith("~") else str(tmp_path / cache)
+    (cwd := tmp_path / "cwd").mkdir()
+    done = run_python(start, "run", "table1", "--out", "out", cwd=cwd, env=env)
     (line,) = done.stderr.splitlines()
     assert line.startswith("Built ")
     assert names(cwd) == {"out"}
@@ -124,18 +66,13 @@ def test_no_home(tmp_path, cache):
 
 @pytest.mark.ci
 def test_the_cache_of_an_installed_copy(tmp_path):
-    env = installed(tmp_path / "site") | {
-        "HOME": str(tmp_path / "home"),
-        "XDG_CACHE_HOME": str(tmp_path / "cache"),
-        "LOCALAPPDATA": str(tmp_path / "cache"),
-    }
-    first, second = (
-        golf("run", "table1", "--out", "out", cwd=tmp_path, env=env, program=MODULE)
-        for _ in range(2)
-    )
-    assert first.returncode == second.returncode == 0, first.stderr
-    assert "it was missing" in first.stderr
-    assert second.stderr == ""
+    cache = dict.fromkeys(("HOME", "XDG_CACHE_HOME", "LOCALAPPDATA"), str(tmp_path / "cache"))
+    env = installed(tmp_path / "site") | cache
+    for message in ("it was missing", ""):
+        done = golf("run", "table1", "--out", "out", cwd=tmp_path, env=env, program=MODULE)
+        assert done.returncode == 0, done.stderr
+        assert message in done.stderr
+        assert bool(done.stderr) == bool(message)
     assert len(list((tmp_path / "cache").rglob("ClubBallImpact.fmu"))) == 1
 
 
@@ -147,23 +84,16 @@ def test_unusual_names_of_all_folders_but_the_temporary_one(tmp_path):
     """The checkout, the working folder and --out."""
     folder = tmp_path / ODD
     env = checkout(folder / "checkout")
-    (folder / "here").mkdir()
-    done = golf(
-        "run", "table1", "system", "--out", f"out {ODD}",
-        cwd=folder / "here", env=env, program=MODULE,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert "system_flight.png" in names(folder / "here" / f"out {ODD}")
-    fmu = folder / "checkout" / "build" / "ClubBallImpact.fmu"
-    assert fmu.exists()
-    done = golf("build", "--out", folder / "x.fmu", cwd=folder, env=env, program=MODULE)
-    assert done.returncode == 0, done.stderr
-    assert (folder / "x.fmu").read_bytes() == fmu.read_bytes()
-    done = golf(
-        "run", "table1", "--fmu", folder / "x.fmu", "--out", "out", cwd=folder, env=env,
-        program=MODULE,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    for arguments in (
+        ("run", "table1", "system", "--out", f"out {ODD}"),
+        ("build", "--out", folder / "x.fmu"),
+        ("run", "table1", "--fmu", folder / "x.fmu", "--out", "out"),
+    ):
+        done = golf(*arguments, cwd=folder, env=env, program=MODULE)
+        assert done.returncode == 0, done.stderr
+    assert "system_flight.png" in names(folder / f"out {ODD}")
+    built = folder / "checkout" / "build" / "ClubBallImpact.fmu"
+    assert (folder / "x.fmu").read_bytes() == built.read_bytes()
 
 
 @pytest.mark.parametrize("command", [("run", "table1"), ("build", "--out", "x.fmu")])
@@ -181,8 +111,7 @@ def test_an_unusual_name_of_the_temporary_folder(tmp_path, command):
     "arguments",
     [
         ("run", "table1", "--out", ""),
-        ("run", "table1", "--out="),
-        ("run", "table1", "--fmu", ""),
+        ("run", "table1", "--fmu="),
         ("build", "--out", ""),
         ("run", ""),
     ],
@@ -191,16 +120,6 @@ def test_an_empty_argument(tmp_path, arguments):
     """As from an unset variable of the shell."""
     refused(golf_here(*arguments, cwd=tmp_path), "an argument is empty")
     assert names(tmp_path) == set()
-
-
-def test_long_names(tmp_path):
-    for out in ("x" * 300, "x/" * 3000):
-        refused(
-            golf_here("run", "table1", "--out", out, cwd=tmp_path), "File name too long", "--out"
-        )
-    assert names(tmp_path) == set()
-    done = golf_here("build", "--out", "x" * 240 + ".fmu", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
 
 
 def test_files_in_place_of_folders_and_vice_versa(tmp_path):
@@ -217,12 +136,11 @@ def test_files_in_place_of_folders_and_vice_versa(tmp_path):
 
 
 def test_links_remain(tmp_path):
-    (tmp_path / "elsewhere").mkdir()
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "results.json").symlink_to(tmp_path / "elsewhere" / "mine.json")
+    (tmp_path / "out" / "results.json").symlink_to(tmp_path / "mine.json")
     assert golf_here("run", "table1", "--out", "out", cwd=tmp_path).returncode == 0
     assert (tmp_path / "out" / "results.json").is_symlink()
-    assert "table1" in json.loads((tmp_path / "elsewhere" / "mine.json").read_text())
+    assert "table1" in json.loads((tmp_path / "mine.json").read_text())
 
 
 COMMANDS_THAT_WRITE = {
@@ -301,41 +219,18 @@ def test_a_full_disk(small, tmp_path):
 
 
 @pytest.mark.ci
-@posix
-def test_files_that_may_not_grow(tmp_path):
-    import resource
-
-    for limit, command in ((10_000, ("run", "table1")), (100_000, ("build", "--out", "x.fmu"))):
-        done = golf(
-            *command,
-            cwd=tmp_path,
-            env={"TMPDIR": str(tmp_path)},
-            preexec_fn=lambda limit=limit: resource.setrlimit(
-                resource.RLIMIT_FSIZE, (limit, limit)
-            ),
-        )
-        refused(done, "File too large")
-        assert names(tmp_path) == set()
-
-
-@pytest.mark.ci
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
 def test_standard_output_that_is_full_or_closed(tmp_path):
-    with open("/dev/full", "w") as full:
-        done = subprocess.run(
-            [COMMAND, "run", "table1", "--out", "out"],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            cwd=tmp_path,
-        )
-    refused(done, "No space left on device")
-    line = f'"{COMMAND}" run table1 --out out >&-'
-    done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    line = f'"{COMMAND}" run baseline --no-figures --out out | head -n 1'
-    done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, cwd=tmp_path)
-    assert "Traceback" not in done.stderr
+    for end, code, words in (
+        (">/dev/full", 2, "No space left on device"),
+        (">&-", 0, ""),
+        ("| head -n 1", 0, ""),
+    ):
+        line = f'"{COMMAND}" run table1 --out out {end}'
+        done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, cwd=tmp_path)
+        assert done.returncode == code
+        assert words in done.stderr
+        assert len(done.stderr.splitlines()) == bool(words)
 
 
 # Two at once

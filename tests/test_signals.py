@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from command import COMMAND, run_python
+from command import golf_started, run_python
 
 STOPPED = "Stopped; nothing half-written is left."
 
@@ -19,16 +19,8 @@ pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="lo
 
 def begin(arguments, temporary, cwd):
     """The command in a process of its own, as soon as it handles signals."""
-    process = subprocess.Popen(
-        [COMMAND, *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=cwd,
-        env={**os.environ, "TMPDIR": str(temporary)},
-        # A test run in the background ignores Ctrl-C, and so would its children.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
+    env = {**os.environ, "TMPDIR": str(temporary)}
+    process = golf_started(*arguments, cwd=cwd, env=env)
     while process.poll() is None and not handles_sigterm(process.pid):
         time.sleep(0.001)
     return process

@@ -18,6 +18,7 @@ from pathlib import Path
 import find_libpython
 import fmpy
 import pytest
+from cases import CASES
 from command import golf_here, run, run_python
 from conftest import HEADERS, HOST_TASKS, LAW_1
 from golf_physics.variables import VARIABLES
@@ -105,14 +106,14 @@ def test_in_a_root_with_nothing_but_libc(bare, task):
 # The numbers
 
 
-def _calls(case):
-    """A reference case as lines for replay: see fmi2_calls."""
+def _calls(values):
+    """An impact as lines for replay: see fmi2_calls."""
     names = {variable.name: variable.reference for variable in VARIABLES}
     yield "new i"
     yield "log i 1"
-    for name in sorted(names.keys() & case.keys() - {"law"}):
-        yield f"set i real {names[name]}={case[name]!r}"
-    yield f"set i integer {names['law']}={1 + ('absolute', 'relative').index(case['law'])}"
+    for name in sorted(values.keys() - {"law"}):
+        yield f"set i real {names[name]}={values[name]!r}"
+    yield f"set i integer {names['law']}={values['law']}"
     yield from ("setup i 0.0", "enter i", "exit i")
     outputs = " ".join(str(v.reference) for v in VARIABLES if v.type == "Real")
     point = 0.0
@@ -126,9 +127,8 @@ def _calls(case):
 def test_the_private_python_has_the_plain_fmus_numbers(
     compiled, standalone_path, fmu_path, libpython, tmp_path
 ):
-    """Every reference case, the extreme ones too: to the last bit, and the state's bytes."""
-    tables = [json.loads((HERE / "data" / f"{name}.json").read_text()) for name in _TABLES]
-    lines = [line for table in tables for case in table["cases"] for line in _calls(case)]
+    """Every case of the tests' table: to the last bit, and the state's bytes."""
+    lines = [line for case in CASES.values() for line in _calls(case.values)]
     program = compiled("replay")
     results = []
     preloaded = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
@@ -140,9 +140,6 @@ def test_the_private_python_has_the_plain_fmus_numbers(
     assert len(results[0]) == len(lines) + 1 > 1000
     differences = [row for row in zip(lines, *results) if row[1] != row[2]]
     assert not differences, differences[:3]
-
-
-_TABLES = ("impacts", "extremes")
 
 
 # Hosts that do otherwise

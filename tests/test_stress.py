@@ -2,18 +2,15 @@
 
 import json
 
-import mpmath
 import pytest
-from conftest import reference_cases, some
+from conftest import some
+from golden import moved, mp
 
 from golf_impact.commands.stress import stress
 from golf_impact.stress import all as all_
 from golf_impact.stress import cases, invariants, special_points
 from golf_impact.stress.driver import driver
 from golf_impact.stress.reference import Reference
-
-mp = mpmath.mp.clone()
-mp.dps = 90
 
 
 @pytest.fixture(
@@ -51,13 +48,6 @@ def test_worst_cases_have_their_inputs(results):
         assert again.values == case["values"]
 
 
-def test_the_same_seed_gives_the_same_impacts():
-    one, same, other = (cases.random_impact(seed, 3) for seed in (1, 1, 2))
-    assert one == same
-    assert one != other
-    assert cases.random_steps(one, 1) == cases.random_steps(same, 1)
-
-
 @pytest.mark.parametrize("number", range(20))
 def test_partitions_add_up_exactly(number):
     impact = cases.random_impact(5, number)
@@ -69,31 +59,6 @@ def test_partitions_add_up_exactly(number):
             assert sum(sizes) == sum(reversed(sizes)) == segment.length
 
 
-@pytest.mark.parametrize("case", reference_cases("impacts"))
-def test_the_reference_gives_the_printed_numbers(case):
-    """Of 25 digits, computed elsewhere."""
-    names = ("m_club", "m_ball", "k", "b", "club_speed", "ball_speed")
-    law = ("absolute", "relative").index(case["law"]) + 1
-    exact = Reference({name: case[name] for name in names} | {"law": law, "gap": 0.0})
-    exact.step(1.3 * float(case["expected"]["contact_time"]))
-    outputs = exact.outputs()
-    assert outputs["separated"]
-    outputs["ball_position"] = outputs["contact_displacement"]
-    for name in case["expected"].keys() - {"club_position"}:
-        expected = mp.mpf(case["expected"][name])
-        assert abs(outputs[name] - expected) <= 1e-20 * abs(expected), name
-
-
-def by_the_matrix(v, k, b, time, state):
-    """(d, v_club, v_ball, impulse) a time later in contact: exp(A t) of x' = A x."""
-    damper, drag = (0, b) if v["law"] == 1 else (b, 0)
-    force = (k, damper, -damper, 0)
-    club = [-force[0], -force[1] - drag, -force[2], 0]
-    ball = [force[0], force[1], force[2] - drag, 0]
-    rates = [[0, 1, -1, 0], [f / v["m_club"] for f in club], [f / v["m_ball"] for f in ball], force]
-    return list(mp.expm(mp.matrix(rates) * time) * mp.matrix(state))
-
-
 @pytest.mark.parametrize("draw", [cases.random_impact, special_points.special_impact])
 @pytest.mark.parametrize("number", some(4, range(12)))
 def test_the_reference_solves_the_equations_of_motion(number, draw):
@@ -101,7 +66,7 @@ def test_the_reference_solves_the_equations_of_motion(number, draw):
     impact = draw(11, number)
     v = {name: mp.mpf(value) for name, value in impact.values.items()}
     exact = Reference(impact.values)
-    state, in_contact = [0, v["club_speed"], v["ball_speed"], 0], mp.mpf(0)
+    state, in_contact = [0, v["club_speed"], v["ball_speed"], 0, 0], mp.mpf(0)
     names = ("compression", "club_velocity", "ball_velocity", "impulse")
     for step in cases.random_steps(impact, 11):
         k, b = mp.mpf(step.k), mp.mpf(step.b)
@@ -111,7 +76,7 @@ def test_the_reference_solves_the_equations_of_motion(number, draw):
         if over or not now["touched"]:
             continue
         time = mp.mpf(now["contact_time"]) - in_contact
-        state = by_the_matrix(v, k, b, time, state)
+        state = moved(v, k, b, time, state)
         in_contact += time
         assert 0 <= now["force"] <= now["max_force"]
         speed = abs(v["club_speed"]) + abs(v["ball_speed"])

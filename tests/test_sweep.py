@@ -4,19 +4,17 @@ import csv
 import math
 import os
 import signal
-import subprocess
 import sys
 import time
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future
 from contextlib import suppress
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet
 import pytest
-from command import COMMAND, golf_here, run, run_python
+from command import golf_here, golf_started, run, run_python
 from conftest import some
 
 from golf_build import VERSION
@@ -30,7 +28,7 @@ from golf_impact.sweeps import run as running
 from golf_impact.sweeps.checks import deviations
 from golf_impact.sweeps.comparison import compare
 from golf_impact.sweeps.impacts import PHYSICS, impacts, make_plan
-from golf_impact.sweeps.pictures import draw, sobol_indices
+from golf_impact.sweeps.pictures import sobol_indices
 from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.study import parse_axis, read_study
 
@@ -51,25 +49,21 @@ def leftovers(folder):
 # Axes and studies
 
 
-@pytest.mark.parametrize(
-    ("text", "values"),
-    [
-        ("0.5e6:2e6:4", [0.5e6, 1e6, 1.5e6, 2e6]),
-        ("log:1e5:1e7:3", [1e5, 1e6, 1e7]),
-        ("0, 9,12", [0.0, 9.0, 12.0]),
-        (7, [7.0]),
-        ([1, 2.5], [1.0, 2.5]),
-        ("3:3:1", [3.0]),
-        ("-2:-1:2", [-2.0, -1.0]),
-    ],
-)
-def test_rows_of_values(text, values):
-    assert parse_axis("k", text).values.tolist() == values
+AXES = {
+    "0.5e6:2e6:4": [0.5e6, 1e6, 1.5e6, 2e6],
+    "log:1e5:1e7:3": [1e5, 1e6, 1e7],
+    "0, 9,12": [0.0, 9.0, 12.0],
+    "-2:-1:2": [-2.0, -1.0],
+    "3:3:1": [3.0],
+    7: [7.0],
+    (1, 2.5): [1.0, 2.5],
+}
 
 
-def test_values_of_names():
-    assert parse_axis("law", [1, 2]).values.dtype == np.int64
-    assert parse_axis("ball", "document, roh-lee").values.tolist() == ["document", "roh-lee"]
+@pytest.mark.parametrize("text", AXES, ids=str)
+def test_values_of_an_axis(text):
+    values = parse_axis("k", list(text) if isinstance(text, tuple) else text).values
+    assert values.tolist() == AXES[text]
 
 
 @pytest.mark.parametrize(
@@ -78,19 +72,14 @@ def test_values_of_names():
         ("k", "2e6:1e6:5", "above its end"),
         ("k", "log:0:1e6:5", "above 0"),
         ("k", "1:2:0", "1 to 10,000,000"),
-        ("k", "1:2:2.5", "whole number"),
         ("k", "1:2:1e9", "1 to 10,000,000"),
-        ("k", "1:2", "LO:HI:COUNT"),
         ("k", "1,inf", "finite"),
-        ("k", "nan:1:3", "finite"),
         ("k", "1,,2", "write VALUE"),
-        ("k", "norm:1:2", "write VALUE, A,B,C, LO:HI:COUNT, log"),
+        ("k", "norm:1:2", "write VALUE"),
         ("k", "normal:1:0", "> 0"),
         ("k", "uniform:2:1", "above its end"),
-        ("law", "1.5", "1 .absolute. or 2"),
-        ("law", "normal:1:1", "1 .absolute. or 2"),
-        ("law", "-4294967295", "1 .absolute. or 2"),
         ("k", False, "write VALUE"),
+        ("law", "-4294967295", "1 .absolute. or 2"),
         ("ball", "golf", "choose from"),
     ],
 )
@@ -99,36 +88,37 @@ def test_invalid_axes(name, text, words):
         parse_axis(name, text)
 
 
+DRAWN = {"sets": {"k": "normal:1e6:1"}}
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         ({"sets": {}}, "nothing is swept"),
-        ({"sets": {"k": "normal:1e6:1"}}, "--samples"),
-        ({"sets": {"k": "1"}, "number_of_samples": 5}, "no distribution to draw"),
-        ({"sets": {"k": "normal:1e6:1"}, "number_of_samples": 0}, "at least 1"),
-        ({"sets": {"k": "1"}, "design": "halton"}, "random, lhs, sobol"),
-        ({"sets": {"k": "1"}, "seed": -1}, "--seed"),
-        ({"sets": {"k": "1"}, "outputs": ("force", "force")}, "twice"),
-        ({"sets": {"k": "1"}, "outputs": ()}, "empty list"),
-        (
-            {"sets": {"k": "normal:1:2"}, "number_of_samples": 2**30 + 1, "design": "sobol"},
-            "at most 1,073,741,824",
-        ),
+        (DRAWN, "--samples"),
+        ({"number_of_samples": 5}, "no distribution"),
+        ({**DRAWN, "number_of_samples": 0}, "at least 1"),
+        ({"design": "halton"}, "random, lhs, sobol"),
+        ({"seed": -1}, "--seed"),
+        ({"outputs": ("force", "force")}, "twice"),
+        ({"outputs": ()}, "empty list"),
+        ({**DRAWN, "number_of_samples": 2**30 + 1, "design": "sobol"}, "at most 1,073,741,824"),
+        ({"sets": {"stiffness": "1"}}, "'stiffness': choose from k, b, club_speed"),
+        ({"sets": {"force": "1"}}, "no input or parameter 'force'"),
+        ({"outputs": ("k",)}, "no output 'k'"),
     ],
 )
-def test_invalid_studies(arguments, words):
+def test_invalid_studies(tmp_path, arguments, words):
     with pytest.raises(UserError, match=words):
-        Study.of(**arguments)
+        run_sweep(Study.of(**{"sets": {"k": "1"}} | arguments), tmp_path / "x.csv")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_last_variable_varies_fastest():
-    study = Study.of({"k": "1,2", "b": "3,4,5"})
-    assert study.cases == 6
-    columns = study.columns(np.arange(6))
+    columns = Study.of({"k": "1,2", "b": "3,4,5"}).columns(np.arange(6))
     assert list(columns) == ["k", "b"]
     assert columns["k"].tolist() == [1, 1, 1, 2, 2, 2]
     assert columns["b"].tolist() == [3, 4, 5, 3, 4, 5]
-    assert study.columns(np.array([2, 3]))["b"].tolist() == [5, 3]
 
 
 @pytest.mark.parametrize("design", ["random", "lhs", "sobol"])
@@ -188,29 +178,6 @@ def test_numbers_are_those_of_one_impact_at_a_time(fmu, fmu_path, tmp_path, sets
     values = study.columns(np.arange(study.cases))
     # Worst measured: 6e-16.
     assert max(deviations(values, outputs, np.zeros(study.cases, bool))).error <= 1e-13
-
-
-def test_only_the_requested_outputs(tmp_path):
-    names = ("separated", "max_force", "touched")
-    study = Study.of({"k": 1e6, "club_speed": "-5,35"}, names)
-    run_sweep(study, tmp_path / "x.csv")
-    header, rows = table(tmp_path / "x.csv")
-    assert header == ["k", "club_speed", *names]
-    force = float(rows[1].pop(3))
-    assert force == pytest.approx(run_impact()["max_force"], rel=1e-13)
-    assert rows == [["1000000.0", "-5.0", "0", "0.0", "0"], ["1000000.0", "35.0", "1", "1"]]
-
-
-def test_unknown_names(tmp_path):
-    for sets, outputs, words in (
-        ({"stiffness": "1"}, None, "'stiffness': choose from k, b, club_speed"),
-        ({"force": "1"}, None, "no input or parameter 'force'"),
-        ({"k": "1"}, ("speed",), "no output 'speed': choose from force"),
-        ({"k": "1"}, ("k",), "no output 'k'"),
-    ):
-        with pytest.raises(UserError, match=words):
-            run_sweep(Study.of(sets, outputs), tmp_path / "x.csv")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_balls(tmp_path):
@@ -285,22 +252,10 @@ def monte_carlo():
     return Study.of(MONTE_CARLO, None, 500, 1, "sobol")
 
 
-@pytest.mark.parametrize(("workers", "chunk"), [(1, 333), (2, 50), (3, 10_000)])
+@pytest.mark.parametrize(("workers", "chunk"), [(1, 333), (3, 50)])
 def test_bytes_are_independent_of_workers_and_chunks(alone, tmp_path, workers, chunk):
     run_sweep(monte_carlo(), tmp_path / "x.csv", workers=workers, chunk=chunk)
     assert (tmp_path / "x.csv").read_bytes() == alone
-
-
-@pytest.mark.ci
-def test_any_executor(alone, tmp_path):
-    with ThreadPoolExecutor(3) as threads:
-        path = tmp_path / "threads.csv"
-        run_sweep(monte_carlo(), path, executor=threads, chunk=70)
-        assert path.read_bytes() == alone
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
-        path = tmp_path / "processes.csv"
-        run_sweep(monte_carlo(), path, executor=processes, chunk=70)
-        assert path.read_bytes() == alone
 
 
 class Never(Executor):
@@ -316,20 +271,16 @@ class Never(Executor):
 def test_few_chunks_are_under_way(tmp_path):
     """Of 200 chunks the memory never holds more than these."""
     never = Never()
+    options = {"executor": never, "chunk": 5, "stop": lambda: never.waiting >= 32}
     with pytest.raises(Stopped):
-        run_sweep(
-            monte_carlo(), tmp_path / "x.csv", executor=never, chunk=5,
-            stop=lambda: never.waiting >= 32,
-        )  # fmt: skip
+        run_sweep(monte_carlo(), tmp_path / "x.csv", **options)
     assert never.waiting == 32
 
 
 def test_a_worker_with_another_physics():
     study = Study.of({"k": "1e6"})
     other = replace(make_plan(study, PHYSICS), identity="golf-impact 0.1")
-    with pytest.raises(
-        UserError, match=r"a worker has golf-impact .* install the same golf-impact"
-    ):
+    with pytest.raises(UserError, match="install the same golf-impact"):
         impacts(other, study.columns(np.array([0])))
 
 
@@ -364,25 +315,27 @@ def test_a_wrong_number_ends_the_sweep(tmp_path, monkeypatch, case, output, fact
     run_sweep(study, tmp_path / "x.csv")
     before = (tmp_path / "x.csv").read_bytes()
     monkeypatch.setattr(by_arrays, "impacts_by_arrays", wrong)
-    with pytest.raises(
-        UserError, match=rf"^row {case + 1:,} \(k = .*{output}.*Nothing was written"
-    ):
+    with pytest.raises(UserError, match=rf"^row {case + 1:,} \(k = .*{output}"):
         run_sweep(study, tmp_path / "x.csv")
     assert (tmp_path / "x.csv").read_bytes() == before
     assert leftovers(tmp_path) == []
 
 
-def test_how_many_cases_are_checked(tmp_path):
-    for sets, least, most, scalar in (
-        ({"k": "1e6:2e6:3"}, 3, 9, 0),
-        ({"k": "1e6:2e6:50000"}, 50, 70, 0),
-        ({"law": 2, "b": "9,2000,-1"}, 3, 9, 1),
-    ):
-        summary, again = (run_sweep(Study.of(sets), tmp_path / "x.csv", chunk=n) for n in (7, 999))
-        assert least <= summary.checked <= most
-        assert summary.scalar == scalar
-        assert 0.0 <= summary.worst_error < 2e-15
-        assert (again.checked, again.worst_error) == (summary.checked, summary.worst_error)
+@pytest.mark.parametrize(
+    ("sets", "chunks", "least", "most", "scalar"),
+    [
+        ({"k": "1e6:2e6:3"}, (1, 999), 3, 9, 0),
+        ({"k": "1e6:2e6:50000"}, (777, 9999), 50, 70, 0),
+        ({"law": 2, "b": "9,2000,-1"}, (1, 999), 3, 9, 1),
+    ],
+)
+def test_how_many_cases_are_checked(tmp_path, sets, chunks, least, most, scalar):
+    study = Study.of(sets, ("smash_factor", "contact_time"))
+    one, other = (run_sweep(study, tmp_path / "x.csv", chunk=chunk) for chunk in chunks)
+    assert least <= one.checked <= most
+    assert one.scalar == scalar
+    assert 0.0 <= one.worst_error < 2e-15
+    assert (other.checked, other.worst_error) == (one.checked, one.worst_error)
 
 
 @pytest.mark.parametrize("ball", ["document", 'b".toml'])
@@ -411,33 +364,36 @@ def test_lines_are_the_same_with_and_without_pyarrow(ball):
 # Interruptions and errors
 
 
-def test_a_stopped_sweep_leaves_the_earlier_file(tmp_path):
+@pytest.fixture
+def earlier(tmp_path):
+    """The path of an earlier table, which must be unchanged at the end, with nothing beside it."""
     path = tmp_path / "x.csv"
     path.write_text("earlier")
-    seen = []
-    with pytest.raises(Stopped) as stopped:
-        run_sweep(
-            Study.of({"k": "1e6:2e6:1000"}), path, chunk=100,
-            progress=seen.append, stop=lambda: bool(seen) and seen[-1] >= 300,
-        )  # fmt: skip
-    assert stopped.value.done == 300
+    yield path
     assert path.read_text() == "earlier"
     assert leftovers(tmp_path) == []
+
+
+def test_a_stopped_sweep_leaves_the_earlier_file(earlier):
+    seen = []
+    options = {"progress": seen.append, "stop": lambda: bool(seen) and seen[-1] >= 300}
+    with pytest.raises(Stopped) as stopped:
+        run_sweep(Study.of({"k": "1e6:2e6:1000"}), earlier, chunk=100, **options)
+    assert stopped.value.done == 300
 
 
 @pytest.mark.parametrize(
     ("workers", "number"),
     [
         (2, signal.SIGINT),
-        pytest.param(1, signal.SIGINT, marks=pytest.mark.ci),
-        pytest.param(1, signal.SIGTERM, marks=pytest.mark.ci),
-        pytest.param(2, signal.SIGTERM, marks=pytest.mark.ci),
+        *(
+            pytest.param(*case, marks=pytest.mark.ci)
+            for case in ((1, signal.SIGINT), (1, signal.SIGTERM), (2, signal.SIGTERM))
+        ),
     ],
 )
-def test_ctrl_c(tmp_path, workers, number):
-    path = tmp_path / "x.csv"
-    path.write_text("earlier")
-    process = sweep_in_a_session(path, workers)
+def test_ctrl_c(earlier, workers, number):
+    process = sweep_in_a_session(earlier, workers)
     # As a terminal does it: to all processes.
     os.killpg(process.pid, number)
     _, errors = process.communicate(timeout=60)
@@ -445,15 +401,7 @@ def test_ctrl_c(tmp_path, workers, number):
     done = int(errors.split(" of 10,000,000 cases were done")[0].replace(",", ""))
     assert 0 < done < 10_000_000
     assert "Traceback" not in errors
-    assert path.read_text() == "earlier"
-    assert leftovers(tmp_path) == []
-    # All processes of its session end soon.
-    until = time.monotonic() + 10
-    with suppress(ProcessLookupError):
-        while time.monotonic() < until:
-            os.killpg(process.pid, 0)
-            time.sleep(0.05)
-    assert time.monotonic() < until
+    wait_for(lambda: not processes_of(process.pid), 10)
 
 
 KILLER = """
@@ -467,32 +415,39 @@ def kill(done):
 
 if __name__ == "__main__":
     # Heavily damped, so that the workers are busy.
-    study = Study.of({"law": 2, "b": 2000, "k": "1e6:2e6:3000"})
+    study = Study.of({"law": 2, "b": 2000, "k": "1e6:2e6:700"})
     try:
-        run_sweep(study, sys.argv[1], workers=2, chunk=100, progress=kill)
+        run_sweep(study, sys.argv[1], workers=2, chunk=25, progress=kill)
     except UserError as error:
         sys.exit(str(error))
 """
 
 
-@pytest.mark.parametrize("kills", some(1, [2, 3]))
+@pytest.mark.ci
+@pytest.mark.parametrize("kills", [2, 3])
 def test_workers_that_are_killed(tmp_path, kills):
     """A new pool computes the missing cases, twice; then it is an error, in one line."""
     path, script = tmp_path / "x.csv", tmp_path / "killer.py"
     path.write_text("earlier")
     script.write_text(KILLER)
-    moments = [400, 1_000, 2_000][:kills]
-    command = (sys.executable, script, path, *moments)
-    done = run(*command, code=int(kills == 3), timeout=300)
+    moments = [100, 250, 400][:kills]
+    done = run(sys.executable, script, path, *moments, code=int(kills == 3), timeout=300)
     if kills == 2:
         assert done.stderr == ""
-        run_sweep(Study.of({"law": 2, "b": 2000, "k": "1e6:2e6:3000"}), tmp_path / "alone.csv")
+        run_sweep(Study.of({"law": 2, "b": 2000, "k": "1e6:2e6:700"}), tmp_path / "alone.csv")
         assert path.read_bytes() == (tmp_path / "alone.csv").read_bytes()
     else:
         (line,) = done.stderr.splitlines()
         assert line.startswith("worker processes ended unexpectedly 3 times")
         assert path.read_text() == "earlier"
     assert leftovers(tmp_path) == []
+
+
+def wait_for(condition, seconds):
+    until = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.05)
 
 
 def processes_of(session):
@@ -516,29 +471,20 @@ def test_a_parent_that_is_killed(tmp_path):
     assert len(processes_of(process.pid)) >= 3
     process.kill()
     process.communicate(timeout=60)
-    until = time.monotonic() + 20
-    while processes_of(process.pid):
-        assert time.monotonic() < until
-        time.sleep(0.05)
+    wait_for(lambda: not processes_of(process.pid), 20)
     assert path.read_text() == "earlier"
 
 
 def sweep_in_a_session(path, workers):
     """A sweep that would take minutes in a session of its own, when it has begun to write."""
-    process = subprocess.Popen(
-        [
-            COMMAND, "sweep", "--set", "k=1e6:2e6:10000000", "--out", path,
-            "--workers", str(workers),
-        ],
-        stderr=subprocess.PIPE, text=True, start_new_session=True,
-        # A test run in the background ignores Ctrl-C, and so would its children.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )  # fmt: skip
-    until = time.monotonic() + 60
-    while not any(part.stat().st_size > 1e5 for part in path.parent.glob(".*.part")):
-        assert time.monotonic() < until
+    options = ["--set", "k=1e6:2e6:10000000", "--out", path, "--workers", workers]
+    process = golf_started("sweep", *options, start_new_session=True)
+
+    def writes():
         assert process.poll() is None
-        time.sleep(0.05)
+        return any(part.stat().st_size > 1e5 for part in path.parent.glob(".*.part"))
+
+    wait_for(writes, 60)
     return process
 
 
@@ -604,46 +550,43 @@ def sweep(*arguments, **sets):
 
 @pytest.mark.parametrize("through", ["arrays", "fmu"])
 def test_the_command(fmu_path, tmp_path, through):
-    options = ["--fmu", fmu_path] if through == "fmu" else []
-    done = golf_here(
-        *("sweep", "--set", "k=1e6,2e6,-1", "--set", "b=9,0", "--out", "x.csv", "--compare"),
-        *("--outputs", "smash_factor,max_force", *options),
-        cwd=tmp_path,
-    )
+    options = ["--fmu", fmu_path] if through == "fmu" else ["--compare"]
+    sets = ("--set", "k=1e6,2e6,-1", "--set", "b=9,0", "--outputs", "smash_factor,max_force")
+    done = golf_here("sweep", *sets, "--out", "x.csv", *options, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     # --compare needs the FMU of the current sources.
     assert all(line.startswith("Built ") for line in done.stderr.splitlines())
-    assert done.stdout.startswith("x.csv: 6 cases in ")
-    assert "Refused: 2 cases" in done.stdout
-    assert ("Computed again without arrays: 6 cases" in done.stdout) == (through == "arrays")
-    assert "row 5: k = -1.0 N/m" in done.stdout
-    assert "the same numbers (largest error " in done.stdout
+    words = ["x.csv: 6 cases in ", "Refused: 2 cases", "row 5: k = -1.0 N/m"]
+    if through == "arrays":
+        words += ["Computed again without arrays: 6 cases", "the same numbers (largest error "]
+    assert [word for word in words if word not in done.stdout] == []
     assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.png", "x.html"}
     page = (tmp_path / "x.html").read_text()
     assert "data:image/png" in page
     assert (f"golf-impact {VERSION}, FMU" in page) == (through == "fmu")
 
 
-def test_the_club_fitting_study(tmp_path):
-    out = tmp_path / "fit.csv"
-    sweep(STUDIES / "club_fitting.toml", "--out", out, club_speed="40,50")
-    header, rows = table(out)
-    assert header[:4] == ["ball", "club_speed", "m_club", "contact_time"]
-    assert len(rows) == 12
-    assert all(cell for row in rows for cell in row)
-    assert (tmp_path / "fit.png").is_file()
-
-
-def test_the_tolerance_study(tmp_path):
-    """Options override the keys of a study; a variable of both keeps its place."""
+@pytest.mark.parametrize(
+    ("name", "options", "columns", "number"),
+    [
+        ("club_fitting", ["--set=club_speed=40,50"], ["ball", "club_speed", "m_club"], 12),
+        # Options override the keys of a study; a variable of both keeps its place.
+        (
+            "tolerance",
+            ["--samples=64", "--seed=2", "--set=ball_speed=-1", "--set=law=1"],
+            ["club_speed", "law", "k", "b", "m_ball", "ball_speed", "ball_velocity"],
+            64,
+        ),
+    ],
+)
+def test_the_studies(tmp_path, name, options, columns, number):
     out = tmp_path / "new" / "x.csv"
-    study = STUDIES / "tolerance.toml"
-    sweep(study, "--out", out, "--samples", 64, "--seed", 2, ball_speed=-1, law=1)
+    sweep(STUDIES / f"{name}.toml", "--out", out, *options)
     header, rows = table(out)
-    assert header[:7] == ["club_speed", "law", "k", "b", "m_ball", "ball_speed", "ball_velocity"]
-    assert len(rows) == 64
-    assert {row[1] for row in rows} == {"1"}
-    assert "first-order Sobol index" in out.with_suffix(".html").read_text()
+    assert header[: len(columns)] == columns
+    assert len(rows) == number
+    assert all(cell for row in rows for cell in row)
+    assert ("first-order Sobol index" in out.with_suffix(".html").read_text()) == (number == 64)
     assert out.with_suffix(".png").is_file()
 
 
@@ -651,12 +594,10 @@ def test_the_tolerance_study(tmp_path):
     ("text", "words"),
     [
         ("stuff = 1", "no key stuff: choose from out, design"),
-        ("samples = 'many'", "samples = 'many' is refused: it must be a whole number"),
         ("samples = true", "whole number"),
         ("outputs = 'force'", "it must be a list of names"),
         ("set = 1", r"table \[set\]"),
         (f"samples = {'9' * 5000}", "no TOML file"),
-        (f"out = {'[' * 5000}", "no TOML file"),
         ('out = "a\\u0000.csv"', "it must be a text"),
     ],
 )
@@ -671,13 +612,9 @@ PICTURES = {
     "line": {"k": "log:1e5:1e7:30"},
     "map": {"k": "0.5e6:2e6:12", "b": "0,-1,1,2,3,4,5,6"},
     "balls": {"ball": "document,roh-lee", "club_speed": "30,40"},
-    "samples": {"k": "normal:1e6:5e4", "b": "uniform:0:9"},
-    "a law that is none": {"law": "1,3", "k": "1e6,2e6"},
-    "samples, some refused": {"k": "normal:0:1e6"},
-    "line in falling order": {"b": "12,9,0"},
-    "more than two": {"k": "0.5e6:2e6:12", "b": "0,9,12", "club_speed": "30,40"},
-    "one ball beside another": {"ball": "document,roh-lee"},
+    "samples": {"k": "normal:0:1e6", "b": "uniform:0:9"},
     "samples of balls": {"ball": "document,roh-lee", "k": "normal:1e6:5e4"},
+    "more than two": {"k": "0.5e6:2e6:12", "b": "12,9,0", "club_speed": "30,40"},
     "samples over a grid": {"k": "normal:1e6:5e4", "club_speed": "30,40,50"},
     "samples that change nothing": {"gap": "uniform:0:1", "b": 0, "law": 2},
     # S doesn't depend on club speed but for rounding.
@@ -685,7 +622,7 @@ PICTURES = {
 }
 
 
-@pytest.mark.parametrize("sets", some(6, PICTURES))
+@pytest.mark.parametrize("sets", some(4, PICTURES))
 def test_pictures(tmp_path, sets):
     random = any(":" in str(text) and text[0] in "nu" for text in sets.values())
     samples = ("--samples", 40) if random else ()
@@ -693,35 +630,6 @@ def test_pictures(tmp_path, sets):
     sweep("--out", out, "--outputs", "smash_factor", *samples, **sets)
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
     assert "data:image/png" in (tmp_path / "x.html").read_text()
-
-
-def drawn_axes(sets, values):
-    study = Study.of(sets, ("max_force",))
-    return draw(
-        study, np.asarray(values, float), {name: v.unit for name, v in PHYSICS.items()}, None
-    ).axes
-
-
-def test_few_values_are_lines_and_many_a_map_with_contours():
-    """Between few values a map would interpolate."""
-    for b, lines, collections in (("0,9,12", 3, 0), ("0:14:8", 0, 2)):
-        sets = {"k": "0.5e6:2e6:12", "b": b}
-        axes = drawn_axes(sets, np.linspace(1.0, 2.0, Study.of(sets).cases))[0]
-        assert (len(axes.lines), len(axes.collections)) == (lines, collections)
-        labels = [line.get_label() for line in axes.lines]
-        assert labels == [f"b = {value} N·s/m" for value in b.split(",")][:lines]
-
-
-def test_numbers_at_axes_have_units_with_a_prefix():
-    axes = drawn_axes({"k": "0.5e6:2e6:4"}, [5e3, 6e3, 7e3, 8e3])[0]
-    assert axes.get_xlabel() == "k (MN/m)"
-    assert axes.get_ylabel() == "max force (kN)"
-    axes.figure.draw_without_rendering()
-    for along in (axes.xaxis, axes.yaxis):
-        assert along.get_offset_text().get_text() == ""
-        assert all(0.0 < float(text.get_text()) < 10.0 for text in along.get_ticklabels())
-    logarithmic = drawn_axes({"k": "log:1e5:1e7:3"}, [1e3, 2e3, 3e3])[0]
-    assert (logarithmic.get_xlabel(), logarithmic.get_xscale()) == ("k (N/m)", "log")
 
 
 def test_nothing_to_draw(tmp_path):

@@ -11,15 +11,12 @@ import pytest
 from command import run_python
 from conftest import require, some
 from fmpy.fmi1 import FMICallException
-from fmpy.validation import validate_fmu
-from golf_physics.companions.taylor import falls
 from instances import get, put
 from scipy.integrate import solve_ivp
 
-from golf_build.system import COMPANIONS, DRIVE
+from golf_build.system import DRIVE
 from golf_impact.facts.measured import OUTSIDE, PGA
 from golf_impact.fmu import system
-from golf_impact.fmu.loaded import LoadedFmu
 
 STOP = 0.967  # s: by then the ball has been launched, and the swing has the impulse
 
@@ -209,13 +206,13 @@ def sequences(seed):
     return random.uniform(1e-5, 2e-3, 6000)
 
 
-@pytest.mark.parametrize("part", some(1, range(4)))
+@pytest.mark.parametrize("part", some(1, range(10)))
 def test_no_sequence_of_steps_touches_the_ball_with_another_speed(companion, part):
     """By an importer's head that starts at the ball, as ClubBallImpact's with a gap of 0."""
     swing = companion("Swing")
     fresh = swing.getFMUstate()
     errors = []
-    for seed in range(100 * part, 100 * (part + 1)):
+    for seed in range(40 * part, 40 * (part + 1)):
         swing.setFMUstate(fresh)
         position = time = 0.0
         longest = 0.0
@@ -255,7 +252,7 @@ def test_the_swing_goes_on_to_its_end_and_rests_there(companion):
     assert get(swing, "club_speed") == [0.0]
 
 
-@pytest.mark.parametrize("step", [1e-5, 1e-4, 1e-3, 7e-4, 3e-3, 9.99e-3, 0.01, 0.0101, 0.02, 0.3])
+@pytest.mark.parametrize("step", some(4, [1e-4, 7e-4, 0.01, 0.3, 1e-5, 3e-3, 9.99e-3, 0.0101]))
 @pytest.mark.parametrize("late", [0, 1])
 def test_with_a_prescribed_speed_touch_falls_after_the_peak(companion, step, late):
     held, n, _ = held_until_touch(companion("Swing", prescribed_speed=35.0), step, late)
@@ -380,23 +377,6 @@ def test_a_ball_that_dips_below_the_ground_has_landed(companion):
     assert found[0] == pytest.approx(51.212, abs=1e-3)
 
 
-def test_the_zeros_at_which_a_series_falls():
-    """Of products of linear factors, from the left; a double zero is none."""
-
-    def zeros(*roots, size=1.0):
-        series = [1.0]
-        for root in roots:
-            series = [a - b / root for a, b in zip([*series, 0.0], [0.0, *series])]
-        return list(falls(series, size))
-
-    assert zeros(0.3) == pytest.approx([0.3], rel=1e-15)
-    assert zeros(0.2, 0.3, 0.9, 2.0) == pytest.approx([0.2, 0.9], rel=1e-12)
-    assert zeros(0.2, 0.2 + 1e-6) == pytest.approx([0.2], rel=1e-7)
-    assert zeros(0.4, 0.4) == zeros(1.5) == zeros(-0.1) == []
-    assert zeros(1.0) == [1.0]
-    assert zeros(5.0, size=10.0) == pytest.approx([5.0])
-
-
 def test_position_does_not_depend_on_the_step_and_ends_at_the_carry(companion):
     paths = []
     for steps in ([0.5] * 14, [0.001] * 500 + [0.25] * 26, [7.0]):
@@ -425,9 +405,9 @@ GRID = [
 ]
 
 
-@pytest.mark.parametrize("part", some(1, range(6)))
+@pytest.mark.parametrize("part", some(1, range(12)))
 def test_a_grid_of_launches_against_an_integration(companion, part):
-    for speed, angle, spin in GRID[part::6]:
+    for speed, angle, spin in GRID[part::12]:
         flight = flown(companion, speed, launch_angle=angle, backspin=spin)
         found = get(flight, *OF_FLIGHT)
         # A kink where S leaves its limit: the integration is good to 1e-10 there. Near-vertical
@@ -485,13 +465,8 @@ def test_wind(companion):
 
 
 def test_a_flight_that_never_ends_is_refused(companion):
-    flight = companion(
-        "BallFlight",
-        backspin=2000.0,
-        spin_decay=0.0,
-        lift_spin_squared=100.0,
-        spin_ratio_limit=1e3,
-    )
+    lift = {"lift_spin_squared": 100.0, "spin_ratio_limit": 1e3}
+    flight = companion("BallFlight", backspin=2000.0, spin_decay=0.0, **lift)
     put(flight, ball_velocity=70.0, separated=True)
     with pytest.raises(FMICallException):
         flight.doStep(0.0, 1e-3)
@@ -552,7 +527,7 @@ def test_rollback_of_a_companion(companion, name, at):
     assert run(slave, at, at + 20) == straight
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("value", [math.nan, -math.inf])
 def test_bad_input_is_refused_and_leaves_no_trace(companion, value):
     swing, same = companion("Swing"), companion("Swing")
     for slave in (swing, same):
@@ -562,56 +537,50 @@ def test_bad_input_is_refused_and_leaves_no_trace(companion, value):
         with pytest.raises(FMICallException):
             swing.doStep(0.95, 1e-3)
     assert get(swing, "impulse") == [0.0]
-    put(swing, impulse=0.05)
-    put(same, impulse=0.05)
     for slave in (swing, same):
+        put(slave, impulse=0.05)
         swung(slave, 0.98, begin=0.95)
     assert get(swing, *SEEN["Swing"]) == get(same, *SEEN["Swing"])
 
 
-def test_a_parameter_is_fixed_after_initialization(companion):
-    for name, parameter in (("Swing", "club_mass"), ("BallFlight", "gravity")):
-        slave = companion(name)
-        (value,) = get(slave, parameter)
-        put(slave, **{parameter: 2.0 * value})
-        with pytest.raises(FMICallException):
-            slave.doStep(0.0, 1e-3)
-        put(slave, **{parameter: value})
+@pytest.mark.parametrize(("name", "parameter"), [("Swing", "club_mass"), ("BallFlight", "gravity")])
+def test_a_parameter_is_fixed_after_initialization(companion, name, parameter):
+    slave = companion(name)
+    (value,) = get(slave, parameter)
+    put(slave, **{parameter: 2.0 * value})
+    with pytest.raises(FMICallException):
         slave.doStep(0.0, 1e-3)
-        assert get(slave, parameter) == [value]
+    put(slave, **{parameter: value})
+    slave.doStep(0.0, 1e-3)
+    assert get(slave, parameter) == [value]
 
 
 @pytest.mark.parametrize(
-    ("values", "correction"),
+    ("name", "value", "correction"),
     [
-        ({"club_inertia": 0.1}, {"club_inertia": 0.3}),
-        ({"max_shoulder_torque": -500.0}, {"max_shoulder_torque": 100.0}),
-        ({"arm_length": math.nan}, {"arm_length": 0.6}),
-        ({"torque_rise_time": 0.0}, {"torque_rise_time": 0.01}),
+        ("club_inertia", 0.1, 0.3),
+        ("max_shoulder_torque", -500.0, 100.0),
+        ("arm_length", math.nan, 0.6),
+        ("torque_rise_time", 0.0, 0.01),
     ],
 )
-def test_an_impossible_swing_is_refused_until_corrected(companion, values, correction):
-    swing = companion("Swing", **values)
+def test_an_impossible_swing_is_refused_until_corrected(companion, name, value, correction):
+    swing = companion("Swing", **{name: value})
     with pytest.raises(FMICallException):
         swing.doStep(0.0, 1e-3)
     assert get(swing, "club_speed", "arm_angle", "energy", "hand_force") == [0.0] * 4
-    put(swing, **correction)
+    put(swing, **{name: correction})
     swung(swing, 0.8)
     assert get(swing, "head_speed")[0] > 0.0
 
 
-@pytest.mark.parametrize("step", [0.0, -1e-3, math.nan, math.inf, 0.49])
-def test_an_invalid_step_is_refused(companion, step):
+def test_an_invalid_step_is_refused(companion):
     swing = companion("Swing")
-    with pytest.raises(FMICallException):
-        swing.doStep(0.0, step)
+    for step in (0.0, -1e-3, math.nan, math.inf, 0.49):
+        with pytest.raises(FMICallException):
+            swing.doStep(0.0, step)
     swing.doStep(0.0, 0.48)
     assert get(swing, "arm_angle")[0] < 0.0
-
-
-@pytest.mark.parametrize("index", [0, 1, 2])
-def test_companions_are_valid(files, index):
-    assert validate_fmu(str(files[index])) == []
 
 
 # The system
@@ -715,7 +684,7 @@ def check_the_drive(values):
     assert 220.0 < values["BallFlight.carry"] < 270.0
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", some(2, range(4)))
 def test_any_steps_give_the_same_drive(drive, by_our_host, seed):
     steps = sequences(seed)
     # Long enough for the ball to be launched and the swing to have the impulse.
@@ -804,22 +773,6 @@ def test_momentum_and_energy_of_the_loop(drive, step, rollback):
     applied = path["time"][np.argmax(path["Swing.reaction_impulse"] > 0.0)]
     acts = path["time"][np.argmax(path["ClubBallImpact.impulse"] > 0.0)]
     assert applied - acts == pytest.approx(0.0 if rollback else step, abs=1e-9)
-
-
-def test_model_structure_has_positions_not_value_references(tmp_path):
-    builder = COMPANIONS["Launch"]
-    rows = [row._replace(reference=100 - row.reference) for row in builder.tables["rows"]]
-    path = builder._replace(tables=builder.tables | {"rows": rows}).build(tmp_path / "Launch.fmu")
-    described = fmpy.read_model_description(str(path))  # finds Unknowns by their index
-    assert [unknown.variable.name for unknown in described.outputs] == [
-        row.name for row in rows if row.causality == "output"
-    ]
-    with LoadedFmu(path) as fmu:
-        fmu.start(dynamic_loft=0.3, smash_factor=1.5)
-        assert fmu.read(["dynamic_loft", "smash_factor"]) == {
-            "dynamic_loft": 0.3,
-            "smash_factor": 1.5,
-        }
 
 
 def test_the_system_is_reproducible(files, tmp_path):

@@ -9,7 +9,7 @@ from command import golf_here, refused
 import golf_impact
 from golf_impact.errors import UserError
 from golf_impact.facts.measured import MPH
-from golf_impact.facts.units import remarks, si_value, si_values
+from golf_impact.facts.units import remarks, si_value
 
 
 @pytest.mark.parametrize(
@@ -36,13 +36,6 @@ def test_values(text, unit, value):
 def test_what_is_no_value(text):
     with pytest.raises(ValueError, match=r"m/s, mph, km/h|no number"):
         si_value(text, "m/s")
-
-
-def test_ranges():
-    """Each number has its own unit, or all have that of the last one."""
-    assert si_values(["500", "2000N/mm"], "N/m") == [5e5, 2e6]
-    assert si_values(["500N/mm", "2e6"], "N/m") == [5e5, 2e6]
-    assert si_values(["5", "6"], "N/m") == [5.0, 6.0]
 
 
 @pytest.mark.parametrize(

@@ -236,6 +236,10 @@ USUAL = BASELINE | {
 }  # fmt: skip
 
 
+#: A ball that hits a club at rest.
+STANDING = {"club_speed": 0.0, "ball_speed": -1.0, "exponent": 1.0, "restitution_at_rest": 0.0}
+
+
 @st.composite
 def any_values(draw):
     """Some variables with any double, the others as usual."""
@@ -244,6 +248,8 @@ def any_values(draw):
     return values | {"law": draw(st.sampled_from((1, 2)))}
 
 
+@example(values=STANDING | {"law": 1}, later={}, size=1e-2)
+@example(values=STANDING | {"law": 2, "club_speed": -1e-309}, later={}, size=1e-2)
 @given(
     values=any_values(),
     later=st.dictionaries(st.sampled_from(("k", "b", "club_speed")), any_value(50.0)),
@@ -286,21 +292,6 @@ def test_values_that_overflow_together(driver, values):
     driver.begin_run(USUAL | {"exponent": 1.0, "restitution_at_rest": 0.0} | values)
     assert "range of a double" in driver.messages[0]
     assert not _steps(driver, 0.0, 1e-4)
-
-
-@pytest.mark.parametrize("club_speed", [0.0, 1e-309, -1e-309])
-@pytest.mark.parametrize("law", [1, 2])
-def test_a_ball_that_hits_a_standing_club(driver, law, club_speed):
-    values = USUAL | {"law": law, "club_speed": club_speed, "ball_speed": -1.0, "gap": 0.0}
-    values |= {"exponent": 1.0, "restitution_at_rest": 0.0}
-    driver.messages.clear()
-    driver.begin_run(values)
-    assert _steps(driver, 0.0, 1e-2)
-    now = driver.outputs()
-    _check_numbers(driver, now, True)
-    assert now["separated"]
-    assert now["smash_factor"] == 0.0
-    assert 0.9 < now["coefficient_of_restitution"] < 1.0
 
 
 def _check_recovery(driver, values, later, size):

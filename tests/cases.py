@@ -1,0 +1,213 @@
+"""The impacts that tests share, by name, and what is expected of them.
+
+Two sources that share nothing with the FMU: `exact`, of 40 digits and more, and `integrated`, by
+SciPy's DOP853. `data/golden.json` pins the first (tests/golden.py).
+"""
+
+from functools import cache
+from typing import NamedTuple
+
+from golf_physics.variables import SETTABLE
+from quadrature import PowerLawContact
+from scipy.integrate import solve_ivp
+
+from golf_impact.stress.reference import Reference
+
+DEFAULTS = {row.name: row.start for row in SETTABLE.values()}
+
+
+class Case(NamedTuple):
+    """An impact: why it is here, what differs from the defaults, and inputs that change later."""
+
+    why: str
+    given: dict
+    changes: tuple = ()  #: (time in s, inputs set then)
+
+    @property
+    def values(self):
+        """All inputs and parameters at the start."""
+        return DEFAULTS | self.given
+
+    @property
+    def is_linear(self):
+        return self.given.get("exponent", 1.0) == 1.0 and "restitution_at_rest" not in self.given
+
+
+CRITICAL = {"law": 2, "m_club": 0.3, "m_ball": 0.06, "k": 8e5}
+
+CASES = {
+    "law 1": Case("the document's defaults", {}),
+    "law 2": Case("the other law", {"law": 2}),
+    "undamped": Case("a corner of the document's table", {"k": 0.5e6, "b": 0.0}),
+    "undamped, law 2": Case("the same result by the other law", {"law": 2, "k": 0.5e6, "b": 0.0}),
+    "stiff and damped": Case("the opposite corner", {"k": 2e6, "b": 12.0}),
+    "stiff and damped, law 2": Case("the opposite corner", {"law": 2, "k": 2e6, "b": 12.0}),
+    "fast": Case("the document's other speed", {"club_speed": 50.0}),
+    "ball moves away": Case("an approach slower than the club", {"law": 2, "ball_speed": 10.0}),
+    "ball comes": Case("the club turns back", {"ball_speed": -20.0, "m_club": 0.05}),
+    "ball meets a club at rest": Case("no smash factor", {"club_speed": 0.0, "ball_speed": -1.0}),
+    "after a gap": Case("touch isn't the start", {"gap": 0.004, "ball_speed": 2.0}),
+    "half of critical": Case("the largest force is at touch from here", {**CRITICAL, "b": 200.0}),
+    "critical": Case("two rates coincide", {**CRITICAL, "b": 400.0}),
+    "just above critical": Case("beside it", {**CRITICAL, "b": 400.0004}),
+    "overdamped": Case("no oscillation; ζ = 10", {**CRITICAL, "b": 4000.0}),
+    "damped, light ball": Case("ζ = 1.9", {"law": 2, "b": 800.0, "m_ball": 0.046}),
+    "drag 40": Case("golf with much drag", {"b": 40.0}),
+    "drag 100": Case("law 1's real mode counts", {"b": 100.0}),
+    "drag 150": Case("beside ζ = 0.4, where light balls may stick", {"b": 150.0}),
+    "drag 1000": Case("ζ = 2.6; bodies part below 2.91", {"b": 1000.0}),
+    "sticks": Case("they never part", {"b": 5000.0}),
+    "equal masses": Case("both drags are one", {"m_club": 0.1, "m_ball": 0.1, "b": 400.0}),
+    "very light ball": Case("1e-6 of the club", {"law": 2, "m_ball": 2.1e-7, "b": 0.05}),
+    "very heavy ball": Case("1e6 of the club", {"law": 2, "m_ball": 2.1e5, "b": 0.05}),
+    "very stiff": Case("a contact of 0.6 µs", {"law": 2, "k": 1e12}),
+    "very soft": Case("a contact of 60 ms", {"law": 2, "k": 100.0, "b": 0.1}),
+    "marble": Case(
+        "small, stiff, fast",
+        {"law": 2, "m_club": 0.233852, "m_ball": 0.00194858, "k": 2.46302e9, "b": 10.3834,
+         "club_speed": 64.1308},
+    ),
+    "grains": Case(
+        "bodies of a few grams, much drag",
+        {"m_club": 0.00262502, "m_ball": 0.00350169, "k": 661718.0, "b": 20.8423,
+         "club_speed": 19.5105},
+    ),
+    "soft wall": Case(
+        "0.1 s against 720 kg",
+        {"m_club": 0.239929, "m_ball": 720.329, "k": 262.569, "b": 5.45011, "club_speed": 14.3766},
+    ),
+    "hard wall": Case(
+        "6 µs against a heavier body",
+        {"m_club": 0.164256, "m_ball": 2.50062, "k": 3.78339e10, "b": 42182.9,
+         "club_speed": 45.1435},
+    ),
+    "against each other": Case(
+        "both move",
+        {"m_club": 0.699182, "m_ball": 9.65858, "k": 351.581, "b": 8.49658, "club_speed": 69.5512,
+         "ball_speed": -2.43864},
+    ),
+    "lump": Case(
+        "law 2 with ζ = 8",
+        {"law": 2, "m_club": 0.699695, "m_ball": 0.00492177, "k": 2469520.0, "b": 1791.29,
+         "club_speed": 25.2704},
+    ),
+    "changes": Case(
+        "k and b change in contact, speed before it", {"gap": 0.003},
+        ((5e-5, {"club_speed": 42.0}), (2e-4, {"k": 1.5e6, "b": 30.0}), (4e-4, {"k": 8e5})),
+    ),
+    "changes, law 2": Case(
+        "the damper's force jumps", {"law": 2}, ((2e-4, {"b": 60.0}), (3e-4, {"k": 2e6, "b": 0.0}))
+    ),
+    "COR, n = 1.5": Case(
+        "COR 0.743, 4021.0718 N at 5 mm",
+        {"law": 2, "exponent": 1.5, "k": 804214.36, "restitution_at_rest": 0.743},
+    ),
+    "COR, n = 1.6": Case(
+        "the exponent of a published ball",
+        {"law": 2, "exponent": 1.615544, "k": 770080.2, "restitution_at_rest": 0.743},
+    ),
+    "n = 1.6": Case(
+        "damping given", {"law": 2, "exponent": 1.6, "k": 8e5, "b": 30.0, "ball_speed": -3.0}
+    ),
+    "n = 3": Case(
+        "stiffens much; another length",
+        {"law": 2, "exponent": 3.0, "reference_compression": 0.008, "gap": 0.001},
+    ),
+    "n = 12": Case("the largest exponent", {"law": 2, "exponent": 12.0}),
+    "COR line": Case(
+        "damping chosen at touch",
+        {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
+    ),
+    "COR line, n = 1.5": Case(
+        "and an exponent",
+        {"law": 2, "exponent": 1.5, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
+    ),
+}  # fmt: skip
+
+LINEAR = [name for name, case in CASES.items() if case.is_linear]
+POWER_LAW = [name for name in CASES if name not in LINEAR]
+
+#: Of the horizon, where the states of a contact are compared.
+SHARES = (0.08, 0.29, 0.4, 0.63, 1.0)
+
+#: One of each kind of contact, by what differs from the defaults.
+KINDS = {
+    name: CASES[name].given
+    for name in ("law 1", "law 2", "after a gap", "damped, light ball", "n = 1.6", "COR line")
+} | {"never separates": {"b": 2000.0}}
+
+
+@cache
+def horizon(name):
+    """s: beyond separation and all changes."""
+    values = CASES[name].values
+    approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
+    if not CASES[name].is_linear:
+        return approach + 1.3 * float(PowerLawContact(**values).outputs()["contact_time"])
+    impact = Reference(values)
+    impact.step(approach + 1e-12)
+    mu = values["m_club"] * values["m_ball"] / (values["m_club"] + values["m_ball"])
+    return approach + 1.3 * min(float(impact.contact.duration), 30.0 * (mu / values["k"]) ** 0.5)
+
+
+@cache
+def exact_path(name):
+    """All outputs of a linear case at some instants (s), the last of them its horizon."""
+    case, end = CASES[name], horizon(name)
+    impact, changes, path = Reference(case.values), dict(case.changes), {}
+    inputs = {}
+    for time in sorted({*changes, *(end * share for share in SHARES)}):
+        # The clock is then exactly at these doubles.
+        impact.step(impact.clock * 0 + time - impact.clock, **inputs)
+        path[time], inputs = impact.outputs(), changes.get(time, {})
+    return path
+
+
+@cache
+def exact(name):
+    """Outputs of a case at its horizon; of a power law those that are fixed at separation."""
+    if not CASES[name].is_linear:
+        return PowerLawContact(**CASES[name].values).outputs()
+    return exact_path(name)[horizon(name)]
+
+
+def integrated(values, changes=(), force=None):
+    """Outputs at separation by DOP853, of bodies that touch at 0 s; a gap is ignored.
+
+    `force(compression, closing, values)`, N, is that of another law.
+    """
+    v = DEFAULTS | values
+    drags, n = v["law"] == 1, v["exponent"]
+
+    def contact_force(d, closing, v):
+        relative = abs(d) / v["reference_compression"]
+        damping = 0.0 if drags else v["b"] * relative ** (0.5 * (n - 1.0)) * closing
+        return v["k"] * relative ** (n - 1.0) * d + damping
+
+    force = force or contact_force
+
+    def slopes(t, y, v):
+        f, drag = force(y[0] - y[1], y[2] - y[3], v), v["b"] if drags else 0.0
+        club = v["club_force"] - f - drag * y[2]
+        return [y[2], y[3], club / v["m_club"], (f - drag * y[3]) / v["m_ball"], f]
+
+    def ends(t, y, v):
+        # Not at touch, where the force of law 2 is that of the damper, if any.
+        if t <= 1e-9 * limit:
+            return 1.0
+        return y[0] - y[1] if drags else force(y[0] - y[1], y[2] - y[3], v)
+
+    ends.terminal, ends.direction = True, -1
+    mu = v["m_club"] * v["m_ball"] / (v["m_club"] + v["m_ball"])
+    limit = 1e3 * ((mu / v["k"]) ** 0.5 + v["b"] / v["k"])
+    state, begun = [0.0, 0.0, v["club_speed"], v["ball_speed"], 0.0], 0.0
+    for time, later in (*changes, (limit, {})):
+        options = {"rtol": 1e-13, "atol": 1e-16, "args": (v,), "events": ends}
+        path = solve_ivp(slopes, (begun, time), state, "DOP853", **options)
+        begun, state, v = path.t[-1], path.y[:, -1], v | later
+        if path.status == 1:
+            break
+    return {
+        "contact_time": begun, "contact_displacement": state[1], "club_velocity": state[2],
+        "ball_velocity": state[3], "impulse": state[4],
+    }  # fmt: skip
