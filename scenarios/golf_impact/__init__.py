@@ -12,7 +12,7 @@
     >>> ball = golf_impact.balls()["roh-lee"]
     >>> path = golf_impact.run_trajectory(points=5, outputs=["force"], **ball.values)
     >>> [round(force) for force in path["force"].tolist()]
-    [0, 4928, 6298, 2309, 0]
+    [0, 4928, 6301, 2310, 0]
     >>> with golf_impact.load_fmu() as fmu:
     ...     times = [fmu.impact(["contact_time"], k=k)["contact_time"] for k in (5e5, 1e6)]
     >>> [f"{time * 1e6:.1f} µs" for time in times]
