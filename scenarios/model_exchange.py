@@ -61,7 +61,7 @@ def _runs(fmi3):
         return partial(fmi3.simulate, fmi3.model, _METRICS, **values)
 
     def step(law):
-        fmi3.begin(_LAWS[law])
+        fmi3.start(**_LAWS[law])
         fmi3.slave.doStep(0.0, _STOP)
         return fmi3.read(_METRICS)
 

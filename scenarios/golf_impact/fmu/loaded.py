@@ -220,11 +220,10 @@ class LoadedFmu3(LoadedFmu):
         return self
 
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
-        """Begin a co-simulation, initialized with these inputs and parameters (SI units)."""
+        """Begin a co-simulation and stop in initialization mode, where more values can be set."""
         self.restore_initial_state(self.slave)
         self.slave.enterInitializationMode(startTime=start_time)
         self.set(values)
-        self.slave.exitInitializationMode()
 
     def simulate(
         self, instance: FMU3Model | FMU3Slave, outputs: Sequence[str], **options: Any
