@@ -1,7 +1,7 @@
 """Runs FMUs in fmpy, as a program for the Python of another platform: results as JSON, by task.
 
-python fmpy_tasks.py [--scipy] FILES: .fmu files and an .ssp. Model Exchange is solved by SciPy or by
-fmpy's CVODE, which not all platforms have.
+python fmpy_tasks.py [--scipy] FILES: .fmu files and an .ssp. SciPy, or fmpy's CVODE, which not all
+platforms have, solves Model Exchange.
 """
 
 import json

@@ -113,10 +113,10 @@ def numbers_of(results, *key):
     return {k: value for name, item in items for k, value in numbers_of(item, *key, name).items()}
 
 
-def assert_equal(there, here, rel):
+def assert_equal(there, here):
     there, here = numbers_of(there), numbers_of(here)
     assert there.keys() == here.keys()
-    assert there == {key: pytest.approx(value, rel=rel) for key, value in here.items()}
+    assert there == {key: pytest.approx(value, rel=1e-12) for key, value in here.items()}
 
 
 TASKS_IN_PYTHON = HERE / "fmpy_tasks.py"
@@ -137,13 +137,14 @@ def test_fmpy_on_windows(windows, fmus, once, kind):
     else:
         there = printed(*words, *map(windows_path, files))
     # Measured: no difference. Windows itself may have another libm than wine.
-    assert_equal(there, here, 1e-12)
+    assert_equal(there, here)
 
 
 _ON_ARM64 = """
 import runpy, sys
 sys.path += sys.argv.pop(1).split(":")
-runpy.run_path(sys.argv[1], run_name="__main__")
+del sys.argv[0]
+runpy.run_path(sys.argv[0], run_name="__main__")
 """
 _WHEELS = "fmpy==0.3.32 attrs lark lxml msgpack numpy scipy"
 
@@ -160,8 +161,8 @@ def test_fmpy_on_arm64(arm64, arm64_fmu, tmp_path):
     there = printed(arm64 / "python", "-c", _ON_ARM64, f"{site}:{HERE}", *words)
     here = printed(sys.executable, *words)
     assert len(numbers_of(here)) > 40
-    # Measured: 2e-13, of a processor that rounds once in a * b + c.
-    assert_equal(there, here, 1e-11)
+    # Measured: none, and 1e-15 with SciPy.
+    assert_equal(there, here)
 
 
 # Native hosts on Windows
