@@ -182,7 +182,8 @@ def standalone(files: dict[str, bytes], pythons: Pythons) -> dict[str, bytes]:
             *python.macros,
         )
         made |= {f"{folder}/{name}": data for name, data in python.files.items()}
-        made |= {f"documentation/licenses/{n}": data for n, data in python.licences.items()}
+        licences = python.licences | toolchain.licences(target)
+        made |= {f"documentation/licenses/{n}": data for n, data in licences.items()}
     # FMI 3.0: pythonfmu3 can't return early, the loader can.
     mode = 'hasEventMode="true"'
     text = text.replace(mode, mode + ' mightReturnEarlyFromDoStep="true"').replace(plain, token)
