@@ -27,27 +27,24 @@ from golf_impact.fmu.file import build_fmu, check_fmu
 from golf_impact.fmu.system import build_system
 
 HERE = Path(__file__).resolve().parent
-FILES = ("plain", "standalone")
+FMPY_TASKS = HERE / "fmpy_tasks.py"
 
 pytestmark = pytest.mark.ci
 
 
-def machine(name):
-    """The folder of a machine to test on; skips without it."""
-    folder = os.environ.get(name)
-    if not folder:
-        pytest.skip(f"{name} isn't set: tests/README.md has what it names")
-    return Path(folder).resolve()
+def _machine(name):
+    """A fixture: the folder of a machine to test on; skips without it."""
+
+    @pytest.fixture(scope="session")
+    def machine():
+        if name not in os.environ:
+            pytest.skip(f"{name} isn't set: tests/README.md has what it names")
+        return Path(os.environ[name]).resolve()
+
+    return machine
 
 
-@pytest.fixture(scope="session")
-def windows():
-    return machine("GOLF_IMPACT_WINDOWS")
-
-
-@pytest.fixture(scope="session")
-def arm64():
-    return machine("GOLF_IMPACT_ARM64")
+windows, arm64 = _machine("GOLF_IMPACT_WINDOWS"), _machine("GOLF_IMPACT_ARM64")
 
 
 def for_windows(windows, kind="standalone"):
@@ -59,9 +56,11 @@ def for_windows(windows, kind="standalone"):
 @pytest.fixture(scope="session")
 def fmus(once, windows):
     """A function that gives ClubBallImpact.fmu and ClubBallImpact.fmi3.fmu for Windows."""
-    return lambda kind="standalone": [
-        once(f"{kind}.{n}.fmu", fmi=n, **for_windows(windows, kind)) for n in (2, 3)
-    ]
+
+    def fmus(kind="standalone"):
+        return [once(f"{kind}.{n}.fmu", fmi=n, **for_windows(windows, kind)) for n in (2, 3)]
+
+    return fmus
 
 
 @pytest.fixture(scope="session")
@@ -76,31 +75,28 @@ def windows_path(path):
 
 def installed(folder, packages, *platforms):
     """A folder with packages as pip installs them on another platform."""
-    pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--target", folder]
-    pip += ["--python-version", "3.11", "--only-binary=:all:", *packages.split()]
-    pip += [f"--platform={platform}" for platform in platforms]
-    subprocess.run(pip, check=True, stderr=subprocess.DEVNULL)
+    words = ["-m", "pip", "install", "-q", "--no-deps", "--only-binary=:all:", "--target", folder]
+    words += ["--python-version=3.11", *(f"--platform={name}" for name in platforms)]
+    run(sys.executable, *words, *packages.split(), timeout=300)
     return folder
 
 
 # Importers in Python
 
 
-def printed(*command, code=0):
+def printed(*command, code=0, timeout=300):
     """The results that fmpy_tasks.py prints; `code` None: whatever the exit code is."""
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=300)
+    words = list(map(str, command))
+    done = subprocess.run(words, capture_output=True, text=True, timeout=timeout)
     assert done.returncode == code or code is None, (done.returncode, done.stderr[-2000:])
     return dict(json.loads(line) for line in done.stdout.splitlines() if line.startswith('["'))
 
 
 def printed_by_plain(*command):
-    """pythonfmu's DLLs hang or abort there at times, mostly when the process ends: see the README.
-
-    What has been printed counts all the same.
-    """
+    """pythonfmu's DLLs hang or abort there at times; what has been printed counts all the same."""
     for _ in range(5):
         with suppress(subprocess.TimeoutExpired):
-            if found := printed(*command, code=None):
+            if found := printed(*command, code=None, timeout=100):
                 return found
     return {}
 
@@ -119,23 +115,17 @@ def assert_equal(there, here):
     assert there == {key: pytest.approx(value, rel=1e-12) for key, value in here.items()}
 
 
-TASKS_IN_PYTHON = HERE / "fmpy_tasks.py"
-
-
-@pytest.mark.parametrize("kind", FILES)
+@pytest.mark.parametrize("kind", ["plain", "standalone"])
 def test_fmpy_on_windows(windows, fmus, once, kind):
     """Co-simulation, Model Exchange, states, refusals, early return, the companions, the SSP."""
-    how = for_windows(windows, kind)
-    system = once(f"{kind} system for Windows", build_system, **how)
+    system = once(f"{kind} system for Windows", build_system, **for_windows(windows, kind))
     files = [*fmus(kind), *sorted(system.glob("*.fmu")), *system.glob("*.ssp")]
-    here = printed(sys.executable, TASKS_IN_PYTHON, *files)
+    here = printed(sys.executable, FMPY_TASKS, *files)
     assert len(numbers_of(here)) > 140
-    words = windows / "python", TASKS_IN_PYTHON
-    if kind == "plain":
-        found = [printed_by_plain(*words, windows_path(file)) for file in files]
-        there = {name: values for one in found for name, values in one.items()}
-    else:
-        there = printed(*words, *map(windows_path, files))
+    words = windows / "python", FMPY_TASKS
+    there = {} if kind == "plain" else printed(*words, *map(windows_path, files))
+    for file in files if kind == "plain" else ():
+        there |= printed_by_plain(*words, windows_path(file))
     # Measured: no difference. Windows itself may have another libm than wine.
     assert_equal(there, here)
 
@@ -146,7 +136,6 @@ sys.path += sys.argv.pop(1).split(":")
 del sys.argv[0]
 runpy.run_path(sys.argv[0], run_name="__main__")
 """
-_WHEELS = "fmpy==0.3.32 attrs lark lxml msgpack numpy scipy"
 
 
 def test_fmpy_on_arm64(arm64, arm64_fmu, tmp_path):
@@ -156,8 +145,9 @@ def test_fmpy_on_arm64(arm64, arm64_fmu, tmp_path):
     one.
     """
     wheels = [f"manylinux{end}_aarch64" for end in ("2014", "_2_17", "_2_27", "_2_28")]
-    site = installed(tmp_path / "site", _WHEELS, *wheels)
-    words = TASKS_IN_PYTHON, "--scipy", arm64_fmu
+    packages = "fmpy==0.3.32 attrs lark lxml msgpack numpy scipy"
+    site = installed(tmp_path / "site", packages, *wheels)
+    words = FMPY_TASKS, "--scipy", arm64_fmu
     there = printed(arm64 / "python", "-c", _ON_ARM64, f"{site}:{HERE}", *words)
     here = printed(sys.executable, *words)
     assert len(numbers_of(here)) > 40
