@@ -84,7 +84,7 @@ def installed(folder, packages, *platforms):
 # Importers in Python
 
 
-def printed(*command, code=0, timeout=300):
+def printed(*command, code=0, timeout=600):
     """The results that fmpy_tasks.py prints; `code` None: whatever the exit code is."""
     words = list(map(str, command))
     done = subprocess.run(words, capture_output=True, text=True, timeout=timeout)
@@ -326,7 +326,10 @@ main()
 
 @pytest.mark.nightly
 def test_golf_impact_on_windows(windows, fmu_path, tmp_path):
-    """All but the scenario loft and curves of calibrate, which need numpy.trapezoid of NumPy 2."""
+    """All but the scenario loft, which needs numpy.trapezoid of NumPy 2, and calibrate.
+
+    That ends in a function which wine 8.0 lacks (ucrtbase.cexp).
+    """
     root = HERE.parent
     site = installed(tmp_path / "site", _PACKAGES, "win_amd64")
     (about,) = Path(fmpy.__file__).parents[1].glob("golf_impact-*.dist-info")
@@ -349,5 +352,4 @@ def test_golf_impact_on_windows(windows, fmu_path, tmp_path):
         golf("sweep", study, "--workers", workers, "--out", windows_path(table))
     assert tables[0].read_bytes() == tables[1].read_bytes()
     golf("stress", "--quick", "--out", out)
-    golf("calibrate", "--cor", "0.743", "--contact-time", "600us", "--out", out)
     assert "loads and runs here" in golf("doctor", windows_path(made))
