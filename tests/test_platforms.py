@@ -20,41 +20,45 @@ from conftest import LAW_1, repeated
 from test_standalone import extracted, guid, outputs
 
 from golf_build import toolchain
+from golf_build.archive import unpack, write_archive
 from golf_impact.commands import doctor
-from golf_impact.fmu.file import build_fmu
+from golf_impact.errors import UserError
+from golf_impact.fmu.file import build_fmu, check_fmu
 from golf_impact.fmu.system import build_system
 
 HERE = Path(__file__).resolve().parent
-FILES = ("plain", "standalone")
+FMPY_TASKS = HERE / "fmpy_tasks.py"
 
 pytestmark = pytest.mark.ci
 
 
-def machine(name):
-    """The folder of a machine to test on; skips without it."""
-    folder = os.environ.get(name)
-    if not folder:
-        pytest.skip(f"{name} isn't set: tests/README.md has what it names")
-    return Path(folder).resolve()
+def _machine(name):
+    """A fixture: the folder of a machine to test on; skips without it."""
+
+    @pytest.fixture(scope="session")
+    def machine():
+        if name not in os.environ:
+            pytest.skip(f"{name} isn't set: tests/README.md has what it names")
+        return Path(os.environ[name]).resolve()
+
+    return machine
 
 
-@pytest.fixture(scope="session")
-def windows():
-    return machine("GOLF_IMPACT_WINDOWS")
+windows, arm64 = _machine("GOLF_IMPACT_WINDOWS"), _machine("GOLF_IMPACT_ARM64")
 
 
-@pytest.fixture(scope="session")
-def arm64():
-    return machine("GOLF_IMPACT_ARM64")
+def for_windows(windows, kind="standalone"):
+    """How files for this machine and Windows are built."""
+    pythons = {"linux64": None, "win64": windows / "python-embed-amd64.zip"}
+    return {"standalone": True, "pythons": pythons} if kind == "standalone" else {}
 
 
 @pytest.fixture(scope="session")
 def fmus(once, windows):
     """A function that gives ClubBallImpact.fmu and ClubBallImpact.fmi3.fmu for Windows."""
 
-    def fmus(kind):
-        how = {"standalone": True, "pythons": for_windows(windows)} if kind == "standalone" else {}
-        return [once(f"{kind}.{n}.fmu", fmi=n, **how) for n in (2, 3)]
+    def fmus(kind="standalone"):
+        return [once(f"{kind}.{n}.fmu", fmi=n, **for_windows(windows, kind)) for n in (2, 3)]
 
     return fmus
 
@@ -65,13 +69,36 @@ def arm64_fmu(once, arm64):
     return once("arm64.fmu", fmi=3, standalone=True, pythons=pythons)
 
 
-def for_windows(windows):
-    """Platforms of standalone FMUs, and where their Python comes from."""
-    return {"linux64": None, "win64": windows / "python-embed-amd64.zip"}
-
-
 def windows_path(path):
     return "Z:" + str(path).replace("/", "\\")
+
+
+def installed(folder, packages, *platforms):
+    """A folder with packages as pip installs them on another platform."""
+    words = ["-m", "pip", "install", "-q", "--no-deps", "--only-binary=:all:", "--target", folder]
+    words += ["--python-version=3.11", *(f"--platform={name}" for name in platforms)]
+    run(sys.executable, *words, *packages.split(), timeout=300)
+    return folder
+
+
+# Importers in Python
+
+
+def printed(*command, code=0, timeout=600):
+    """The results that fmpy_tasks.py prints; `code` None: whatever the exit code is."""
+    words = list(map(str, command))
+    done = subprocess.run(words, capture_output=True, text=True, timeout=timeout)
+    assert done.returncode == code or code is None, (done.returncode, done.stderr[-2000:])
+    return dict(json.loads(line) for line in done.stdout.splitlines() if line.startswith('["'))
+
+
+def printed_by_plain(*command):
+    """pythonfmu's DLLs hang or abort there at times; what has been printed counts all the same."""
+    for _ in range(5):
+        with suppress(subprocess.TimeoutExpired):
+            if found := printed(*command, code=None, timeout=100):
+                return found
+    return {}
 
 
 def numbers_of(results, *key):
@@ -82,39 +109,53 @@ def numbers_of(results, *key):
     return {k: value for name, item in items for k, value in numbers_of(item, *key, name).items()}
 
 
-# Windows, under wine
+def assert_equal(there, here):
+    there, here = numbers_of(there), numbers_of(here)
+    assert there.keys() == here.keys()
+    assert there == {key: pytest.approx(value, rel=1e-12) for key, value in here.items()}
 
 
-def results(python, files, paths, attempts=1):
-    """What fmpy_tasks.py prints there, as numbers by their paths."""
-    found = {}
-    for file, path in zip(files, paths, strict=True):
-        words = [str(word) for word in (python, HERE / "fmpy_tasks.py", path)]
-        codes, done = [], None
-        while len(codes) < attempts and codes[-1:] != [0]:
-            with suppress(subprocess.TimeoutExpired):
-                done = subprocess.run(words, capture_output=True, text=True, timeout=100)
-            codes.append(done and done.returncode)
-        assert codes[-1] == 0, (file, codes, done and done.stderr[-2000:])
-        lines = [line for line in done.stdout.splitlines() if line.startswith('["')]
-        found |= numbers_of(dict(map(json.loads, lines)))
-    return found
-
-
-@pytest.mark.parametrize("kind", FILES)
+@pytest.mark.parametrize("kind", ["plain", "standalone"])
 def test_fmpy_on_windows(windows, fmus, once, kind):
     """Co-simulation, Model Exchange, states, refusals, early return, the companions, the SSP."""
-    how = {"standalone": True, "pythons": for_windows(windows)} if kind == "standalone" else {}
-    system = once(f"{kind} system for Windows", build_system, **how)
+    system = once(f"{kind} system for Windows", build_system, **for_windows(windows, kind))
     files = [*fmus(kind), *sorted(system.glob("*.fmu")), *system.glob("*.ssp")]
-    # pythonfmu's DLLs abort there at times; nothing else does.
-    attempts = 5 if kind == "plain" else 1
-    there = results(windows / "python", files, map(windows_path, files), attempts)
-    here = results(sys.executable, files, files)
-    assert there.keys() == here.keys()
-    assert len(here) > 140
+    here = printed(sys.executable, FMPY_TASKS, *files)
+    assert len(numbers_of(here)) > 140
+    words = windows / "python", FMPY_TASKS
+    there = {} if kind == "plain" else printed(*words, *map(windows_path, files))
+    for file in files if kind == "plain" else ():
+        there |= printed_by_plain(*words, windows_path(file))
     # Measured: no difference. Windows itself may have another libm than wine.
-    assert there == {key: pytest.approx(value, rel=1e-12) for key, value in here.items()}
+    assert_equal(there, here)
+
+
+_ON_ARM64 = """
+import runpy, sys
+sys.path += sys.argv.pop(1).split(":")
+del sys.argv[0]
+runpy.run_path(sys.argv[0], run_name="__main__")
+"""
+
+
+def test_fmpy_on_arm64(arm64, arm64_fmu, tmp_path):
+    """Where fmpy 0.3.32 has no CVODE: SciPy solves Model Exchange.
+
+    Its simulate_fmu takes no FMU without a binary for x86-64 there; with one, it loads the right
+    one.
+    """
+    wheels = [f"manylinux{end}_aarch64" for end in ("2014", "_2_17", "_2_27", "_2_28")]
+    packages = "fmpy==0.3.32 attrs lark lxml msgpack numpy scipy"
+    site = installed(tmp_path / "site", packages, *wheels)
+    words = FMPY_TASKS, "--scipy", arm64_fmu
+    there = printed(arm64 / "python", "-c", _ON_ARM64, f"{site}:{HERE}", *words)
+    here = printed(sys.executable, *words)
+    assert len(numbers_of(here)) > 40
+    # Measured: none, and 1e-15 with SciPy.
+    assert_equal(there, here)
+
+
+# Native hosts on Windows
 
 
 @pytest.fixture(scope="session")
@@ -139,7 +180,7 @@ TASKS = [("impact", "1e-3"), ("migrate",), ("gone", "50"), ("exit", "3")]
 @pytest.mark.parametrize("name", ["fmu", "ü # + %20"])
 def test_a_native_host_on_windows(on_windows, fmus, tmp_path, name, times):
     """No Python, no environment variable; threads that come and go, an end while others step."""
-    folder = extracted(fmus("standalone")[0], tmp_path / name)
+    folder = extracted(fmus()[0], tmp_path / name)
     for _ in range(times):
         for task in TASKS:
             assert on_windows("host", folder, guid(folder), *task) == LAW_1
@@ -147,7 +188,7 @@ def test_a_native_host_on_windows(on_windows, fmus, tmp_path, name, times):
 
 def test_a_host_on_windows_with_its_own_python(on_windows, windows, fmus, tmp_path):
     """Of the same version: its python311.dll is another one."""
-    folder = extracted(fmus("standalone")[0], tmp_path / "fmu")
+    folder = extracted(fmus()[0], tmp_path / "fmu")
     python = windows_path(windows / "cpython")
     task = ("later", python + "\\python311.dll")
     assert on_windows("host", folder, guid(folder), *task, PYTHONHOME=python) == LAW_1
@@ -164,7 +205,7 @@ def test_a_plain_fmu_on_windows_needs_python3_dll(on_windows, windows, fmus, tmp
 
 
 def test_fmus_on_windows_share_one_python(on_windows, fmus, tmp_path):
-    folders = [extracted(fmus("standalone")[0], tmp_path / str(n)) for n in range(3)]
+    folders = [extracted(fmus()[0], tmp_path / str(n)) for n in range(3)]
     jobs = [word for folder in folders for word in (folder, "ClubBallImpact", guid(folder))]
     assert on_windows("several", *jobs) == {"steps": 1200, "pythons": 1}
 
@@ -176,8 +217,8 @@ def check_host3(found, plain):
     assert found == pytest.approx(plain, rel=1e-12)
     assert found["refused"] == 1
     assert [found[f"thread_{n}"] for n in range(3)] == [found["law2_S"]] * 3
-    assert (found["law1_S"], found["law2_S"]) == pytest.approx((1.5641431548673967,
-        1.5842497138122187), rel=1e-14)  # fmt: skip
+    expected = (LAW_1["smash_factor"], 1.5842497138122187)
+    assert (found["law1_S"], found["law2_S"]) == pytest.approx(expected, rel=1e-14)
     # Runge & Kutta, 2000 steps: 1e-14 measured.
     assert found["me_COR"] == pytest.approx(found["law2_COR"], rel=1e-12)
     assert found["event_2"] - found["event_1"] == pytest.approx(6.010445569987614e-4, rel=1e-12)
@@ -190,65 +231,30 @@ def host3_here(compiled, standalone_fmi3_path, tmp_path_factory):
 
 
 def test_fmi3_in_a_native_host_on_windows(on_windows, fmus, host3_here, tmp_path):
-    folder = extracted(fmus("standalone")[1], tmp_path / "ü #")
+    folder = extracted(fmus()[1], tmp_path / "ü #")
     check_host3(on_windows("host3", folder, guid(folder)), host3_here)
 
 
-@pytest.fixture(scope="session")
-def arm64_zig():
-    pytest.importorskip("ziglang", reason="pip install 'golf-impact[standalone]'")
-    return [sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-linux-gnu.2.36"]
-
-
 @pytest.mark.parametrize("times", repeated(1, 3, 50))
-def test_fmi3_in_a_native_host_on_arm64(
-    arm64, arm64_zig, arm64_fmu, compiled, host3_here, tmp_path, times
-):
+def test_fmi3_in_a_native_host_on_arm64(arm64, arm64_fmu, compiled, host3_here, tmp_path, times):
+    pytest.importorskip("ziglang", reason="pip install 'golf-impact[standalone]'")
+    zig = [sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-linux-gnu.2.36"]
     folder = extracted(arm64_fmu, tmp_path / "ü #")
-    program = compiled("host3", by=arm64_zig, suffix=".arm64")
+    program = compiled("host3", by=zig, suffix=".arm64")
     for _ in range(times):
         check_host3(outputs(arm64 / "run", program, folder, guid(folder), env={}), host3_here)
-
-
-_PYTHON_HOST = """
-import ctypes as c, sys
-fmu = c.CDLL(sys.argv[1] + "/binaries/aarch64-linux/ClubBallImpact.so")
-make = fmu.fmi3InstantiateCoSimulation
-make.restype = c.c_void_p
-log = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_char_p, c.c_char_p)(print)
-one = c.c_void_p(make(b"one", sys.argv[2].encode(), None, *[c.c_bool(0)] * 4, None, c.c_size_t(0),
-                      None, log, None))
-start = [c.c_bool(0), c.c_double(0), c.c_double(0), c.c_bool(0), c.c_double(0)]
-assert fmu.fmi3EnterInitializationMode(one, *start) == 0 == fmu.fmi3ExitInitializationMode(one)
-flags, end = (c.c_bool * 3)(), c.c_double()
-at = [c.byref(flags, n) for n in range(3)]
-step = fmu.fmi3DoStep(one, c.c_double(0), c.c_double(1e-3), c.c_bool(1), *at, c.byref(end))
-value = c.c_double()
-read = [c.byref(c.c_uint(int(sys.argv[3]))), c.c_size_t(1), c.byref(value), c.c_size_t(1)]
-assert step == 0 == fmu.fmi3GetFloat64(one, *read)
-print("smash_factor", value.value)
-print("done")
-"""
-
-
-def test_python_on_arm64(arm64, arm64_fmu, tmp_path):
-    folder = extracted(arm64_fmu, tmp_path / "fmu")
-    variables = fmpy.read_model_description(str(folder)).modelVariables
-    (reference,) = (v.valueReference for v in variables if v.name == "smash_factor")
-    words = (arm64 / "python", "-c", _PYTHON_HOST, folder, guid(folder), reference)
-    assert outputs(*words)["smash_factor"] == LAW_1["smash_factor"]
 
 
 # The file
 
 
 def test_one_fmu_for_two_platforms(windows, fmus, tmp_path):
-    file = fmus("standalone")[0]
+    file = fmus()[0]
     assert file.stat().st_size <= 7e6
     with zipfile.ZipFile(file) as archive:
         licences = {n.rpartition("/")[2] for n in archive.namelist() if "/licenses/" in n}
     assert {"python.txt", "python-windows.txt", "mingw-w64.txt"} <= licences
-    again = build_fmu(tmp_path / "again.fmu", standalone=True, pythons=for_windows(windows))
+    again = build_fmu(tmp_path / "again.fmu", **for_windows(windows))
     assert again.read_bytes() == file.read_bytes()
 
 
@@ -256,22 +262,21 @@ def test_one_fmu_for_two_platforms(windows, fmus, tmp_path):
 def test_ziglang_builds_for_windows(monkeypatch, windows, on_windows, tmp_path):
     pytest.importorskip("ziglang", reason="pip install 'golf-impact[standalone]'")
     monkeypatch.setattr(toolchain.shutil, "which", lambda name: None)
-    pythons = {"win64": windows / "python-embed-amd64.zip"}
-    folder = extracted(
-        build_fmu(tmp_path / "x.fmu", standalone=True, pythons=pythons), tmp_path / "fmu"
-    )
+    fmu = build_fmu(tmp_path / "x.fmu", **for_windows(windows))
+    folder = extracted(fmu, tmp_path / "fmu")
     for task in TASKS:
         assert on_windows("host", folder, guid(folder), *task) == LAW_1
 
 
-def test_doctor_says_that_an_fmu_has_no_binary_for_this_machine(fmu_path, tmp_path):
-    foreign = tmp_path / "foreign.fmu"
-    with zipfile.ZipFile(fmu_path) as old, zipfile.ZipFile(foreign, "w") as new:
-        for name in old.namelist():
-            if not re.match("binaries/linux|documentation/SHA", name):
-                new.writestr(name, old.read(name))
+def test_an_fmu_without_a_binary_for_this_machine(fmu_path, tmp_path):
+    files = unpack(fmu_path).items()
+    ours = re.compile("binaries/linux|documentation/SHA")
+    foreign = write_archive(tmp_path / "x.fmu", {n: d for n, d in files if not ours.match(n)})
     (problem,) = (text for level, text in doctor.examine(foreign) if level == "problem")
-    assert f"no binary for this machine, {toolchain.this_machine()} (it has: Windows" in problem
+    expected = f"no binary for this machine, {toolchain.this_machine()}, but for Windows AMD64"
+    assert expected in problem
+    with pytest.raises(UserError, match=expected):
+        check_fmu(foreign)
 
 
 @pytest.mark.parametrize(
@@ -280,18 +285,26 @@ def test_doctor_says_that_an_fmu_has_no_binary_for_this_machine(fmu_path, tmp_pa
         ("--target win64", "without --standalone"),
         ("--standalone --target mac", "linux64, win64, aarch64"),
         ("--standalone --target win64", "python.org"),
-        ("--standalone --target win64 --python {0}", "it has no python3"),
-        ("--standalone --target win64 --python {0}.zip", "No such file"),
-        ("--standalone --python {0}", "--target win64"),
+        ("--standalone --target win64 --python 312.zip", "312.zip is refused: it has no python311"),
+        ("--standalone --target win64 --python arm.zip", "arm.zip is refused: its python311.dll"),
+        ("--standalone --target win64 --python no.zip", "No such file"),
+        ("--standalone --python 312.zip", "--target win64"),
         ("--standalone --target aarch64 --sysroot .", "--fmi 3"),
         ("--standalone --target aarch64 --fmi 3", "--sysroot FOLDER"),
-        ("--standalone --target aarch64 --fmi 3 --sysroot .", "has no libpython3"),
+        ("--standalone --target aarch64 --fmi 3 --sysroot nothing", "has no libpython3.11"),
+        ("--standalone --target aarch64 --fmi 3 --sysroot .", "isn't for Linux aarch64"),
     ],
 )
-def test_what_is_missing_for_a_target_is_named(fmu_path, tmp_path, options, words):
-    options = options.format(fmu_path).split()
-    refused(golf_here("build", *options, "--out", tmp_path / "x.fmu"), words)
-    assert list(tmp_path.iterdir()) == []
+def test_what_is_missing_for_a_target_is_named(tmp_path, options, words):
+    python = {"vcruntime140.dll": b"", "LICENSE.txt": b""}
+    for name, dll in (("312", "python312.dll"), ("arm", "python311.dll")):
+        # The format PE: the place of the signature, the signature, the processor.
+        data = b"MZ".ljust(60) + (64).to_bytes(4, "little") + b"PE\0\0\x64\xaa"
+        write_archive(tmp_path / f"{name}.zip", python | {dll: data})
+    (tmp_path / "libpython3.11.so.1.0").write_bytes(b"\x7fELF".ljust(18) + b"\x3e\0")
+    before = sorted(tmp_path.iterdir())
+    refused(golf_here("build", *options.split(), "--out", "x.fmu", cwd=tmp_path), words)
+    assert sorted(tmp_path.iterdir()) == before
 
 
 # golf-impact on Windows
@@ -301,41 +314,42 @@ _PACKAGES = """
 numpy==1.26.4 pythonfmu==0.7.0 pythonfmu3==0.3.4 typer==0.15.4 click==8.1.8 shellingham
 typing_extensions rich markdown-it-py mdurl pygments jinja2 markupsafe find-libpython platformdirs
 matplotlib==3.10.7 contourpy cycler fonttools kiwisolver packaging pillow pyparsing python-dateutil
-six scipy==1.14.1 colorama
+six scipy==1.14.1 colorama mpmath
 """
 _MAIN = """
 import sys
 sys.path[:0] = sys.argv.pop(1).split(";")
 from golf_impact.__main__ import main
-if __name__ == "__main__":
-    main()
+main()
 """
 
 
 @pytest.mark.nightly
 def test_golf_impact_on_windows(windows, fmu_path, tmp_path):
-    site, root = tmp_path / "site", HERE.parent
-    pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--target", site]
-    pip += ["--platform", "win_amd64", "--python-version", "3.11", "--only-binary=:all:"]
-    subprocess.run([*pip, *_PACKAGES.split()], check=True, stderr=subprocess.DEVNULL)
+    """All but the scenario loft, which needs numpy.trapezoid of NumPy 2, and calibrate.
+
+    That ends in a function which wine 8.0 lacks (ucrtbase.cexp).
+    """
+    root = HERE.parent
+    site = installed(tmp_path / "site", _PACKAGES, "win_amd64")
     (about,) = Path(fmpy.__file__).parents[1].glob("golf_impact-*.dist-info")
     shutil.copytree(about, site / about.name)
     folders = [site, *(root / name for name in ("scenarios", "build", "fmu_src"))]
-    (tmp_path / "main.py").write_text(_MAIN)
     path = ";".join(map(windows_path, folders))
 
     def golf(*words, **options):
-        words = (windows / "python", windows_path(tmp_path / "main.py"), path, *words)
-        return run(*words, timeout=300, **options).stdout
+        words = (windows / "python", "-c", _MAIN, path, *words)
+        return run(*words, timeout=600, **options).stdout
 
-    made = tmp_path / "made.fmu"
+    made, out = tmp_path / "made.fmu", windows_path(tmp_path / "results")
     golf("build", "--out", windows_path(made))
     assert made.read_bytes() == fmu_path.read_bytes()
-    text = golf("run", "baseline", "system", "--out", windows_path(tmp_path / "results"))
+    text = golf("run", "baseline", "system", "model_exchange", "--out", out)
     assert re.search(r"(\d+) of \1 checks passed", text)
     study = windows_path(root / "scenarios" / "studies" / "club_fitting.toml")
     tables = [tmp_path / f"{workers}.csv" for workers in (1, 2)]
     for workers, table in zip((1, 2), tables, strict=True):
         golf("sweep", study, "--workers", workers, "--out", windows_path(table))
     assert tables[0].read_bytes() == tables[1].read_bytes()
+    golf("stress", "--quick", "--out", out)
     assert "loads and runs here" in golf("doctor", windows_path(made))

@@ -19,14 +19,15 @@ import find_libpython
 import fmpy
 import pytest
 from cases import CASES
-from command import golf_here, run, run_python
-from conftest import HEADERS, HOST_TASKS, LAW_1
+from command import golf, golf_here, run, run_python
+from conftest import HEADERS, HOST_TASKS, LAW_1, repeated
 from golf_physics.variables import VARIABLES
 from instances import begin, discard, make_instance
 
 from golf_build import standalone
 from golf_build.packaging import fmu_source
 from golf_build.system import COMPANIONS
+from golf_impact.commands import doctor
 from golf_impact.errors import UserError
 from golf_impact.fmu.file import build_fmu
 from golf_impact.fmu.system import run_ssp
@@ -50,11 +51,6 @@ def guid(folder):
     return re.search(r'(?:guid|instantiationToken)="([^"]+)"', text)[1]
 
 
-@pytest.fixture(scope="module")
-def host(compiled):
-    return compiled("host")
-
-
 def outputs(*command, **options):
     done = run(*command, **options)
     # libcosim writes its log there, too.
@@ -63,14 +59,25 @@ def outputs(*command, **options):
     return {name: float(value) for name, value in map(str.split, lines)}
 
 
+@pytest.fixture
+def hosted(compiled, standalone_path, tmp_path):
+    """Runs a task of the host, by default without environment variables."""
+
+    def hosted(*task, fmu=standalone_path, name="fmu", **env):
+        folder = extracted(fmu, tmp_path / name)
+        return outputs(compiled("host"), folder, guid(folder), *task, env=env)
+
+    return hosted
+
+
 # A root with nothing in it
 
 
 @pytest.fixture(scope="module")
-def bare_root(host, standalone_path, tmp_path_factory):
-    """A root that has glibc, the host and the FMU, and the command that enters it."""
-    root = tmp_path_factory.mktemp("root")
-    extracted(standalone_path, root / "fmu")
+def bare(compiled, standalone_path, tmp_path_factory):
+    """Runs a task of the host in a root that has glibc, the host and the FMU alone."""
+    root, host = tmp_path_factory.mktemp("root"), compiled("host")
+    token = guid(extracted(standalone_path, root / "fmu"))
     shutil.copy(host, root / "host")
     listed = subprocess.run(["ldd", host], capture_output=True, text=True, check=True).stdout
     libc = next(Path(line.split()[2]) for line in listed.splitlines() if "libc.so.6" in line)
@@ -80,27 +87,23 @@ def bare_root(host, standalone_path, tmp_path_factory):
         shutil.copy(file, root / file.relative_to("/"))
     path = os.pathsep.join((os.defpath, "/usr/sbin", "/sbin"))
     chroot, unshare = shutil.which("chroot", path=path), shutil.which("unshare", path=path)
-    if chroot is None or (os.geteuid() and unshare is None):
-        pytest.skip("there is no chroot, or no unshare, on this machine")
     enter = [chroot] if os.geteuid() == 0 else [unshare, "--map-root-user", chroot]
-    if subprocess.run([*enter, root, "/host"], capture_output=True).returncode != 1:
-        pytest.skip("this user may not change the root folder")
-    return root, [*enter, root]
-
-
-@pytest.fixture(scope="module")
-def bare(bare_root):
-    """Runs a task of the host there."""
-    root, enter = bare_root
-    return lambda *task: outputs(*enter, "/host", "/fmu", guid(root / "fmu"), *task, env={})
+    if (
+        None in enter
+        or subprocess.run([*enter, root, "/host"], capture_output=True).returncode != 1
+    ):
+        pytest.skip("this user may not change the root folder, or there is no chroot or unshare")
+    return lambda *task: outputs(*enter, root, "/host", "/fmu", token, *task, env={})
 
 
 TASKS = [("impact", "1e-3"), *HOST_TASKS, ("signals",), ("exit", "3")]
 
 
+@pytest.mark.parametrize("times", repeated(1, 20, 20)[:2])
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task[0])
-def test_in_a_root_with_nothing_but_libc(bare, task):
-    assert bare(*task) == LAW_1
+def test_in_a_root_with_nothing_but_libc(bare, task, times):
+    for _ in range(times):
+        assert bare(*task) == LAW_1
 
 
 # The numbers
@@ -109,11 +112,9 @@ def test_in_a_root_with_nothing_but_libc(bare, task):
 def _calls(values):
     """An impact as lines for replay: see fmi2_calls."""
     names = {variable.name: variable.reference for variable in VARIABLES}
-    yield "new i"
-    yield "log i 1"
+    yield from ("new i", "log i 1", f"set i integer {names['law']}={values['law']}")
     for name in sorted(values.keys() - {"law"}):
         yield f"set i real {names[name]}={values[name]!r}"
-    yield f"set i integer {names['law']}={values['law']}"
     yield from ("setup i 0.0", "enter i", "exit i")
     outputs = " ".join(str(v.reference) for v in VARIABLES if v.type == "Real")
     point = 0.0
@@ -129,12 +130,12 @@ def test_the_private_python_has_the_plain_fmus_numbers(
 ):
     """Every case of the tests' table: to the last bit, and the state's bytes."""
     lines = [line for case in CASES.values() for line in _calls(case.values)]
-    program = compiled("replay")
     results = []
     preloaded = {"LD_PRELOAD": str(libpython), "PYTHONHOME": sys.base_prefix}
     for fmu, env in ((standalone_path, {}), (fmu_path, preloaded)):
         folder = extracted(fmu, tmp_path / fmu.stem)
-        done = run(program, folder, guid(folder), input="\n".join(lines), env=env, timeout=300)
+        options = {"input": "\n".join(lines), "env": env, "timeout": 300}
+        done = run(compiled("replay"), folder, guid(folder), **options)
         assert done.stdout.endswith("done\n"), done.stderr[-2000:]
         results.append(done.stdout.splitlines())
     assert len(results[0]) == len(lines) + 1 > 1000
@@ -145,19 +146,13 @@ def test_the_private_python_has_the_plain_fmus_numbers(
 # Hosts that do otherwise
 
 
-@pytest.mark.ci
-@pytest.mark.parametrize("times", [20])
-def test_a_host_that_ends_while_others_of_its_threads_step(bare, times):
-    for _ in range(times):
-        assert bare("exit", "3") == LAW_1
-
-
 @pytest.mark.parametrize("name", ["ü # + ( %20", "%41", "a space", "ends in ~"])
-def test_folders_of_odd_names_that_are_read_only(host, standalone_path, tmp_path, name):
+def test_folders_of_odd_names_that_are_read_only(compiled, standalone_path, tmp_path, name):
     folder = extracted(standalone_path, tmp_path / name)
     before = sorted(folder.rglob("*"))
     for path in [folder, *before]:
         path.chmod(0o555 if path.is_dir() else 0o444)
+    host = compiled("host")
     assert outputs(host, folder, guid(folder), "impact", "1e-3", env={}) == LAW_1
     # Root may write there all the same.
     assert sorted(folder.rglob("*")) == before
@@ -165,27 +160,18 @@ def test_folders_of_odd_names_that_are_read_only(host, standalone_path, tmp_path
         path.chmod(0o755)
 
 
-def test_a_hostile_environment(host, standalone_path, tmp_path):
-    folder = extracted(standalone_path, tmp_path / "fmu")
-    wrong = tmp_path / "wrong"
-    wrong.mkdir()
-    (wrong / "json.py").write_text("raise SystemExit('not this one')")
-    (wrong / "libz.so.1").write_text("no library")
+def test_a_hostile_environment(hosted, tmp_path):
+    (tmp_path / "json.py").write_text("raise SystemExit('not this one')")
+    (tmp_path / "libz.so.1").write_text("no library")
     names = ("PYTHONHOME", "PYTHONPATH", "PYTHONSTARTUP", "LD_LIBRARY_PATH")
-    env = dict.fromkeys(names, str(wrong)) | {"PYTHONMALLOC": "nonsense", "LC_ALL": "nonsense"}
-    assert outputs(host, folder, guid(folder), "impact", "1e-3", env=env) == LAW_1
+    env = dict.fromkeys(names, str(tmp_path)) | {"PYTHONMALLOC": "nonsense", "LC_ALL": "nonsense"}
+    assert hosted("impact", "1e-3", **env) == LAW_1
 
 
-def test_a_host_that_starts_its_own_python_afterwards(host, libpython, standalone_path, tmp_path):
-    folder = extracted(standalone_path, tmp_path / "fmu")
-    env = {"PYTHONHOME": sys.base_prefix}
-    assert outputs(host, folder, guid(folder), "later", libpython, env=env) == LAW_1
-
-
-def test_a_host_with_a_python_that_does_not_run(host, libpython, standalone_path, tmp_path):
-    folder = extracted(standalone_path, tmp_path / "fmu")
-    env = {"LD_PRELOAD": str(libpython)}
-    assert outputs(host, folder, guid(folder), "impact", "1e-4", env=env) == LAW_1
+def test_a_host_with_a_python(hosted, libpython):
+    """That it starts later, or that doesn't run."""
+    assert hosted("later", libpython, PYTHONHOME=sys.base_prefix) == LAW_1
+    assert hosted("impact", "1e-4", LD_PRELOAD=str(libpython)) == LAW_1
 
 
 # Several FMUs
@@ -193,15 +179,11 @@ def test_a_host_with_a_python_that_does_not_run(host, libpython, standalone_path
 
 @pytest.fixture(scope="module")
 def several(compiled):
-    program = compiled("several")
-
-    def several(folders, *options, **settings):
-        jobs = [
-            text
-            for folder in folders
-            for text in (folder, next(folder.glob("binaries/linux64/[A-Z]*.so")).stem, guid(folder))
-        ]
-        return outputs(program, *options, *jobs, **settings)
+    def several(folders, *options):
+        binaries = [next(folder.glob("binaries/linux64/[A-Z]*.so")) for folder in folders]
+        jobs = zip(folders, (binary.stem for binary in binaries), map(guid, folders), strict=True)
+        words = [word for job in jobs for word in job]
+        return outputs(compiled("several"), *options, *words, env={})
 
     return several
 
@@ -210,75 +192,46 @@ def several(compiled):
 def test_four_fmus_started_at_once_share_one_python(several, system, tmp_path):
     folders = [extracted(fmu, tmp_path / fmu.stem) for fmu in system[:4]]
     assert {folder.name.partition(".")[0] for folder in folders} == {"ClubBallImpact", *COMPANIONS}
-    alone = several(folders[:1], env={})
+    alone = several(folders[:1])
     for _ in range(10):
-        four = several(folders, env={})
+        four = several(folders)
         assert (four["steps"], four["pythons"]) == (1600, 1)
     # 1.03 measured.
     assert four["kilobytes"] <= 1.3 * alone["kilobytes"]
 
 
 @pytest.mark.ci
-def test_an_extraction_may_go_while_others_run(several, system, tmp_path):
-    fmus = [system[0], system[0], system[1], system[0]]
+def test_extractions_cost_little_and_may_go_while_others_run(several, system, tmp_path):
+    fmus = [system[0]] * 18 + [system[1], system[0]]
     folders = [extracted(fmu, tmp_path / str(n)) for n, fmu in enumerate(fmus)]
-    assert several(folders, "-r", env={})["pythons"] == 1
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.ci
-def test_an_extraction_more_costs_little(several, system, tmp_path):
-    folders = [extracted(system[0], tmp_path / str(n)) for n in range(20)]
-    one, all_ = several(folders[:1], env={}), several(folders, env={})
+    one, all_ = several(folders[:1]), several(folders, "-r")
     assert all_["pythons"] == 1
+    assert list(tmp_path.iterdir()) == []
     # A private copy of Python would be 11 MB each time; 0.3 MB measured, a thread's stack included.
     assert (all_["kilobytes"] - one["kilobytes"]) / 19 < 1000
 
 
 # Python hosts
 
-_IN_PYTHON = """
-import sys
-import fmpy
-names = ["smash_factor", "ball_velocity"]
-row = fmpy.simulate_fmu(sys.argv[1], stop_time=0.005, step_size=1e-4, output_interval=1e-4,
-                        output=names)[names][-1]
-with open("/proc/self/maps") as maps:
-    libraries = {line.split(maxsplit=5)[-1] for line in maps if "/golf-python-" in line}
-print(*map(float, row), len(libraries))
-"""
 
-
-def test_fmpy_on_this_python_gets_no_second_one(standalone_path):
-    done = run_python(_IN_PYTHON, standalone_path)
-    *values, libraries = map(float, done.stdout.split())
-    assert values == pytest.approx([LAW_1["smash_factor"], LAW_1["ball_velocity"]], rel=1e-9)
-    assert libraries == 0
-
-
-def other_pythons():
-    """Every other CPython 3 of this machine: Debian's, pyenv's."""
+def pythons():
+    """This CPython 3 and every other one of this machine: Debian's, pyenv's."""
     found = [Path("/usr/bin/python3"), *Path.home().glob(".pyenv/versions/3.*/bin/python3")]
-    return [pytest.param(python, id=str(python)) for python in found if python.exists()]
+    return [str(python) for python in (sys.executable, *found) if Path(python).exists()]
 
 
-def is_reused(python):
-    """From 3.10 on they are; an older one gets the private one beside it."""
-    code = "import sys; print(sys.version_info >= (3, 10))"
-    return run(python, "-c", code).stdout.strip() == "True"
-
-
-@pytest.mark.ci
-@pytest.mark.parametrize("python", other_pythons())
-def test_other_pythons_by_ctypes(standalone_path, python, tmp_path):
+@pytest.mark.parametrize("python", pythons())
+def test_pythons_by_ctypes(standalone_path, python, tmp_path):
+    """From 3.10 on they are reused; an older one gets the private one beside it."""
     folder = extracted(standalone_path, tmp_path / "fmu")
     variables = fmpy.read_model_description(str(folder)).modelVariables
-    references = {v.name: str(v.valueReference) for v in variables}
+    references = {v.name: v.valueReference for v in variables}
     words = [folder, guid(folder), references["smash_factor"], references["ball_velocity"]]
     done = run(python, HERE / "native_host" / "python_host.py", *words)
     *values, libraries = map(float, done.stdout.split())
     assert values == [LAW_1["smash_factor"], LAW_1["ball_velocity"]]
-    assert libraries == (0 if is_reused(python) else 1)
+    old = run(python, "-c", "import sys; print(sys.version_info < (3, 10))").stdout
+    assert libraries == (old.strip() == "True")
 
 
 # libcosim without Python
@@ -298,31 +251,26 @@ def test_libcosims_library_runs_the_system(compiled, system, system_files, tmp_p
 
 # FMI 3.0
 
+TOUCH, LAW_2_CONTACT = 1e-4, 6.010445569987614e-4
+
 
 @pytest.mark.ci
 @pytest.mark.parametrize("start", [0.0, 5.0])
 @pytest.mark.parametrize("gap", [0.0, 0.0035])
 def test_steps_end_at_touch_and_separation(standalone_fmi3_path, gap, start):
-    rows = fmpy.simulate_fmu(
-        str(standalone_fmi3_path),
-        start_time=start,
-        stop_time=start + 0.002,
-        output_interval=1e-3,
-        start_values={"law": 2, "gap": gap},
-        output=["touched", "separated", "touch_time", "smash_factor"],
-        use_event_mode=True,
-        early_return_allowed=True,
-    )
+    options = {"use_event_mode": True, "early_return_allowed": True, "output_interval": 1e-3}
+    options |= {"start_time": start, "stop_time": start + 0.002}
+    options |= {"start_values": {"law": 2, "gap": gap}}
+    names = ["touched", "separated", "touch_time", "smash_factor"]
+    rows = fmpy.simulate_fmu(str(standalone_fmi3_path), output=names, **options)
     times = list(dict.fromkeys(rows["time"]))
     touch = start + gap / 35.0
-    expected = [start, touch, touch + 6.010445569987614e-4, start + 1e-3, start + 2e-3]
+    expected = [start, touch, touch + LAW_2_CONTACT, start + 1e-3, start + 2e-3]
     assert times == pytest.approx(expected[1:] if gap == 0.0 else expected, rel=4e-16, abs=1e-18)
     # Each event twice: before and after event mode.
     assert len(rows) == len(times) + (1 if gap == 0.0 else 2)
     assert rows["touch_time"][-1] == pytest.approx(touch, rel=4e-16)
-    after = rows[rows["time"] > touch + 6e-4]
-    assert after["separated"].all()
-    assert not rows[rows["time"] < touch + 6e-4]["separated"].any()
+    assert ((rows["time"] > touch + 6e-4) == rows["separated"]).all()
 
 
 @pytest.fixture
@@ -339,82 +287,59 @@ def slave(standalone_fmi3_path, tmp_path):
     discard(*made)
 
 
-TOUCH, LAW_2_CONTACT = 1e-4, 6.010445569987614e-4
-
-
 @pytest.mark.ci
 @pytest.mark.parametrize("event_mode", [True, False])
-@pytest.mark.parametrize("early", [True, False])
-def test_the_event_that_a_step_reports(slave, event_mode, early):
+def test_the_event_that_a_step_reports(slave, event_mode):
     """An event is the host's to handle where a step ends with it, not where the step went on."""
-    one = slave(eventModeUsed=event_mode, earlyReturnAllowed=early)
-    assert one.doStep(0.0, 5e-5) == (False, False, False, 5e-5)
-    event, _, returned, last = one.doStep(5e-5, 1e-3 - 5e-5)
-    assert (event, returned) == (event_mode and early, early)
-    assert last == (pytest.approx(TOUCH, rel=4e-16) if early else 1e-3)
-
-
-@pytest.mark.ci
-@pytest.mark.parametrize("event_mode", [True, False])
-def test_an_event_at_the_end_of_a_step_is_reported(slave, event_mode):
+    for early in (True, False):
+        one = slave(eventModeUsed=event_mode, earlyReturnAllowed=early)
+        assert one.doStep(0.0, 5e-5) == (False, False, False, 5e-5)
+        event, _, returned, last = one.doStep(5e-5, 1e-3 - 5e-5)
+        assert (event, returned) == (event_mode and early, early)
+        assert last == (pytest.approx(TOUCH, rel=4e-16) if early else 1e-3)
     watched = slave(eventModeUsed=True, earlyReturnAllowed=True)
     point, ends = 0.0, []
     while len(ends) < 2:
         event, _, _, point = watched.doStep(point, 1e-3 - point)
-        if event:
-            ends.append(point)
+        ends += [point] * event
     assert ends == pytest.approx([TOUCH, TOUCH + LAW_2_CONTACT], rel=4e-16)
-    # Until separation the step goes on past touch.
+    # Until separation the step goes on past touch; at its end the event is reported.
     for end in ends:
-        one = slave(eventModeUsed=event_mode)
-        assert one.doStep(0.0, end) == (event_mode, False, False, end)
+        assert slave(eventModeUsed=event_mode).doStep(0.0, end) == (event_mode, False, False, end)
 
 
 @pytest.mark.ci
 def test_errors_are_logged_unless_the_host_has_chosen_others(slave):
+    chosen = ((False, []), (True, ["logStatusWarning"]), (True, ["logStatusError"]))
     for logging in (False, True):
         one = slave(logging=logging)
+        for on, names in chosen:
+            one.setFloat64([0], [-1.0])
+            one.setDebugLogging(on, names)
+        assert len(one.messages) == 2
         one.setFloat64([0], [-1.0])
-        one.setDebugLogging(False, [])
-        one.setFloat64([0], [-2.0])
-        assert len(one.messages) == 2
-        one.setDebugLogging(True, ["logStatusWarning"])
-        one.setFloat64([0], [-3.0])
-        assert len(one.messages) == 2
-        one.setDebugLogging(True, ["logStatusError"])
-        one.setFloat64([0], [-4.0])
         assert len(one.messages) == 3
 
 
 # The file
 
 
-def test_its_description(standalone_path, fmu_path):
-    own, plain = (
-        zipfile.ZipFile(path).read("modelDescription.xml").decode()
-        for path in (standalone_path, fmu_path)
-    )
-    without = r'(guid|generationTool)="[^"]+"'
-    assert re.sub(without, "", own) == re.sub(without, "", plain)
-    assert re.search('guid="([^"]+)"', own)[1] != re.search('guid="([^"]+)"', plain)[1]
-
-
-def test_what_it_brings(standalone_path):
-    python = standalone.private_python(standalone.this_platform())
-    with zipfile.ZipFile(standalone_path) as archive:
-        names = set(archive.namelist())
-    assert standalone_path.stat().st_size <= 5e6
-    assert {f"documentation/licenses/{name}" for name in python.licences} <= names
-    assert "documentation/licenses/python.txt" in names
+def test_what_it_brings(standalone_path, fmu_path):
+    names = set(zipfile.ZipFile(standalone_path).namelist())
+    licences = {*standalone.private_python(standalone.this_platform()).licences, "python.txt"}
+    assert {f"documentation/licenses/{name}" for name in licences} <= names
     assert not any(name.startswith("binaries/win") for name in names)
-
-
-def test_its_modules_are_few(standalone_path):
+    assert standalone_path.stat().st_size <= 5e6
     modules = {row[0] for row in standalone.standard_library() if row[2] is not None}
     top = {name.partition(".")[0] for name in modules}
     assert {"decimal", "_decimal", "json", "math", "pythonfmu", "threading"} <= top
     assert not {"asyncio", "email", "http", "numpy", "socket", "ssl", "tkinter", "unittest"} & top
     assert len(modules) < 90
+    texts = [zipfile.ZipFile(f).read("modelDescription.xml") for f in (standalone_path, fmu_path)]
+    own, plain = (re.split(rb'guid="([^"]+)"|generationTool="[^"]+"', text) for text in texts)
+    # What lies between them is the same, the GUID isn't.
+    assert own[::2] == plain[::2]
+    assert set(own[1::2]) & set(plain[1::2]) == {None}
 
 
 @pytest.mark.ci
@@ -427,61 +352,43 @@ def test_it_is_reproducible(standalone_path, tmp_path):
 
 
 @pytest.mark.ci
-def test_built_by_debians_python(host, tmp_path):
+def test_built_by_debians_python(hosted, tmp_path):
     """Its pyconfig.h lies elsewhere, and its modules are in libpython."""
-    python, version = "/usr/bin/python3", f"{sys.version_info[:2]}"
-    code = "import sys; print(sys.version_info[:2])"
+    python, code = "/usr/bin/python3", "import sys; print(sys.version_info[:2])"
     reported = subprocess.run([python, "-c", code], capture_output=True, text=True)
-    if sys.base_prefix == "/usr" or reported.stdout.strip() != version:
-        pytest.skip(f"{python} is the one that builds anyway, or no {version}")
+    if sys.base_prefix == "/usr" or reported.stdout.strip() != f"{sys.version_info[:2]}":
+        pytest.skip(f"{python} is the one that builds anyway, or of another version")
     # An FMU that was loaded here has left its resources behind, with a pythonfmu that can't build.
-    ours = [
-        path
-        for path in sys.path
-        if not path.startswith(sys.base_prefix) and Path(path).name != "resources"
-    ]
-    fmu = tmp_path / "debian.fmu"
-    code = "from golf_impact.__main__ import main; main()"
-    done = subprocess.run(
-        [python, "-c", code, "build", "--standalone", "--out", str(fmu)],
-        capture_output=True,
-        text=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(ours)},
-    )
+    ours = [p for p in sys.path if not p.startswith(sys.base_prefix) and "resources" not in p]
+    fmu, code = tmp_path / "debian.fmu", "from golf_impact.__main__ import main; main()"
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(ours)}
+    done = golf("build", "--standalone", "--out", fmu, env=env, program=(python, "-c", code))
     if "apt-get install" in done.stderr:
         pytest.skip(done.stderr)
     assert done.returncode == 0, done.stderr
-    folder = extracted(fmu, tmp_path / "fmu")
-    assert outputs(host, folder, guid(folder), "impact", "1e-3", env={}) == LAW_1
+    assert hosted("impact", "1e-3", fmu=fmu) == LAW_1
     assert fmu.stat().st_size <= 5e6
-
-
-MACROS = ("MODULE", "CLASS", "PRIVATE_PYTHON", "PYTHON_DLL", "TOKEN")
 
 
 @pytest.mark.ci
 @pytest.mark.parametrize(
     "target",
     [
-        "x86_64-linux-gnu.2.17",
-        "aarch64-linux-gnu.2.17",
-        "x86_64-macos",
-        "aarch64-macos",
+        *("x86_64-linux-gnu.2.17", "aarch64-linux-gnu.2.17", "x86_64-macos", "aarch64-macos"),
         # The compiler builds its Windows libraries first: four minutes.
         pytest.param("x86_64-windows-gnu", marks=pytest.mark.nightly),
     ],
 )
-@pytest.mark.parametrize("source", ["fmi2.c", "fmi3.c"])
-def test_the_loader_compiles_without_warnings(target, source, tmp_path):
+def test_the_loader_compiles_without_warnings(target, tmp_path):
     """No more than that for macOS; test_platforms.py runs it for aarch64 and Windows."""
     pytest.importorskip("ziglang", reason="pip install 'golf-impact[standalone]'")
-    for file in fmu_source("loader").iterdir():
-        shutil.copy(file, tmp_path)
+    shutil.copytree(fmu_source("loader"), tmp_path, dirs_exist_ok=True)
     (tmp_path / "modules.bin").write_bytes(b"")
-    macros = [f'-D{name}="x"' for name in MACROS]
-    flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", f"-I{HEADERS}", "-I."]
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *flags, *macros, source]
-    subprocess.run([*command, "-o", "loader.so"], check=True, cwd=tmp_path)
+    words = [sys.executable, "-m", "ziglang", "cc", "-target", target, "-std=gnu11", "-shared"]
+    words += ["-fPIC", "-Wall", "-Wextra", "-Werror", f"-I{HEADERS}", "-I.", "-o", "loader.so"]
+    words += [f'-D{n}="x"' for n in ("MODULE", "CLASS", "PRIVATE_PYTHON", "PYTHON_DLL", "TOKEN")]
+    for source in ("fmi2.c", "fmi3.c"):
+        subprocess.run([*words, source], check=True, cwd=tmp_path)
 
 
 @pytest.mark.ci
@@ -490,28 +397,19 @@ def test_bench_native(standalone_path, libpython, tmp_path):
     # 1 on a busy machine: how fast it is isn't tested.
     assert done.returncode in (0, 1), done.stderr
     figures = json.loads((tmp_path / "bench_native.json").read_text())["figures"]
-    assert {"first_instantiate_ms", "step_us", "read_us", "memory_mb"} < set(figures)
-    assert figures["three_mb"]["ratio"] <= 1.3
-    assert figures["size_mb"]["standalone"] <= 5.0
-
-
-def lines_on_native_hosts(fmu):
-    from golf_impact.commands import doctor
-
-    return [text for _, text in doctor.examine(fmu) if text.startswith("native")]
+    assert {"first_instantiate_ms", "step_us", "read_us", "memory_mb", "three_mb"} < set(figures)
 
 
 @pytest.mark.ci
-@pytest.mark.parametrize("fmu", ["standalone_path", "standalone_fmi3_path"])
-def test_doctor_gives_the_glibc_that_a_standalone_fmu_needs(request, fmu):
-    (line,) = lines_on_native_hosts(request.getfixturevalue(fmu))
+@pytest.mark.parametrize("fmi", ["", "_fmi3"])
+def test_what_doctor_says_on_native_hosts(request, fmi, libpython):
+    def lines(fmu):
+        found = doctor.examine(request.getfixturevalue(fmu))
+        return [text for _, text in found if text.startswith("native")]
+
+    (line,) = lines(f"standalone{fmi}_path")
     assert re.search(r"needs glibc 2\.\d+ or newer, and nothing of Python", line)
-
-
-@pytest.mark.ci
-@pytest.mark.parametrize("fmu", ["fmu_path", "fmi3_path"])
-def test_doctor_recommends_it_before_libpython(request, fmu, standalone_path, libpython):
-    recommended, line = lines_on_native_hosts(request.getfixturevalue(fmu))
+    recommended, line = lines(f"{fmi[1:] or 'fmu'}_path")
     assert "golf-impact build --standalone" in recommended
     assert f"LD_PRELOAD={libpython}" in line
 

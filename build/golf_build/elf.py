@@ -8,6 +8,12 @@ _LOAD, _DYNAMIC = 1, 2
 _NEEDED, _STRTAB = 1, 5
 
 
+def machine(data: bytes) -> str:
+    """The system and processor that it is for, as the module platform names them."""
+    number = int.from_bytes(data[18:20], "little")
+    return f"Linux { {62: 'x86_64', 183: 'aarch64'}.get(number, number) }"
+
+
 def glibc(data: bytes) -> tuple[int, ...]:
     """The oldest glibc that has all that it needs, as (2, 17)."""
     versions = re.findall(rb"\0GLIBC_([\d.]+)(?=\0)", data)

@@ -83,6 +83,10 @@ def private_python(
         copyright_ = Path(f"/usr/share/doc/python{VERSION}/copyright")
     else:
         python = _find(sysroot, f"libpython{VERSION}.so.1.0")
+        if elf.machine(python.read_bytes()) != target.machine:
+            raise StandaloneError(
+                f"--sysroot {sysroot} is refused: {python} isn't for {target.machine}"
+            )
         include = _find(sysroot, f"include/python{VERSION}/Python.h").parent
         beside = [*sysroot.glob(f"usr/lib*/python{VERSION}/lib-dynload/*.so")]
         extensions = {n: file for file in beside if (n := file.name.partition(".")[0]) in modules}

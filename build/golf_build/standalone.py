@@ -22,7 +22,7 @@ from types import MappingProxyType
 import golf_physics
 
 from golf_build import linux, toolchain, windows
-from golf_build.archive import SUMS, checksums, scratch, unpack
+from golf_build.archive import SUMS, checksums, scratch
 from golf_build.packaging import HERE, RUNTIMES, bundle
 from golf_build.toolchain import TARGETS, PrivatePython, StandaloneError, this_machine
 
@@ -182,7 +182,8 @@ def standalone(files: dict[str, bytes], pythons: Pythons) -> dict[str, bytes]:
             *python.macros,
         )
         made |= {f"{folder}/{name}": data for name, data in python.files.items()}
-        made |= {f"documentation/licenses/{n}": data for n, data in python.licences.items()}
+        licences = python.licences | toolchain.licences(target)
+        made |= {f"documentation/licenses/{n}": data for n, data in licences.items()}
     # FMI 3.0: pythonfmu3 can't return early, the loader can.
     mode = 'hasEventMode="true"'
     text = text.replace(mode, mode + ' mightReturnEarlyFromDoStep="true"').replace(plain, token)
@@ -192,11 +193,11 @@ def standalone(files: dict[str, bytes], pythons: Pythons) -> dict[str, bytes]:
     return made | {SUMS: checksums(made)}
 
 
-def binaries_of(fmu: Path) -> dict[str, dict[str, bytes]]:
-    """The binaries of an FMU: files by name, by machine as in `Target` (or the folder's name)."""
+def binaries_of(files: dict[str, bytes]) -> dict[str, dict[str, bytes]]:
+    """Of an FMU's files the binaries by name, by machine as in `Target` (or the folder's name)."""
     machines = {folder: t.machine for t in TARGETS.values() for folder in t.folders.values()}
     binaries: dict[str, dict[str, bytes]] = {}
-    for name, data in unpack(fmu).items():
+    for name, data in files.items():
         if found := re.fullmatch("binaries/([^/]+)/(.+)", name):
             binaries.setdefault(machines.get(found[1], found[1]), {})[found[2]] = data
     return binaries

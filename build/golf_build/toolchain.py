@@ -1,6 +1,7 @@
 """The platforms of standalone FMUs, and their compilers."""
 
 import hashlib
+import importlib
 import importlib.util
 import platform
 import shutil
@@ -75,6 +76,14 @@ def tool(target: Target, name: str) -> list[str]:
             f"`{install_command('standalone')}`, or install {other}"
         )
     return [found]
+
+
+def licences(target: Target) -> dict[str, bytes]:
+    """Of what the compiler adds of its own; GCC's has an exception for that."""
+    if "ziglang" not in tool(target, "cc"):
+        return {}
+    folder = importlib.import_module("ziglang").__path__[0]
+    return {"zig.txt": Path(folder, "LICENSE").read_bytes()}
 
 
 def run_tool(command: list[str], folder: Path, file: str) -> None:

@@ -1,6 +1,7 @@
 """The page on this machine: a plain HTTP server on the loopback address, with the physics in it."""
 
 import json
+import os
 import threading
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -45,7 +46,7 @@ def serve(port: int, values: Mapping[str, float], ready: Callable[[str], None]) 
             Path(page, name).write_bytes(data)
         handler = partial(_Handler, evaluator, directory=page)
         try:
-            server = ThreadingHTTPServer((HOST, port), handler)
+            server = _Server((HOST, port), handler)
         except OSError as error:
             raise UserError(
                 f"port {port} can't be used ({error.strerror}): choose another with --port, or "
@@ -55,6 +56,11 @@ def serve(port: int, values: Mapping[str, float], ready: Callable[[str], None]) 
             query = f"?{case['query']}" if values else ""
             ready(f"http://{HOST}:{server.server_port}/{query}")
             server.serve_forever()
+
+
+class _Server(ThreadingHTTPServer):
+    #: On Windows it would let two processes have one port.
+    allow_reuse_address = os.name == "posix"
 
 
 class _Handler(SimpleHTTPRequestHandler):

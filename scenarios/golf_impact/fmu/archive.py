@@ -8,11 +8,13 @@ from pathlib import Path
 import fmpy
 
 from golf_build.archive import SUMS, checksums, unpack
+from golf_build.standalone import binaries_of
+from golf_build.toolchain import this_machine
 from golf_impact.errors import UserError, first_line
 
 
 def find_flaw(path: Path) -> str | None:
-    """What is wrong with an .fmu file, as long as nothing of it is run, and what to do; or None.
+    """Why an .fmu file can't be run here, as far as that is seen in it, and what to do; or None.
 
     A file that has a list of its members, with the digests that they were built with, must have
     these members and no others.
@@ -29,6 +31,10 @@ def find_flaw(path: Path) -> str | None:
         fmpy.read_model_description(str(path))
     except Exception as error:  # zipfile, XML and fmpy raise many types for damaged files
         return f"{path} is not a readable FMU ({first_line(error)}): run `golf-impact build`"
+    machine, there = this_machine(), binaries_of(files)
+    if machine not in there:
+        others = " and ".join(sorted(there)) or "none"
+        return f"{path} has no binary for this machine, {machine}, but for {others}: use it there"
     return None
 
 

@@ -240,7 +240,7 @@ class LoadedFmu3(LoadedFmu):
         return self
 
     def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
-        """Begin a co-simulation and stop in initialization mode, with these values (SI units)."""
+        """Begin a co-simulation and stop in initialization mode, where more values can be set."""
         self.restore_initial_state(self.slave)
         self.slave.enterInitializationMode(startTime=start_time)
         self.set(values)

@@ -8,10 +8,13 @@ import re
 from itertools import pairwise
 from pathlib import Path
 
-import fmpy
-
 from golf_build.archive import unpack
 from golf_impact.fmu.loaded import LoadedFmu, LoadedFmu3
+
+
+def loaded(path: Path) -> LoadedFmu:
+    """An FMU of either version of FMI, for use in a `with` block."""
+    return (LoadedFmu3 if LoadedFmu(path).description.fmiVersion == "3.0" else LoadedFmu)(path)
 
 
 def deviations(path: Path) -> dict[str, float]:
@@ -27,7 +30,6 @@ def deviations(path: Path) -> dict[str, float]:
     def numbers(name: str) -> list[dict[str, float]]:
         return [{key: float(value) for key, value in row.items()} for row in rows(name)]
 
-    three = fmpy.read_model_description(str(path)).fmiVersion == "3.0"
     for name in files:
         if not (case := re.fullmatch(r"(extra/.*/\w+?_(\w+))_ref\.csv", name)):
             continue
@@ -35,8 +37,8 @@ def deviations(path: Path) -> dict[str, float]:
         inputs = [(row.pop("time"), row) for row in numbers(f"{case[1]}_in.csv")]
         outputs = [output for output in expected[0] if output != "time"]
         worst = dict.fromkeys(outputs, 0.0)
-        with (LoadedFmu3 if three else LoadedFmu)(path) as fmu:
-            fmu.start(**{row["name"]: float(row["value"]) for row in rows(f"{case[1]}_start.csv")})
+        with loaded(path) as fmu:
+            fmu.start(**{r["name"]: float(r["value"]) for r in rows(f"{case[1]}_start.csv")})
             for now, then in pairwise(expected):
                 for time, values in inputs:
                     if time == now["time"]:

@@ -12,6 +12,7 @@ from pathlib import Path
 import fmpy
 
 from golf_build.archive import write_archive
+from golf_build.toolchain import this_machine
 from golf_impact.errors import UserError
 
 #: Sub-steps, s, by method: the document's, and one whose error is far below a measurement's.
@@ -19,8 +20,9 @@ SUB_STEP = {"euler": 0.5e-6, "rk4": 5e-6}
 
 
 def compiler() -> str | None:
-    """A C compiler of this machine, or None."""
-    return shutil.which("cc") or shutil.which("gcc")
+    """A C compiler of this machine, or None; the FMUs are for Linux x86-64."""
+    linux = this_machine() == "Linux x86_64"
+    return (shutil.which("cc") or shutil.which("gcc")) if linux else None
 
 
 def compiled_fmu(method: str, folder: Path) -> Path:

@@ -102,6 +102,7 @@ def _call(call: Callable[[], Any]) -> Any:
 def _begin_worker(folder: str) -> None:
     """In a new worker: temporary files go to a folder that its parent removes."""
     tempfile.tempdir = folder
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Windows has no blocked signals
     threading.Thread(target=_end_with, args=(parent_process(),), daemon=True).start()
 
 
