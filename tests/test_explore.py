@@ -18,6 +18,7 @@ import pytest
 from command import COMMAND, golf_here, refused, run_python
 from page import serving
 
+from golf_impact.commands.run import values_of
 from golf_impact.errors import UserError
 from golf_impact.explore import export as exporting
 from golf_impact.explore.cases import (
@@ -144,8 +145,7 @@ def test_no_contact_and_no_separation(evaluator):
     ("values", "about", "words"),
     [
         ({"k": -5}, "k", "k = -5.0 N/m is refused: it must be a finite number > 0"),
-        ({"k": "hard"}, "k", "k = 'hard' is not a number"),
-        ({"k": None}, "k", "k = None is not a number"),
+        ({"k": None}, "k", "k=None is refused: 'None' is no number"),
         ({"k": "nan"}, "k", "k = nan N/m is refused"),
         ({"law": 1.5}, "law", "law = 1.5 is refused"),
         ({"nothing": 1}, "", "There is no input or parameter nothing: choose from k, b"),
@@ -155,6 +155,57 @@ def test_no_contact_and_no_separation(evaluator):
 def test_refused(evaluator, values, about, words):
     refused = evaluator({"values": values})
     assert (refused["about"], words in refused["refused"]) == (about, True), refused
+
+
+def typed(text, unit):
+    """Of a field."""
+    return {"text": text, "unit": unit}
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "value"),
+    [
+        ("club_speed", "95mph", 42.4688),
+        ("club_speed", typed("95", "mph"), 42.4688),
+        ("club_speed", typed("42.4688 m/s", "mph"), 42.4688),
+        ("k", typed("770", "N/mm"), 7.7e5),
+        ("k", typed("770 kN/m", "N/mm"), 7.7e5),
+        ("b", typed("12.5", "N·s/m"), 12.5),
+        ("ball_diameter", "42.67mm", 0.04267),
+        ("m_ball", typed("45.94", "g"), 0.04594),
+        ("exponent", typed("1.0e0", ""), 1.0),
+        ("dynamic_loft", typed("180", "°"), np.pi),
+        ("dynamic_loft", typed("10deg", "°"), np.pi / 18.0),
+        ("friction", typed("30", ""), 30.0),
+    ],
+)
+def test_values_as_text(evaluator, name, given, value):
+    """In the unit of their field, or in their own: as the command line takes them."""
+    taken = evaluator._values({name: given})[name]
+    assert taken == (value if "loft" not in name else pytest.approx(value, rel=1e-14))
+    if isinstance(given, str):
+        assert values_of([f"{name}={given}"]) == {name: taken}
+
+
+@pytest.mark.parametrize("text", ["770lb", "9,5", "hard", "", "95 mph"])
+def test_what_is_no_value(evaluator, text):
+    """The sentence is the command line's."""
+    reply = evaluator({"values": {"k": typed(text, "N/mm")}})
+    with pytest.raises(UserError) as error:
+        values_of([f"k={text}"])
+    assert (reply["about"], reply["unread"]) == ("k", True)
+    if text:
+        assert f"--set {reply['refused']}" == str(error.value)
+    assert not evaluator({"values": {"k": -5}})["unread"]
+
+
+def test_remarks_on_values(evaluator):
+    """On those that are written in SI units, the command line's."""
+    for given in ("95", typed("95", "m/s")):
+        remark = evaluator({"values": {"club_speed": given}})["remarks"]["club_speed"]
+        assert "write club_speed=42.4688 for 95 mph" in remark
+    for given in (95, "95 m/s", typed("200", "mph"), "35"):
+        assert not any(evaluator({"values": {"club_speed": given}})["remarks"].values())
 
 
 def test_s_and_cor_over_a_variable(fmu, evaluator):

@@ -4,7 +4,7 @@ const facts = JSON.parse(get("facts").textContent)
 const models = {}
 const model = (name) => models[name] ??= Bokeh.documents[0].get_model_by_name(name)
 const quantities = new Map(facts.quantities.map((quantity) => [quantity.name, quantity]))
-const HINT = "Move a slider, or type any number that the FMU allows. Point at a curve, or press Play, to see one instant in all pictures."
+const HINT = "Move a slider, or type any number that the FMU allows, also with a unit (95mph). Point at a curve, or press Play, to see one instant in all pictures."
 const COLOURS = ["#CC79A7", "#009E73", "#D55E00", "#999933", "#882255", "#888888", "#44AA99", "#DDCC77"]
 
 // Bokeh 3.9 writes the style sheet of every part at every paint, mostly the same again, and reads CSS properties in between: each time
@@ -87,9 +87,8 @@ let shown = facts.result
 let requested = {...shown.values}
 let pins = [], drawnPins = null
 const unit = () => get("unit").value
+const unitOf = (quantity) => quantity.unit in facts.speeds ? unit() : quantity.unit
 const size = (quantity) => quantity.unit in facts.speeds ? facts.speeds[unit()] : quantity.scale
-// 15 digits: 45.93 g are 0.04593 kg to the last digit.
-const toSi = (quantity, value) => Number((value * size(quantity)).toPrecision(15))
 const fromSi = (quantity, value) => Number((value / size(quantity)).toPrecision(8))
 
 function setReady(ready) {
@@ -150,11 +149,13 @@ function choosePicture() {
 
 function show(result, control, shot) {
   for (const place of document.querySelectorAll(".refused")) place.textContent = ""
-  get("announced").textContent = result.refused || result.state
+  get("announced").textContent = result.refused || result.state || Object.values(result.remarks).join(" ")
   if ("refused" in result) {
     const place = get(`${result.about || control}_refused`) ?? get("hint")
     place.textContent = result.refused
     place.closest("details")?.setAttribute("open", "")
+    // What is no value at all no other control mends: they go on with the one before.
+    if (result.unread) requested[result.about] = shown.values[result.about]
     return
   }
   // What examples say is of controls that the simple level hasn't.
@@ -210,15 +211,15 @@ const IDLE = {
   reference_compression: ({exponent}) => exponent == 1 && "no effect while n is 1",
 }
 
-function drawControls({values}) {
+function drawControls({values, remarks}) {
   for (const [name, quantity] of quantities) {
     const field = get(name), slider = get(`${name}_slider`), value = fromSi(quantity, values[name]), why = IDLE[name]?.(values)
-    if (field.valueAsNumber != value) field.value = value
+    // What is being typed stays.
+    if (name != typing && (Number(field.value) != value || !field.value)) field.value = field.ariaValueNow = value
     if (slider) slider.value = value
-    if (name in IDLE) {
+    if (name in IDLE)
       for (const control of [field, slider, get("over").querySelector(`[value=${name}]`)]) if (control) control.disabled = why
-      setText(get(`${name}_idle`), why || "")
-    }
+    setText(get(`${name}_idle`), why || remarks[name] || "")
   }
   if (get("over").selectedOptions[0].disabled) get("over").value = "club_speed"
   get("controls").law.value = values.law
@@ -277,7 +278,7 @@ function drawSweep({swept, over}) {
   model("swept").data = {...swept, x: swept.x.map((value) => value / size(quantity))}
   model("here").data = {x: [shown.values[over] / size(quantity)]}
   model("sweep").x_range.setv({start: quantity.low * scale, end: quantity.high * scale})
-  model("sweep").below[0].axis_label = `${quantity.label} (${quantity.unit in facts.speeds ? unit() : quantity.unit})`
+  model("sweep").below[0].axis_label = `${quantity.label} (${unitOf(quantity)})`
   repaint([model("sweep")])
 }
 
@@ -401,19 +402,33 @@ function setDark(dark) {
 
 // Controls
 
+let typing = null
 function setQuantity({type, target: {name, type: kind, value}}) {
-  // A field is read when its number is complete, a slider while it moves.
+  // A field is read when its text is complete, a slider while it moves.
   if (kind == "range" && type == "change") moving = null
+  typing = kind == "text" && type == "input" ? name : null
   if (!name || type != (kind == "range" ? "input" : "change")) return
-  const quantity = quantities.get(name), values = {[name]: quantity && value ? toSi(quantity, Number(value)) : value}
+  const quantity = quantities.get(name), values = {[name]: quantity ? {text: value, unit: unitOf(quantity)} : value}
   const shot = kind != "range" || quantity.group == "Loft and flight"
   if (moving == name) requestImpact(values, shot)
   else change(values, shot)
   moving = kind == "range" ? name : null
 }
 
+// Arrow keys step a field: by its slider's step, or by a unit of the second digit.
+function stepField(event) {
+  const {target, key} = event, {name, type, value} = target, quantity = quantities.get(name)
+  if (type != "text" || !/^Arrow(Up|Down)$/.test(key) || !Number.isFinite(Number(value))) return
+  event.preventDefault()
+  const step = quantity.step ?? 10 ** Math.floor(Math.log10(Math.abs(value) || 1) - 1)
+  target.value = Number((Number(value) + (key == "ArrowUp" ? step : -step)).toPrecision(8))
+  setQuantity({type: "change", target})
+}
+
 function listen() {
   get("controls").oninput = get("controls").onchange = setQuantity
+  get("controls").onkeydown = stepField
+  get("controls").onfocusout = () => { typing = null }
   for (const kind of ["ball", "club"])
     get(kind).onchange = ({target}) => change(facts[`${kind}s`].find(({name}) => name == target.value)?.values)
   for (const button of document.querySelectorAll("nav button")) button.onclick = () => openExample(facts.examples[button.value])
