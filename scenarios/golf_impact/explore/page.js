@@ -22,7 +22,23 @@ replace("core/visuals/visual", "VisualProperties", "_get_css_value", function (o
   return properties.get(key)
 })
 // Nothing on the page is placed beside the element of a glyph renderer, whose place changes with every curve.
-replace("models/renderers/glyph_renderer", "GlyphRendererView", "update_position", () => {})
+const RENDERER = ["models/renderers/glyph_renderer", "GlyphRendererView"]
+replace(...RENDERER, "update_position", () => {})
+// Nothing is selected, muted or decimated, and no range follows data: of five glyphs of a renderer one is kept up to date.
+replace(...RENDERER, "set_data", async function () {
+  this.all_indices = this.model.view.indices
+  await this.glyph.set_data(this.model.data_source, this.all_indices)
+  await this.set_visuals()
+  this._update_masked_indices()
+})
+replace(...RENDERER, "set_visuals", async function () {
+  this.glyph.set_visuals(this.model.data_source, this.all_indices)
+  this.glyph.after_visuals()
+  await this.glyph.after_lazy_visuals()
+})
+replace(...RENDERER, "map_data", function () { this.glyph.map_data() })
+// Figures are painted from here: see `repaint`.
+replace("models/plots/plot", "PlotView", "schedule_paint", () => {})
 
 // Numbers: a request at a time, to this machine's server or to the worker; both take and return JSON.
 
@@ -168,24 +184,22 @@ function show(result, control, shot) {
   sweepSoon = setTimeout(() => shot ? requestSweep() : requestImpact(), 200)
 }
 
-// Painting: figures hold, and are painted from here. A frame takes those in sight, in turn, until its time is over; layout, pictures
-// out of sight and the address wait until nothing has changed for a while.
-const unseen = new Set(), pending = new Set()
+// Painting: a frame takes those figures in sight in which something has changed, in turn, until its time is over; layout, pictures out
+// of sight and the address wait until nothing has changed for a while.
+const unseen = new Set(), pending = new Set(), views = new Map()
 let frame = 0, late = 0
 
-function paint(figure, layout) {
-  const view = Bokeh.index.find_one(figure)
-  figure.setv({hold_render: false}, {silent: true})
-  if (layout) view.repaint()
-  else view.paint()
-  figure.setv({hold_render: true}, {silent: true})
+function viewOf(figure) {
+  if (!views.has(figure)) views.set(figure, Bokeh.index.find_one(figure))
+  return views.get(figure)
 }
 
 function paintFrame() {
-  const end = performance.now() + 8
+  const end = performance.now() + 12
   for (const figure of pending) {
+    const view = viewOf(figure)
     pending.delete(figure)
-    paint(figure)
+    if (view._invalidate_all || view._invalidated_painters.size) view.paint()
     if (performance.now() > end) break
   }
   frame = pending.size && requestAnimationFrame(paintFrame)
@@ -197,7 +211,7 @@ function repaint(some = figures()) {
   frame ||= requestAnimationFrame(paintFrame)
   clearTimeout(late)
   late = setTimeout(() => {
-    for (const figure of figures()) paint(figure, true)
+    for (const figure of figures()) viewOf(figure).repaint()
     setAddress()
   }, 400)
 }
@@ -383,7 +397,7 @@ async function fileOf(choice) {
   if (choice == "path.csv") return csv(shown.path)
   if (choice == "pins.csv") return csv(columns(["name", "query", ...Object.keys(shown.metrics)], pins.map((pin) => ({...pin, ...pin.metrics}))))
   const [name, kind] = choice.split(".")
-  return Bokeh.index.find_one(model(name)).export(kind).to_blob()
+  return viewOf(model(name)).export(kind).to_blob()
 }
 
 async function download(choice) {
@@ -396,7 +410,7 @@ function setDark(dark) {
   properties.clear()
   get("dark").textContent = dark ? "Light" : "Dark"
   // Canvases are painted again to take the colours.
-  for (const figure of figures()) Bokeh.index.find_one(figure).request_repaint()
+  for (const figure of figures()) viewOf(figure).request_repaint()
   repaint()
 }
 
@@ -458,8 +472,9 @@ function beforePrint() {
   screenTheme = document.documentElement.dataset.theme
   setDark(false)
   copies = figures().map((figure) => {
-    paint(figure, true)
-    const view = Bokeh.index.find_one(figure), {canvas} = view.export("png"), {width, height} = view.bbox
+    const view = viewOf(figure)
+    view.repaint()
+    const {canvas} = view.export("png"), {width, height} = view.bbox
     canvas.style.aspectRatio = `${width} / ${height}`
     canvas.className = "copy"
     view.el.parentElement.after(canvas)
@@ -481,10 +496,10 @@ async function start() {
     }
   })
   // A canvas of another size is empty.
-  const sizes = new ResizeObserver((all) => { for (const {target} of all) paint(figureOf(target), true) })
+  const sizes = new ResizeObserver((all) => { for (const {target} of all) viewOf(figureOf(target)).repaint() })
   for (const picture of document.querySelectorAll(".picture, #animation")) { sight.observe(picture); sizes.observe(picture) }
   // Bokeh's layers for events are no controls.
-  for (const figure of figures()) Bokeh.index.find_one(figure).canvas_view.events_el.tabIndex = -1
+  for (const figure of figures()) viewOf(figure).canvas_view.events_el.tabIndex = -1
   addEventListener("beforeprint", beforePrint)
   addEventListener("afterprint", afterPrint)
   setDark(matchMedia("(prefers-color-scheme: dark)").matches)
