@@ -516,7 +516,7 @@ async function start() {
   draw()
   if (facts.exported) await startWorker()
   listen()
-  requested = Object.keys(given).length ? given : opening()
+  requested = Object.keys(given).length ? {...isSimple() && {law: 2}, ...given} : opening()
   await requestImpact()
   requested = {...shown.values}
   setReady(true)
