@@ -1,10 +1,12 @@
 """The page of `golf-impact explore` for tests: its evaluator, served on this machine, exported."""
 
 import contextlib
+import functools
+import http.server
 import os
 import signal
 import subprocess
-from urllib.parse import urlencode
+import threading
 
 import pytest
 from command import COMMAND
@@ -12,16 +14,11 @@ from command import COMMAND
 from golf_impact.errors import UserError
 from golf_impact.explore import export as exporting
 from golf_impact.explore.cases import make_evaluator
-from golf_impact.facts.quantities import format_shortest
 
 
 @pytest.fixture
 def evaluator():
     return make_evaluator()
-
-
-def query(values):
-    return urlencode({name: format_shortest(value) for name, value in values.items()})
 
 
 @contextlib.contextmanager
@@ -40,6 +37,21 @@ def serving(*arguments, env=None):
     finally:
         process.kill()
         process.communicate()
+
+
+class _Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *args):
+        pass
+
+
+@contextlib.contextmanager
+def web_server(folder):
+    """The address of an exported page, in a sub-path of a server."""
+    handler = functools.partial(_Quiet, directory=folder.parent)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/{folder.name}/"
+        server.shutdown()
 
 
 @pytest.fixture(scope="module")

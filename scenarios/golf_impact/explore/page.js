@@ -229,7 +229,8 @@ function drawControls({values, remarks}) {
   for (const [name, quantity] of quantities) {
     const field = get(name), slider = get(`${name}_slider`), value = fromSi(quantity, values[name]), why = IDLE[name]?.(values)
     // What is being typed stays.
-    if (name != typing && (Number(field.value) != value || !field.value)) field.value = field.ariaValueNow = value
+    if (name != typing && (Number(field.value) != value || !field.value)) field.value = value
+    if (field.ariaValueNow != value) field.ariaValueNow = value
     if (slider) slider.value = value
     if (name in IDLE)
       for (const control of [field, slider, get("over").querySelector(`[value=${name}]`)]) if (control) control.disabled = why
@@ -420,7 +421,7 @@ let typing = null
 function setQuantity({type, target: {name, type: kind, value}}) {
   // A field is read when its text is complete, a slider while it moves.
   if (kind == "range" && type == "change") moving = null
-  typing = kind == "text" && type == "input" ? name : null
+  if (kind == "text") typing = type == "input" ? name : null
   if (!name || type != (kind == "range" ? "input" : "change")) return
   const quantity = quantities.get(name), values = {[name]: quantity ? {text: value, unit: unitOf(quantity)} : value}
   const shot = kind != "range" || quantity.group == "Loft and flight"
