@@ -22,10 +22,10 @@ def evaluator():
 
 
 @contextlib.contextmanager
-def serving(*arguments, env=None):
+def serving(*arguments, options=("--no-browser",), env=None):
     """The command in a process of its own, and the page's address."""
     process = subprocess.Popen(
-        [COMMAND, "explore", "--no-browser", "--port", "0", *arguments],
+        [COMMAND, "explore", *options, "--port", "0", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
