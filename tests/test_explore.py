@@ -41,9 +41,6 @@ CASES = {
 }
 
 
-# What is shown, without a browser
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_curves_are_the_fmus(fmu, evaluator, name):
     """Against another run of the FMU: without an approach, and in one step to each instant."""
@@ -76,7 +73,7 @@ def test_curves_are_the_fmus(fmu, evaluator, name):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_energies_and_momenta(evaluator, name):
+def test_energies_momenta_and_the_scene(evaluator, name):
     result = evaluator({"values": CASES[name]})
     metrics, path = result["metrics"], {k: np.array(v) for k, v in result["path"].items()}
     start, total = metrics["kinetic_energy_initial"], path["total_momentum"]
@@ -100,23 +97,19 @@ def test_energies_and_momenta(evaluator, name):
         assert area == pytest.approx(0.0, abs=1e-9 * start)
         assert lost > 1.0
         assert total[-1] < 0.97 * total[0]
+    # The ball keeps its volume; the scene is in diameters.
+    width, compressed = path["ball_width"], path["compression"] > 0.0
+    diameters = path["compression"] / result["values"]["ball_diameter"]
+    assert width == pytest.approx(1.0 - diameters, rel=1e-12)
+    assert width * path["ball_height"] ** 2 == pytest.approx(1.0, rel=1e-12)
+    face = (path["ball_middle"] - 0.5 * width)[compressed]
+    assert face == pytest.approx(path["club_face"][compressed], abs=1e-12)
     # Above the data a seventh of the height is for legends and labels.
     columns = {"force": "force", "momentum": "total_momentum", "velocity": "ball_shown"}
     for quantity, column in columns.items():
         low, high = result["ranges"][quantity]
         assert path[column].max() - low <= 0.86 * (high - low)
     assert start <= 0.86 * result["ranges"]["energy"][1]
-
-
-def test_the_ball_keeps_its_volume(evaluator):
-    path = {name: np.array(column) for name, column in evaluator({})["path"].items()}
-    diameter = evaluator.defaults["ball_diameter"]
-    compressed = path["compression"] > 0.0
-    # The scene is in diameters.
-    assert path["ball_width"] == pytest.approx(1.0 - path["compression"] / diameter, rel=1e-12)
-    assert path["ball_width"] * path["ball_height"] ** 2 == pytest.approx(1.0, rel=1e-12)
-    near = path["ball_middle"] - 0.5 * path["ball_width"]
-    assert near[compressed] == pytest.approx(path["club_face"][compressed], abs=1e-12)
 
 
 def test_no_contact_and_no_separation(evaluator):
@@ -354,10 +347,8 @@ def test_the_page_opens_without_an_fmu():
     program = """
 import sys
 sys.modules.update(dict.fromkeys(["fmpy", "pythonfmu", "pythonfmu3"]))
-from golf_impact.explore.cases import make_evaluator
-from golf_impact.explore.page import page_files
-import golf_impact.explore.server
-print("index.html" in page_files(make_evaluator()))
+from golf_impact.explore import cases, page, server
+print("index.html" in page.page_files(cases.make_evaluator()))
 """
     assert run_python(program).stdout == "True\n"
 
@@ -393,26 +384,22 @@ def test_numbers_by_http(local, evaluator):
     assert json.loads(body) == json.loads(json.dumps(evaluator(request)))
 
 
-@pytest.mark.parametrize(
-    ("status", "request_"),
-    [
-        (403, {"Host": "evil.example"}),
-        (403, {"Host": "127.0.0.1.evil.example:5006"}),
-        (403, {"Host": "", "method": "GET", "path": "/"}),
-        (403, {"Origin": "http://evil.example"}),
-        (403, {"Origin": "null", "method": "GET", "path": "/"}),
-        (200, {"Host": "localhost:5006", "Origin": "http://localhost:5006"}),
-        (200, {"Host": "[::1]:5006", "method": "GET", "path": "/"}),
-        (400, {"body": b"{"}),
-        (400, {"body": b'{"values": 7}'}),
-        (400, {"body": b'{"values": {"k": {"text": "1"}}}'}),
-        (400, {"body": b'{"unit": "knots"}'}),
-        (413, {"body": b" " * 70000}),
-        *BAD,
-        (404, {"path": "/elsewhere"}),
-        (404, {"method": "GET", "path": "/../pyproject.toml"}),
-    ],
-)
+REQUESTS = [
+    *((403, {"Host": host}) for host in ("evil.example", "127.0.0.1.evil.example", "a@evil", "")),
+    *((403, {"Origin": origin}) for origin in ("http://evil.example", "null")),
+    (403, {"Host": "evil.example", "method": "GET", "path": "/"}),
+    (200, {"Host": "localhost:5006", "Origin": "http://localhost:5006"}),
+    (200, {"Host": "[::1]:5006", "method": "GET", "path": "/"}),
+    *((400, {"body": body}) for body in (b"{", b"[1]", b'{"values": 7}', b'{"unit": "knots"}')),
+    (400, {"body": b'{"values": {"k": {"text": "1"}}}'}),
+    (413, {"body": b" " * 70000}),
+    *BAD,
+    (404, {"path": "/elsewhere"}),
+    (404, {"method": "GET", "path": "/../pyproject.toml"}),
+]
+
+
+@pytest.mark.parametrize(("status", "request_"), REQUESTS)
 def test_only_this_page_of_this_machine_is_served(local, status, request_):
     assert send(local, **request_)[0] == status
     assert send(local)[0] == 200
