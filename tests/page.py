@@ -26,8 +26,7 @@ def serving(*arguments, options=("--no-browser",), env=None):
     """The command in a process of its own, and the page's address."""
     process = subprocess.Popen(
         [COMMAND, "explore", *options, "--port", "0", *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        **dict.fromkeys(("stdout", "stderr"), subprocess.PIPE),
         text=True,
         env={**os.environ, **(env or {})},
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
