@@ -53,8 +53,7 @@ def test_curves_are_the_fmus(fmu, evaluator, name):
             assert result["metrics"][metric] == pytest.approx(value, rel=1e-12, abs=1e-12), metric
     contact, path = metrics["contact_time"], result["path"]
     times = np.array(path["time"])
-    assert times[0] < 0.0
-    assert times[-1] > contact
+    assert times[0] < 0.0 < contact < times[-1]
     assert (np.diff(times) > 0.0).all()
     # The peak and the end of contact are samples.
     assert max(path["force"]) == pytest.approx(metrics["max_force"], rel=1e-12)
@@ -105,11 +104,9 @@ def test_energies_momenta_and_the_scene(evaluator, name):
     face = (path["ball_middle"] - 0.5 * width)[compressed]
     assert face == pytest.approx(path["club_face"][compressed], abs=1e-12)
     # Above the data a seventh of the height is for legends and labels.
-    columns = {"force": "force", "momentum": "total_momentum", "velocity": "ball_shown"}
-    for quantity, column in columns.items():
-        low, high = result["ranges"][quantity]
-        assert path[column].max() - low <= 0.86 * (high - low)
-    assert start <= 0.86 * result["ranges"]["energy"][1]
+    for name, column in {"force": "force", "momentum": "total_momentum", "energy": ""}.items():
+        low, high = result["ranges"][name]
+        assert (path[column].max() if column else start) - low <= 0.86 * (high - low)
 
 
 def test_no_contact_and_no_separation(evaluator):
@@ -355,8 +352,6 @@ def test_the_check_notices_another_number(evaluator, fmu_path):
     assert evaluator.check()["worst"] == pytest.approx(1e-9, rel=1e-3)
 
 
-# The command and its server
-
 #: What Python's own server ends with a traceback.
 BAD = [(413, {"Content-Length": "9" * 5000}), (404, {"method": "GET", "path": "/%00"})]
 
@@ -445,16 +440,14 @@ def test_the_terminal_stays_quiet_until_ctrl_c(tmp_path):
     options = ("--no-browser",) if sys.platform != "linux" else ()
     env = {"TMPDIR": str(tmp_path), "DISPLAY": "", "WAYLAND_DISPLAY": ""}
     with serving("--ball", "penner", options=options, env=env) as (process, address):
-        assert address.startswith("http://127.0.0.1:")
-        assert "restitution_at_rest=0.86" in address
+        assert re.match("http://127.0.0.1:.*restitution_at_rest=0.86", address)
         for status, request in (*BAD, (200, {"body": b'{"over": "x"}'})):
             assert send(address, **request)[0] == status
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=30)
         assert process.returncode == 130
         assert options or "No browser can be opened here" in errors
-        assert "Traceback" not in errors
-        assert "Exception" not in errors
+        assert not re.search("Traceback|Exception", errors)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -462,9 +455,6 @@ def test_the_report_says_how_to_reopen_its_cases(tmp_path):
     assert golf_here("run", "elastic", "--no-figures", "--out", tmp_path).returncode == 0
     page = (tmp_path / "report.html").read_text("utf-8")
     assert "golf-impact explore --set b=0" in page
-
-
-# The exported page, without a browser
 
 
 def test_an_exported_page_asks_for_nothing_elsewhere(exported):
