@@ -184,8 +184,8 @@ function show(result, control, shot) {
   sweepSoon = setTimeout(() => shot ? requestSweep() : requestImpact(), 200)
 }
 
-// Painting: a frame takes those figures in sight in which something has changed, in turn, until its time is over; layout, pictures out
-// of sight and the address wait until nothing has changed for a while.
+// Painting: a frame takes those figures in sight in which something has changed; layout, pictures out of sight and the address wait
+// until nothing has changed for a while.
 const unseen = new Set(), pending = new Set(), views = new Map()
 let frame = 0, late = 0
 
@@ -195,14 +195,12 @@ function viewOf(figure) {
 }
 
 function paintFrame() {
-  const end = performance.now() + 12
+  frame = 0
   for (const figure of pending) {
     const view = viewOf(figure)
-    pending.delete(figure)
     if (view._invalidate_all || view._invalidated_painters.size) view.paint()
-    if (performance.now() > end) break
   }
-  frame = pending.size && requestAnimationFrame(paintFrame)
+  pending.clear()
 }
 
 const figures = () => Bokeh.documents[0].roots()
