@@ -184,8 +184,8 @@ function show(result, control, shot) {
   sweepSoon = setTimeout(() => shot ? requestSweep() : requestImpact(), 200)
 }
 
-// Painting: a frame takes those figures in sight in which something has changed; layout, pictures out of sight and the address wait
-// until nothing has changed for a while.
+// Painting: those figures in sight in which something has changed, at once, so that the next frame has them; layout, pictures out of
+// sight and the address wait until nothing has changed for a while.
 const unseen = new Set(), pending = new Set(), views = new Map()
 let frame = 0, late = 0
 
@@ -206,7 +206,7 @@ function paintFrame() {
 const figures = () => Bokeh.documents[0].roots()
 function repaint(some = figures()) {
   for (const figure of some) if (!unseen.has(figure)) pending.add(figure)
-  frame ||= requestAnimationFrame(paintFrame)
+  frame ||= setTimeout(paintFrame)
   clearTimeout(late)
   late = setTimeout(() => {
     for (const figure of figures()) viewOf(figure).repaint()
