@@ -1,10 +1,12 @@
 """The page of `golf-impact explore` for tests: its evaluator, served on this machine, exported."""
 
 import contextlib
+import functools
+import http.server
 import os
 import signal
 import subprocess
-from urllib.parse import urlencode
+import threading
 
 import pytest
 from command import COMMAND
@@ -12,7 +14,6 @@ from command import COMMAND
 from golf_impact.errors import UserError
 from golf_impact.explore import export as exporting
 from golf_impact.explore.cases import make_evaluator
-from golf_impact.facts.quantities import format_shortest
 
 
 @pytest.fixture
@@ -20,17 +21,12 @@ def evaluator():
     return make_evaluator()
 
 
-def query(values):
-    return urlencode({name: format_shortest(value) for name, value in values.items()})
-
-
 @contextlib.contextmanager
-def serving(*arguments, env=None):
+def serving(*arguments, options=("--no-browser",), env=None):
     """The command in a process of its own, and the page's address."""
     process = subprocess.Popen(
-        [COMMAND, "explore", "--no-browser", "--port", "0", *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        [COMMAND, "explore", *options, "--port", "0", *arguments],
+        **dict.fromkeys(("stdout", "stderr"), subprocess.PIPE),
         text=True,
         env={**os.environ, **(env or {})},
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
@@ -40,6 +36,21 @@ def serving(*arguments, env=None):
     finally:
         process.kill()
         process.communicate()
+
+
+class _Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *args):
+        pass
+
+
+@contextlib.contextmanager
+def web_server(folder):
+    """The address of an exported page, in a sub-path of a server."""
+    handler = functools.partial(_Quiet, directory=folder.parent)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/{folder.name}/"
+        server.shutdown()
 
 
 @pytest.fixture(scope="module")

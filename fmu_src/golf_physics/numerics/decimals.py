@@ -15,8 +15,9 @@ PI = Decimal(
 #: some 4 digits.
 _HALVINGS, _THIRDS = 12, 4
 
-#: Below this, e^x underflows in decimal arithmetic.
-_VANISHED = Decimal(-(10**18))
+#: Below this e^x is 0: its exponent would soon leave the range, which is 10⁹ times smaller where
+#: Python has 32 bits, as in WebAssembly.
+_VANISHED = Decimal(MIN_EMIN)
 
 
 @cache

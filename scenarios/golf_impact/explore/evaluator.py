@@ -1,6 +1,6 @@
 """What the page shows of a case, from its values: paths, ranges, labels, readouts, sweep, shot.
 
-It needs the physics and the standard library only, so that it runs in an exported page, too.
+It needs the physics, units and the standard library only: it runs in an exported page, too.
 """
 
 import json
@@ -16,6 +16,8 @@ from golf_physics.companions.ball_flight import BallFlight
 from golf_physics.companions.companion import Variable
 from golf_physics.companions.launch import Launch
 from golf_physics.instance import Instance, RefusedError
+
+from golf_impact.facts.units import remarks, si_values, unit_of
 
 Values = Mapping[str, float]
 Columns = dict[str, list[float]]
@@ -97,36 +99,45 @@ class Evaluator:
 
         Args:
             request: `values`, inputs and parameters by name (SI; start values for the others),
-                numbers or text; `unit` of speeds; `shot`, False without launch and flight (more
-                than half of the time). Instead of the impact: `over`, the variable over
+                numbers, texts that may have a unit, or of a field its `text` and the `unit` of
+                a number without one; `unit` of speeds; `shot`, False without launch and flight
+                (more than half of the time). Instead of the impact: `over`, the variable over
                 which S and COR are computed; `check`.
 
         Returns:
             A dictionary for JSON; `refused`, a sentence, and `about`, the variable concerned, where
-            the values can't be used.
+            the values can't be used, `unread` if that is a text that is no value; `remarks` by
+            name on texts that may lack another unit.
         """
         if "check" in request:
             return self.check()
         try:
-            values = self._values(request.get("values", {}))
+            values = self._values(given := request.get("values", {}))
             if "over" in request:
                 return self.sweep(values, request["over"])
-            return self.impact(values, request.get("unit", "m/s"), request.get("shot", True))
+            shown = self.impact(values, request.get("unit", "m/s"), request.get("shot", True))
+            return shown | {"remarks": _remarks(given, values)}
         except _REFUSED as error:
-            about = error.variable if isinstance(error, RefusedError) else ""
-            return {"refused": str(error), "about": about if about in self.defaults else ""}
+            about, value = getattr(error, "variable", ""), getattr(error, "value", None)
+            about = about if about in self.defaults else ""
+            return {"refused": str(error), "about": about, "unread": isinstance(value, str)}
 
     def _values(self, changes: Facts) -> dict[str, float]:
         values = dict(self.defaults)
-        for name, value in changes.items():
+        for name, given in changes.items():
             if name not in values:
                 known = ", ".join(values)
                 raise ValueError(f"There is no input or parameter {name}: choose from {known}.")
+            if isinstance(given, float | int):
+                values[name] = float(given)
+                continue
+            text, unit = (given["text"], given["unit"]) if isinstance(given, dict) else (given, "")
+            text = str(text)
             try:
-                values[name] = float(value)
-            except (TypeError, ValueError):
-                why = "is not a number"
-                raise RefusedError(f"{name} = {value!r} {why}", name, value, why) from None
+                values[name], _ = si_values([text, f"1 {unit}"], unit_of(name))
+            except ValueError as error:
+                sentence = f"{name}={text} is refused: {error}"
+                raise RefusedError(sentence, name, text, str(error)) from None
         return values
 
     def metrics(self, values: Values) -> dict[str, float]:
@@ -331,6 +342,18 @@ class Evaluator:
             row = {"time": point - lead, **self.instance.read(self.facts["path"])}
             rows.append(_complete(row, values, values["ball_speed"] * lead))
         return {name: [row[name] for row in rows] for name in rows[0]}
+
+
+def _remarks(given: Facts, values: Values) -> dict[str, str]:
+    """What the command line remarks on numbers that are written in SI units, by name."""
+    found = {}
+    for name, text in given.items():
+        text = text["text"] if isinstance(text, dict) else text
+        # Not with a unit.
+        with suppress(ValueError):
+            if isinstance(text, str) and float(text) == values[name]:
+                found[name] = " ".join(remarks({name: values[name]}, "{}="))
+    return found
 
 
 def _complete(row: dict[str, float], v: Values, moved: float) -> dict[str, float]:

@@ -10,6 +10,8 @@ from typing import Any
 
 import golf_physics
 
+import golf_build
+import golf_impact
 from golf_build.archive import pack
 from golf_impact.errors import UserError
 from golf_impact.explore.cases import ROWS, make_evaluator, metrics_by_fmus
@@ -96,10 +98,14 @@ def from_npm() -> dict[str, bytes]:
 
 
 def _archive(facts: dict[str, Any]) -> bytes:
-    """The physics and the evaluator with its data, as a zip file."""
+    """The physics, and the evaluator with what it imports and its data, as a zip file."""
     package = Path(golf_physics.__file__).parent
     files = {f"golf_physics/{f.relative_to(package)}": f for f in package.rglob("*.py")}
-    files["golf_explore/evaluator.py"] = Path(__file__).with_name("evaluator.py")
+    files["golf_build/__init__.py"] = Path(golf_build.__file__)
+    ours = Path(golf_impact.__file__).parent
+    for name in ("__init__", "facts/__init__", "facts/units", "explore/__init__"):
+        files[f"golf_impact/{name}.py"] = ours / f"{name}.py"
+    files["golf_impact/explore/evaluator.py"] = Path(__file__).with_name("evaluator.py")
     contents = {name: file.read_bytes() for name, file in files.items()}
-    contents["golf_explore/facts.json"] = json.dumps([ROWS, facts]).encode()
+    contents["golf_impact/explore/facts.json"] = json.dumps([ROWS, facts]).encode()
     return pack(contents)

@@ -4,7 +4,7 @@ const facts = JSON.parse(get("facts").textContent)
 const models = {}
 const model = (name) => models[name] ??= Bokeh.documents[0].get_model_by_name(name)
 const quantities = new Map(facts.quantities.map((quantity) => [quantity.name, quantity]))
-const HINT = "Move a slider, or type any number that the FMU allows. Point at a curve, or press Play, to see one instant in all pictures."
+const HINT = "Move a slider, or type any number that the FMU allows, also with a unit (95mph). Point at a curve, or press Play, to see one instant in all pictures."
 const COLOURS = ["#CC79A7", "#009E73", "#D55E00", "#999933", "#882255", "#888888", "#44AA99", "#DDCC77"]
 
 // Bokeh 3.9 writes the style sheet of every part at every paint, mostly the same again, and reads CSS properties in between: each time
@@ -22,7 +22,23 @@ replace("core/visuals/visual", "VisualProperties", "_get_css_value", function (o
   return properties.get(key)
 })
 // Nothing on the page is placed beside the element of a glyph renderer, whose place changes with every curve.
-replace("models/renderers/glyph_renderer", "GlyphRendererView", "update_position", () => {})
+const RENDERER = ["models/renderers/glyph_renderer", "GlyphRendererView"]
+replace(...RENDERER, "update_position", () => {})
+// Nothing is selected, muted or decimated, and no range follows data: of five glyphs of a renderer one is kept up to date.
+replace(...RENDERER, "set_data", async function () {
+  this.all_indices = this.model.view.indices
+  await this.glyph.set_data(this.model.data_source, this.all_indices)
+  await this.set_visuals()
+  this._update_masked_indices()
+})
+replace(...RENDERER, "set_visuals", async function () {
+  this.glyph.set_visuals(this.model.data_source, this.all_indices)
+  this.glyph.after_visuals()
+  await this.glyph.after_lazy_visuals()
+})
+replace(...RENDERER, "map_data", function () { this.glyph.map_data() })
+// Figures are painted from here: see `repaint`.
+replace("models/plots/plot", "PlotView", "schedule_paint", () => {})
 
 // Numbers: a request at a time, to this machine's server or to the worker; both take and return JSON.
 
@@ -87,9 +103,8 @@ let shown = facts.result
 let requested = {...shown.values}
 let pins = [], drawnPins = null
 const unit = () => get("unit").value
+const unitOf = (quantity) => quantity.unit in facts.speeds ? unit() : quantity.unit
 const size = (quantity) => quantity.unit in facts.speeds ? facts.speeds[unit()] : quantity.scale
-// 15 digits: 45.93 g are 0.04593 kg to the last digit.
-const toSi = (quantity, value) => Number((value * size(quantity)).toPrecision(15))
 const fromSi = (quantity, value) => Number((value / size(quantity)).toPrecision(8))
 
 function setReady(ready) {
@@ -150,11 +165,13 @@ function choosePicture() {
 
 function show(result, control, shot) {
   for (const place of document.querySelectorAll(".refused")) place.textContent = ""
-  get("announced").textContent = result.refused || result.state
+  get("announced").textContent = result.refused || result.state || Object.values(result.remarks).join(" ")
   if ("refused" in result) {
     const place = get(`${result.about || control}_refused`) ?? get("hint")
     place.textContent = result.refused
     place.closest("details")?.setAttribute("open", "")
+    // What is no value at all no other control mends: they go on with the one before.
+    if (result.unread) requested[result.about] = shown.values[result.about]
     return
   }
   // What examples say is of controls that the simple level hasn't.
@@ -167,36 +184,32 @@ function show(result, control, shot) {
   sweepSoon = setTimeout(() => shot ? requestSweep() : requestImpact(), 200)
 }
 
-// Painting: figures hold, and are painted from here. A frame takes those in sight, in turn, until its time is over; layout, pictures
-// out of sight and the address wait until nothing has changed for a while.
-const unseen = new Set(), pending = new Set()
+// Painting: those figures in sight in which something has changed, at once, so that the next frame has them; layout, pictures out of
+// sight and the address wait until nothing has changed for a while.
+const unseen = new Set(), pending = new Set(), views = new Map()
 let frame = 0, late = 0
 
-function paint(figure, layout) {
-  const view = Bokeh.index.find_one(figure)
-  figure.setv({hold_render: false}, {silent: true})
-  if (layout) view.repaint()
-  else view.paint()
-  figure.setv({hold_render: true}, {silent: true})
+function viewOf(figure) {
+  if (!views.has(figure)) views.set(figure, Bokeh.index.find_one(figure))
+  return views.get(figure)
 }
 
 function paintFrame() {
-  const end = performance.now() + 8
+  frame = 0
   for (const figure of pending) {
-    pending.delete(figure)
-    paint(figure)
-    if (performance.now() > end) break
+    const view = viewOf(figure)
+    if (view._invalidate_all || view._invalidated_painters.size) view.paint()
   }
-  frame = pending.size && requestAnimationFrame(paintFrame)
+  pending.clear()
 }
 
 const figures = () => Bokeh.documents[0].roots()
 function repaint(some = figures()) {
   for (const figure of some) if (!unseen.has(figure)) pending.add(figure)
-  frame ||= requestAnimationFrame(paintFrame)
+  frame ||= setTimeout(paintFrame)
   clearTimeout(late)
   late = setTimeout(() => {
-    for (const figure of figures()) paint(figure, true)
+    for (const figure of figures()) viewOf(figure).repaint()
     setAddress()
   }, 400)
 }
@@ -210,15 +223,16 @@ const IDLE = {
   reference_compression: ({exponent}) => exponent == 1 && "no effect while n is 1",
 }
 
-function drawControls({values}) {
+function drawControls({values, remarks}) {
   for (const [name, quantity] of quantities) {
     const field = get(name), slider = get(`${name}_slider`), value = fromSi(quantity, values[name]), why = IDLE[name]?.(values)
-    if (field.valueAsNumber != value) field.value = value
+    // What is being typed stays.
+    if (name != typing && (Number(field.value) != value || !field.value)) field.value = value
+    if (field.ariaValueNow != value) field.ariaValueNow = value
     if (slider) slider.value = value
-    if (name in IDLE) {
+    if (name in IDLE)
       for (const control of [field, slider, get("over").querySelector(`[value=${name}]`)]) if (control) control.disabled = why
-      setText(get(`${name}_idle`), why || "")
-    }
+    setText(get(`${name}_idle`), why || remarks[name] || "")
   }
   if (get("over").selectedOptions[0].disabled) get("over").value = "club_speed"
   get("controls").law.value = values.law
@@ -277,7 +291,7 @@ function drawSweep({swept, over}) {
   model("swept").data = {...swept, x: swept.x.map((value) => value / size(quantity))}
   model("here").data = {x: [shown.values[over] / size(quantity)]}
   model("sweep").x_range.setv({start: quantity.low * scale, end: quantity.high * scale})
-  model("sweep").below[0].axis_label = `${quantity.label} (${quantity.unit in facts.speeds ? unit() : quantity.unit})`
+  model("sweep").below[0].axis_label = `${quantity.label} (${unitOf(quantity)})`
   repaint([model("sweep")])
 }
 
@@ -382,7 +396,7 @@ async function fileOf(choice) {
   if (choice == "path.csv") return csv(shown.path)
   if (choice == "pins.csv") return csv(columns(["name", "query", ...Object.keys(shown.metrics)], pins.map((pin) => ({...pin, ...pin.metrics}))))
   const [name, kind] = choice.split(".")
-  return Bokeh.index.find_one(model(name)).export(kind).to_blob()
+  return viewOf(model(name)).export(kind).to_blob()
 }
 
 async function download(choice) {
@@ -395,25 +409,39 @@ function setDark(dark) {
   properties.clear()
   get("dark").textContent = dark ? "Light" : "Dark"
   // Canvases are painted again to take the colours.
-  for (const figure of figures()) Bokeh.index.find_one(figure).request_repaint()
+  for (const figure of figures()) viewOf(figure).request_repaint()
   repaint()
 }
 
 // Controls
 
+let typing = null
 function setQuantity({type, target: {name, type: kind, value}}) {
-  // A field is read when its number is complete, a slider while it moves.
+  // A field is read when its text is complete, a slider while it moves.
   if (kind == "range" && type == "change") moving = null
+  if (kind == "text") typing = type == "input" ? name : null
   if (!name || type != (kind == "range" ? "input" : "change")) return
-  const quantity = quantities.get(name), values = {[name]: quantity && value ? toSi(quantity, Number(value)) : value}
+  const quantity = quantities.get(name), values = {[name]: quantity ? {text: value, unit: unitOf(quantity)} : value}
   const shot = kind != "range" || quantity.group == "Loft and flight"
   if (moving == name) requestImpact(values, shot)
   else change(values, shot)
   moving = kind == "range" ? name : null
 }
 
+// Arrow keys step a field: by its slider's step, or by a unit of the second digit.
+function stepField(event) {
+  const {target, key} = event, {name, type, value} = target, quantity = quantities.get(name)
+  if (type != "text" || !/^Arrow(Up|Down)$/.test(key) || !Number.isFinite(Number(value))) return
+  event.preventDefault()
+  const step = quantity.step ?? 10 ** Math.floor(Math.log10(Math.abs(value) || 1) - 1)
+  target.value = Number((Number(value) + (key == "ArrowUp" ? step : -step)).toPrecision(8))
+  setQuantity({type: "change", target})
+}
+
 function listen() {
   get("controls").oninput = get("controls").onchange = setQuantity
+  get("controls").onkeydown = stepField
+  get("controls").onfocusout = () => { typing = null }
   for (const kind of ["ball", "club"])
     get(kind).onchange = ({target}) => change(facts[`${kind}s`].find(({name}) => name == target.value)?.values)
   for (const button of document.querySelectorAll("nav button")) button.onclick = () => openExample(facts.examples[button.value])
@@ -443,8 +471,9 @@ function beforePrint() {
   screenTheme = document.documentElement.dataset.theme
   setDark(false)
   copies = figures().map((figure) => {
-    paint(figure, true)
-    const view = Bokeh.index.find_one(figure), {canvas} = view.export("png"), {width, height} = view.bbox
+    const view = viewOf(figure)
+    view.repaint()
+    const {canvas} = view.export("png"), {width, height} = view.bbox
     canvas.style.aspectRatio = `${width} / ${height}`
     canvas.className = "copy"
     view.el.parentElement.after(canvas)
@@ -466,10 +495,10 @@ async function start() {
     }
   })
   // A canvas of another size is empty.
-  const sizes = new ResizeObserver((all) => { for (const {target} of all) paint(figureOf(target), true) })
+  const sizes = new ResizeObserver((all) => { for (const {target} of all) viewOf(figureOf(target)).repaint() })
   for (const picture of document.querySelectorAll(".picture, #animation")) { sight.observe(picture); sizes.observe(picture) }
   // Bokeh's layers for events are no controls.
-  for (const figure of figures()) Bokeh.index.find_one(figure).canvas_view.events_el.tabIndex = -1
+  for (const figure of figures()) viewOf(figure).canvas_view.events_el.tabIndex = -1
   addEventListener("beforeprint", beforePrint)
   addEventListener("afterprint", afterPrint)
   setDark(matchMedia("(prefers-color-scheme: dark)").matches)
@@ -486,7 +515,7 @@ async function start() {
   draw()
   if (facts.exported) await startWorker()
   listen()
-  requested = Object.keys(given).length ? given : opening()
+  requested = Object.keys(given).length ? {...isSimple() && {law: 2}, ...given} : opening()
   await requestImpact()
   requested = {...shown.values}
   setReady(true)

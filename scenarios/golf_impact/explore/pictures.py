@@ -29,8 +29,8 @@ _UNITS = {"µs": 1e-6, "mm": 1e-3, "kN": 1e3}
 
 _GREY: dict[str, Any] = {"line_color": "#888888", "line_dash": "dotted"}
 
-#: Glyphs that move with the cursor are on a canvas of their own: the rest isn't painted again.
-_CURSOR: dict[str, Any] = {"level": "overlay"}
+#: What changes with data is on a canvas of its own: axes, grids and legends aren't painted again.
+_CHANGES: dict[str, Any] = {"level": "overlay"}
 
 
 class _Line(NamedTuple):
@@ -76,6 +76,8 @@ class Pictures:
         self._add_curves("flight_path", "distance", [_Line("height")], self.figures["flight"])
         for name, picture in self.figures.items():
             picture.name = name
+            # In front of the curves.
+            picture.renderers.sort(key=lambda one: one.data_source is self.sources["cursor"])
 
     def _animation(self) -> Any:
         # In ball diameters.
@@ -87,25 +89,27 @@ class Pictures:
         picture.hspan(y=[0], line_alpha=0.4, **_GREY)
         club: dict[str, Any] = {"left": "club_back", "right": "club_face"}
         club |= {"height": 1.2, "color": ORANGE, "border_radius": (14, 2, 2, 14)}
-        picture.hbar(y=0, source=self.sources["cursor"], **club, **_CURSOR)
+        picture.hbar(y=0, source=self.sources["cursor"], **club, **_CHANGES)
         ball: dict[str, Any] = {"x": "ball_middle", "width": "ball_width", "height": "ball_height"}
         ball |= {"fill_color": BLUE, "fill_alpha": 0.85, "line_color": BLUE}
-        picture.ellipse(y=0, source=self.sources["cursor"], **ball, **_CURSOR)
+        picture.ellipse(y=0, source=self.sources["cursor"], **ball, **_CHANGES)
         return picture
 
     def _force(self, picture: Any, x: str, label: str, **style: Any) -> Any:
         """Force over a column of the path, filled, with a label."""
         filled = {"color": SKY, "fill_alpha": 0.35, "line_alpha": 0}
-        picture.patch(x, "force", source=self.sources["path"], **filled)
+        picture.patch(x, "force", source=self.sources["path"], **filled, **_CHANGES)
         self._add_curves("path", x, [_Line("force")], picture)
-        picture.add_layout(models.Label(name=label, x=0, y=0, text="", **style))
+        picture.add_layout(models.Label(name=label, x=0, y=0, text="", **style, **_CHANGES))
         return picture
 
     def _energies(self) -> Any:
         picture = self._over_time("Where the energy is", "energy (J)")
         colours = {"ball": BLUE, "spring": GREEN, "club": ORANGE, "lost": VERMILION}
         columns, path = [f"{name}_energy" for name in colours], self.sources["path"]
-        picture.varea_stack(columns, x="time", source=path, color=[*colours.values()], alpha=0.75)
+        picture.varea_stack(
+            columns, x="time", source=path, color=[*colours.values()], alpha=0.75, **_CHANGES
+        )
         lines = [_Line("", name, colour) for name, colour in reversed(colours.items())]
         _add_legend(picture, lines, line_width=11)
         return picture
@@ -122,14 +126,14 @@ class Pictures:
         smash, restitution = SWEPT_METRICS
         lines = [_Line(smash, "S"), _Line(restitution, "COR", GREEN, "dashed")]
         self._add_curves("swept", "x", lines, picture)
-        picture.vspan(x="x", source=self.sources["here"], **_GREY)
+        picture.vspan(x="x", source=self.sources["here"], **_GREY, **_CHANGES)
         # The page has the title, with the choice of the variable in it.
         picture.title.visible = False
         return picture
 
     def _over_time(self, title: str, y_label: str) -> Any:
         picture = self._picture(title, "time since touch (µs)", y_label)
-        picture.vspan(x="time", source=self.sources["cursor"], **_GREY, **_CURSOR)
+        picture.vspan(x="time", source=self.sources["cursor"], **_GREY, **_CHANGES)
         return picture
 
     def _add_curves(self, source: str, x: str, lines: Sequence[_Line], picture: Any) -> None:
@@ -137,13 +141,13 @@ class Pictures:
         if source != "swept":
             for y, _, _, dash in lines:
                 style = {"line_color": "color", "line_width": 1.5, "line_dash": dash}
-                picture.multi_line(x, y, source=self.sources["pinned"], **style)
+                picture.multi_line(x, y, source=self.sources["pinned"], **style, **_CHANGES)
         for y, _, colour, dash in lines:
             style = {"line_color": colour, "line_width": 2.5, "line_dash": dash}
-            picture.line(x, y, source=self.sources[source], **style)
+            picture.line(x, y, source=self.sources[source], **style, **_CHANGES)
             if source == "path":
                 dot: dict[str, Any] = {"size": 9, "color": colour, "line_color": "white"}
-                picture.scatter(x, y, source=self.sources["cursor"], **dot, **_CURSOR)
+                picture.scatter(x, y, source=self.sources["cursor"], **dot, **_CHANGES)
         if len(lines) > 1:
             _add_legend(picture, lines)
 

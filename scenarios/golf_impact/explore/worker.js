@@ -10,7 +10,7 @@ async function load() {
   const python = await loadPyodide()
   const archive = await fetch("physics.zip")
   python.unpackArchive(await archive.arrayBuffer(), "zip")
-  return python.pyimport("golf_explore.evaluator").make_evaluator()
+  return python.pyimport("golf_impact.explore.evaluator").make_evaluator()
 }
 
 const loaded = load()

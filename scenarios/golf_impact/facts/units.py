@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from golf_build import BY_NAME, UNITS
+
+#: Launch's angles, with the units that the page of explore has.
+_ANGLES = ("dynamic_loft", "attack_angle")
+_DEGREE = math.pi / 180.0
 
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")
 
@@ -15,7 +20,7 @@ SYMBOLS = {
     symbol.replace(".", ""): (si, 1.0 / factor)
     for si, unit in UNITS.items()
     for symbol, factor in {si: 1.0, **unit.display}.items()
-}
+} | {"rad": ("rad", 1.0), "deg": ("rad", _DEGREE), "°": ("rad", _DEGREE)}
 
 #: Sizes that no golf impact has without a slip in the unit: least and largest, SI units, and the
 #: units that are probably meant.
@@ -34,8 +39,8 @@ def symbol_of(text: str) -> str:
 
 
 def unit_of(name: str) -> str:
-    """The SI unit of a variable of the FMU; empty if it has none."""
-    return BY_NAME[name].unit if name in BY_NAME else ""
+    """The SI unit of a variable of the FMU, or of an angle; empty if it has none."""
+    return BY_NAME[name].unit if name in BY_NAME else "rad" if name in _ANGLES else ""
 
 
 def _split(text: str) -> tuple[str, str]:
@@ -54,9 +59,11 @@ def si_value(text: str, unit: str) -> float:
     number, symbol = _split(text)
     base, size = SYMBOLS.get(symbol_of(symbol), ("", 0.0)) if symbol else (unit, 1.0)
     if base != unit:
-        known = ", ".join([unit, *UNITS[unit].display]) if unit else "none"
+        same = (one for one, (si, _) in SYMBOLS.items() if si == unit and one != symbol_of(unit))
+        known = ", ".join([unit, *same]) if unit else "none"
         raise ValueError(f"{symbol!r} isn't a unit it may have: {known}")
-    return float(number) * size
+    # 15 digits: 45.93 g are 0.04593 kg to the last digit.
+    return float(number) if size == 1.0 else float(f"{float(number) * size:.15g}")
 
 
 def si_values(texts: Iterable[str], unit: str) -> list[float]:
