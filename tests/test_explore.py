@@ -26,7 +26,6 @@ from golf_impact.explore.cases import CLUB_BALL, CLUBS, EXAMPLES, QUANTITIES, me
 from golf_impact.explore.evaluator import LOFT, SWEPT
 from golf_impact.facts.balls import BALLS
 from golf_impact.fmu.loaded import LoadedFmu
-from golf_impact.runs import METRICS
 
 HERE = Path(__file__).parent
 
