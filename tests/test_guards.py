@@ -1,0 +1,152 @@
+"""Guards that ordinary inputs don't reach: rounding at an event, ranges, foreign content."""
+
+import json
+import math
+import random
+from binascii import crc32
+
+import pytest
+from fmpy.fmi1 import FMICallException
+from golf_physics.component.component import Component
+from golf_physics.component.hybrid import HybridComponent
+from golf_physics.instance import Instance, RefusedError
+from golf_physics.laws import LAWS, Law
+from golf_physics.variables import BY_NAME, MOTION
+from instances import get, put
+
+REFERENCE = {name: row.reference for name, row in BY_NAME.items()}
+
+
+def put_values(component, **values):
+    for name, value in values.items():
+        component.set_values([REFERENCE[name]], [value], BY_NAME[name].type)
+
+
+def started(report, kind=Component, **values):
+    component = kind(report)
+    component.enter_initialization()
+    put_values(component, **values)
+    component.exit_initialization()
+    return component
+
+
+def test_bodies_push_up_to_the_last_double_before_separation():
+    """There the closed forms are all rounding error: some 1 of 500 below 0."""
+    rng, instance = random.Random(1), Instance()
+    for _ in range(1500):
+        law = rng.choice([1, 2])
+        values = {"law": law, "k": 10.0 ** rng.uniform(4, 7), "club_speed": rng.uniform(5, 70)}
+        instance.start(**values)
+        instance.step(0.0, 1.0)
+        time = instance.read(["contact_time"])["contact_time"]
+        for last in (2.0**-53, 2.0**-51):
+            instance.start(**values)
+            instance.step(0.0, time * (1.0 - last))
+            force, club, ball, *_, compression = instance.read(MOTION).values()
+            assert force >= 0.0
+            assert compression >= 0.0
+            assert club >= ball
+
+
+class Vanishing(Law):
+    """A spring of infinite force above 1 MN/m."""
+
+    name = "vanishing"
+    description = "A law that leaves the range of a double"
+
+    def force(self, p, k, b, compression, closing):
+        return k * compression if k <= 1e6 else math.inf
+
+
+@pytest.mark.parametrize("kind", [Component, HybridComponent])
+def test_a_law_without_a_number(monkeypatch, kind):
+    """A change that leads there is refused and has no effect; an output is NaN."""
+    monkeypatch.setitem(LAWS, 2, Vanishing())
+    messages = []
+    component = started(messages.append, kind, law=2)
+    assert component.step(0.0, 1e-4)
+    before = component.reals([REFERENCE["force"]])
+    component.set_values([REFERENCE["k"]], [2e6])
+    if kind is HybridComponent:
+        assert component.update() == (False, False, None)
+    assert not component.step(1e-4, 1e-4)
+    assert "k = 2000000.0, b = 9.0 are refused" in messages[-1].sentence
+    assert component.reals([REFERENCE["force"]]) == before
+    component.set_values([REFERENCE["k"]], [1e6])
+    assert component.step(1e-4, 1e-4)
+    beyond = kind(messages.append)
+    beyond.enter_initialization()
+    put_values(beyond, law=2, k=2e6)
+    assert math.isnan(beyond.reals([REFERENCE["force"]])[0])
+    assert "must be a finite number" in messages[-1].sentence
+
+
+def test_the_start_time_is_finite():
+    messages = []
+    component = Component(messages.append)
+    component.set_up(math.nan)
+    component.enter_initialization()
+    component.exit_initialization()
+    assert not component.step(0.0, 1e-4)
+    assert messages[0].sentence == "start time = nan s is refused: it must be a finite number"
+
+
+def test_a_state_of_a_contact_without_compression_is_refused():
+    component = started(pytest.fail)
+    component.step(0.0, 1e-4)
+    component.set_values([REFERENCE["k"]], [2e6])
+    component.step(1e-4, 1e-4)
+    content = json.dumps(json.loads(Component.packed(component.snapshot()))[:-1])
+    d = repr(component._segment.impact.motion.compression)
+    assert d in content
+    for old, accepted in ((d, True), (f"-{d}", False)):
+        body = content.replace(d, old).encode()[:-1]
+        assert (Component.unpacked(body + f", {crc32(body)}]".encode()) is not None) == accepted
+
+
+def test_names_that_are_no_outputs():
+    with pytest.raises(RefusedError, match="there is no output 'k': choose from force, club_pos"):
+        Instance().read(["k"])
+
+
+def test_hardly_any_drag():
+    """Its damping ratio would underflow in a divisor."""
+    found = []
+    for b in (0.0, 1e-300, 5e-324):
+        instance = Instance()
+        instance.start(b=b)
+        instance.step(0.0, 1.0)
+        found.append(list(instance.read(["contact_time", "smash_factor", "max_force"]).values()))
+    assert found[1] == pytest.approx(found[0], rel=1e-14)
+    assert found[2] == pytest.approx(found[0], rel=1e-14)
+
+
+def test_a_solver_may_try_any_state():
+    """Of a power law the force leaves the range of a double: the accelerations are infinite."""
+    component = started(pytest.fail, HybridComponent, law=2, exponent=12.0)
+    component.set_time(0.0)
+    component.set_states([1e60, 0.0, 35.0, 0.0])
+    assert component.derivatives()[2:] == [-math.inf, math.inf]
+
+
+# Companions
+
+
+def test_a_ball_that_is_launched_later_lies_on_the_ground(companion):
+    """Its touch time may be ahead of an importer that passes it on early."""
+    flight = companion("BallFlight")
+    put(flight, ball_velocity=50.0, touch_time=0.5, separated=True)
+    flight.doStep(0.0, 0.1)
+    assert get(flight, "distance", "height") == [0.0, 0.0]
+    assert get(flight, "carry")[0] > 100.0
+    flight.doStep(0.1, 0.5)
+    assert get(flight, "distance")[0] > 4.0
+
+
+def test_a_launch_beyond_the_range_of_a_double(companion):
+    launch = companion("Launch")
+    restitution = {"smash_factor": 1.5, "coefficient_of_restitution": 0.8}
+    put(launch, ball_velocity=1e308, club_velocity=1e307, **restitution, separated=True)
+    with pytest.raises(FMICallException, match="discard"):
+        launch.doStep(0.0, 1e-3)
+    assert get(launch, "ball_speed", "backspin") == [0.0, 0.0]
