@@ -77,7 +77,8 @@ def test_a_law_without_a_number(monkeypatch, kind):
     beyond = kind(messages.append)
     beyond.enter_initialization()
     put_values(beyond, law=2, k=2e6)
-    assert math.isnan(beyond.reals([REFERENCE["force"]])[0])
+    for names in (["force"], MOTION):
+        assert all(map(math.isnan, beyond.reals([REFERENCE[name] for name in names])))
     assert "must be a finite number" in messages[-1].sentence
 
 
@@ -127,6 +128,14 @@ def test_a_solver_may_try_any_state():
     component.set_time(0.0)
     component.set_states([1e60, 0.0, 35.0, 0.0])
     assert component.derivatives()[2:] == [-math.inf, math.inf]
+
+
+def test_a_step_to_a_touch_that_is_refused():
+    """At 35 m/s the COR would be 0.1 - 0.1015: refused if touch falls at the end of the step."""
+    for size, accepted in ((0.01, False), (0.01 * (1.0 - 1e-9), True)):
+        line = {"restitution_at_rest": 0.1, "restitution_slope": 0.0029}
+        component = started(lambda refusal: None, law=2, gap=0.35, **line)
+        assert component.step(0.0, size) == accepted
 
 
 # Companions

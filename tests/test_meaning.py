@@ -7,6 +7,7 @@ from importlib.resources import files as files_of
 import fmpy
 import numpy as np
 import pytest
+from golf_physics.variables import MORE_UNITS
 from instances import get, put
 from page import evaluator  # noqa: F401
 
@@ -19,9 +20,9 @@ from golf_impact.facts.toml import read_toml
 
 def dimension(*factors):
     """Of a product of variables, by exponents: (name, 1) or (name, -1)."""
-    base = {}
+    base, units = {}, UNITS | MORE_UNITS
     for name, power in factors:
-        for unit, exponent in UNITS[BY_NAME[name].unit].base.items():
+        for unit, exponent in units[BY_NAME[name].unit].base.items():
             base[unit] = base.get(unit, 0) + power * exponent
     return {unit: exponent for unit, exponent in base.items() if exponent}
 
@@ -36,6 +37,7 @@ def dimension(*factors):
         ("b", [("force", 1), ("club_velocity", -1)]),
         ("club_speed", [("gap", 1), ("contact_time", -1)]),
         ("club_force", [("k", 1), ("gap", 1)]),
+        ("club_acceleration", [("force", 1), ("m_club", -1)]),
         ("mean_force", [("impulse", 1), ("contact_time", -1)]),
         ("smash_factor", [("ball_velocity", 1), ("club_speed", -1)]),
         ("restitution_slope", [("club_speed", -1)]),

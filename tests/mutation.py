@@ -1,0 +1,406 @@
+"""Mutation testing: which small defect does no test notice?
+
+`python tests/mutation.py --count 300` puts defects into a copy of the checkout, one at a time, and
+runs the tests that execute the changed line (also inside a built FMU or a subprocess) up to the
+first failure; a mutant that survives these gets all other default tests. The mutants follow from
+the seed, in turns from each package: a larger count continues a smaller one. Results are appended
+to a file, so that an interrupted run continues; `--again FILE...` runs these test files on the
+survivors. equivalent_mutants.toml lists mutants that change no result, with the reason.
+
+mutmut 3.8 writes its dispatch and imports into the sources, from where they would be packed into
+the FMUs; cosmic-ray 8.7 runs all tests on every mutant, 650 of `golf_physics.impact` alone.
+"""
+
+import argparse
+import ast
+import contextlib
+import difflib
+import hashlib
+import json
+import os
+import queue
+import random
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter, defaultdict
+from concurrent.futures import ThreadPoolExecutor
+from itertools import accumulate, chain, pairwise, zip_longest
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = (
+    *(f"fmu_src/golf_physics{name}" for name in ("", "/component", "/laws", "/numerics")),
+    "fmu_src/golf_physics/companions",
+    *(f"scenarios/golf_impact/{name}" for name in ("arrays", "facts", "calibration", "sweeps")),
+    "scenarios/golf_impact/report",
+)
+#: They compare documents with the code: a defect that they notice may be written down by mistake.
+NO_EVIDENCE = "tests/test_readmes.py", "tests/test_imports.py"
+
+_OPERATORS = {
+    ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"),
+    ast.Pow: ("**", "*"), ast.FloorDiv: ("//", "/"), ast.Mod: ("%", "*"), ast.Lt: ("<", "<=", ">="),
+    ast.LtE: ("<=", "<", ">"), ast.Gt: (">", ">=", "<="), ast.GtE: (">=", ">", "<"),
+    ast.Eq: ("==", "!="), ast.NotEq: ("!=", "=="), ast.Is: ("is", "is not"),
+    ast.IsNot: ("is not", "is"), ast.In: ("in", "not in"), ast.NotIn: ("not in", "in"),
+    ast.And: ("and", "or"), ast.Or: ("or", "and"),
+}  # fmt: skip
+_PAIRS = "min max", "sin cos", "any all", "floor ceil", "minimum maximum"
+_NAMES = {a: b for pair in _PAIRS for a, b in (pair.split(), pair.split()[::-1])}
+#: s, measured: so many of the tests that execute its line are run on every mutant.
+_FIRST = 60.0
+
+#: Swapped, their arguments only raise an error.
+_REFLECTIVE = {*_NAMES, "getattr", "isinstance", "super"}
+
+
+class Mutant(NamedTuple):
+    """A part of a file, in bytes, and what replaces it."""
+
+    file: str
+    start: int
+    end: int
+    new: str
+    lines: tuple[int, ...]  #: executed if the part is; none outside functions
+
+    @property
+    def source(self) -> str:
+        data = (ROOT / self.file).read_bytes()
+        return (data[: self.start] + self.new.encode() + data[self.end :]).decode()
+
+    @property
+    def difference(self) -> list[str]:
+        """The file, and the changed lines before and after, without indentation."""
+        before = (ROOT / self.file).read_text("utf-8").splitlines()
+        lines = [*difflib.unified_diff(before, self.source.splitlines(), n=0)][3:]
+        return [self.file, *(f"{line[0]} {line[1:].strip()}" for line in lines)]
+
+    @property
+    def key(self) -> str:
+        return f"{' '.join(self.difference)} @{self.start}"
+
+
+def mutants(file: str) -> list[Mutant]:
+    """All mutants of a file; none of text, annotations, what is raised, or styles of figures."""
+    data, found = (ROOT / file).read_bytes(), []
+    begins = [0, *(newline.end() for newline in re.finditer(b"\n", data))]
+    idle = {"annotation", "returns", "decorator_list", "exc", "msg"}
+    idle |= {"keywords"} if b"matplotlib" in data else set()
+
+    def span(node):
+        start, end = begins[node.lineno - 1], begins[node.end_lineno - 1]
+        return start + node.col_offset, end + node.end_col_offset
+
+    def text(node):
+        return data[slice(*span(node))].decode()
+
+    def visit(node, line, inside, nested=False):
+        def put(start, end, *news):
+            own = range(node.lineno, node.end_lineno + 1) if isinstance(node, ast.expr) else ()
+            lines = (line, *own) if inside else ()
+            found.extend(Mutant(file, start, end, new, lines) for new in news)
+
+        def between(left, right, operator):
+            start, end = span(left)[1], span(right)[0]
+            old, *news = _OPERATORS.get(type(operator), [None])
+            if old and not isinstance(left, ast.JoinedStr | ast.List):
+                place = re.search(re.escape(old).replace("\\ ", r"\s+").encode(), data[start:end])
+                put(start + place.start(), start + place.end(), *news)
+
+        match node:
+            case ast.JoinedStr() | ast.Expr(value=ast.Constant()):
+                return
+            case (
+                ast.If(test=ast.Name(id="TYPE_CHECKING"))
+                | ast.ClassDef(bases=[ast.Name("Protocol")])
+            ):
+                return
+            case ast.Assign(targets=[ast.Name(id="__all__" | "__slots__" | "__version__")]):
+                return
+            case ast.BinOp():
+                between(node.left, node.right, node.op)
+            case ast.BoolOp():
+                between(*node.values[:2], node.op)
+            case ast.Compare():
+                for pair, operator in zip(pairwise((node.left, *node.comparators)), node.ops):
+                    between(*pair, operator)
+            case ast.UnaryOp(op=ast.Not() | ast.USub()):
+                put(*span(node), f"({text(node.operand)})")
+            case ast.Constant(value=bool(value)):
+                put(*span(node), str(not value))
+            case ast.Constant(value=int(value)):
+                put(*span(node), str(value + 1), str(value - 1))
+            case ast.Constant(value=float(value)):
+                put(*span(node), repr(value * (1.0 + 1e-3) if value else 1e-3))
+            case ast.If() | ast.While() | ast.IfExp():
+                put(*span(node.test), f"(not ({text(node.test)}))")
+            case ast.Name(id=name) if name in _NAMES:
+                put(*span(node), _NAMES[name])
+            case ast.Call(func=function, args=[ast.Name() as a, ast.Name() as b, *_]):
+                if text(function) not in _REFLECTIVE:
+                    put(span(a)[0], span(b)[1], f"{text(b)}, {text(a)}")
+            case ast.Continue() | ast.Break():
+                put(*span(node), "break" if isinstance(node, ast.Continue) else "continue")
+            case ast.AugAssign():
+                between(node.target, node.value, node.op)
+                put(*span(node), "pass")
+            case ast.Expr() | ast.Raise() | ast.Assign(targets=[ast.Attribute() | ast.Subscript()]):
+                put(*span(node), "pass")
+            case ast.Return() if nested:
+                put(*span(node), "pass")
+        function = isinstance(node, ast.FunctionDef | ast.Lambda)
+        for name, value in ast.iter_fields(node):
+            for child in value if isinstance(value, list) else [value]:
+                if isinstance(child, ast.AST) and name not in idle:
+                    its = child.lineno if isinstance(child, ast.stmt) else line
+                    visit(child, its, inside or (function and name == "body"), not function)
+
+    visit(ast.parse(data), 0, False)
+    return found
+
+
+def sample(count: int, seed: int) -> list[Mutant]:
+    """The first mutants of a seed, in turns from each package."""
+    packages = []
+    for package in PACKAGES:
+        files = sorted((ROOT / package).glob("*.py"))
+        packages.append([m for file in files for m in mutants(str(file.relative_to(ROOT)))])
+        random.Random(f"{seed} {package}").shuffle(packages[-1])
+    return [m for m in chain(*zip_longest(*packages)) if m is not None][:count]
+
+
+# In the test processes this file is a plugin: it records which test executes which line (coverage
+# measures subprocesses too, by the environment), or selects and orders tests.
+
+_seconds: dict[str, float] = {}
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items):
+    if plan := os.environ.get("MUTATION_PLAN"):
+        run, skip, seconds = json.loads(Path(plan).read_text())
+        _seconds.update(seconds)
+        place = {name: n for n, name in enumerate(run)}
+        items[:] = [i for i in items if i.nodeid not in skip and (i.nodeid in place or not run)]
+        items.sort(key=lambda item: place.get(item.nodeid, 0))
+        resource.setrlimit(resource.RLIMIT_AS, (16 << 30, 16 << 30))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    os.environ["MUTATION_TEST"] = item.nodeid
+    if "COVERAGE_PROCESS_START" in os.environ:
+        from coverage import Coverage
+
+        Coverage.current().switch_context(item.nodeid)
+    else:
+        signal.alarm(60 + int(20.0 * _seconds.get(item.nodeid, 30.0)))
+    try:
+        return (yield)
+    finally:
+        signal.alarm(0)
+
+
+def pytest_runtest_logreport(report):
+    if report.when == "call" or report.failed:
+        with open(os.environ["MUTATION_REPORT"], "a") as file:
+            print(json.dumps([report.nodeid, report.failed, report.duration]), file=file)
+
+
+class Checkout:
+    """A copy of the checkout in which mutants are tested."""
+
+    def __init__(self, folder: Path):
+        self.folder, self.root = folder, folder / "checkout"
+        shutil.rmtree(folder, ignore_errors=True)
+        listed = "git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"
+        for name in subprocess.check_output(listed, cwd=ROOT, text=True).split("\0"):
+            if (ROOT / name).is_file():
+                (self.root / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(ROOT / name, self.root / name)
+
+    def run(self, *arguments: str, limit: float = 7200.0, **more: str) -> tuple[str, list]:
+        """Run pytest with more environment; how it ended, and name, failure, seconds by test."""
+        path = [str(self.root / name) for name in ("fmu_src", "build", "scenarios", "tests")]
+        report, log = self.folder / "report", self.folder / "log"
+        report.write_text("")
+        env = {"PYTHONPATH": os.pathsep.join(path), "MUTATION_REPORT": str(report), **more}
+        options = (
+            "-x",
+            "-n0",
+            "-p",
+            "mutation",
+            "-p",
+            "no:cacheprovider",
+            f"--basetemp={self.folder}/t",
+        )
+        process = subprocess.Popen(
+            [sys.executable, "-B", "-m", "pytest", *options, *arguments],
+            cwd=self.root, env=os.environ | env, stdout=log.open("w"), stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )  # fmt: skip
+        try:
+            code = process.wait(limit)
+        except subprocess.TimeoutExpired:
+            code = -signal.SIGALRM
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+        ends = {0: "survived", 5: "survived", -signal.SIGALRM: "timeout"}
+        return ends.get(code, "caught"), [json.loads(line) for line in report.open()]
+
+
+class Coverage(NamedTuple):
+    """What the default tests execute."""
+
+    seconds: dict[str, float]  #: by test
+    skip: list[str]  #: tests that failed here, or don't count
+    lines: dict[str, dict[str, list[str]]]  #: tests by file and line
+
+    @classmethod
+    def measured(cls, folder: Path) -> "Coverage":
+        """Measured once for these sources."""
+        files = sorted(file for package in PACKAGES for file in (ROOT / package).glob("*.py"))
+        digest = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
+        place, data = folder / f"coverage-{digest}.json", folder / "coverage"
+        if not place.exists():
+            shutil.rmtree(data, ignore_errors=True)
+            checkout = Checkout(data)
+            settings = data / "settings"
+            settings.write_text(
+                f"[run]\ndata_file = {data}/c\nparallel = true\ncontext = ${{MUTATION_TEST}}\n"
+                "include = */golf_*/*\nomit = */golf_build/*\n"
+            )
+            _, ran = checkout.run("--maxfail=9999", COVERAGE_PROCESS_START=str(settings))
+            if not ran:
+                raise SystemExit(f"no test has run: see {data / 'log'}")
+            place.write_text(json.dumps(cls._of(data, ran)))
+        return cls(*json.loads(place.read_text()))
+
+    @classmethod
+    def _of(cls, data: Path, ran: list) -> "Coverage":
+        from coverage import CoverageData
+
+        seconds = {name: taken for name, _, taken in ran}
+        skip = [name for name, failed, _ in ran if failed or name.startswith(NO_EVIDENCE)]
+        lines: dict = defaultdict(lambda: defaultdict(set))
+        for part in data.glob("c.*"):
+            (read := CoverageData(str(part))).read()
+            for file in read.measured_files():
+                # In FMUs the packages are golf_physics_ or golf_swing_ and a digest.
+                *_, package, name = re.split(r"/golf_(\w+)/", file)
+                parent = "scenarios/golf_impact" if package == "impact" else "fmu_src/golf_physics"
+                for line, tests in read.contexts_by_lineno(file).items():
+                    lines[f"{parent}/{name}"][line].update(seconds.keys() & tests)
+        found = {file: {n: sorted(t) for n, t in own.items()} for file, own in lines.items()}
+        return cls(seconds, skip, found)
+
+    def tests(self, mutant: Mutant) -> list[str]:
+        """Of the tests that execute a mutant's line, or its file: quick ones, quick files first."""
+        own = self.lines.get(mutant.file, {})
+        tests = {t for n in map(str, mutant.lines or own) for t in own.get(n, ())} - {*self.skip}
+        files: Counter = Counter()
+        for name in tests:
+            files[name.partition("::")[0]] += self.seconds[name]
+
+        def order(name: str) -> tuple:
+            file = name.partition("::")[0]
+            return self.seconds[name] > 0.2, files[file], file
+
+        tests = sorted((name for name in self.seconds if name in tests), key=order)
+        until = accumulate(map(self.seconds.__getitem__, tests))
+        return [name for name, time in zip(tests, until) if time <= _FIRST]
+
+
+def try_mutant(mutant: Mutant, stage: str, checkout: Checkout, known: Coverage, files=()) -> dict:
+    """Run the tests of a stage on one mutant: `covering`, the `rest`, or these files `again`."""
+    tests = known.tests(mutant)
+    run, skip = (tests if stage == "covering" else []), known.skip
+    skip = skip + tests if stage == "rest" else skip
+    files = files or dict.fromkeys(name.partition("::")[0] for name in run)
+    plan, target = checkout.folder / "plan", checkout.root / mutant.file
+    plan.write_text(json.dumps([run, skip, known.seconds]))
+    begin, state, by = time.perf_counter(), "survived", ""
+    if files or stage == "rest":
+        target.write_text(mutant.source, "utf-8")
+        state, ran = checkout.run(*files, MUTATION_PLAN=str(plan))
+        by = "" if state == "survived" else next((name for name, bad, _ in ran if bad), "the end")
+        shutil.copy(ROOT / mutant.file, target)
+    seconds = round(time.perf_counter() - begin, 1)
+    return {"key": mutant.key, "stage": stage, "state": state, "by": by, "seconds": seconds}
+
+
+def share(chosen: list[Mutant], results: dict) -> float:
+    """Print survivors and a table by package; the share caught of those that aren't equivalent."""
+    from golf_impact.facts.toml import read_toml
+
+    reasons = read_toml(ROOT / "tests" / "equivalent_mutants.toml")["mutants"]
+    columns = "mutants", "caught", "timeout", "survived", "equivalent", "not run"
+    counts: dict = {package: Counter() for package in (*PACKAGES, "all")}
+    for mutant in chosen:
+        state = results.get(mutant.key, {"state": "not run"})["state"]
+        if state == "survived":
+            reason = next((row[-1] for row in reasons if row[:-1] == mutant.difference), "")
+            state = "equivalent" if reason else state
+            print(state, *mutant.difference, *filter(None, [reason]), sep="\n  ")
+        for package in (str(Path(mutant.file).parent), "all"):
+            counts[package].update([state, "mutants"])
+    print(f"{'':36}", *(f"{name:>10}" for name in columns))
+    for package, count in counts.items():
+        print(f"{package:36}", *(f"{count[name]:10}" for name in columns))
+    caught = count["caught"] + count["timeout"]
+    return caught / max(1, caught + count["survived"])
+
+
+def main(arguments: list[str] | None = None) -> float:
+    """Test mutants as the arguments say; see `share`."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--count", type=int, default=300, help="mutants")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--folder", type=Path, default=ROOT / "build" / "mutation")
+    parser.add_argument("--covering", action="store_true", help="without the other tests")
+    parser.add_argument("--again", nargs="+", default=(), help="test files to run on survivors")
+    options = parser.parse_args(arguments)
+    options.folder.mkdir(parents=True, exist_ok=True)
+    known, chosen = Coverage.measured(options.folder), sample(options.count, options.seed)
+    log = options.folder / "results.jsonl"
+    log.touch()
+    results = {row["key"]: row for row in map(json.loads, log.open())}
+    checkouts: queue.Queue = queue.Queue()
+    for n in range(options.workers):
+        checkouts.put(Checkout(options.folder / f"worker{n}"))
+
+    def step(stage, mutant):
+        checkout = checkouts.get()
+        result = try_mutant(mutant, stage, checkout, known, options.again)
+        checkouts.put(checkout)
+        results[mutant.key] = result
+        with log.open("a") as file:
+            print(json.dumps(result), file=file, flush=True)
+
+    for stage in ["again"] if options.again else ["covering", "rest"][: 2 - options.covering]:
+        before = [results.get(mutant.key, {"state": "", "stage": ""}) for mutant in chosen]
+        wanted = "" if stage == "covering" else "survived"
+        rows = zip(chosen, before)
+        left = [
+            m for m, r in rows if r["state"] == wanted and (r["stage"], stage) != ("rest", "rest")
+        ]
+        with ThreadPoolExecutor(options.workers) as pool:
+            list(pool.map(lambda mutant, stage=stage: step(stage, mutant), left))
+    caught = share(chosen, results)
+    print(f"{caught:.1%} of the mutants that aren't equivalent are caught")
+    return caught
+
+
+if __name__ == "__main__":
+    main()
