@@ -139,7 +139,9 @@ def mutants(file: str) -> list[Mutant]:
             case ast.Constant(value=int(value)):
                 put(*span(node), str(value + 1), str(value - 1))
             case ast.Constant(value=float(value)):
-                put(*span(node), repr(value * (1.0 + 1e-3) if value else 1e-3))
+                # The smallest are tolerances: a per mille of them has no effect.
+                factor = 1.0 + 1e-3 if abs(value) >= 1e-4 else 1e3
+                put(*span(node), repr(value * factor if value else 1e-3))
             case ast.If() | ast.While() | ast.IfExp():
                 put(*span(node.test), f"(not ({text(node.test)}))")
             case ast.Name(id=name) if name in _NAMES:
