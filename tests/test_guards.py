@@ -138,6 +138,32 @@ def test_a_step_to_a_touch_that_is_refused():
         assert component.step(0.0, size) == accepted
 
 
+def test_steps_that_end_with_an_event():
+    """Touch is 1e-4 s after the start; a step that goes on beyond it reports none."""
+    for early, size, event in ((True, 1e-3, True), (False, 1e-3, False), (True, 5e-5, False)):
+        component = started(pytest.fail, HybridComponent, gap=0.0035)
+        assert component.step(0.0, 1e-5)
+        accepted, happened, end = component.step_to_event(1e-5, size, early)
+        assert (accepted, happened) == (True, event)
+        assert end == pytest.approx(1e-4 if event else 1e-5 + size, rel=1e-12)
+    component = started(pytest.fail, HybridComponent, gap=0.0035)
+    assert component.step(0.0, 1e-5)
+    _, _, when = component.update()
+    assert component.step_to_event(1e-5, when - 1e-5, False) == (True, True, when)
+
+
+def test_the_mean_force_of_a_short_step_of_an_integrated_contact():
+    """The difference of two impulses would have no digits left."""
+    instance = Instance()
+    instance.start(law=2, exponent=1.5, club_force=500.0)
+    instance.step(0.0, 2e-4)
+    before = instance.read(["force"])["force"]
+    instance.step(2e-4, 1e-10)
+    now = instance.read(["force", "mean_force"])
+    assert now["mean_force"] == pytest.approx(0.5 * (before + now["force"]), rel=1e-12)
+    assert before < now["force"]
+
+
 # Companions
 
 
