@@ -92,17 +92,36 @@ def test_the_start_time_is_finite():
     assert messages[0].sentence == "start time = nan s is refused: it must be a finite number"
 
 
-def test_a_state_of_a_contact_without_compression_is_refused():
+def changed_state(component, *places, value):
+    """A serialized state with another value at a place, and the right checksum."""
+    content = json.loads(Component.packed(component.snapshot()))[:-1]
+    inner = content
+    for place in places[:-1]:
+        inner = inner[place]
+    inner[places[-1]] = value(inner[places[-1]])
+    body = json.dumps(content).encode()[:-1]
+    return Component.unpacked(body + f", {crc32(body)}]".encode())
+
+
+@pytest.mark.parametrize(
+    ("places", "value"),
+    [
+        ((1, 0), lambda k: -1.0),  # an input
+        ((2,), lambda mode: 7),
+        ((-2,), lambda count: -1.0),
+        ((-1, -1), lambda size: -1e-4),
+        ((-1, 2, 0), lambda k: -1.0),  # that of the steps
+        ((-1, 1, 5, 5), lambda compression: -compression),  # at a change in contact
+    ],
+    ids=["input", "mode", "count", "size", "input of steps", "compression"],
+)
+def test_states_that_no_instance_has_are_refused(places, value):
     component = started(pytest.fail)
     component.step(0.0, 1e-4)
     component.set_values([REFERENCE["k"]], [2e6])
     component.step(1e-4, 1e-4)
-    content = json.dumps(json.loads(Component.packed(component.snapshot()))[:-1])
-    d = repr(component._segment.impact.motion.compression)
-    assert d in content
-    for old, accepted in ((d, True), (f"-{d}", False)):
-        body = content.replace(d, old).encode()[:-1]
-        assert (Component.unpacked(body + f", {crc32(body)}]".encode()) is not None) == accepted
+    assert changed_state(component, *places, value=lambda old: old) is not None
+    assert changed_state(component, *places, value=value) is None
 
 
 def test_names_that_are_no_outputs():
@@ -164,7 +183,51 @@ def test_the_mean_force_of_a_short_step_of_an_integrated_contact():
     assert before < now["force"]
 
 
+@pytest.mark.parametrize(("bits", "faster"), [(0, True), (1, True), (2, False)])
+def test_touch_is_undecided_up_to_the_last_bit_of_the_clock(bits, faster):
+    """Touch is at 1 s; a club speed set there still counts, as a host may have rounded."""
+    instance = Instance()
+    instance.start(gap=35.0, law=2)
+    instance.step(0.0, 1.0 + bits * 2.0**-52)
+    instance._component.set_values([REFERENCE["club_speed"]], [70.0])
+    instance.step(1.0 + bits * 2.0**-52, 1.0)
+    speed = instance.read(["ball_velocity"])["ball_velocity"]
+    once = instance.read(["smash_factor"])["smash_factor"] * 35.0
+    assert speed == pytest.approx(once * (2.0 if faster else 1.0), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("k", -1.0, "k = -1.0 N/m is refused: it must be a finite number > 0"),
+        ("exponent", 13.0, "exponent = 13.0 is refused: it must be between 1 and 12"),
+        ("gap", math.inf, "gap = inf m is refused: it must be a finite number >= 0"),
+        ("club_speed", math.nan, "club_speed = nan m/s is refused: it must be a finite number"),
+        ("law", 3, "law = 3 is refused: it must be 1 (absolute) or 2 (relative)"),
+    ],
+)
+def test_sentences_of_refusals(name, value, sentence):
+    messages = []
+    component = started(messages.append, HybridComponent, **{name: value})
+    assert messages[0].sentence == sentence
+    assert component.update() == (True, False, None)
+    assert f"the simulation must stop: {sentence}" in messages[-1].sentence
+
+
 # Companions
+
+
+def test_a_companion_repeats_a_refusal_after_another_step(companion, capfd):
+    """Once at each communication point."""
+    flight = companion("BallFlight")
+    for point in (0.0, 1e-3):
+        for _ in range(2):
+            put(flight, backspin=1e9)
+            with pytest.raises(FMICallException):
+                flight.doStep(point, 1e-3)
+        put(flight, backspin=0.0)
+        flight.doStep(point, 1e-3)
+        assert capfd.readouterr().err.count("backspin = ") == 1
 
 
 def test_a_ball_that_is_launched_later_lies_on_the_ground(companion):
