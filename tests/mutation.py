@@ -244,9 +244,11 @@ class Checkout:
             "no:cacheprovider",
             f"--basetemp={self.folder}/t",
         )
+        # Not the variables of a test run that this may be part of.
+        own = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
         process = subprocess.Popen(
             [sys.executable, "-B", "-m", "pytest", *options, *arguments],
-            cwd=self.root, env=os.environ | env, stdout=log.open("w"), stderr=subprocess.STDOUT,
+            cwd=self.root, env=own | env, stdout=log.open("w"), stderr=subprocess.STDOUT,
             start_new_session=True,
         )  # fmt: skip
         try:
