@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from golf_impact.calibration.fit import ContactLaw, Fit
 from golf_impact.calibration.measurements import measurements, number
 from golf_impact.errors import UserError
 
@@ -105,3 +106,15 @@ def test_the_sign_of_a_sensor():
     series = read(time, -force)
     assert series.notes == ("the force is negative; its sign was changed",)
     assert series.y.tolist() == force.tolist()
+
+
+def test_parameters_are_rounded_to_a_thousandth_of_a_standard_deviation():
+    """Digits that the measurements don't determine are left out; the instant of touch keeps its."""
+    time, force = curve(260)
+    noise = np.random.default_rng(1).normal(0.0, 20.0, 260)
+    fit = Fit(measurements(IMPACT, curve=(time, force + noise)), ContactLaw(2, 1.0))
+    k, touch = fit.parameters["k"], fit.touches["curve"]
+    assert k.value == round(k.value, 1)
+    assert k.value == pytest.approx(1e6, abs=3.0 * k.standard_error)
+    assert touch.value != round(touch.value, 12)
+    assert touch.value == pytest.approx(100 * RATE, abs=3.0 * touch.standard_error)
