@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import golf_impact
 from golf_impact.calibration.fit import ContactLaw, Fit
 from golf_impact.calibration.measurements import measurements, number
 from golf_impact.errors import UserError
@@ -118,3 +119,46 @@ def test_parameters_are_rounded_to_a_thousandth_of_a_standard_deviation():
     assert k.value == pytest.approx(1e6, abs=3.0 * k.standard_error)
     assert touch.value != round(touch.value, 12)
     assert touch.value == pytest.approx(100 * RATE, abs=3.0 * touch.standard_error)
+
+
+@pytest.mark.parametrize(
+    ("more", "sentences"),
+    [
+        (
+            {},
+            [
+                "σ is taken as 1 % of --cor, --contact-time.",
+                "No more targets than parameters: Kelvin–Voigt meets them exactly, so χ² doesn't",
+            ],
+        ),
+        (
+            {"max_force": 20e3, "sigma_max_force": 200.0},
+            [
+                "σ is taken as 1 % of --cor, --contact-time.",
+                "This law doesn't fit: χ² = 3.03e+03 with 1 degrees of freedom (probability 0); ",
+                "power law, n free describes these measurements better: its AIC is lower by 3.03",
+            ],
+        ),
+        (
+            {"max_force": 6.05e3, "sigma_max_force": 3e3},
+            [
+                "σ is taken as 1 % of --cor, --contact-time.",
+                "χ² = ",
+            ],
+        ),
+    ],
+    ids=["as many", "contradiction", "compatible"],
+)
+def test_what_a_calibration_says(more, sentences):
+    words = golf_impact.calibrate(cor=0.8, contact_time=5e-4, **more).words
+    assert len(words) == len(sentences)
+    assert all(map(str.startswith, words, sentences))
+    assert ("is compatible with law and σ" in words[-1]) == (sentences[-1] == "χ² = ")
+
+
+def test_laws_of_a_study_are_whole_numbers():
+    (grid,) = golf_impact.Study.of({"law": "1,2"}).grid
+    assert grid.values.dtype.kind == "i"
+    for text in ("1.5", "1,3e9"):
+        with pytest.raises(UserError, match=f"law={text} is refused: law is 1"):
+            golf_impact.Study.of({"law": text})
