@@ -1,6 +1,8 @@
 """Mutants, and at night how many of them the tests catch."""
 
-import mutation
+from pathlib import Path
+
+import mutants
 import pytest
 
 SOURCE = '''"""Text: 1 + 1."""
@@ -21,8 +23,8 @@ def f(a: "1 + 1", b=2.0):
 def test_mutants_of_a_file(tmp_path, monkeypatch):
     """None of text, annotations or what is raised."""
     (tmp_path / "x.py").write_text(SOURCE)
-    monkeypatch.setattr(mutation, "ROOT", tmp_path)
-    found = mutation.mutants("x.py")
+    monkeypatch.setattr(mutants, "ROOT", tmp_path)
+    found = mutants.mutants("x.py")
     changed = {(one.difference[1][2:], one.difference[2][2:]) for one in found}
     condition = "if a < b and not b:"
     assert changed == {
@@ -45,13 +47,13 @@ def test_mutants_of_a_file(tmp_path, monkeypatch):
 
 
 def test_a_sample_takes_turns_and_follows_from_the_seed():
-    one, other = (mutation.sample(10, seed) for seed in (1, 2))
-    assert {mutation.Path(mutant.file).parent for mutant in one} == set(
-        map(mutation.Path, mutation.PACKAGES)
-    )
+    one, other = (mutants.sample(10, seed) for seed in (1, 2))
+    assert {Path(mutant.file).parent for mutant in one} == set(map(Path, mutants.PACKAGES))
     assert one != other
 
 
 @pytest.mark.nightly
 def test_nine_of_ten_mutants_are_caught():
+    import mutation
+
     assert mutation.main(["--count", "300"]) >= 0.9
