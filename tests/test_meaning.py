@@ -7,6 +7,7 @@ from importlib.resources import files as files_of
 import fmpy
 import numpy as np
 import pytest
+from golf_physics.companions.double_pendulum import HELD, RELEASED, Golfer, Motion, State
 from golf_physics.variables import MORE_UNITS
 from instances import get, put
 from page import evaluator  # noqa: F401
@@ -163,6 +164,40 @@ def test_a_swing_by_hand(companion):
         n += 1
     names = "club_speed", "effective_mass", "energy"
     assert get(swing, *names) == pytest.approx([6.0, 0.3, 7.0], rel=1e-12)
+
+
+@pytest.mark.parametrize("stage", [HELD, RELEASED])
+def test_force_and_torque_of_the_hands_by_newton(stage):
+    """Momentum of the club, and its angular momentum about its centre of mass, by differences."""
+    rows = read_toml(files_of("golf_physics.companions") / "swing.toml")["parameter"]
+    golfer = Golfer(**{name: rows[name][2] for name in Golfer._fields})
+    golfer = golfer._replace(release_angle=1.0, max_wrist_torque=5.0)
+    start, force, direction = State(-2.0, -3.0, 5.0, 5.0, 60.0, 3.0, 0.0), 800.0, 0.5
+    motion = Motion(golfer, 0.0, start, stage, force, direction)
+    mass, first, length = golfer.club_mass, golfer.club_first_moment, golfer.club_length
+
+    def momentum(t):
+        p, q, u, w, *_ = motion.at(t)[0]
+        r = mass * golfer.arm_length
+        velocity = (u * r * math.cos(p), u * r * math.sin(p))
+        return np.array([first * w * math.cos(q), first * w * math.sin(q)]) + velocity, w
+
+    t, step = 0.03, 1e-6
+    state, stage_then = motion.at(t)
+    assert stage_then == stage
+    (after, w_after), (before, w_before) = momentum(t + step), momentum(t - step)
+    push = force * np.array([math.cos(direction), math.sin(direction)])
+    hands = (after - before) / (2.0 * step) + push + (0.0, mass * golfer.gravity)
+    found, torque = motion.hands(t, state)
+    assert found == pytest.approx(math.hypot(*hands), rel=1e-8)
+    club, centre = np.array([math.sin(state.club), -math.cos(state.club)]), first / mass
+    spin = (golfer.club_inertia - first * centre) * (w_after - w_before) / (2.0 * step)
+
+    def moment(lever, force):
+        return lever * (club[0] * force[1] - club[1] * force[0])
+
+    expected = spin - moment(-centre, hands) - moment(length - centre, -push)
+    assert torque == pytest.approx(expected, rel=1e-6)
 
 
 # Conversions and digits
