@@ -4,9 +4,11 @@ import json
 import math
 import random
 from binascii import crc32
+from functools import partial
 
 import pytest
 from fmpy.fmi1 import FMICallException
+from golf_physics.companions import taylor
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.instance import Instance, RefusedError
@@ -280,3 +282,43 @@ def test_a_launch_beyond_the_range_of_a_double(companion):
     with pytest.raises(FMICallException, match="discard"):
         launch.doStep(0.0, 1e-3)
     assert get(launch, "ball_speed", "backspin") == [0.0, 0.0]
+
+
+def test_a_refused_value_stays_refused_in_a_serialized_state(companion, capfd):
+    first, second = companion("BallFlight"), companion("BallFlight")
+    put(first, backspin=1e9)
+    with pytest.raises(FMICallException):
+        first.doStep(0.0, 1e-3)
+    state = first.serializeFMUState(first.getFMUstate())
+    second.setFMUstate(second.deserializeFMUState(state))
+    with pytest.raises(FMICallException):
+        second.doStep(0.0, 1e-3)
+    put(second, backspin=100.0)
+    second.doStep(0.0, 1e-3)
+    assert capfd.readouterr().err.count("backspin = 1000000000.0") == 2
+
+
+def test_an_output_of_a_companion_is_not_set(companion, capfd):
+    flight = companion("BallFlight")
+    put(flight, carry=5.0)
+    assert get(flight, "carry") == [0.0]
+    assert "an output can't be set" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("series", "zero"),
+    [
+        ([0.0, 1.0, -2.0], 0.5),  # from 0 it rises first
+        ([0.0, -1.0], 0.0),
+        ([0.0, 1.0], None),
+        ([1.0, -2.0], 0.5),
+        ([1.0, 1.0], None),
+        ([0.24, -1.0, 1.0], 0.4),  # a minimum below 0 inside
+        ([0.26, -1.0, 1.0], None),  # and above
+    ],
+)
+def test_the_first_zero_of_a_series(series, zero):
+    found = taylor.first_zero(
+        partial(taylor.value, series), partial(taylor.value, taylor.slope(series)), 1.0
+    )
+    assert found == (zero if zero is None else pytest.approx(zero, abs=1e-15))
