@@ -12,7 +12,7 @@ from golf_physics.companions import taylor
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.instance import Instance, RefusedError
-from golf_physics.laws import LAWS, Law
+from golf_physics.laws import LAWS, Law, integrated
 from golf_physics.laws.law import LinearLaw
 from golf_physics.values import Inputs, Motion, Parameters
 from golf_physics.variables import BY_NAME, MOTION
@@ -114,6 +114,22 @@ def test_a_linear_law_by_its_coefficients_alone(law, b):
     for width in (half, 1e-12):
         expected = integrated.impulse(half, width)
         assert linear.impulse(half, width) == pytest.approx(expected, rel=1e-12)
+
+
+def test_an_integrated_contact_without_an_end(monkeypatch):
+    """A force on the head pushes both through the drag for ever; known as far as it is solved."""
+    monkeypatch.setattr(integrated, "_MOST_PANELS", 100)
+    p = Parameters(0.21, 0.04593, 0.04267, 0.0, 0.0, 1, 1.0, 0.005, 0.0, 0.0)
+    given = p, Inputs(1e6, 600.0, 35.0, 500.0), Motion(0.0, 0.0, 35.0, 0.0, 0.0, 35.0)
+    phase, exact = Law.contact(LAWS[1], *given), LinearLaw.contact(LAWS[1], *given)
+    while phase.extend():
+        pass
+    assert (phase.duration, exact.duration) == (math.inf, math.inf)
+    dense, scale = exact.dense_output()
+    for t in (1e-4, 1e-3, 7e-3):
+        assert phase.state(t) == pytest.approx(dense(scale * t), rel=1e-10)
+    with pytest.raises(ArithmeticError, match="hasn't ended after 100 panels"):
+        phase.state(1.0)
 
 
 def test_the_start_time_is_finite():
