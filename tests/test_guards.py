@@ -264,6 +264,18 @@ def test_sentences_of_refusals(name, value, sentence):
     assert f"the simulation must stop: {sentence}" in messages[-1].sentence
 
 
+@pytest.mark.parametrize("speed", [0.1, 35.0])
+def test_a_solver_finds_no_separation_at_touch(speed):
+    """There is no force either; but the bodies close, at more than half of the approach speed."""
+    component = started(pytest.fail, HybridComponent, club_speed=speed)
+    component.set_time(0.0)
+    found = []
+    for closing in (1.0, 0.6, 0.4, -0.9):
+        component.set_states([0.0, 0.0, closing * speed, 0.0])
+        found.append(component.indicators()[1] > 0.0)
+    assert found == [True, True, False, False]
+
+
 # Companions
 
 
