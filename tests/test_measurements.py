@@ -81,12 +81,13 @@ def test_an_offset_needs_ten_rows_before_contact(rows, subtracted):
         assert f"mean of {rows} rows before contact" in series.notes[0]
 
 
-@pytest.mark.parametrize("order", ["columns", "rows", "mapping"])
+@pytest.mark.parametrize("order", ["columns", "rows", "table", "mapping"])
 def test_forms_of_a_curve(order):
     time, force = curve(260)
     given = {
         "columns": (time, force),
         "rows": np.stack([time, force], axis=1),
+        "table": np.stack([time, force]),
         "mapping": {"force": force, "time": time},
     }[order]
     series = measurements(IMPACT, curve=given).curves["curve"]

@@ -6,8 +6,9 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 
+from golf_impact import run_impact
 from golf_impact.arrays.scalar import ScalarImpacts
-from golf_impact.sweeps import Study, tables
+from golf_impact.sweeps import Study, run_sweep, tables
 from golf_impact.sweeps.impacts import one_by_one
 from golf_impact.sweeps.pictures import draw
 
@@ -38,6 +39,14 @@ def test_cases_by_an_instance():
     assert found.columns["touched"].tolist() == [True, False, True, False]
     one = ScalarImpacts().impact(("max_force",), law=2, k=2e6, b=1e3)
     assert found.columns["max_force"][2] == one["max_force"]
+
+
+def test_the_first_output_is_drawn(tmp_path):
+    study = Study.of({"k": "1e6,2e6,-1"}, outputs=("max_force", "smash_factor"))
+    drawn = run_sweep(study, tmp_path / "x.csv").drawn
+    forces = [run_impact(("max_force",), k=k)["max_force"] for k in (1e6, 2e6)]
+    assert drawn[:2] == pytest.approx(forces, rel=1e-13)
+    assert math.isnan(drawn[2])
 
 
 UNITS = {"k": "N/m", "b": "N.s/m", "law": None, "max_force": "N", "club_speed": "m/s"}
