@@ -56,6 +56,11 @@ def pytest_collection_modifyitems(items):
         items[:] = [i for i in items if i.nodeid not in skip and (i.nodeid in place or not run)]
         items.sort(key=lambda item: place.get(item.nodeid, 0))
         resource.setrlimit(resource.RLIMIT_AS, (16 << 30, 16 << 30))
+        from golf_impact.fmu.file import BUILDERS, current_fmu
+
+        # Where commands find them: otherwise they report that they had to build them.
+        for fmi in BUILDERS:
+            current_fmu(fmi)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -200,17 +205,22 @@ def try_mutant(mutant: Mutant, stage: str, checkout: Checkout, known: Coverage, 
     return {"key": mutant.key, "stage": stage, "state": state, "by": by, "seconds": seconds}
 
 
-def share(chosen: list[Mutant], results: dict) -> float:
-    """Print survivors and a table by package; the share caught of those that aren't equivalent."""
+def equivalents() -> dict[tuple[str, ...], str]:
+    """Reasons why mutants are equivalent, by their differences."""
     from golf_impact.facts.toml import read_toml
 
-    reasons = read_toml(ROOT / "tests" / "equivalent_mutants.toml")["mutants"]
+    rows = read_toml(ROOT / "tests" / "equivalent_mutants.toml")["mutants"]
+    return {tuple(difference): reason for *difference, reason in rows}
+
+
+def share(chosen: list[Mutant], results: dict, reasons: dict) -> float:
+    """Print survivors and a table by package; the share caught of those that aren't equivalent."""
     columns = "mutants", "caught", "timeout", "survived", "equivalent", "not run"
     counts: dict = {package: Counter() for package in (*PACKAGES, "all")}
     for mutant in chosen:
         state = results.get(mutant.key, {"state": "not run"})["state"]
         if state == "survived":
-            reason = next((row[-1] for row in reasons if row[:-1] == mutant.difference), "")
+            reason = reasons.get(tuple(mutant.difference), "")
             state = "equivalent" if reason else state
             print(state, *mutant.difference, *filter(None, [reason]), sep="\n  ")
         for package in (str(Path(mutant.file).parent), "all"):
@@ -234,7 +244,7 @@ def main(arguments: list[str] | None = None) -> float:
     options = parser.parse_args(arguments)
     options.folder.mkdir(parents=True, exist_ok=True)
     known, chosen = Coverage.measured(options.folder), sample(options.count, options.seed)
-    log = options.folder / "results.jsonl"
+    reasons, log = equivalents(), options.folder / "results.jsonl"
     log.touch()
     results = {row["key"]: row for row in map(json.loads, log.open())}
     checkouts: queue.Queue = queue.Queue()
@@ -253,13 +263,14 @@ def main(arguments: list[str] | None = None) -> float:
         result = results.get(mutant.key)
         if result is None or stage == "covering":
             return result is None
-        return result["state"] == "survived" and (result["stage"], stage) != ("rest", "rest")
+        over = (result["stage"], stage) == ("rest", "rest") or tuple(mutant.difference) in reasons
+        return result["state"] == "survived" and not over
 
     for stage in ["again"] if options.again else ["covering", "rest"][: 2 - options.covering]:
         due = [mutant for mutant in chosen if is_due(stage, mutant)]
         with ThreadPoolExecutor(options.workers) as pool:
             list(pool.map(partial(step, stage), due))
-    caught = share(chosen, results)
+    caught = share(chosen, results, reasons)
     print(f"{caught:.1%} of the mutants that aren't equivalent are caught")
     return caught
 
