@@ -5,6 +5,7 @@ import math
 import pytest
 
 from golf_impact.facts.closed_forms import balances, solution
+from golf_impact.facts.document import Printed
 from golf_impact.facts.scales import contact_scales
 
 #: As in test_meaning: μ = 0.04 kg, ω = 5000/s, a kinetic energy of 90 J.
@@ -85,3 +86,14 @@ def test_where_there_are_closed_forms(values, known):
 def test_balances_of_momentum(values, expected):
     metrics = {"contact_time": 6e-4, "contact_displacement": 0.015, "momentum_gain_ball": 2.4}
     assert balances({**GIVEN, **values}, metrics) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "scale", "half"), [("621", 1e-6, 5e-7), ("21.50", 1.0, 5e-3), ("91", 0.01, 5e-3)]
+)
+def test_half_a_printed_digit(text, scale, half):
+    number = Printed(text, scale)
+    assert (number.value, number.half_digit) == pytest.approx((float(text) * scale, half))
+    assert number.is_near(number.value + 0.9999 * half)
+    assert not number.is_near(number.value + 1.0001 * half)
+    assert number.is_near(number.value - 1.9999 * half, halves=2.0)
