@@ -55,7 +55,7 @@ def pytest_collection_modifyitems(items):
         place = {name: n for n, name in enumerate(run)}
         items[:] = [i for i in items if i.nodeid not in skip and (i.nodeid in place or not run)]
         items.sort(key=lambda item: place.get(item.nodeid, 0))
-        resource.setrlimit(resource.RLIMIT_AS, (16 << 30, 16 << 30))
+        resource.setrlimit(resource.RLIMIT_DATA, (8 << 30, 8 << 30))
         from golf_impact.fmu.file import BUILDERS, current_fmu
 
         # Where commands find them: otherwise they report that they had to build them.

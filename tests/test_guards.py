@@ -350,3 +350,16 @@ def test_the_first_zero_of_a_series(series, zero):
         partial(taylor.value, series), partial(taylor.value, taylor.slope(series)), 1.0
     )
     assert found == (zero if zero is None else pytest.approx(zero, abs=1e-15))
+
+
+@pytest.mark.parametrize("step", [1e-3, 3e-3, 0.02, 0.1, 0.3])
+def test_after_touch_the_speed_is_that_of_the_swings_head(companion, step):
+    """Also where an importer's head, which is held over each step, touches before the swing's."""
+    swing, position, n, held = companion("Swing"), 0.0, 0, 0.0
+    while position < 0.0 or held <= 0.0:
+        held = get(swing, "club_speed")[0]
+        swing.doStep(n * step, step)
+        position, n = position + held * step, n + 1
+    club, head = get(swing, "club_speed", "head_speed")
+    assert club == pytest.approx(head, rel=1e-14)
+    assert n * step == pytest.approx(0.9625, abs=step)

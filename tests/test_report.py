@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from golf_impact.report.any_law import check_any_law
+from golf_impact.report.own_cases import own_cases
 from golf_impact.report.report import Report
 from golf_impact.report.uncertainty import gradient, standard_errors
 
@@ -61,3 +62,12 @@ def test_gradients_stay_in_the_range_of_a_parameter():
     assert seen == [1.0, 1.0001]
     slopes = np.array([[3.0], [4.0]])
     assert standard_errors(slopes, np.diag([1.0, 4.0])) == pytest.approx([math.sqrt(73.0)])
+
+
+@pytest.mark.parametrize(
+    ("values", "integrated"), [({"law": 1}, False), ({"law": 2}, False), ({"exponent": 1.6}, True)]
+)
+def test_cases_without_a_closed_form_or_a_balance_are_integrated(fmu, values, integrated):
+    _, report = own_cases(fmu, {"law": 2, **values}, [])
+    assert any("CVODE" in check.claim for check in report.checks) == integrated
+    assert all(check.passed for check in report.checks)
