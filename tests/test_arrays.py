@@ -9,12 +9,13 @@ import re
 
 import numpy as np
 import pytest
+from compare import assert_close, assert_within
 
 import golf_impact
 from golf_impact.arrays import impacts as arrays
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.facts.balls import BALLS
-from golf_impact.facts.scales import TOLERANCE, Scales
+from golf_impact.facts.scales import Scales
 from golf_impact.runs import FLAGS, PATH
 from golf_impact.stress import cases, special_points
 
@@ -95,8 +96,8 @@ def test_random_impacts(arguments):
     values = random_values(np.random.default_rng(36), *arguments)
     outcome = arrays.impacts((*REALS, *FLAGS), values, (SIZE,))
     assert 0.5 * SIZE < np.sum(~outcome.scalar) < SIZE
-    error, *where = worst_error(outcome, values)
-    assert error <= TOLERANCE, where
+    error, name, where = worst_error(outcome, values)
+    assert_within(error, name=name, values=where)
 
 
 @pytest.mark.parametrize("impact", [cases.random_impact, special_points.special_impact])
@@ -105,8 +106,8 @@ def test_impacts_of_the_stress_runs(impact):
     values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     outcome = arrays.impacts((*REALS, *FLAGS), values, (len(rows),))
     assert 0 < np.sum(outcome.scalar) < SIZE
-    error, *where = worst_error(outcome, values)
-    assert error <= TOLERANCE, where
+    error, name, where = worst_error(outcome, values)
+    assert_within(error, name=name, values=where)
 
 
 BALL = dict(BALLS["roh-lee-tsuji"].values)
@@ -155,8 +156,8 @@ def test_borders_from_both_sides(border):
     both = outcome(inside, outside)
     assert both.scalar.tolist() == [False, True]
     assert both.columns["separated"].tolist() == [True, not both.refused[1]]
-    error, *where = worst_error(both, values | {name: np.array([inside, outside])})
-    assert error <= TOLERANCE, where
+    error, name, where = worst_error(both, values | {name: np.array([inside, outside])})
+    assert_within(error, name=name, values=where)
 
 
 # Bits
@@ -288,9 +289,8 @@ def test_instants_in_any_order(values):
     got = golf_impact.run_trajectory(outputs=MOVING, times=path["time"][order], **values)
     assert (got["time"] == path["time"][order]).all()
     scales = Scales(full(values), runs.impact(**values) | {"contact_time": 5e-4}, 0.0)
-    for name in MOVING:
-        scale = scales.of(name) or 1.0
-        assert np.abs(got[name] - path[name][order]).max() <= TOLERANCE * scale, name
+    right = {name: path[name][order] for name in MOVING}
+    assert_close(got, right, {name: scales.of(name) or 1.0 for name in MOVING})
 
 
 def test_many_instants():

@@ -8,12 +8,13 @@ import fmpy
 import pytest
 from cases import CASES, SHARES, exact, exact_path, horizon
 from command import run_python
+from compare import assert_close
 from conftest import numbers
 from golf_physics.variables import VARIABLES
 
 from golf_impact.errors import UserError
 from golf_impact.facts.closed_forms import reduced_mass
-from golf_impact.facts.scales import TOLERANCE, Scales
+from golf_impact.facts.scales import Scales
 from golf_impact.fmu.file import build_fmu
 from golf_impact.runs import METRICS
 from golf_impact.stress.cases import random_impact, random_steps
@@ -110,10 +111,8 @@ def test_cases_by_any_steps(fmu, name, shares):
     # The speed that counts is the first one that is set before touch.
     scales = scales_of(changed[0], reached[-1][1], end, inputs)
     for time, outputs in reached:
-        for output, value in path[time].items():
-            error = scales.error(output, outputs[output], value)
-            # Of a power law the worst is 7e-16, though 1e-10 is all that it promises.
-            assert error <= TOLERANCE, f"{output}: {error:.1e} of its scale at {time} s"
+        # Of a power law the worst is 7e-16, though 1e-10 is all that it promises.
+        assert_close(outputs, path[time], scales, case=name, time=time, steps=len(shares))
 
 
 def scales_of(values, end, span, inputs):
@@ -152,12 +151,10 @@ def test_inputs_that_change_in_contact(fmu, seed):
     inputs = [(segment.k, segment.b) for segment in case.segments]
     scales = scales_of(case.values | {"club_speed": float(speed)}, exact.outputs(), point, inputs)
     for n, (ours, theirs) in enumerate(reached):
-        for name, value in theirs.items():
-            # A value far larger than its scale (the energy of a faster approach) has rounding
-            # errors of its own size.
-            error = abs(ours[name] - value) - 1e-15 * abs(value)
-            error = scales.error(name, ours[name], value) if error > 0.0 else 0.0
-            assert error <= TOLERANCE, f"{name}: {error:.1e} of its scale, step {n}, seed {seed}"
+        # A value far larger than its scale (the energy of a faster approach) has rounding errors
+        # of its own size.
+        right = {o: ours[o] if abs(ours[o] - x) <= 1e-15 * abs(x) else x for o, x in theirs.items()}
+        assert_close(ours, right, scales, seed=seed, step=n)
 
 
 def test_a_value_set_after_initialization_counts(fmu):

@@ -107,3 +107,16 @@ def test_totals_after_a_short_time_are_those_of_any_time(law, b):
             for offset in (0.0, *(sign * 10.0**n for n in range(-16, -1) for sign in (1, -1))):
                 t = center * (1.0 + offset)
                 assert phase.totals(t) == ContactPhase.totals(phase, t)
+
+
+@pytest.mark.parametrize("values", [{"law": 1}, {"law": 2, "b": 0.0}], ids=["law 1", "law 2"])
+def test_a_change_while_the_compression_underflows(fmu, values):
+    """Right after touch neither compression nor force is above 0, but the bodies close."""
+    names = ("smash_factor", "coefficient_of_restitution", "contact_time")
+    fmu.start(club_speed=1e-200, **values)
+    fmu.step(0.0, 1e-130)
+    assert fmu.read(["compression"]) == {"compression": 0.0}
+    fmu.slave.setReal(fmu.references(["k"]), [2e6])
+    fmu.step(1e-130, 1.0)
+    # A linear law's don't depend on the speed.
+    assert fmu.read(names) == pytest.approx(fmu.impact(names, k=2e6, **values), rel=1e-13)

@@ -17,6 +17,7 @@ import fmpy
 import pytest
 from cases import integrated
 from command import checkout
+from compare import assert_close
 from golf_physics.laws import LAWS
 from golf_physics.laws.law import LinearLaw
 from golf_physics.values import Parameters
@@ -90,8 +91,7 @@ def test_co_simulation_against_the_equations(run, law):
     (outputs,) = run(law, 1)
     # DOP853 reaches 1.2e-14; 3e-13 for a law that is integrated, which itself reaches 1e-13.
     tolerance = TOLERANCE if isinstance(LAWS[law], LinearLaw) else 1e-11
-    for name, right in exact(law).items():
-        assert abs(outputs[name] - right) <= tolerance * SCALES.get(name, abs(right)), name
+    assert_close(outputs, exact(law), SCALES, tolerance, law=law)
 
 
 @every_law
@@ -117,8 +117,7 @@ def test_model_exchange_against_the_equations(fmus, law):
 def test_partitions(run, law, steps):
     (whole,) = run(law, 1)
     last = run(law, steps)[-1]
-    for name, value in whole.items():
-        assert abs(last[name] - value) <= TOLERANCE * SCALES.get(name, abs(value)), name
+    assert_close(last, whole, SCALES, law=law, steps=steps)
 
 
 @every_law

@@ -73,7 +73,6 @@ def test_workers_of_another_version(tmp_path, workers, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.ci
 def test_no_cluster(tmp_path, monkeypatch):
     monkeypatch.setattr(executors, "_PATIENCE", "0.5s")
     for address in ("tcp://127.0.0.1:1", "nonsense"):

@@ -190,7 +190,7 @@ def test_touch_has_the_speed_at_the_ball_whatever_the_step(companion, step, late
     assert min(held) < 0.0
 
 
-AT_THE_BALL, AT = 52.763071110699880, 0.9624838642630618
+AT_THE_BALL, AT = 52.763071110699870, 0.9624838642630617
 
 
 def sequences(seed):

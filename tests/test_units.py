@@ -41,8 +41,8 @@ def test_what_is_no_value(text):
 @pytest.mark.parametrize(
     ("name", "usual", "slip", "words"),
     [
-        ("club_speed", 70.0, 70.1, "mph or"),
-        ("m_club", 10.0, 10.1, "for 10.1 g"),
+        ("club_speed", 70.0, 70.05, "mph or"),
+        ("m_club", 10.0, 10.005, "for 10.005 g"),
         ("k", 1e4, 770.0, "k=770000 for 770 N/mm"),
         ("ball_diameter", 1.0, 42.67, "ball_diameter=0.04267 for 42.67 mm"),
         ("b", 0.1, 0.03, "N·s/m"),

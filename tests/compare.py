@@ -1,0 +1,43 @@
+"""Comparisons of numbers whose failure is one line: variable, error, case, steps, seed."""
+
+import math
+
+import pytest
+
+from golf_impact.facts.scales import TOLERANCE, Scales
+
+
+def assert_within(error, tolerance=TOLERANCE, name="", **where):
+    """Fail unless an error, without unit, is within the tolerance; `where` says in which case."""
+    __tracebackhide__ = True
+    if not error <= tolerance:
+        places = (f"{key} = {value}" for key, value in where.items())
+        line = f"error {error:.1e} = {error / tolerance:.3g} × tolerance {tolerance:g}"
+        pytest.fail("; ".join([f"{name}: {line}" if name else line, *places]), pytrace=False)
+
+
+def assert_close(found, exact, scales=None, tolerance=TOLERANCE, **where):
+    """Fail unless all values of `exact` are found within a tolerance of their scales.
+
+    Args:
+        found: numbers by name, or arrays of them.
+        exact: the same; these names are compared, at least one.
+        scales: `Scales`, or numbers by name; of names that aren't there, the exact value's size.
+        tolerance: of each error, without unit.
+        where: case, steps or seed, for the message.
+    """
+    __tracebackhide__ = True
+
+    def error(name):
+        if isinstance(scales, Scales):
+            return scales.error(name, found[name], exact[name])
+        off = abs(found[name] - exact[name])
+        off = off.max() if hasattr(off, "max") else off
+        scale = (scales or {}).get(name) or abs(exact[name])
+        return float(off / scale) if off and scale else math.inf if off else 0.0
+
+    errors = {name: error(name) for name in exact}
+    # NaN is worst.
+    name = max(errors, key=lambda name: (math.isnan(errors[name]), errors[name]))
+    numbers = {"found": found[name], "exact": exact[name]}
+    assert_within(errors[name], tolerance, name, **numbers, **where)

@@ -1,0 +1,99 @@
+"""Closed forms and scales that results are held against: by hand, for round numbers."""
+
+import math
+
+import pytest
+
+from golf_impact.facts.closed_forms import balances, solution
+from golf_impact.facts.document import Printed
+from golf_impact.facts.scales import contact_scales
+
+#: As in test_meaning: μ = 0.04 kg, ω = 5000/s, a kinetic energy of 90 J.
+GIVEN = {
+    "m_club": 0.2, "m_ball": 0.05, "k": 1e6, "b": 0.0, "law": 2, "club_speed": 30.0,
+    "ball_speed": 0.0, "gap": 0.003, "exponent": 1.0, "restitution_at_rest": 0.0,
+    "reference_compression": 0.005, "club_force": 0.0, "start_time": 0.0,
+}  # fmt: skip
+ENDS = {"max_force": 6000.0, "max_compression": 6e-3, "impulse": 2.4, "contact_time": 6e-4}
+
+
+def test_scales_of_an_impact():
+    scales = contact_scales({**GIVEN, "ball_speed": -10.0}, ENDS)
+    expected = {
+        "club_velocity": 40.0, "smash_factor": 4 / 3, "coefficient_of_restitution": 1.0,
+        "mean_force": 6000.0, "compression": 6e-3, "impulse": 2.4, "ball_position": 0.024,
+        "touch_time": 6e-4, "kinetic_energy": 92.5, "energy_efficiency": 1.0, "momentum": 10.0,
+    }  # fmt: skip
+    assert {name: scales.of(name) for name in expected} == pytest.approx(expected)
+    assert (scales.approach, scales.span) == pytest.approx((7.5e-5, 1.000075))
+    assert scales.fastest == pytest.approx(5000.0)
+    # 4e-16 of the approach in contact, of all the time for a position.
+    assert scales.rounding_of_time("force") == pytest.approx(4e-16 * 7.5e-5 * 5000.0)
+    assert scales.rounding_of_time("mean_force") == pytest.approx(4e-16 * 1.000075 / 6e-4)
+    late = contact_scales({**GIVEN, "start_time": -3.0}, ENDS)
+    assert late.rounding_of_time("touch_time") == pytest.approx(4e-16 * 3.0001 / 6e-4)
+    # A ball that is faster afterwards has more energy.
+    more = {"club_velocity": 50.0, "ball_velocity": -30.0, "kinetic_energy": 272.5}
+    gained = type(scales)(GIVEN, ENDS, 1e-4, after=more)
+    assert [gained.of(n) for n in ("ball_velocity", "energy_efficiency")] == [80.0, 272.5 / 90.0]
+
+
+@pytest.mark.parametrize(
+    ("values", "fastest"),
+    [
+        ({"b": 800.0}, 2e4),  # b/μ
+        ({"exponent": 3.0}, 5e3 * math.sqrt(3.0 * 1.2**2)),  # at 6 mm, of 5 mm for k
+        ({"exponent": 3.0, "reference_compression": 0.05}, 5e3),
+    ],
+)
+def test_the_fastest_rate_of_a_contact(values, fastest):
+    assert contact_scales({**GIVEN, **values}, ENDS).fastest == pytest.approx(fastest)
+
+
+def test_errors_in_their_scales():
+    scales = contact_scales({**GIVEN, "gap": 0.0}, {**ENDS, "contact_time": math.nan})
+    assert scales.of("contact_time") == 1.0
+    assert scales.error("force", 6000.6, 6000.0) == pytest.approx(1e-4)
+    assert scales.error("touched", True, False) == math.inf
+    assert scales.error("touched", True, True) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("values", "known"),
+    [
+        ({}, 5), ({"law": 1}, 5), ({"b": 9.0}, 4), ({"law": 1, "b": 9.0}, 0),
+        ({"exponent": 1.5}, 0), ({"restitution_at_rest": 0.8}, 0), ({"club_force": 1.0}, 0),
+    ],
+)  # fmt: skip
+def test_where_there_are_closed_forms(values, known):
+    found = solution({**GIVEN, **values})
+    assert len(found) == known
+    if known == 5:
+        assert found["ball_velocity"] == pytest.approx(48.0)
+        assert found["max_force"] == pytest.approx(6000.0)
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ({"ball_speed": 4.0}, {"momentum_final": 6.2}),
+        ({"club_force": 1e3}, {"momentum_final": 6.6}),
+        # The drag has taken b·x from both bodies, x = 15 mm.
+        ({"law": 1, "b": 10.0}, {"momentum_final": 5.7, "impulse": 2.55}),
+        ({"law": 3}, {}),
+    ],
+)
+def test_balances_of_momentum(values, expected):
+    metrics = {"contact_time": 6e-4, "contact_displacement": 0.015, "momentum_gain_ball": 2.4}
+    assert balances({**GIVEN, **values}, metrics) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "scale", "half"), [("621", 1e-6, 5e-7), ("21.50", 1.0, 5e-3), ("91", 0.01, 5e-3)]
+)
+def test_half_a_printed_digit(text, scale, half):
+    number = Printed(text, scale)
+    assert (number.value, number.half_digit) == pytest.approx((float(text) * scale, half))
+    assert number.is_near(number.value + 0.9999 * half)
+    assert not number.is_near(number.value + 1.0001 * half)
+    assert number.is_near(number.value - 1.9999 * half, halves=2.0)

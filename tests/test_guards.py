@@ -1,0 +1,365 @@
+"""Guards that ordinary inputs don't reach: rounding at an event, ranges, foreign content."""
+
+import json
+import math
+import random
+from binascii import crc32
+from functools import partial
+
+import pytest
+from fmpy.fmi1 import FMICallException
+from golf_physics.companions import taylor
+from golf_physics.component.component import Component
+from golf_physics.component.hybrid import HybridComponent
+from golf_physics.instance import Instance, RefusedError
+from golf_physics.laws import LAWS, Law, integrated
+from golf_physics.laws.law import LinearLaw
+from golf_physics.values import Inputs, Motion, Parameters
+from golf_physics.variables import BY_NAME, MOTION
+from instances import get, put
+
+REFERENCE = {name: row.reference for name, row in BY_NAME.items()}
+
+
+def put_values(component, **values):
+    for name, value in values.items():
+        component.set_values([REFERENCE[name]], [value], BY_NAME[name].type)
+
+
+def started(report, kind=Component, **values):
+    component = kind(report)
+    component.enter_initialization()
+    put_values(component, **values)
+    component.exit_initialization()
+    return component
+
+
+def test_bodies_push_up_to_the_last_double_before_separation():
+    """There the closed forms are all rounding error: some 1 of 500 below 0."""
+    rng, instance = random.Random(1), Instance()
+    for _ in range(1500):
+        law = rng.choice([1, 2])
+        values = {"law": law, "k": 10.0 ** rng.uniform(4, 7), "club_speed": rng.uniform(5, 70)}
+        instance.start(**values)
+        instance.step(0.0, 1.0)
+        time = instance.read(["contact_time"])["contact_time"]
+        for last in (2.0**-53, 2.0**-51):
+            instance.start(**values)
+            instance.step(0.0, time * (1.0 - last))
+            force, club, ball, *_, compression = instance.read(MOTION).values()
+            assert force >= 0.0
+            assert compression >= 0.0
+            assert club >= ball
+
+
+class Vanishing(Law):
+    """A spring of infinite force above 1 MN/m."""
+
+    name = "vanishing"
+    description = "A law that leaves the range of a double"
+
+    def force(self, p, k, b, compression, closing):
+        return k * compression if k <= 1e6 else math.inf
+
+
+@pytest.mark.parametrize("kind", [Component, HybridComponent])
+def test_a_law_without_a_number(monkeypatch, kind):
+    """A change that leads there is refused and has no effect; an output is NaN."""
+    monkeypatch.setitem(LAWS, 2, Vanishing())
+    messages = []
+    component = started(messages.append, kind, law=2)
+    assert component.step(0.0, 1e-4)
+    before = component.reals([REFERENCE["force"]])
+    component.set_values([REFERENCE["k"]], [2e6])
+    if kind is HybridComponent:
+        assert component.update() == (False, False, None)
+    assert not component.step(1e-4, 1e-4)
+    assert "k = 2000000.0, b = 9.0 are refused" in messages[-1].sentence
+    assert component.reals([REFERENCE["force"]]) == before
+    component.set_values([REFERENCE["k"]], [1e6])
+    assert component.step(1e-4, 1e-4)
+    beyond = kind(messages.append)
+    beyond.enter_initialization()
+    put_values(beyond, law=2, k=2e6)
+    for names in (["force"], MOTION):
+        assert all(map(math.isnan, beyond.reals([REFERENCE[name] for name in names])))
+    assert "must be a finite number" in messages[-1].sentence
+
+
+class Both(LinearLaw):
+    """A damper between the bodies and a drag on each: closed in extended precision alone."""
+
+    name = description = "both"
+
+    def damper(self, b):
+        return b
+
+    def drag(self, b):
+        return 0.5 * b
+
+
+@pytest.mark.parametrize("law", [Both(), LAWS[1], LAWS[2]], ids=lambda law: law.name)
+@pytest.mark.parametrize("b", [0.0, 9.0, 100.0])
+def test_a_linear_law_by_its_coefficients_alone(law, b):
+    """Against the integration of its force and drag; measured: 5e-15."""
+    p = Parameters(0.21, 0.04593, 0.04267, 2.0, 0.0, 2, 1.0, 0.005, 0.0, 0.0)
+    start = Motion(0.0, 0.0, 35.0, 2.0, 0.0, 33.0)
+    linear = LinearLaw.contact(law, p, Inputs(1e6, b, 35.0, 0.0), start)
+    integrated = Law.contact(law, p, Inputs(1e6, b, 35.0, 0.0), start)
+    while integrated.extend():
+        pass
+    assert linear.duration == pytest.approx(integrated.duration, rel=1e-12)
+    assert linear.end_velocities() == pytest.approx(integrated.end_velocities(), rel=1e-12)
+    half = 0.5 * linear.duration
+    for width in (half, 1e-12):
+        expected = integrated.impulse(half, width)
+        assert linear.impulse(half, width) == pytest.approx(expected, rel=1e-12)
+
+
+def test_an_integrated_contact_without_an_end(monkeypatch):
+    """A force on the head pushes both through the drag for ever; known as far as it is solved."""
+    monkeypatch.setattr(integrated, "_MOST_PANELS", 100)
+    p = Parameters(0.21, 0.04593, 0.04267, 0.0, 0.0, 1, 1.0, 0.005, 0.0, 0.0)
+    given = p, Inputs(1e6, 600.0, 35.0, 500.0), Motion(0.0, 0.0, 35.0, 0.0, 0.0, 35.0)
+    phase, exact = Law.contact(LAWS[1], *given), LinearLaw.contact(LAWS[1], *given)
+    while phase.extend():
+        pass
+    assert (phase.duration, exact.duration) == (math.inf, math.inf)
+    dense, scale = exact.dense_output()
+    for t in (1e-4, 1e-3, 7e-3):
+        assert phase.state(t) == pytest.approx(dense(scale * t), rel=1e-10)
+    with pytest.raises(ArithmeticError, match="hasn't ended after 100 panels"):
+        phase.state(1.0)
+
+
+def test_the_start_time_is_finite():
+    messages = []
+    component = Component(messages.append)
+    component.set_up(math.nan)
+    component.enter_initialization()
+    component.exit_initialization()
+    assert not component.step(0.0, 1e-4)
+    assert messages[0].sentence == "start time = nan s is refused: it must be a finite number"
+
+
+def changed_state(component, *places, value):
+    """A serialized state with another value at a place, and the right checksum."""
+    content = json.loads(Component.packed(component.snapshot()))[:-1]
+    inner = content
+    for place in places[:-1]:
+        inner = inner[place]
+    inner[places[-1]] = value(inner[places[-1]])
+    body = json.dumps(content).encode()[:-1]
+    return Component.unpacked(body + f", {crc32(body)}]".encode())
+
+
+@pytest.mark.parametrize(
+    ("places", "value"),
+    [
+        ((1, 0), lambda k: -1.0),  # an input
+        ((2,), lambda mode: 7),
+        ((-2,), lambda count: -1.0),
+        ((-1, -1), lambda size: -1e-4),
+        ((-1, 2, 0), lambda k: -1.0),  # that of the steps
+        ((-1, 1, 5, 5), lambda compression: -compression),  # at a change in contact
+    ],
+    ids=["input", "mode", "count", "size", "input of steps", "compression"],
+)
+def test_states_that_no_instance_has_are_refused(places, value):
+    component = started(pytest.fail)
+    component.step(0.0, 1e-4)
+    component.set_values([REFERENCE["k"]], [2e6])
+    component.step(1e-4, 1e-4)
+    assert changed_state(component, *places, value=lambda old: old) is not None
+    assert changed_state(component, *places, value=value) is None
+
+
+def test_names_that_are_no_outputs():
+    with pytest.raises(RefusedError, match="there is no output 'k': choose from force, club_pos"):
+        Instance().read(["k"])
+
+
+def test_hardly_any_drag():
+    """Its damping ratio would underflow in a divisor."""
+    found = []
+    for b in (0.0, 1e-300, 5e-324):
+        instance = Instance()
+        instance.start(b=b)
+        instance.step(0.0, 1.0)
+        found.append(list(instance.read(["contact_time", "smash_factor", "max_force"]).values()))
+    assert found[1] == pytest.approx(found[0], rel=1e-14)
+    assert found[2] == pytest.approx(found[0], rel=1e-14)
+
+
+def test_a_solver_may_try_any_state():
+    """Of a power law the force leaves the range of a double: the accelerations are infinite."""
+    component = started(pytest.fail, HybridComponent, law=2, exponent=12.0)
+    component.set_time(0.0)
+    component.set_states([1e60, 0.0, 35.0, 0.0])
+    assert component.derivatives()[2:] == [-math.inf, math.inf]
+
+
+def test_a_step_to_a_touch_that_is_refused():
+    """At 35 m/s the COR would be 0.1 - 0.1015: refused if touch falls at the end of the step."""
+    for size, accepted in ((0.01, False), (0.01 * (1.0 - 1e-9), True)):
+        line = {"restitution_at_rest": 0.1, "restitution_slope": 0.0029}
+        component = started(lambda refusal: None, law=2, gap=0.35, **line)
+        assert component.step(0.0, size) == accepted
+
+
+def test_steps_that_end_with_an_event():
+    """Touch is 1e-4 s after the start; a step that goes on beyond it reports none."""
+    for early, size, event in ((True, 1e-3, True), (False, 1e-3, False), (True, 5e-5, False)):
+        component = started(pytest.fail, HybridComponent, gap=0.0035)
+        assert component.step(0.0, 1e-5)
+        accepted, happened, end = component.step_to_event(1e-5, size, early)
+        assert (accepted, happened) == (True, event)
+        assert end == pytest.approx(1e-4 if event else 1e-5 + size, rel=1e-12)
+    component = started(pytest.fail, HybridComponent, gap=0.0035)
+    assert component.step(0.0, 1e-5)
+    _, _, when = component.update()
+    assert component.step_to_event(1e-5, when - 1e-5, False) == (True, True, when)
+
+
+def test_the_mean_force_of_a_short_step_of_an_integrated_contact():
+    """The difference of two impulses would have no digits left."""
+    instance = Instance()
+    instance.start(law=2, exponent=1.5, club_force=500.0)
+    instance.step(0.0, 2e-4)
+    before = instance.read(["force"])["force"]
+    instance.step(2e-4, 1e-10)
+    now = instance.read(["force", "mean_force"])
+    assert now["mean_force"] == pytest.approx(0.5 * (before + now["force"]), rel=1e-12)
+    assert before < now["force"]
+
+
+@pytest.mark.parametrize(("bits", "faster"), [(0, True), (1, True), (2, False)])
+def test_touch_is_undecided_up_to_the_last_bit_of_the_clock(bits, faster):
+    """Touch is at 1 s; a club speed set there still counts, as a host may have rounded."""
+    instance = Instance()
+    instance.start(gap=35.0, law=2)
+    instance.step(0.0, 1.0 + bits * 2.0**-52)
+    instance._component.set_values([REFERENCE["club_speed"]], [70.0])
+    instance.step(1.0 + bits * 2.0**-52, 1.0)
+    speed = instance.read(["ball_velocity"])["ball_velocity"]
+    once = instance.read(["smash_factor"])["smash_factor"] * 35.0
+    assert speed == pytest.approx(once * (2.0 if faster else 1.0), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("k", -1.0, "k = -1.0 N/m is refused: it must be a finite number > 0"),
+        ("exponent", 13.0, "exponent = 13.0 is refused: it must be between 1 and 12"),
+        ("gap", math.inf, "gap = inf m is refused: it must be a finite number >= 0"),
+        ("club_speed", math.nan, "club_speed = nan m/s is refused: it must be a finite number"),
+        ("law", 3, "law = 3 is refused: it must be 1 (absolute) or 2 (relative)"),
+    ],
+)
+def test_sentences_of_refusals(name, value, sentence):
+    messages = []
+    component = started(messages.append, HybridComponent, **{name: value})
+    assert messages[0].sentence == sentence
+    assert component.update() == (True, False, None)
+    assert f"the simulation must stop: {sentence}" in messages[-1].sentence
+
+
+@pytest.mark.parametrize("speed", [0.1, 35.0])
+def test_a_solver_finds_no_separation_at_touch(speed):
+    """There is no force either; but the bodies close, at more than half of the approach speed."""
+    component = started(pytest.fail, HybridComponent, club_speed=speed)
+    component.set_time(0.0)
+    found = []
+    for closing in (1.0, 0.6, 0.4, -0.9):
+        component.set_states([0.0, 0.0, closing * speed, 0.0])
+        found.append(component.indicators()[1] > 0.0)
+    assert found == [True, True, False, False]
+
+
+# Companions
+
+
+def test_a_companion_repeats_a_refusal_after_another_step(companion, capfd):
+    """Once at each communication point."""
+    flight = companion("BallFlight")
+    for point in (0.0, 1e-3):
+        for _ in range(2):
+            put(flight, backspin=1e9)
+            with pytest.raises(FMICallException):
+                flight.doStep(point, 1e-3)
+        put(flight, backspin=0.0)
+        flight.doStep(point, 1e-3)
+        assert capfd.readouterr().err.count("backspin = ") == 1
+
+
+def test_a_ball_that_is_launched_later_lies_on_the_ground(companion):
+    """Its touch time may be ahead of an importer that passes it on early."""
+    flight = companion("BallFlight")
+    put(flight, ball_velocity=50.0, touch_time=0.5, separated=True)
+    flight.doStep(0.0, 0.1)
+    assert get(flight, "distance", "height") == [0.0, 0.0]
+    assert get(flight, "carry")[0] > 100.0
+    flight.doStep(0.1, 0.5)
+    assert get(flight, "distance")[0] > 4.0
+
+
+def test_a_launch_beyond_the_range_of_a_double(companion):
+    launch = companion("Launch")
+    restitution = {"smash_factor": 1.5, "coefficient_of_restitution": 0.8}
+    put(launch, ball_velocity=1e308, club_velocity=1e307, **restitution, separated=True)
+    with pytest.raises(FMICallException, match="discard"):
+        launch.doStep(0.0, 1e-3)
+    assert get(launch, "ball_speed", "backspin") == [0.0, 0.0]
+
+
+def test_a_refused_value_stays_refused_in_a_serialized_state(companion, capfd):
+    first, second = companion("BallFlight"), companion("BallFlight")
+    put(first, backspin=1e9)
+    with pytest.raises(FMICallException):
+        first.doStep(0.0, 1e-3)
+    state = first.serializeFMUState(first.getFMUstate())
+    second.setFMUstate(second.deserializeFMUState(state))
+    with pytest.raises(FMICallException):
+        second.doStep(0.0, 1e-3)
+    put(second, backspin=100.0)
+    second.doStep(0.0, 1e-3)
+    assert capfd.readouterr().err.count("backspin = 1000000000.0") == 2
+
+
+def test_an_output_of_a_companion_is_not_set(companion, capfd):
+    flight = companion("BallFlight")
+    put(flight, carry=5.0)
+    assert get(flight, "carry") == [0.0]
+    assert "an output can't be set" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("series", "zero"),
+    [
+        ([0.0, 1.0, -2.0], 0.5),  # from 0 it rises first
+        ([0.0, -1.0], 0.0),
+        ([0.0, 1.0], None),
+        ([1.0, -2.0], 0.5),
+        ([1.0, 1.0], None),
+        ([0.24, -1.0, 1.0], 0.4),  # a minimum below 0 inside
+        ([0.26, -1.0, 1.0], None),  # and above
+    ],
+)
+def test_the_first_zero_of_a_series(series, zero):
+    found = taylor.first_zero(
+        partial(taylor.value, series), partial(taylor.value, taylor.slope(series)), 1.0
+    )
+    assert found == (zero if zero is None else pytest.approx(zero, abs=1e-15))
+
+
+@pytest.mark.parametrize("step", [1e-3, 3e-3, 0.02, 0.1, 0.3])
+def test_after_touch_the_speed_is_that_of_the_swings_head(companion, step):
+    """Also where an importer's head, which is held over each step, touches before the swing's."""
+    swing, position, n, held = companion("Swing"), 0.0, 0, 0.0
+    while position < 0.0 or held <= 0.0:
+        held = get(swing, "club_speed")[0]
+        swing.doStep(n * step, step)
+        position, n = position + held * step, n + 1
+    club, head = get(swing, "club_speed", "head_speed")
+    assert club == pytest.approx(head, rel=1e-14)
+    assert n * step == pytest.approx(0.9625, abs=step)
