@@ -53,19 +53,23 @@ def test_bodies_push_up_to_the_last_double_before_separation():
 
 
 class Vanishing(Law):
-    """A spring of infinite force above 1 MN/m."""
+    """A spring whose force is no number above 1 MN/m."""
 
     name = "vanishing"
     description = "A law that leaves the range of a double"
 
+    def __init__(self, beyond=math.inf):
+        self.beyond = beyond
+
     def force(self, p, k, b, compression, closing):
-        return k * compression if k <= 1e6 else math.inf
+        return k * compression if k <= 1e6 else self.beyond
 
 
+@pytest.mark.parametrize("beyond", [math.inf, math.nan])
 @pytest.mark.parametrize("kind", [Component, HybridComponent])
-def test_a_law_without_a_number(monkeypatch, kind):
+def test_a_law_without_a_number(monkeypatch, kind, beyond):
     """A change that leads there is refused and has no effect; an output is NaN."""
-    monkeypatch.setitem(LAWS, 2, Vanishing())
+    monkeypatch.setitem(LAWS, 2, Vanishing(beyond))
     messages = []
     component = started(messages.append, kind, law=2)
     assert component.step(0.0, 1e-4)

@@ -312,7 +312,8 @@ class Contact(Impact):
         _, x_club, x_ball, v_club, v_ball, d = state
         closing = self.phase.closing(t) if t else self.motion.closing
         motion = new(Motion, (x_club, x_ball, v_club, v_ball, d, closing))
-        if law.force(p, k, b, d, closing) > 0.0 or (not d and closing > 0.0):
+        # Not of NaN, which the new phase refuses.
+        if not law.force(p, k, b, d, closing) <= 0.0 or (not d and closing > 0.0):
             last = self._before
             pending = 1 if isinstance(last, Results) else last[2] + 1
             before = (self, t, pending) if pending < _PENDING else self.results(t)
