@@ -367,3 +367,14 @@ def test_after_touch_the_speed_is_that_of_the_swings_head(companion, step):
     club, head = get(swing, "club_speed", "head_speed")
     assert club == pytest.approx(head, rel=1e-14)
     assert n * step == pytest.approx(0.9625, abs=step)
+
+
+@pytest.mark.parametrize(("before", "touch_time"), [(0.02, 0.01), (0.005, 5.005)])
+def test_the_time_of_touch_after_a_restore_to_another_time(before, touch_time):
+    """A touch that has been stays when it was; one to come moves with the host's time."""
+    component = started(print, gap=0.35)
+    assert component.step(0.0, before)
+    component.restore(component.snapshot())
+    assert component.step(5.0, 0.01)
+    (found,) = component.reals([REFERENCE["touch_time"]])
+    assert found == pytest.approx(touch_time, rel=1e-15)
