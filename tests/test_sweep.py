@@ -409,9 +409,15 @@ import multiprocessing, os, sys
 from golf_impact import Study, run_sweep
 from golf_impact.errors import UserError
 
+moments, before = [*map(int, sys.argv[2:])], set()
+
 def kill(done):
-    if done in map(int, sys.argv[2:]):
-        os.kill(multiprocessing.active_children()[0].pid, 9)
+    # A worker of a new pool: the last one's may be ending.
+    workers = {worker.pid for worker in multiprocessing.active_children()}
+    if moments and done >= moments[0] and workers - before:
+        os.kill(min(workers - before), 9)
+        before.update(workers)
+        moments.pop(0)
 
 if __name__ == "__main__":
     # Heavily damped, so that the workers are busy.
