@@ -170,7 +170,7 @@ function show(result, control, shot) {
     const place = get(`${result.about || control}_refused`) ?? get("hint")
     place.textContent = result.refused
     place.closest("details")?.setAttribute("open", "")
-    // What is no value at all no other control mends: they go on with the one before.
+    // Another control can't correct an unreadable text: the next request has the last accepted value.
     if (result.unread) requested[result.about] = shown.values[result.about]
     return
   }

@@ -239,8 +239,6 @@ class LoadedFmu3(LoadedFmu):
         self.slave = self._kept_instance(FMU3Slave, eventModeUsed=True)
         return self
 
-    def begin(self, values: dict[str, float], start_time: float = 0.0) -> None:
-        """Begin a co-simulation and stop in initialization mode, where more values can be set."""
-        self.restore_initial_state(self.slave)
-        self.slave.enterInitializationMode(startTime=start_time)
-        self.set(values)
+    def _initialize(self, slave: Any, values: dict[str, float], start_time: float = 0.0) -> None:
+        slave.enterInitializationMode(startTime=start_time)
+        self.set(values, slave)

@@ -14,7 +14,8 @@ from golf_impact.fmu.loaded import LoadedFmu, LoadedFmu3
 
 def loaded(path: Path) -> LoadedFmu:
     """An FMU of either version of FMI, for use in a `with` block."""
-    return (LoadedFmu3 if LoadedFmu(path).description.fmiVersion == "3.0" else LoadedFmu)(path)
+    fmu = LoadedFmu(path)
+    return LoadedFmu3(path) if fmu.description.fmiVersion == "3.0" else fmu
 
 
 def deviations(path: Path) -> dict[str, float]:
