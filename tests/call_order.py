@@ -9,10 +9,9 @@ import copy
 import math
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
-import fmpy
 from fmi2_calls import DISCARD, ERROR, OK, Player
+from golf_physics.variables import VARIABLES
 
 INSTANTIATED, INITIALIZATION, BLOCKED, STEPPING, TERMINATED = range(5)
 
@@ -25,33 +24,8 @@ _LONG = 1e3
 #: How far a communication point may lie from where the last step ended, relative to the step.
 _POINT_TOLERANCE = 1e-6
 
-#: Bounds that the XML can't express, since its intervals are closed.
-_ABOVE_ZERO = {"k", "m_club", "m_ball", "ball_diameter", "reference_compression"}
-_LARGEST = 1.7976931348623157e308
-
-
-class Variable(NamedTuple):
-    """A row of modelDescription.xml; `start` is None for outputs."""
-
-    name: str
-    type: str
-    causality: str
-    start: float | int | None
-    low: float
-    high: float
-
-
-def variables(folder):
-    """The variables of an extracted FMU, by value reference."""
-    rows = {}
-    for v in fmpy.read_model_description(str(folder)).modelVariables:
-        convert = int if v.type == "Integer" else float
-        start = None if v.causality == "output" else convert(v.start)
-        low = -_LARGEST if v.min is None else convert(v.min)
-        high = _LARGEST if v.max is None else convert(v.max)
-        low = 5e-324 if v.name in _ABOVE_ZERO else low
-        rows[v.valueReference] = Variable(v.name, v.type.lower(), v.causality, start, low, high)
-    return rows
+#: Types that the calls have, where they aren't those of the table.
+_TYPES = {"Enumeration": "integer"}
 
 
 @dataclass
@@ -89,7 +63,9 @@ class Session:
     """
 
     def __init__(self, folder, trace=None):
-        self.variables = variables(folder)
+        self.variables = {
+            v.reference: v._replace(type=_TYPES.get(v.type, v.type.lower())) for v in VARIABLES
+        }
         self.names = {v.name: r for r, v in self.variables.items()}
         self.by_type = {"real": [], "integer": [], "boolean": []}
         for r, v in self.variables.items():

@@ -34,6 +34,14 @@ EXPECTED = {
 }
 LAW_1 = dict(zip(CRITERIA, EXPECTED[1]))
 
+#: Fixtures: the FMU for each version of FMI, plain and standalone.
+FILES = ("fmu_path", "fmi3_path", "standalone_path", "standalone_fmi3_path")
+
+
+def is_standalone(path):
+    return "standalone" in path.name
+
+
 # The same examples every time, with --ci more of them; at night, new ones and far more:
 # --hypothesis-profile=nightly.
 _slow_is_fine = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}

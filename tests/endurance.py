@@ -40,43 +40,42 @@ def memory():
     return resident_bytes()
 
 
+def growth(count, cycle):
+    """A cycle again and again: how often, and the bytes that each leaves behind."""
+    warm = max(2, count // 10)
+    for n in range(warm):
+        cycle(n)
+    before = memory()
+    for n in range(count):
+        cycle(n)
+    return {"cycles": count + warm, "bytes_each": (memory() - before) / count}
+
+
 def instances(count, folder):
     """One instance after the other."""
     first = live(folder)
-    warm = max(1, count // 10)
-    for _ in range(warm):
+
+    def cycle(n):
         assert live(folder) == first
-    before = memory()
-    for _ in range(count):
-        assert live(folder) == first
-    return {"instances": count + warm + 1, "bytes_each": (memory() - before) / count}
+
+    return growth(count, cycle)
 
 
-def cycles(count, folder):
+def restarts(count, folder):
     """One instance, taken back to its start again and again: by reset and by a restored state."""
     slave = begin(make_instance(folder))
     start = slave.getFMUstate()
     first = impact(slave)
-    wrong = 0
 
-    def back(n):
+    def cycle(n):
         if n % 2:
             slave.reset()
             begin(slave)
         else:
             slave.setFMUstate(start)
-        return impact(slave) != first
+        assert impact(slave) == first
 
-    warm = max(2, count // 10)
-    for n in range(warm):
-        wrong += back(n)
-    before = memory()
-    for n in range(count):
-        wrong += back(n)
-    gained = memory() - before
-    slave.freeFMUstate(start)
-    discard(slave)
-    return {"cycles": count + warm, "wrong": wrong, "bytes_each": gained / count}
+    return growth(count, cycle)
 
 
 def start(count, *folders):

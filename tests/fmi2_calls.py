@@ -19,18 +19,9 @@ The result of each is one line: the status, then the values (numbers as C's %a).
 from ctypes import byref, c_double, c_int
 from pathlib import Path
 
-import fmpy
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import (
-    FMU2Slave,
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-    fmi2Status,
-    fmi2String,
-    fmi2ValueReference,
-)
+from fmpy.fmi2 import fmi2Status, fmi2String, fmi2ValueReference
+from instances import logging_to, make_instance
 
 OK, DISCARD, ERROR = 0, 2, 3
 
@@ -77,20 +68,13 @@ class Player:
 
     def __init__(self, folder, trace=None):
         self._folder = Path(folder).resolve()
-        self._description = fmpy.read_model_description(str(folder))
         self._trace = trace
         self._slaves = {}
         self._states = {}
         self.bytes = {}
         self.messages = []
 
-        def log(environment, instance, status, category, message):
-            self.messages.append(message.decode())
-
-        self._callbacks = fmi2CallbackFunctions()
-        self._callbacks.logger = fmi2CallbackLoggerTYPE(log)
-        self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-        self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        self._callbacks = logging_to(lambda status, text: self.messages.append(text))
 
     def play(self, call, *arguments):
         """Make one call: (status, values)."""
@@ -111,14 +95,8 @@ class Player:
             self._trace.write((" ".join(map(to_word, words)) + "\n").encode())
 
     def _new(self, i):
-        slave = FMU2Slave(
-            guid=self._description.guid,
-            unzipDirectory=str(self._folder),
-            modelIdentifier=self._description.coSimulation.modelIdentifier,
-            instanceName=f"instance {i}",
-        )
-        slave.instantiate(callbacks=self._callbacks, loggingOn=True)
-        self._slaves[i] = slave
+        options = {"callbacks": self._callbacks, "loggingOn": True}
+        self._slaves[i] = make_instance(self._folder, f"instance {i}", **options)
 
     def _free(self, i):
         self._slaves.pop(i).freeInstance()

@@ -9,9 +9,9 @@ import sys
 
 import fmpy
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi3 import FMU3Model, fmi3Float64
+from fmpy.fmi3 import FMU3Model
 from fmpy.ssp.simulation import simulate_ssp
-from instances import begin, discard, get, make_instance, put
+from instances import begin, discard, get, make_instance, put, solve_by_scipy
 
 NAMES = ["smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity"]
 
@@ -45,29 +45,9 @@ def impacts(file, about):
 
 
 def solved(file, law):
-    """Model Exchange from touch to separation by SciPy, without fmpy's CVODE."""
-    from scipy.integrate import solve_ivp
-
+    """Model Exchange without fmpy's CVODE."""
     model = begin(make_instance(fmpy.extract(file), kind=FMU3Model), law=law)
-    model.updateDiscreteStates()
-
-    def at(t, y, call, size):
-        model.setTime(t)
-        model.setContinuousStates((fmi3Float64 * 4)(*y), 4)
-        array = (fmi3Float64 * size)()
-        call(array, size)
-        return list(array)
-
-    def separation(t, y):
-        return at(t, y, model.getEventIndicators, 2)[1]
-
-    separation.terminal = True
-    run = solve_ivp(
-        lambda t, y: at(t, y, model.getContinuousStateDerivatives, 4),
-        *((0.0, 1.0), [0.0, 0.0, 35.0, 0.0], "DOP853"),
-        **{"events": separation, "rtol": 1e-12, "atol": 1e-14},
-    )
-    at(run.t[-1], run.y[:, -1], model.getContinuousStates, 4)
+    solve_by_scipy(model, 1.0, "DOP853", rtol=1e-12, atol=1e-14)
     return get(model, *NAMES)
 
 

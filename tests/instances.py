@@ -1,10 +1,19 @@
 """Instances of FMUs by fmpy, for tests that make the FMI calls themselves."""
 
 import math
+from functools import cache
 
 import fmpy
-from fmpy.fmi2 import FMU2Slave
-from fmpy.fmi3 import FMU3Slave
+from fmpy.fmi2 import (
+    FMU2Slave,
+    defaultCallbacks,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+from fmpy.fmi3 import FMU3Slave, fmi3Float64
+
+#: A host reads a description once.
+_described = cache(lambda folder: fmpy.read_model_description(folder, validate=False))
 
 
 def make_instance(folder, name="one", kind=None, **options):
@@ -14,7 +23,7 @@ def make_instance(folder, name="one", kind=None, **options):
         The instance, with `references` by variable name, value references `reals` and `flags`, and
         the logger's `messages`.
     """
-    description = fmpy.read_model_description(str(folder), validate=False)
+    description = _described(str(folder))
     fmi3 = description.fmiVersion == "3.0"
     slave = (kind or (FMU3Slave if fmi3 else FMU2Slave))(
         guid=description.guid,
@@ -34,6 +43,15 @@ def make_instance(folder, name="one", kind=None, **options):
         options["logMessage"] = lambda *words: slave.messages.append(words[-1].decode())
     slave.instantiate(**options)
     return slave
+
+
+def logging_to(log):
+    """FMI 2.0's callbacks with a logger, a function of status and message."""
+    callbacks = fmi2CallbackFunctions.from_buffer_copy(defaultCallbacks)
+    callbacks.logger = fmi2CallbackLoggerTYPE(
+        lambda environment, name, status, category, message: log(status, message.decode())
+    )
+    return callbacks
 
 
 def begin(slave, start=0.0, **values):
@@ -64,6 +82,39 @@ def get(slave, *names):
 def get_all(slave):
     """All real and all Boolean variables."""
     return slave.get_reals(slave.reals), slave.getBoolean(slave.flags)
+
+
+def place(model, time, *states):
+    """Set time and continuous states of an instance for Model Exchange."""
+    model.setTime(time)
+    model.setContinuousStates((fmi3Float64 * 4)(*states), 4)
+
+
+def vector(get, size=4):
+    """What a function of FMI 3.0 writes into an array."""
+    array = (fmi3Float64 * size)()
+    get(array, size)
+    return list(array)
+
+
+def solve_by_scipy(model, stop, method, **tolerances):
+    """Model Exchange of a club at 35 m/s from touch at 0 s to separation, or until `stop`, s."""
+    from scipy.integrate import solve_ivp
+
+    def slope(t, y):
+        place(model, t, *y)
+        return vector(model.getContinuousStateDerivatives)
+
+    def separation(t, y):
+        place(model, t, *y)
+        return vector(model.getEventIndicators, 2)[1]
+
+    separation.terminal = True
+    model.updateDiscreteStates()
+    start = [0.0, 0.0, 35.0, 0.0]
+    run = solve_ivp(slope, (0.0, stop), start, method, events=separation, **tolerances)
+    place(model, run.t[-1], *run.y[:, -1])
+    return run
 
 
 def discard(*slaves):
