@@ -34,6 +34,15 @@ def run(*command, code=0, timeout=100, **options):
     return done
 
 
+def outputs(*command, **options):
+    """Run a C host; the values that it prints by name, before the line "done"."""
+    # libcosim writes its log there, too.
+    printed = run(*command, **options).stdout.splitlines()
+    *lines, last = (line for line in printed if not line.startswith("["))
+    assert last == "done"
+    return {name: float(value) for name, value in map(str.split, lines)}
+
+
 def run_python(program, *arguments, **options):
     """Run a Python program, given as text, in a process of its own; see `run`."""
     return run(sys.executable, "-c", program, *arguments, **options)

@@ -15,8 +15,7 @@ from xml.etree import ElementTree
 
 import fmpy
 import pytest
-from command import run as run_process
-from command import run_python
+from command import run, run_python
 from conftest import CRITERIA, EXPECTED, HERE, require
 from instances import begin, discard, get, make_instance
 
@@ -28,13 +27,6 @@ STOP = 0.005
 def same(results, law=1):
     # Measured: 3e-16.
     assert list(results) == pytest.approx(list(EXPECTED[law]), rel=1e-12, abs=0.0)
-
-
-def run(slave, step=1e-3, law=1):
-    begin(slave, law=law)
-    for n in range(round(STOP / step)):
-        slave.doStep(n * step, step)
-    return get(slave, *CRITERIA)
 
 
 # fmpy
@@ -62,8 +54,10 @@ def test_simulate_fmu(request, path, step, law):
 
 
 def one_run(extracted, law):
-    slave = make_instance(extracted)
-    results = run(slave, 1e-5, law)
+    slave = begin(make_instance(extracted), law=law)
+    for n in range(500):
+        slave.doStep(n * 1e-5, 1e-5)
+    results = get(slave, *CRITERIA)
     discard(slave)
     return results
 
@@ -96,7 +90,7 @@ if __name__ == "__main__":
 def test_processes(extracted, tmp_path, method):
     script = tmp_path / "processes.py"
     script.write_text(_PROCESSES)
-    done = run_process(sys.executable, script, extracted, HERE, method, cwd=ROOT)
+    done = run(sys.executable, script, extracted, HERE, method, cwd=ROOT)
     assert done.stdout.strip().endswith("done"), done.stderr[-2000:]
 
 
@@ -158,7 +152,7 @@ def test_other_importers(request, tool, code, path, step, law):
 def _toolbox(command, *arguments):
     require("fmu_manipulation_toolbox")
     program = shutil.which(command, path=str(Path(sys.executable).parent))
-    done = run_process(program, *arguments)
+    done = run(program, *arguments)
     return done.stdout + done.stderr
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from command import run
+from command import outputs
 from conftest import HOST_TASKS, LAW_1
 
 from golf_impact.commands import doctor
@@ -28,10 +28,7 @@ def host(compiled, libpython, freed, folder):
     def host(*task, preload=True, strict=False, **environment):
         if preload:
             environment |= {"LD_PRELOAD": f"{libpython}:{freed}" if strict else str(libpython)}
-        done = run(program, folder, guid, *task, env={"PATH": os.defpath, **environment})
-        *lines, last = done.stdout.splitlines()
-        assert last == "done"
-        return {name: float(value) for name, value in map(str.split, lines)}
+        return outputs(program, folder, guid, *task, env={"PATH": os.defpath, **environment})
 
     return host
 

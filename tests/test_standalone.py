@@ -19,14 +19,13 @@ import find_libpython
 import fmpy
 import pytest
 from cases import CASES
-from command import golf, golf_here, run, run_python
+from command import golf, golf_here, outputs, run, run_python
 from conftest import HEADERS, HOST_TASKS, LAW_1, repeated
 from golf_physics.variables import VARIABLES
 from instances import begin, discard, get, make_instance
 
 from golf_build import standalone
 from golf_build.packaging import fmu_source
-from golf_build.system import COMPANIONS
 from golf_impact.commands import doctor
 from golf_impact.errors import UserError
 from golf_impact.fmu.file import build_fmu
@@ -49,14 +48,6 @@ def extracted(fmu, folder):
 def guid(folder):
     text = (folder / "modelDescription.xml").read_text()
     return re.search(r'(?:guid|instantiationToken)="([^"]+)"', text)[1]
-
-
-def outputs(*command, **options):
-    done = run(*command, **options)
-    # libcosim writes its log there, too.
-    *lines, last = (line for line in done.stdout.splitlines() if not line.startswith("["))
-    assert last == "done"
-    return {name: float(value) for name, value in map(str.split, lines)}
 
 
 @pytest.fixture
@@ -189,21 +180,12 @@ def several(compiled):
 
 
 @pytest.mark.ci
-def test_four_fmus_started_at_once_share_one_python(several, system, tmp_path):
-    folders = [extracted(fmu, tmp_path / fmu.stem) for fmu in system[:4]]
-    assert {folder.name.partition(".")[0] for folder in folders} == {"ClubBallImpact", *COMPANIONS}
-    alone = several(folders[:1])
+def test_fmus_started_at_once_share_one_python(several, system, tmp_path):
+    """Of every kind, and so many that cost little; their folders go while others run."""
+    folders = [extracted(fmu, tmp_path / str(n)) for n, fmu in enumerate(system[:4] * 5)]
     for _ in range(10):
-        four = several(folders)
+        four = several(folders[:4])
         assert (four["steps"], four["pythons"]) == (1600, 1)
-    # 1.03 measured.
-    assert four["kilobytes"] <= 1.3 * alone["kilobytes"]
-
-
-@pytest.mark.ci
-def test_extractions_cost_little_and_may_go_while_others_run(several, system, tmp_path):
-    fmus = [system[0]] * 18 + [system[1], system[0]]
-    folders = [extracted(fmu, tmp_path / str(n)) for n, fmu in enumerate(fmus)]
     one, all_ = several(folders[:1]), several(folders, "-r")
     assert all_["pythons"] == 1
     assert list(tmp_path.iterdir()) == []
