@@ -13,9 +13,9 @@ from typing import Any
 from ..impact import Impact
 from ..laws import LAWS
 from ..refusals import conflict, conflict_of_inputs, refusal
-from ..values import START, Inputs, Instant, Parameters, Refusal, State, new
+from ..values import START, Inputs, Instant, Parameters, Refusal, State, new, rejected
 from ..variables import INPUTS, MOTION, SETTABLE, VARIABLES
-from .outputs import OUTPUTS, readings
+from .outputs import OUTPUTS, PLACES, readings
 from .segment import NO_SEGMENT, Segment
 from .solved import SolvedImpact
 from .state import (
@@ -30,7 +30,6 @@ from .state import (
 )  # fmt: skip
 
 _START_VALUES = tuple(row.start for row in SETTABLE.values())
-_PLACES = {reference: place for place, reference in enumerate(SETTABLE)}
 #: Of inputs by reference: the place among the values, and the least and largest value allowed.
 _INPUTS = {
     reference: (place, row.low, row.high)
@@ -50,11 +49,9 @@ _fields = attrgetter(
 #: ended: enough for sums of rounded steps, far too little for a step left out.
 _POINT_TOLERANCE = 1e-6
 
-_OUT_OF_RANGE = "this impact leaves the range of a double"
-
 
 def _out_of_range(error: Exception) -> Refusal:
-    return Refusal(f"{_OUT_OF_RANGE} ({error})")
+    return Refusal(f"this impact leaves the range of a double ({error})")
 
 
 def together(refusals: list[Refusal]) -> Refusal | None:
@@ -112,9 +109,7 @@ class Component:
         if self._mode != INSTANTIATED:
             self._refuse_once("set-up after initialization has begun is refused")
         elif not isfinite(start_time):
-            reason = "it must be a finite number"
-            sentence = f"start time = {start_time!r} s is refused: {reason}"
-            self._refuse(Refusal(sentence, "start time", start_time, reason))
+            self._refuse(rejected("start time", start_time, "it must be a finite number", " s"))
         else:
             self._corrected("start time")
             self.start_time = self.origin = self._point = start_time
@@ -206,8 +201,7 @@ class Component:
         """Why a step is refused; or None, and it is counted."""
         if not 0.0 < size <= 1e100:
             reason = "it must be > 0 and finite"
-            sentence = f"communication step size = {size!r} s is refused: {reason}"
-            return Refusal(sentence, value=size, reason=reason)
+            return rejected("communication step size", size, reason, " s")._replace(variable="")
         if self._mode != STEPPING or self._refused or self._once:
             problem = self._why_not()
             if problem is not None:
@@ -224,8 +218,9 @@ class Component:
                         f"the last step ended at {self._point!r} s, and no state has been "
                         "restored since"
                     )
-                    sentence = f"communication point = {point!r} s is refused: {reason}"
-                    return Refusal(sentence, value=point, reason=reason)
+                    return rejected("communication point", point, reason, " s")._replace(
+                        variable=""
+                    )
                 # After a restore the host's time may go on from anywhere; a touch to come moves.
                 touch = segment.present(count).touch
                 if touch is None or touch.instant[0] >= instant[0]:
@@ -240,9 +235,8 @@ class Component:
             try:
                 impact = segment.changed(inputs, count)
             except (ArithmeticError, ValueError) as error:
-                reason = f"{_OUT_OF_RANGE} ({error})"
-                sentence = f"k = {k!r}, b = {b!r} are refused: {reason}"
-                return Refusal(sentence, "k", k, reason)
+                reason = str(_out_of_range(error))
+                return Refusal(f"k = {k!r}, b = {b!r} are refused: {reason}", "k", k, reason)
             if impact is segment.impact and impact.touch is not None:
                 segment = segment.with_inputs(inputs)
             else:
@@ -308,7 +302,7 @@ class Component:
             ):
                 if not self._accepts(reference, value, type_):
                     continue
-                place = _PLACES[reference]
+                place = PLACES[reference]
             if value == self.values[place]:
                 continue
             self.values[place] = value
@@ -331,11 +325,10 @@ class Component:
         elif (
             variable.causality == "parameter"
             and self._mode == STEPPING
-            and value != (now := self.values[_PLACES[reference]])
+            and value != (now := self.values[PLACES[reference]])
         ):
             reason = f"a parameter is fixed once initialization has ended (at {now!r})"
-            sentence = f"{variable.name} = {value!r} is refused: {reason}"
-            self._refuse(Refusal(sentence, variable.name, value, reason))
+            self._refuse(rejected(variable.name, value, reason))
         else:
             self._corrected(variable.name)
             return True
