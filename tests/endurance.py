@@ -1,8 +1,8 @@
 """Long lives of FMUs, each in a process of its own; prints what it measured as JSON.
 
-    python endurance.py TASK COUNT FOLDER [FOLDER]
+    python endurance.py TASK COUNT FOLDER
 
-A FOLDER is an extracted FMU 2.0.
+FOLDER is an extracted FMU 2.0.
 """
 
 import gc
@@ -78,14 +78,6 @@ def restarts(count, folder):
     return growth(count, cycle)
 
 
-def start(count, *folders):
-    """So many impacts in each of two FMUs in one process, which then ends as any other does."""
-    slaves = [begin(make_instance(folder)) for folder in folders for _ in range(count)]
-    outputs = [impact(slave) for slave in slaves]
-    discard(*slaves)
-    return {"outputs": outputs}
-
-
 if __name__ == "__main__":
-    task, count, *folders = sys.argv[1:]
-    print(json.dumps(globals()[task](int(count), *folders)), flush=True)
+    task, count, folder = sys.argv[1:]
+    print(json.dumps(globals()[task](int(count), folder)), flush=True)

@@ -81,10 +81,7 @@ class Player:
         self._note(call, *arguments)
         status, values = OK, []
         try:
-            if call in _SIMPLE:
-                getattr(self._slaves[arguments[0]], _SIMPLE[call])()
-            else:
-                values = getattr(self, f"_{call}")(*arguments) or []
+            values = self._make(call, *arguments)
         except FMICallException as error:
             status = error.status
         self._note("=", status, *values)
@@ -94,47 +91,41 @@ class Player:
         if self._trace is not None:
             self._trace.write((" ".join(map(to_word, words)) + "\n").encode())
 
-    def _new(self, i):
-        options = {"callbacks": self._callbacks, "loggingOn": True}
-        self._slaves[i] = make_instance(self._folder, f"instance {i}", **options)
-
-    def _free(self, i):
-        self._slaves.pop(i).freeInstance()
-
-    def _setup(self, i, start):
-        self._slaves[i].setupExperiment(startTime=start)
-
-    def _set(self, i, type_, *pairs):
-        references, values = [reference for reference, _ in pairs], [value for _, value in pairs]
-        getattr(self._slaves[i], f"set{type_.title()}")(references, values)
-
-    def _get(self, i, type_, *references):
-        return getattr(self._slaves[i], f"get{type_.title()}")(references)
-
-    def _step(self, i, point, size):
-        self._slaves[i].doStep(point, size)
-
-    def _save(self, i, s):
-        self._states[s] = self._slaves[i].getFMUstate()
-
-    def _restore(self, i, s):
-        self._slaves[i].setFMUstate(self._states[s])
-
-    def _drop(self, i, s):
-        self._slaves[i].freeFMUstate(self._states.pop(s))
-
-    def _pack(self, i, s, b):
-        self.bytes[b] = self._slaves[i].serializeFMUstate(self._states[s])
-
-    def _unpack(self, i, b, s):
-        self._states[s] = self._slaves[i].deSerializeFMUstate(self.bytes[b])
-
-    def _fill(self, b, data=""):
-        self.bytes[b] = bytes.fromhex(data)
-
-    def _extra(self, i, name):
-        slave = self._slaves[i]
-        getattr(slave, f"fmi2{name}")(slave.component, *EXTRA[name])
-
-    def _log(self, i, on):
-        self._slaves[i].setDebugLogging(on, ["logAll", "", "no such category"])
+    def _make(self, call, i, *arguments):
+        slave, states, values = self._slaves.get(i), self._states, []
+        match call, *arguments:
+            case ["new"]:
+                options = {"callbacks": self._callbacks, "loggingOn": True}
+                self._slaves[i] = make_instance(self._folder, f"instance {i}", **options)
+            case ["free"]:
+                self._slaves.pop(i).freeInstance()
+            case ["enter" | "exit" | "end" | "reset"]:
+                getattr(slave, _SIMPLE[call])()
+            case "setup", start:
+                slave.setupExperiment(startTime=start)
+            case "set", type_, *pairs:
+                columns = ([pair[n] for pair in pairs] for n in (0, 1))
+                getattr(slave, f"set{type_.title()}")(*columns)
+            case "get", type_, *references:
+                values = getattr(slave, f"get{type_.title()}")(references)
+            case "step", point, size:
+                slave.doStep(point, size)
+            case "save", s:
+                states[s] = slave.getFMUstate()
+            case "restore", s:
+                slave.setFMUstate(states[s])
+            case "drop", s:
+                slave.freeFMUstate(states.pop(s))
+            case "pack", s, b:
+                self.bytes[b] = slave.serializeFMUstate(states[s])
+            case "unpack", b, s:
+                states[s] = slave.deSerializeFMUstate(self.bytes[b])
+            case "fill", data:
+                self.bytes[i] = bytes.fromhex(data)
+            case "extra", name:
+                getattr(slave, f"fmi2{name}")(slave.component, *EXTRA[name])
+            case "log", on:
+                slave.setDebugLogging(on, ["logAll", "", "no such category"])
+            case _:
+                raise ValueError(f"{call} is no call")
+        return values

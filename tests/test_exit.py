@@ -19,14 +19,14 @@ from golf_impact.fmu.file import build_plain_fmu
 
 _PROGRAM = """
 import sys
-sys.path.insert(0, sys.argv[3])
+sys.path.insert(0, sys.argv[1])
 from instances import begin, discard, make_instance
-folder, end, _ = sys.argv[1:]
-slaves = [make_instance(folder, name) for name in ("one", "two")]
+_, end, *folders = sys.argv[1:]
+slaves = [make_instance(folder, name) for folder in folders for name in ("one", "two")]
 for slave in slaves:
     begin(slave)
     slave.doStep(0.0, 1e-3)
-for slave in slaves[: {"free all": 2, "free one": 1, "free none": 0}[end]]:
+for slave in slaves[: {"free all": None, "free one": 1, "free none": 0}[end]]:
     discard(slave)
 # Each FMU has run its own copy.
 assert "golf_physics" not in sys.modules
@@ -36,11 +36,10 @@ print("done")
 
 @pytest.fixture
 def ends(freed, tmp_path):
-    def ends(fmu, end="free all", code=0):
-        folder = fmpy.extract(str(fmu), str(tmp_path / f"extracted {fmu.stem}"))
-        done = run_python(
-            _PROGRAM, folder, end, HERE, code=code, env=os.environ | {"LD_PRELOAD": str(freed)}
-        )
+    def ends(*fmus, end="free all", code=0):
+        folders = [fmpy.extract(str(fmu), str(tmp_path / fmu.stem)) for fmu in fmus]
+        env = os.environ | {"LD_PRELOAD": str(freed)}
+        done = run_python(_PROGRAM, HERE, end, *folders, code=code, env=env)
         assert done.stdout == "done\n", done.stderr
 
     return ends
@@ -49,12 +48,11 @@ def ends(freed, tmp_path):
 @pytest.mark.parametrize("end", some(1, ["free none", "free one", "free all"]))
 @pytest.mark.parametrize("path", ["fmu_path", "fmi3_path"])
 def test_a_process_ends_cleanly(ends, request, path, end):
-    ends(request.getfixturevalue(path), end)
+    ends(request.getfixturevalue(path), end=end)
 
 
-def test_with_a_companion_it_ends_cleanly(ends, files):
-    for fmu in files[:-1]:
-        ends(fmu)
+def test_with_the_companions_it_ends_cleanly(ends, fmu_path, files):
+    ends(fmu_path, *files[:-1])
 
 
 def test_without_the_workaround_it_does_not(ends, tmp_path):
