@@ -26,14 +26,7 @@ def folders(fmu_path, tmp_path_factory):
     """Extracted: ours, and a pythonfmu FMU in which nothing is computed."""
     place = tmp_path_factory.mktemp("endurance")
     files = {"ours": fmu_path, "empty": build_plain_fmu(Path(empty_fmu.__file__), place)}
-    return {name: fmpy.extract(str(file), str(place / name)) for name, file in files.items()}
-
-
-def ran(*arguments):
-    """What a task printed; it must end as a process should."""
-    command = [sys.executable, "-X", "faulthandler", HERE / "endurance.py", *arguments]
-    done = run(*command, env=os.environ | {"PYTHONPATH": str(HERE.parent)}, timeout=3600)
-    return json.loads(done.stdout.splitlines()[-1])
+    return [fmpy.extract(str(file), str(place / name)) for name, file in files.items()]
 
 
 #: How many bytes each may leave behind: of an instance pythonfmu leaks some, of a restart nothing
@@ -51,8 +44,11 @@ ALLOWED = {"instances": 0.0, "restarts": 4.0}
 @pytest.mark.parametrize("task", ALLOWED)
 def test_nothing_is_left_behind(much, folders, record_property, task):
     count = much[task]
+    command = sys.executable, "-X", "faulthandler", HERE / "endurance.py", task, count
+    env = os.environ | {"PYTHONPATH": str(HERE.parent)}
     with ThreadPoolExecutor(2) as pool:
-        ours, empty = pool.map(lambda folder: ran(task, count, folder), folders.values())
+        ended = pool.map(lambda folder: run(*command, folder, env=env, timeout=3600), folders)
+    ours, empty = (json.loads(done.stdout) for done in ended)
     record_property("bytes_each", (ours, empty))
     assert ours["cycles"] > count
     # Beside these, only pages that aren't full.
