@@ -252,7 +252,6 @@ def test_refused_cases_and_the_first_reason_are_those_of_the_scalar_physics():
     ("outputs", "values", "message"),
     [
         (["smash"], {}, "no output 'smash'"),
-        (["impulse"], {"mass": 1.0}, "no input or parameter 'mass'"),
         (["impulse"], {"k": 1j}, "k is refused: it must be a number"),
         (["impulse"], {"k": [1e6, 2e6], "b": [1, 2, 3]}, r"k \(2,\), b \(3,\)"),
     ],

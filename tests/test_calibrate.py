@@ -22,6 +22,7 @@ from golf_impact.calibration.measurements import (
 )
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import BALLS
+from golf_impact.facts.closed_forms import solution
 from golf_impact.facts.measured import MPH
 
 LINEAR = ContactLaw(2, 1.0)
@@ -40,26 +41,13 @@ def of_impact(fmu, names, **values):
     return targets(**{name: predicted[output] for name, output in zip(names, outputs, strict=True)})
 
 
-def inverse(restitution, time):
-    """The k and b of Kelvin–Voigt by bisection of θ cot θ = L/2 (θ coth θ for L > 2)."""
-    mu, half = Measurements({}).reduced_mass, -0.5 * math.log(restitution)
-    slope = (lambda t: t / math.tan(t)) if half < 1.0 else (lambda t: t / math.tanh(t))
-    sign = 1.0 if half < 1.0 else -1.0
-    low, high = 1e-9, 0.5 * math.pi if half < 1.0 else half + 1.0
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if sign * (slope(middle) - half) > 0.0 else (low, middle)
-    k = 4.0 * mu / time**2 * (sign * low * low + half * half)
-    return k, 4.0 * mu * half / time
-
-
 @pytest.mark.parametrize("restitution", [0.999, 0.743, 0.2, 0.13, 0.05])
-def test_inverse_of_kelvin_voigt(fmu, restitution):
+def test_inverse_of_kelvin_voigt(restitution):
     fitted = Fit(targets(cor=restitution, contact_time=6e-4), LINEAR)
-    k, b = inverse(restitution, 6e-4)
-    # Rounded to a thousandth of their standard errors, which follow from σ of 1 %.
-    assert fitted.values["k"] == pytest.approx(k, rel=3e-5)
-    assert fitted.values["b"] == pytest.approx(b, rel=3e-5, abs=2e-3)
+    met = solution({**IMPACT, "ball_speed": 0.0, "restitution_at_rest": 0.0, **fitted.values})
+    # Parameters are rounded to a thousandth of their standard errors, which follow from σ of 1 %.
+    assert met["coefficient_of_restitution"] == pytest.approx(restitution, rel=3e-5)
+    assert met["contact_time"] == pytest.approx(6e-4, rel=3e-5)
     assert fitted.chi_squared < 1e-5
 
 
@@ -117,7 +105,7 @@ def test_noisy_targets(fmu, seed):
     assert fitted.chi_squared <= truth * (1.0 + 1e-9) + 1e-4
 
 
-def test_standard_error_of_an_exact_inverse(fmu):
+def test_standard_error_of_an_exact_inverse():
     """b = 2 μ L/T, so its relative variance is the sum of those of L = -ln COR and T."""
     fitted = Fit(targets(cor=0.743, contact_time=6e-4), LINEAR)
     expected = fitted.values["b"] * math.hypot(0.01 / -math.log(0.743), 0.01)
@@ -135,7 +123,7 @@ def test_standard_error_of_an_exact_inverse(fmu):
         ("tour", ContactLaw(2, 1.5)),
     ],
 )
-def test_presets_are_what_calibrate_finds(fmu, name, law):
+def test_presets_are_what_calibrate_finds(name, law):
     tour = {"club_speed": 113 * MPH, "ball_speed": 167 * MPH, "contact_time": 475e-6}
     fitted = Fit(measurements(tour if name == "tour" else ROH_LEE), law)
     for variable, value in BALLS[name].values.items():
@@ -167,12 +155,7 @@ def test_of_two_answers_the_less_damped_one(fmu):
     ("options", "words"),
     [
         ("--cor 1", "--cor 1 is refused"),
-        ("--cor 1.2", "more gains energy"),
-        ("--cor 0", "above 0"),
-        ("--cor nan", "--cor nan"),
-        ("--cor 0.7 --contact-time 0", "--contact-time 0"),
         ("--cor 0.7 --contact-time 600", "600e-6 for 600 µs"),
-        ("--cor 0.7 --max-force -5", "--max-force -5"),
         ("--cor 0.7 --max-force 6.6", "6600 for 6.6 kN"),
         ("--cor 0.7 --contact-time 6e-4 --sigma-cor 0", "--sigma-cor 0"),
         ("--cor 0.7 --sigma-max-force 1", "without --max-force"),
@@ -180,17 +163,13 @@ def test_of_two_answers_the_less_damped_one(fmu):
         ("--ball-speed 50 --club-speed-after 24 --cor 0.74", "count once"),
         ("--cor 0.7 --contact-time 6e-4 --exponent free", "3 are needed"),
         ("", "--cor 0.743 --contact-time 600e-6"),
-        ("--cor 0.7 --contact-time 6e-4 --club-speed -1", "--club-speed -1"),
         ("--cor 0.7 --contact-time 6e-4 --m-club 210", "0.21 for 210 g"),
         ("--law 1 --exponent 1.5", "--law 1"),
         ("--law 1 --exponent free", "--law 1"),
         ("--exponent stiff", "'stiff'"),
-        ("--exponent 0.5", "between 1 and 12"),
-        ("--exponent nan", "between 1 and 12"),
         ("--reference-compression 0", "--reference-compression 0"),
         ("--law 3", "1 (absolute)"),
         ("--csv none.csv", "none.csv"),
-        ("--cor 1e-6 --contact-time 6e-4", "above 0.01"),
     ],
 )
 def test_options_that_are_refused(tmp_path, options, words):
@@ -206,7 +185,7 @@ def test_targets_from_a_file(tmp_path):
     data = measurements({"cor": 0.75, "sigma_cor": 0.02, "m_club": 0.21}, file)
     assert data.impact == {**IMPACT, "club_speed": 36.0, "m_club": 0.21}
     assert data.targets == {"ball_speed": Target(50.0, 0.5), "cor": Target(0.75, 0.02)}
-    file.write_text("target,value\ncor,0.74\n")
+    file.write_text("target,value\ncor,74 %\n")
     assert measurements({}, file).targets == {"cor": Target(0.74, 0.0074, False)}
 
 
@@ -223,7 +202,6 @@ def test_targets_from_a_file(tmp_path):
         ("target,value,sigma\nm_ball,0.046,0.1\n", "no target 'sigma_m_ball'"),
         ("target,value,value\ncor,0.7,0.8\n", "first line"),
         (f"target,value\ncor,{'0' * 131_073}\n", "field larger than field limit"),
-        (f"target,value\n{'#' * 2**20}", "larger than"),
     ],
 )
 def test_files_that_are_refused(tmp_path, text, words):

@@ -17,8 +17,6 @@ from golf_impact.files import write_together
 
 ODD = "ü # 100% (ß) & 'x'"
 
-posix = pytest.mark.skipif(os.name != "posix", reason="POSIX's users and limits")
-
 
 def names(folder):
     return {path.name for path in folder.iterdir()}
@@ -107,15 +105,7 @@ def test_an_unusual_name_of_the_temporary_folder(tmp_path, command):
     assert names(odd) == set()
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("run", "table1", "--out", ""),
-        ("run", "table1", "--fmu="),
-        ("build", "--out", ""),
-        ("run", ""),
-    ],
-)
+@pytest.mark.parametrize("arguments", [("run", ""), ("run", "table1", "--fmu=")])
 def test_an_empty_argument(tmp_path, arguments):
     """As from an unset variable of the shell."""
     refused(golf_here(*arguments, cwd=tmp_path), "an argument is empty")

@@ -27,14 +27,6 @@ def test_damping_ratio(coefficient):
     assert abs(restitution(damping_ratio(coefficient)) - coefficient) < 4e-16 * coefficient**0.5
 
 
-@pytest.mark.parametrize("exponent", [1.0, 1.5, 3.0, 12.0])
-@pytest.mark.parametrize(("club", "ball"), [(1e-3, 0.0), (35.0, 0.0), (60.0, 10.0), (290.0, 0.0)])
-def test_the_line_is_met(fmu, exponent, club, ball):
-    outputs = fmu.impact(**LINE, exponent=exponent, club_speed=club, ball_speed=ball)
-    expected = AT_REST - SLOPE * (club - ball)
-    assert outputs["coefficient_of_restitution"] == pytest.approx(expected, abs=1e-14)
-
-
 def changed(fmu, start, later):
     """The results of law 2 with inputs that change at 200 µs."""
     fmu.start(**start)
@@ -85,26 +77,12 @@ def test_a_restitution_out_of_reach_is_refused_at_touch(fmu, gap, read_outputs):
     touch = steps * 1e-5 + (gap - 400.0 * steps * 1e-5) / 40.0
     assert outputs["coefficient_of_restitution"] == pytest.approx(AT_REST - SLOPE * 40.0, abs=1e-14)
     assert outputs["touch_time"] == pytest.approx(touch, abs=1e-15)
-
-
-def test_a_speed_out_of_reach_long_before_touch_does_no_harm(fmu):
-    fmu.start(**LINE, club_speed=400.0, gap=1.0)
-    for n in range(10):
-        fmu.step(n * 1e-4, 1e-4)
-    fmu.slave.setReal(fmu.references(["club_speed"]), [30.0])
-    fmu.step(1e-3, 1.0)
-    outputs = fmu.read(METRICS)
-    assert outputs["coefficient_of_restitution"] == pytest.approx(AT_REST - SLOPE * 30.0, abs=1e-14)
     # In contact and after it the input club_speed has no influence.
     fmu.slave.setReal(fmu.references(["club_speed"]), [400.0])
-    fmu.step(1.001, 1.0)
+    fmu.step(steps * 1e-5 + 1.0, 1.0)
     assert fmu.read(["smash_factor"])["smash_factor"] == outputs["smash_factor"]
 
 
 def test_only_under_law_2(fmu):
     with pytest.raises(UserError, match=r"restitution_at_rest = 0\.86 is refused with law = 1"):
         fmu.start(restitution_at_rest=0.86)
-
-
-def test_off_by_default(fmu):
-    assert fmu.impact(law=2, restitution_slope=0.5) == fmu.impact(law=2)

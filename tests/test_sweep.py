@@ -1,6 +1,7 @@
 """Sweeps: contents of the tables, their check, executors, interruptions and errors."""
 
 import csv
+import itertools
 import math
 import os
 import signal
@@ -8,7 +9,6 @@ import sys
 import time
 from concurrent.futures import Executor, Future
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,14 +21,15 @@ from golf_build import VERSION
 from golf_impact import run_impact
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
+from golf_impact.facts.balls import BALLS
 from golf_impact.runs import METRICS
 from golf_impact.sweeps import Stopped, Study, run_sweep, tables
 from golf_impact.sweeps import impacts as by_arrays
 from golf_impact.sweeps import run as running
 from golf_impact.sweeps.checks import deviations
 from golf_impact.sweeps.comparison import compare
-from golf_impact.sweeps.impacts import PHYSICS, impacts, make_plan
-from golf_impact.sweeps.pictures import sobol_indices
+from golf_impact.sweeps.impacts import PHYSICS, make_plan
+from golf_impact.sweeps.pictures import draw, sobol_indices
 from golf_impact.sweeps.run import Sweep
 from golf_impact.sweeps.study import parse_axis, read_study
 
@@ -79,7 +80,8 @@ def test_values_of_an_axis(text):
         ("k", "normal:1:0", "> 0"),
         ("k", "uniform:2:1", "above its end"),
         ("k", False, "write VALUE"),
-        ("law", "-4294967295", "1 .absolute. or 2"),
+        ("law", "1,-4294967295", "1 .absolute. or 2"),
+        ("law", "1.5", "law=1.5 is refused: law is 1"),
         ("ball", "golf", "choose from"),
     ],
 )
@@ -153,6 +155,8 @@ CASES = {
     "parameters under law 2": {"m_ball": "0.03:0.06:5", "ball_speed": "0,-3,60", "law": 2},
     "both laws": {"law": "1,2", "k": "log:1:1e8:5", "gap": "0,0.2"},
     "power law": {"law": 2, "exponent": "1,1.5,3", "k": "1e5,1e6"},
+    # A swept variable overrides the preset.
+    "balls": {"ball": ",".join(BALLS), "b": "1,2", "club_speed": "30,45"},
 }
 
 
@@ -167,7 +171,9 @@ def test_numbers_are_those_of_one_impact_at_a_time(fmu, fmu_path, tmp_path, sets
         assert summary.refused == 0
         assert (summary.checked > 0) == (name == "arrays")
         for row in rows:
-            expected = fmu.impact(**dict(zip(sets, map(float, row), strict=False)))
+            case = dict(zip(sets, row, strict=False))
+            preset = BALLS[case.pop("ball")].values if "ball" in case else {}
+            expected = fmu.impact(**{**preset, **{name: float(v) for name, v in case.items()}})
             # Text without loss of digits; empty where an impact has no such result.
             texts = ["" if math.isnan(value) else repr(value) for value in expected.values()]
             assert [not cell for cell in row[len(sets) :]] == [not text for text in texts]
@@ -175,63 +181,52 @@ def test_numbers_are_those_of_one_impact_at_a_time(fmu, fmu_path, tmp_path, sets
                 assert row[len(sets) :] == texts
     columns = zip(*([float(cell or "nan") for cell in row[len(sets) :]] for row in rows))
     outputs = dict(zip(METRICS, map(np.array, columns), strict=True))
-    values = study.columns(np.arange(study.cases))
+    values = make_plan(study, PHYSICS).values(study.columns(np.arange(study.cases)))
     # Worst measured: 6e-16.
     assert max(deviations(values, outputs, np.zeros(study.cases, bool))).error <= 1e-13
 
 
-def test_balls(tmp_path):
-    from golf_impact.facts.balls import BALLS
-
-    study = Study.of({"ball": list(BALLS), "b": "1,2", "club_speed": "30,45"}, METRICS)
-    run_sweep(study, tmp_path / "x.csv")
-    header, rows = table(tmp_path / "x.csv")
-    assert [row[0] for row in rows] == [name for name in BALLS for _ in range(4)]
-    for row in rows:
-        values = dict(zip(header[1:], map(float, row[1:]), strict=True))
-        # A swept variable overrides the preset.
-        case = {**BALLS[row[0]].values, "b": values["b"], "club_speed": values["club_speed"]}
-        assert run_impact(**case) == pytest.approx({n: values[n] for n in METRICS}, rel=1e-13)
-
-
-def test_refused_cases_are_empty_rows(tmp_path):
-    sets = {"k": "1e6,-1,2e6", "b": "-3,9"}
-    names = ("smash_factor", "separated")
-    summary = run_sweep(Study.of(sets, names), tmp_path / "x.csv")
+@pytest.mark.parametrize("through", ["arrays", "fmu"])
+def test_refused_cases_are_empty_rows(fmu_path, tmp_path, through):
+    study = Study.of({"k": "1e6,-1,2e6", "b": "-3,9"}, ("smash_factor", "separated"))
+    options = {"fmu": fmu_path} if through == "fmu" else {}
+    summary = run_sweep(study, tmp_path / "x.csv", **options)
     _, rows = table(tmp_path / "x.csv")
-    assert [row[2] == "" for row in rows] == [True, False, True, True, True, False]
     assert [row[3] for row in rows] == ["", "1", "", "", "", "1"]
-    expected = run_impact(k=2e6, b=9.0)["smash_factor"]
-    assert float(rows[5][2]) == pytest.approx(expected, rel=1e-13)
-    assert summary.refused == 4
+    first, last = (run_impact(k=k, b=9.0)["smash_factor"] for k in (1e6, 2e6))
+    expected = [math.nan, first, math.nan, math.nan, math.nan, last]
+    assert [row[2] == "" for row in rows] == [math.isnan(value) for value in expected]
+    for found in (summary.drawn, [float(row[2] or "nan") for row in rows]):
+        assert found == pytest.approx(expected, rel=1e-13, nan_ok=True)
+    assert (summary.refused, summary.scalar) == (4, 2 if options else 0)
     row, reason = summary.first_refused
     assert row == 1
     assert "b = -3.0" in reason
-    run_sweep(Study.of(sets, names), tmp_path / "x.parquet", chunk=4)
+    run_sweep(study, tmp_path / "x.parquet", chunk=4, **options)
     columns = pyarrow.parquet.read_table(tmp_path / "x.parquet").to_pydict()
     assert [value is None for value in columns["smash_factor"]] == [not row[2] for row in rows]
     assert columns["separated"] == [None, True, None, None, None, True]
 
 
 def test_parquet_has_the_numbers_of_csv(tmp_path, monkeypatch):
-    """Row groups, and so the bytes, are independent of chunks."""
+    """Row groups, and so the bytes, are independent of chunks, which may hold several groups."""
     monkeypatch.setattr(tables, "_ROW_GROUP", 64)
-    sets = {"ball": "document,document-old", "law": "1,2", "club_speed": "30:50:40"}
-    study = Study.of(sets)
+    study = Study.of({"ball": "document,document-old", "law": "1,2", "club_speed": "30:50:40"})
     run_sweep(study, tmp_path / "x.csv")
     header, rows = table(tmp_path / "x.csv")
-    for chunk in (7, 60):
-        run_sweep(study, tmp_path / f"{chunk}.parquet", chunk=chunk)
-    assert pyarrow.parquet.ParquetFile(tmp_path / "7.parquet").num_row_groups == 3
-    read = pyarrow.parquet.read_table(tmp_path / "7.parquet")
+    paths = [tmp_path / f"{chunk}.parquet" for chunk in (7, 60, 160)]
+    for path in paths:
+        run_sweep(study, path, chunk=int(path.stem))
+    assert len({path.read_bytes() for path in paths}) == 1
+    file = pyarrow.parquet.ParquetFile(paths[0])
+    assert [file.metadata.row_group(n).num_rows for n in range(3)] == [64, 64, 32]
+    read = file.read()
     assert read.column_names == header
     kinds = [str(kind) for kind in read.schema.types]
     assert kinds == ["string", "int64"] + ["double"] * (len(header) - 2)
     for name, column in zip(header, zip(*rows, strict=True), strict=True):
         make = {"ball": str, "law": int}.get(name, float)
         assert read[name].to_pylist() == [make(cell) for cell in column]
-    same = [(tmp_path / f"{chunk}.parquet").read_bytes() for chunk in (7, 60)]
-    assert same[0] == same[1]
 
 
 # Executors
@@ -275,13 +270,6 @@ def test_few_chunks_are_under_way(tmp_path):
     with pytest.raises(Stopped):
         run_sweep(monte_carlo(), tmp_path / "x.csv", **options)
     assert never.waiting == 32
-
-
-def test_a_worker_with_another_physics():
-    study = Study.of({"k": "1e6"})
-    other = replace(make_plan(study, PHYSICS), identity="golf-impact 0.1")
-    with pytest.raises(UserError, match="install the same golf-impact"):
-        impacts(other, study.columns(np.array([0])))
 
 
 # The check
@@ -382,20 +370,12 @@ def test_a_stopped_sweep_leaves_the_earlier_file(earlier):
     assert stopped.value.done == 300
 
 
-@pytest.mark.parametrize(
-    ("workers", "number"),
-    [
-        (2, signal.SIGINT),
-        *(
-            pytest.param(*case, marks=pytest.mark.ci)
-            for case in ((1, signal.SIGINT), (1, signal.SIGTERM), (2, signal.SIGTERM))
-        ),
-    ],
-)
-def test_ctrl_c(earlier, workers, number):
+@pytest.mark.parametrize("case", some(1, itertools.product((2, 1), ("SIGINT", "SIGTERM"))))
+def test_ctrl_c(earlier, case):
+    workers, name = case
     process = sweep_in_a_session(earlier, workers)
     # As a terminal does it: to all processes.
-    os.killpg(process.pid, number)
+    os.killpg(process.pid, signal.Signals[name])
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130
     done = int(errors.split(" of 10,000,000 cases were done")[0].replace(",", ""))
@@ -638,6 +618,28 @@ def test_pictures(tmp_path, sets):
     assert "data:image/png" in (tmp_path / "x.html").read_text()
 
 
+@pytest.mark.parametrize(
+    ("axes", "scale", "title", "legend"),
+    [
+        ({"k": "log:1e5:1e7:5"}, "log", "k", []),
+        ({"k": "1e5:1e7:5", "law": "1,2"}, "linear", "k", ["law 1", "law 2"]),
+        ({"b": "0:9:4", "k": "1e6,2e6"}, "linear", "b and k", ["k = 1 MN/m", "k = 2 MN/m"]),
+    ],
+)
+def test_lines_of_a_study(axes, scale, title, legend):
+    study = Study.of(axes, outputs=("max_force",))
+    units = {"k": "N/m", "b": "N.s/m", "law": None, "max_force": "N"}
+    figure = draw(study, np.arange(float(study.cases)), units, None)
+    (shown,) = figure.axes
+    assert shown.get_xscale() == scale
+    assert shown.get_title("left").startswith(f"Max force over {title}")
+    labels = [text.get_text() for text in shown.get_legend().get_texts()] if legend else []
+    assert labels == legend
+    # The last variable varies fastest.
+    columns = np.arange(float(study.cases)).reshape(-1, max(1, len(legend))).T
+    assert np.array_equal([line.get_ydata() for line in shown.lines], columns)
+
+
 def test_nothing_to_draw(tmp_path):
     sweep("--out", tmp_path / "x.csv", k=1e6)
     assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.html"}
@@ -673,12 +675,12 @@ def test_sobol_indices_of_a_sum():
 def test_the_comparison_compares(fmu_path, monkeypatch):
     study = Study.of({"k": "1e6:2e6:50", "gap": "0,0.1"})
     with Sweep(study) as sweep:
-        measured = compare(sweep, fmu_path, rounds=1)
-        assert measured.error <= 1e-13
-        assert measured.rate > 0.0
+        rate, error = compare(sweep, fmu_path, rounds=1)
+        assert error <= 1e-13
+        assert rate > 0.0
         # As if the FMU ended within the contact, where the numbers are others.
         monkeypatch.setattr(ScalarImpacts, "horizon", lambda self, values: np.array(1e-4))
-        assert compare(sweep, fmu_path, rounds=1).error > 1e-3
+        assert compare(sweep, fmu_path, rounds=1)[1] > 1e-3
     with (
         pytest.raises(UserError, match="nothing to compare"),
         Sweep(Study.of({"k": "-1"})) as sweep,

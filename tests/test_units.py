@@ -57,7 +57,7 @@ def test_remarks(name, usual, slip, words):
 
 
 def test_where_text_is_taken(tmp_path):
-    """run, a ball's file, sweep, calibrate."""
+    """run, a ball's file, sweep; calibrate is in test_calibrate."""
     ball = tmp_path / "ball.toml"
     ball.write_text('law = 2\nk = "770 N/mm"\nb = 30\nball_diameter = "42.67mm"\n')
     assert golf_impact.read_ball(ball).values["k"] == 7.7e5
@@ -78,10 +78,6 @@ def test_where_text_is_taken(tmp_path):
     with pytest.raises(UserError, match="'lb' isn't a unit it may have: N/m, kN/m, N/mm"):
         golf_impact.Study.of({"k": "500:2000lb:4"})
     refused(golf_here("run", "--set", "k=770lb", "--out", tmp_path), "--set k=770lb", "N/mm")
-    options = ("--cor", "74.3%", "--contact-time", "600us", "--no-figures", "--out", tmp_path)
-    assert golf_here("calibrate", *options).returncode == 0
-    targets = json.loads((tmp_path / "calibrate.json").read_text())["targets"]
-    assert [one["target"] for one in targets] == pytest.approx([0.743, 6e-4], rel=1e-15)
 
 
 def test_a_remark_once_a_command(tmp_path):
@@ -113,21 +109,12 @@ def test_a_trajectory_has_two_points(points):
 
 
 def test_a_run_of_a_selection_leaves_the_others(tmp_path):
-    """A larger run, and a file of the user's own, go beside each other."""
-    mine = tmp_path / "mine.py"
-    mine.write_text(
-        "from golf_impact.scenario import Report\nTITLE = 'x'\n"
-        "def run(fmu):\n    report = Report(TITLE, fmu)\n    report.impact('a')\n"
-        "    return report\n"
-    )
-    common, whole = ("--no-figures", "--out", tmp_path), tmp_path / "results.json"
+    """A part of a larger run, and another scenario, go beside it."""
+    common, names = ("--no-figures", "--out", tmp_path), ("results.json", "report.html")
     assert golf_here("run", "table1", "fem", *common).returncode == 0
-    before = whole.read_bytes(), (tmp_path / "report.html").read_bytes()
-    for name in ("table1", mine):
-        done = golf_here("run", name, *common)
-        assert done.returncode == 0, done.stderr
-        assert "these go into" in done.stdout
-    assert before == (whole.read_bytes(), (tmp_path / "report.html").read_bytes())
-    for name in ("table1", "mine"):
-        assert list(json.loads((tmp_path / name / "results.json").read_text())) == [name]
+    before = [(tmp_path / name).read_bytes() for name in names]
+    for scenario in ("table1", "laws"):
+        assert "these go into" in golf_here("run", scenario, *common).stdout
+        assert list(json.loads((tmp_path / scenario / "results.json").read_text())) == [scenario]
+    assert before == [(tmp_path / name).read_bytes() for name in names]
     assert "these go into" not in golf_here("run", "table1", "fem", *common).stdout

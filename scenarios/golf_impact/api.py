@@ -97,7 +97,10 @@ def run_impacts(outputs: Sequence[str] = METRICS, **values: ArrayLike) -> Impact
         >>> impacts.reason
         'b = -9.0 N.s/m is refused: it must be a finite number >= 0'
     """
-    return impacts.run_impacts(outputs, values)
+    outcome = impacts.impacts(outputs, *impacts.as_arrays(values))
+    results = ImpactArrays(outcome.columns)
+    results.refused, results.reason = outcome.refused, outcome.reason
+    return results
 
 
 def run_trajectory(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from math import isnan, nan, prod
 from typing import Any, NamedTuple
 
@@ -62,14 +62,6 @@ class ImpactArrays(Named[np.ndarray]):
     reason: str
 
 
-def run_impacts(outputs: Sequence[str], values: Mapping[str, Any]) -> ImpactArrays:
-    """See `golf_impact.run_impacts`."""
-    outcome = impacts(outputs, *as_arrays(values))
-    results = ImpactArrays(outcome.columns)
-    results.refused, results.reason = outcome.refused, outcome.reason
-    return results
-
-
 @np.errstate(all="ignore")
 def impacts(outputs: Sequence[str], values: Mapping[str, Any], shape: tuple[int, ...]) -> Outcome:
     """Compute impacts, each in one communication step, as `golf_impact.run_impact` does.
@@ -87,25 +79,37 @@ def impacts(outputs: Sequence[str], values: Mapping[str, Any], shape: tuple[int,
     """
     check_names(outputs, values)
     columns, number = columns_of(values, shape), prod(shape)
-    results = {name: np.empty(number, bool if name in FLAGS else float) for name in outputs}
+    results = _empty(outputs, number)
     scalar, refused = np.ones(number, bool), np.zeros(number, bool)
     for places, contacts in closed_contacts(columns, number, set(MOMENTARY).intersection(outputs)):
         count = len(scalar[places])
         for name, column in results.items():
             column[places] = first(getattr(contacts, name), count)
         scalar[places] = ~first(contacts.closed, count)
-    given = {name: columns[name] for name in values}
-    reason = one_by_one(ScalarImpacts(), given, np.flatnonzero(scalar), results, refused)
+    reason, others = "", np.flatnonzero(scalar)
+    if len(others):
+        given = {name: columns[name] for name in values}
+        alone = one_by_one(ScalarImpacts(), outputs, given, others)
+        refused[others], reason = alone.refused, alone.reason
+        for name, column in results.items():
+            column[others] = alone.columns[name]
     shaped = {name: column.reshape(shape) for name, column in results.items()}
     return Outcome(shaped, refused.reshape(shape), reason, scalar.reshape(shape))
 
 
-def check_names(outputs: Iterable[str], values: Iterable[str]) -> None:
+def _empty(outputs: Iterable[str], number: int) -> dict[str, np.ndarray]:
+    return {name: np.empty(number, bool if name in FLAGS else float) for name in outputs}
+
+
+def check_names(
+    outputs: Iterable[str],
+    values: Iterable[str],
+    of_outputs: Collection[str] = _OUTPUTS,
+    settable: Collection[str] = DEFAULTS,
+) -> None:
     """Raise a UserError for a name that no output, or no input or parameter has."""
-    for kind, names, known in (
-        ("output", outputs, _OUTPUTS),
-        ("input or parameter", values, DEFAULTS),
-    ):
+    both = ("output", outputs, of_outputs), ("input or parameter", values, settable)
+    for kind, names, known in both:
         for name in names:
             if name not in known:
                 raise UserError(f"there is no {kind} {name!r}: choose from {', '.join(known)}")
@@ -190,34 +194,28 @@ def first(value: Any, count: int) -> Any:
 
 
 def one_by_one(
-    runs: ImpactRuns,
-    given: Columns,
-    places: np.ndarray,
-    results: dict[str, np.ndarray],
-    refused: np.ndarray,
-) -> str:
-    """Fill in results and refusals at these places; return why the first one is refused."""
-    reason = ""
-    if not len(places):
-        return reason
-    values = padded(given, places, len(places))
+    runs: ImpactRuns, outputs: Sequence[str], columns: Columns, places: np.ndarray
+) -> Outcome:
+    """The cases at these places, shape (n,), by the runs of one instance; see `impacts`."""
+    number, values, reason = len(places), padded(columns, places, len(places)), ""
+    results, refused = _empty(outputs, number), np.zeros(number, bool)
     steps, *rows = (
-        np.broadcast_to(first(column, len(places)), len(places)).tolist()
+        np.broadcast_to(first(column, number), number).tolist()
         for column in (runs.horizon(values), *values.values())
     )
     reals = [name for name in results if name not in FLAGS]
-    for n, step, *row in zip(places.tolist(), steps, *rows):
+    for n, (step, *row) in enumerate(zip(steps, *rows)):
         try:
             runs.run_to_end(step, dict(zip(values, row)))
-            outputs = dict(runs.read(reals))
-            if missing := [name for name, value in outputs.items() if isnan(value)]:
+            found = dict(runs.read(reals))
+            if missing := [name for name, value in found.items() if isnan(value)]:
                 raise UserError(f"{missing[0]} leaves the range of a double")
         except UserError as error:
             refused[n], reason = True, reason or str(error)
-            outputs = dict.fromkeys(reals, nan) | dict.fromkeys(FLAGS, False)
+            found = dict.fromkeys(reals, nan) | dict.fromkeys(FLAGS, False)
         else:
             flags = {name: runs.read_flag(name) for name in FLAGS}
-            outputs |= flags | undefined_results(flags["touched"], flags["separated"])
+            found |= flags | undefined_results(flags["touched"], flags["separated"])
         for name, column in results.items():
-            column[n] = outputs[name]
-    return reason
+            column[n] = found[name]
+    return Outcome(results, refused, reason, ~refused)

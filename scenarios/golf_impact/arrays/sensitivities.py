@@ -36,21 +36,17 @@ def sensitivities(
         outcome.scalar & outcome.columns["touched"],
         "its contact must be a closed form: underdamped, with a COR that isn't far below golf's",
     )
-    slopes = {name: {of: np.full(outcome.refused.size, np.nan) for of in wrt} for name in outputs}
+    slopes = {name: {of: np.full(shape, np.nan) for of in wrt} for name in outputs}
     columns = impacts.columns_of(arrays, shape)
     for places, contacts in impacts.closed_contacts(columns, outcome.refused.size):
         count = len(outcome.refused.ravel()[places])
         for of in wrt:
             for name, slope in _slopes(contacts, outputs, of).items():
-                slopes[name][of][places] = impacts.first(slope, count)
-    shaped = {
-        name: {of: slope.reshape(shape) for of, slope in row.items()}
-        for name, row in slopes.items()
-    }
-    for name, row in shaped.items():
+                slopes[name][of].reshape(-1)[places] = impacts.first(slope, count)
+    for name, row in slopes.items():
         for of, slope in row.items():
             _check(np.isinf(slope), f"{name} has no finite slope over {of} there")
-    return shaped
+    return slopes
 
 
 def _check(wrong: np.ndarray, why: str) -> None:

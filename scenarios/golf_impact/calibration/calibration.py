@@ -26,7 +26,8 @@ from golf_impact.calibration.measurements import (
 )
 from golf_impact.errors import UserError, missing_package
 from golf_impact.facts.balls import Ball, ball_toml
-from golf_impact.facts.quantities import QUANTITIES, format_options, format_with_error
+from golf_impact.facts.quantities import QUANTITIES, format_options, format_unit, format_with_error
+from golf_impact.facts.units import unit_of
 from golf_impact.files import write_together
 from golf_impact.report.outcome import Table
 from golf_impact.report.uncertainty import gradient, standard_errors
@@ -43,8 +44,6 @@ def _in_words(impact: Mapping[str, float]) -> str:
     pushed = ", head pushed by {club_force:g} N" if impact["club_force"] else ""
     return (_IMPACT + pushed).format(**impact)
 
-
-_UNITS = {"k": " N/m", "b": " N·s/m", "restitution_slope": " s/m", "touch_time": " s"}
 
 #: Kelvin–Voigt, absolute, Tsuji and free n, which every calibration is compared with.
 _COMPARED = ((2, 1.0), (1, 1.0), (2, 1.5), (2, None))
@@ -246,7 +245,7 @@ class Calibration:
             name.replace("curve", "touch_time"): one for name, one in best.touches.items()
         }
         parameters = [
-            [name, format_with_error(*one) + _UNITS.get(name.split()[0], "")]
+            [name, f"{format_with_error(*one)} {format_unit(unit_of(name.split()[0]))}".rstrip()]
             for name, one in found.items()
         ]
         rows = []

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from golf_impact.calibration.records import read_table
+from golf_impact.calibration.records import read_cells, read_table
 from golf_impact.errors import UserError
 from golf_impact.facts import closed_forms
 from golf_impact.facts.quantities import format_with_error
 from golf_impact.facts.toml import read_toml
-from golf_impact.facts.units import si_value, unit_of
+from golf_impact.facts.units import SYMBOLS, si_value, unit_of
 
 #: Scalar targets by name: the outputs of the FMU.
 TARGETS = {
@@ -151,9 +151,8 @@ def option(name: str) -> str:
 
 def _unit(name: str) -> str:
     name = name.removeprefix("sigma_")
-    return unit_of(TARGETS.get(name, name)) or {"predict": "m/s", "approach_speed": "m/s"}.get(
-        name, ""
-    )
+    speed = name in ("predict", "approach_speed")
+    return "m/s" if speed else unit_of(TARGETS.get(name, name))
 
 
 def number(given: Any, name: str, where: str = "") -> float:
@@ -183,7 +182,7 @@ def measurements(
     """
     known = (*TARGETS, *IMPACT)
     given: dict[str, tuple[Any, str]] = {}
-    for where, cells in _rows(file, ("target", "value")).items() if file else ():
+    for where, cells in _rows(file) if file else ():
         name = cells["target"].strip().lower().lstrip("-").replace("-", "_")
         if name in given:
             raise UserError(f"{where}: {name} is given twice")
@@ -220,29 +219,18 @@ def measurements(
     return data
 
 
-def _rows(path: Path, columns: Sequence[str]) -> dict[str, dict[str, str]]:
-    """The cells of each row by column, by the row's place; rows without any are skipped."""
-    rows: dict[str, dict[str, str]] = {}
-    try:
-        reader = csv.DictReader(path.read_text("utf-8-sig").splitlines(), restval="")
-        reader.fieldnames = header = [cell.strip().lower() for cell in reader.fieldnames or ()]
-        for cells in reader:
-            if any(cells.values()):
-                rows[f"{path}, row {len(rows) + 1} (line {reader.line_num})"] = cells
-    except OSError as error:
-        raise UserError(f"can't read {path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path} is no text in UTF-8: save it as UTF-8") from error
-    except csv.Error as error:
-        raise UserError(f"{path} can't be read as CSV: {error}") from error
-    names = ",".join(columns)
-    if ",".join(header) not in (names, f"{names},sigma"):
-        why = f"its first line must be {names} or {names},sigma, not {','.join(header)!r}"
-        raise UserError(f"{path} is refused: {why}")
-    for where, cells in rows.items():
-        if len(cells) > len(header):
+def _rows(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
+    """The place of each row, and its cells by column."""
+    (_, header), *rows = read_cells(path) or [(1, [""])]
+    names = [cell.lower() for cell in header]
+    if names not in (["target", "value"], ["target", "value", "sigma"]):
+        why = "its first line must be target,value or target,value,sigma"
+        raise UserError(f"{path} is refused: {why}, not {','.join(names)!r}")
+    for n, (line, cells) in enumerate(rows, 1):
+        where = f"{path}, row {n} (line {line})"
+        if len(cells) > len(names):
             raise UserError(f"{where} is refused: more cells than the first line has")
-    return rows
+        yield where, dict(zip_longest(names, cells, fillvalue=""))
 
 
 def _curves(given: Any, values: Mapping[str, float], columns: str) -> list[Series]:
@@ -390,8 +378,8 @@ def _check_impulse(curve: Series) -> None:
     if (0.5 if curve.notes else 0.95) < ratio < 2.05:
         return
     hints = []
-    for symbol, size in (("mph", 0.44704), ("km/h", 1.0 / 3.6)):
-        if 1.0 < ratio / size < 2.0:
+    for symbol in ("mph", "km/h"):
+        if 1.0 < ratio / SYMBOLS[symbol][1] < 2.0:
             hints.append(f"{speed:g} looks like {symbol}: write --club-speed {speed:g}{symbol}")
     if 1.0 < 1e3 * ratio < 2.0:
         hints.append("force looks like kN: write force [kN] in its header, or --columns")

@@ -7,6 +7,7 @@ import itertools
 import re
 import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -51,7 +52,7 @@ def read_table(path: Path, names: Sequence[str], units: Sequence[str], chosen: s
 
     UserError: it can't be read; the line, the column and what is expected are named.
     """
-    try:
+    with _reading(path):
         # A file is read twice, a pipe can't be.
         source = path if path.is_file() else [*_lines(path)]
         head = [*itertools.islice(_lines(source), 500)]
@@ -66,8 +67,22 @@ def read_table(path: Path, names: Sequence[str], units: Sequence[str], chosen: s
         places, factors = _choose(path, heads, quoted, len(cells), names, units, chosen)
         columns = _numbers(path, source, first, mark, places, names, factors)
         return Table(columns, path, source, first)
-    except OSError as error:
-        raise UserError(f"can't read {path}: {error.strerror}") from error
+
+
+def read_cells(path: Path) -> list[tuple[int, list[str]]]:
+    """Line number and cells of all rows, empty ones left out; UserError if it can't be read."""
+    with _reading(path):
+        lines = enumerate(_lines(path), 1)
+        return [(n, _cells(line, _mark(line))) for n, line in lines if not _is_empty(line)]
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except (OSError, csv.Error) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        raise UserError(f"can't read {path}: {why}") from error
 
 
 def _lines(source: Path | list[str]) -> Iterator[str]:

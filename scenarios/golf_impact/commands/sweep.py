@@ -131,12 +131,12 @@ def _compare(sweep: Sweep, fmu: Path) -> str:
     from golf_impact.sweeps.comparison import compare
 
     with err.status("comparing with fmpy.simulate_fmu"):
-        loop = compare(sweep, fmu)
-    same = loop.error <= TOLERANCE
+        rate, error = compare(sweep, fmu)
+    same = error <= TOLERANCE
     words = (
         f"A loop over fmpy.simulate_fmu (FMU extracted and description read beforehand, one step): "
-        f"{loop.rate:,.0f} impacts/s, {'the same' if same else 'OTHER'} numbers (largest error "
-        f"{loop.error:.1g})."
+        f"{rate:,.0f} impacts/s, {'the same' if same else 'OTHER'} numbers (largest error "
+        f"{error:.1g})."
     )
     say(words)
     if not same:

@@ -76,8 +76,8 @@ def si_values(texts: Iterable[str], unit: str) -> list[float]:
 def remarks(values: Mapping[str, Any], form: str = "--set {}=") -> list[str]:
     """Sentences about numbers (SI units) that look like those of another unit."""
     words = []
-    for name in _REMARKABLE.keys() & values.keys():
-        value, (low, high, units) = values[name], _REMARKABLE[name]
+    for name, (low, high, units) in _REMARKABLE.items():
+        value = values.get(name, 0.0)
         if value > 0.0 and not low <= value <= high:
             given, unit = form.format(name), unit_of(name).replace(".", "·")
             meant = " or ".join(

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from golf_impact.arrays.impacts import Outcome
+from golf_impact.arrays.impacts import Outcome, one_by_one
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
 from golf_impact.facts.scales import TOLERANCE, contact_scales
 from golf_impact.runs import FLAGS
-from golf_impact.sweeps.impacts import PHYSICS, Plan, one_by_one
+from golf_impact.sweeps.impacts import PHYSICS, Plan
 from golf_impact.sweeps.study import Study
 
 #: One case in so many, and in any study about so many at least.
@@ -98,16 +98,16 @@ def deviations(
     `columns` are their outputs by name, `values` inputs and parameters as of `arrays.impacts`.
     """
     runs, number = ScalarImpacts(), len(refused)
-    exact = one_by_one(runs, tuple({*columns, *_LARGEST}), values, number)
-    given = {name: variable.start or 0.0 for name, variable in PHYSICS.items()} | {**values}
-    start = {name: np.broadcast_to(value, number).tolist() for name, value in given.items()}
+    given = {name: np.broadcast_to(value, number) for name, value in values.items()}
+    exact = one_by_one(runs, tuple({*columns, *_LARGEST}), given, np.arange(number))
+    start = {name: np.broadcast_to(v.start or 0.0, number) for name, v in PHYSICS.items()} | given
     for n in range(number):
         if refused[n] or exact.refused[n]:
             both = bool(refused[n]), bool(exact.refused[n])
             yield Deviation(0.0 if all(both) else math.inf, "refused", *both)
             continue
         end = {name: column[n].item() for name, column in exact.columns.items()}
-        scales = contact_scales({name: column[n] for name, column in start.items()}, end)
+        scales = contact_scales({name: column[n].item() for name, column in start.items()}, end)
         outputs = []
         for name, column in columns.items():
             value = column[n].item()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 from statistics import median
-from typing import NamedTuple
 
 import numpy as np
 
@@ -50,17 +49,13 @@ class Loop:
                 self.results[name][n] = value
 
 
-class Comparison(NamedTuple):
-    """What a loop over fmpy.simulate_fmu takes, and gives."""
+def compare(sweep: Sweep, fmu: Path, rounds: int = 3) -> tuple[float, float]:
+    """Such a loop on cases of a sweep: impacts per second, a median, and its largest deviation.
 
-    rate: float  # impacts per second, a median
-    error: float  # its largest deviation from the physics, without unit, in `Scales`
-
-
-def compare(sweep: Sweep, fmu: Path, rounds: int = 3) -> Comparison:
-    """Measure such a loop on cases of a sweep, and compare its numbers with the physics."""
+    The deviation is from the scalar physics, without unit, in `Scales`.
+    """
     with LoadedFmu(fmu) as loaded:
         loop = Loop(sweep, loaded)
         seconds = median(measure_seconds(loop.run, LOOPED) for _ in range(rounds))
     cases = deviations(loop.values, loop.results, np.zeros(LOOPED, bool))
-    return Comparison(1.0 / seconds, max(case.error for case in cases))
+    return 1.0 / seconds, max(case.error for case in cases)

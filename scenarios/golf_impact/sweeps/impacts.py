@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import chain
@@ -15,12 +15,11 @@ import numpy as np
 from golf_physics.variables import VARIABLES
 
 from golf_build import VERSION
-from golf_impact.arrays.impacts import Outcome
+from golf_impact.arrays.impacts import Outcome, check_names, one_by_one
 from golf_impact.arrays.impacts import impacts as impacts_by_arrays
-from golf_impact.arrays.impacts import one_by_one as fill_one_by_one
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import ball, conditions_of
-from golf_impact.runs import FLAGS, ImpactRuns
+from golf_impact.runs import ImpactRuns
 from golf_impact.sweeps.study import Study
 
 #: Variables of the physics by name.
@@ -61,13 +60,7 @@ def make_plan(study: Study, variables: Mapping[str, Any]) -> Plan:
     """The plan of a study for the physics or an FMU of these variables; UserError if one lacks."""
     settable = [v.name for v in variables.values() if v.causality in ("input", "parameter")]
     outputs = [v.name for v in variables.values() if v.causality == "output"]
-    for kind, names, known in (
-        ("input or parameter", study.names, [*settable, "ball"]),
-        ("output", study.outputs, outputs),
-    ):
-        for name in names:
-            if name not in known:
-                raise UserError(f"there is no {kind} {name!r}: choose from {', '.join(known)}")
+    check_names(study.outputs, study.names, outputs, [*settable, "ball"])
     grids = {axis.name: axis.values for axis in study.grid}
     chosen = [ball(name) for name in grids.pop("ball", ())]
     presets = {one.name: one.values for one in chosen}
@@ -94,21 +87,11 @@ def impacts(
     """
     number, values = len(next(iter(columns.values()))), plan.values(columns)
     if fmu is not None:
-        return one_by_one(fmu, plan.outputs, values, number)
+        values = {name: np.broadcast_to(value, number) for name, value in values.items()}
+        return one_by_one(fmu, plan.outputs, values, np.arange(number))
     if identity() != plan.identity:
         raise UserError(
             f"a worker has {identity()}, and this process {plan.identity}: install the same "
             "golf-impact for all of them"
         )
     return impacts_by_arrays(plan.outputs, values, (number,))
-
-
-def one_by_one(
-    runs: ImpactRuns, outputs: Sequence[str], values: Mapping[str, Any], number: int
-) -> Outcome:
-    """So many cases by the runs of one instance; arguments and result as of `arrays.impacts`."""
-    results = {name: np.empty(number, bool if name in FLAGS else float) for name in outputs}
-    given = {name: np.broadcast_to(value, number) for name, value in values.items()}
-    refused = np.zeros(number, bool)
-    reason = fill_one_by_one(runs, given, np.arange(number), results, refused)
-    return Outcome(results, refused, reason, ~refused)
