@@ -446,12 +446,6 @@ def test_the_server_stays_small_and_quiet_until_ctrl_c(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_report_says_how_to_reopen_its_cases(tmp_path):
-    assert golf_here("run", "elastic", "--no-figures", "--out", tmp_path).returncode == 0
-    page = (tmp_path / "report.html").read_text("utf-8")
-    assert "golf-impact explore --set b=0" in page
-
-
 def test_an_exported_page_asks_for_nothing_elsewhere(exported):
     sizes = [file.stat().st_size for file in exported.rglob("*") if file.is_file()]
     assert sum(sizes) < 16e6
