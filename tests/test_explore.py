@@ -19,6 +19,7 @@ from command import golf_here, refused, run, run_python
 from compare import assert_close
 from page import serving
 
+import golf_impact
 from golf_impact.commands.run import values_of
 from golf_impact.errors import UserError
 from golf_impact.explore import export as exporting
@@ -43,33 +44,30 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_curves_are_the_fmus(fmu, evaluator, name):
-    """Against another run of the FMU: without an approach, and in one step to each instant."""
+def test_curves_are_those_of_the_physics(evaluator, name):
+    """Against another run, without an approach and sampled otherwise."""
     values = {**evaluator.defaults, **CASES[name]}
     result = evaluator({"values": values})
     values = {name: x for name, x in values.items() if name not in LOFT} | {"gap": 0.0}
-    metrics = fmu.impact(**values)
+    metrics = golf_impact.run_impact(**values)
     for metric, value in metrics.items():
         if metric != "touch_time":
             assert result["metrics"][metric] == pytest.approx(value, rel=1e-12, abs=1e-12), metric
-    contact, path = metrics["contact_time"], result["path"]
-    times = np.array(path["time"])
+    contact, path = metrics["contact_time"], {k: np.array(v) for k, v in result["path"].items()}
+    times = path["time"]
     assert times[0] < 0.0 < contact < times[-1]
     assert (np.diff(times) > 0.0).all()
     # The peak and the end of contact are samples.
-    assert max(path["force"]) == pytest.approx(metrics["max_force"], rel=1e-12)
+    assert path["force"].max() == pytest.approx(metrics["max_force"], rel=1e-12)
     assert np.abs(times - contact).min() <= 1e-12 * contact
     speed = abs(values["club_speed"]) + abs(values["ball_speed"])
     scales = {"force": metrics["max_force"], "compression": metrics["max_compression"]}
     for body in ("club", "ball"):
         scales |= {f"{body}_velocity": speed, f"{body}_position": speed * contact}
-    for n in range(15, len(times), 9):
-        fmu.start(**values)
-        fmu.step(0.0, times[n])
-        moved = values["ball_speed"] * fmu.read(["touch_time"])["touch_time"]
-        right = fmu.read(list(scales))
-        right |= {name: right[name] - moved for name in right if name.endswith("position")}
-        assert_close({name: path[name][n] for name in right}, right, scales, 1e-12, sample=n)
+    since = times > 0.0
+    right = golf_impact.run_trajectory(outputs=list(scales), times=times[since], **values)
+    del right["time"]
+    assert_close({name: path[name][since] for name in right}, right, scales, 1e-12)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -85,7 +83,6 @@ def test_energies_momenta_and_the_scene(evaluator, name):
     assert path["lost_energy"][0] == pytest.approx(0.0, abs=1e-12 * start)
     shares = metrics["ball_share"] + metrics["club_share"]
     assert shares == pytest.approx(metrics["energy_efficiency"], rel=1e-12)
-    assert total == pytest.approx(path["club_momentum"] + path["ball_momentum"], rel=1e-15)
     assert total[0] == pytest.approx(metrics["momentum_initial"], rel=1e-12)
     area = np.trapezoid(path["force"], path["compression"])
     if result["values"]["law"] == 2:

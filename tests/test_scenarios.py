@@ -17,7 +17,6 @@ from golf_impact.commands import console
 from golf_impact.commands.scripts import list_names, load_scenario
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
-from golf_impact.report.outcome import summarize_checks
 from golf_impact.report.page import document_tables, render_page, write_reports
 from golf_impact.report.report import Report
 
@@ -129,18 +128,6 @@ def test_a_printed_number_that_deviates_otherwise_fails(fmu, monkeypatch):
         outcome = load_scenario("finite_difference").run(fmu)
         (failed,) = (check for check in outcome.checks if not check.passed)
         assert "ball velocity v_B (m/s) agrees with the printed 54.9" in failed.claim
-
-
-def test_comparisons_of_the_fmu_with_itself_are_counted_apart(fmu):
-    report = Report("", fmu)
-    report.impact("law 1")
-    report.impact("law 2", law=2)
-    kinds = [check.kind for check in report.checks]
-    assert kinds.count("consistency") == 6
-    assert summarize_checks(report.checks) == (
-        f"{len(kinds) - 6} of {len(kinds) - 6} checks passed: closed forms 4, invariants 3; "
-        "consistency of the FMU with itself: 6 of 6"
-    )
 
 
 def test_one_step_for_metrics(fmu, monkeypatch):

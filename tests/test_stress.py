@@ -3,15 +3,11 @@
 import json
 
 import pytest
-from compare import assert_close
-from conftest import some
-from golden import moved, mp
 
 from golf_impact.commands.stress import stress
 from golf_impact.stress import all as all_
 from golf_impact.stress import cases, invariants, special_points
 from golf_impact.stress.driver import driver
-from golf_impact.stress.reference import Reference
 
 
 @pytest.fixture(
@@ -58,39 +54,6 @@ def test_partitions_add_up_exactly(number):
             assert min(sizes) > 0.0
             # Not only math.fsum: whatever the order, no bit is lost.
             assert sum(sizes) == sum(reversed(sizes)) == segment.length
-
-
-@pytest.mark.parametrize("draw", [cases.random_impact, special_points.special_impact])
-@pytest.mark.parametrize("number", some(4, range(12)))
-def test_the_reference_solves_the_equations_of_motion(number, draw):
-    """Each step in contact is that of a matrix exponential; contact ends when it should."""
-    impact = draw(11, number)
-    v = {name: mp.mpf(value) for name, value in impact.values.items()}
-    exact = Reference(impact.values)
-    state, in_contact = [0, v["club_speed"], v["ball_speed"], 0, 0], mp.mpf(0)
-    names = ("compression", "club_velocity", "ball_velocity", "impulse")
-    for step in cases.random_steps(impact, 11):
-        k, b = mp.mpf(step.k), mp.mpf(step.b)
-        over = exact.parted
-        exact.step(step.length, step.k, step.b)
-        now = exact.outputs()
-        if over or not now["touched"]:
-            continue
-        time = mp.mpf(now["contact_time"]) - in_contact
-        state = moved(v, k, b, time, state)
-        in_contact += time
-        assert 0 <= now["force"] <= now["max_force"]
-        speed = abs(v["club_speed"]) + abs(v["ball_speed"])
-        scales = (now["max_compression"], speed, speed, now["impulse"])
-        right = dict(zip(names, state))
-        if now["separated"]:
-            del right["compression"]
-        assert_close(now, right, dict(zip(names, scales)), 1e-30, case=number)
-        end = state[0] * k + (b * (state[1] - state[2]) if v["law"] == 2 else 0)
-        if not now["separated"] or not time:
-            assert (end >= 0) == now["in_contact"]
-        else:
-            assert abs(end) <= 1e-30 * now["max_force"]
 
 
 @pytest.mark.parametrize(
