@@ -10,39 +10,30 @@ from golf_impact.stress import cases, invariants, special_points
 from golf_impact.stress.driver import driver
 
 
-@pytest.fixture(
-    scope="module",
-    params=[
+@pytest.mark.parametrize(
+    "impacts",
+    [
         pytest.param((50, 30), marks=pytest.mark.ci),
         pytest.param((150, 100), marks=pytest.mark.nightly, id="--quick"),
     ],
 )
-def results(request, tmp_path_factory):
-    all_.IMPACTS[True] = request.param
-    folder = tmp_path_factory.mktemp("stress")
-    code = stress(quick=True, folder=folder, seed=7)
-    written = json.loads((folder / "stress.json").read_text())
-    assert code == (0 if written["passed"] else 1)
-    return written
-
-
-def test_every_invariant_holds(results):
+def test_results(monkeypatch, tmp_path, impacts):
+    """Every invariant holds; a worst case has its inputs."""
+    monkeypatch.setitem(all_.IMPACTS, True, impacts)
+    assert stress(quick=True, folder=tmp_path, seed=7) == 0
+    results = json.loads((tmp_path / "stress.json").read_text())
     failed = {name: check for name, check in results["checks"].items() if not check["passed"]}
     assert failed == {}
     assert all(check["count"] > 0 for check in results["checks"].values())
     assert results["passed"]
     for run in results["tiny_steps"].values():
         assert max(run["errors"]) < 1e-14
-
-
-def test_worst_cases_have_their_inputs(results):
+    draws = {"random": cases.random_impact, "pushed": cases.pushed_impact}
     for name in ("momentum", "energy", "reference", "partition", "rising"):
         case = results["checks"][name]["case"]
         assert case["seed"] == 7
-        draws = {"random": cases.random_impact, "pushed": cases.pushed_impact}
         draw = draws.get(case["kind"], special_points.special_impact)
-        again = draw(7, case["number"])
-        assert again.values == case["values"]
+        assert draw(7, case["number"]).values == case["values"]
 
 
 @pytest.mark.parametrize("number", range(20))
