@@ -239,11 +239,8 @@ def _bilinear(table, rows, columns):
     """A function of row and column, arrays (n,); held at the table's ends."""
 
     def value(row, column):
-        lines = np.array([np.interp(column, columns, line) for line in table])
-        place = np.interp(row, rows, np.arange(len(rows)))
-        low = np.minimum(place.astype(int), len(rows) - 2)
-        each = np.arange(len(place))
-        return lines[low, each] + (place - low) * (lines[low + 1, each] - lines[low, each])
+        lines = np.array([np.interp(column, columns, line) for line in table]).T
+        return np.array([np.interp(one, rows, line) for one, line in zip(row, lines)])
 
     return value
 

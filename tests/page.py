@@ -4,12 +4,10 @@ import contextlib
 import functools
 import http.server
 import os
-import signal
-import subprocess
 import threading
 
 import pytest
-from command import COMMAND
+from command import golf_started
 
 from golf_impact.errors import UserError
 from golf_impact.explore import export as exporting
@@ -24,13 +22,8 @@ def evaluator():
 @contextlib.contextmanager
 def serving(*arguments, options=("--no-browser",), env=None):
     """The command in a process of its own, and the page's address."""
-    process = subprocess.Popen(
-        [COMMAND, "explore", *options, "--port", "0", *arguments],
-        **dict.fromkeys(("stdout", "stderr"), subprocess.PIPE),
-        text=True,
-        env={**os.environ, **(env or {})},
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
+    arguments = ("explore", *options, "--port", 0, *arguments)
+    process = golf_started(*arguments, env={**os.environ, **(env or {})})
     try:
         yield process, process.stdout.readline().strip()
     finally:

@@ -46,20 +46,25 @@ def document():
     return "\n\n".join(parts)
 
 
-#: By the name in the comment before a table in fmu_src/README.md.
+README = ROOT / "fmu_src" / "README.md"
+
+#: By the name in the comment before a table in it.
 TABLES = {"variables": variables, "document": document}
 
 
-def pattern(name):
-    return re.compile(rf"(<!-- {name}:[^>]*-->\n)(.*?)(<!-- end -->)", re.DOTALL)
+def updated(text):
+    """The README with these tables as they are now."""
+    pattern = r"(<!-- (\w+):[^>]*-->\n).*?(<!-- end -->)"
+    text, number = re.subn(
+        pattern, lambda found: f"{found[1]}{TABLES[found[2]]()}\n{found[3]}", text, flags=re.DOTALL
+    )
+    assert number == len(TABLES)
+    return text
 
 
-@pytest.mark.parametrize("name", TABLES)
-def test_tables_are_those_of_the_code(name):
-    text = (ROOT / "fmu_src" / "README.md").read_text("utf-8")
-    found = pattern(name).search(text)
-    assert found is not None
-    assert found[2] == f"{TABLES[name]()}\n", "run `python tests/test_readmes.py`"
+def test_tables_are_those_of_the_code():
+    text = README.read_text("utf-8")
+    assert updated(text) == text, "run `python tests/test_readmes.py`"
 
 
 def test_what_is_implemented_where_exists():
@@ -94,10 +99,4 @@ def test_links_lead_somewhere(folder):
 
 
 if __name__ == "__main__":
-    readme = ROOT / "fmu_src" / "README.md"
-    text = readme.read_text("utf-8")
-    for name, table in TABLES.items():
-        text = pattern(name).sub(
-            lambda found, table=table: f"{found[1]}{table()}\n{found[3]}", text
-        )
-    readme.write_text(text, "utf-8")
+    README.write_text(updated(README.read_text("utf-8")), "utf-8")

@@ -16,32 +16,20 @@ EPILOG = (
     "golf-impact explore --export page"
 )
 
+_BALL = "The ball to begin with: golf-impact list --balls, or a .toml file."
+_SET = "Begin with this value; repeatable."
+_PORT = "Of the page; 0 for any free port."
+_EXPORT = "Write the page as static files, for any web server."
+_PYODIDE = "With --export: Pyodide's files; by npm without it."
+
 
 def explore(
-    ball: Annotated[
-        str | None,
-        Option(
-            "--ball",
-            metavar="NAME",
-            help="The ball to begin with: golf-impact list --balls, or a .toml file.",
-        ),
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        Option("--set", metavar="NAME=VALUE", help="Begin with this value; repeatable."),
-    ] = None,
-    port: Annotated[
-        int, Option(metavar="N", min=0, max=65535, help="Of the page; 0 for any free port.")
-    ] = 5006,
+    ball: Annotated[str | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
+    set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUE", help=_SET)] = None,
+    port: Annotated[int, Option(metavar="N", min=0, max=65535, help=_PORT)] = 5006,
     browser: Annotated[bool, Option(help="Open the page in a browser.")] = True,
-    export: Annotated[
-        Path | None,
-        Option(metavar="FOLDER", help="Write the page as static files, for any web server."),
-    ] = None,
-    pyodide: Annotated[
-        Path | None,
-        Option(metavar="FOLDER", help="With --export: Pyodide's files; by npm without it."),
-    ] = None,
+    export: Annotated[Path | None, Option(metavar="FOLDER", help=_EXPORT)] = None,
+    pyodide: Annotated[Path | None, Option(metavar="FOLDER", help=_PYODIDE)] = None,
 ) -> None:
     """Explore an impact on an interactive page in a browser.
 

@@ -151,19 +151,16 @@ class Evaluator:
             end = sum(instance.read(("touch_time", "contact_time")).values())
             instance.start(**_without_loft(values))
             instance.step(0.0, end * (1.0 + 2.0**-51))
-        m = instance.read(self.facts["metrics"])
-        moved = (
-            instance.read(["club_position"])["club_position"] - v["ball_speed"] * m["touch_time"]
-        )
+        m = instance.read([*self.facts["metrics"], "club_position"])
+        moved = m.pop("club_position") - v["ball_speed"] * m["touch_time"]
         m["work_on_club"] = v["club_force"] * moved if v["club_force"] else 0.0
         if not all(map(math.isfinite, m.values())):
             raise ValueError("This impact leaves the range of double precision.")
         diameter = v["ball_diameter"]
         m["contact_displacement_over_diameter"] = m["contact_displacement"] / diameter
         m["compression_over_diameter"] = m["max_compression"] / diameter
-        m["momentum_initial"] = v["m_club"] * v["club_speed"] + v["m_ball"] * v["ball_speed"]
-        m["momentum_final"] = m["momentum"]
-        before = m["momentum_initial"]
+        before = v["m_club"] * v["club_speed"] + v["m_ball"] * v["ball_speed"]
+        m["momentum_initial"], m["momentum_final"] = before, m["momentum"]
         m["momentum_kept"] = m["momentum"] / before if before else 0.0
         initial = sum(_energy(v[f"m_{body}"], v[f"{body}_speed"]) for body in ("club", "ball"))
         m["kinetic_energy_initial"], m["kinetic_energy_final"] = initial, m["kinetic_energy"]

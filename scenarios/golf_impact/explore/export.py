@@ -103,9 +103,9 @@ def _archive(facts: dict[str, Any]) -> bytes:
     files = {f"golf_physics/{f.relative_to(package)}": f for f in package.rglob("*.py")}
     files["golf_build/__init__.py"] = Path(golf_build.__file__)
     ours = Path(golf_impact.__file__).parent
-    for name in ("__init__", "facts/__init__", "facts/units", "explore/__init__"):
+    evaluator = ("explore/__init__", "explore/evaluator")
+    for name in ("__init__", "facts/__init__", "facts/units", *evaluator):
         files[f"golf_impact/{name}.py"] = ours / f"{name}.py"
-    files["golf_impact/explore/evaluator.py"] = Path(__file__).with_name("evaluator.py")
     contents = {name: file.read_bytes() for name, file in files.items()}
     contents["golf_impact/explore/facts.json"] = json.dumps([ROWS, facts]).encode()
     return pack(contents)

@@ -166,9 +166,8 @@ class _Contact:
         self.v_club = quantity(rows[1, :], rates)
         self.v_ball = quantity(rows[2, :], rates)
         self.x_ball = state[3]
-        ending = self.d if law == 1 else self.force
         #: s until contact ends: 0 if it has, inf if it never will.
-        self.duration = _ZERO if ending.sign() < 0 else next(ending.zeros(), _mp.inf)
+        self.duration = _ZERO if self.force.sign() < 0 else next(self.force.zeros(), _mp.inf)
 
     def state(self, t: Real) -> list[Real]:
         return [self.d(t), self.v_club(t), self.v_ball(t), self.x_ball + self.v_ball.integral(t)]
@@ -217,7 +216,6 @@ class Reference:
         given = (k, b, club_force)
         inputs = [now if new is None else _mp.mpf(new) for new, now in zip(given, before)]
         if tuple(inputs) != before and self.contact is not None:
-            self._begin_phase(self.clock)
             self.k, self.b, self.club_force = inputs
             self._begin_phase(self.clock, in_contact=True)
         elif self.parted:
