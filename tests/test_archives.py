@@ -1,6 +1,5 @@
 """Damaged and foreign .fmu files: an error in one line, exit code 2, no file left."""
 
-import hashlib
 import os
 import shutil
 import subprocess
@@ -12,6 +11,7 @@ import pythonfmu
 from command import golf, refused
 from reference_results import FOLDER
 
+from golf_build.archive import SUMS, checksums, unpack, write_archive
 from golf_build.packaging import bundle, guid_of
 from golf_impact.benchmarks import empty_fmu
 from golf_impact.errors import UserError
@@ -19,36 +19,11 @@ from golf_impact.fmu.archive import find_flaw
 from golf_impact.fmu.file import BUILDERS, build_plain_fmu, check_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
 
-SUMS = "documentation/SHA256SUMS"
-LIBRARY = "binaries/linux64/ClubBallImpact.so"
-
 
 @pytest.fixture(scope="module")
 def files(fmu_path):
     """The FMU's files by name."""
-    return unpacked(fmu_path)
-
-
-def unpacked(fmu):
-    with zipfile.ZipFile(fmu) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
-
-
-def packed(path, files):
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in files.items():
-            archive.writestr(name, content)
-    return path
-
-
-def refused_run(fmu, *words, tmp_path):
-    """One line on stderr with these words, exit code 2, and no file written."""
-    temporary, cwd = tmp_path / "temporary", tmp_path / "cwd"
-    temporary.mkdir()
-    cwd.mkdir()
-    command = ("run", "table1", "--fmu", fmu, "--out", "out")
-    refused(golf(*command, cwd=cwd, env={"TMPDIR": str(temporary)}), *words)
-    assert list(temporary.iterdir()) == list(cwd.iterdir()) == []
+    return unpack(fmu_path)
 
 
 # Messages of the command, for one of each kind
@@ -65,7 +40,7 @@ def another_guid(tmp_path, files, fmu):
     guid = guid_of(fmu)
     assert guid in text
     other = text.replace(guid, "11111111-2222-3333-4444-555555555555")
-    return packed(tmp_path / "x.fmu", files | {"modelDescription.xml": other.encode()})
+    return write_archive(tmp_path / "x.fmu", files | {"modelDescription.xml": other.encode()})
 
 
 def foreign(tmp_path, files, fmu):
@@ -75,7 +50,7 @@ def foreign(tmp_path, files, fmu):
 def without_a_module(tmp_path, files, fmu):
     """pythonfmu's library would crash the process."""
     kept = {n: c for n, c in files.items() if not n.endswith("/impact.py") and n != SUMS}
-    return packed(tmp_path / "x.fmu", kept)
+    return write_archive(tmp_path / "x.fmu", kept)
 
 
 @pytest.mark.parametrize(
@@ -89,7 +64,13 @@ def without_a_module(tmp_path, files, fmu):
     ids=lambda value: getattr(value, "__name__", ""),
 )
 def test_the_command(tmp_path, files, fmu_path, made, words):
-    refused_run(made(tmp_path, files, fmu_path), *words, tmp_path=tmp_path)
+    """One line on stderr with these words, exit code 2, and no file written."""
+    temporary, cwd = tmp_path / "temporary", tmp_path / "cwd"
+    temporary.mkdir()
+    cwd.mkdir()
+    command = ("run", "table1", "--fmu", made(tmp_path, files, fmu_path), "--out", "out")
+    refused(golf(*command, cwd=cwd, env={"TMPDIR": str(temporary)}), *words)
+    assert list(temporary.iterdir()) == list(cwd.iterdir()) == []
 
 
 # The archive
@@ -108,7 +89,7 @@ def test_names_that_lead_out_of_the_folder(tmp_path, files, monkeypatch, listed)
     temporary.mkdir(parents=True)
     monkeypatch.setenv("TMPDIR", str(temporary))
     kept = {name: content for name, content in files.items() if listed or name != SUMS}
-    fmu = packed(tmp_path / "x.fmu", kept | {"../../outside.txt": b"here"})
+    fmu = write_archive(tmp_path / "x.fmu", kept | {"../../outside.txt": b"here"})
     if listed:
         with pytest.raises(UserError, match="changed since it was built"):
             check_fmu(fmu)
@@ -122,7 +103,9 @@ def test_no_fmu_at_all(tmp_path, fmu_path):
     for content in (*(data[:n] for n in range(0, len(data), len(data) // 40)), b"<text/>"):
         path.write_bytes(content)
         assert "not a readable FMU" in find_flaw(path)
-    assert "modelDescription.xml is missing" in find_flaw(packed(tmp_path / "nothing.fmu", {}))
+    assert "modelDescription.xml is missing" in find_flaw(
+        write_archive(tmp_path / "nothing.fmu", {})
+    )
     os.mkfifo(pipe)
     for file in (tmp_path, pipe, tmp_path / "none.fmu", path / "below.fmu", Path("x" * 300)):
         assert "there is no FMU file" in find_flaw(file)
@@ -145,7 +128,7 @@ def test_another_description(tmp_path, files, old, new, words):
     kept = {name: content for name, content in files.items() if name != SUMS}
     kept["modelDescription.xml"] = text.replace(old, new).encode()
     with pytest.raises(UserError, match=words):
-        ImpactFmu(packed(tmp_path / "x.fmu", kept))
+        ImpactFmu(write_archive(tmp_path / "x.fmu", kept))
 
 
 def test_an_fmu_for_fmi_3(tmp_path):
@@ -153,10 +136,6 @@ def test_an_fmu_for_fmi_3(tmp_path):
     assert find_flaw(fmu) is None
     with pytest.raises(UserError, match=r"not an FMI 2\.0 co-simulation FMU"):
         ImpactFmu(fmu)
-
-
-def entry_point(files):
-    return f"resources/{files['resources/slavemodule.txt'].decode().strip()}.py"
 
 
 # The built FMU
@@ -172,7 +151,7 @@ def test_a_damaged_build_is_rebuilt(tmp_path, fmu_path, files, monkeypatch):
     whole = built.read_bytes()
     assert whole == fmu_path.read_bytes()
     without = {name: content for name, content in files.items() if "power_law" not in name}
-    for damaged in (whole[:-100], b"", packed(tmp_path / "y", without).read_bytes()):
+    for damaged in (whole[:-100], b"", write_archive(tmp_path / "y", without).read_bytes()):
         built.write_bytes(damaged)
         assert fmu_file.current_fmu() == (built, "it was damaged")
         assert built.read_bytes() == whole
@@ -180,7 +159,7 @@ def test_a_damaged_build_is_rebuilt(tmp_path, fmu_path, files, monkeypatch):
 
 def test_the_list_of_files(tmp_path, fmu_path, files):
     """It has all files, with their digests; those of pythonfmu are unchanged."""
-    module = entry_point(files)
+    module = f"resources/{files['resources/slavemodule.txt'].decode().strip()}.py"
     package = module.removesuffix(".py").replace("club_ball_impact", "golf_physics")
     pages = {"index.html", "force.png", "model.png", "licenses/license.txt"}
     assert {f"documentation/{name}" for name in pages} | {"model.png", SUMS, module} <= set(files)
@@ -189,16 +168,12 @@ def test_the_list_of_files(tmp_path, fmu_path, files):
     assert {"documentation/externalDependencies.txt", *reference} <= set(files)
     installed = Path(pythonfmu.__file__).parent / "resources"
     for name, original in (
-        (LIBRARY, "binaries/linux64/libpythonfmu-export.so"),
+        ("binaries/linux64/ClubBallImpact.so", "binaries/linux64/libpythonfmu-export.so"),
         ("binaries/win64/ClubBallImpact.dll", "binaries/win64/pythonfmu-export.dll"),
     ):
         assert files[name] == (installed / original).read_bytes(), name
-    with zipfile.ZipFile(fmu_path) as archive:
-        archive.extractall(tmp_path)
-    listed = (tmp_path / SUMS).read_text().splitlines()
-    assert [line.split("  ")[1] for line in listed] == sorted(files.keys() - {SUMS})
-    for line in listed:
-        expected, _, name = line.partition("  ")
-        assert hashlib.sha256(files[name]).hexdigest() == expected
+    assert files[SUMS] == checksums({n: content for n, content in files.items() if n != SUMS})
     if shutil.which("sha256sum"):
+        with zipfile.ZipFile(fmu_path) as archive:
+            archive.extractall(tmp_path)
         subprocess.run(["sha256sum", "--quiet", "-c", SUMS], cwd=tmp_path, check=True)

@@ -21,23 +21,14 @@ def is_discarded(fmu, point=0.0, size=1e-4):
 
 
 BAD = [
-    ("k", 0.0, "> 0"),
-    ("k", -1.0, "> 0"),
-    ("k", math.nan, "> 0"),
-    ("k", math.inf, "> 0"),
-    ("b", -1e-9, ">= 0"),
-    ("b", -math.inf, ">= 0"),
-    ("club_speed", math.nan, "finite"),
-    ("club_speed", math.inf, "finite"),
-    ("m_club", 0.0, "> 0"),
+    *(("k", value, "> 0") for value in (0.0, -1.0, math.nan, math.inf)),
+    *((name, 0.0, "> 0") for name in ("m_club", "ball_diameter", "reference_compression")),
     ("m_ball", -0.1, "> 0"),
-    ("ball_diameter", 0.0, "> 0"),
-    ("ball_speed", -math.inf, "finite"),
-    ("gap", -0.01, ">= 0"),
+    *((name, -1e-9, ">= 0") for name in ("b", "gap", "restitution_slope")),
+    *(("club_speed", value, "finite") for value in (math.nan, math.inf)),
+    *((name, -math.inf, allowed) for name, allowed in (("b", ">= 0"), ("ball_speed", "finite"))),
     ("exponent", 0.5, "between 1 and 12"),
-    ("reference_compression", 0.0, "> 0"),
     ("restitution_at_rest", 1.5, "between 0 and 1"),
-    ("restitution_slope", -1.0, ">= 0"),
 ]
 
 

@@ -7,6 +7,7 @@ separation varies with the root of the distance from the border. Reference: 80-d
 import math
 
 import pytest
+from compare import assert_close
 from golf_physics.laws.closed_form import ClosedFormContact, linear_contact
 from golf_physics.laws.extended import ExtendedContact
 from test_two_ways import touch
@@ -45,16 +46,20 @@ def separates(values, later_b=None):
     return reference.contact.duration < 3.0 * math.pi / math.sqrt(values["k"] / values["m_ball"])
 
 
+def last(low, high, holds):
+    """The double at which this ceases, and the one before."""
+    assert holds(low)
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low, high
+
+
 def border_of(bodies, separates_at):
     """The damping of these bodies at which that changes, to the last bit."""
     mu = bodies["m_club"] * bodies["m_ball"] / (bodies["m_club"] + bodies["m_ball"])
     critical = 2.0 * math.sqrt(bodies["k"] * mu)
     after = next(n for n in range(10, 69) if not separates_at(n / 100 * critical))
-    low, high = (after - 1) / 100 * critical, after / 100 * critical
-    assert separates_at(low)
-    while low < (middle := 0.5 * (low + high)) < high:
-        low, high = (middle, high) if separates_at(middle) else (low, middle)
-    return high
+    return last((after - 1) / 100 * critical, after / 100 * critical, separates_at)[1]
 
 
 @pytest.fixture(scope="module")
@@ -71,29 +76,23 @@ def border_after_change():
     return border_of(CHANGED, lambda b: separates({**START, **CHANGED}, b))
 
 
-def errors(outputs, exact, values, time):
-    speed = values["club_speed"]
-    scales = {"contact_time": time, "club_position": speed * time, "ball_position": speed * time}
-    scales |= {"club_velocity": speed, "ball_velocity": speed}
-    scales |= {"energy_efficiency": 1.0, "smash_factor": 1.0}
-    return {
-        name: abs(outputs[name] - float(exact[name])) / scales.get(name, float(exact[name]))
-        for name in OUTPUTS
-    }
-
-
-def worst_error(fmu, values, b=None):
-    """Of the outputs after 2 ms; b changes before, if given. Whether the bodies parted is right."""
-    reference, begin = Reference(values), 0.0 if b is None else CHANGE_AT
+def check(fmu, tolerance, values, b=None):
+    """Compare the outputs after 2 ms; b changes before, if given."""
+    reference, begin, speed = Reference(values), 0.0, values["club_speed"]
     fmu.start(**values)
-    if begin:
+    if b is not None:
+        begin = CHANGE_AT
         reference.step(begin)
         fmu.step(0.0, begin)
         fmu.slave.setReal(fmu.references(["b"]), [b])
     reference.step(2e-3, b=b)
     fmu.step(begin, 2e-3)
     assert fmu.read_flag("separated") == reference.parted
-    return max(errors(fmu.read(OUTPUTS), reference.outputs(), values, 2e-3).values())
+    exact = {name: float(value) for name, value in reference.outputs().items() if name in OUTPUTS}
+    scales = {"contact_time": 2e-3, "energy_efficiency": 1.0, "smash_factor": 1.0}
+    for body in ("club", "ball"):
+        scales |= {f"{body}_position": 2e-3 * speed, f"{body}_velocity": speed}
+    assert_close(fmu.read(OUTPUTS), exact, scales, tolerance, values=values, b=b)
 
 
 @pytest.mark.parametrize("distance", DISTANCES)
@@ -101,32 +100,29 @@ def worst_error(fmu, values, b=None):
 def test_the_right_branch_on_both_sides(fmu, borders, bodies, distance):
     values = {**START, **BODIES[bodies], "b": borders[bodies] * (1.0 + distance)}
     # Measured: 5e-16, once extended precision decides.
-    assert worst_error(fmu, values) <= 1e-13
+    check(fmu, 1e-13, values)
 
 
 @pytest.mark.parametrize("distance", DISTANCES[1:])
 def test_the_right_branch_after_b_has_changed(fmu, border_after_change, distance):
-    worst = worst_error(fmu, {**START, **CHANGED}, border_after_change * (1.0 + distance))
     # The new phase begins from a state with an error of 1e-16: nearer to the border the inputs
     # don't determine the branch, and beside it the error is 1e-16 over the root of the distance.
     # Measured: 9e-11 at 1e-13.
-    assert worst <= (1e-9 if abs(distance) < 2e-12 else 1e-11)
+    b = border_after_change * (1.0 + distance)
+    check(fmu, 1e-9 if abs(distance) < 2e-12 else 1e-11, {**START, **CHANGED}, b)
 
 
 def test_the_border_of_grazing_from_both_sides(borders):
     """Where the slope at the zero is the least that double precision accepts."""
-    bodies = BODIES["light ball"]
-    speed = bodies["club_speed"]
-    start = touch(speed)
-    masses = bodies["m_club"], bodies["m_ball"]
+    k, m_club, m_ball, speed = BODIES["light ball"].values()
 
     def contact(b):
-        return linear_contact(bodies["k"], 0.0, b, *masses, start)
+        return linear_contact(k, 0.0, b, m_club, m_ball, touch(speed))
 
-    low, high = 0.5 * borders["light ball"], borders["light ball"]
-    while low < (middle := 0.5 * (low + high)) < high:
-        closed = isinstance(contact(middle), ClosedFormContact)
-        low, high = (middle, high) if closed else (low, middle)
-    kinds = [type(contact(b)) for b in (low, high)]
-    assert kinds == [ClosedFormContact, ExtendedContact]
-    assert contact(low).duration == pytest.approx(contact(high).duration, rel=3e-14)
+    def is_closed(b):
+        return isinstance(contact(b), ClosedFormContact)
+
+    border = borders["light ball"]
+    below, above = map(contact, last(0.5 * border, border, is_closed))
+    assert (type(below), type(above)) == (ClosedFormContact, ExtendedContact)
+    assert below.duration == pytest.approx(above.duration, rel=3e-14)

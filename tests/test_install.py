@@ -48,16 +48,16 @@ def test_nothing_undeclared_is_imported():
 def test_the_command_that_installs_an_extra(monkeypatch, tmp_path, extra):
     """In a checkout the checkout with the extra; beside a wheel the packages of the extra."""
     monkeypatch.chdir(ROOT)
-    pip, *rest = shlex.split(extras.install_command(extra))
-    assert rest == ["install", "-e", f".[{extra}]"]
-    assert Path(pip).is_absolute() != Path(sys.executable).is_relative_to(ROOT)
-    done = subprocess.run([pip, "--version"], capture_output=True, text=True, check=True)
+    python, *rest = shlex.split(extras.install_command(extra))
+    assert rest == ["-m", "pip", "install", "-e", f".[{extra}]"]
+    assert Path(python).is_absolute() != Path(sys.executable).is_relative_to(ROOT)
+    done = subprocess.run([python, "-m", "pip", "--version"], capture_output=True, text=True)
     assert str(Path(sys.prefix)) in done.stdout
     monkeypatch.chdir(tmp_path)
-    assert shlex.split(extras.install_command(extra))[2:] == ["-e", f"{ROOT}[{extra}]"]
+    assert shlex.split(extras.install_command(extra))[4:] == ["-e", f"{ROOT}[{extra}]"]
     # As without a checkout.
     monkeypatch.setattr(extras, "_ROOT", tmp_path)
-    packages = shlex.split(extras.install_command(extra))[2:]
+    packages = shlex.split(extras.install_command(extra))[4:]
     assert {str(Requirement(package)) for package in packages} == {
         str(Requirement(requirement)) for requirement, _ in declared(extra)
     }

@@ -105,34 +105,29 @@ def test_model_exchange_against_the_equations(fmus, law):
         start_values={"law": law, **VALUES},
         output=["ball_velocity", "club_velocity", "contact_time", "separated"],
     )
-    right = exact(law)
     assert result["separated"][-1]
-    for name in ("ball_velocity", "club_velocity"):
-        assert abs(result[name][-1] - float(right[name])) <= 1e-6 * CLUB_SPEED
-    assert abs(result["contact_time"][-1] / float(right["contact_time"]) - 1.0) <= 1e-6
+    names = ("ball_velocity", "club_velocity", "contact_time")
+    expected = {name: exact(law)[name] for name in names}
+    assert_close({name: result[name][-1] for name in names}, expected, SCALES, 1e-6, law=law)
 
 
 @every_law
-@pytest.mark.parametrize("steps", [7, 64, 1000])
-def test_partitions(run, law, steps):
+@pytest.mark.parametrize("steps", [7, 200])
+def test_any_steps(run, law, steps):
+    """They end as one step does; what is added up never falls, energy never rises."""
     (whole,) = run(law, 1)
-    last = run(law, steps)[-1]
-    assert_close(last, whole, SCALES, law=law, steps=steps)
-
-
-@every_law
-def test_invariants(run, law):
-    rows = run(law, 200)
+    rows = run(law, steps)
+    assert_close(rows[-1], whole, SCALES, law=law, steps=steps)
     for before, now in pairwise(rows):
         assert now["impulse"] >= before["impulse"] - 1e-16
         assert now["max_force"] >= before["max_force"]
         assert now["contact_time"] >= before["contact_time"]
-        assert now["kinetic_energy"] <= 0.5 * M_CLUB * CLUB_SPEED**2 * (1.0 + TOLERANCE)
+        assert now["kinetic_energy"] <= SCALES["kinetic_energy"] * (1.0 + TOLERANCE)
     if not LAWS[law].drag(B):
-        momentum = M_CLUB * now["club_velocity"] + M_BALL * now["ball_velocity"]
-        assert abs(momentum - M_CLUB * CLUB_SPEED) <= TOLERANCE * M_CLUB * CLUB_SPEED
         gained = M_BALL * now["ball_velocity"]
-        assert abs(gained - now["impulse"]) <= TOLERANCE * now["impulse"]
+        assert gained == pytest.approx(now["impulse"], rel=TOLERANCE)
+        momentum = M_CLUB * now["club_velocity"] + gained
+        assert momentum == pytest.approx(M_CLUB * CLUB_SPEED, rel=TOLERANCE)
 
 
 @every_law

@@ -17,11 +17,8 @@ def install_command(extra: str) -> str:
 
     Where a wheel is installed, it installs the packages that the extra consists of.
     """
-    pip = Path(sys.executable).with_name("pip.exe" if os.name == "nt" else "pip")
-    own = pip.is_file()
-    program = [_shown(pip if own else Path(sys.executable))]
-    command = list2cmdline(program) if os.name == "nt" else shlex.join(program)
-    command += " -m pip" * (not own)
+    words = [_shown(Path(sys.executable)), "-m", "pip"]
+    command = list2cmdline(words) if os.name == "nt" else shlex.join(words)
     if (_ROOT / "pyproject.toml").is_file():
         return f'{command} install -e "{_shown(_ROOT)}[{extra}]"'
     of_extra = re.compile(rf"\bextra\s*==\s*['\"]{extra}['\"]")

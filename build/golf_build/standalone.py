@@ -127,9 +127,8 @@ def private_python(name: str, source: Path | None = None) -> PrivatePython:
     toolchain.tool(target, "cc")
     rows = standard_library()
     blob, modules = _blob(rows), {row[0]: row[2] for row in rows if row[1] is None}
-    if target.suffix == ".dll":
-        return windows.private_python(target, source, modules, blob)
-    return linux.private_python(target, source, modules, blob)
+    system = windows if target.suffix == ".dll" else linux
+    return system.private_python(target, source, modules, blob)
 
 
 # FMUs

@@ -48,15 +48,12 @@ def private_python(
         raise StandaloneError(
             f"--python {archive} can't be read: {getattr(error, 'strerror', 0) or error}"
         ) from error
-    why = next(
-        (f"it has no {n}, which Python {VERSION} needs" for n in needed if n not in inside), ""
-    )
-    if not why:
-        # In the format PE the place of the signature is at 60; the processor follows it.
-        at = int.from_bytes(inside[dll][60:64], "little") + 4
-        why = (
-            "" if inside[dll][at : at + 2] == b"\x64\x86" else f"its {dll} is for another processor"
-        )
+    why = ""
+    if missing := [name for name in needed if name not in inside]:
+        why = f"it has no {missing[0]}, which Python {VERSION} needs"
+    # In the format PE the place of the signature is at 60; the processor follows it.
+    elif inside[dll][int.from_bytes(inside[dll][60:64], "little") :][4:6] != b"\x64\x86":
+        why = f"its {dll} is for another processor"
     if why:
         raise StandaloneError(f"--python {archive} is refused: {why}: download {_DOWNLOAD}")
     added = {name: inside[f"{name}.pyd"] for name in modules if f"{name}.pyd" in inside}

@@ -188,13 +188,8 @@ class ClosedFormContact(ContactPhase):
         c, s = size * cos(angle), size * sin(angle)
         a1, c1, s1 = self._v_club
         a2, c2, s2 = self._v_ball
-        if r:
-            e = 1.0 + expm1(-r * t)
-            return a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s
-        if not self._acceleration:
-            return a1 + c1 * c + s1 * s, a2 + c2 * c + s2 * s
-        gained = self._acceleration * t
-        return a1 + c1 * c + s1 * s + gained, a2 + c2 * c + s2 * s + gained
+        e, gained = 1.0 + expm1(-r * t), self._acceleration * t
+        return a1 * e + c1 * c + s1 * s + gained, a2 * e + c2 * c + s2 * s + gained
 
     def end(self) -> Motion:
         t = self.duration
@@ -228,23 +223,10 @@ class ClosedFormContact(ContactPhase):
         pair = c * (size * cos(angle)) + s * (size * sin(angle))
         return a * exp(-r * t) + pair if a else pair
 
-    def closing(self, t: float) -> float:
-        a, c, s = self._d
-        r, h, frequency = self._rates
-        size, angle = exp(-h * t), frequency * t
-        cosine, sine = frequency * s - h * c, -h * s - frequency * c
-        pair = cosine * (size * cos(angle)) + sine * (size * sin(angle))
-        return -r * a * exp(-r * t) + pair if r else pair
-
     def _row(self, name: str) -> Row:
         if name == "force":
             return self._force
         return self._d if name == "d" else slope(self._d, self._rates)
-
-    def _pair(self, c: float, s: float, t: float) -> float:
-        _, h, frequency = self._rates
-        size, angle = exp(-h * t), frequency * t
-        return c * (size * cos(angle)) + s * (size * sin(angle))
 
     def impulse(self, begin: float, width: float) -> float:
         if width * self.rate <= _SHORT:
@@ -253,12 +235,12 @@ class ClosedFormContact(ContactPhase):
                 [weight * self._at(row, end - half * (1.0 - node)) for node, weight in GAUSS_5]
             )
         r, h, frequency = self._rates
-        a, c, s = self._row("force")
+        a, c, s = self._force
         real = -a * exp(-r * begin) * expm1(-r * width) / r if r else a * width
         # The integral of the pair is a pair.
         size = h * h + frequency * frequency
-        c, s = -(h * c + frequency * s) / size, (frequency * c - h * s) / size
-        return real + (self._pair(c, s, begin + width) - self._pair(c, s, begin))
+        pair = 0.0, -(h * c + frequency * s) / size, (frequency * c - h * s) / size
+        return real + (self._at(pair, begin + width) - self._at(pair, begin))
 
     def totals(self, t: float) -> tuple[tuple[float, float], float, float]:
         """As of `ContactPhase`, faster after a short time: every change of k or b needs it."""
@@ -271,9 +253,7 @@ class ClosedFormContact(ContactPhase):
         largest = []
         for name, (a, c, s) in (("force", self._force), ("d", self._d)):
             slope_a, slope_c, slope_s = slope((a, c, s), rates)
-            start, now = a + c, c * cosine + s * sine
-            if a:
-                now += a * real
+            start, now = a + c, c * cosine + s * sine + a * real
             rises = slope_a + slope_c > 0.0
             left = slope_a * real + (slope_c * cosine + slope_s * sine)
             if rises and left <= _FLAT * self.rate * abs(now):

@@ -62,10 +62,10 @@ def offset_of_real_root(p: float, q: float, drag: float, span: float) -> float:
         fall = rest * rate - slope - q
         step = (rest * slope - q * x) / fall
         if abs(step) <= 3e-6 * abs(x):
-            # Chebyshev's correction: what is left is the cube of the step.
-            return x - step * (1.0 + step * (rest - rate) / fall)
+            break
         x -= step
-    return x
+    # Chebyshev's correction: what is left is the cube of the step.
+    return x - step * (1.0 + step * (rest - rate) / fall)
 
 
 def first_downward_zero(growth: float, real: float, cosine: float, sine: float) -> float | None:
