@@ -180,7 +180,7 @@ NAMED = {
     "no friction": TURNED | {"friction": 0.0},
     "no loft": DRIVER | {"spin_loft": 0.0},
     "gear effect alone": TURNED | {"spin_loft": 0.0},
-    "negative loft": TURNED | {"spin_loft": -0.2, "attack_angle": 0.1},
+    "negative loft": TURNED | {"spin_loft": -0.2, "attack_angle": 0.1, "friction": 0.1},
     "slips throughout": DRIVER | {"friction": 0.01},
 }
 
