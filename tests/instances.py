@@ -5,6 +5,8 @@ import math
 import fmpy
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
+from golf_physics.component.component import Component
+from golf_physics.variables import BY_NAME
 
 
 def make_instance(folder, name="one", kind=None, **options):
@@ -46,6 +48,16 @@ def begin(slave, start=0.0, **values):
     put(slave, **values)
     slave.exitInitializationMode()
     return slave
+
+
+def initialized(kind=Component, report=lambda refusal: None, **values):
+    """A component after its initialization, without FMI."""
+    component = kind(report)
+    component.enter_initialization()
+    for name, value in values.items():
+        component.set_values([BY_NAME[name].reference], [value], BY_NAME[name].type)
+    component.exit_initialization()
+    return component
 
 
 def put(slave, **values):

@@ -12,6 +12,7 @@ from golf_physics.impact import Approach, Contact, Flight, Impact, Results
 from golf_physics.laws.contact import ContactPhase
 from golf_physics.values import START, Inputs, Parameters
 from golf_physics.variables import BY_NAME, SETTABLE, VARIABLES
+from instances import initialized
 
 REFERENCES = {name: row.reference for name, row in BY_NAME.items()}
 ALL_REALS = [row.reference for row in VARIABLES if row.type == "Real"]
@@ -51,9 +52,7 @@ def test_an_impact_never_changes(values):
 
 def changing(steps):
     """A component whose k has been changed at every one of so many steps, in contact."""
-    component = Component(pytest.fail)
-    component.enter_initialization()
-    component.exit_initialization()
+    component = initialized(report=pytest.fail)
     for n in range(steps):
         component.set_values([REFERENCES["k"]], [1e6 + 1e3 * (n % 7)])
         assert component.step(n * 1e-6, 1e-6)
