@@ -1,6 +1,8 @@
 """Instances of FMUs by fmpy, for tests that make the FMI calls themselves."""
 
+import json
 import math
+from binascii import crc32
 
 import fmpy
 from fmpy.fmi2 import FMU2Slave
@@ -84,11 +86,15 @@ def discard(*slaves):
         slave.freeInstance()
 
 
-def mutate(rng, content):
-    """Remove or replace one item anywhere in a state's content, for states that no FMU has made."""
-    places = [
-        (content, key) for key in (content if isinstance(content, dict) else range(len(content)))
-    ]
+def with_checksum(body):
+    """A state from its JSON without the end."""
+    return body + f", {crc32(body)}]".encode()
+
+
+def mutated(rng, state):
+    """A state that no FMU has made: one item anywhere in it is removed or replaced."""
+    content = json.loads(state)[:-1]
+    places = [(content, key) for key in range(len(content))]
     for container, key in places:
         inner = container[key]
         keys = range(len(inner)) if isinstance(inner, list) else inner
@@ -99,3 +105,4 @@ def mutate(rng, content):
         del container[key]
     else:
         container[key] = rng.choice(others)
+    return with_checksum(json.dumps(content).encode()[:-1])

@@ -6,7 +6,6 @@ Rollback and calls in any order: test_call_order.py.
 import json
 import math
 import random
-from binascii import crc32
 
 import pytest
 from cases import KINDS
@@ -14,7 +13,7 @@ from command import run_python
 from conftest import HERE, some
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
-from instances import begin, get_all, initialized, mutate, put
+from instances import begin, get_all, initialized, mutated, put, with_checksum
 
 POINTS = 400
 STEP = 2e-6  # the contact lasts about 300 of these
@@ -119,14 +118,6 @@ def states():
     yield HybridComponent, HybridComponent.packed(component.snapshot())
 
 
-def mutated(rng, data):
-    """A state with one item removed or replaced, and the right checksum."""
-    content = json.loads(data)[:-1]
-    mutate(rng, content)
-    body = json.dumps(content).encode()[:-1]
-    return body + f", {crc32(body)}]".encode()
-
-
 @pytest.mark.parametrize("seed", some(1, range(20), 4))
 def test_states_of_any_content_are_refused_or_restored(seed):
     rng, accepted, tried = random.Random(seed), 0, 0
@@ -147,8 +138,7 @@ def test_states_of_any_content_are_refused_or_restored(seed):
 
 
 def test_a_deep_state_is_refused():
-    body = b"[" * 100_000
-    assert Component.unpacked(body + f", {crc32(body)}]".encode()) is None
+    assert Component.unpacked(with_checksum(b"[" * 100_000)) is None
 
 
 def test_co_simulation_and_model_exchange_keep_their_states_apart():

@@ -144,8 +144,7 @@ class Motion:
         force: float = 0.0,
         direction: float = 0.0,
     ) -> None:
-        golfer, state = Golfer(*golfer), State(*state)
-        self.begins = golfer, origin, state, stage, force, direction
+        self.arguments = golfer, origin, state, stage, force, direction
         self.golfer, self.origin, self.force, self.direction = golfer, origin, force, direction
         self._pieces: list[_Piece] = []
         self._add(0.0, state, stage)

@@ -25,6 +25,7 @@ from collections.abc import Callable, Iterable
 from math import cos, nan, pi, sin
 from typing import Any, ClassVar
 
+from ..codec import finite
 from ..values import Refusal
 from .companion import Companion, refusal
 from .double_pendulum import HELD, Ball, Golfer, Motion, State
@@ -43,13 +44,19 @@ class Swing(Companion):
     reaction_work: float
 
     inside: ClassVar = {
-        "_time": (None, 0.0),
-        "_lost": (None, 0.0),
-        "_rise": (float, 0.0),
-        "_motion": (Motion, [[0.0] * 14, 0.0, [0.0] * 7, HELD, 0.0, 0.0]),
-        "_ball": (Ball, [0.0] * 4),
-        "_position": (None, 0.0),
-        "_current": (None, False),
+        "_time": finite,
+        "_lost": finite,
+        "_rise": (finite, None),
+        "_motion": (Motion, None),
+        "_ball": (Ball, None),
+        "_position": finite,
+        "_current": bool,
+    }
+    classes: ClassVar = {
+        Motion: (Golfer, finite, State, int, finite, finite),
+        Golfer: (finite,) * 14,
+        State: (finite,) * 7,
+        Ball: (finite,) * 4,
     }
 
     #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer, however
