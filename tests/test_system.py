@@ -12,7 +12,7 @@ import pytest
 from command import run_python
 from conftest import require, some
 from fmpy.fmi1 import FMICallException
-from instances import get, get_all, put
+from instances import get, get_all, put, with_checksum
 from scipy.integrate import solve_ivp
 
 from golf_build.system import DRIVE
@@ -460,6 +460,26 @@ def test_rollback_of_a_companion(companion, name, at):
     # Also after what the other did with it.
     slave.setFMUstate(state)
     assert run(slave, at, at + 20) == straight
+
+
+def test_a_state_that_no_instance_makes_is_refused(companion):
+    """A value out of its bounds, a refusal that is none, a variable of another name."""
+    swing = companion("Swing")
+    names, *values, _ = json.loads(swing.serializeFMUstate(swing.getFMUstate()))
+    state = dict(zip(names, values, strict=True))
+    renamed = {"gravitation" if name == "gravity" else name: state[name] for name in names}
+    for other in (
+        state | {"gravity": -1.0},
+        state | {"_refused": {"impulse": "x"}},
+        renamed,
+        state,
+    ):
+        body = json.dumps([[*other], *other.values()]).encode()
+        swing.setFMUstate(swing.deSerializeFMUstate(with_checksum(body[:-1])))
+        if other is not state:
+            with pytest.raises(FMICallException):
+                swing.doStep(0.0, 1e-3)
+    swing.doStep(0.0, 1e-3)
 
 
 @pytest.mark.parametrize("value", [math.nan, -math.inf])
