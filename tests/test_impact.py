@@ -5,7 +5,7 @@ import itertools
 
 import pytest
 from cases import KINDS as ALL_KINDS
-from golf_physics.codec import plain
+from golf_physics.codec import plain, revived
 from golf_physics.component.component import Component
 from golf_physics.component.segment import Segment
 from golf_physics.component.state import SHAPES
@@ -44,7 +44,7 @@ def test_an_impact_never_changes(values):
             changed = Segment(segment.changed(given, 1.0), given, (time, 0.0), 0.02)
             changed.state(1.0)
         assert plain(now) == packed
-        assert plain(SHAPES.revived(packed)) == packed
+        assert plain(revived(packed, SHAPES)) == packed
         # The same phase is the same object: it is computed once, also after an earlier instant.
         segment.present(0.0)
         assert segment.present(1.0) is now

@@ -52,38 +52,25 @@ def plain(value: Any) -> Any:
     return [*map(plain, value)] if isinstance(value, tuple) else value
 
 
-class Shapes:
-    """The classes in a state.
+def revived(item: Any, shapes: Mapping[str, tuple[Callable, Sequence[Any]]]) -> Any:
+    """The value that became this, by `plain` and JSON; ValueError: it has another content.
 
-    Args:
-        kinds: of the arguments of each class.
-        makers: called instead of a class, for one that must not be made of any arguments.
+    `shapes` has what makes an object of a class, by its name, and the kinds of the arguments.
     """
-
-    def __init__(
-        self, kinds: Mapping[type, Sequence[Any]], makers: Mapping[type, Callable] | None = None
-    ) -> None:
-        makers = makers or {}
-        self._classes = {
-            kind.__name__: (makers.get(kind, kind), inside) for kind, inside in kinds.items()
-        }
-
-    def revived(self, item: Any) -> Any:
-        """The value that became this, by `plain` and JSON; ValueError: it has another content."""
-        if isinstance(item, dict):
-            return {name: self.revived(value) for name, value in item.items()}
-        if not isinstance(item, list):
-            return item
-        values = tuple(map(self.revived, item))
-        if not (values and isinstance(values[0], str) and values[0] in self._classes):
-            return values
-        make, kinds = self._classes[values[0]]
-        check(values[1:], kinds)
-        return make(*values[1:])
+    if isinstance(item, dict):
+        return {name: revived(value, shapes) for name, value in item.items()}
+    if not isinstance(item, list):
+        return item
+    values = tuple(revived(value, shapes) for value in item)
+    if not (values and isinstance(values[0], str) and values[0] in shapes):
+        return values
+    make, kinds = shapes[values[0]]
+    check(values[1:], kinds)
+    return make(*values[1:])
 
 
 def _with_checksum(body: bytes) -> bytes:
-    """A JSON list without its end, ended by a checksum."""
+    """A JSON list from all but its end."""
     return body + f", {crc32(body)}]".encode()
 
 

@@ -50,6 +50,11 @@ class Refusal(NamedTuple):
         return self.sentence
 
 
+def rejected(name: str, value: Any, reason: str, unit: str = "") -> Refusal:
+    """Why this value of this variable isn't accepted."""
+    return Refusal(f"{name} = {value!r}{unit} is refused: {reason}", name, value, reason)
+
+
 #: Time since the start of the run, s: two doubles (high, low) whose sum it is, so that an instant a
 #: nanosecond into a contact that began after a long approach is exact. A plain tuple: a named one
 #: would make a step that is read in flight 8 % slower.

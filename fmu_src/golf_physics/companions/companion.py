@@ -8,8 +8,8 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from .. import codec
-from ..codec import Shapes, check, finite
-from ..values import Refusal
+from ..codec import check, finite
+from ..values import Refusal, rejected
 
 #: Stands in `_refused` for a state that is refused: until the next step only.
 _STATE = "state"
@@ -30,11 +30,6 @@ class Variable(NamedTuple):
     description: str
     allowed: str = ""
     nominal: float | None = None
-
-
-def refusal(variable: str, value: Any, reason: str, unit: str = "") -> Refusal:
-    """Why this value isn't accepted."""
-    return Refusal(f"{variable} = {value!r}{unit} is refused: {reason}", variable, value, reason)
 
 
 class Companion:
@@ -103,7 +98,7 @@ class Companion:
         else:
             setattr(self, name, value)
         if why:
-            refused[name] = refusal(name, value, why)
+            refused[name] = rejected(name, value, why)
             self._report(refused[name])
         self._refused = refused
 
@@ -122,7 +117,7 @@ class Companion:
         """
         problem = self._problem()
         if not (size > 0.0 and isfinite(point + size)):
-            problem = refusal("step size", size, "it must be > 0", " s")
+            problem = rejected("step size", size, "it must be > 0", " s")
         try:
             problem = problem or self._step(point, size)
         except (ArithmeticError, ValueError) as error:
@@ -176,10 +171,11 @@ class Companion:
         variables = [Variable(*row) for row in rows]
         kinds = {"_fixed": bool, "_refused": dict, **cls.inside}
         kinds |= {row.name: finite if row.type == "Real" else bool for row in variables}
-        shapes = Shapes({Refusal: (str, str, object, str), **cls.classes})
+        classes = {Refusal: (str, str, object, str), **cls.classes}
+        shapes = {kind.__name__: (kind, inside) for kind, inside in classes.items()}
 
         def made(items: list) -> dict | None:
-            names, *values = map(shapes.revived, items)
+            names, *values = (codec.revived(item, shapes) for item in items)
             check(values, [*kinds.values()])
             state = dict(zip(kinds, values))
             refused = [*state["_refused"].values()]

@@ -26,8 +26,8 @@ from math import cos, nan, pi, sin
 from typing import Any, ClassVar
 
 from ..codec import finite
-from ..values import Refusal
-from .companion import Companion, refusal
+from ..values import Refusal, rejected
+from .companion import Companion
 from .double_pendulum import HELD, Ball, Golfer, Motion, State
 
 #: Outputs that a step computes; the others are computed from the motion when they are read.
@@ -84,7 +84,7 @@ class Swing(Companion):
         if self.club_inertia * self.club_mass < self.club_first_moment**2 * (1.0 - 1e-12):
             least = self.club_first_moment**2 / self.club_mass
             why = f"with this mass and first moment it must be at least {least:g}"
-            return refusal("club_inertia", self.club_inertia, why)
+            return rejected("club_inertia", self.club_inertia, why)
         values = {name: getattr(self, name) for name in Golfer._fields}
         golfer = Golfer(**values | {"gravity": self.gravity * sin(self.plane_angle)})
         top = State(-self.arm_start, -self.arm_start - self.wrist_start, *[0.0] * 5)
@@ -116,7 +116,7 @@ class Swing(Companion):
         if begin < ball.time and size > 0.5 * ball.time:
             half = f"{0.5 * ball.time:g} s, half of the swing"
             why = f"until the ball is hit it must be at most {half}"
-            return refusal("step size", size, why, " s")
+            return rejected("step size", size, why, " s")
         force = (self.impulse - self.reaction_impulse) / size
         if force != motion.force and begin >= motion.origin:
             motion = Motion(

@@ -1,11 +1,11 @@
 """The state of an instance: recognized as this component's own, and serialized."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 from .. import codec
-from ..codec import Shapes, check, finite, fits, real
+from ..codec import check, finite, fits, real
 from ..impact import Approach, Contact, Flight, Results, Touch
 from ..refusals import conflict
 from ..values import Inputs, Motion, Parameters, Refusal
@@ -38,26 +38,26 @@ def _contact(parameters: Parameters, inputs: Inputs, *others: Any) -> Contact:
     return Contact(parameters, inputs, *others)
 
 
-#: What a state is made of.
-SHAPES = Shapes(
-    {
-        Inputs: (finite,) * 4,
-        Motion: (finite,) * 6,
-        Results: (finite,) * 5,
-        Parameters: (finite,) * 10,
-        Refusal: (str, str, object, str),
-        Touch: ([real, real], finite, finite),
-        Approach: (Parameters, finite, _instant, finite, finite, finite),
-        Contact: (Parameters, Inputs, _instant, Touch, Motion, Results),
-        Flight: (Contact, _instant, finite, Motion, finite, (Flight, None)),
-        SolvedImpact: (
-            Parameters, Inputs, finite, tuple, bool, (Touch, None), bool, (Refusal, None),
-            *(real,) * 4, ([real, real], None),
-        ),
-        Segment: ((Approach, Contact, Flight, SolvedImpact, None), Inputs, [real, real], real),
-    },
-    {Contact: _contact},
-)  # fmt: skip
+_KINDS: dict[type, tuple] = {
+    Inputs: (finite,) * 4,
+    Motion: (finite,) * 6,
+    Results: (finite,) * 5,
+    Parameters: (finite,) * 10,
+    Refusal: (str, str, object, str),
+    Touch: ([real, real], finite, finite),
+    Approach: (Parameters, finite, _instant, finite, finite, finite),
+    Contact: (Parameters, Inputs, _instant, Touch, Motion, Results),
+    Flight: (Contact, _instant, finite, Motion, finite, (Flight, None)),
+    SolvedImpact: (
+        Parameters, Inputs, finite, tuple, bool, (Touch, None), bool, (Refusal, None),
+        *(real,) * 4, ([real, real], None),
+    ),
+    Segment: ((Approach, Contact, Flight, SolvedImpact, None), Inputs, [real, real], real),
+}  # fmt: skip
+#: What makes the objects in a state, and the kinds of its arguments, by class.
+SHAPES: dict[str, tuple[Callable, tuple]] = {
+    kind.__name__: (_contact if kind is Contact else kind, kinds) for kind, kinds in _KINDS.items()
+}
 
 #: What a snapshot has: values, mode, refusals and those of the next step alone, start time, origin,
 #: communication point, number of steps, segment.
@@ -107,7 +107,7 @@ def packed(snapshot: Any) -> bytes:
 def _made(items: list) -> Snapshot | None:
     if items[0] != _FORMAT:
         return None
-    snapshot = Snapshot(map(SHAPES.revived, items[1:]))
+    snapshot = Snapshot(codec.revived(item, SHAPES) for item in items[1:])
     _check_values(snapshot)
     return snapshot
 
