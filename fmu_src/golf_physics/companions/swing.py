@@ -21,9 +21,8 @@ falls after the peak if steps are equal or shorter than half of `rise_time`. The
 0 then. The start values, with their source: swing.toml.
 """
 
-from collections.abc import Callable, Iterable
 from math import cos, nan, pi, sin
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from ..codec import finite
 from ..values import Refusal, rejected
@@ -40,7 +39,6 @@ _ROUNDING = 1e-12
 class Swing(Companion):
     """A golf swing over time; see the module's text."""
 
-    reaction_impulse: float
     reaction_work: float
 
     inside: ClassVar = {
@@ -71,11 +69,6 @@ class Swing(Companion):
     _position = 0.0
     #: Whether the outputs of the motion belong to this communication point.
     _current = False
-
-    def __init__(self, rows: Iterable[tuple], report: Callable[[Refusal], Any]) -> None:
-        super().__init__(rows, report)
-        stepped = (row for row in self._rows.values() if row.name in _STEPPED)
-        self._stepped = {row.reference for row in stepped}
 
     def _begin(self) -> Refusal | None:
         if self.prescribed_speed:
@@ -146,7 +139,8 @@ class Swing(Companion):
 
     def reals(self, references: list[int]) -> list[float]:
         motion, ball = self._motion, self._ball
-        if motion and ball and not self._current and not self._stepped.issuperset(references):
+        stepped = (self._rows["Real", reference].name in _STEPPED for reference in references)
+        if motion and ball and not self._current and not all(stepped):
             try:
                 self._evaluate(motion, ball, self._time)
             except (ArithmeticError, ValueError) as error:
