@@ -1,6 +1,8 @@
 """Instances of FMUs by fmpy, for tests that make the FMI calls themselves."""
 
+import json
 import math
+from binascii import crc32
 from functools import cache
 
 import fmpy
@@ -66,6 +68,20 @@ def begin(slave, start=0.0, **values):
     return slave
 
 
+def initialized(kind=None, report=lambda refusal: None, **values):
+    """A component, or a `kind` of it, after its initialization, without FMI."""
+    # Here: the importers' tests read this file in a Python without the physics.
+    from golf_physics.component.component import Component
+    from golf_physics.variables import BY_NAME
+
+    component = (kind or Component)(report)
+    component.enter_initialization()
+    for name, value in values.items():
+        component.set_values([BY_NAME[name].reference], [value], BY_NAME[name].type)
+    component.exit_initialization()
+    return component
+
+
 def put(slave, **values):
     for name, value in values.items():
         if isinstance(value, bool):
@@ -123,11 +139,15 @@ def discard(*slaves):
         slave.freeInstance()
 
 
-def mutate(rng, content):
-    """Remove or replace one item anywhere in a state's content, for states that no FMU has made."""
-    places = [
-        (content, key) for key in (content if isinstance(content, dict) else range(len(content)))
-    ]
+def with_checksum(body):
+    """A state from its JSON without the end."""
+    return body + f", {crc32(body)}]".encode()
+
+
+def mutated(rng, state):
+    """A state that no FMU has made: one item anywhere in it is removed or replaced."""
+    content = json.loads(state)[:-1]
+    places = [(content, key) for key in range(len(content))]
     for container, key in places:
         inner = container[key]
         keys = range(len(inner)) if isinstance(inner, list) else inner
@@ -138,3 +158,4 @@ def mutate(rng, content):
         del container[key]
     else:
         container[key] = rng.choice(others)
+    return with_checksum(json.dumps(content).encode()[:-1])

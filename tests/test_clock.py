@@ -9,9 +9,9 @@ from fractions import Fraction
 
 import pytest
 from compare import assert_close
-from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import BY_NAME, VARIABLES
+from instances import initialized
 
 REALS = [v for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
 LAWS = {"law 1": {"law": 1}, "law 2": {"law": 2}, "n = 1.6": {"law": 2, "exponent": 1.6, "b": 30.0}}
@@ -29,12 +29,7 @@ def few(total):
 
 
 def outputs(values, steps):
-    component = Component(pytest.fail)
-    component.enter_initialization()
-    for name, value in values.items():
-        component.set_values([BY_NAME[name].reference], [value], BY_NAME[name].type)
-    component.exit_initialization()
-    point = 0.0
+    component, point = initialized(report=pytest.fail, **values), 0.0
     for size in steps:
         assert component.step(point, size)
         point += size
@@ -78,19 +73,19 @@ def test_after_alternating_steps_in_contact(values):
 @pytest.mark.parametrize("seed", range(200))
 def test_a_step_to_the_announced_event_reaches_it(seed):
     """Touch and separation, wherever the host's clock stands: never an instant too early."""
-    rng, reference = random.Random(seed), {row.name: row.reference for row in VARIABLES}
-    component = HybridComponent(pytest.fail)
-    component.enter_initialization()
-    names = [reference[name] for name in ("gap", "club_speed", "k")]
-    given = [rng.uniform(0.0, 5.0), rng.uniform(5.0, 70.0), rng.uniform(1e5, 3e6)]
-    component.set_values(names, given)
-    component.exit_initialization()
+    rng = random.Random(seed)
+    given = {
+        "gap": rng.uniform(0.0, 5.0),
+        "club_speed": rng.uniform(5.0, 70.0),
+        "k": rng.uniform(1e5, 3e6),
+    }
+    component = initialized(HybridComponent, pytest.fail, **given)
     point, step = rng.choice([0.0, rng.uniform(-1e3, 1e3)]), rng.uniform(1e-5, 1e-3)
     assert component.step(point, step)
     point += step
     for flag in ("touched", "separated"):
-        if not component.discretes([reference[flag]], "Boolean")[0]:
+        if not component.discretes([BY_NAME[flag].reference], "Boolean")[0]:
             _, _, when = component.update()
             assert component.step(point, when - point)
             point += when - point
-        assert component.discretes([reference[flag]], "Boolean")[0], (flag, point, given)
+        assert component.discretes([BY_NAME[flag].reference], "Boolean")[0], (flag, point, given)

@@ -5,13 +5,15 @@ import itertools
 
 import pytest
 from cases import KINDS as ALL_KINDS
+from golf_physics.codec import plain, revived
 from golf_physics.component.component import Component
 from golf_physics.component.segment import Segment
-from golf_physics.component.state import plain, revived
+from golf_physics.component.state import SHAPES
 from golf_physics.impact import Approach, Contact, Flight, Impact, Results
 from golf_physics.laws.contact import ContactPhase
 from golf_physics.values import START, Inputs, Parameters
 from golf_physics.variables import BY_NAME, SETTABLE, VARIABLES
+from instances import initialized
 
 REFERENCES = {name: row.reference for name, row in BY_NAME.items()}
 ALL_REALS = [row.reference for row in VARIABLES if row.type == "Real"]
@@ -42,7 +44,7 @@ def test_an_impact_never_changes(values):
             changed = Segment(segment.changed(given, 1.0), given, (time, 0.0), 0.02)
             changed.state(1.0)
         assert plain(now) == packed
-        assert plain(revived(packed)) == packed
+        assert plain(revived(packed, SHAPES)) == packed
         # The same phase is the same object: it is computed once, also after an earlier instant.
         segment.present(0.0)
         assert segment.present(1.0) is now
@@ -51,9 +53,7 @@ def test_an_impact_never_changes(values):
 
 def changing(steps):
     """A component whose k has been changed at every one of so many steps, in contact."""
-    component = Component(pytest.fail)
-    component.enter_initialization()
-    component.exit_initialization()
+    component = initialized(report=pytest.fail)
     for n in range(steps):
         component.set_values([REFERENCES["k"]], [1e6 + 1e3 * (n % 7)])
         assert component.step(n * 1e-6, 1e-6)

@@ -2,7 +2,6 @@
 
 import ctypes
 import json
-from binascii import crc32
 from contextlib import contextmanager
 from random import Random
 
@@ -11,7 +10,14 @@ import pytest
 from command import run_python
 from conftest import HERE, repeated, some
 from fmpy.fmi1 import FMICallException
-from instances import begin, discard, logging_to, make_instance, mutate
+from instances import (
+    begin,
+    discard,
+    logging_to,
+    make_instance,
+    mutated,
+    with_checksum,
+)
 
 
 @pytest.fixture(scope="module")
@@ -115,9 +121,7 @@ def test_a_damaged_state_is_refused_and_has_no_effect(fmus, name):
             bytes([*whole[:n], whole[n] ^ 1 << n % 8, *whole[n + 1 :]])
             for n in range(0, len(whole), 7)
         ]
-        # One number more, in a series if the state has one.
-        place = b"]" if b"]" in whole else b"}"
-        longer = whole.replace(place, b', "more": 1.0}' if place == b"}" else b", 1.0]", 1)
+        longer = whole.replace(b"]", b", 1.0]", 1)
         assert longer != whole
         for data in (*damaged, longer, b"", b"{}", b"[1]", whole[:-1], whole + b" "):
             bad = other.deSerializeFMUstate(data)
@@ -135,15 +139,6 @@ def test_a_damaged_state_is_refused_and_has_no_effect(fmus, name):
         other.freeFMUstate(copy)
 
 
-def mutated(random, state):
-    """A state with one item of its JSON removed or replaced, and the right checksum."""
-    content = json.loads(state)
-    del content["checksum"]
-    mutate(random, content)
-    body = json.dumps(content).encode()[:-1]
-    return body + f', "checksum": {crc32(body)}}}'.encode()
-
-
 def step_status(slave):
     try:
         slave.doStep(0.9, 1e-3)
@@ -159,9 +154,7 @@ def test_a_state_of_another_content_is_never_fatal(fmus, name):
         for n in range(900):
             slave.doStep(n * 1e-3, 1e-3)
         whole = bytes(slave.serializeFMUstate(slave.getFMUstate()))
-        deep = b"[" * 100_000
-        deep += f', "checksum": {crc32(deep)}}}'.encode()
-        for data in [deep, *(mutated(random, whole) for _ in range(200))]:
+        for data in [with_checksum(b"[" * 100_000), *(mutated(random, whole) for _ in range(200))]:
             state = slave.deSerializeFMUstate(data)
             slave.setFMUstate(state)
             slave.freeFMUstate(state)

@@ -6,7 +6,6 @@ Rollback and calls in any order: test_call_order.py.
 import json
 import math
 import random
-from binascii import crc32
 
 import pytest
 from cases import KINDS
@@ -14,8 +13,7 @@ from command import run_python
 from conftest import HERE, some
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
-from golf_physics.variables import BY_NAME
-from instances import begin, get_all, mutate, put
+from instances import begin, get_all, initialized, mutated, put, with_checksum
 
 POINTS = 400
 STEP = 2e-6  # the contact lasts about 300 of these
@@ -94,15 +92,6 @@ def test_any_damage_is_detected(make):
 STATES = {name: values for name, values in KINDS.items() if name != "never separates"}
 
 
-def instance_of(kind, report=lambda refusal: None, **values):
-    component = kind(report)
-    component.enter_initialization()
-    for name, value in values.items():
-        component.set_values([BY_NAME[name].reference], [value], BY_NAME[name].type)
-    component.exit_initialization()
-    return component
-
-
 def solve(component, time):
     """Model Exchange: the calls of a solver that stays where it is."""
     component.set_time(time)
@@ -116,7 +105,7 @@ def states():
     """Serialized states of both components: approach, contact, changed contact, flight, solved."""
     for kind in (Component, HybridComponent):
         for values in STATES.values():
-            component = instance_of(kind, **{**values, "gap": 0.002})
+            component = initialized(kind, **{**values, "gap": 0.002})
             for n in range(4):
                 component.set_values([0, 40], [1e6 + 1e5 * n, 100.0 * n])
                 component.step(n * 1e-4, 1e-4)
@@ -124,17 +113,9 @@ def states():
             component.step(4e-4, 1e-3)
             component.set_values([0], [-1.0])
             yield kind, kind.packed(component.snapshot())
-    component = instance_of(HybridComponent, gap=0.0)
+    component = initialized(HybridComponent, gap=0.0)
     solve(component, 0.0)
     yield HybridComponent, HybridComponent.packed(component.snapshot())
-
-
-def mutated(rng, data):
-    """A state with one item removed or replaced, and the right checksum."""
-    content = json.loads(data)[:-1]
-    mutate(rng, content)
-    body = json.dumps(content).encode()[:-1]
-    return body + f", {crc32(body)}]".encode()
 
 
 @pytest.mark.parametrize("seed", some(1, range(20), 4))
@@ -143,7 +124,7 @@ def test_states_of_any_content_are_refused_or_restored(seed):
     for kind, data in states():
         assert kind.unpacked(data) is not None
         for _ in range(20):
-            component, tried = instance_of(kind), tried + 1
+            component, tried = initialized(kind), tried + 1
             snapshot = kind.unpacked(mutated(rng, data))
             component.restore(snapshot)
             accepted += snapshot is not None
@@ -157,14 +138,13 @@ def test_states_of_any_content_are_refused_or_restored(seed):
 
 
 def test_a_deep_state_is_refused():
-    body = b"[" * 100_000
-    assert Component.unpacked(body + f", {crc32(body)}]".encode()) is None
+    assert Component.unpacked(with_checksum(b"[" * 100_000)) is None
 
 
 def test_co_simulation_and_model_exchange_keep_their_states_apart():
     messages = []
-    stepped = instance_of(HybridComponent, messages.append)
-    solved = instance_of(HybridComponent, messages.append)
+    stepped = initialized(HybridComponent, messages.append)
+    solved = initialized(HybridComponent, messages.append)
     stepped.step(0.0, 1e-4)
     solve(solved, 0.0)
     saved = stepped.snapshot(), solved.snapshot()
@@ -175,11 +155,11 @@ def test_co_simulation_and_model_exchange_keep_their_states_apart():
     assert "a state that this component didn't make is refused" in str(messages[0])
     assert (stepped.reals([13, 17]), solved.states()) == before
     # An instance that is neither may become both.
-    fresh = instance_of(HybridComponent, messages.append)
+    fresh = initialized(HybridComponent, messages.append)
     fresh.restore(saved[0])
     solve(fresh, 1e-4)
     assert "this instance has made steps" in str(messages[-1])
     assert all(map(math.isnan, fresh.derivatives()))
-    plain = instance_of(Component, messages.append)
+    plain = initialized(Component, messages.append)
     plain.restore(saved[1])
     assert "a state that this component didn't make is refused" in str(messages[-1])

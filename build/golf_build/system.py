@@ -73,7 +73,7 @@ def _companion(name: str, *modules: str) -> Builder:
     used = {row.unit for row in rows}
     units = {unit: about for unit, about in _UNITS.items() if unit in used}
     tables = {"rows": rows, "description": description, "units": units}
-    sources += ["golf_physics/values.py", "companion.py", "host"]
+    sources += ["golf_physics/codec.py", "golf_physics/values.py", "companion.py", "host"]
     return Builder(2, name, tuple(sources), _ENTRY, tables)
 
 

@@ -31,6 +31,7 @@ from functools import partial
 from math import atan2, cos, inf, isfinite, log, pi, sin, sqrt
 from typing import ClassVar, NamedTuple
 
+from ..codec import finite
 from .companion import Companion
 from .taylor import (
     ORDER,
@@ -59,8 +60,8 @@ _ROUGHNESS = 0.03
 class Air(NamedTuple):
     """What acts on a ball, SI units."""
 
-    drag: list[float]  #: k times C_D: constant, with S, with S^2, with v
-    lift: list[float]  #: k times C_L: constant, with S, with S^2, with v^-2
+    drag: tuple[float, ...]  #: k times C_D: constant, with S, with S^2, with v
+    lift: tuple[float, ...]  #: k times C_L: constant, with S, with S^2, with v^-2
     decay: float  #: of the spin, 1/m
     gravity: float
     limit: float  #: of S
@@ -69,7 +70,7 @@ class Air(NamedTuple):
     def held(self) -> "Air":
         """The same with S held at its limit."""
         s = self.limit
-        drag, lift = ([a + s * (b + s * c), 0.0, 0.0, d] for a, b, c, d in self[:2])
+        drag, lift = ((a + s * (b + s * c), 0.0, 0.0, d) for a, b, c, d in (self.drag, self.lift))
         return self._replace(drag=drag, lift=lift)
 
 
@@ -83,7 +84,7 @@ def _series(air: Air, state: list[float]) -> list[Series]:
     v = [sqrt(p[0] * p[0] + h[0] * h[0])]
     inverse = [1.0 / v[0]]
     d0, d1, d2, d3 = air.drag
-    l0, l1, l2, l3 = air.lift if a[0] else [0.0] * 4
+    l0, l1, l2, l3 = air.lift if a[0] else (0.0,) * 4
     for n in range(ORDER):
         m = n + 1
         squares.append(product(p, p, n) + product(h, h, n))
@@ -133,8 +134,7 @@ class Flight:
     def __init__(
         self, launch: float, speed: float, angle: float, surface_speed: float, air: Air
     ) -> None:
-        air = Air(*air)
-        self.begins = launch, speed, angle, surface_speed, air
+        self.arguments = launch, speed, angle, surface_speed, air
         self.carry = self.apex = self.duration = self.land_angle = 0.0
         #: Start (s since launch) and coefficients of x and y of each piece.
         self._pieces: list[tuple[float, Series, Series]] = []
@@ -180,7 +180,7 @@ class Flight:
 
     def position(self, time: float) -> tuple[float, float, bool]:
         """Distance and height (m), and whether the ball has landed."""
-        t = time - self.begins[0]
+        t = time - self.arguments[0]
         if t >= self.duration:
             return self.carry, 0.0, True
         if t <= 0.0:
@@ -192,7 +192,11 @@ class Flight:
 class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
-    inside: ClassVar = {"_flight": (Flight, [*[0.0] * 4, [[0.0] * 4, [0.0] * 4, *[0.0] * 4]])}
+    inside: ClassVar = {"_flight": (Flight, None)}
+    classes: ClassVar = {
+        Flight: (*[finite] * 4, Air),
+        Air: ([finite] * 4, [finite] * 4, *[finite] * 4),
+    }
     _flight: Flight | None = None
 
     def _step(self, point: float, size: float) -> None:
@@ -216,7 +220,7 @@ class BallFlight(Companion):
         lift[3] /= reynolds**2
         wind = self.wind_speed / log(1.0 + 10.0 / _ROUGHNESS)
         decay = self.spin_decay / radius
-        air = Air(drag, lift, decay, self.gravity, self.spin_ratio_limit, wind)
+        air = Air(tuple(drag), tuple(lift), decay, self.gravity, self.spin_ratio_limit, wind)
         launch = self.touch_time + self.contact_time
         surface_speed = radius * abs(self.backspin)
         return Flight(launch, self.ball_velocity, self.launch_angle, surface_speed, air)

@@ -3,14 +3,13 @@
 A refused value leaves the old one; steps are refused until the variable is set right.
 """
 
-import json
-from binascii import crc32
 from collections.abc import Callable, Iterable
 from math import isfinite
-from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from ..values import Refusal
+from .. import codec
+from ..codec import check, finite
+from ..values import Refusal, rejected
 
 #: Stands in `_refused` for a state that is refused: until the next step only.
 _STATE = "state"
@@ -33,39 +32,6 @@ class Variable(NamedTuple):
     nominal: float | None = None
 
 
-def refusal(variable: str, value: Any, reason: str, unit: str = "") -> Refusal:
-    """Why this value isn't accepted."""
-    return Refusal(f"{variable} = {value!r}{unit} is refused: {reason}", variable, value, reason)
-
-
-def _with_checksum(body: bytes) -> bytes:
-    """A JSON object without its end, ended by a checksum."""
-    return body + f', "checksum": {crc32(body)}}}'.encode()
-
-
-def _checked(item: Any, like: Any) -> Any:
-    """An item of a state's JSON, of the type of `like`, or a list of such; ValueError: it isn't."""
-    if isinstance(like, list):
-        for one, other in zip(item, like, strict=True):
-            _checked(one, other)
-    elif type(item) is not type(like) or (type(item) is float and not isfinite(item)):
-        raise ValueError(f"{item!r} is nothing like {like!r}")
-    return item
-
-
-def _refusal_of(item: list) -> Refusal:
-    made = Refusal(*item)
-    _checked([made.sentence, made.variable, made.reason], ["", "", ""])
-    return made
-
-
-def _value_of(row: Variable, item: Any) -> Any:
-    value = _checked(item, 0.0 if row.type == "Real" else False)
-    if row.causality != "output" and not row.low <= value <= row.high:
-        raise ValueError(f"{value!r} is not allowed")
-    return value
-
-
 class Companion:
     """A component whose variables are its attributes.
 
@@ -76,10 +42,9 @@ class Companion:
         report: called with a `Refusal` whenever something is refused.
     """
 
-    #: Attributes of the state beside the variables. Of each its class if it may be None, and what
-    #: JSON has of it: of an object, which is immutable or only extended, its arguments (`begins`,
-    #: or a tuple).
-    inside: ClassVar[dict[str, tuple[Callable | None, Any]]] = {}
+    #: Attributes of the state beside the variables, with their kinds, and the classes in them.
+    inside: ClassVar[dict[str, Any]] = {}
+    classes: ClassVar[dict[type, tuple]] = {}
     #: How many steps have been accepted since the instance was made.
     steps = 0
 
@@ -133,7 +98,7 @@ class Companion:
         else:
             setattr(self, name, value)
         if why:
-            refused[name] = refusal(name, value, why)
+            refused[name] = rejected(name, value, why)
             self._report(refused[name])
         self._refused = refused
 
@@ -152,7 +117,7 @@ class Companion:
         """
         problem = self._problem()
         if not (size > 0.0 and isfinite(point + size)):
-            problem = refusal("step size", size, "it must be > 0", " s")
+            problem = rejected("step size", size, "it must be > 0", " s")
         try:
             problem = problem or self._step(point, size)
         except (ArithmeticError, ValueError) as error:
@@ -198,25 +163,25 @@ class Companion:
     def packed(state: dict | None) -> bytes:
         """A snapshot as bytes, for another process."""
         # A motion is computed again from its initial values.
-        return _with_checksum(json.dumps(state, default=attrgetter("begins")).encode()[:-1])
+        return codec.packed([[*state], *state.values()]) if state else b""
 
     @classmethod
     def unpacked(cls, data: bytes, rows: Iterable[tuple]) -> dict | None:
         """The snapshot that became these bytes, or None if they are none of this component's."""
-        body = data.rpartition(b', "checksum": ')[0]
-        if data != _with_checksum(body):
-            return None
-        try:
-            state = json.loads(body + b"}")
-            made = {"_fixed": _checked(state["_fixed"], False)}
-            made["_refused"] = {name: _refusal_of(one) for name, one in state["_refused"].items()}
-            for name, (kind, like) in cls.inside.items():
-                item = state[name]
-                if kind is None or item is not None:
-                    item = _checked(item, like)
-                made[name] = kind(*item) if kind and isinstance(item, list) else item
-            for row in (Variable(*row) for row in rows):
-                made[row.name] = _value_of(row, state[row.name])
-            return made
-        except Exception:  # bytes of any content are refused, and no exception reaches the host
-            return None
+        variables = [Variable(*row) for row in rows]
+        kinds = {"_fixed": bool, "_refused": dict, **cls.inside}
+        kinds |= {row.name: finite if row.type == "Real" else bool for row in variables}
+        classes = {Refusal: (str, str, object, str), **cls.classes}
+        shapes = {kind.__name__: (kind, inside) for kind, inside in classes.items()}
+
+        def made(items: list) -> dict | None:
+            names, *values = (codec.revived(item, shapes) for item in items)
+            check(values, [*kinds.values()])
+            state = dict(zip(kinds, values))
+            refused = [*state["_refused"].values()]
+            check(refused, [Refusal] * len(refused))
+            given = (row for row in variables if row.causality != "output")
+            allowed = all(row.low <= state[row.name] <= row.high for row in given)
+            return state if allowed and names == tuple(kinds) else None
+
+        return codec.unpacked(data, made)

@@ -15,10 +15,11 @@ The motion is solved by Taylor series, each as far as its rounding errors allow:
 depend on the communication step size.
 """
 
+from functools import partial
 from math import atan2, cos, hypot, inf, sin
 from typing import NamedTuple
 
-from .taylor import ORDER, Series, empty, product, quotient, reach, slope, value, zero
+from .taylor import ORDER, Series, bisect, empty, product, quotient, reach, slope, value
 
 #: The stages of a swing, in their order.
 HELD, RELEASED, BEYOND, FINISHED = range(4)
@@ -144,8 +145,7 @@ class Motion:
         force: float = 0.0,
         direction: float = 0.0,
     ) -> None:
-        golfer, state = Golfer(*golfer), State(*state)
-        self.begins = golfer, origin, state, stage, force, direction
+        self.arguments = golfer, origin, state, stage, force, direction
         self.golfer, self.origin, self.force, self.direction = golfer, origin, force, direction
         self._pieces: list[_Piece] = []
         self._add(0.0, state, stage)
@@ -226,7 +226,7 @@ class Motion:
         if value(series[0], step) >= goal:
             to_go = [-one for one in series[0]]
             to_go[0] += goal
-            step, then = zero(to_go, step), stage + 1
+            step, then = bisect(partial(value, to_go), 0.0, step), stage + 1
         self._pieces.append(_Piece(start, start + step, stage, then, series))
 
     def _series(self, state: State, stage: int) -> list[Series]:

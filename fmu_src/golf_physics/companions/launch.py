@@ -25,8 +25,8 @@ from functools import partial
 from math import acos, acosh, atan2, exp, hypot, inf, isfinite, log, sqrt, tan
 from typing import NamedTuple
 
-from ..values import Refusal
-from .companion import Companion, refusal
+from ..values import Refusal, rejected
+from .companion import Companion
 from .taylor import ORDER, Series, bisect, first_zero, slope, value
 
 #: Pieces of a contact at least, and at most: half a second; contacts in golf have up to 100. Phases
@@ -170,7 +170,7 @@ class Launch(Companion):
             f"with dynamic_loft = {self.dynamic_loft!r} the spin loft, their difference, must be "
             "-1.5 to 1.5"
         )
-        return refusal("attack_angle", self.attack_angle, why)
+        return rejected("attack_angle", self.attack_angle, why)
 
     def _step(self, point: float, size: float) -> None:
         if not self.separated or self.launched:

@@ -21,12 +21,12 @@ falls after the peak if steps are equal or shorter than half of `rise_time`. The
 0 then. The start values, with their source: swing.toml.
 """
 
-from collections.abc import Callable, Iterable
 from math import cos, nan, pi, sin
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from ..values import Refusal
-from .companion import Companion, refusal
+from ..codec import finite
+from ..values import Refusal, rejected
+from .companion import Companion
 from .double_pendulum import HELD, Ball, Golfer, Motion, State
 
 #: Outputs that a step computes; the others are computed from the motion when they are read.
@@ -39,17 +39,22 @@ _ROUNDING = 1e-12
 class Swing(Companion):
     """A golf swing over time; see the module's text."""
 
-    reaction_impulse: float
     reaction_work: float
 
     inside: ClassVar = {
-        "_time": (None, 0.0),
-        "_lost": (None, 0.0),
-        "_rise": (float, 0.0),
-        "_motion": (Motion, [[0.0] * 14, 0.0, [0.0] * 7, HELD, 0.0, 0.0]),
-        "_ball": (Ball, [0.0] * 4),
-        "_position": (None, 0.0),
-        "_current": (None, False),
+        "_time": finite,
+        "_lost": finite,
+        "_rise": (finite, None),
+        "_motion": (Motion, None),
+        "_ball": (Ball, None),
+        "_position": finite,
+        "_current": bool,
+    }
+    classes: ClassVar = {
+        Motion: (Golfer, finite, State, int, finite, finite),
+        Golfer: (finite,) * 14,
+        State: (finite,) * 7,
+        Ball: (finite,) * 4,
     }
 
     #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer, however
@@ -65,11 +70,6 @@ class Swing(Companion):
     #: Whether the outputs of the motion belong to this communication point.
     _current = False
 
-    def __init__(self, rows: Iterable[tuple], report: Callable[[Refusal], Any]) -> None:
-        super().__init__(rows, report)
-        stepped = (row for row in self._rows.values() if row.name in _STEPPED)
-        self._stepped = {row.reference for row in stepped}
-
     def _begin(self) -> Refusal | None:
         if self.prescribed_speed:
             self.club_speed = -self.takeaway_speed
@@ -77,7 +77,7 @@ class Swing(Companion):
         if self.club_inertia * self.club_mass < self.club_first_moment**2 * (1.0 - 1e-12):
             least = self.club_first_moment**2 / self.club_mass
             why = f"with this mass and first moment it must be at least {least:g}"
-            return refusal("club_inertia", self.club_inertia, why)
+            return rejected("club_inertia", self.club_inertia, why)
         values = {name: getattr(self, name) for name in Golfer._fields}
         golfer = Golfer(**values | {"gravity": self.gravity * sin(self.plane_angle)})
         top = State(-self.arm_start, -self.arm_start - self.wrist_start, *[0.0] * 5)
@@ -109,7 +109,7 @@ class Swing(Companion):
         if begin < ball.time and size > 0.5 * ball.time:
             half = f"{0.5 * ball.time:g} s, half of the swing"
             why = f"until the ball is hit it must be at most {half}"
-            return refusal("step size", size, why, " s")
+            return rejected("step size", size, why, " s")
         force = (self.impulse - self.reaction_impulse) / size
         if force != motion.force and begin >= motion.origin:
             motion = Motion(
@@ -139,7 +139,8 @@ class Swing(Companion):
 
     def reals(self, references: list[int]) -> list[float]:
         motion, ball = self._motion, self._ball
-        if motion and ball and not self._current and not self._stepped.issuperset(references):
+        stepped = (self._rows["Real", reference].name in _STEPPED for reference in references)
+        if motion and ball and not self._current and not all(stepped):
             try:
                 self._evaluate(motion, ball, self._time)
             except (ArithmeticError, ValueError) as error:

@@ -74,15 +74,13 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
     conditions = table.pop("conditions", {})
     if not isinstance(conditions, dict) or not {*conditions} <= {*_CONDITIONS}:
         raise UserError(f"{name}: conditions takes {', '.join(_CONDITIONS)} alone")
-    for key, value in [*table.items(), *conditions.items()]:
-        if key in conditions:
-            conditions[key] = _number(name, key, value)
-            continue
-        if key not in _SETTABLE:
-            raise UserError(
-                f"{name}: a ball has no {key}: choose from {', '.join(_SETTABLE)}, title, source"
-            )
-        table[key] = _number(name, key, value)
+    if other := [key for key in table if key not in _SETTABLE]:
+        allowed = f"{', '.join(_SETTABLE)}, title, source"
+        raise UserError(f"{name}: a ball has no {other[0]}: choose from {allowed}")
+    table, conditions = (
+        {key: _number(name, key, value) for key, value in values.items()}
+        for values in (table, conditions)
+    )
     if not table:
         raise UserError(f"{name} is no ball: give it lines such as law = 2, k = 8e5, b = 30")
     try:
