@@ -188,8 +188,13 @@ class ClosedFormContact(ContactPhase):
         c, s = size * cos(angle), size * sin(angle)
         a1, c1, s1 = self._v_club
         a2, c2, s2 = self._v_ball
-        e, gained = 1.0 + expm1(-r * t), self._acceleration * t
-        return a1 * e + c1 * c + s1 * s + gained, a2 * e + c2 * c + s2 * s + gained
+        if r:
+            e = 1.0 + expm1(-r * t)
+            return a1 * e + c1 * c + s1 * s, a2 * e + c2 * c + s2 * s
+        if not self._acceleration:
+            return a1 + c1 * c + s1 * s, a2 + c2 * c + s2 * s
+        gained = self._acceleration * t
+        return a1 + c1 * c + s1 * s + gained, a2 + c2 * c + s2 * s + gained
 
     def end(self) -> Motion:
         t = self.duration
@@ -223,6 +228,14 @@ class ClosedFormContact(ContactPhase):
         pair = c * (size * cos(angle)) + s * (size * sin(angle))
         return a * exp(-r * t) + pair if a else pair
 
+    def closing(self, t: float) -> float:
+        a, c, s = self._d
+        r, h, frequency = self._rates
+        size, angle = exp(-h * t), frequency * t
+        cosine, sine = frequency * s - h * c, -h * s - frequency * c
+        pair = cosine * (size * cos(angle)) + sine * (size * sin(angle))
+        return -r * a * exp(-r * t) + pair if r else pair
+
     def _row(self, name: str) -> Row:
         if name == "force":
             return self._force
@@ -253,7 +266,9 @@ class ClosedFormContact(ContactPhase):
         largest = []
         for name, (a, c, s) in (("force", self._force), ("d", self._d)):
             slope_a, slope_c, slope_s = slope((a, c, s), rates)
-            start, now = a + c, c * cosine + s * sine + a * real
+            start, now = a + c, c * cosine + s * sine
+            if a:
+                now += a * real
             rises = slope_a + slope_c > 0.0
             left = slope_a * real + (slope_c * cosine + slope_s * sine)
             if rises and left <= _FLAT * self.rate * abs(now):

@@ -14,6 +14,7 @@ from math import asinh, atan2, inf, log, pi, sqrt
 from types import MappingProxyType
 
 from ..values import Inputs, Motion, Parameters, Refusal
+from .closed_form import ClosedFormContact
 from .contact import ContactPhase
 from .law import Law, LinearLaw
 from .power_law import PowerLawContact
@@ -106,12 +107,15 @@ class RelativeLaw(LinearLaw):
         return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
     def contact(self, p: Parameters, inputs: Inputs, start: Motion) -> ContactPhase:
-        if p.exponent == 1.0:
-            return super().contact(p, inputs, start)
-        if inputs.club_force:
-            # In the scaled time it is a power of x, without a closed form.
-            return Law.contact(self, p, inputs, start)
-        return PowerLawContact(p, inputs.k, inputs.b, start)
+        k, b, _, club_force = inputs
+        if p.exponent != 1.0:
+            if club_force:
+                # In the scaled time it is a power of x, without a closed form.
+                return Law.contact(self, p, inputs, start)
+            return PowerLawContact(p, k, b, start)
+        # As `linear_contact`, a call less.
+        contact = ClosedFormContact(k, b, 0.0, p.m_club, p.m_ball, start, club_force)
+        return contact if contact.duration else contact.extended()
 
     def damper(self, b: float) -> float:
         return b
