@@ -4,7 +4,7 @@ import math
 
 import pytest
 from fmpy.fmi1 import FMICallException
-from golf_physics.laws.relative import damping_ratio
+from golf_physics.restitution import damping_ratio
 from quadrature import restitution
 
 from golf_impact.errors import UserError

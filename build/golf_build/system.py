@@ -55,8 +55,8 @@ class {model}(CompanionAdapter):
 
 def _companion(name: str, *modules: str) -> Builder:
     """The FMU of these modules, whose variables are in the .toml file beside the first of them."""
-    modules = *modules, "companion", "__init__"
-    sources = [f"golf_physics/companions/{module}.py" for module in modules]
+    modules = *modules, "companions/companion", "companions/__init__", "codec", "values"
+    sources = [f"golf_physics/{module}.py" for module in modules]
     table = fmu_source(sources[0]).with_suffix(".toml").read_text("utf-8")
     (_, description), *groups = tomllib.loads(table).items()
     rows = []
@@ -73,15 +73,17 @@ def _companion(name: str, *modules: str) -> Builder:
     used = {row.unit for row in rows}
     units = {unit: about for unit, about in _UNITS.items() if unit in used}
     tables = {"rows": rows, "description": description, "units": units}
-    sources += ["golf_physics/codec.py", "golf_physics/values.py", "companion.py", "host"]
+    sources += ["companion.py", "host"]
     return Builder(2, name, tuple(sources), _ENTRY, tables)
 
 
 #: The companions by name.
 COMPANIONS = {
-    "Swing": _companion("Swing", "swing", "double_pendulum", "taylor"),
-    "Launch": _companion("Launch", "launch", "taylor"),
-    "BallFlight": _companion("BallFlight", "ball_flight", "taylor"),
+    "Swing": _companion(
+        "Swing", "companions/swing", "companions/double_pendulum", "companions/taylor"
+    ),
+    "Launch": _companion("Launch", "companions/launch", "companions/taylor", "restitution"),
+    "BallFlight": _companion("BallFlight", "companions/ball_flight", "companions/taylor"),
 }
 
 

@@ -10,9 +10,10 @@ gives: COR = exp(-2ζs(ζ)) depends on the damping ratio ζ alone, whatever the 
 arccos ζ/√(1-ζ²), or arccosh ζ/√(ζ²-1) above critical damping. So ζ is chosen at touch.
 """
 
-from math import asinh, atan2, inf, log, pi, sqrt
+from math import inf, sqrt
 from types import MappingProxyType
 
+from ..restitution import LEAST, damping_ratio
 from ..values import Inputs, Motion, Parameters, Refusal
 from .closed_form import ClosedFormContact
 from .contact import ContactPhase
@@ -21,30 +22,6 @@ from .power_law import PowerLawContact
 
 #: Lengths (m) and rates (1/s) to which a power law may lead.
 _LARGEST = 1e75
-
-#: A lower COR would need more damping than leaves anything of the spring beside it.
-_LEAST = 1e-29
-
-
-def damping_ratio(coefficient: float) -> float:
-    """ζ for a coefficient of restitution above 0 and at most 1.
-
-    Newton's method on ζ·s(ζ) = -ln(COR)/2, concave and rising: every iterate stays below the root.
-    """
-    half = -0.5 * log(coefficient)
-    zeta = abs(2.0 * half / pi)
-    for _ in range(100):
-        square = (zeta - 1.0) * (zeta + 1.0)
-        s, slope = 1.0, -1.0 / 3.0
-        if square:
-            root = sqrt(abs(square))
-            s = (atan2(root, zeta) if square < 0.0 else asinh(root)) / root
-            slope = (1.0 - zeta * s) / square
-        step = (half - zeta * s) / (s + zeta * slope)
-        zeta += step
-        if step <= 4e-16 * zeta:
-            break
-    return zeta
 
 
 class RelativeLaw(LinearLaw):
@@ -86,7 +63,7 @@ class RelativeLaw(LinearLaw):
         if not p.restitution_at_rest or closing <= 0.0:
             return None
         coefficient = p.restitution_at_rest - p.restitution_slope * closing
-        if _LEAST <= coefficient <= 1.0:
+        if LEAST <= coefficient <= 1.0:
             return None
         reason = (
             "restitution_at_rest - restitution_slope * approach speed = "
@@ -102,7 +79,7 @@ class RelativeLaw(LinearLaw):
             return b
         # Outputs may be read before a step is refused for a COR out of range.
         coefficient = p.restitution_at_rest - p.restitution_slope * closing
-        zeta = damping_ratio(max(coefficient, _LEAST))
+        zeta = damping_ratio(max(coefficient, LEAST))
         mu = p.m_club * (p.m_ball / (p.m_club + p.m_ball))
         return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
