@@ -12,6 +12,7 @@ import pytest
 from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
+from golf_build import linux, toolchain
 from golf_build import standalone as standalone_build
 from golf_build.system import COMPANIONS
 from golf_impact.fmu.file import build_fmu
@@ -233,10 +234,12 @@ def require(tool):
 
 
 def require_private_python():
-    """Skip where there is no libpython or no compiler for standalone FMUs."""
+    """Skip where there is no libpython or no compiler; with them a build may not fail."""
     try:
-        standalone_build.private_python(standalone_build.this_platform())
-    except standalone_build.StandaloneError as error:
+        toolchain.tool(toolchain.TARGETS[standalone_build.this_platform()], "cc")
+        toolchain.headers()
+        linux.libpython()
+    except toolchain.StandaloneError as error:
         pytest.skip(str(error))
 
 

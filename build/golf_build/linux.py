@@ -17,7 +17,7 @@ _GLIBC = re.compile(r"(lib(c|m|dl|pthread|rt|util)|ld-linux-(x86-64|aarch64))\.s
 _KNOWN = ("libpython", "libz.", "libexpat.", "libmpdec.")
 
 
-def _libpython() -> Path:
+def libpython() -> Path:
     """The shared library of this Python; StandaloneError if none can be included."""
     import find_libpython
 
@@ -77,7 +77,7 @@ def private_python(
             f"and its headers (Debian: libpython{VERSION}-dev for arm64, unpacked)"
         )
     if sysroot is None:
-        python, include = _libpython(), toolchain.headers()
+        python, include = libpython(), toolchain.headers()
         extensions = {name: Path(path) for name, path in modules.items() if path}
         licence = Path(sysconfig.get_path("stdlib")) / "LICENSE.txt"
         copyright_ = Path(f"/usr/share/doc/python{VERSION}/copyright")
