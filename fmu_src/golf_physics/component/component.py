@@ -69,8 +69,9 @@ class Component:
     """An instance; `report` is called with a `Refusal` whenever something is refused."""
 
     __slots__ = (
-        "_anchored", "_count", "_mode", "_now", "_once", "_pick", "_point", "_refused",
-        "_report", "_requested", "_segment", "_size", "_watched", "origin", "start_time", "values",
+        "_anchored", "_count", "_known", "_mode", "_now", "_once", "_pick", "_point", "_refused",
+        "_report", "_requested", "_restored", "_segment", "_size", "_watched", "origin",
+        "start_time", "values",
     )  # fmt: skip
 
     #: How to read variables, by their value references.
@@ -103,6 +104,10 @@ class Component:
         self._now: State | None = None
         #: The last list of references read: see `outputs.Reading`.
         self._requested, self._pick = self.reading((), "Real")
+        #: The values of the last restored state while its parameters haven't been set; and those
+        #: from which an initialization ended, with its approach.
+        self._restored: tuple | None = None
+        self._known: tuple[tuple | None, Any] = None, None
 
     def set_up(self, start_time: float) -> None:
         """The host's time at the start, s."""
@@ -137,20 +142,29 @@ class Component:
 
     def _begin(self) -> Refusal | None:
         """Fix the parameters; or return why they can't be used."""
-        parameters, inputs = self._split()
+        restored = self._restored
+        known, approach = self._known
+        if known is None or known is not restored:
+            approach = None
+            parameters, inputs = self._split()
+            find_conflict = conflict
+        else:
+            # Another run of a restored initialization: a third of its time less.
+            parameters, inputs = approach.parameters, new(Inputs, self.values[:INPUTS])
+            find_conflict = conflict_of_inputs
         problem = None
         if self._refused:
             items = self._refused.items()
             problem = together([one for name, one in items if hasattr(parameters, name)])
-        problem = problem or conflict(parameters, inputs)
+        problem = problem or find_conflict(parameters, inputs)
         if problem is None:
             self._mode = STEPPING
-            self._go_on(self._first_segment(parameters, inputs))
+            # Not of an equal speed: 0.0 and -0.0 are.
+            if approach is None or approach.velocities[0] is not inputs.club_speed:
+                approach = Impact.start(parameters, inputs.club_speed)
+            self._known = restored, approach
+            self._go_on(Segment(approach, inputs, START, 0.0))
         return problem
-
-    @staticmethod
-    def _first_segment(parameters: Parameters, inputs: Inputs) -> Segment:
-        return Segment(Impact.start(parameters, inputs.club_speed), inputs, START, 0.0)
 
     def terminate(self) -> None:
         """The end of the run: values can still be read, nothing else."""
@@ -303,6 +317,7 @@ class Component:
                 if not self._accepts(reference, value, type_):
                     continue
                 place = PLACES[reference]
+                self._restored = None
             if value == self.values[place]:
                 continue
             self.values[place] = value
@@ -385,7 +400,8 @@ class Component:
         if conflict(parameters, inputs) is not None:
             # Bodies that never meet.
             inputs = Inputs(1.0, 0.0, parameters.ball_speed, 0.0)
-        self._segment = self._first_segment(parameters, inputs)
+        approach = Impact.start(parameters, inputs.club_speed)
+        self._segment = Segment(approach, inputs, START, 0.0)
 
     def _evaluate(self) -> State:
         if self._segment.impact is None:
@@ -412,6 +428,7 @@ class Component:
             values, self._mode, self._refused, self._once, self.start_time, self.origin,
             self._point, self._count, self._segment,
         ) = snapshot  # fmt: skip
+        self._restored = values
         self.values = list(values)
         self._anchored = self._watched = False
         self._size = nan
