@@ -121,7 +121,7 @@ LATE = Motion(0.0, -1e-3, 3.495, 6.4455, 1e-3, -2.9505)
 
 @pytest.mark.parametrize(
     ("law", "b", "start"),
-    [(law, b, TOUCH) for law in (Both(), *LAWS.values()) for b in (0.0, 9.0, 100.0)]
+    [(law, b, TOUCH) for law in (Both(), *LAWS.values()) for b in (0.0, 9.0, 100.0, 500.0)]
     + [(LAWS[1], 300.0, LATE)],
 )
 def test_a_linear_law_by_its_coefficients_alone(law, b, start):
@@ -403,7 +403,7 @@ STRUCK = {
 @pytest.mark.parametrize(
     ("kind", "place", "value", "sentence"),
     [
-        (Launch, "launch._PHASES", 0, "this step can't be computed: stick and slip alternate"),
+        (Launch, "launch._PHASES", 1, "this step can't be computed: stick and slip alternate"),
         (BallFlight, "ball_flight._PIECES", 0, "this step can't be computed: this ball doesn't"),
         (Swing, "swing.Motion.ball", lambda *_: 1 / 0, "these parameters leave the range of a"),
         (Swing, "swing._backswing", lambda *_: 1 / 0, "this swing leaves the range of a double"),
@@ -451,6 +451,7 @@ def test_an_output_of_a_companion_is_not_set(companion, capfd):
         ([0.0, 1.0], None),
         ([1.0, -2.0], 0.5),
         ([1.0, 1.0], None),
+        ([1.0, -1.0], 1.0),
         ([0.24, -1.0, 1.0], 0.4),  # a minimum below 0 inside
         ([0.26, -1.0, 1.0], None),  # and above
     ],
