@@ -118,11 +118,14 @@ TOUCH = Motion(0.0, 0.0, 35.0, 2.0, 0.0, 33.0)
 #: The drag keeps the bodies together for 7 half periods of an oscillation that decays slower.
 LATE = Motion(0.0, -1e-3, 3.495, 6.4455, 1e-3, -2.9505)
 
+#: So fast that not even drag beyond critical damping keeps them together.
+APART = Motion(0.0, -1e-3, -60.0, 40.0, 1e-3, -100.0)
+
 
 @pytest.mark.parametrize(
     ("law", "b", "start"),
     [(law, b, TOUCH) for law in (Both(), *LAWS.values()) for b in (0.0, 9.0, 100.0, 500.0)]
-    + [(LAWS[1], 300.0, LATE)],
+    + [(LAWS[1], 300.0, LATE), (LAWS[1], 1500.0, APART)],
 )
 def test_a_linear_law_by_its_coefficients_alone(law, b, start):
     """Against the integration of its force and drag; measured: 5e-15."""
@@ -362,6 +365,14 @@ def test_a_companion_repeats_a_refusal_after_another_step(companion, capfd):
         put(flight, backspin=0.0)
         flight.doStep(point, 1e-3)
         assert capfd.readouterr().err.count("backspin = ") == 1
+
+
+def test_a_step_of_a_companion_has_a_size_and_an_end():
+    made, messages = struck(Launch)
+    for point, size in ((0.0, 0.0), (0.0, -1.0), (0.0, math.nan), (0.0, math.inf), (1e308, 1e308)):
+        assert not made.step(point, size)
+        assert "step size = " in messages[-1].sentence
+    assert made.step(1e308, 1.0)
 
 
 def test_a_ball_that_is_launched_later_lies_on_the_ground(companion):

@@ -259,8 +259,8 @@ def test_values_that_overflow_together(driver, values):
 #: Values that are accepted, but no others that are farther from 1, with these other ones.
 TWO = {"m_club": 2.0, "m_ball": 2.0}
 HARDENING = {"law": 2, "exponent": 3.0}
-#: The largest compression is twice the root of reference_compression (in m).
-ROOT = TWO | HARDENING | {"k": 4.0, "club_speed": 3.0, "ball_speed": -1.0}
+#: The largest compression is four times the root of reference_compression (in m).
+ROOT = TWO | HARDENING | {"k": 4.0, "club_speed": 15.0, "ball_speed": -1.0}
 BORDERS = [
     ("m_club", 1e15, {"m_ball": 1.0}),
     ("m_club", 1e-15, {"m_ball": 1.0}),
@@ -274,8 +274,8 @@ BORDERS = [
     ("gap", 1e75, {}),
     *((speed, value, {}) for speed in ("club_speed", "ball_speed") for value in (1e75, -1e75)),
     *(("club_force", value, TWO) for value in (2e75, -2e75)),
-    ("reference_compression", 0.25e150, ROOT),
-    ("reference_compression", 4e-150 * (1.0 + 1e-15), ROOT),
+    ("reference_compression", 0.0625e150, ROOT),
+    ("reference_compression", 16e-150 * (1.0 + 1e-15), ROOT),
 ]
 
 
