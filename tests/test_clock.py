@@ -66,6 +66,21 @@ def test_after_an_approach_of_333_s_in_unequal_steps(values, seed):
 
 
 @pytest.mark.parametrize("values", LAWS.values(), ids=LAWS)
+def test_a_change_in_contact_after_an_approach_of_333_s(values):
+    def run(gap, *sizes):
+        component, time = initialized(report=pytest.fail, **values, gap=gap), 0.0
+        for size in (*sizes, 150e-6, 100e-6):
+            if size == 100e-6:
+                component.set_values([BY_NAME["k"].reference], [2e6])
+            assert component.step(time, size)
+            time += size
+        names = ("force", "compression", "club_velocity", "ball_velocity", "impulse")
+        return dict(zip(names, component.reals([BY_NAME[name].reference for name in names])))
+
+    assert_close(run(35.0 * 333.0, 333.0), run(0.0))
+
+
+@pytest.mark.parametrize("values", LAWS.values(), ids=LAWS)
 def test_after_alternating_steps_in_contact(values):
     check(values, [1e-9, 1.7e-9, 0.3e-9, 1e-9] * 50_000)
 

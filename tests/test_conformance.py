@@ -112,7 +112,8 @@ def test_the_description_is_the_table(fmu, content):
         noted = "NaN in Model Exchange" in variable.description
         assert noted == (fmi3 and row.name in CO_SIMULATION_ONLY)
         if row.type == "Real" and row.causality != "independent":
-            assert float(variable.nominal) > 0.0
+            # An order of magnitude: two digits.
+            assert 0.0 < float(variable.nominal) == float(f"{row.nominal:.2g}")
         assert row.start is None or float(variable.start) == row.start
     named = {v.name: v for v in about.modelVariables}
     assert (named["k"].min, named["restitution_at_rest"].max) == ("0.0", "1.0")

@@ -118,11 +118,14 @@ TOUCH = Motion(0.0, 0.0, 35.0, 2.0, 0.0, 33.0)
 #: The drag keeps the bodies together for 7 half periods of an oscillation that decays slower.
 LATE = Motion(0.0, -1e-3, 3.495, 6.4455, 1e-3, -2.9505)
 
+#: So fast that not even drag beyond critical damping keeps them together.
+APART = Motion(0.0, -1e-3, -60.0, 40.0, 1e-3, -100.0)
+
 
 @pytest.mark.parametrize(
     ("law", "b", "start"),
-    [(law, b, TOUCH) for law in (Both(), *LAWS.values()) for b in (0.0, 9.0, 100.0)]
-    + [(LAWS[1], 300.0, LATE)],
+    [(law, b, TOUCH) for law in (Both(), *LAWS.values()) for b in (0.0, 9.0, 100.0, 500.0)]
+    + [(LAWS[1], 300.0, LATE), (LAWS[1], 1500.0, APART)],
 )
 def test_a_linear_law_by_its_coefficients_alone(law, b, start):
     """Against the integration of its force and drag; measured: 5e-15."""
@@ -364,6 +367,14 @@ def test_a_companion_repeats_a_refusal_after_another_step(companion, capfd):
         assert capfd.readouterr().err.count("backspin = ") == 1
 
 
+def test_a_step_of_a_companion_has_a_size_and_an_end():
+    made, messages = struck(Launch)
+    for point, size in ((0.0, 0.0), (0.0, -1.0), (0.0, math.nan), (0.0, math.inf), (1e308, 1e308)):
+        assert not made.step(point, size)
+        assert "step size = " in messages[-1].sentence
+    assert made.step(1e308, 1.0)
+
+
 def test_a_ball_that_is_launched_later_lies_on_the_ground(companion):
     """Its touch time may be ahead of an importer that passes it on early."""
     flight = companion("BallFlight")
@@ -403,7 +414,7 @@ STRUCK = {
 @pytest.mark.parametrize(
     ("kind", "place", "value", "sentence"),
     [
-        (Launch, "launch._PHASES", 0, "this step can't be computed: stick and slip alternate"),
+        (Launch, "launch._PHASES", 1, "this step can't be computed: stick and slip alternate"),
         (BallFlight, "ball_flight._PIECES", 0, "this step can't be computed: this ball doesn't"),
         (Swing, "swing.Motion.ball", lambda *_: 1 / 0, "these parameters leave the range of a"),
         (Swing, "swing._backswing", lambda *_: 1 / 0, "this swing leaves the range of a double"),
@@ -451,6 +462,7 @@ def test_an_output_of_a_companion_is_not_set(companion, capfd):
         ([0.0, 1.0], None),
         ([1.0, -2.0], 0.5),
         ([1.0, 1.0], None),
+        ([1.0, -1.0], 1.0),
         ([0.24, -1.0, 1.0], 0.4),  # a minimum below 0 inside
         ([0.26, -1.0, 1.0], None),  # and above
     ],

@@ -7,8 +7,11 @@ from importlib.resources import files as files_of
 import fmpy
 import numpy as np
 import pytest
+from cases import DEFAULTS
+from compare import assert_close
 from golf_physics.companions.double_pendulum import HELD, RELEASED, Golfer, Motion, State
-from golf_physics.variables import MORE_UNITS
+from golf_physics.instance import Instance
+from golf_physics.variables import MORE_UNITS, VARIABLES
 from instances import get, put
 from page import evaluator  # noqa: F401
 
@@ -18,6 +21,9 @@ from golf_impact.calibration.measurements import measurements
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.measured import OUTSIDE
 from golf_impact.facts.toml import read_toml
+
+
+OUTPUTS = [v.name for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
 
 
 def dimension(*factors):
@@ -48,6 +54,34 @@ def dimension(*factors):
 )
 def test_units_by_dimension(name, factors):
     assert dimension((name, 1)) == dimension(*factors)
+
+
+#: Of each kind; the last two are in extended precision.
+ANY = (
+    {"law": 1}, {"law": 2, "club_force": 300.0}, {"law": 2, "exponent": 1.6, "gap": 0.001},
+    {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
+    *({"law": n, "k": 8e3, "b": 1540.0, "club_speed": 276.0, "club_force": -1.1e5} for n in (1, 2)),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("values", ANY)
+def test_results_do_not_depend_on_the_base_units(values, sign):
+    def run(steps, **units):
+        def size(name):
+            return math.prod(units[unit] ** n for unit, n in dimension((name, 1)).items())
+
+        given = {name: value for name, value in (DEFAULTS | values).items() if name != "law"}
+        step, instance = 2e-4 * size("contact_time"), Instance()
+        instance.start(**{n: size(n) * value for n, value in given.items()}, law=values["law"])
+        for n in range(steps):
+            instance.step(n * step, step)
+        return {name: value / size(name) for name, value in instance.read(OUTPUTS).items()}
+
+    for steps in (1, 2, 10):
+        found = run(steps, kg=10.0 ** (9 * sign), m=10.0 ** (-5 * sign), s=10.0 ** (4 * sign))
+        exact, scales = run(steps, kg=1.0, m=1.0, s=1.0), {"coefficient_of_restitution": 1.0}
+        assert_close(found, exact, scales, values=values, steps=steps)
 
 
 def test_95_percent_of_intervals_contain_the_truth():

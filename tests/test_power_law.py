@@ -192,6 +192,9 @@ def test_the_ends_are_exact():
         assert value == pytest.approx(exact, abs=TOLERANCE * scale)
     later = phase_of(8e5, 20.0, 1.5, 1e-3, 35.1, 0.1)
     assert state_of(later, 0.0)[1:] == [0.0, -1e-3, 35.1, 0.1, 1e-3]
+    # Just after touch d = v t, also where (d/L)^m, m = 6.5, has no double.
+    early = state_of(from_touch(b=9.0, n=12.0), 1e-55)[5]
+    assert early == pytest.approx(35e-55, rel=1e-12, abs=0.0)
     # Elastic: no compression remains, and it vanishes in proportion to the remaining time.
     elastic = from_touch(b=0.0, n=10.0)
     assert state_of(elastic, elastic.duration)[5] == 0.0

@@ -12,6 +12,8 @@ from fmpy.fmi2 import fmi2Discard
 from hypothesis import assume, event, example, given
 from hypothesis import strategies as st
 
+from instances import initialized
+
 from golf_impact.facts.closed_forms import half_contact, reduced_mass
 from golf_impact.facts.scales import TOLERANCE
 from golf_impact.stress import invariants
@@ -165,6 +167,21 @@ def test_the_time_of_the_largest_force_never_goes_back(driver):
         before = now
 
 
+@pytest.mark.parametrize("before", [f * 10.0**-n for n in range(4, 17) for f in (1, 3)])
+def test_the_largest_force_comes_after_a_change_just_before_it(driver, before):
+    """Under law 1 the force doesn't jump with b: it goes on to rise, by less than rounding."""
+    names = ("time_of_max_force", "max_force")
+    driver.begin_run(BASELINE)
+    driver.slave.doStep(0.0, 1e-3)
+    when, most = (driver.outputs()[name] for name in names)
+    change = when * (1.0 - before)
+    driver.begin_run(BASELINE)
+    driver.slave.doStep(0.0, change)
+    driver.slave.setReal(driver.references(["b"]), [BASELINE["b"] * (1.0 + 1e-9)])
+    driver.slave.doStep(change, 1e-3)
+    assert [driver.outputs()[name] for name in names] == pytest.approx([when, most], rel=1e-14)
+
+
 anything = st.floats(allow_nan=True, allow_infinity=True)
 magnitudes = signed(decades(-320, 308))
 
@@ -237,6 +254,37 @@ def test_values_that_overflow_together(driver, values):
     driver.begin_run(USUAL | {"exponent": 1.0, "restitution_at_rest": 0.0} | values)
     assert "range of a double" in driver.messages[0]
     assert not _steps(driver, 0.0, 1e-4)
+
+
+#: Values that are accepted, but no others that are farther from 1, with these other ones.
+TWO = {"m_club": 2.0, "m_ball": 2.0}
+HARDENING = {"law": 2, "exponent": 3.0}
+#: The largest compression is four times the root of reference_compression (in m).
+ROOT = TWO | HARDENING | {"k": 4.0, "club_speed": 15.0, "ball_speed": -1.0}
+BORDERS = [
+    ("m_club", 1e15, {"m_ball": 1.0}),
+    ("m_club", 1e-15, {"m_ball": 1.0}),
+    ("m_ball", 1e15, {"m_club": 1.0}),
+    ("m_ball", 1e-15, {"m_club": 1.0}),
+    ("m_ball", 0.5e75, HARDENING | {"m_club": 0.5e75, "club_speed": 0.0}),
+    ("m_ball", 2e-75, {"m_club": 2e-75, "b": 0.0}),
+    ("k", 1e150, TWO),
+    ("k", 1e-150, TWO | {"b": 0.0}),
+    ("b", 2e15, TWO | {"k": 1.0}),
+    ("gap", 1e75, {}),
+    *((speed, value, {}) for speed in ("club_speed", "ball_speed") for value in (1e75, -1e75)),
+    *(("club_force", value, TWO) for value in (2e75, -2e75)),
+    ("reference_compression", 0.0625e150, ROOT),
+    ("reference_compression", 16e-150 * (1.0 + 1e-15), ROOT),
+]
+
+
+@pytest.mark.parametrize(("name", "last", "others"), BORDERS)
+def test_the_borders_of_values_together(name, last, others):
+    for value, accepted in ((last, True), (last * abs(last) ** 1e-6, False)):
+        messages = []
+        component = initialized(report=messages.append, **{**others, name: value})
+        assert component.step(0.0, 1e-4) is accepted, (value, messages)
 
 
 def _check_recovery(driver, values, later, size):

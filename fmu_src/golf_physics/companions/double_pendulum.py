@@ -237,7 +237,8 @@ class Motion:
         shoulder_goal = golfer.max_shoulder_torque if stage <= RELEASED else 0.0
         wrist_goal = golfer.max_wrist_torque if stage == RELEASED else 0.0
         p, q, u, w, shoulder, wrist, work = ([one] for one in state)
-        sp, cp, sq, cq = [sin(p[0])], [cos(p[0])], [sin(q[0])], [cos(q[0])]
+        sp, cp = [sin(state.arm)], [cos(state.arm)]
+        sq, cq = [sin(state.club)], [cos(state.club)]
         # B cos(q - p), B sin(q - p), the squares of the rates; right-hand sides of the two
         # equations, the determinant, its numerators, p'' and q''.
         c, s, uu, ww, first, second, determinant, one, other, p2, q2 = empty(11)

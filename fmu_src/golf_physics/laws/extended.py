@@ -101,7 +101,9 @@ class ExtendedContact(ContactPhase):
         omega_squared = k / mu
         trace = alpha + gamma
         minors, product = alpha * gamma - beta * delta + omega_squared, omega_squared * gamma
-        self._find_rates(trace, minors, product, slow, fast)
+        # A real rate is between those of the drags; with a damper as well, it may be any.
+        bracket = (_ZERO, trace) if damper and slow < fast else (slow, fast)
+        self._find_rates(trace, minors, product, *bracket)
         self.rate = float(max(trace, omega_squared.sqrt()))
 
         matrix = (_ZERO, 1, _ZERO), (-omega_squared, -alpha, beta), (_ZERO, delta, -gamma)
@@ -141,31 +143,32 @@ class ExtendedContact(ContactPhase):
         self.duration = float(self._end_of_contact())
 
     def _find_rates(
-        self, trace: Decimal, minors: Decimal, product: Decimal, slow: Decimal, fast: Decimal
+        self, trace: Decimal, minors: Decimal, product: Decimal, low: Decimal, high: Decimal
     ) -> None:
-        """Set the rates, from s³ + trace s² + minors s + product: the real one is between these."""
+        """Set the rates, from s³ + trace s² + minors s + product: a real one is between these."""
 
         def value(r: Decimal) -> Row:
             slope = r * (2 * trace - 3 * r) - minors
             return product - r * (minors - r * (trace - r)), slope, 2 * trace - 6 * r
 
-        r = zero_between(value, slow, fast, True) if slow < fast else slow
+        r = zero_between(value, low, high, True) if low < high else low
         h, c = (trace - r) / 2, product / r if r else minors
         square = c - h * h
         if abs(square) < _APART * c:
             square = -_APART * c
         second = abs(square).sqrt()
-        self._rates, self._sign = (r, h, second), 1 if square > 0 else -1
-        self._fast = h if square > 0 else h + second
-        self._slow = h if square > 0 else c / self._fast
+        self._oscillates = oscillates = square > 0
+        self._rates, self._sign = (r, h, second), 1 if oscillates else -1
+        self._fast = h if oscillates else h + second
+        self._slow = h if oscillates else c / self._fast
         # Maxima and first zeros lie within three half periods: earlier oscillations are larger.
-        self._window = 3 * PI / second if square > 0 else _INFINITY
+        self._window = 3 * PI / second if oscillates else _INFINITY
 
     def _basis(self, t: Decimal) -> Row:
         """The three functions that a row has coefficients of."""
         r, _, second = self._rates
         slow = self._exp(-self._slow * t)
-        if self._sign > 0:
+        if self._oscillates:
             # Once nothing is left, the angle may exceed its digits.
             cosine, sine = self._cos_sin(second * t) if slow else (slow, slow)
             return self._exp(-r * t), slow * cosine, slow * sine
@@ -222,7 +225,7 @@ class ExtendedContact(ContactPhase):
         _, c, s = row
         # (e^(rt) f)' is e^((r-h)t) (u cos Rt + v sin Rt).
         u, v = (r - h) * c + second * s, (r - h) * s - self._sign * second * c
-        if self._sign < 0:
+        if not self._oscillates:
             if abs(v + u) < abs(v - u) and (v + u) * (v - u) > 0:
                 yield ((v - u) / (v + u)).ln() / (2 * second)
             return
@@ -248,9 +251,9 @@ class ExtendedContact(ContactPhase):
         # With a level the extrema are zeros of the slope, which has none.
         points = (t for t, _ in self._sign_changes(slope, end)) if level else self._extrema(row)
         low = _ZERO
-        # A number with the sign of f after a long time, for a pair of real rates.
-        last = row[0] if row[0] and self._rates[0] < self._slow else row[1] + row[2]
-        last = level or last
+        # A number with the sign of f after a long time, for a pair of real rates. One of them is
+        # the slowest: from half of their sum Halley's method finds the largest of three roots, r.
+        last = level or row[1] + row[2]
         while low < end and not (end == _INFINITY and self._is_settled(row, level, low)):
             high = min(next(points, end), end)
             later = last if high == _INFINITY else level + self._at(high, row)[0]
@@ -267,7 +270,7 @@ class ExtendedContact(ContactPhase):
     def _is_settled(self, row: Row, level: Decimal, t: Decimal) -> bool:
         """Whether an oscillating row and a level keep their sign after t, s."""
         r, h, _ = self._rates
-        if self._sign < 0 or not t or (not level and r >= h):
+        if not (self._oscillates and t) or (not level and r >= h):
             return False
         real = row[0] * self._exp(-r * t)
         # Its amplitude: a bound above it would never be reached without damping.
@@ -299,7 +302,7 @@ class ExtendedContact(ContactPhase):
         end = _INFINITY if level else self._window
         for when, _ in self._sign_changes(force, end, level):
             return when
-        if self._sign < 0 or growth <= 0 or level:
+        if not self._oscillates or growth <= 0 or level:
             return _INFINITY
         # e^(rt) F oscillates about the real mode's coefficient with a growing amplitude.
         points = self._extrema(force)

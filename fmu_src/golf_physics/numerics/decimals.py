@@ -48,7 +48,8 @@ def arithmetic(digits: int) -> tuple[Callable, Callable, Callable]:
     def cos_sin(angle: Decimal) -> tuple[Decimal, Decimal]:
         turns = (angle / two_pi).to_integral_value()
         small = turns.fma(-two_pi, angle) * third
-        square = small * small
+        # Of the sine's series with signs that alternate.
+        square = -small * small
         sine = lead
         for coefficient in sin_series:
             sine = sine.fma(square, coefficient)
@@ -65,12 +66,12 @@ def arithmetic(digits: int) -> tuple[Callable, Callable, Callable]:
 
 
 def _series(largest: Decimal, stride: int, digits: int) -> list[Decimal]:
-    """Coefficients of e^x (stride 1) or of sin x / x in x² (stride 2), the last one first.
+    """Coefficients of e^x (stride 1) or of sinh x / x in x² (stride 2), the last one first.
 
     As many as an argument up to `largest` needs.
     """
     terms, n = [Decimal(1)], stride - 1
     while abs(terms[-1]) * largest ** (n + stride) > Decimal(10) ** (-digits - 1):
         n += stride
-        terms.append((-1) ** (stride - 1) * terms[-1] / perm(n, stride))
+        terms.append(terms[-1] / perm(n, stride))
     return terms[::-1]
