@@ -63,6 +63,8 @@ def test_figures_and_report(fmu, tmp_path):
     assert all(f'id="{target[1:]}"' in page for target in targets)
     images = re.findall(r"<img [^>]*>", page)
     assert len(images) == 5
+    # Of two pairs of axes, another one for narrow screens.
+    assert page.count("<source media") == 2
     for image in images:
         width, height = (
             int(re.search(rf'{name}="(\d+)"', image)[1]) for name in ("width", "height")

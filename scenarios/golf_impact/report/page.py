@@ -81,7 +81,7 @@ def render_page(
         reports=reports,
         figures=shown,
         source=source,
-        readings=document_tables() if len(reports) > 1 else [],
+        readings=document_tables(),
         checks=[check for report in reports.values() for check in report.checks],
         deviations=[text for report in reports.values() for text in report.deviations],
         summarize=summarize_checks,
