@@ -120,6 +120,18 @@ def test_a_ball_from_a_file(fmu, tmp_path):
     assert case["max_force"] == fmu.impact(("max_force",), law=2, k=8e5, b=30.0)["max_force"]
 
 
+def test_a_ball_file_with_everything(tmp_path):
+    """All conditions, with a unit; and a parameter that is known exactly."""
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        "k = 8e5\nb = 30\n[conditions]\nclub_speed = '144 km/h'\nm_club = 0.2\nclub_force = 100\n"
+        '[uncertainty]\nparameters = ["k", "b"]\ncovariance = [[1.6e8, 0], [0, 0]]\n'
+    )
+    mine = read_ball(file)
+    assert mine.conditions == {"club_speed": 40.0, "m_club": 0.2, "club_force": 100}
+    assert mine.covariance[1] == (0, 0)
+
+
 UNCERTAIN = 'k = 8e5\nb = 30\n[uncertainty]\nparameters = ["k"]\n'
 
 
@@ -135,7 +147,9 @@ UNCERTAIN = 'k = 8e5\nb = 30\n[uncertainty]\nparameters = ["k"]\n'
         ("k = 1e6\nstiffness = 3", "a ball has no stiffness"),
         ("k = 1e6\nclub_speed = 3", "a ball has no club_speed"),
         ("k = 1e6\nuncertainty = 3", "needs parameters"),
-        ("k = 1e6\nspeeds = [50, 30]", "two, in m/s, rising"),
+        ("k = 1e6\nconditions = 3", "conditions takes club_speed, m_club"),
+        ("k = 1e6\n[conditions]\nball_speed = 3", "conditions takes club_speed, m_club"),
+        ("k = 1e6\nspeeds = [30, 30]", "two, in m/s, rising"),
         ("k = 1e6\nspeeds = ['slow', 30]", "two, in m/s, rising"),
         (UNCERTAIN, "and covariance"),
         (UNCERTAIN + "covariance = [[1, 2]]", "p rows of p"),

@@ -92,6 +92,15 @@ def test_many_rows_of_a_contact_that_is_not_in_closed_form(fmu):
     assert found == pytest.approx(force, rel=0.0, abs=2e-9 * force.max())
 
 
+@pytest.mark.parametrize("values", [{"law": 1, "b": 1e4}, {"law": 1, "b": 1e4, "exponent": 1.0}])
+def test_a_contact_that_does_not_end(values):
+    """Has neither a curve nor targets."""
+    for given in ({"curve": record(200)}, {}):
+        data = measurements({**AT, "contact_time": 5e-4, "max_force": 6e3}, **given)
+        with pytest.raises(UserError, match="don't separate"):
+            Model(data)({"k": 1e6, **values, "touch": 0.0})
+
+
 def test_without_noise():
     found = fitted(curve=record(200, noise=0.0, shift=2.0))
     for name in found.parameters:
@@ -173,8 +182,16 @@ def test_from_python():
     assert lines[1].startswith("  k = 8")
     assert lines[1].endswith(" N/m")
     assert len(lines[1]) < 30
-    # Measured and fitted, residuals and zero.
-    assert [len(axes.lines) for axes in found.draw().axes] == [2, 2]
+    # Measured and fitted, residuals and zero; over the time since touch, a tenth of a second ago.
+    above, below = found.draw().axes
+    (measured, model), (residuals, zero) = above.lines, below.lines
+    since = 1e6 * (time - found.fit.touches["curve"].value)
+    for drawn in (measured, model, residuals):
+        assert drawn.get_xdata() == pytest.approx(since)
+    assert measured.get_ydata() == pytest.approx(force)
+    assert model.get_ydata() - force == pytest.approx(residuals.get_ydata(), abs=1e-9)
+    assert residuals.get_ydata().std() == pytest.approx(40.0, rel=0.2)
+    assert zero.get_ydata() == [0.0, 0.0]
     with pytest.raises(UserError, match="no target 'speed'"):
         golf_impact.calibrate(speed=3.0)
     with pytest.raises(UserError, match="one length"):

@@ -87,11 +87,11 @@ def test_a_case_has_the_command_that_opens_it(fmu):
 def test_orders_are_strict():
     report = Report.__new__(Report)
     report.checks = []
-    for values in ([1.0, 2.0], [2.0, 1.0], [1.0, 1.0]):
+    for values in ([1.0, 2.0], [2.0, 1.0], [1.0, 1.0], [2.0, 3.0, 1.0], [2.0, 2.0, 1.0]):
         for check in (report.rises, report.falls, report.stays):
             check("x", values)
     passed = [check.passed for check in report.checks]
-    assert passed == [True, False, False, False, True, False, False, False, True]
+    assert passed == [True, False, False, False, True, False, False, False, True] + [False] * 6
 
 
 def test_gradients_stay_in_the_range_of_a_parameter():
@@ -164,6 +164,7 @@ def test_shades_and_legend_of_two_pairs_of_axes():
         figures.add_legend_below(figure, left, 3)
         figure.canvas.draw()
         first, second = (one.get_position() for one in (left, right))
+        assert len(figure.axes) == 2
         return first.x1 < second.x0, second.y1 < first.y0, figure.legends[0]._ncols
 
     with figures.stacking():

@@ -15,8 +15,6 @@ from golf_impact.files import as_json, write_together
 from golf_impact.report.outcome import Table, summarize_checks
 from golf_impact.report.report import Report
 
-_PACKAGE = Path(__file__).resolve().parents[1]
-
 
 def write_reports(
     folder: Path,
