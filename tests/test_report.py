@@ -75,10 +75,19 @@ def test_a_case_has_the_command_that_opens_it(fmu):
     report = Report("cases", fmu)
     report.impact("plain")
     report.impact("stiff", k=2e6, law=2)
+    assert report.words == []
+    report.impact("away", club_speed=-1.0)
+    report.impact("stuck", b=1e4)
     assert report.commands == {
         "plain": "golf-impact explore --set law=1",
         "stiff": "golf-impact explore --set k=2000000 --set law=2",
+        "away": "golf-impact explore --set club_speed=-1",
+        "stuck": "golf-impact explore --set b=10000",
     }
+    no_contact, no_separation = report.words
+    assert no_contact.startswith("away: no contact. ")
+    assert no_separation.startswith("stuck: no separation. ")
+    assert no_separation.endswith(" after 1 s.")
     assert report.describe(k=2e6) == "law 1, k = 2 MN/m, b = 9 N·s/m"
     tour = {"law": 2, "exponent": 1.5, "restitution_at_rest": 0.86, "restitution_slope": 0.003}
     assert report.describe(**tour) == "law 2, k = 1 MN/m, n = 1.5, COR = 0.86 − 0.003 s/m · v"
@@ -92,16 +101,31 @@ def test_orders_are_strict():
             check("x", values)
     passed = [check.passed for check in report.checks]
     assert passed == [True, False, False, False, True, False, False, False, True] + [False] * 6
+    report.check_close("x", 2.0, 2.5, 0.5)
+    report.check_close("x", 2.0, 2.5, 0.499)
+    assert [check.passed for check in report.checks[-2:]] == [True, False]
 
 
-def test_gradients_stay_in_the_range_of_a_parameter():
-    """Of x²: exact by central differences, one-sided at the end of a range."""
+@pytest.mark.parametrize(
+    ("name", "value", "ends"),
+    [
+        ("k", 3.0, [3.0 - 3e-4, 3.0 + 3e-4]), ("k", 0.0, [0.0, 1e-6]), ("b", 0.0, [0.0, 1e-6]),
+        ("exponent", 1.0, [1.0, 1.0001]), ("exponent", 12.0, [12.0 - 12e-4, 12.0]),
+        ("restitution_at_rest", 0.0, [0.0, 1e-6]), ("restitution_at_rest", 1.0, [0.9999, 1.0]),
+        ("restitution_slope", 0.0, [0.0, 1e-6]),
+    ],
+)  # fmt: skip
+def test_gradients_stay_in_the_range_of_a_parameter(name, value, ends):
+    """Central differences, one-sided at the end of a range."""
+    seen = []
+    gradient(lambda values: seen.append(values[name]) or np.zeros(1), {name: value}, [name])
+    assert seen == ends
+
+
+def test_standard_errors_by_gradients():
+    """Of x², whose central differences are exact."""
     square = gradient(lambda values: np.array([values["k"] ** 2]), {"k": 3.0}, ["k"])
     assert square == pytest.approx(np.array([[6.0]]), rel=1e-9)
-    seen = []
-    gradient(lambda v: seen.append(v["exponent"]) or np.zeros(1), {"exponent": 1.0}, ["exponent"])
-    gradient(lambda v: seen.append(v["exponent"]) or np.zeros(1), {"exponent": 12.0}, ["exponent"])
-    assert seen == [1.0, 1.0001, 12.0 - 12e-4, 12.0]
     slopes = np.array([[3.0], [4.0]])
     assert standard_errors(slopes, np.diag([1.0, 4.0])) == pytest.approx([math.sqrt(73.0)])
 
@@ -135,7 +159,7 @@ def test_a_figure_of_forces():
     assert (axes.get_title("left"), axes.get_xlabel()) == ("T\nc", "time since touch (µs)")
 
 
-@pytest.mark.parametrize(("letters", "columns"), [(4, 4), (25, 2), (80, 1)])
+@pytest.mark.parametrize(("letters", "columns"), [(4, 4), (34, 2), (80, 1)])
 def test_a_legend_has_room(letters, columns):
     """Beside the axes' end, and below the title."""
     figure, axes = figures.new("Title")
