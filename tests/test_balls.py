@@ -180,6 +180,8 @@ def test_intervals_of_a_ball(fmu, tmp_path):
     assert done.returncode == 0, done.stderr
     time = fmu.impact(("contact_time",), law=2, k=8e5, b=0.0)["contact_time"] * 1e6
     assert f"{time:.1f} ± {1.96 * 0.5 * 1.2649e3 / 8e5 * time:.1f}" in done.stdout
+    assert "Intervals are 95 %" in done.stdout
     # COR doesn't depend on k, and what is set besides is exact.
     done = golf_here("run", "--ball", file, "--set", "k=9e5", "--out", tmp_path, "--no-figures")
     assert "±" not in done.stdout
+    assert "Intervals" not in done.stdout

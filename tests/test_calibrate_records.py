@@ -178,6 +178,8 @@ def test_several_curves(tmp_path):
     rows = [dict(zip(("time", "force"), t)) | {"club_speed": v} for t, v in zip(tables, (30, 50))]
     assert calibrate(rows, exponent="free", m_club=0.2).parameters == found.parameters
     assert "the law holds" in " ".join(found.words)
+    titles = [axes.get_title("left") for axes in found.draw().axes]
+    assert titles == ["30.csv, 30 m/s", "50.csv, 50 m/s", "", ""]
     alone = found.as_json()["stiffness_by_curve"]
     for one in alone.values():
         assert abs(one["value"] - BALL["k"]) < 4.0 * one["standard_error"]

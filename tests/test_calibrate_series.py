@@ -100,6 +100,13 @@ def test_a_contact_that_does_not_end(given):
         Model(data)({"law": 1, "k": 1e6, "b": 1e4, "touch": 0.0})
 
 
+def test_a_line_of_cor_is_above_0():
+    model, slope = Model(measurements({}, cor_speeds=line())), 2.0**-7
+    assert model({"restitution_at_rest": 56.0 * slope, "restitution_slope": slope}).min() == slope
+    with pytest.raises(UserError, match="COR isn't above 0"):
+        model({"restitution_at_rest": 55.0 * slope, "restitution_slope": slope})
+
+
 def test_without_noise():
     found = fitted(curve=record(200, noise=0.0, shift=2.0))
     for name in found.parameters:
@@ -142,6 +149,13 @@ def test_all_together(fmu):
         assert together < 1.05 * of_line
     assert {one.law.exponent for one in calibration.fits} == {1.0, 1.5, None}
     assert calibration.residuals.keys() == {"targets", "curve", "cor_speeds"}
+    _, above, _, below, targets = calibration.draw().axes
+    (measured, fit), (residuals, _) = above.lines, below.lines
+    assert [*map(list, measured.get_data())] == [[*data.cor_speeds.x], [*data.cor_speeds.y]]
+    assert fit.get_ydata() - measured.get_ydata() == pytest.approx(residuals.get_ydata())
+    (point, _) = targets.lines
+    assert [*map(list, point.get_data())] == [[*calibration.residuals["targets"]], [0]]
+    assert [text.get_text() for text in targets.get_yticklabels()] == ["max force (kN)"]
 
 
 def test_the_wrong_law_is_noticed():
@@ -191,6 +205,10 @@ def test_from_python():
     assert model.get_ydata() - force == pytest.approx(residuals.get_ydata(), abs=1e-9)
     assert residuals.get_ydata().std() == pytest.approx(40.0, rel=0.2)
     assert zero.get_ydata() == [0.0, 0.0]
+    (begin, *_, end), (band,) = since[force > 0.25 * force.max()], below.collections
+    margin, half = 0.3 * (end - begin), found.fit.coverage * found.fit.sigma[0]
+    assert below.get_xlim() == pytest.approx((begin - margin, end + margin))
+    assert band.get_datalim(below.transData).intervaly == pytest.approx([-half, half])
     with pytest.raises(UserError, match="no target 'speed'"):
         golf_impact.calibrate(speed=3.0)
     with pytest.raises(UserError, match="one length"):

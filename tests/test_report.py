@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from compare import assert_close
 
+from golf_impact.facts.document import Printed
 from golf_impact.facts.quantities import NoValue
 from golf_impact.report import figures
 from golf_impact.report.any_law import check_any_law
 from golf_impact.report.own_cases import own_cases
-from golf_impact.report.report import Report
+from golf_impact.report.report import Report, derive_metrics
 from golf_impact.report.styles import STYLES
 from golf_impact.report.uncertainty import gradient, standard_errors
 
@@ -53,7 +54,7 @@ def test_errors_that_checks_allow(fmu, ball_speed, b):
     report.check_close = Mock()
     given = {"law": 2, "b": b, "m_club": 0.2, "m_ball": 0.05, "club_speed": 30.0}
     given["ball_speed"] = ball_speed
-    found = report.impact("a case", **given)
+    found = report.impact("a case", {"ball_velocity": Printed("20.0")}, **given)
     for parting in (1.0, 0.0):
         club = found["ball_velocity"] - parting
         metrics = {**found, "club_velocity": club}
@@ -64,11 +65,28 @@ def test_errors_that_checks_allow(fmu, ball_speed, b):
     definitions = [max(1.0, found["smash_factor"]), 1.0, 1.0]
     own = [*definitions, 1.0, time, speed, impulse, 0.25 * speed]
     balances = [momentum, momentum, energy, energy]
-    expected = [1e-12 * scale for scale in own]
+    expected = [*(1e-12 * scale for scale in own), 0.005 * 20.0 + 0.05]
     for part in (1.0, 1e-9 * speed):
         expected += [1e-8 * scale for scale in balances]
         expected += [1e-6 * speed, 1e-6 * speed, 1e-6 * time * speed / part]
     assert allowed == pytest.approx(expected, rel=1e-12, abs=0.0)
+
+
+def test_metrics_by_hand():
+    """Of velocities; and a table of the document's scheme, which is wrong by 1 %."""
+    given = {"m_club": 0.2, "m_ball": 0.05, "club_speed": 30.0, "ball_speed": -10.0}
+    outputs = {"club_velocity": 18.0, "ball_velocity": 40.0, "contact_displacement": 0.01}
+    metrics = derive_metrics(outputs, {**given, "ball_diameter": 0.04})
+    assert metrics == pytest.approx(
+        outputs
+        | {"momentum_gain_ball": 2.5, "momentum_initial": 5.5, "momentum_final": 5.6}
+        | {"kinetic_energy_initial": 92.5, "kinetic_energy_final": 72.4}
+        | {"contact_displacement_over_diameter": 0.25}
+    )
+    report = Report("a case")
+    report.compare("T", {"ball_velocity": Printed("40.4")}, {"ball_velocity": 40.4}, metrics)
+    (row,) = report.tables[0].rows
+    assert row[1:] == ["40.4", "40.400", "40.000", "+1.00"]
 
 
 def test_a_case_has_the_command_that_opens_it(fmu):
