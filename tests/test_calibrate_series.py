@@ -149,13 +149,13 @@ def test_all_together(fmu):
         assert together < 1.05 * of_line
     assert {one.law.exponent for one in calibration.fits} == {1.0, 1.5, None}
     assert calibration.residuals.keys() == {"targets", "curve", "cor_speeds"}
-    _, above, _, below, targets = calibration.draw().axes
+    _, above, targets, _, below = calibration.draw().axes
     (measured, fit), (residuals, _) = above.lines, below.lines
     assert [*map(list, measured.get_data())] == [[*data.cor_speeds.x], [*data.cor_speeds.y]]
     assert fit.get_ydata() - measured.get_ydata() == pytest.approx(residuals.get_ydata())
     (point, _) = targets.lines
     assert [*map(list, point.get_data())] == [[*calibration.residuals["targets"]], [0]]
-    assert [text.get_text() for text in targets.get_yticklabels()] == ["max force (kN)"]
+    assert [text.get_text() for text in targets.get_yticklabels()] == ["max force (N)"]
 
 
 def test_the_wrong_law_is_noticed():
@@ -190,6 +190,7 @@ def test_from_python():
     assert found.covariance.shape == (3, 3)
     for n, one in enumerate(found.parameters.values()):
         assert one.standard_error == pytest.approx(math.sqrt(found.covariance[n, n]))
+    assert found.speeds.tolist() == [24.0, 32.0, 40.0, 48.0, 56.0]
     lines = repr(found).splitlines()
     assert lines[0] == "Calibration: power law, n free (law 2)"
     assert lines[1].startswith("  k = 8")
