@@ -120,6 +120,18 @@ def test_a_ball_from_a_file(fmu, tmp_path):
     assert case["max_force"] == fmu.impact(("max_force",), law=2, k=8e5, b=30.0)["max_force"]
 
 
+def test_a_ball_file_with_everything(tmp_path):
+    """All conditions, with a unit; and a parameter that is known exactly."""
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        "k = 8e5\nb = 30\n[conditions]\nclub_speed = '144 km/h'\nm_club = 0.2\nclub_force = 100\n"
+        '[uncertainty]\nparameters = ["k", "b"]\ncovariance = [[1.6e8, 0], [0, 0]]\n'
+    )
+    mine = read_ball(file)
+    assert mine.conditions == {"club_speed": 40.0, "m_club": 0.2, "club_force": 100}
+    assert mine.covariance[1] == (0, 0)
+
+
 UNCERTAIN = 'k = 8e5\nb = 30\n[uncertainty]\nparameters = ["k"]\n'
 
 
@@ -135,7 +147,9 @@ UNCERTAIN = 'k = 8e5\nb = 30\n[uncertainty]\nparameters = ["k"]\n'
         ("k = 1e6\nstiffness = 3", "a ball has no stiffness"),
         ("k = 1e6\nclub_speed = 3", "a ball has no club_speed"),
         ("k = 1e6\nuncertainty = 3", "needs parameters"),
-        ("k = 1e6\nspeeds = [50, 30]", "two, in m/s, rising"),
+        ("k = 1e6\nconditions = 3", "conditions takes club_speed, m_club"),
+        ("k = 1e6\n[conditions]\nball_speed = 3", "conditions takes club_speed, m_club"),
+        ("k = 1e6\nspeeds = [30, 30]", "two, in m/s, rising"),
         ("k = 1e6\nspeeds = ['slow', 30]", "two, in m/s, rising"),
         (UNCERTAIN, "and covariance"),
         (UNCERTAIN + "covariance = [[1, 2]]", "p rows of p"),
@@ -158,14 +172,16 @@ def test_a_file_there_is_none_of(tmp_path):
 
 
 def test_intervals_of_a_ball(fmu, tmp_path):
-    """Without damping contact time is π √(μ/k): 2 % of k are 1 % of it."""
+    """Without damping contact time is π √(μ/k): 0.2 % of k are 0.1 % of it."""
     file = tmp_path / "mine.toml"
-    uncertainty = '[uncertainty]\nparameters = ["k"]\ncovariance = [[1.6e8]]\n'
+    uncertainty = '[uncertainty]\nparameters = ["k"]\ncovariance = [[1.6e6]]\n'
     file.write_text(f"law = 2\nk = 8e5\nb = 0\n{uncertainty}")
     done = golf_here("run", "--ball", file, "--ball", "document", "--out", tmp_path, "--no-figures")
     assert done.returncode == 0, done.stderr
     time = fmu.impact(("contact_time",), law=2, k=8e5, b=0.0)["contact_time"] * 1e6
-    assert f"{time:.0f} ± {1.96 * 0.5 * 1.2649e4 / 8e5 * time:.0f}" in done.stdout
+    assert f"{time:.1f} ± {1.96 * 0.5 * 1.2649e3 / 8e5 * time:.1f}" in done.stdout
+    assert "Intervals are 95 %" in done.stdout
     # COR doesn't depend on k, and what is set besides is exact.
     done = golf_here("run", "--ball", file, "--set", "k=9e5", "--out", tmp_path, "--no-figures")
     assert "±" not in done.stdout
+    assert "Intervals" not in done.stdout

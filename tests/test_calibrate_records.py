@@ -42,7 +42,7 @@ def test_the_force_of_arrays_is_that_of_the_fmu(fmu):
         ("0,9,1\n1,9,2\n", "1 [ms],3", [[0, 1e-3], [1, 2]]),
         ("0 1\n1 2\n", "", [[0, 1], [1, 2]]),
         ('"time","force"\n"0","1" # first\n"1","2"\n', "", [[0, 1], [1, 2]]),
-        ("force,time\n1,0\n2,1\n", "", [[0, 1], [1, 2]]),
+        ("scope\nforce,time\n1,0\n2,1\n", "", [[0, 1], [1, 2]]),
         ("time,force,sigma\n0,1,5\n1,2,5\n", "", [[0, 1], [1, 2], [5, 5]]),
     ],
 )
@@ -83,7 +83,7 @@ def test_what_is_no_table(tmp_path, text, words):
 
 
 CHANGES = {
-    "sign and offset": (lambda t, f: (t, -f - 300.0), "an offset of"),
+    "sign and offset": (lambda t, f: (t, 3e4 - f), "an offset of"),
     "clipped": (lambda t, f: (t, np.minimum(f, 7000.0)), "left out"),
     "late": (lambda t, f: (t[400:], f[400:]), "the record begins in contact"),
     "short": (lambda t, f: (t[:800], f[:800]), "the record ends in contact"),
@@ -178,6 +178,8 @@ def test_several_curves(tmp_path):
     rows = [dict(zip(("time", "force"), t)) | {"club_speed": v} for t, v in zip(tables, (30, 50))]
     assert calibrate(rows, exponent="free", m_club=0.2).parameters == found.parameters
     assert "the law holds" in " ".join(found.words)
+    titles = [axes.get_title("left") for axes in found.draw().axes]
+    assert titles == ["30.csv, 30 m/s", "50.csv, 50 m/s", "", ""]
     alone = found.as_json()["stiffness_by_curve"]
     for one in alone.values():
         assert abs(one["value"] - BALL["k"]) < 4.0 * one["standard_error"]
@@ -217,6 +219,15 @@ def test_no_touch_some_rows_away_is_better(exponent):
         start = np.array([math.log(k), zeta, (0.0123 - curve.x[0]) / 1e-4])
         # Half of χ², with a σ twice the true one; worst measured case 0.006.
         assert problem.minimum().cost < problem.solve(start).cost + 0.05
+
+
+def test_the_best_of_several_starts():
+    """Of a linear law on a curve that isn't: the other leads to five times this χ²."""
+    data = measurements(AT, curve=record(200, b=500.0))
+    problem = Problem(data, ContactLaw(2, 1.0), False, lambda: None)
+    with np.errstate(all="ignore"):
+        costs = [problem.solve(start).cost for start in problem.starts()]
+        assert problem.minimum().cost < min(costs)
 
 
 def test_an_exact_fit_ranks_nothing():

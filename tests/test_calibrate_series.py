@@ -92,6 +92,21 @@ def test_many_rows_of_a_contact_that_is_not_in_closed_form(fmu):
     assert found == pytest.approx(force, rel=0.0, abs=2e-9 * force.max())
 
 
+@pytest.mark.parametrize("given", [{"curve": record(200)}, {"scalars": {"contact_time": 5e-4}}])
+def test_a_contact_that_does_not_end(given):
+    """Has neither a curve nor targets."""
+    data = measurements(**{"scalars": AT} | given)
+    with pytest.raises(UserError, match="don't separate"):
+        Model(data)({"law": 1, "k": 1e6, "b": 1e4, "touch": 0.0})
+
+
+def test_a_line_of_cor_is_above_0():
+    model, slope = Model(measurements({}, cor_speeds=line())), 2.0**-7
+    assert model({"restitution_at_rest": 56.0 * slope, "restitution_slope": slope}).min() == slope
+    with pytest.raises(UserError, match="COR isn't above 0"):
+        model({"restitution_at_rest": 55.0 * slope, "restitution_slope": slope})
+
+
 def test_without_noise():
     found = fitted(curve=record(200, noise=0.0, shift=2.0))
     for name in found.parameters:
@@ -134,6 +149,13 @@ def test_all_together(fmu):
         assert together < 1.05 * of_line
     assert {one.law.exponent for one in calibration.fits} == {1.0, 1.5, None}
     assert calibration.residuals.keys() == {"targets", "curve", "cor_speeds"}
+    _, above, targets, _, below = calibration.draw().axes
+    (measured, fit), (residuals, _) = above.lines, below.lines
+    assert [*map(list, measured.get_data())] == [[*data.cor_speeds.x], [*data.cor_speeds.y]]
+    assert fit.get_ydata() - measured.get_ydata() == pytest.approx(residuals.get_ydata())
+    (point, _) = targets.lines
+    assert [*map(list, point.get_data())] == [[*calibration.residuals["targets"]], [0]]
+    assert [text.get_text() for text in targets.get_yticklabels()] == ["max force (N)"]
 
 
 def test_the_wrong_law_is_noticed():
@@ -168,13 +190,26 @@ def test_from_python():
     assert found.covariance.shape == (3, 3)
     for n, one in enumerate(found.parameters.values()):
         assert one.standard_error == pytest.approx(math.sqrt(found.covariance[n, n]))
+    assert found.speeds.tolist() == [24.0, 32.0, 40.0, 48.0, 56.0]
     lines = repr(found).splitlines()
     assert lines[0] == "Calibration: power law, n free (law 2)"
     assert lines[1].startswith("  k = 8")
     assert lines[1].endswith(" N/m")
     assert len(lines[1]) < 30
-    # Measured and fitted, residuals and zero.
-    assert [len(axes.lines) for axes in found.draw().axes] == [2, 2]
+    # Measured and fitted, residuals and zero; over the time since touch, a tenth of a second ago.
+    above, below = found.draw().axes
+    (measured, model), (residuals, zero) = above.lines, below.lines
+    since = 1e6 * (time - found.fit.touches["curve"].value)
+    for drawn in (measured, model, residuals):
+        assert drawn.get_xdata() == pytest.approx(since)
+    assert measured.get_ydata() == pytest.approx(force)
+    assert model.get_ydata() - force == pytest.approx(residuals.get_ydata(), abs=1e-9)
+    assert residuals.get_ydata().std() == pytest.approx(40.0, rel=0.2)
+    assert zero.get_ydata() == [0.0, 0.0]
+    (begin, *_, end), (band,) = since[force > 0.25 * force.max()], below.collections
+    margin, half = 0.3 * (end - begin), found.fit.coverage * found.fit.sigma[0]
+    assert below.get_xlim() == pytest.approx((begin - margin, end + margin))
+    assert band.get_datalim(below.transData).intervaly == pytest.approx([-half, half])
     with pytest.raises(UserError, match="no target 'speed'"):
         golf_impact.calibrate(speed=3.0)
     with pytest.raises(UserError, match="one length"):

@@ -13,6 +13,7 @@ from golf_impact.commands.scripts import FOLDER
 from golf_impact.facts.balls import BALLS
 from golf_impact.report import figures
 from golf_impact.report.own_cases import own_cases
+from golf_impact.report.styles import STYLES
 
 
 def test_version_help_and_list(monkeypatch):
@@ -119,10 +120,14 @@ def test_the_figure_of_an_own_case(fmu):
     _, report = own_cases(fmu, {"club_speed": 42.0, "gap": 0.1}, [BALLS["tour"]])
     (draw,) = report.figures.values()
     (axes,) = draw(figures).axes
-    ((micro, kilonewton),) = (line.get_data() for line in axes.lines)
+    (line,) = axes.lines
+    micro, kilonewton = line.get_data()
     peak = report.cases["custom"]
     assert kilonewton.max() == pytest.approx(peak["max_force"] / 1e3, rel=1e-3)
     assert micro[kilonewton.argmax()] == pytest.approx(peak["time_of_max_force"] * 1e6, rel=0.01)
+    # The ball has its style, and its parameters are in the title.
+    assert STYLES["tour"].line == {"color": line.get_color(), "ls": (0, (6, 2))}
+    assert "law 2, k = " in axes.get_title("left")
 
 
 @pytest.mark.parametrize(

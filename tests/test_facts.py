@@ -1,4 +1,4 @@
-"""Closed forms and scales that results are held against: by hand, for round numbers."""
+"""Closed forms, scales and formats of results: by hand, for round numbers."""
 
 import math
 
@@ -6,6 +6,8 @@ import pytest
 
 from golf_impact.facts.closed_forms import balances, solution
 from golf_impact.facts.document import Printed
+from golf_impact.facts.measured import ROH_LEE_FIGURES
+from golf_impact.facts.quantities import choose_prefix, format_with_error
 from golf_impact.facts.scales import contact_scales
 
 #: As in test_meaning: μ = 0.04 kg, ω = 5000/s, a kinetic energy of 90 J.
@@ -97,3 +99,41 @@ def test_half_a_printed_digit(text, scale, half):
     assert number.is_near(number.value + 0.9999 * half)
     assert not number.is_near(number.value + 1.0001 * half)
     assert number.is_near(number.value - 1.9999 * half, halves=2.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (827312.3, 5678.9, "827300 ± 5700"),
+        (0.86, 0.0123, "0.860 ± 0.012"),
+        (9_999_900.0, 2e3, "9999900 ± 2000"),
+        (-1e7, 2e3, "(-1.00000 ± 0.00020)e7"),
+        (1e7, 3e8, "(0.1 ± 3.0)e8"),
+        (-4.56e-5, 1.2e-9, "(-4.56000 ± 0.00012)e-5"),
+        (1e-3, 1.2e-9, "0.0010000000 ± 0.0000000012"),
+        (-4.56e-5, 1.2e-8, "-0.000045600 ± 0.000000012"),
+        (1.5, 0.0, "1.5"),
+        (1.5, None, "1.5 (error not defined)"),
+        (1.5, math.inf, "1.5 (error not defined)"),
+    ],
+)
+def test_a_value_and_its_error(value, error, text):
+    assert format_with_error(value, error) == text
+
+
+@pytest.mark.parametrize(
+    ("unit", "largest", "expected"),
+    [
+        ("N/m", 1e6, (1e-6, "MN/m")), ("N/m", 999.0, (1.0, "N/m")), ("s", 6e-4, (1e6, "µs")),
+        ("s", 1e-10, (1e9, "ns")), ("N", 1e13, (1e-9, "GN")), ("J", 0.0, (1.0, "J")),
+        ("m", math.inf, (1.0, "m")), ("m/s", 1e6, (1.0, "m/s")), ("N.s/m", 1e6, (1.0, "N·s/m")),
+    ],
+)  # fmt: skip
+def test_a_prefix(unit, largest, expected):
+    factor, text = choose_prefix(unit, largest)
+    assert (pytest.approx(factor), text) == expected
+
+
+def test_the_measured_ball_is_faster_than_the_club():
+    assert 1.0 < ROH_LEE_FIGURES["smash_factor"] < 1.5
+    assert 0.5 < ROH_LEE_FIGURES["coefficient_of_restitution"] < 1.0

@@ -86,6 +86,20 @@ def test_an_offset_needs_ten_rows_before_contact(rows, subtracted):
         assert f"mean of {rows} rows before contact" in series.notes[0]
 
 
+@pytest.mark.parametrize(("rows", "every"), [(3000, 1), (200, 6), (40, 8)])
+def test_rows_around_contact(rows, every):
+    """Those above a quarter of the largest force, half as many on both sides; one in eight."""
+    time = np.linspace(-1e-3, 2e-3, 3001)
+    force = 6e3 * np.sin(5e3 * time) * (abs(time - math.pi / 1e4) < math.pi / 1e4)
+    series = measurements(IMPACT, curve=(time, force, force + 1e4)).curves["curve"]
+    assert series.around_contact(3001) is series
+    (first, *_, last), some = series.contact, series.around_contact(rows)
+    half = (last - first) // 2 + 1
+    kept = np.arange(first - half, last + half + 1, every)
+    assert (some.x.tolist(), some.y.tolist()) == (time[kept].tolist(), force[kept].tolist())
+    assert some.sigma.tolist() == (force + 1e4)[kept].tolist()
+
+
 @pytest.mark.parametrize("order", ["columns", "rows", "table", "mapping"])
 def test_forms_of_a_curve(order):
     time, force = curve(260)
@@ -152,3 +166,14 @@ def test_what_a_calibration_says(more, sentences):
     words = golf_impact.calibrate(cor=0.8, contact_time=5e-4, **more).words
     assert len(words) == len(sentences)
     assert all(map(str.startswith, words, sentences))
+
+
+def test_the_progress_of_a_calibration():
+    """Each of four laws has a quarter, and each step of its search a fifth of what is left."""
+    seen = []
+    golf_impact.calibrate(
+        cor=0.8, contact_time=5e-4, max_force=8e3, progress=lambda percent, _: seen.append(percent)
+    )
+    assert seen[:2] == pytest.approx([5.0, 9.0], rel=1e-12)
+    assert seen == sorted(seen)
+    assert 75.0 < seen[-1] < 100.0

@@ -50,7 +50,7 @@ def test_density_of_the_air():
 
 def test_figures_and_report(fmu, tmp_path):
     outcomes = {name: load_scenario(name).run(fmu) for name in ("diagram", "baseline", "laws")}
-    write_reports(tmp_path, outcomes, "guid", with_figures=True)
+    write_reports(tmp_path, outcomes, "guid", with_figures=True, tick=(tick := Mock()))
     sizes = {file.name: file.stat().st_size for file in tmp_path.iterdir()}
     assert {"diagram.png", "baseline_force.png", "laws.png"} <= set(sizes)
     assert all(size > 0 for size in sizes.values())
@@ -63,12 +63,17 @@ def test_figures_and_report(fmu, tmp_path):
     assert all(f'id="{target[1:]}"' in page for target in targets)
     images = re.findall(r"<img [^>]*>", page)
     assert len(images) == 5
+    # Of two pairs of axes, another one for narrow screens.
+    assert page.count("<source media") == 2
     for image in images:
         width, height = (
             int(re.search(rf'{name}="(\d+)"', image)[1]) for name in ("width", "height")
         )
         assert width > height > 0
         assert re.search('alt="[^"]', image)
+    captions = [text for one in outcomes.values() for text in one.captions.values()]
+    assert [html.unescape(text) for text in re.findall('alt="(.*?)"', page)] == captions
+    assert tick.call_count == len(captions)
     # The command that opens a case in explore.
     assert "golf-impact explore --set law=1" in page
     results = json.loads((tmp_path / "results.json").read_text())

@@ -22,6 +22,7 @@ from golf_impact import run_impact
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import BALLS
+from golf_impact.report.figures import plt
 from golf_impact.runs import METRICS
 from golf_impact.sweeps import Stopped, Study, run_sweep, tables
 from golf_impact.sweeps import impacts as by_arrays
@@ -229,6 +230,14 @@ def test_parquet_has_the_numbers_of_csv(tmp_path, monkeypatch):
         assert read[name].to_pylist() == [make(cell) for cell in column]
 
 
+def test_the_first_output_of_a_study():
+    study = Study.of({"k": "1e6,2e6"}, ("contact_time", "smash_factor"))
+    with Sweep(study) as sweep:
+        columns = study.columns(np.arange(2))
+        expected = sweep.compute(columns).columns["contact_time"]
+        assert sweep.first_output(columns).tolist() == expected.tolist()
+
+
 # Executors
 
 
@@ -251,6 +260,8 @@ def monte_carlo():
 def test_bytes_are_independent_of_workers_and_chunks(alone, tmp_path, workers, chunk):
     run_sweep(monte_carlo(), tmp_path / "x.csv", workers=workers, chunk=chunk)
     assert (tmp_path / "x.csv").read_bytes() == alone
+    # Ctrl-C, which workers don't receive, still reaches this process.
+    assert not signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
 class Never(Executor):
@@ -618,26 +629,86 @@ def test_pictures(tmp_path, sets):
     assert "data:image/png" in (tmp_path / "x.html").read_text()
 
 
+UNITS = {"k": "N/m", "b": "N.s/m", "law": None, "max_force": "N", "club_speed": "m/s"}
+
+
 @pytest.mark.parametrize(
-    ("axes", "scale", "title", "legend"),
+    ("axes", "scale", "title", "legend", "marker"),
     [
-        ({"k": "log:1e5:1e7:5"}, "log", "k", []),
-        ({"k": "1e5:1e7:5", "law": "1,2"}, "linear", "k", ["law 1", "law 2"]),
-        ({"b": "0:9:4", "k": "1e6,2e6"}, "linear", "b and k", ["k = 1 MN/m", "k = 2 MN/m"]),
+        ({"k": "log:1e5:1e7:12"}, "log", "k", [], "o"),
+        ({"k": "1e5:1e7:13", "law": "1,2"}, "linear", "k", ["law 1", "law 2"], "None"),
+        ({"k": "1e5:1e7:2001"}, "linear", "k", [], "None"),
+        (
+            {"b": "0:9:8", "k": "1e6:7e6:7"},
+            *("linear", "b and k", [f"k = {n} MN/m" for n in range(1, 8)], "v"),
+        ),
     ],
 )
-def test_lines_of_a_study(axes, scale, title, legend):
+def test_lines_of_a_study(axes, scale, title, legend, marker):
+    """Of at most 2000 points; up to twelve have markers."""
     study = Study.of(axes, outputs=("max_force",))
-    units = {"k": "N/m", "b": "N.s/m", "law": None, "max_force": "N"}
-    figure = draw(study, np.arange(float(study.cases)), units, None)
+    figure = draw(study, np.arange(float(study.cases)), UNITS, None)
     (shown,) = figure.axes
     assert shown.get_xscale() == scale
     assert shown.get_title("left").startswith(f"Max force over {title}")
     labels = [text.get_text() for text in shown.get_legend().get_texts()] if legend else []
     assert labels == legend
     # The last variable varies fastest.
-    columns = np.arange(float(study.cases)).reshape(-1, max(1, len(legend))).T
+    every = 2 if study.cases > 2000 else 1
+    columns = np.arange(float(study.cases)).reshape(-1, max(1, len(legend)))[::every].T
     assert np.array_equal([line.get_ydata() for line in shown.lines], columns)
+    assert shown.lines[0].get_marker() == marker
+    plt.close(figure)
+
+
+def test_a_map_of_a_study():
+    """The last variable upwards, from eight values on; contours and axes have the same prefixes."""
+    axes = {"k": "1e6:3e6:9", "club_speed": "40,30", "b": "7,6,5,4,3,2,1,0"}
+    study = Study.of(axes, outputs=("max_force",))
+    columns = study.columns(np.arange(study.cases))
+    force = 1e-3 * columns["k"] + columns["b"] + 1e5 * (columns["club_speed"] == 30.0)
+    figure = draw(study, force, UNITS, None)
+    shown, colours = figure.axes
+    figure.canvas.draw()
+    labels = shown.get_xlabel(), shown.get_ylabel(), colours.get_ylabel()
+    assert labels == ("k (MN/m)", "b (N·s/m)", "max force (kN)")
+    assert shown.get_title("left") == "Max force over k and b (club speed = 40 m/s)"
+    mesh, *_ = shown.collections
+    assert np.array_equal(mesh.get_array(), force.reshape(9, 2, 8)[:, 0, ::-1].T)
+    levels = {float(text.get_text()) for text in shown.texts}
+    assert 1.0 <= min(levels) < max(levels) <= 3.0
+    plt.close(figure)
+
+
+def test_samples_of_a_study():
+    """A histogram with percentiles, beside Sobol indices; over a grid, a line with a band."""
+    force = np.random.default_rng(1).permutation(np.linspace(5e3, 7e3, 201))
+    study = Study.of({"k": "normal:1e6:1e5", "b": "uniform:0:9"}, ("max_force",), 201)
+    figure = draw(study, force, UNITS, {"k": 0.75, "b": 0.25})
+    histogram, bars = figure.axes
+    labels = [text.get_text() for text in histogram.get_legend().get_texts()]
+    assert labels == ["5 %: 5.1 kN", "50 %: 6 kN", "95 %: 6.9 kN"]
+    assert [line.get_xdata()[0] for line in histogram.lines] == pytest.approx([5.1e3, 6e3, 6.9e3])
+    assert sum(bar.get_height() for bar in histogram.patches) == 201
+    assert len(histogram.patches) == 14
+    assert [bar.get_width() for bar in bars.patches] == [0.25, 0.75]
+    assert [text.get_text() for text in bars.get_yticklabels()] == ["b", "k"]
+    plt.close(figure)
+    # Few that are equal but for rounding: within a thousandth.
+    figure = draw(study, np.full(40, 3.0), UNITS, None)
+    first, *_, last = figure.axes[0].patches
+    assert (first.get_x(), last.get_x()) == pytest.approx((2.997, 2.997 + 7 * 0.00075))
+    plt.close(figure)
+    study = Study.of({"k": "normal:1e6:1e5", "b": "0,9"}, ("max_force",), 201)
+    figure = draw(study, np.append(force, force + 1e3), UNITS, None)
+    (shown,) = figure.axes
+    (line,), (band,) = shown.lines, shown.collections
+    assert line.get_ydata() == pytest.approx([6e3, 7e3])
+    low, high = band.get_datalim(shown.transData).intervaly
+    assert (low, high) == pytest.approx((5.1e3, 7.9e3))
+    labels = [text.get_text() for text in shown.get_legend().get_texts()]
+    assert labels == ["median", "5 to 95 % of the samples"]
+    plt.close(figure)
 
 
 def test_nothing_to_draw(tmp_path):
@@ -645,6 +716,10 @@ def test_nothing_to_draw(tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.html"}
     sweep("--out", tmp_path / "y.csv", "--no-figures", k="1e6,2e6")
     assert not (tmp_path / "y.png").exists()
+    study = Study.of({"k": "1e6,2e6,3e6"}, ("max_force",))
+    assert draw(study, np.array([1.0, math.nan, math.nan]), UNITS, None) is None
+    assert draw(study, np.array([1.0, math.nan, 2.0]), UNITS, None) is not None
+    plt.close()
 
 
 def test_sobol_indices_of_a_sum():
@@ -666,6 +741,7 @@ def test_sobol_indices_of_a_sum():
         (study, columns["k"], lambda columns: np.sqrt(columns["k"])),
         (study, np.full(256, 3.0), total),
         (Study.of({**sets, "gap": "0,1"}, None, 256), np.arange(512.0), total),
+        (Study.of({"k": sets["k"]}, None, 256), columns["k"], lambda columns: columns["k"]),
     ):
         with np.errstate(invalid="ignore"):
             assert sobol_indices(other, drawn, model) is None

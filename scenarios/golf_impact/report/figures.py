@@ -80,10 +80,10 @@ def plot_forces(
     for style, words, metrics, path in curves:
         peak, contact = int(np.argmax(path["force"])), metrics["contact_time"]
         time = contact.reason if isinstance(contact, NoValue) else f"{contact * 1e6:.0f} µs"
-        line = {**STYLES[style].points, "markevery": [peak], "ms": 7}
         label = f"{words}: {metrics['max_force'] / 1e3:.2f} kN, {time}"
         since_touch = (path["time"] - metrics["touch_time"]) * 1e6
-        axes.plot(since_touch, path["force"] / 1e3, **line, label=label)
+        line = STYLES[style].points
+        axes.plot(since_touch, path["force"] / 1e3, **line, markevery=[peak], ms=7, label=label)
     axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, None))
     add_legend_above(axes)
     return figure
@@ -96,8 +96,11 @@ def set_run_time_axes(axes: Axes, error: str) -> None:
     axes.set(yscale="log", xlabel=error, ylabel="run time of an impact (µs)")
     axes.set_xlim(-3e-18, max(1.0, axes.get_xlim()[1]))
     axes.axvline(2.2e-16, color=BLACK, lw=0.8, ls=":")
-    at, place = (2.2e-16, 1.0), (("data", "axes fraction"), "offset points")
-    axes.annotate("resolution of a double", at, (4, -4), *place, va="top", fontsize=9)
+    axes.annotate(
+        "resolution of a double",
+        xy=(2.2e-16, 1.0), xycoords=("data", "axes fraction"),
+        xytext=(4, -4), textcoords="offset points", va="top", fontsize=9,
+    )  # fmt: skip
 
 
 def name_axis(axis: Axis, words: str, unit: str | None) -> None:

@@ -15,8 +15,6 @@ from golf_impact.files import as_json, write_together
 from golf_impact.report.outcome import Table, summarize_checks
 from golf_impact.report.report import Report
 
-_PACKAGE = Path(__file__).resolve().parents[1]
-
 
 def write_reports(
     folder: Path,
@@ -81,7 +79,7 @@ def render_page(
         reports=reports,
         figures=shown,
         source=source,
-        readings=document_tables() if len(reports) > 1 else [],
+        readings=document_tables(),
         checks=[check for report in reports.values() for check in report.checks],
         deviations=[text for report in reports.values() for text in report.deviations],
         summarize=summarize_checks,

@@ -156,7 +156,7 @@ class Report:
         words = [f"law {given['law']:g}", f"k = {given['k'] * factor:.4g} {unit}"]
         if given["exponent"] != 1.0:
             words.append(f"n = {given['exponent']:.3g}")
-        if given["restitution_at_rest"] > 0.0:
+        if given["restitution_at_rest"]:
             line = f"{given['restitution_at_rest']:g} − {given['restitution_slope']:g} s/m · v"
             words.append(f"COR = {line}")
         else:
