@@ -67,9 +67,16 @@ BORDERS = {
     for force in (1e-300, 1e-9, 1.0, 9e3, 1.3e4, 1.5e4, -1.2e4, -1.8e4)
 }
 NAMED = BORDERS | {
-    # The share of a fast common motion decays before the oscillation, which leaves a force of 1.5 N.
+    # The share of a fast common motion decays before the oscillation, which leaves 1.5 N.
     "parts late": (
-        {"law": 1, "m_club": 0.2, "m_ball": 0.1, "b": 10.0, "ball_speed": 34.999, "club_force": -40.0},
+        {
+            "law": 1,
+            "m_club": 0.2,
+            "m_ball": 0.1,
+            "b": 10.0,
+            "ball_speed": 34.999,
+            "club_force": -40.0,
+        },
         [(8e-4, {}), (0.1, {"club_force": 3.0})],
     ),
     "no force": ({"law": 2, "club_force": -0.0}, [(1e-4, {"k": 1.2e6}), (1e-3, {})]),

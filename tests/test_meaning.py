@@ -22,7 +22,6 @@ from golf_impact.facts.balls import BALLS
 from golf_impact.facts.measured import OUTSIDE
 from golf_impact.facts.toml import read_toml
 
-
 OUTPUTS = [v.name for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
 
 

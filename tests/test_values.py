@@ -11,7 +11,6 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import fmi2Discard
 from hypothesis import assume, event, example, given
 from hypothesis import strategies as st
-
 from instances import initialized
 
 from golf_impact.facts.closed_forms import half_contact, reduced_mass
