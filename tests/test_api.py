@@ -37,6 +37,25 @@ def test_the_functions(fmu):
         golf_impact.run_impact(k=-1.0)
 
 
+def test_names_of_outputs():
+    """One name, or any iterable; an output of another type is refused by name."""
+    names = ("force", "compression")
+    for run, more in (
+        (golf_impact.run_impact, {}),
+        (golf_impact.run_impacts, {}),
+        (golf_impact.run_trajectory, {}),
+        (golf_impact.run_trajectory, {"times": [1e-4]}),
+    ):
+        assert "force" in run(outputs="force", **more)
+        assert {*names} <= run(outputs=(name for name in names), **more).keys()
+        if run is not golf_impact.run_impacts:
+            with pytest.raises(golf_impact.UserError, match="no output 'touched' of type Real: ch"):
+                run(outputs=["touched"], **more)
+    slopes = golf_impact.sensitivities("smash_factor", iter(["k"]), law=2)
+    assert [*slopes] == ["smash_factor"]
+    assert [*slopes["smash_factor"]] == ["k"]
+
+
 _WITHOUT_FMU = """
 import sys
 def opened(event, arguments):

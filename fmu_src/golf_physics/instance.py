@@ -73,7 +73,7 @@ class Instance:
 
     def read(self, names: Sequence[str]) -> dict[str, float]:
         """Values of Real outputs at this communication point, by name (SI units)."""
-        references = [self._reference(name, ("output",)) for name in names]
+        references = [self._reference(name, ("output",), "Real") for name in names]
         # The list of values may be longer.
         values = dict(zip(names, self._component.reals(references)))
         self._check(True)
@@ -81,15 +81,19 @@ class Instance:
 
     def read_flag(self, name: str) -> bool:
         """Value of a Boolean output at this communication point."""
-        return bool(self._component.discretes([self._reference(name, ("output",))], "Boolean")[0])
+        reference = self._reference(name, ("output",), "Boolean")
+        return bool(self._component.discretes([reference], "Boolean")[0])
 
-    def _reference(self, name: str, causalities: Iterable[str]) -> int:
+    def _reference(self, name: str, causalities: Iterable[str], type_: str = "") -> int:
+        def fits(row: Any) -> bool:
+            return row.causality in causalities and type_ in ("", row.type)
+
         row = self._rows.get(name)
-        if row is not None and row.causality in causalities:
+        if row is not None and fits(row):
             return row.reference
-        known = ", ".join(n for n, row in self._rows.items() if row.causality in causalities)
-        kind = " or ".join(causalities)
-        raise self.error(f"there is no {kind} {name!r}: choose from {known}")
+        known = ", ".join(n for n, one in self._rows.items() if fits(one))
+        kind, other = " or ".join(causalities), f" of type {type_}" if row else ""
+        raise self.error(f"there is no {kind} {name!r}{other}: choose from {known}")
 
     def _check(self, accepted: bool) -> None:
         refusals = list(self._refusals)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -44,7 +44,7 @@ def balls() -> dict[str, Ball]:
     return dict(BALLS)
 
 
-def run_impact(outputs: Sequence[str] = METRICS, **values: float) -> dict[str, float]:
+def run_impact(outputs: Iterable[str] = METRICS, **values: float) -> dict[str, float]:
     """Compute an impact, in this process: the numbers of the FMU to the last bit.
 
     Args:
@@ -61,10 +61,10 @@ def run_impact(outputs: Sequence[str] = METRICS, **values: float) -> dict[str, f
     Raises:
         UserError: the physics rejects a value, or has no variable of a name.
     """
-    return ScalarImpacts().impact(outputs, **_numbers(values))
+    return ScalarImpacts().impact(_names(outputs), **_numbers(values))
 
 
-def run_impacts(outputs: Sequence[str] = METRICS, **values: ArrayLike) -> ImpactArrays:
+def run_impacts(outputs: Iterable[str] = METRICS, **values: ArrayLike) -> ImpactArrays:
     """Compute many impacts at once.
 
     Contacts in closed form (underdamped, as in golf) are computed by arrays, millions per second;
@@ -97,7 +97,7 @@ def run_impacts(outputs: Sequence[str] = METRICS, **values: ArrayLike) -> Impact
         >>> impacts.reason
         'b = -9.0 N.s/m is refused: it must be a finite number >= 0'
     """
-    outcome = impacts.impacts(outputs, *impacts.as_arrays(values))
+    outcome = impacts.impacts(_names(outputs), *impacts.as_arrays(values))
     results = ImpactArrays(outcome.columns)
     results.refused, results.reason = outcome.refused, outcome.reason
     return results
@@ -105,7 +105,7 @@ def run_impacts(outputs: Sequence[str] = METRICS, **values: ArrayLike) -> Impact
 
 def run_trajectory(
     points: int = 301,
-    outputs: Sequence[str] = PATH,
+    outputs: Iterable[str] = PATH,
     *,
     times: ArrayLike | None = None,
     **values: float,
@@ -129,12 +129,17 @@ def run_trajectory(
         >>> run_trajectory(outputs=["force"], times=[1e-4, 3e-4], law=2)["force"].round()
         array([3575., 6556.])
     """
-    values = _numbers(values)
+    outputs, values = _names(outputs), _numbers(values)
     if times is not None:
         return trajectory.run_trajectory(outputs, times, values)
     if not isinstance(points, Integral) or points < 2:
         raise UserError(f"points = {points!r} is refused: it must be a whole number of at least 2")
     return ScalarImpacts().trajectory(int(points), outputs, **values)
+
+
+def _names(names: Iterable[str]) -> Sequence[str]:
+    """The names: of several variables, or a single one."""
+    return (names,) if isinstance(names, str) else tuple(names)
 
 
 def _numbers(values: Mapping[str, Any]) -> dict[str, float]:
@@ -147,8 +152,8 @@ def _numbers(values: Mapping[str, Any]) -> dict[str, float]:
 
 
 def sensitivities(
-    outputs: Sequence[str] = METRICS,
-    wrt: Sequence[str] = ("k", "b", "club_speed"),
+    outputs: Iterable[str] = METRICS,
+    wrt: Iterable[str] = ("k", "b", "club_speed"),
     **values: ArrayLike,
 ) -> dict[str, dict[str, np.ndarray]]:
     """Partial derivatives of an impact's results, exact to rounding (by a complex step).
@@ -174,4 +179,4 @@ def sensitivities(
         >>> {name: round(slope.item(), 4) for name, slope in slopes["ball_velocity"].items()}
         {'club_speed': 1.5842, 'm_club': 48.1936}
     """
-    return slopes.sensitivities(outputs, wrt, values)
+    return slopes.sensitivities(_names(outputs), _names(wrt), values)
