@@ -2,6 +2,8 @@
 
 import json
 import math
+import os
+import threading
 import time
 
 import numpy as np
@@ -58,6 +60,17 @@ def test_the_place_of_a_row(tmp_path):
     file = tmp_path / "record.csv"
     file.write_text("# a scope\n\ntime,force\n0,1\n# a pause\n\n1,2\n")
     assert read_table(file, *SERIES).where(1) == f"{file}, row 2 (line 7)"
+
+
+def test_a_pipe_is_read_once(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_text, args=("time,force\n0,1\n1,2\n",))
+    writer.start()
+    found = read_table(pipe, *SERIES)
+    writer.join()
+    assert np.array(found.columns) == pytest.approx(np.array([[0.0, 1.0], [1.0, 2.0]]))
+    assert found.where(1) == f"{pipe}, row 2 (line 3)"
 
 
 @pytest.mark.parametrize(

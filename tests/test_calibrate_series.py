@@ -149,6 +149,9 @@ def test_all_together(fmu):
         assert together < 1.05 * of_line
     assert {one.law.exponent for one in calibration.fits} == {1.0, 1.5, None}
     assert calibration.residuals.keys() == {"targets", "curve", "cor_speeds"}
+    rows = {row[0]: row[-1] for row in calibration.tables()[1].rows}
+    assert rows["curve"].endswith(" N), 40 m/s")
+    assert "N" not in rows["cor_speeds"]
     _, above, targets, _, below = calibration.draw().axes
     (measured, fit), (residuals, _) = above.lines, below.lines
     assert [*map(list, measured.get_data())] == [[*data.cor_speeds.x], [*data.cor_speeds.y]]

@@ -367,6 +367,19 @@ def test_a_companion_repeats_a_refusal_after_another_step(companion, capfd):
         assert capfd.readouterr().err.count("backspin = ") == 1
 
 
+def test_a_club_has_at_least_the_inertia_of_its_mass_and_moment():
+    made, messages = struck(Swing)
+    for name, value in {"club_mass": 0.4, "club_first_moment": 0.3, "club_inertia": 0.2}.items():
+        reference = next(
+            row.reference for row in COMPANIONS["Swing"].tables["rows"] if row.name == name
+        )
+        made.set_values([reference], [value])
+    made.enter_initialization()
+    made.exit_initialization()
+    assert "club_inertia = 0.2 is refused" in messages[-1].sentence
+    assert messages[-1].reason.endswith("it must be at least 0.225")
+
+
 def test_a_step_of_a_companion_has_a_size_and_an_end():
     made, messages = struck(Launch)
     for point, size in ((0.0, 0.0), (0.0, -1.0), (0.0, math.nan), (0.0, math.inf), (1e308, 1e308)):

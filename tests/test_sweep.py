@@ -661,6 +661,14 @@ def test_lines_of_a_study(axes, scale, title, legend, marker):
     plt.close(figure)
 
 
+def test_laws_are_lines_whatever_has_more_values():
+    study = Study.of({"k": "1e5:1e7:13", "b": "0:9:8", "law": "1,2"}, outputs=("max_force",))
+    figure = draw(study, np.arange(float(study.cases)), UNITS, None)
+    (shown,) = figure.axes
+    assert [text.get_text() for text in shown.get_legend().get_texts()] == ["law 1", "law 2"]
+    plt.close(figure)
+
+
 def test_a_map_of_a_study():
     """The last variable upwards, from eight values on; contours and axes have the same prefixes."""
     axes = {"k": "1e6:3e6:9", "club_speed": "40,30", "b": "7,6,5,4,3,2,1,0"}
