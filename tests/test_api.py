@@ -1,7 +1,10 @@
 """`import golf_impact`: its functions, and lazy imports."""
 
 import doctest
+import subprocess
+import sys
 
+import numpy as np
 import pytest
 from command import run_python
 
@@ -35,6 +38,26 @@ def test_the_functions(fmu):
     assert all((path[name] == expected[name]).all() for name in path)
     with pytest.raises(golf_impact.UserError, match=r"k = -1\.0"):
         golf_impact.run_impact(k=-1.0)
+
+
+def test_public_names_have_types(tmp_path):
+    (tmp_path / "user.py").write_text(
+        "import golf_impact\n"
+        "speed: float = golf_impact.run_impact(law=2)['ball_velocity']\n"
+        "refused = golf_impact.run_impacts(['smash_factor'], k=[1e6]).refused\n"
+        "try:\n    golf_impact.sensitivities(wrt=['k'])\n"
+        "except golf_impact.UserError as error:\n    print(error.variable)\n"
+    )
+    words = "-m", "mypy", "--strict", "--no-incremental", "--config-file=", "user.py"
+    done = subprocess.run([sys.executable, *words], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+
+
+def test_masked_values_are_missing():
+    masked = np.ma.array([1e6, 2e6], mask=[False, True])
+    found = golf_impact.run_impacts(["smash_factor"], k=masked)
+    assert found.refused.tolist() == [False, True]
+    assert np.isnan(found["smash_factor"]).tolist() == [False, True]
 
 
 def test_names_of_outputs():

@@ -111,6 +111,7 @@ def test_arrays():
         (["touched"], ["k"], {}, "touched is refused"),
         (["ball_position"], ["k"], {}, "ball_position is refused"),
         (["impulse"], ["law"], {}, "law is refused"),
+        (["impulse"], ["club_force"], {}, "club_force is refused"),
         (["impulse"], ["mass"], {}, "no input or parameter 'mass'"),
         (["impulse"], ["k"], {"law": [1, 2], "b": 500.0}, r"case at \[0\] .* closed form"),
         (["impulse"], ["exponent"], {"law": 2}, "this impact .* no finite slope over exponent"),
@@ -121,6 +122,13 @@ def test_arrays():
 def test_what_has_no_sensitivities(outputs, wrt, values, message):
     with pytest.raises(golf_impact.UserError, match=message):
         golf_impact.sensitivities(outputs, wrt, **values)
+
+
+def test_the_damping_from_which_the_force_falls_from_touch_on():
+    """There, at ζ = 1/2, the largest force b v has its slope, as beyond."""
+    values = {"law": 2, "m_club": 2.0, "m_ball": 2.0, "k": 4.0, "b": [2.0, 2.0 + 1e-9]}
+    slopes = golf_impact.sensitivities(["max_force"], ["b"], **values, club_speed=1.0)
+    assert slopes["max_force"]["b"] == pytest.approx([1.0, 1.0], abs=1e-9)
 
 
 def test_an_elastic_power_law_has_slopes_over_what_leaves_it_elastic():

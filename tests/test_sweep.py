@@ -722,6 +722,9 @@ def test_samples_of_a_study():
 def test_nothing_to_draw(tmp_path):
     sweep("--out", tmp_path / "x.csv", k=1e6)
     assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.html"}
+    (tmp_path / "x.png").write_bytes(b"of an earlier sweep")
+    sweep("--out", tmp_path / "x.csv", k="-1,-2")
+    assert not (tmp_path / "x.png").exists()
     sweep("--out", tmp_path / "y.csv", "--no-figures", k="1e6,2e6")
     assert not (tmp_path / "y.png").exists()
     study = Study.of({"k": "1e6,2e6,3e6"}, ("max_force",))

@@ -92,7 +92,8 @@ class Instance:
         if row is not None and fits(row):
             return row.reference
         known = ", ".join(n for n, one in self._rows.items() if fits(one))
-        kind, other = " or ".join(causalities), f" of type {type_}" if row else ""
+        kind = " or ".join(causalities)
+        other = f" of type {type_}" if row is not None and row.causality in causalities else ""
         raise self.error(f"there is no {kind} {name!r}{other}: choose from {known}")
 
     def _check(self, accepted: bool) -> None:

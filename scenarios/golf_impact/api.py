@@ -161,7 +161,7 @@ def sensitivities(
     Args:
         outputs: Real outputs that are results of a contact; not force, compression, mean_force and
             positions, which are those at the end of the simulated time.
-        wrt: inputs and parameters, other than law.
+        wrt: inputs and parameters, other than law and club_force.
         values: inputs and parameters by name (SI units), numbers or arrays that broadcast to one
             shape; defaults for the others.
 

@@ -120,9 +120,12 @@ def as_arrays(values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], tuple[i
     arrays = {}
     for name, value in values.items():
         try:
-            arrays[name] = np.asarray(value).astype(float, casting="same_kind")
+            # What is masked is missing: NaN, which is rejected.
+            array = np.ma.asarray(value).astype(float, casting="same_kind")
+            arrays[name] = np.asarray(np.ma.filled(array, np.nan))
         except (TypeError, ValueError):
-            raise UserError(f"{name} is refused: it must be a number or an array of them") from None
+            why = "it must be a number or an array of them"
+            raise UserError(f"{name} is refused: {why}", name, value, why) from None
     try:
         return arrays, np.broadcast_shapes(*(array.shape for array in arrays.values()))
     except ValueError:

@@ -39,9 +39,13 @@ def _damping_ratio(c: Contacts) -> Values:
     return np.where(c.has_line, newton(step, 2.0 / pi * half), c.zeta_of_b)[()]
 
 
+def _rises(c: Contacts) -> Values:
+    # From ζ = 1/2 on the force falls from touch on; ζ may be complex.
+    return np.real(c.zeta) < 0.5
+
+
 def _phase_at_max_force(c: Contacts) -> Values:
-    # From ζ = 1/2 on the force falls from touch on.
-    rise = np.maximum((1.0 - 2.0 * c.zeta) * (1.0 + 2.0 * c.zeta), 0.0)
+    rise = np.where(_rises(c), (1.0 - 2.0 * c.zeta) * (1.0 + 2.0 * c.zeta), 0.0)
     return angle(c.w * rise, c.zeta * (rise + 2.0))
 
 
@@ -100,5 +104,7 @@ RELATIVE = COMMON | {
     "contact_displacement": lambda c: c.drift * c.contact_time - c.q * c.left,
     "peak": _phase_at_max_force,
     "time_of_max_force": lambda c: c.peak / (c.w * c.omega),
-    "max_force": lambda c: c.scale * np.maximum(2.0 * c.zeta, 1.0) * exp(-c.decay * c.peak),
+    "max_force": lambda c: (
+        c.scale * np.where(_rises(c), 1.0, 2.0 * c.zeta) * exp(-c.decay * c.peak)
+    ),
 }

@@ -25,16 +25,19 @@ def sensitivities(
     """See `golf_impact.sensitivities`."""
     impacts.check_names(outputs, (*values, *wrt))
     for name in (*outputs, *wrt):
-        if name in (*FLAGS, *impacts.MOMENTARY, "force", "law"):
+        # The closed forms are those of a head without a force.
+        if name in (*FLAGS, *impacts.MOMENTARY, "force", "law", "club_force"):
             raise UserError(
                 f"{name} is refused: sensitivities are those of a contact's results, not of flags "
-                "or of values at the end of the simulated time, over numbers other than law"
+                "or of values at the end of the simulated time, over numbers other than law and "
+                "club_force"
             )
     arrays, shape = impacts.as_arrays(values)
     outcome = impacts.impacts(("touched", *outputs), arrays, shape)
     _check(
         outcome.scalar & outcome.columns["touched"],
-        "its contact must be a closed form: underdamped, with a COR that isn't far below golf's",
+        "its contact must be a closed form: underdamped, without a club_force, with a COR that "
+        "isn't far below golf's",
     )
     slopes = {name: {of: np.full(shape, np.nan) for of in wrt} for name in outputs}
     columns = impacts.columns_of(arrays, shape)

@@ -174,6 +174,8 @@ def _write_report(sweep: Sweep, summary: Summary, words: list[str]) -> list[Path
         report.table(title, ["", "first-order Sobol index"], rows)
     figure = draw(sweep.study, drawn, sweep.units, indices)
     images = {} if figure is None else {report.title: to_png(figure)}
-    files = {path.with_suffix(".png").name: image for image in images.values()}
     page = render_page({"sweep": report}, {"sweep": images}, sweep.source)
-    return write_together(path.parent, files | {path.with_suffix(".html").name: page})
+    html, png = (path.with_suffix(suffix).name for suffix in (".html", ".png"))
+    files = dict(zip((png,), images.values())) | {html: page}
+    # Where there is nothing to draw, a picture of that name shows other data.
+    return write_together(path.parent, files, stale={png} - files.keys())

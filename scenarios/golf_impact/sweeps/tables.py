@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -26,11 +25,14 @@ _ROW_GROUP = 2**16
 def csv_lines(cells: Cells, refused: np.ndarray) -> bytes:
     """Lines of CSV: doubles as Python's `repr`, with all digits; Booleans as 0 and 1."""
     balls = {*cells.get("ball", ())}
-    if find_spec("pyarrow") is None or any(name != _quoted(name) for name in balls):
+    try:
+        import pyarrow
+        from pyarrow import csv
+    except ImportError:
+        # Not there, or built for another NumPy.
         return plain_lines(cells, refused)
-    import pyarrow
-    from pyarrow import csv
-
+    if any(name != _quoted(name) for name in balls):
+        return plain_lines(cells, refused)
     table = pyarrow.table([_arrow_cells(c, refused) for c in cells.values()], list(cells))
     stream = io.BytesIO()
     options = csv.WriteOptions(include_header=False, quoting_style="none", batch_size=2**14)
