@@ -20,6 +20,8 @@ MU = M_CLUB * M_BALL / (M_CLUB + M_BALL)
     "coefficient",
     [
         *(1.0, 1.0 - 2.0**-53, 1.0 - 1e-9, 0.93, 0.7585, 0.3),
+        # The iteration begins at critical damping: exp(-π).
+        math.exp(-math.pi),
         *(math.exp(-2.0), 0.1353, 1e-3, 1e-12, 1e-29),
     ],
 )
