@@ -411,8 +411,8 @@ def kill(done):
         moments.pop(0)
 
 if __name__ == "__main__":
-    # Heavily damped, so that the workers are busy.
-    study = Study.of({"law": 2, "b": 2000, "k": "1e6:2e6:700"})
+    # Heavily damped, and many, so that the workers are busy until the last kill.
+    study = Study.of({"law": 2, "b": 2000, "k": "1e6:2e6:2000"})
     try:
         run_sweep(study, sys.argv[1], workers=2, chunk=25, progress=kill)
     except UserError as error:
@@ -431,7 +431,7 @@ def test_workers_that_are_killed(tmp_path, kills):
     done = run(sys.executable, script, path, *moments, code=int(kills == 3), timeout=300)
     if kills == 2:
         assert done.stderr == ""
-        run_sweep(Study.of({"law": 2, "b": 2000, "k": "1e6:2e6:700"}), tmp_path / "alone.csv")
+        run_sweep(Study.of({"law": 2, "b": 2000, "k": "1e6:2e6:2000"}), tmp_path / "alone.csv")
         assert path.read_bytes() == (tmp_path / "alone.csv").read_bytes()
     else:
         (line,) = done.stderr.splitlines()

@@ -651,7 +651,9 @@ def test_any_steps_give_the_same_drive(drive, by_our_host, seed):
     for name in ("Launch.backspin", "Launch.ball_speed", "ClubBallImpact.impulse", CARRY):
         assert last[name] == pytest.approx(expected[name], rel=1e-12)
     balance = path["Swing.energy"] - path["Swing.work"] + path["Swing.reaction_work"]
-    assert np.ptp(balance[path["time"] > 0.9]) < 1e-11
+    # Until the arms are stopped behind the ball.
+    during = (path["time"] > 0.9) & (path["time"] < 1.05)
+    assert np.ptp(balance[during]) < 1e-11
 
 
 def test_the_files_beside_the_ssp_keep_their_start_values(files, drive, fmu_path):
