@@ -114,7 +114,7 @@ def mutants(file: str) -> list[Mutant]:
             case ast.Name(id=name) if name in _NAMES:
                 put(*span(node), _NAMES[name])
             case ast.Call(func=function, args=[ast.Name() as a, ast.Name() as b, *_]):
-                if text(function) not in _REFLECTIVE:
+                if a.id != b.id and text(function) not in _REFLECTIVE:
                     put(span(a)[0], span(b)[1], f"{text(b)}, {text(a)}")
             case ast.Continue() | ast.Break():
                 put(*span(node), "break" if isinstance(node, ast.Continue) else "continue")
