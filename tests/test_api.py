@@ -74,6 +74,23 @@ def test_names_of_outputs():
         if run is not golf_impact.run_impacts:
             with pytest.raises(golf_impact.UserError, match="no output 'touched' of type Real: ch"):
                 run(outputs=["touched"], **more)
+        for wrong, variable, similar in (
+            (
+                {"outputs": ["smash"]},
+                "smash",
+                r"no output 'smash' \(did you mean smash_factor\?\): choose from force, ",
+            ),
+            ({"outputs": ["force", "impluse"]}, "impluse", r"'impluse' \(did you mean impulse\?\)"),
+            (
+                {"clubspeed": 40.0},
+                "clubspeed",
+                r"input .* \(did you mean club_speed\?\): choose from k",
+            ),
+        ):
+            with pytest.raises(golf_impact.UserError, match=similar) as caught:
+                run(**wrong, **more)
+            assert caught.value.variable == variable
+            assert caught.value.reason.startswith("choose from ")
     slopes = golf_impact.sensitivities("smash_factor", iter(["k"]), law=2)
     assert [*slopes] == ["smash_factor"]
     assert [*slopes["smash_factor"]] == ["k"]

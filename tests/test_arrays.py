@@ -307,8 +307,10 @@ def test_many_instants():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"times": [-1e-9]}, "at least 0"),
-        ({"times": [np.nan]}, "finite"),
+        ({"times": [-1e-9]}, "times with -1e-09 are refused: each must be a number of 0 to 1e"),
+        ({"times": [1.0, np.nan]}, "times with nan"),
+        ({"times": [1.0000001e100]}, "0 to 1e"),
+        ({"points": 1}, "points = 1 is refused"),
         ({"times": "soon"}, "times is refused"),
         ({"times": [0.0], "outputs": ["mean_force"]}, "use points"),
         ({"times": [0.0], "k": -1.0}, r"k = -1\.0"),
@@ -317,5 +319,7 @@ def test_many_instants():
     ],
 )
 def test_trajectories_that_are_refused(arguments, message):
-    with pytest.raises(golf_impact.UserError, match=message):
+    with pytest.raises(golf_impact.UserError, match=message) as caught:
         golf_impact.run_trajectory(**arguments)
+    assert caught.value.reason
+    assert caught.value.variable

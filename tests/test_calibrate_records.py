@@ -121,9 +121,9 @@ def test_flaws_that_are_found(name):
 def test_no_curve_without_its_conditions(tmp_path):
     file = write(tmp_path / "curve.csv", *record())
     calibrate = ("calibrate", "--curve", file, "--out", tmp_path / "out")
-    refused(golf_here(*calibrate), "needs --club-speed and --m-club")
-    refused(golf_here(*calibrate, "--club-speed", 40), "needs --m-club")
-    refused(golf_here(*calibrate[:2], f"{file}@40", *calibrate[3:]), "needs --m-club")
+    refused(golf_here(*calibrate), "needs club_speed and m_club")
+    refused(golf_here(*calibrate, "--club-speed", 40), "needs m_club")
+    refused(golf_here(*calibrate[:2], f"{file}@40", *calibrate[3:]), "needs m_club")
     mph = ("--club-speed", 90, "--m-club", 0.2)
     refused(golf_here(*calibrate, *mph), "90mph")
     assert not (tmp_path / "out").exists()

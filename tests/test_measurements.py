@@ -147,14 +147,14 @@ def test_parameters_are_rounded_to_a_thousandth_of_a_standard_deviation():
         (
             {},
             [
-                "σ is taken as 1 % of --cor, --contact-time.",
+                "σ is taken as 1 % of cor, contact_time.",
                 "No more targets than parameters: Kelvin–Voigt meets them exactly, so χ² doesn't",
             ],
         ),
         (
             {"max_force": 20e3, "sigma_max_force": 200.0},
             [
-                "σ is taken as 1 % of --cor, --contact-time.",
+                "σ is taken as 1 % of cor, contact_time.",
                 "This law doesn't fit: χ² = 3.03e+03 with 1 degrees of freedom (probability 0); ",
                 "power law, n free describes these measurements better: its AIC is lower by 3.03",
             ],

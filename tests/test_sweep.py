@@ -590,7 +590,7 @@ def test_the_studies(tmp_path, name, options, columns, number):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("stuff = 1", "no key stuff: choose from out, design"),
+        ("stuff = 1", "no key 'stuff': choose from out, design"),
         ("samples = true", "whole number"),
         ("outputs = 'force'", "it must be a list of names"),
         ("set = 1", r"table \[set\]"),

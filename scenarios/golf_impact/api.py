@@ -61,7 +61,9 @@ def run_impact(outputs: Iterable[str] = METRICS, **values: float) -> dict[str, f
     Raises:
         UserError: the physics rejects a value, or has no variable of a name.
     """
-    return ScalarImpacts().impact(_names(outputs), **_numbers(values))
+    outputs = _names(outputs)
+    impacts.check_names(outputs, values)
+    return ScalarImpacts().impact(outputs, **_numbers(values))
 
 
 def run_impacts(outputs: Iterable[str] = METRICS, **values: ArrayLike) -> ImpactArrays:
@@ -129,11 +131,14 @@ def run_trajectory(
         >>> run_trajectory(outputs=["force"], times=[1e-4, 3e-4], law=2)["force"].round()
         array([3575., 6556.])
     """
-    outputs, values = _names(outputs), _numbers(values)
+    outputs = _names(outputs)
+    impacts.check_names(outputs, values)
+    values = _numbers(values)
     if times is not None:
         return trajectory.run_trajectory(outputs, times, values)
     if not isinstance(points, Integral) or points < 2:
-        raise UserError(f"points = {points!r} is refused: it must be a whole number of at least 2")
+        why = "it must be a whole number of at least 2"
+        raise UserError(f"points = {points!r} is refused: {why}", "points", points, why)
     return ScalarImpacts().trajectory(int(points), outputs, **values)
 
 

@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from golf_impact.errors import UserError
+from golf_impact.errors import unknown_name
 from golf_impact.facts.quantities import undefined_results
 
 #: A communication step (s) that is longer than any contact in golf; results don't depend on it.
@@ -34,7 +34,7 @@ class Named(dict[str, Value], Generic[Value]):
     """Values by name; a name that isn't there raises a UserError with those that are."""
 
     def __missing__(self, name: str) -> Value:
-        raise UserError(f"there is no {name!r} here: choose from {', '.join(self)}")
+        raise unknown_name("value", name, self)
 
 
 class ImpactRuns:

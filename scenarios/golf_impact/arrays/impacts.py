@@ -15,7 +15,7 @@ from golf_impact.arrays.elementwise import LANES
 from golf_impact.arrays.power_law import POWER_LAW
 from golf_impact.arrays.relative import RELATIVE
 from golf_impact.arrays.scalar import ScalarImpacts
-from golf_impact.errors import UserError
+from golf_impact.errors import UserError, unknown_name
 from golf_impact.facts.quantities import undefined_results
 from golf_impact.runs import FLAGS, ImpactRuns, Named
 
@@ -112,7 +112,7 @@ def check_names(
     for kind, names, known in both:
         for name in names:
             if name not in known:
-                raise UserError(f"there is no {kind} {name!r}: choose from {', '.join(known)}")
+                raise unknown_name(kind, name, known)
 
 
 def as_arrays(values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], tuple[int, ...]]:

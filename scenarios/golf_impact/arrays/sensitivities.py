@@ -27,11 +27,11 @@ def sensitivities(
     for name in (*outputs, *wrt):
         # The closed forms are those of a head without a force.
         if name in (*FLAGS, *impacts.MOMENTARY, "force", "law", "club_force"):
-            raise UserError(
-                f"{name} is refused: sensitivities are those of a contact's results, not of flags "
-                "or of values at the end of the simulated time, over numbers other than law and "
-                "club_force"
+            why = (
+                "sensitivities are those of a contact's results, not of flags or of values at the "
+                "end of the simulated time, over numbers other than law and club_force"
             )
+            raise UserError(f"{name} is refused: {why}", name, reason=why)
     arrays, shape = impacts.as_arrays(values)
     outcome = impacts.impacts(("touched", *outputs), arrays, shape)
     _check(

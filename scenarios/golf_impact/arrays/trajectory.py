@@ -14,19 +14,22 @@ from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
 from golf_impact.runs import PATH, Named
 
+#: The largest communication step of the FMU, s.
+_LONGEST = 1e100
+
 
 def run_trajectory(
     outputs: Sequence[str], times: Any, values: Mapping[str, Any]
 ) -> Named[np.ndarray]:
     """See `golf_impact.run_trajectory`."""
-    impacts.check_names(outputs, values)
     times = impacts.as_arrays({"times": times})[0]["times"]
-    if not np.all((times >= 0.0) & (times < np.inf)):
-        raise UserError("times are refused: each must be a finite number of at least 0 s")
+    accepted = (times >= 0.0) & (times <= _LONGEST)
+    if not accepted.all():
+        given, why = times[~accepted][0].item(), f"each must be a number of 0 to {_LONGEST:g} s"
+        raise UserError(f"times with {given!r} are refused: {why}", "times", given, why)
     if "mean_force" in outputs:
-        raise UserError(
-            "mean_force is refused with times: it is that of a communication step; use points"
-        )
+        why = "it is that of a communication step; use points"
+        raise UserError(f"mean_force is refused with times: {why}", "mean_force", reason=why)
     runs = ScalarImpacts()
     runs.start(**values)
     contact = closed_contact(values)

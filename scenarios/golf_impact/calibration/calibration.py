@@ -22,7 +22,6 @@ from golf_impact.calibration.measurements import (
     Measurements,
     measurements,
     number,
-    option,
 )
 from golf_impact.errors import UserError, missing_package
 from golf_impact.facts.balls import Ball, ball_toml
@@ -152,7 +151,7 @@ class Calibration:
     @property
     def ball(self) -> Ball:
         """The ball that was found; `**ball.values` are inputs and parameters of the FMU."""
-        data, names = self.data, [option(name) for name in self.data.targets]
+        data, names = self.data, [*self.data.targets]
         names += [f"{len(one.y)} rows of {one.name}" for one in data.series.values()]
         # The impact isn't part of the ball, but for a mass of its own.
         of_ball = {*self.fit.values}.difference(IMPACT)
@@ -176,7 +175,7 @@ class Calibration:
         """
         path = Path(path)
         if path.suffix != ".toml":
-            raise UserError(f"--save {path} is refused: its name must end in .toml")
+            raise UserError(f"{path} is refused: the name of a ball's file must end in .toml")
         return write_together(path.parent, {path.name: ball_toml(self.ball).encode()})[0]
 
     @property
@@ -198,7 +197,7 @@ class Calibration:
         for name, (value, error) in self.parameters.items():
             if error is None:
                 words.append(f"{name} = {value:.6g} is at its limit: it has no standard error.")
-        if default := [option(name) for name, one in data.targets.items() if not one.stated]:
+        if default := [name for name, one in data.targets.items() if not one.stated]:
             words.append(f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)}.")
         for curve in data.curves.values():
             words += [f"{curve.name}: {note}." for note in curve.notes]

@@ -41,11 +41,11 @@ class ContactLaw:
     def of(cls, law: int, exponent: float | str, reference_compression: float) -> ContactLaw:
         """From options: the exponent is a number or "free"; UserError if there is no such law."""
         if law not in (1, 2):
-            raise UserError(f"--law {law} is refused: {LAWS_IN_WORDS}")
+            raise UserError(f"law = {law} is refused: {LAWS_IN_WORDS}", "law", law, LAWS_IN_WORDS)
         n = None if exponent == "free" else number(exponent, "exponent")
         if law == 1 and n != 1.0:
-            why = "with --law 1 (absolute), which is linear: leave it out, or take --law 2"
-            raise UserError(f"--exponent {exponent} is refused {why}")
+            why = "law = 1 (absolute) is linear: leave the exponent out, or take law 2"
+            raise UserError(f"exponent = {exponent} is refused: {why}", "exponent", exponent, why)
         return cls(law, n, number(reference_compression, "reference_compression"))
 
     @property
@@ -171,7 +171,7 @@ def _check_number(law: ContactLaw, data: Measurements) -> None:
     line, speeds = bool(data.cor_speeds), sum(name in RESTITUTION for name in data.targets)
     have, need = len(data.targets) - speeds + (line or speeds > 0), 2 + (law.exponent is None)
     if law.law == 1 and line:
-        raise UserError("--cor-speeds is refused with --law 1: its damping has no COR line")
+        raise UserError("cor_speeds are refused with law = 1: its damping has no COR line")
     if have < need and not (data.curves or (line and need == 2 and not data.sized)):
         raise UserError(
             f"{law.title} can't be fitted: too few targets, {have} where {need} are needed (ball "

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from golf_impact.calibration.records import read_cells, read_table
-from golf_impact.errors import UserError
+from golf_impact.errors import UserError, unknown_name
 from golf_impact.facts import closed_forms
 from golf_impact.facts.quantities import format_with_error
 from golf_impact.facts.toml import read_toml
@@ -145,10 +145,6 @@ class Measurements:
         self.sized = bool(curves) or any(name not in RESTITUTION for name in targets)
 
 
-def option(name: str) -> str:
-    return "--" + name.replace("_", "-")
-
-
 def _unit(name: str) -> str:
     name = name.removeprefix("sigma_")
     speed = name in ("predict", "approach_speed")
@@ -156,16 +152,17 @@ def _unit(name: str) -> str:
 
 
 def number(given: Any, name: str, where: str = "") -> float:
-    """A number in its range; otherwise a UserError that names the option, or where it is."""
-    what = f"{where}: {name} = " if where else f"{option(name)} "
+    """A number in its range; otherwise a UserError that names it, and where it is."""
+    what = f"{where}: {name}" if where else name
     low, high, allowed = _ALLOWED.get(name, _ABOVE_0)
     try:
         value = si_value(given, _unit(name)) if isinstance(given, str) else float(given)
     except (TypeError, ValueError) as error:
-        why = error if given else "it must be a number, e.g. 600e-6"
-        raise UserError(f"{what}{given!r} is refused: {why}") from None
+        why = str(error) if str(given) else "it must be a number, e.g. 600e-6"
+        raise UserError(f"{what} = {given!r} is refused: {why}", name, given, why) from None
     if not low < value < high:
-        raise UserError(f"{what}{value:g} is refused: it must be {allowed}")
+        why = f"it must be {allowed}"
+        raise UserError(f"{what} = {value:g} is refused: {why}", name, value, why)
     return value
 
 
@@ -192,8 +189,8 @@ def measurements(
     given |= {name: (value, "") for name, value in scalars.items() if value is not None}
     for name, (_, where) in given.items():
         if name not in known and name.removeprefix("sigma_") not in TARGETS:
-            words = f"there is no target {name!r}: choose from {', '.join(known)}"
-            raise UserError(f"{where or 'calibrate'}: {words}")
+            error = unknown_name("target", name, known)
+            raise UserError(f"{where or 'calibrate'}: {error}", name, reason=error.reason)
     values = {name: number(value, name, where) for name, (value, where) in given.items()}
     targets = {}
     for name in TARGETS:
@@ -202,7 +199,8 @@ def measurements(
             deviation = sigma or number(DEFAULT_SIGMA * abs(values[name]), f"sigma_{name}")
             targets[name] = Target(values[name], deviation, sigma is not None)
         elif sigma is not None:
-            raise UserError(f"{option(f'sigma_{name}')} is refused without {option(name)}")
+            name = f"sigma_{name}"
+            raise UserError(f"{name} is refused without {name[6:]}", name, sigma)
     impact = {name: values.get(name, default) for name, default in IMPACT.items()}
     curves = [] if curve is None else _curves(curve, values, columns)
     line = None if cor_speeds is None else _read_series(cor_speeds, "cor_speeds")
@@ -242,10 +240,10 @@ def _curves(given: Any, values: Mapping[str, float], columns: str) -> list[Serie
     for one in _entries(given if several else [given], columns):
         own = {name: number(one[name], name, "curve") for name in IMPACT if name in one}
         impact = {**_OF_CURVE, **values, **own}
-        if missing := [option(name) for name in IMPACT if name not in impact]:
-            words = "the conditions of a curve, e.g. --club-speed 40 --m-club 0.2"
+        if missing := [name for name in IMPACT if name not in impact]:
+            words = "its conditions, e.g. --club-speed 40 --m-club 0.2"
             speeds = "of several ones --curve FILE.csv@SPEED for each"
-            raise UserError(f"--curve needs {' and '.join(missing)}: {words}; {speeds}")
+            raise UserError(f"a curve needs {' and '.join(missing)}: {words}; {speeds}")
         curve = _read_series(one["curve"], "curve", str(one["columns"]))
         curve = replace(curve, impact={name: impact[name] for name in IMPACT})
         curves.append(_conditioned(curve))

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from golf_impact.errors import UserError
+from golf_impact.errors import UserError, unknown_name
 
 if TYPE_CHECKING:
     from golf_impact.fmu.impact_fmu import ImpactFmu
@@ -40,10 +40,7 @@ def load_scenario(name_or_path: str) -> ModuleType:
     path = Path(name_or_path)
     if path.suffix != ".py":
         if name_or_path not in list_names():
-            raise UserError(
-                f"there is no scenario {name_or_path!r}: choose from {', '.join(list_names())}, "
-                "or give the path of a .py file"
-            )
+            raise unknown_name("scenario", name_or_path, list_names(), ", or give a .py file")
         path = FOLDER / f"{name_or_path}.py"
     if not path.is_file():
         raise UserError(f"there is no script {path}")

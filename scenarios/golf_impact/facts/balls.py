@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from golf_impact.errors import UserError
+from golf_impact.errors import UserError, unknown_name
 from golf_impact.facts.toml import read_toml
 from golf_impact.facts.units import si_value, unit_of
 
@@ -49,8 +49,7 @@ def ball(name: str) -> Ball:
     if name.lower().endswith(".toml"):
         return read_ball(name)
     if name not in BALLS:
-        known = ", ".join(BALLS)
-        raise UserError(f"there is no ball {name!r}: choose from {known}, or give a file .toml")
+        raise unknown_name("ball", name, BALLS, ", or give a file .toml")
     return BALLS[name]
 
 

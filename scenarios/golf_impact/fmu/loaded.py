@@ -19,7 +19,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
-from golf_impact.errors import UserError, first_line
+from golf_impact.errors import UserError, first_line, unknown_name
 from golf_impact.runs import Named
 
 Entered = TypeVar("Entered", bound="LoadedFmu")
@@ -126,8 +126,8 @@ class LoadedFmu:
         try:
             return [self.variables[name].valueReference for name in names]
         except KeyError as error:
-            known = ", ".join(n for n, v in self.variables.items() if v.causality == "output")
-            raise UserError(f"there is no output {error}: choose from {known}") from None
+            known = [n for n, v in self.variables.items() if v.causality == "output"]
+            raise unknown_name("output", error.args[0], known) from None
 
     def default(self, name: str) -> float:
         """The start value of an input or parameter."""
@@ -175,8 +175,8 @@ class LoadedFmu:
         for name, value in values.items():
             variable = self.variables.get(name)
             if variable is None or variable.causality not in ("input", "parameter"):
-                known = ", ".join(n for n, v in self.variables.items() if v.causality != "output")
-                raise UserError(f"there is no input or parameter {name}: choose from {known}")
+                known = [n for n, v in self.variables.items() if v.causality != "output"]
+                raise unknown_name("input or parameter", name, known)
             setter, of_type = _SETTERS[variable.type]
             if of_type is int and not (abs(value) < 2**31 and value == int(value)):
                 reason = "it must be a whole number, 1 or 2"

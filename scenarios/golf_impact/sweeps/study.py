@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from golf_impact.errors import UserError, missing_package
+from golf_impact.errors import UserError, missing_package, unknown_name
 from golf_impact.facts.balls import ball
 from golf_impact.facts.quantities import LAWS_IN_WORDS
 from golf_impact.facts.toml import read_toml
@@ -257,7 +257,7 @@ def read_study(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         raise UserError(f"{path}: write a table [set] with a line for each swept variable")
     for key, value in options.items():
         if key not in KEYS:
-            raise UserError(f"{path}: there is no key {key}: choose from {', '.join(KEYS)}, [set]")
+            raise UserError(f"{path}: {unknown_name('key', key, KEYS, ', [set]')}")
         kind, words = KEYS[key]
         # Not isinstance: a Boolean is an integer to Python. No path has a NUL character.
         if type(value) is not kind or "\0" in str(value):
