@@ -17,7 +17,7 @@ from golf_impact.report.styles import STYLES
 
 
 def test_version_help_and_list(monkeypatch):
-    """In 80 columns no summary of a command is cut, and arguments have no types of Python."""
+    """No summary of a command is cut, all help fits 80 columns, and arguments have no types."""
     monkeypatch.setenv("COLUMNS", "80")
     assert golf_here("--version").stdout == f"golf-impact {VERSION}\n"
     assert golf_here("list").stdout.count("finite_difference") == 1
@@ -29,6 +29,7 @@ def test_version_help_and_list(monkeypatch):
         assert done.returncode == 0
         assert "Usage" in done.stdout
         assert " <" not in done.stdout
+        assert max(map(len, done.stdout.splitlines())) <= 80
 
 
 def test_build_and_run(tmp_path):

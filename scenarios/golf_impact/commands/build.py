@@ -11,7 +11,7 @@ from golf_impact.errors import UserError
 EPILOG = (
     "Examples: golf-impact build --out ClubBallImpact.fmu · golf-impact build --system · "
     "golf-impact build --fmi 3 · golf-impact build --standalone · golf-impact build --standalone "
-    "--target linux64 --target win64 --python python-3.11.9-embed-amd64.zip"
+    "--target win64 --python embed-amd64.zip"
 )
 
 _OUT = "The file to write; if omitted, in build/ of a checkout, else in the cache folder."

@@ -16,9 +16,9 @@ from golf_impact.commands.console import (
 )
 
 EPILOG = (
-    "Examples: golf-impact calibrate --curve force.csv --club-speed 95mph --m-club 200g --save "
-    "mine.toml · golf-impact calibrate --cor-speeds cor.csv --contact-time 600us · golf-impact "
-    "calibrate --cor 0.743 --contact-time 600us"
+    "Examples: golf-impact calibrate --curve force.csv@95mph --m-club 200g --save mine.toml · "
+    "golf-impact calibrate --cor-speeds cor.csv --contact-time 600us · golf-impact calibrate "
+    "--cor 0.743 --contact-time 600us"
 )
 
 _CURVE = (
