@@ -39,10 +39,10 @@ class ImpactFmu(ImpactRuns, LoadedFmu):
             self.slave  # noqa: B018 (instantiates it here, where an error gets a message)
         except Exception as error:
             shutil.rmtree(self.folder, ignore_errors=True)
-            raise UserError(
-                f"{self.path} can't be loaded from {self.folder} ({first_line(error)}): "
-                "run `golf-impact build`"
-            ) from error
+            full = isinstance(error, OSError) and error.errno
+            what = "make room there, or set TMPDIR" if full else "run `golf-impact build`"
+            why = f"{self.path} can't be loaded from {self.folder} ({first_line(error)})"
+            raise UserError(f"{why}: {what}") from error
         return self
 
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
