@@ -129,6 +129,10 @@ def test_the_figure_of_an_own_case(fmu):
     # The ball has its style, and its parameters are in the title.
     assert STYLES["tour"].line == {"color": line.get_color(), "ls": (0, (6, 2))}
     assert "law 2, k = " in axes.get_title("left")
+    # Those of several balls have no place there.
+    _, both = own_cases(fmu, {}, [BALLS["tour"], BALLS["penner"]])
+    (draw,) = both.figures.values()
+    assert "k = " not in draw(figures).axes[0].get_title("left")
 
 
 @pytest.mark.parametrize(

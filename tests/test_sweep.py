@@ -717,6 +717,12 @@ def test_samples_of_a_study():
     labels = [text.get_text() for text in shown.get_legend().get_texts()]
     assert labels == ["median", "5 to 95 % of the samples"]
     plt.close(figure)
+    # Two are many, too.
+    study = Study.of({"k": "normal:1e6:1e5", "b": "0,9"}, ("max_force",), 2)
+    figure = draw(study, np.array([1.0, 3.0, 2.0, 4.0]), UNITS, None)
+    assert figure.axes[0].lines[0].get_ydata() == pytest.approx([2.0, 3.0])
+    assert len(figure.axes[0].collections) == 1
+    plt.close(figure)
 
 
 def test_nothing_to_draw(tmp_path):

@@ -241,6 +241,19 @@ def test_the_speed_is_that_along_the_normal(companion):
     assert get(lofted, *names) == get(flat, *names)
 
 
+def test_the_speed_of_the_backswing_is_the_slope_of_its_path(companion):
+    swing, step, places = companion("Swing"), 1e-4, []
+    begin = swung(swing, 0.3)
+    arm, club = get(swing, "arm_length", "club_length")
+    for n in range(3):
+        angles = get(swing, "arm_angle", "club_angle")
+        places.append(arm * np.exp(1j * angles[0]) + club * np.exp(1j * angles[1]))
+        if n == 1:
+            (speed,) = get(swing, "head_speed")
+        swing.doStep(begin + n * step, step)
+    assert speed == pytest.approx(-abs(places[2] - places[0]) / (2.0 * step), rel=1e-6)
+
+
 def test_the_swing_goes_on_to_its_end_and_rests_there(companion):
     swing = companion("Swing")
     swung(swing, 2.0, step=0.02)
