@@ -124,7 +124,8 @@ def test_a_value_and_its_error(value, error, text):
 @pytest.mark.parametrize(
     ("unit", "largest", "expected"),
     [
-        ("N/m", 1e6, (1e-6, "MN/m")), ("N/m", 999.0, (1.0, "N/m")), ("s", 6e-4, (1e6, "µs")),
+        ("N/m", 1e6, (1e-6, "MN/m")), ("N/m", 999.0, (1.0, "N/m")),
+        ("N/m", 999_999.0, (1e-3, "kN/m")), ("s", 6e-4, (1e6, "µs")),
         ("s", 1e-10, (1e9, "ns")), ("N", 1e13, (1e-9, "GN")), ("J", 0.0, (1.0, "J")),
         ("m", math.inf, (1.0, "m")), ("m/s", 1e6, (1.0, "m/s")), ("N.s/m", 1e6, (1.0, "N·s/m")),
     ],

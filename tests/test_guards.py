@@ -7,6 +7,7 @@ from binascii import crc32
 from decimal import Decimal
 from functools import partial
 
+import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 from golf_physics.companions import taylor
@@ -20,7 +21,7 @@ from golf_physics.laws import LAWS, Law, integrated
 from golf_physics.laws.closed_form import ClosedFormContact
 from golf_physics.laws.extended import ExtendedContact
 from golf_physics.laws.law import LinearLaw
-from golf_physics.numerics import zeros
+from golf_physics.numerics import chebyshev, zeros
 from golf_physics.values import Inputs, Motion, Parameters
 from golf_physics.variables import BY_NAME, MOTION
 from instances import get, put
@@ -195,6 +196,15 @@ def test_bodies_that_stay_together(size):
     assert list(found.values()) == pytest.approx([0.0, 0.0, place, 5e3 * place], rel=1e-14)
 
 
+def test_derivative_and_integral_of_a_chebyshev_series():
+    series, known = np.random.default_rng(1).normal(size=chebyshev.ORDER), np.polynomial.chebyshev
+    slopes = known.chebder(series[::-1])[::-1]
+    assert chebyshev.differentiate([*series]) == pytest.approx(slopes, rel=1e-12)
+    integral = 0.5 * known.chebint(series[::-1], lbnd=-1.0)[::-1]
+    integral[-1] += 2.0
+    assert chebyshev.integrate([*series], 2.0, 0.5) == pytest.approx(integral, rel=1e-12)
+
+
 def test_an_integrated_contact_without_an_end(monkeypatch):
     """A force on the head pushes both through the drag for ever; known as far as it is solved."""
     monkeypatch.setattr(integrated, "_MOST_PANELS", 100)
@@ -297,6 +307,10 @@ def test_steps_that_end_with_an_event():
     assert component.step(0.0, 1e-5)
     _, _, when = component.update()
     assert component.step_to_event(1e-5, when - 1e-5, False) == (True, True, when)
+    # From 0 the next double after touch is enough.
+    component = started(pytest.fail, HybridComponent, gap=0.0035)
+    after = math.nextafter(0.0035 / 35.0, math.inf)
+    assert component.step_to_event(0.0, 1e-3, True) == (True, True, after)
 
 
 def test_the_mean_force_of_a_short_step_of_an_integrated_contact():
@@ -349,6 +363,18 @@ def test_a_solver_finds_no_separation_at_touch(speed):
         component.set_states([0.0, 0.0, closing * speed, 0.0])
         found.append(component.indicators()[1] > 0.0)
     assert found == [True, True, False, False]
+
+
+@pytest.mark.parametrize(("compression", "in_contact"), [(1e-4, True), (0.0, False)])
+def test_an_event_near_separation(compression, in_contact):
+    """An event of another kind doesn't end a contact that still has a force, however small."""
+    component = started(pytest.fail, HybridComponent, law=2, b=0.0)
+    component.set_time(0.0)
+    component.update()
+    component.set_time(5e-4)
+    component.set_states([0.01 + compression, 0.01, 20.0, 50.0])
+    component.update()
+    assert component.discretes([BY_NAME["in_contact"].reference], "Boolean") == [in_contact]
 
 
 # Companions

@@ -307,7 +307,7 @@ class Contact(Impact):
         # As `state`, without its calls, up to 3 % of a change.
         dense, scale = self.phase.dense_output()
         state = dense(scale * t)
-        if not t or state[0] < 0.0 or state[5] < 0.0:
+        if not t or state[5] < 0.0:
             self.clamp(state, t)
         _, x_club, x_ball, v_club, v_ball, d = state
         closing = self.phase.closing(t) if t else self.motion.closing
