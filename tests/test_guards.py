@@ -7,6 +7,7 @@ from binascii import crc32
 from decimal import Decimal
 from functools import partial
 
+import mpmath
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
@@ -22,6 +23,7 @@ from golf_physics.laws.closed_form import ClosedFormContact
 from golf_physics.laws.extended import ExtendedContact
 from golf_physics.laws.law import LinearLaw
 from golf_physics.numerics import chebyshev, zeros
+from golf_physics.numerics.decimals import arithmetic
 from golf_physics.values import Inputs, Motion, Parameters
 from golf_physics.variables import BY_NAME, MOTION
 from instances import get, put
@@ -194,6 +196,19 @@ def test_bodies_that_stay_together(size):
     # What the club loses to its own drag is what the ball loses: the same path.
     place = 0.21 * 35.0 / 1e4
     assert list(found.values()) == pytest.approx([0.0, 0.0, place, 5e3 * place], rel=1e-14)
+
+
+@pytest.mark.parametrize("digits", [57, 95])
+def test_functions_of_decimals(digits):
+    """Stated: halvings cost e^x 4 digits."""
+    in_use, exp, cos_sin = arithmetic(digits)
+    with in_use(), mpmath.workdps(digits + 20):
+        for x in map(Decimal, ("0", "1e-20", "-0.7", "3.3", "-2345.6", "700.25")):
+            found = [mpmath.mpf(str(number)) for number in (exp(x), *cos_sin(x))]
+            at = mpmath.mpf(str(x))
+            assert abs(found[0] / mpmath.exp(at) - 1) < mpmath.mpf(10) ** (4 - digits)
+            assert abs(found[1] - mpmath.cos(at)) < mpmath.mpf(10) ** (4 - digits)
+            assert abs(found[2] - mpmath.sin(at)) < mpmath.mpf(10) ** (4 - digits)
 
 
 def test_derivative_and_integral_of_a_chebyshev_series():
