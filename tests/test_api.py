@@ -40,6 +40,7 @@ def test_the_functions(fmu):
         golf_impact.run_impact(k=-1.0)
 
 
+@pytest.mark.ci
 def test_public_names_have_types(tmp_path):
     (tmp_path / "user.py").write_text(
         "import golf_impact\n"

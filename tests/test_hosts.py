@@ -50,6 +50,7 @@ def run(libpython):
 @pytest.fixture(scope="module")
 def systems(system_files, standalone_path):
     """The companions, plain and standalone."""
+    tool("fmusim")
     return system_files()[:-1], system_files(standalone=True)[:-1]
 
 
