@@ -185,7 +185,7 @@ def test_several_curves(tmp_path):
     found = calibrate(listed, exponent="free")
     assert max(map(abs, deviations(found))) < 4.0
     assert list(found.residuals) == ["curve", "curve 2"]
-    assert "551 rows of 30.csv, 551 rows of 50.csv; " in found.ball.source
+    assert f"551 rows of {tmp_path}/30.csv, 551 rows of {tmp_path}/50.csv; " in found.ball.source
     files = [f"{tmp_path}/{speed}.csv@{speed}" for speed in (30, 50)]
     tables = [read_table(tmp_path / f"{v}.csv", *SERIES).columns for v in (30, 50)]
     rows = [dict(zip(("time", "force"), t)) | {"club_speed": v} for t, v in zip(tables, (30, 50))]
