@@ -185,7 +185,9 @@ def test_several_curves(tmp_path):
     found = calibrate(listed, exponent="free")
     assert max(map(abs, deviations(found))) < 4.0
     assert list(found.residuals) == ["curve", "curve 2"]
-    assert f"551 rows of {tmp_path}/30.csv, 551 rows of {tmp_path}/50.csv; " in found.ball.source
+    rows = "551 rows of {}/{}.csv ({} m/s, club 0.2 kg, ball 0.04593 kg)"
+    measured = ", ".join(rows.format(tmp_path, speed, speed) for speed in (30, 50))
+    assert found.ball.source == f"golf-impact calibrate: {measured}"
     files = [f"{tmp_path}/{speed}.csv@{speed}" for speed in (30, 50)]
     tables = [read_table(tmp_path / f"{v}.csv", *SERIES).columns for v in (30, 50)]
     rows = [dict(zip(("time", "force"), t)) | {"club_speed": v} for t, v in zip(tables, (30, 50))]

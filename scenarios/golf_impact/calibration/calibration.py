@@ -152,7 +152,13 @@ class Calibration:
     def ball(self) -> Ball:
         """The ball that was found; `**ball.values` are inputs and parameters of the FMU."""
         data, names = self.data, [*self.data.targets]
-        names += [f"{len(one.y)} rows of {one.name}" for one in data.series.values()]
+        for one in data.series.values():
+            # Each curve has conditions of its own.
+            at = f" ({_in_words(one.impact)})" if one.impact else ""
+            names.append(f"{len(one.y)} rows of {one.name}{at}")
+        measured = ", ".join(names)
+        if data.targets or not data.curves:
+            measured += f"; {_in_words(data.impact)}"
         # The impact isn't part of the ball, but for a mass of its own.
         of_ball = {*self.fit.values}.difference(IMPACT)
         if data.impact["m_ball"] != IMPACT["m_ball"]:
@@ -162,7 +168,7 @@ class Calibration:
             name="calibrated",
             title=f"calibrated, {self.fit.title}",
             values={name: v for name, v in self.fit.values.items() if name in of_ball},
-            source=f"golf-impact calibrate: {', '.join(names)}; {_in_words(data.impact)}",
+            source=f"golf-impact calibrate: {measured}",
             uncertain=tuple(self.parameters),
             covariance=tuple(map(tuple, self.covariance.tolist())),
             conditions=conditions,
