@@ -188,6 +188,7 @@ def test_several_curves(tmp_path):
     rows = "551 rows of {}/{}.csv ({} m/s, club 0.2 kg, ball 0.04593 kg)"
     measured = ", ".join(rows.format(tmp_path, speed, speed) for speed in (30, 50))
     assert found.ball.source == f"golf-impact calibrate: {measured}"
+    assert found.ball.conditions == {"club_speed": 30.0, "m_club": 0.2}  # of the first
     files = [f"{tmp_path}/{speed}.csv@{speed}" for speed in (30, 50)]
     tables = [read_table(tmp_path / f"{v}.csv", *SERIES).columns for v in (30, 50)]
     rows = [dict(zip(("time", "force"), t)) | {"club_speed": v} for t, v in zip(tables, (30, 50))]
