@@ -332,6 +332,15 @@ def test_sentences_of_refusals(name, value, sentence):
     assert f"the simulation must stop: {sentence}" in messages[-1].sentence
 
 
+def test_an_event_before_initialization():
+    """It is refused alone: the refused start value may still be corrected."""
+    messages = []
+    component = HybridComponent(messages.append)
+    component.set_values([REFERENCE["k"]], [-1.0])
+    assert component.update() == (False, False, None)
+    assert messages[-1].sentence == "an event before initialization or after the end is refused"
+
+
 @pytest.mark.parametrize("speed", [0.1, 35.0])
 def test_a_solver_finds_no_separation_at_touch(speed):
     """There is no force either; but the bodies close, at more than half of the approach speed."""
