@@ -347,7 +347,7 @@ def test_a_solver_finds_no_separation_at_touch(speed):
     component = started(pytest.fail, HybridComponent, club_speed=speed)
     component.set_time(0.0)
     found = []
-    for closing in (1.0, 0.6, 0.4, -0.9):
+    for closing in (1.0, 0.5, 0.4, -0.9):
         component.set_states([0.0, 0.0, closing * speed, 0.0])
         found.append(component.indicators()[1] > 0.0)
     assert found == [True, True, False, False]

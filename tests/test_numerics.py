@@ -1,5 +1,6 @@
 """Functions of decimals, zeros and series, which the physics uses."""
 
+import math
 from decimal import Decimal
 from functools import partial
 
@@ -39,6 +40,12 @@ def test_a_zero_without_a_slope_is_found_by_halving():
         lambda t: ((t < place) - (t >= place), 0, 0), 0 * place, place + 1, 1
     )
     assert abs(found - place) < Decimal("1e-26")
+
+
+def test_zeros_of_a_sine():
+    """Without the exponential term: a zero at 0 isn't the end of a contact that begins there."""
+    for sine, zero in ((-1.0, 2.0 * math.pi), (1.0, math.pi)):
+        assert zeros.first_downward_zero(0.1, 0.0, 0.0, sine) == zero
 
 
 @pytest.mark.parametrize(
