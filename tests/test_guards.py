@@ -353,6 +353,13 @@ def test_a_solver_finds_no_separation_at_touch(speed):
     assert found == [True, True, False, False]
 
 
+def test_indicators_before_touch():
+    """Neither has passed zero."""
+    component = started(pytest.fail, HybridComponent, gap=0.01)
+    component.set_time(0.0)
+    assert min(component.indicators()) > 0.0
+
+
 @pytest.mark.parametrize(("compression", "in_contact"), [(1e-4, True), (0.0, False)])
 def test_an_event_near_separation(compression, in_contact):
     """An event of another kind doesn't end a contact that still has a force, however small."""
