@@ -15,7 +15,7 @@ import golf_impact
 from golf_impact.arrays import impacts as arrays
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.facts.balls import BALLS
-from golf_impact.facts.scales import Scales
+from golf_impact.facts.scales import Scales, contact_scales
 from golf_impact.runs import FLAGS, PATH
 from golf_impact.stress import cases, special_points
 
@@ -47,16 +47,9 @@ def worst_error(outcome, columns):
         assert [name for name in REALS if not math.isnan(flat[name][n])] == known
         if "contact_time" not in known:
             continue
-        values = full(values)
-        approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
-        scales = Scales(values, exact, approach)
-        # Positions are those a second later, to which an error in velocity has grown.
-        speed = abs(values["club_speed"]) + abs(values["ball_speed"])
-        later = speed * float(runs.horizon(values))
+        scales = contact_scales(full(values), exact)
         for name in known:
             error = scales.error(name, float(flat[name][n]), float(exact[name]))
-            if name.endswith("position"):
-                error = abs(flat[name][n] - exact[name]) / later
             worst = max(worst, (error, name, values), key=lambda found: found[0])
     return worst
 
@@ -100,6 +93,16 @@ def test_random_impacts(arguments):
     assert_within(error, name=name, values=where)
 
 
+def test_a_refused_case_beside_others():
+    """It is forgotten, also where a law that doesn't exist ended its start early."""
+    found = golf_impact.run_impacts(
+        ["ball_velocity"], k=[-1.0, 1e6], law=[1.5, 1.0], club_speed=-5.0
+    )
+    assert found.refused.tolist() == [True, False]
+    assert found.reason.startswith("law = 1.5 is refused")
+    assert found["ball_velocity"][1] == 0.0
+
+
 @pytest.mark.parametrize("impact", [cases.random_impact, special_points.special_impact])
 def test_impacts_of_the_stress_runs(impact):
     rows = [impact(36, n).values for n in range(SIZE)]
@@ -110,18 +113,22 @@ def test_impacts_of_the_stress_runs(impact):
     assert_within(error, name=name, values=where)
 
 
+def test_nearly_equal_masses_that_hardly_close():
+    """Nearly all is in law 1's real mode, whose rates differ in few digits from the drags."""
+    closing = 10.0 ** np.random.default_rng(36).uniform(-3, 0, SIZE)
+    values = {"law": 1, "m_club": 0.2, "m_ball": 0.2000001, "club_speed": 40.0, "b": 150.0}
+    values["ball_speed"] = 40.0 - closing
+    outcome = arrays.impacts((*REALS, *FLAGS), values, (SIZE,))
+    assert not outcome.scalar.any()
+    error, name, where = worst_error(outcome, values)
+    assert_within(error, name=name, values=where)
+
+
 BALL = dict(BALLS["roh-lee-tsuji"].values)
 
 #: Values, one of them, and where it is inside and outside the closed forms.
 BORDERS = {
     "law 1, damping": ({"law": 1}, "b", 9.0, 400.0),
-    # Outside, impulses would lose digits.
-    "law 1, real mode": (
-        {"law": 1, "m_club": 2.8406, "m_ball": 2.8418, "b": 404.6, "ball_speed": -185.748},
-        "club_speed",
-        -100.0,
-        -185.727,
-    ),
     "law 1, slope": (
         {"law": 1, "m_club": 1.4, "m_ball": 4e3, "club_speed": 5.0, "ball_speed": -4.2},
         "b",

@@ -766,7 +766,8 @@ def test_sobol_indices_of_a_sum():
 
 @pytest.mark.ci
 def test_the_comparison_compares(fmu_path, monkeypatch):
-    study = Study.of({"k": "1e6:2e6:50", "gap": "0,0.1"})
+    # A run with a force on the head ends at separation.
+    study = Study.of({"k": "1e6:2e6:50", "gap": "0,0.1", "club_force": "0,500"})
     with Sweep(study) as sweep:
         rate, error = compare(sweep, fmu_path, rounds=1)
         assert error <= 1e-13

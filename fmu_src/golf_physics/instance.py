@@ -53,6 +53,8 @@ class Instance:
     def start(self, **values: Any) -> None:
         """Begin a run at time 0 with these inputs and parameters (SI units; defaults otherwise)."""
         component = self._component
+        # Those of a start that ended early, at a name or a law that doesn't exist.
+        self._refusals.clear()
         component.restore(self._initial)
         component.enter_initialization()
         for name, value in values.items():

@@ -57,15 +57,20 @@ class ImpactRuns:
         results.update((name, undefined[name]) for name in undefined.keys() & results.keys())
         return results
 
-    def run_to_end(self, horizon: float, values: Mapping[str, Any]) -> None:
-        """Make a run of this length, s; one with a force on the club head ends at separation."""
+    def run_to_end(self, horizon: float, values: Mapping[str, Any]) -> float:
+        """Make a run of this length, s; one with a force on the club head ends at separation.
+
+        Returns its length.
+        """
         self.start(**values)
         self.step(0.0, horizon)
         if values.get("club_force") and self.read_flag("separated"):
             # The head would go on accelerating, for seconds after an impact of 0.6 ms.
             end = sum(self.read(("touch_time", "contact_time")).values())
+            horizon = end * (1.0 + 2.0**-51)
             self.start(**values)
-            self.step(0.0, end * (1.0 + 2.0**-51))
+            self.step(0.0, horizon)
+        return horizon
 
     @np.errstate(all="ignore")
     def horizon(self, values: Mapping[str, Any]) -> np.ndarray:

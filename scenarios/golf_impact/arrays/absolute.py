@@ -15,9 +15,9 @@ import numpy as np
 from golf_impact.arrays.contacts import COMMON, Contacts, Motion
 from golf_impact.arrays.elementwise import Values, angle, cos_sin, exp, expm1, newton
 
-#: With more damping w loses digits, and contact may never end; with a real mode that is more of the
-#: approach speed the impulse does.
-_MOST_DAMPING, _MOST_REAL_MODE = 0.5, 0.25
+#: With more damping contact may never end, and the largest compression may be at another zero (seen
+#: from 0.7 on).
+_MOST_DAMPING = 0.5
 
 #: Of the slope at the end, as part of the pair's: rounding then moves the end by 1e-14 at most.
 _LEAST_SLOPE = 0.125
@@ -40,7 +40,7 @@ def _modes(c: Contacts) -> Modes:
     p, q, zeta = c.p, c.q, c.zeta
     # r = 2ζ(p + z) lies between the drags 2ζp and 2ζq, 2ζy below the other one; no digits are lost
     # without damping or with equal masses.
-    square, span = 4.0 * zeta * zeta, q - p
+    square, span = 4.0 * zeta * zeta, c.unequal
 
     def step(z: Values) -> Values:
         slope, rest = p + square * (p + z) * z, span - z
@@ -83,8 +83,7 @@ def _zero(modes: Modes, row: Row) -> tuple[Values, Values]:
 
 
 def _closed(c: Contacts) -> Values:
-    small = np.abs(np.real(c.modes.d[0])) <= _MOST_REAL_MODE * np.real(c.closing)
-    return (np.real(c.zeta) <= _MOST_DAMPING) & small & c.end[1]
+    return (np.real(c.zeta) <= _MOST_DAMPING) & c.end[1]
 
 
 class Instant(NamedTuple):

@@ -52,6 +52,8 @@ COMMON: dict[str, Formula] = {
     "p": lambda c: c.m_ball / (c.m_club + c.m_ball),
     "q": lambda c: c.m_club / (c.m_club + c.m_ball),
     "mu": lambda c: c.m_club * c.p,
+    # q - p, which nearly equal masses leave without digits.
+    "unequal": lambda c: (c.m_club - c.m_ball) / (c.m_club + c.m_ball),
     "touched": lambda c: True,
     "in_contact": lambda c: False,
     "separated": lambda c: True,

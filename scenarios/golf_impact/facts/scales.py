@@ -75,6 +75,8 @@ class Scales:
         elif name in (*_PLACES, "mean_force"):
             before = max(before, self.span)  # these reach over all the time that has passed
         if name in _PLACES:
+            # Afterwards a body moves at up to twice the scale of its velocity.
+            before *= 2.0
             # The effect of an error in velocity on a position grows with time.
             growth = max(1.0, (self.span - self.approach) / time)
         return max(4e-16 * before / time, 4e-16 * self.approach * self.fastest * growth)

@@ -37,7 +37,9 @@ class Loop:
         values = sweep.plan.values({name: column[cases] for name, column in columns.items()})
         self.fmu, self.outputs = fmu, sweep.plan.outputs
         self.values = {n: np.broadcast_to(v, LOOPED).tolist() for n, v in values.items()}
-        self.steps = np.broadcast_to(ScalarImpacts().horizon(self.values), LOOPED).tolist()
+        rows, runs = zip(*self.values.values()), ScalarImpacts()
+        horizons = np.broadcast_to(runs.horizon(self.values), LOOPED).tolist()
+        self.steps = [runs.run_to_end(h, dict(zip(values, row))) for h, row in zip(horizons, rows)]
         self.results = {name: np.empty(LOOPED) for name in self.outputs}
 
     def run(self) -> None:
