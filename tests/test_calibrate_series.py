@@ -35,6 +35,20 @@ def test_a_power_law_ball_from_its_noisy_curve(seed):
     assert found.sigma[0] == pytest.approx(40.0, rel=0.2)
 
 
+def test_curves_of_different_noise():
+    """Each has the weight of its own residuals: the fit is that with their σ given."""
+    rows = []
+    for speed, noise in ((30.0, 20.0), (50.0, 400.0)):
+        time, force = record(100, noise, club_speed=speed, seed=int(speed))
+        rows.append({"time": time, "force": force, "club_speed": speed})
+    found = fitted(conditions={"m_club": 0.2}, curve=rows)
+    for row, sigma in zip(rows, np.split(found.sigma, 2)):
+        row["sigma"] = sigma
+    again = fitted(conditions={"m_club": 0.2}, curve=rows)
+    for name, (value, error) in found.parameters.items():
+        assert abs(again.values[name] - value) < 1e-3 * error
+
+
 @pytest.mark.ci
 @pytest.mark.parametrize("given", [True, False])
 def test_standard_errors_are_the_spread(given):

@@ -176,8 +176,9 @@ def sensitivities(
 
     Raises:
         UserError: there is no variable of a name, or no derivative: a contact that isn't in closed
-            form (COR below 0.14, with an exponent below 0.22; under law 1 ζ above 0.5), exponent =
-            1, restitution_at_rest = 0, a contact time with an exponent over a damping of 0.
+            form (COR below 0.14, with an exponent below 0.22; under law 1 ζ above 0.5, or less
+            where drag moves both bodies), exponent = 1, restitution_at_rest = 0, a contact time
+            with an exponent over a damping of 0.
 
     Example:
         >>> slopes = sensitivities(["ball_velocity"], wrt=["club_speed", "m_club"], law=2)
