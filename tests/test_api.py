@@ -73,8 +73,11 @@ def test_names_of_outputs():
         assert "force" in run(outputs="force", **more)
         assert {*names} <= run(outputs=(name for name in names), **more).keys()
         if run is not golf_impact.run_impacts:
-            with pytest.raises(golf_impact.UserError, match="no output 'touched' of type Real: ch"):
+            with pytest.raises(
+                golf_impact.UserError, match="no output 'touched' of type Real: ch"
+            ) as of:
                 run(outputs=["touched"], **more)
+            assert of.value.variable == "touched"
         for wrong, variable, similar in (
             (
                 {"outputs": ["smash"]},

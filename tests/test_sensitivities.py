@@ -66,10 +66,12 @@ def check(outputs, values, wrt, step):
     [
         {"law": 1, "ball_speed": -3.0, "gap": 1e-3, "b": 40.0},
         {"law": 1, "b": 0.0},
+        {"law": 1, "b": 160.0},
         {"law": 1, "m_club": 0.05, "m_ball": 0.05},
         {"law": 2, "b": 100.0, "gap": 0.01, "ball_speed": 2.0},
         {"law": 2, "b": 200.0},
         {"law": 2, "b": 0.0},
+        {"law": 2, "b": 1e-300},
     ],
 )
 def test_linear_laws(values):

@@ -2,7 +2,10 @@
 
 import json
 import math
+from decimal import Decimal
+from fractions import Fraction
 
+import numpy as np
 import pytest
 from command import golf_here, refused
 
@@ -94,11 +97,19 @@ def test_a_remark_once_a_command(tmp_path):
         assert words in " ".join(done.stderr.split())
 
 
-@pytest.mark.parametrize("value", ["2", None, [2], math.nan])
+@pytest.mark.parametrize("value", ["2", None, [2], [[1], [1, 2]], math.nan])
 def test_python_takes_numbers_only(value):
     for function in (golf_impact.run_impact, golf_impact.run_trajectory):
         with pytest.raises(UserError, match="law = "):
             function(law=value)
+
+
+@pytest.mark.parametrize("k", [10**20, Decimal("8e5"), Fraction(5e6) / 3, np.float32(8e5)])
+def test_python_takes_any_real_number(k):
+    expected = golf_impact.run_impact(["contact_time"], k=float(k))
+    assert golf_impact.run_impact(["contact_time"], k=k) == expected
+    found = golf_impact.run_impacts(["contact_time"], k=[k, k])["contact_time"]
+    assert found == pytest.approx(expected["contact_time"], rel=1e-13)
 
 
 @pytest.mark.parametrize("points", [1, 0, 2.5])

@@ -149,11 +149,16 @@ def _names(names: Iterable[str]) -> Sequence[str]:
 
 def _numbers(values: Mapping[str, Any]) -> dict[str, float]:
     """The values if each is a single number; otherwise a UserError."""
+    numbers = {}
     for name, value in values.items():
-        if np.ndim(value) or np.asarray(value).dtype.kind not in "biuf":
+        try:
+            if isinstance(value, (str, bytes)) or np.ndim(value):
+                raise TypeError
+            numbers[name] = float(value)
+        except (TypeError, ValueError, OverflowError):
             why = "it must be a number in SI units"
-            raise UserError(f"{name} = {value!r} is refused: {why}", name, value, why)
-    return dict(values)
+            raise UserError(f"{name} = {value!r} is refused: {why}", name, value, why) from None
+    return numbers
 
 
 def sensitivities(

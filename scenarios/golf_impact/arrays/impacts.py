@@ -121,9 +121,13 @@ def as_arrays(values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], tuple[i
     for name, value in values.items():
         try:
             # What is masked is missing: NaN, which is rejected.
-            array = np.ma.asarray(value).astype(float, casting="same_kind")
+            array: Any = np.ma.asarray(value)
+            # Objects may be numbers, too: large integers, or those of `decimal`.
+            if array.dtype.kind == "O":
+                array = array.astype(float)
+            array = array.astype(float, casting="same_kind")
             arrays[name] = np.asarray(np.ma.filled(array, np.nan))
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             why = "it must be a number or an array of them"
             raise UserError(f"{name} is refused: {why}", name, value, why) from None
     try:

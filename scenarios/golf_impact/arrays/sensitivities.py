@@ -14,8 +14,9 @@ from golf_impact.arrays.power_law import POWER_LAW
 from golf_impact.errors import UserError
 from golf_impact.runs import FLAGS
 
-#: Relative; of a variable that is 0, absolute (SI). Its square is far below rounding.
-_STEP = 1e-30
+#: Relative; of a variable below `_TINY`, where it would underflow, absolute (SI). Its square is far
+#: below rounding.
+_STEP, _TINY = 1e-30, 1e-200
 
 
 @np.errstate(all="ignore")
@@ -62,7 +63,8 @@ def _check(wrong: np.ndarray, why: str) -> None:
 def _slopes(contacts: Contacts, outputs: Sequence[str], of: str) -> dict[str, Values]:
     """Derivatives by one variable; infinite where there is none."""
     values = {name: getattr(contacts, name) for name in impacts.DEFAULTS}
-    step = _STEP * np.where(values[of] == 0.0, 1.0, np.abs(values[of]))[()]
+    size = np.abs(values[of])
+    step = _STEP * np.where(size < _TINY, 1.0, size)[()]
     stepped = Contacts(contacts.formulas, values | {of: values[of] + 1j * step})
     power_law = contacts.formulas is POWER_LAW
     none: Any = of == "exponent" and not power_law
