@@ -45,6 +45,7 @@ def test_the_force_of_arrays_is_that_of_the_fmu(fmu):
         ("0 1\n1 2\n", "", [[0, 1], [1, 2]]),
         ('"time","force"\n"0","1" # first\n"1","2"\n', "", [[0, 1], [1, 2]]),
         ("scope\nforce,time\n1,0\n2,1\n", "", [[0, 1], [1, 2]]),
+        ("time,force\n", "", [[], []]),
         ("time,force,sigma\n0,1,5\n1,2,5\n", "", [[0, 1], [1, 2], [5, 5]]),
     ],
 )
