@@ -65,6 +65,31 @@ def test_after_an_approach_of_333_s_in_unequal_steps(values, seed):
     check({**values, "gap": 35.0 * approach}, steps)
 
 
+def test_after_an_approach_of_333_s_in_equal_steps():
+    """The instant is the product of their number and size, of which none is a double."""
+    approach, number = 333.0, 20_011
+    check({"law": 2, "gap": 35.0 * approach}, [(approach + 150e-6) / number] * number)
+
+
+def test_after_a_club_speed_that_changes_at_every_step():
+    """The gap that is left is a sum of as many products; their order has no effect."""
+    number, size, last = 10_000, 1e-6 / 3.0, 150e-6
+    gap = 35.0 * 2 * number * size + 1e-3
+
+    def run(steps):
+        component, point = initialized(report=pytest.fail, law=2, gap=gap), 0.0
+        for speed, step in (*steps, (40.0, 1e-3 / 40.0 + last)):
+            component.set_values([BY_NAME["club_speed"].reference], [speed])
+            assert component.step(point, step)
+            point += step
+        names = ("force", "compression", "club_velocity", "ball_velocity", "impulse")
+        return dict(zip(names, component.reals([BY_NAME[name].reference for name in names])))
+
+    many = run([(30.0, size), (40.0, size)] * number)
+    half = few(number * Fraction(size))
+    assert_close(many, run([(speed, step) for speed in (30.0, 40.0) for step in half]))
+
+
 @pytest.mark.parametrize("values", LAWS.values(), ids=LAWS)
 def test_a_change_in_contact_after_an_approach_of_333_s(values):
     def run(gap, *sizes):
