@@ -332,6 +332,27 @@ def test_sentences_of_refusals(name, value, sentence):
     assert f"the simulation must stop: {sentence}" in messages[-1].sentence
 
 
+@pytest.mark.parametrize("kind", [Component, HybridComponent])
+def test_a_step_after_the_end(kind):
+    """Refused, also where it is one more of equal steps."""
+    messages = []
+    component = started(messages.append, kind)
+    for n in range(3):
+        assert component.step(n * 0.25, 0.25)
+    component.terminate()
+    assert not component.step(0.75, 0.25)
+    assert len(messages) == 1
+
+
+def test_the_fields_of_several_refusals_are_those_of_the_first():
+    messages = []
+    assert not started(messages.append, k=-1.0, b=-2.0).step(0.0, 1e-4)
+    refusal = messages[-1]
+    assert (refusal.variable, refusal.value) == ("k", -1.0)
+    assert "k = -1.0" in refusal.sentence
+    assert "b = -2.0" in refusal.sentence
+
+
 def test_an_event_before_initialization():
     """It is refused alone: the refused start value may still be corrected."""
     messages = []

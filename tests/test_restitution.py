@@ -57,6 +57,11 @@ def test_stiffness_that_changes_keeps_the_damping_ratio(fmu, exponent):
     assert by_line == pytest.approx(changed(fmu, values, {"k": 2e6, "b": b(2e6)}), rel=1e-13)
 
 
+def test_a_line_at_1_is_elastic(fmu):
+    elastic = fmu.impact(METRICS, law=2, b=0.0)
+    assert fmu.impact(METRICS, law=2, restitution_at_rest=1.0) == elastic
+
+
 @pytest.mark.parametrize("gap", [0.0, 0.0503])
 @pytest.mark.parametrize("read_outputs", [False, True])
 def test_a_restitution_out_of_reach_is_refused_at_touch(fmu, gap, read_outputs):
