@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import threading
 import time
 
@@ -147,7 +148,11 @@ def test_conditions_with_units_reproduce_the_fit(tmp_path):
     assert written["touch_time"]["value"] == pytest.approx(0.0123, abs=4e-6)
     (prediction,) = written["predictions"]
     assert prediction["club_speed"] == 50.0
-    assert prediction["smash_factor"]["low"] < prediction["smash_factor"]["high"]
+    low, value, high = (prediction["smash_factor"][key] for key in ("low", "value", "high"))
+    assert 0.0 < high - value == pytest.approx(value - low)
+    (printed,) = re.findall(r"│ 50 +│ +(\S+) ± (\S+) │", done.stdout)
+    assert list(map(float, printed)) == pytest.approx([value, high - value], rel=0.06)
+    assert not written["series"]["curve"]["sigma_given"]
     assert golf_impact.read_ball(ball).conditions == AT
     done = golf_here("run", "--ball", ball, *common)
     assert "--set club_speed=40 --set m_club=0.2" in done.stdout

@@ -1,12 +1,14 @@
 """Force curves and COR over speed: the ball is found again, with standard errors that hold."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from command import golf_here, refused
 from conftest import numbers, some
 from lab import AT, BALL, deviations, line, record
+from scipy.stats import norm
 
 import golf_impact
 from golf_impact.calibration.calibration import Calibration
@@ -47,6 +49,47 @@ def test_curves_of_different_noise():
     again = fitted(conditions={"m_club": 0.2}, curve=rows)
     for name, (value, error) in found.parameters.items():
         assert abs(again.values[name] - value) < 1e-3 * error
+
+
+def test_aic_is_that_of_a_normal_likelihood():
+    """Less N ln 2π, which is the same for every law."""
+    found = fitted(LINEAR, curve=record(100))
+    parameters = len(found.parameters) + len(found.touches)
+    likelihood = norm.logpdf(found.residuals * found.sigma, scale=found.sigma).sum()
+    constant = len(found.residuals) * math.log(2.0 * math.pi)
+    assert found.aic == pytest.approx(2.0 * parameters - 2.0 * likelihood - constant)
+
+
+def test_the_error_of_an_offset_is_one_of_the_parameters():
+    """Added to their variance: the square of the change that it makes."""
+    data, law = measurements(AT, curve=record()), ContactLaw(2, 1.6)
+    (curve,) = data.curves.values()
+
+    def fit(**changes):
+        one = replace(curve, sigma=np.full(len(curve.y), 40.0), **changes)
+        return Fit(Measurements({}, [one], None, data.impact), law)
+
+    error, small = 20.0, 0.2
+    below, above = fit(y=curve.y - small), fit(y=curve.y + small)
+    without, with_ = fit().parameters, fit(offset_error=error).parameters
+    for name, (_, deviation) in without.items():
+        change = error * (above.values[name] - below.values[name]) / (2.0 * small)
+        found = math.sqrt(with_[name].standard_error ** 2 - deviation**2)
+        assert found == pytest.approx(abs(change), rel=0.05)
+
+
+def test_the_impulse_of_a_pushed_head():
+    """That of the push, which lasts as long as the contact, isn't the impact's."""
+    values = {"exponent": 1.0, "k": 1e6, "b": 0.0, "club_force": 4000.0}
+    curve = record(300, noise=0.0, **values)
+    impulse = golf_impact.run_impact(["impulse"], **BALL | AT | values)["impulse"]
+    with pytest.raises(UserError, match="its impulse, ") as caught:
+        fitted(LINEAR, AT | {"club_speed": 100.0, "club_force": 4000.0}, curve=curve)
+    found = float(str(caught.value).partition("its impulse, ")[2].split()[0])
+    reduced = 0.2 * 0.04593 / 0.24593
+    # 1 + COR is 2; the push counts from a quarter of the largest force on.
+    assert found == pytest.approx(2.0 * reduced * 40.0, rel=0.03)
+    assert impulse > 1.07 * found
 
 
 @pytest.mark.ci

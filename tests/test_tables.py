@@ -12,6 +12,7 @@ from golf_impact.facts.measured import MEASUREMENTS, MPH, OUTSIDE, TOUR
 from golf_impact.facts.quantities import QUANTITIES, undefined_results
 from golf_impact.facts.toml import read_toml
 from golf_impact.facts.units import SYMBOLS, symbol_of, unit_of
+from golf_impact.fmu import shots
 
 PAGE = read_toml(files("golf_impact.explore") / "cases.toml")
 
@@ -65,6 +66,12 @@ def test_speeds_of_balls():
 def test_start_values_of_the_flight(name, value):
     rows = {row.name: row for row in COMPANIONS["BallFlight"].tables["rows"]}
     assert rows[name].start == pytest.approx(value, rel=1e-15)
+
+
+def test_the_measured_head():
+    """Proceedings 2020, 49(1), 47, Table 1."""
+    head = shots.HEAD, shots.DEPTH, shots.INERTIA
+    assert head == pytest.approx((204e-3, 42.3e-3, 4085e-7))
 
 
 def size_of(unit):
