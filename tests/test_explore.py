@@ -449,6 +449,14 @@ def test_an_exported_page_asks_for_nothing_elsewhere(exported):
     assert not [name for name in names if name[0] in "._#" or ".tmp" in name]
 
 
+@pytest.mark.parametrize("values", [{"law": 2}, {"law": 2, "club_force": 2000.0}, {"law": 1}])
+def test_the_energy_lost(evaluator, values):
+    """Beside its picture: that of the path's end, with the work of a force on the head."""
+    reply = evaluator({"values": values})
+    (lost,) = map(float, re.findall(r"(\S+) J", reply["area"]))
+    assert lost == pytest.approx(reply["path"]["lost_energy"][-1], abs=0.006)
+
+
 _IN_NODE = """
 import {loadPyodide} from "./pyodide/pyodide.mjs"
 import {readFileSync} from "node:fs"

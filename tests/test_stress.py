@@ -36,6 +36,16 @@ def test_results(monkeypatch, tmp_path, impacts):
         assert draw(7, case["number"]).values == case["values"]
 
 
+def test_a_check_that_failed(monkeypatch, tmp_path, capsys):
+    check = {"claim": "x", "passed": False, "worst": 1.0, "tolerance": 0.1, "count": 2}
+    results = {"checks": {"energy": check | {"failures": 1}}, "impacts": 2, "passed": False}
+    monkeypatch.setattr(all_, "all_checks", lambda quick, seed, begin: results)
+    assert stress(quick=True, folder=tmp_path, seed=7) == 1
+    printed = capsys.readouterr().out
+    assert "all invariants but: energy" in printed
+    assert "FAIL 1" in printed
+
+
 @pytest.mark.parametrize("number", range(20))
 def test_partitions_add_up_exactly(number):
     impact = cases.random_impact(5, number)
