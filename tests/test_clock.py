@@ -57,11 +57,11 @@ def test_after_an_approach_of_333_s_in_unequal_steps(values, seed):
     rng = random.Random(seed)
     approach = 333.0
     steps = [rng.uniform(0.2, 1.8) * approach / 500.0 for _ in range(480)]
-    # Into contact, 150 µs after touch, by ten more steps.
+    # Into contact, 70 µs after touch, by ten more steps, and by eight equal ones to 150 µs.
     left = float(Fraction(approach) - sum(map(Fraction, steps)))
     cuts = sorted(rng.uniform(0.0, left) for _ in range(9))
-    edges = [0.0, *cuts, left + 150e-6]
-    steps += [after - before for before, after in itertools.pairwise(edges)]
+    edges = [0.0, *cuts, left + 70e-6]
+    steps += [after - before for before, after in itertools.pairwise(edges)] + [1e-5] * 8
     check({**values, "gap": 35.0 * approach}, steps)
 
 

@@ -26,7 +26,7 @@ def prepare(folder: Path, *names: str) -> None:
         for path in (folder / name for name in names):
             plain(path)
     except OSError as error:
-        why = f"{error.strerror}; choose another folder with --out"
+        why = f"{error.strerror}; choose another folder"
         raise UserError(f"can't write {path}: {why}") from error
 
 

@@ -117,7 +117,7 @@ class Calibration:
             self.predictions = self.predict(self.speeds)
         except UserError as error:
             words = ", ".join(f"{speed:g}" for speed in speeds)
-            why = f"give others, e.g. --predict {speeds[0]:g}"
+            why = "give speeds nearer to those measured (--predict)"
             raise UserError(f"no prediction at {words} m/s: {error}; {why}") from error
 
     def predict(self, club_speeds: float | Sequence[float] | np.ndarray) -> dict[str, Interval]:
