@@ -269,6 +269,6 @@ def test_an_exact_fit_ranks_nothing():
 
 def test_a_prediction_at_a_speed_that_nobody_gave():
     line = ([25.0, 30.0, 35.0], [0.356, 0.23, 0.105])
-    with pytest.raises(UserError, match="no prediction at .* nearer to those measured"):
+    with pytest.raises(UserError, match=r"no prediction at .* nearer to those measured"):
         calibrate(cor_speeds=line)
     assert calibrate(cor_speeds=line, predict=[30.0]).speeds.tolist() == [30.0]
