@@ -116,7 +116,7 @@ def test_files_in_place_of_folders_and_vice_versa(tmp_path):
     file = tmp_path / "file"
     file.write_text("mine")
     for out in (file, file / "below"):
-        refused(golf_here("run", "table1", "--out", out, cwd=tmp_path), "Not a directory", "--out")
+        refused(golf_here("run", "table1", "--out", out, cwd=tmp_path), "Not a directory; choose")
     refused(golf_here("build", "--out", file / "below" / "x.fmu"), "x.fmu")
     refused(golf_here("build", "--out", tmp_path), "folder")
     assert file.read_text() == "mine"
