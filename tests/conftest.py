@@ -28,12 +28,15 @@ HERE = Path(__file__).resolve().parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 #: S, COR and velocities (m/s) of the defaults by law; `cases.exact` has more.
-CRITERIA = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
-EXPECTED = {
-    1: (1.5641431548673967, 0.9490239649368046, 21.529171647570724, 54.74501042035889),
-    2: (1.5842497138122187, 0.9307477583617195, 22.872568440767466, 55.44873998342765),
+LAW_1 = {
+    "smash_factor": 1.5641431548673967,
+    "coefficient_of_restitution": 0.9490239649368046,
+    "club_velocity": 21.529171647570724,
+    "ball_velocity": 54.74501042035889,
 }
-LAW_1 = dict(zip(CRITERIA, EXPECTED[1]))
+CRITERIA = (*LAW_1,)
+_LAW_2 = (1.5842497138122187, 0.9307477583617195, 22.872568440767466, 55.44873998342765)
+EXPECTED = {1: LAW_1, 2: dict(zip(CRITERIA, _LAW_2))}
 
 #: Fixtures: the FMU for each version of FMI, plain and standalone.
 FILES = ("fmu_path", "fmi3_path", "standalone_path", "standalone_fmi3_path")

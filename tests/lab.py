@@ -1,6 +1,7 @@
 """Records of a ball as a lab measures them: force curves and COR over speed, with noise."""
 
 import numpy as np
+from compare import assert_within
 
 import golf_impact
 
@@ -37,3 +38,10 @@ def write(path, *columns, head="time,force"):
 def deviations(found, true=BALL):
     """(found − true) in standard errors."""
     return [(one.value - true[n]) / one.standard_error for n, one in found.parameters.items()]
+
+
+def assert_found(found, true=BALL):
+    """Fail unless all parameters are within four standard errors of the true ones."""
+    __tracebackhide__ = True
+    for (name, one), off in zip(found.parameters.items(), deviations(found, true)):
+        assert_within(abs(off), 4.0, name, found=one.value, exact=true[name])

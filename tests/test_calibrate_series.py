@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from command import golf_here, refused
+from compare import assert_close
 from conftest import numbers, some
-from lab import AT, BALL, deviations, line, record
+from lab import AT, BALL, assert_found, deviations, line, record
 from scipy.stats import norm
 
 import golf_impact
@@ -31,9 +32,9 @@ def test_a_power_law_ball_from_its_noisy_curve(seed):
     shift = (-1.0) ** seed * 10.0 ** (seed % 5 - 3)
     found = fitted(curve=record(200, seed=seed, shift=shift))
     assert list(found.parameters) == ["k", "b", "exponent"]
-    for name in found.parameters:
-        assert found.values[name] == pytest.approx(BALL[name], rel=0.05)
-    assert max(map(abs, deviations(found))) < 4.0
+    right = {name: BALL[name] for name in found.parameters}
+    assert_close(found.values, right, tolerance=0.05, seed=seed)
+    assert_found(found)
     assert found.sigma[0] == pytest.approx(40.0, rel=0.2)
 
 
@@ -113,7 +114,8 @@ def test_a_row_in_the_steep_rise_after_touch():
     curves = [record(200, seed=n, **values, **at) for n in range(40)]
     found = [fitted(conditions=at, curve=curve) for curve in curves]
     true = {**BALL, **values}
-    assert max(abs(z) for one in found for z in deviations(one, true)) < 4.0
+    for one in found:
+        assert_found(one, true)
     errors = [one.touches["curve"].standard_error for one in found]
     assert min(errors) > 0.2 * max(errors)
 
@@ -136,7 +138,7 @@ def test_other_laws_and_records(case):
     law, values, how = case
     given = {name: values[name] for name in ("club_speed", "club_force") if name in values}
     found = fitted(law, AT | given, curve=record(**{"rows": 200, "seed": 3} | values | how))
-    assert max(map(abs, deviations(found, {**BALL, **values}))) < 4.0
+    assert_found(found, {**BALL, **values})
 
 
 def test_many_rows_of_a_contact_that_is_not_in_closed_form(fmu):
@@ -166,8 +168,8 @@ def test_a_line_of_cor_is_above_0():
 
 def test_without_noise():
     found = fitted(curve=record(200, noise=0.0, shift=2.0))
-    for name in found.parameters:
-        assert found.values[name] == pytest.approx(BALL[name], rel=1e-6)
+    right = {name: BALL[name] for name in found.parameters}
+    assert_close(found.values, right, tolerance=1e-6)
     assert found.touches["curve"].value == pytest.approx(2.0, abs=1e-10)
 
 
@@ -182,7 +184,7 @@ def test_a_line_of_cor(seed):
         error = found.parameters[name].standard_error
         assert error == pytest.approx(math.sqrt(covariance[1 - n, 1 - n]), rel=1e-3)
         assert found.values[name] == pytest.approx(expected, abs=2e-3 * error)
-    assert max(map(abs, deviations(found, PENNER))) < 4.0
+    assert_found(found, PENNER)
 
 
 def test_a_line_that_rises_is_held_at_slope_0():
@@ -199,7 +201,7 @@ def test_all_together(fmu):
     data = measurements(scalars, curve=record(200, **PENNER), cor_speeds=line(1))
     calibration = Calibration(data, FREE)
     assert list(calibration.parameters) == ["k", "exponent", *PENNER]
-    assert max(map(abs, deviations(calibration.fit, {**BALL, **PENNER}))) < 4.0
+    assert_found(calibration.fit, {**BALL, **PENNER})
     alone = Fit(Measurements({}, cor_speeds=data.cor_speeds), LINEAR)
     for name in PENNER:
         together, of_line = (one.parameters[name].standard_error for one in (calibration, alone))

@@ -177,8 +177,8 @@ def test_through_the_fmus(fmu, fmi3_path):
             str(fmi3_path), fmi_type="ModelExchange", start_values=values, output=names,
             stop_time=2e-3, output_interval=1e-4, relative_tolerance=1e-10,
         )  # fmt: skip
-        for name in names:
-            assert rows[name][-1] == pytest.approx(stepwise[name], rel=1e-6)
+        last = {name: rows[name][-1] for name in names}
+        assert_close(last, stepwise, tolerance=1e-6, **values)
 
 
 @pytest.mark.parametrize("values", [{"law": 1}, {"law": 2}, {"law": 2, "exponent": 1.6}])

@@ -421,7 +421,7 @@ def test_the_server_stays_small_and_quiet_until_ctrl_c(tmp_path):
     with serving("--ball", "penner", options=options, env=env) as (process, address):
         assert re.match("http://127.0.0.1:.*restitution_at_rest=0.86", address)
         sizes = []
-        for tabs in (10, 100):
+        for tabs in (10, 50):
             for _ in range(tabs):
                 for method, path in (("GET", "/"), ("GET", "/bokeh.min.js"), ("POST", "/impact")):
                     assert send(address, method, path)[0] == 200
@@ -468,6 +468,7 @@ console.log(JSON.stringify(JSON.parse(readFileSync(0, "utf-8")).map(metrics)))
 """
 
 
+@pytest.mark.ci
 def test_the_evaluator_in_webassembly(exported, evaluator):
     """In node's Pyodide, where libm differs in last bits, against the one here."""
     node = shutil.which("node")
