@@ -10,7 +10,6 @@ import pytest
 from command import golf_started
 
 from golf_impact.errors import UserError
-from golf_impact.explore import export as exporting
 from golf_impact.explore.cases import make_evaluator
 
 
@@ -55,6 +54,9 @@ def local():
 @pytest.fixture(scope="module")
 def exported(once):
     """The folder of an exported page."""
+    # With Bokeh, which the other tests don't need.
+    from golf_impact.explore import export as exporting
+
     folder = once("ClubBallImpact.fmu").parent / "page"
     try:
         exporting.export(once("ClubBallImpact.fmu"), folder)

@@ -4,6 +4,7 @@ With m = (n + 1)/2 and P = (n - 1)/(n + 1), x = (d/length)^m solves x'' + 2 ζ x
 x = 0, x' = 1 on, and dt = x^-P dσ/ω. Events are found by bisection. Nothing is shared with the FMU.
 """
 
+from functools import cached_property
 from itertools import pairwise
 
 import mpmath
@@ -62,7 +63,7 @@ class PowerLawContact:
             total += mp.quad(lambda s: abs(self.motion(s)[0]) ** -power, [begin, middle, end])
         return total / self.omega
 
-    @property
+    @cached_property
     def end(self):
         """σ at separation: the force's first zero."""
         zeta = self.zeta
@@ -74,7 +75,7 @@ class PowerLawContact:
 
         return _bisected(drive, 1 / (4 * (1 + zeta)), high)
 
-    @property
+    @cached_property
     def peak(self):
         """σ at the largest force."""
 
@@ -85,7 +86,7 @@ class PowerLawContact:
 
         return _bisected(slope, mp.mpf("1e-30"), self.end)
 
-    @property
+    @cached_property
     def deepest(self):
         """σ at the largest compression."""
         return _bisected(lambda sigma: self.motion(sigma)[1], self.end / 1000, self.end)

@@ -438,6 +438,7 @@ def test_the_server_stays_small_and_quiet_until_ctrl_c(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.ci  # pyodide comes from npm
 def test_an_exported_page_asks_for_nothing_elsewhere(exported):
     sizes = [file.stat().st_size for file in exported.rglob("*") if file.is_file()]
     assert sum(sizes) < 16e6

@@ -376,7 +376,7 @@ def integrated(companion_slave, speed):
     return flight.y_events[0][0][0], flight.y_events[1][0][1], end, math.atan2(-h, u)
 
 
-@pytest.mark.parametrize("case", [*FLIGHTS, *GRID[::13], *some(0, GRID)])
+@pytest.mark.parametrize("case", [*FLIGHTS, *GRID[::26], *some(0, GRID)])
 def test_flight_against_an_integration(companion, case):
     speed, values = case
     flight = flown(companion, speed, **values)
