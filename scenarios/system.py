@@ -17,6 +17,7 @@ from golf_impact.scenario import (
     build_system,
     extract_fmus,
     main,
+    measured,
     run_pushed,
     run_ssp,
     run_system,
@@ -238,7 +239,7 @@ def _show_drive(report, path, acting, flat):
         f"The head comes to the ball with {speed:.2f} m/s, along the face normal {normal:.2f} m/s. "
         f"COR is {case['coefficient_of_restitution']:.3f} at this speed. Loft and height of the "
         f"strike are chosen: {case['ball_speed']:.1f} m/s at {angle:.1f}° with {spin:.0f} rpm. The "
-        f"ball carries {case['carry']:.1f} m ({case['carry'] / 0.9144:.0f} yd).",
+        f"ball carries {case['carry']:.1f} m ({case['carry'] / measured.YARD:.0f} yd).",
         "Three speeds (law 2): before touch the swing's head has that speed, "
         f"{(_END - touch) * 1e3:.1f} ms after it {case['head_speed']:.2f} m/s along its path; the "
         f"free head of ClubBallImpact has {case['club_velocity']:.2f} m/s along the face normal "

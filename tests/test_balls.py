@@ -142,6 +142,7 @@ UNCERTAIN = 'k = 8e5\nb = 30\n[uncertainty]\nparameters = ["k"]\n'
         ("title = 'x'", "is no ball"),
         ("k = ", "no TOML"),
         ("k = 'stiff'", "k = 'stiff' is refused"),
+        ("k = '8e5 N'", "'N' isn't a unit it may have: N/m, kN/m, N/mm"),
         ("k = true", "k = True is refused"),
         ("k = nan", "finite"),
         ("k = 1e6\nstiffness = 3", "a ball has no stiffness"),

@@ -9,11 +9,11 @@ A step applies the difference between `impulse`, what the contact has transmitte
 and `reaction_impulse`, what earlier steps have applied, as a constant force against the normal.
 Before the top and after the end the golfer holds the club, and the impulse has no effect on it.
 
-`club_speed` is for an importer that holds it over each step, of unknown length. It is positive
-before the ball only with the speed at the ball, V: a head that starts at the ball or behind it
-touches the ball with V, for every sequence of step sizes. It is negative while the club is taken
-back and 0 then, until the time left to the ball is what the distance left takes with V. After touch
-it is the head's own speed.
+`club_speed` is for an importer that holds it over each step, of unknown length. Before the ball it
+is at most 0, or V, the speed at the ball: a head that starts at the ball or behind it touches the
+ball with V, for every sequence of step sizes. It is negative while the club is taken back and 0
+then, until the time left to the ball is what the distance left takes with V. After touch it is the
+head's own speed.
 
 An importer that needs a speed and no mechanics sets its peak, `prescribed_speed`: the club is taken
 back at `takeaway_speed`, far enough for a smooth rise in `rise_time` to a peak that is held; touch

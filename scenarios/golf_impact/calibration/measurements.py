@@ -158,7 +158,8 @@ def number(given: Any, name: str, where: str = "") -> float:
     try:
         value = si_value(given, _unit(name)) if isinstance(given, str) else float(given)
     except (TypeError, ValueError) as error:
-        why = str(error) if str(given) else "it must be a number, e.g. 600e-6"
+        text = isinstance(given, str) and given
+        why = str(error) if text else "it must be a number, e.g. 600e-6"
         raise UserError(f"{what} = {given!r} is refused: {why}", name, given, why) from None
     if not low < value < high:
         why = f"it must be {allowed}"

@@ -96,7 +96,7 @@ def sweep(
                     summary = running.run(table, progress=move, stop=is_requested, **options)
             except Stopped as stopped:
                 state = "is as it was" if table.exists() else "was not written"
-                warn(f"{stopped.done:,} of {study.cases:,} cases were done; {table} {state}.")
+                warn(f"{stopped.done:,} of {_cases(study.cases)} were done; {table} {state}.")
                 return 130
         words = _describe(summary, options)
         say("\n".join(words))
@@ -107,21 +107,25 @@ def sweep(
     return 0
 
 
+def _cases(number: int) -> str:
+    return f"{number:,} case{'s' * (number != 1)}"
+
+
 def _describe(summary: Summary, options: dict[str, Any]) -> list[str]:
     workers, scheduler = options.get("workers", 1), options.get("scheduler")
     who = "in one process" if workers in (None, 1) else f"in {workers} processes"
     if scheduler is not None:
         who = f"on {scheduler}"
-    done = f"{summary.path}: {summary.cases:,} cases in {summary.seconds:.2f} s"
+    done = f"{summary.path}: {_cases(summary.cases)} in {summary.seconds:.2f} s"
     words = [f"{done} {who} ({summary.cases / summary.seconds:,.0f} impacts/s)"]
     if summary.checked:
         words.append(
-            f"Computed again without arrays: {summary.checked:,} cases, largest error "
-            f"{summary.worst_error:.1g}. Not in closed form: {summary.scalar:,} cases."
+            f"Computed again without arrays: {_cases(summary.checked)}, largest error "
+            f"{summary.worst_error:.1g}. Not in closed form: {_cases(summary.scalar)}."
         )
     if summary.first_refused is not None:
         row, reason = summary.first_refused
-        refused = f"Refused: {summary.refused:,} cases, their outputs are empty"
+        refused = f"Refused: {_cases(summary.refused)}, whose outputs are empty"
         words.append(f"{refused}; the first is row {row:,}: {reason}")
     return words
 

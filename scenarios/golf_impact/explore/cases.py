@@ -12,7 +12,7 @@ from golf_build.system import COMPANIONS
 from golf_impact.explore.evaluator import LOFT, MOMENTA, Evaluator, in_process
 from golf_impact.facts import document
 from golf_impact.facts.balls import BALLS
-from golf_impact.facts.measured import MPH, ROH_LEE_FIGURES, TOUR
+from golf_impact.facts.measured import MPH, ROH_LEE_FIGURES, TOUR, YARD
 from golf_impact.facts.quantities import format_value
 from golf_impact.facts.toml import read_toml
 from golf_impact.runs import METRICS, PATH
@@ -70,7 +70,7 @@ def _club(row: tuple[Any, ...], loft: float) -> Example:
     speed = mph * MPH * cos(radians(loft - attack))
     head = {"club_speed": speed, "m_club": mass}
     angles = {"dynamic_loft": radians(loft), "attack_angle": radians(attack)}
-    printed = {"launch_angle": f"{angle}", "backspin": f"{rpm}", "carry": f"{yards * 0.9144:.0f}"}
+    printed = {"launch_angle": f"{angle}", "backspin": f"{rpm}", "carry": f"{yards * YARD:.0f}"}
     hint = f"{club}, average of the PGA Tour: {mph} mph; the loft is fitted to the launch angle."
     return Example(club, {**head, **angles}, printed, hint, "TrackMan")
 
@@ -103,6 +103,7 @@ def make_evaluator() -> Evaluator:
         # Of the columns of CSV files.
         "units": units | {"name": "", "query": "", "time": "s"},
         "speeds": SPEEDS,
+        "yard": YARD,
         "opening": dict(BALLS[OPENING].values),
         "laws": [(number, name) for number, (name, _) in LAWS.items()],
         **{name: _DATA[name] for name in _TABLES},

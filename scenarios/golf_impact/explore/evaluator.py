@@ -301,7 +301,7 @@ class Evaluator:
         size = self.facts["speeds"][unit]
         factors = {**self.facts["factors"], **dict.fromkeys(SPEEDS, 1.0 / size)}
         shown = {name: value * factors.get(name, 1.0) for name, value in metrics.items()}
-        words = {**shown, "speed": unit, "yards": metrics.get("carry", 0.0) / 0.9144}
+        words = {**shown, "speed": unit, "yards": metrics.get("carry", 0.0) / self.facts["yard"]}
         rows = []
         for metric, label, decimals, suffix, meaning in self.facts["readouts"]:
             row = {"metric": metric, "label": label, "meaning": "", "value": "–", "printed": ""}

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Container, Iterable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from golf_impact.facts.units import si_value, unit_of
 _UNCERTAIN = ("k", "b", "exponent", "restitution_at_rest", "restitution_slope")
 _SETTABLE = ("law", *_UNCERTAIN, "reference_compression", "m_ball", "ball_diameter")
 _CONDITIONS = ("club_speed", "m_club", "club_force")
+_OTHERS = ("title", "source", "speeds", "limits", "conditions", "uncertainty")
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
     if not isinstance(conditions, dict) or not {*conditions} <= {*_CONDITIONS}:
         raise UserError(f"{name}: conditions takes {', '.join(_CONDITIONS)} alone")
     if other := [key for key in table if key not in _SETTABLE]:
-        allowed = f"{', '.join(_SETTABLE)}, title, source"
+        allowed = ", ".join((*_SETTABLE, *_OTHERS))
         raise UserError(f"{name}: a ball has no {other[0]}: choose from {allowed}")
     table, conditions = (
         {key: _number(name, key, value) for key, value in values.items()}
@@ -101,11 +101,15 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
 
 def _number(name: str, key: str, value: Any) -> float:
     """A value in SI units; as text it may have another one, "770 N/mm"."""
-    with suppress(ValueError):
-        value = si_value(value, unit_of(key)) if isinstance(value, str) else value
-    if not _is_number(value):
-        raise UserError(f"{name}: {key} = {value!r} is refused: it must be a finite number")
-    return value
+    why, number = "it must be a finite number", value
+    if isinstance(value, str):
+        try:
+            number = si_value(value, unit_of(key))
+        except ValueError as error:
+            why, number = str(error), None
+    if not _is_number(number):
+        raise UserError(f"{name}: {key} = {value!r} is refused: {why}")
+    return number
 
 
 def conditions_of(balls: Iterable[Ball], given: Container[str]) -> dict[str, float]:
