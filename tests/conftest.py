@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import fmpy
@@ -106,6 +107,12 @@ def pytest_collection_modifyitems(config, items):
 
 #: Tasks of the C host with an instance, and their arguments; each ends with the impact of LAW_1.
 HOST_TASKS = [("migrate",), ("gone", "50"), ("fork",)]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _temporary(tmp_path_factory):
+    """What tools, and processes that are killed, leave behind goes where pytest cleans up."""
+    os.environ["TMPDIR"] = tempfile.tempdir = str(tmp_path_factory.mktemp("left"))
 
 
 @pytest.fixture(scope="session")
