@@ -37,7 +37,7 @@ class ClubBallImpact(Adapter, Fmi3Slave, ModelExchange):
 
         component = HybridComponent(report)
         self.event_indicators = [BY_NAME[name].reference for name in INDICATORS]
-        #: pythonfmu3 wants one; the component has the time.
+        #: pythonfmu3 requires one; the clock is the component's.
         self.time = 0.0
         self._component = component
         prepare_process(self.resources, "x86_64-linux/ClubBallImpact.so")

@@ -62,7 +62,7 @@ def test_cases_by_any_steps(fmu, name, shares):
     # The speed that counts is the first one that is set before touch.
     scales = scales_of(changed[0], reached[-1][1], end, inputs)
     for time, outputs in reached:
-        # Of a power law the worst is 7e-16, though 1e-10 is all that it promises.
+        # Of a power law the worst is 7e-16, though only 1e-10 is stated.
         assert_close(outputs, path[time], scales, case=name, time=time, steps=len(shares))
 
 

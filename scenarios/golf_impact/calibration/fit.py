@@ -252,7 +252,7 @@ class _Problem:
         slopes = self.model.slopes(lambda p: {**values, **self.named(p)}, given, self.bounds)
         slopes /= self.sigma[:, None]
         for (name, curve), group in zip(self.touches.items(), self.data.curves):
-            # The force jumps or rises steeply at touch: rows there don't tell its instant.
+            # The force jumps or rises steeply at touch: rows there don't determine its instant.
             near = np.abs(curve.x - values[name]) <= 0.75 * curve.spacing
             slopes[self.data.groups[group], self.free.index(name)][near] = 0.0
         return slopes

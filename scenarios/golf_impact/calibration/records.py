@@ -33,7 +33,7 @@ class Column(NamedTuple):
 class Table(NamedTuple):
     """Columns of a file."""
 
-    columns: list[np.ndarray]  #: in the order asked for, SI units, (n,)
+    columns: list[np.ndarray]  #: in the requested order, SI units, (n,)
     path: Path
     lines: Path | list[str]  #: the file, or what was read from a pipe
     first: int  #: the number of the line of the first row, from 0
