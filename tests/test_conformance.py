@@ -1,4 +1,4 @@
-"""What FMI 2.0 and 3.0 require of a file beside its behaviour: descriptions, terminals, references."""
+"""What FMI requires of a file beside its behaviour: descriptions, terminals, references."""
 
 import os
 import re
