@@ -219,7 +219,7 @@ def test_several_curves(tmp_path, k):
 @pytest.mark.parametrize("rows", [3000, pytest.param(100_000, marks=pytest.mark.ci)])
 def test_long_records(rows):
     """At most 600 evaluations of all rows, beside what 500 rows take; measured: 70 and 210."""
-    curve, contact = record(rows), closed_contact({**BALL, **AT})
+    curve, contact = record(rows, lead=1.5), closed_contact({**BALL, **AT})
     calibrate(record(500), exponent="free", **AT)
     times = [time.process_time()]
     for one in (record(500), curve):
@@ -231,7 +231,7 @@ def test_long_records(rows):
     assert whole < short + 600.0 * once
     assert_found(found)
     errors = [one.standard_error / one.value for one in found.parameters.values()]
-    assert max(errors) < 0.1 / math.sqrt(rows)
+    assert max(errors) < 0.15 / math.sqrt(rows)
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.6])

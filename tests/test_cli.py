@@ -132,7 +132,9 @@ def test_the_figure_of_an_own_case(fmu):
     # Those of several balls have no place there.
     _, both = own_cases(fmu, {}, [BALLS["tour"], BALLS["penner"]])
     (draw,) = both.figures.values()
-    assert "k = " not in draw(figures).axes[0].get_title("left")
+    axes = draw(figures).axes[0]
+    assert "k = " not in axes.get_title("left")
+    assert [line.get_label().partition(":")[0] for line in axes.lines] == ["tour", "penner"]
 
 
 @pytest.mark.parametrize(

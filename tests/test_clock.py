@@ -13,6 +13,8 @@ from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import BY_NAME, VARIABLES
 from instances import initialized
 
+import golf_impact
+
 REALS = [v for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
 LAWS = {"law 1": {"law": 1}, "law 2": {"law": 2}, "n = 1.6": {"law": 2, "exponent": 1.6, "b": 30.0}}
 
@@ -108,6 +110,19 @@ def test_a_change_in_contact_after_an_approach_of_333_s(values):
 @pytest.mark.parametrize("values", LAWS.values(), ids=LAWS)
 def test_after_alternating_steps_in_contact(values):
     check(values, [1e-9, 1.7e-9, 0.3e-9, 1e-9] * 50_000)
+
+
+@pytest.mark.parametrize("values", LAWS.values(), ids=LAWS)
+def test_equal_steps_that_end_with_the_contact(values):
+    """By rounding just before or after it: bodies never pull, nor leave each other too early."""
+    contact = golf_impact.run_impact(("contact_time",), **values)["contact_time"]
+    references = [BY_NAME[name].reference for name in ("force", "compression")]
+    for number in range(2, 60):
+        component, size, point = initialized(report=pytest.fail, **values), contact / number, 0.0
+        for _ in range(number):
+            assert component.step(point, size)
+            point += size
+            assert min(component.reals(references)[:2]) >= 0.0
 
 
 @pytest.mark.parametrize("seed", range(200))

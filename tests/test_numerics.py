@@ -59,6 +59,7 @@ def test_zeros_of_a_sine():
         ([1.0, -1.0], 1.0),
         ([0.24, -1.0, 1.0], 0.4),  # a minimum below 0 inside
         ([0.26, -1.0, 1.0], None),  # and above
+        ([0.0, -0.5, 1.0], None),  # from 0 it falls first
     ],
 )
 def test_the_first_zero_of_a_series(series, zero):
