@@ -11,7 +11,7 @@ from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -59,12 +59,8 @@ class Summary:
     worst_error: float  # their largest error without unit, in `golf_impact.facts.scales.Scales`
 
 
-class Chunk(NamedTuple):
-    """Results of a chunk of cases."""
-
-    outcome: Outcome
-    lines: bytes  # of CSV, if the file is one
-    seconds: float  # that it took
+#: Results of a chunk of cases, lines of CSV if the file is one, and the seconds that it took.
+Chunk = tuple[Outcome, bytes, float]
 
 
 def run_chunk(
@@ -76,7 +72,7 @@ def run_chunk(
     begin = time.perf_counter()
     outcome = compute(columns)
     lines = csv_lines({**columns, **outcome.columns}, outcome.refused) if as_text else b""
-    return Chunk(outcome, lines, time.perf_counter() - begin)
+    return outcome, lines, time.perf_counter() - begin
 
 
 class Sweep:
@@ -156,7 +152,7 @@ class Sweep:
         refused, scalar, first, done = 0, 0, None, 0
         begin = time.perf_counter()
         with table(out, (*self.study.names, *self.study.outputs)) as write, closing(chunks):
-            for columns, (outcome, lines, _) in chunks:
+            for columns, outcome, lines in chunks:
                 write({**columns, **outcome.columns}, outcome.refused, lines)
                 if self.fmu is None:
                     check.add(done, outcome)
@@ -177,7 +173,7 @@ class Sweep:
 
     def _chunks(
         self, open_executor: Callable, size: int | None, as_text: bool, stop: Callable[[], bool]
-    ) -> Generator[tuple[dict[str, np.ndarray], Chunk], None, None]:
+    ) -> Generator[tuple[dict[str, np.ndarray], Outcome, bytes], None, None]:
         """Columns and results of all chunks in order, those of a broken pool by the next one."""
         done, cases, next_size = 0, self.study.cases, size or _FIRST_CHUNK
         at_once = _CHUNKS_IN_FLIGHT if size else 1
@@ -201,14 +197,14 @@ class Sweep:
                             wait([future], timeout=0.1)
                         if stop():
                             raise Stopped(done)
-                        chunk = future.result()
+                        outcome, lines, seconds = future.result()
                         under_way.popleft()
-                        number, at_once = len(chunk.outcome.refused), _CHUNKS_IN_FLIGHT
+                        number, at_once = len(outcome.refused), _CHUNKS_IN_FLIGHT
                         done += number
                         if size is None:
-                            fitting = int(number * _SECONDS / chunk.seconds)
+                            fitting = int(number * _SECONDS / seconds)
                             next_size = min(max(1, fitting), _LARGEST_CHUNK)
-                        yield columns, chunk
+                        yield columns, outcome, lines
                 return
             except BrokenExecutor as error:
                 broken = error

@@ -20,13 +20,9 @@ from golf_impact.facts.units import si_values, unit_of
 
 #: Default outputs: those known at the end of contact. Law 1 has to search for extremes (max_force).
 OUTPUTS = (
-    "smash_factor",
-    "coefficient_of_restitution",
-    "energy_efficiency",
-    "club_velocity",
-    "ball_velocity",
-    "contact_time",
-)
+    "smash_factor", "coefficient_of_restitution", "energy_efficiency", "club_velocity",
+    "ball_velocity", "contact_time",
+)  # fmt: skip
 
 _FORMS = "VALUE, A,B,C, LO:HI:COUNT, log:LO:HI:COUNT, normal:MEAN:SIGMA or uniform:LO:HI"
 
