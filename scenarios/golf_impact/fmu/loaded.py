@@ -129,6 +129,12 @@ class LoadedFmu:
             known = [n for n, v in self.variables.items() if v.causality == "output"]
             raise unknown_name("output", error.args[0], known) from None
 
+    @cached_property
+    def real_outputs(self) -> list[str]:
+        """The names of its floating point outputs."""
+        kinds = ("output", self._real)
+        return [n for n, v in self.variables.items() if (v.causality, v.type) == kinds]
+
     def default(self, name: str) -> float:
         """The start value of an input or parameter."""
         return float(self.variables[name].start)

@@ -36,8 +36,8 @@ def deviations(path: Path) -> dict[str, float]:
             continue
         expected = numbers(name)
         inputs = [(row.pop("time"), row) for row in numbers(f"{case[1]}_in.csv")]
-        outputs = [output for output in expected[0] if output != "time"]
-        worst = dict.fromkeys(outputs, 0.0)
+        outputs, worst = [output for output in expected[0] if output != "time"], 0.0
+        scales = {output: max(abs(row[output]) for row in expected) for output in outputs}
         with loaded(path) as fmu:
             fmu.start(**{r["name"]: float(r["value"]) for r in rows(f"{case[1]}_start.csv")})
             for now, then in pairwise(expected):
@@ -46,7 +46,6 @@ def deviations(path: Path) -> dict[str, float]:
                         fmu.set(values)
                 fmu.step(now["time"], then["time"] - now["time"])
                 for output, value in fmu.read(outputs).items():
-                    worst[output] = max(worst[output], abs(value - then[output]))
-        scales = {output: max(abs(row[output]) for row in expected) for output in outputs}
-        found[case[2]] = max(worst[output] / scales[output] for output in outputs)
+                    worst = max(worst, abs(value - then[output]) / scales[output])
+        found[case[2]] = worst
     return found
