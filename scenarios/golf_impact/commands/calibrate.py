@@ -5,15 +5,7 @@ from typing import Annotated
 
 from typer import Option
 
-from golf_impact.commands.console import (
-    RESULTS,
-    Out,
-    out,
-    print_paragraphs,
-    print_table,
-    progress,
-    say,
-)
+from golf_impact.commands.console import RESULTS, Out, print_paragraphs, print_table, progress, say
 
 EPILOG = (
     "Examples: golf-impact calibrate --curve force.csv@95mph --m-club 200g --save mine.toml · "
@@ -99,6 +91,6 @@ def calibrate(
         print_table(table)
     print_paragraphs(calibration.words)
     say(f"\n{', '.join(map(str, written))}")
-    out.print("Run it:", style="bold")
+    say("Run it:", "bold")
     # Plain, so that it can be copied: no wrapping, no mark-up.
     print(f"golf-impact run --ball {save}" if save else calibration.command)
