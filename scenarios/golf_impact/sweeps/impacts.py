@@ -20,7 +20,7 @@ from golf_impact.arrays.impacts import impacts as impacts_by_arrays
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import ball, conditions_of
 from golf_impact.runs import ImpactRuns
-from golf_impact.sweeps.study import Study
+from golf_impact.sweeps.study import Columns, Study
 
 #: Variables of the physics by name.
 PHYSICS: Mapping[str, Any] = {variable.name: variable for variable in VARIABLES}
@@ -45,7 +45,7 @@ class Plan:
     balls: dict[str, dict[str, float]]  # what ball presets set: values by variable and ball
     outputs: tuple[str, ...]  # what is read, in order
 
-    def values(self, columns: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    def values(self, columns: Columns) -> dict[str, Any]:
         """Inputs and parameters in these cases: arrays of their shape, numbers if all are equal."""
         values: dict[str, Any] = {n: column for n, column in columns.items() if n != "ball"}
         varied = {name: table for name, table in self.balls.items() if name not in self.fixed}
@@ -72,15 +72,11 @@ def make_plan(study: Study, variables: Mapping[str, Any]) -> Plan:
         for name in sorted(set(chain(*presets.values())) - set(study.names))
     }
     grids |= {name: np.array(list(of_ball.values()), float) for name, of_ball in balls.items()}
-    fixed = {
-        name: column[0].item() for name, column in grids.items() if (column == column[0]).all()
-    }
+    fixed = {n: column[0].item() for n, column in grids.items() if (column == column[0]).all()}
     return Plan(identity(), fixed, balls, study.outputs)
 
 
-def impacts(
-    plan: Plan, columns: Mapping[str, np.ndarray], fmu: ImpactRuns | None = None
-) -> Outcome:
+def impacts(plan: Plan, columns: Columns, fmu: ImpactRuns | None = None) -> Outcome:
     """Compute some cases in any process; `columns` are the swept variables, shape (cases,).
 
     UserError: this process has another physics than the one that made the plan.

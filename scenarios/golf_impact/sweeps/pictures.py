@@ -1,7 +1,4 @@
-"""Figures of a sweep's first output over the swept variables, and its Sobol indices.
-
-Imported only to draw.
-"""
+"""Figures of a sweep's first output, and its Sobol indices; imported only to draw."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from golf_impact.errors import UserError
 from golf_impact.sweeps.checks import Check
 from golf_impact.sweeps.executors import opened
 from golf_impact.sweeps.impacts import PHYSICS, impacts, make_plan
-from golf_impact.sweeps.study import Study
+from golf_impact.sweeps.study import Columns, Study
 from golf_impact.sweeps.tables import csv_lines, table
 from golf_impact.timing import free_bytes
 
@@ -63,11 +63,7 @@ class Summary:
 Chunk = tuple[Outcome, bytes, float]
 
 
-def run_chunk(
-    compute: Callable[[Mapping[str, np.ndarray]], Outcome],
-    as_text: bool,
-    columns: Mapping[str, np.ndarray],
-) -> Chunk:
+def run_chunk(compute: Callable[[Columns], Outcome], as_text: bool, columns: Columns) -> Chunk:
     """Compute some cases, in any process."""
     begin = time.perf_counter()
     outcome = compute(columns)
@@ -115,7 +111,7 @@ class Sweep:
             return self.plan.identity
         return f"golf-impact {VERSION}, FMU {self.fmu.description.guid}"
 
-    def first_output(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+    def first_output(self, columns: Columns) -> np.ndarray:
         """The first output of these cases, shape (cases,); NaN without a value."""
         return self.compute(columns).columns[self.study.outputs[0]].astype(float)
 
@@ -132,10 +128,8 @@ class Sweep:
     ) -> Summary:
         """Write one row a case; arguments, result and errors as of `run_sweep`."""
         out, cases, first_output = Path(out), self.study.cases, self.study.outputs[0]
-        for option, number, most in (
-            ("--chunk", chunk, _LARGEST_CHUNK),
-            ("--workers", workers, _MOST_WORKERS),
-        ):
+        limits = ("--chunk", chunk, _LARGEST_CHUNK), ("--workers", workers, _MOST_WORKERS)
+        for option, number, most in limits:
             if number is not None and not 1 <= number <= most:
                 raise UserError(f"{option} {number} is refused: it must be 1 to {most:,}")
         if self.fmu is not None and (executor or scheduler or (workers or 1) > 1):
@@ -173,14 +167,14 @@ class Sweep:
 
     def _chunks(
         self, open_executor: Callable, size: int | None, as_text: bool, stop: Callable[[], bool]
-    ) -> Generator[tuple[dict[str, np.ndarray], Outcome, bytes], None, None]:
+    ) -> Generator[tuple[Columns, Outcome, bytes], None, None]:
         """Columns and results of all chunks in order, those of a broken pool by the next one."""
         done, cases, next_size = 0, self.study.cases, size or _FIRST_CHUNK
         at_once = _CHUNKS_IN_FLIGHT if size else 1
         for _ in range(_POOLS):
             begun = done
             #: Begun some time before it is their turn.
-            under_way: deque[tuple[dict[str, np.ndarray], Future[Chunk]]] = deque()
+            under_way: deque[tuple[Columns, Future[Chunk]]] = deque()
             try:
                 with open_executor() as executor:
                     while done < cases:

@@ -24,6 +24,9 @@ OUTPUTS = (
     "ball_velocity", "contact_time",
 )  # fmt: skip
 
+#: Values by variable or output, arrays of one shape (cases,); doubles are NaN where there is none.
+Columns = Mapping[str, np.ndarray]
+
 _FORMS = "VALUE, A,B,C, LO:HI:COUNT, log:LO:HI:COUNT, normal:MEAN:SIGMA or uniform:LO:HI"
 
 #: Keys of a study as a file beside [set]: their types, and these in words.
@@ -208,7 +211,7 @@ class Study:
     def cases(self) -> int:
         return math.prod(self.shape)
 
-    def columns(self, index: np.ndarray) -> dict[str, np.ndarray]:
+    def columns(self, index: np.ndarray) -> Columns:
         """Arrays of the swept variables' values in the cases of these numbers (from 0), by name.
 
         Each is a function of the case's number alone: chunks of any size give the same.
