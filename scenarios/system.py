@@ -53,12 +53,12 @@ _BACKSWING, _ARMS, _CLUB = 0.75, 0.5754, 1.05
 _RPM = 30.0 / pi
 
 _RESULTS = (
-    ("Swing", ("reaction_impulse", "head_speed")),
-    ("ClubBallImpact", ("touch_time", "impulse", "smash_factor", "coefficient_of_restitution")),
-    ("ClubBallImpact", ("ball_velocity", "club_velocity")),
-    ("Launch", ("ball_speed", "launch_angle", "backspin")),
-    ("BallFlight", ("carry", "apex", "flight_time")),
-)
+    "Swing.reaction_impulse", "Swing.head_speed", "ClubBallImpact.touch_time",
+    "ClubBallImpact.impulse", "ClubBallImpact.smash_factor",
+    "ClubBallImpact.coefficient_of_restitution", "ClubBallImpact.ball_velocity",
+    "ClubBallImpact.club_velocity", "Launch.ball_speed", "Launch.launch_angle", "Launch.backspin",
+    "BallFlight.carry", "BallFlight.apex", "BallFlight.flight_time",
+)  # fmt: skip
 
 
 def run(fmu):
@@ -90,8 +90,7 @@ def _show_steps(report, runs):
     rows = []
     for step, path in runs.items():
         at = f"at {step * 1e6:g} µs"
-        names = ((part, name) for part, results in _RESULTS for name in results)
-        case = {name: float(path[f"{part}.{name}"][-1]) for part, name in names}
+        case = {name.partition(".")[2]: float(path[name][-1]) for name in _RESULTS}
         report.cases[f"step_{step:g}_s"] = case
         impulse, applied = case["impulse"], case["reaction_impulse"]
         numbers = f"{impulse:.8f}", f"{applied - impulse:.0e}", f"{case['head_speed']:.4f}"
