@@ -35,15 +35,13 @@ def deviations(path: Path) -> dict[str, float]:
         if not (case := re.fullmatch(r"(extra/.*/\w+?_(\w+))_ref\.csv", name)):
             continue
         expected = numbers(name)
-        inputs = [(row.pop("time"), row) for row in numbers(f"{case[1]}_in.csv")]
+        inputs = {row.pop("time"): row for row in numbers(f"{case[1]}_in.csv")}
         outputs, worst = [output for output in expected[0] if output != "time"], 0.0
         scales = {output: max(abs(row[output]) for row in expected) for output in outputs}
         with loaded(path) as fmu:
             fmu.start(**{r["name"]: float(r["value"]) for r in rows(f"{case[1]}_start.csv")})
             for now, then in pairwise(expected):
-                for time, values in inputs:
-                    if time == now["time"]:
-                        fmu.set(values)
+                fmu.set(inputs.get(now["time"], {}))
                 fmu.step(now["time"], then["time"] - now["time"])
                 for output, value in fmu.read(outputs).items():
                     worst = max(worst, abs(value - then[output]) / scales[output])
