@@ -68,10 +68,7 @@ def doctor(fmu: Annotated[Path | None, Argument(metavar="FMU", hidden=True)] = N
 
 
 def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
-    """Level and text of each finding about this Python, an FMU and native hosts.
-
-    The FMU is that of the current sources if none is given, built if necessary.
-    """
+    """Level and text of each finding about this Python, an FMU and native hosts, as `doctor`."""
     names = ("golf-impact", "fmpy", "pythonfmu")
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
     machine = this_machine()
