@@ -24,14 +24,12 @@ _ROW_GROUP = 2**16
 
 def csv_lines(columns: Columns, refused: np.ndarray) -> bytes:
     """Lines of CSV: doubles as Python's `repr`, with all digits; Booleans as 0 and 1."""
-    balls = {*columns.get("ball", ())}
     try:
         import pyarrow
         from pyarrow import csv
-    except ImportError:
-        # Not there, or built for another NumPy.
+    except ImportError:  # not there, or built for another NumPy
         return plain_lines(columns, refused)
-    if any(name != _quoted(name) for name in balls):
+    if any(name != _quoted(name) for name in {*columns.get("ball", ())}):
         return plain_lines(columns, refused)
     table = pyarrow.table([_arrow_cells(c, refused) for c in columns.values()], list(columns))
     stream = io.BytesIO()
