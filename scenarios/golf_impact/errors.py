@@ -22,7 +22,6 @@ class UserError(Exception):
 
 
 def first_line(error: BaseException | str) -> str:
-    """The first line of an error's message."""
     return (str(error).strip() or type(error).__name__).splitlines()[0]
 
 

@@ -1,5 +1,3 @@
-"""`golf-impact bench`."""
-
 from importlib.util import find_spec
 from typing import Annotated, Any
 

@@ -1,5 +1,3 @@
-"""`golf-impact calibrate`."""
-
 from pathlib import Path
 from typing import Annotated
 
