@@ -1,7 +1,5 @@
 """Drives an FMU through fmpy: extraction, instances, runs from the initial state, outputs."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 from collections.abc import Sequence
@@ -239,7 +237,7 @@ class LoadedFmu3(LoadedFmu):
 
     _real, _state = "Float64", "FMUState"
 
-    def __enter__(self) -> LoadedFmu3:
+    def __enter__(self) -> "LoadedFmu3":
         super().__enter__()
         self.model = self._kept_instance(FMU3Model)
         self.slave = self._kept_instance(FMU3Slave, eventModeUsed=True)

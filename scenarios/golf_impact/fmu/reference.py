@@ -1,7 +1,5 @@
 """The reference results in an FMU, and how far its own results are from them on this machine."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

@@ -1,7 +1,5 @@
 """A check of arrays: some cases of a sweep are computed again by the scalar physics."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from itertools import product

@@ -1,7 +1,5 @@
 """A loop over fmpy.simulate_fmu on some cases of a sweep: its rate, and how its numbers compare."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from statistics import median
 
@@ -43,7 +41,6 @@ class Loop:
         self.results = {name: np.empty(LOOPED) for name in self.outputs}
 
     def run(self) -> None:
-        """Simulate all cases."""
         for n, (step, case) in enumerate(zip(self.steps, self.cases)):
             options = {"stop_time": step, "output_interval": step, "start_values": case}
             for name, value in self.fmu.simulate(self.outputs, **options).items():

@@ -1,7 +1,5 @@
 """The impacts of a study, by the physics in any process, or one at a time by an instance."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Figures of a sweep's first output, and its Sobol indices; imported only to draw."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Running a sweep: its chunks through an executor, in order into a file."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections import deque
@@ -95,7 +93,7 @@ class Sweep:
         self.plan = make_plan(study, variables)
         self.units = {name: variable.unit for name, variable in variables.items()}
 
-    def __enter__(self) -> Sweep:
+    def __enter__(self) -> "Sweep":
         self.study.columns(np.array([0]))  # draws the samples
         fmu = None if self.fmu is None else self._blocks.enter_context(self.fmu)
         self.compute = partial(impacts, self.plan, fmu=fmu)

@@ -1,7 +1,5 @@
 """What a sweep computes: the swept variables, their cases in order, and the outputs."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Mapping, Sequence
@@ -147,7 +145,7 @@ class Study:
         number_of_samples: int | None = None,
         seed: int = 0,
         design: str = "random",
-    ) -> Study:
+    ) -> "Study":
         """The study that a user describes.
 
         Args:

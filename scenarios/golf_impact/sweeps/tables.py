@@ -1,7 +1,5 @@
 """Tables of a sweep as CSV and Parquet: the same bytes in whatever pieces they are written."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
