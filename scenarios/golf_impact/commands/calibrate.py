@@ -76,8 +76,7 @@ def calibrate(
     for name in ("save", "folder", "figures"):
         del values[name]
     with progress() as begin:
-        advance = begin("calibrating", 100)
-        calibration = fit(**values, progress=advance)
+        calibration = fit(**values, progress=begin("calibrating", 100))
         files = {"calibrate.json": as_json(calibration.as_json())}
         if figures:
             from golf_impact.report.figures import to_png
