@@ -3,6 +3,7 @@
 An editable installation needs none of it: there each file is where it is in the checkout.
 """
 
+from itertools import chain
 from pathlib import Path
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
@@ -17,15 +18,10 @@ class CustomBuildHook(BuildHookInterface):
             return
         root = Path(self.root)
         files = {root / "LICENSE": "golf_build/LICENSE"}
-        for folder, pattern, place in (
-            ("fmu_src", "*.py", "golf_build/adapters"),
-            ("fmu_src", "host/*.py", "golf_build/adapters"),
-            ("fmu_src", "loader/*", "golf_build/adapters"),
-            ("scenarios", "*.py", "golf_impact/scripts"),
-            ("scenarios", "studies/*.toml", "golf_impact/scripts"),
-            ("scenarios", "*.ipynb", "golf_impact/scripts"),
-            ("scenarios", "*.csv", "golf_impact/scripts"),
+        for folder, place, patterns in (
+            ("fmu_src", "golf_build/adapters", ("*.py", "host/*.py", "loader/*")),
+            ("scenarios", "golf_impact/scripts", ("*.py", "studies/*.toml", "*.ipynb", "*.csv")),
         ):
-            for file in (root / folder).glob(pattern):
+            for file in chain.from_iterable(map((root / folder).glob, patterns)):
                 files[file] = f"{place}/{file.relative_to(root / folder).as_posix()}"
         build_data["force_include"] |= {str(file): name for file, name in files.items()}

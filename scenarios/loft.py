@@ -4,15 +4,7 @@ from math import atan, copysign, cos, degrees, exp, pi, radians, sqrt, tan
 
 import numpy as np
 
-from golf_impact.scenario import (
-    BALLS,
-    Report,
-    bisect,
-    closed_forms,
-    loaded_shots,
-    main,
-    measured,
-)
+from golf_impact.scenario import BALLS, Report, bisect, closed_forms, loaded_shots, main, measured
 
 TITLE = "Loft: tangential force, backspin and launch angle"
 CHAPTER = 15
@@ -206,9 +198,7 @@ def _undamped(restitution, speed, attack, angle, m_club):
     """Backspin, rad/s, by a tangential spring without a damper, at the same launch angle (rad)."""
 
     def slope(loft):
-        _, normal, tangential, _ = march(
-            restitution, tan(loft - attack), m_club, False, steps=2_000
-        )
+        _, normal, tangential, _ = march(restitution, tan(loft - attack), m_club, False, steps=2000)
         return float(np.sum(tangential) / np.sum(normal))
 
     loft = bisect(lambda loft: loft - atan(slope(loft)) - angle, max(attack, 0.0), 0.9)

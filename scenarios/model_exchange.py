@@ -133,8 +133,7 @@ def _show(report):
         lines = {"ms": 5, "lw": 1.4}
         for law, names in _CVODE.items():
             plot(names, f"{law}, CVode", figures.STYLES[law].points | lines)
-        style = figures.STYLES["explicit Euler"].points | lines
-        plot(_EULER, "law 1, explicit Euler", style)
+        plot(_EULER, "law 1, explicit Euler", figures.STYLES["explicit Euler"].points | lines)
         points = {"ls": "", "ms": 10, "mec": figures.BLACK, "clip_on": False}
         for law, name in _STEPPED.items():
             plot([name], f"{name} in one step", figures.STYLES[law].points | points)

@@ -60,16 +60,13 @@ def run(fmu):
 def _show_impacts(report, shots):
     """Backspin and ball speed (deviations in %, shape (12, 2)); the loft is from the launch."""
     rows, found, ratios, shares = [], [], [], []
-    for stroke in _STROKES:
-        speed, angle, mass = stroke.club_speed, stroke.launch_angle, stroke.m_club
-        path = stroke.attack_angle
-        shot = shots.lofted(speed, angle, path, m_club=mass)
-        report.cases[stroke.club] = shot
-        found.append([shot["backspin"] / stroke.backspin, shot["ball_speed"] / stroke.ball_speed])
+    for club, speed, path, ball_speed, angle, backspin, *_, mass in _STROKES:
+        report.cases[club] = shot = shots.lofted(speed, angle, path, m_club=mass)
+        found.append([shot["backspin"] / backspin, shot["ball_speed"] / ball_speed])
         shares.append((angle - path) / (shot["dynamic_loft"] - path) * 100.0)
         # Without a contact law, for a homogeneous ball.
-        across = 0.4 * _RADIUS * stroke.backspin
-        loft = angle + asin(across / stroke.ball_speed)
+        across = 0.4 * _RADIUS * backspin
+        loft = angle + asin(across / ball_speed)
         rolling = speed * sin(loft - path) / (3.5 + _M_BALL / mass)
         ratios.append(across / rolling)
         restitution = shot["coefficient_of_restitution"]
@@ -78,7 +75,7 @@ def _show_impacts(report, shots):
         spin, ball = (x - 1.0 for x in found[-1])
         out = [f"{shot['backspin'] * _RPM:.0f}", f"{spin * 100.0:+.0f}"]
         out += [f"{shot['ball_speed'] / measured.MPH:.0f}", f"{ball * 100.0:+.0f}"]
-        rows.append([stroke.club, *went_in, *out, f"{ratios[-1]:.2f}"])
+        rows.append([club, *went_in, *out, f"{ratios[-1]:.2f}"])
     title = (
         "Impact: mass, COR line of penner, friction 0.4, κ 2/3 and loft went in; backspin and ball "
         "speed came out. The loft is that of the row's launch angle, so launch is not predicted; "
@@ -118,8 +115,7 @@ def _show_flights(report, shots):
         signed = [f"{x:+.1f}" for x in found[-1]]
         rows.append([stroke.club, *(cell for pair in zip(values, signed) for cell in pair)])
     title = "Flight from the measured launch (ball speed, angle, backspin), and its deviation"
-    columns = ["club", "carry (yd)", "%", "apex (yd)", "%", "land (°)", "°"]
-    report.table(title, columns, rows)
+    report.table(title, ["club", "carry (yd)", "%", "apex (yd)", "%", "land (°)", "°"], rows)
     deviations = np.array(found)
     carry = _rms(deviations[:, 0])
     report.check("rms of carry is at most 3.5 %", carry <= _AIMS[0], f"{carry:.2f} %")
@@ -352,7 +348,6 @@ def _show_others(report, shots):
             for h in (-0.0127, 0.0127)
         )
         gear.append((above - below) * _RPM / 25.4)
-    (high_carry, high_apex, high_land), (pines_carry, pines_apex, _) = changes
     model = {
         "cor": slower["coefficient_of_restitution"],
         "putt": putt["coefficient_of_restitution"],
@@ -361,11 +356,8 @@ def _show_others(report, shots):
         "force": fast["max_force"] / 1e3,
         "driver": turning["backspin"] * _RPM,
         **dict(zip(("gear", "gear_254", "gear_305", "gear_330"), gear)),
-        "high_carry": high_carry,
-        "high_apex": high_apex,
-        "high_land": high_land,
-        "pines_carry": pines_carry,
-        "pines_apex": pines_apex,
+        **dict(zip(("high_carry", "high_apex", "high_land"), changes[0])),
+        **dict(zip(("pines_carry", "pines_apex"), changes[1])),
     }
     rows = []
     for one in measured.OUTSIDE["others"]:

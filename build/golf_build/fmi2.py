@@ -4,8 +4,7 @@ from golf_physics.variables import LAWS, UNITS, VARIABLES
 
 from golf_build.packaging import Builder
 
-#: Of every FMU for FMI 2.0.
-ENTRY = '''"""The entry point of the FMU; pythonfmu compiles this file anew for every instance."""
+_ENTRY = '''"""The entry point of the FMU; pythonfmu compiles this file anew for every instance."""
 
 from {package} import VALUES
 from {package}.{module} import {model} as Adapter
@@ -38,5 +37,5 @@ TABLES = {
 }
 
 BUILDER = Builder(
-    2, "ClubBallImpact", ("club_ball_impact.py", "golf_physics", "host"), ENTRY, TABLES
+    2, "ClubBallImpact", ("club_ball_impact.py", "golf_physics", "host"), _ENTRY, TABLES
 )

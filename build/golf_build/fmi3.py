@@ -1,7 +1,4 @@
-"""ClubBallImpact.fmi3.fmu: the same sources with pythonfmu3, FMI 3.0.
-
-Co-simulation and Model Exchange in one file.
-"""
+"""ClubBallImpact.fmi3.fmu: FMI 3.0, co-simulation and Model Exchange, by pythonfmu3."""
 
 from golf_physics import variables as tables
 

@@ -17,7 +17,6 @@ import uuid
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
 
 import golf_physics
 
@@ -29,11 +28,8 @@ from golf_build.toolchain import TARGETS, PrivatePython, StandaloneError, this_m
 SUFFIX = ".standalone"
 
 #: Platforms by name in `TARGETS`, and where their Python comes from: a zip for Windows, a root
-#: folder, or this machine.
-Pythons = Mapping[str, Path | None]
-
-#: The platform of this machine, with the Python that builds.
-THIS_MACHINE: Pythons = MappingProxyType({})
+#: folder, or this machine. None or empty: this machine's platform, with the Python that builds.
+Pythons = Mapping[str, Path | None] | None
 
 #: Modules of pythonfmu and pythonfmu3 that package FMUs.
 _PACKERS = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
@@ -85,8 +81,7 @@ def _runtime_modules() -> dict[str, bytes]:
         for file in importlib.metadata.files(runtime) or []:
             name = file.as_posix()
             if re.fullmatch(rf"{runtime}/\w+\.py", name) and file.stem not in _PACKERS:
-                text = file.read_text()
-                files[name] = re.sub(r"(?m)^from \.builder .*$", "", text).encode()
+                files[name] = re.sub(r"(?m)^from \.builder .*$", "", file.read_text()).encode()
     return files
 
 
@@ -135,11 +130,7 @@ def private_python(name: str, source: Path | None = None) -> PrivatePython:
 
 
 def standalone(files: dict[str, bytes], pythons: Pythons) -> dict[str, bytes]:
-    """The files of a plain FMU, made independent of a Python on the machine.
-
-    Args:
-        files: of the plain FMU, by name.
-        pythons: the platforms.
+    """The files of a plain FMU, by name, made independent of a Python on the machine.
 
     StandaloneError: this machine can't build it.
     """

@@ -62,14 +62,11 @@ def _companion(name: str, *modules: str) -> Builder:
     rows = []
     for causality, group in groups:
         for variable, (reference, unit, *values, text) in group.items():
-            start, low, high = values or (None, 0.0, 0.0)
+            limits = values or (None, 0.0, 0.0)
             display = next(iter(_UNITS[unit].display), None) if unit else None
             kind = "Real" if unit else "Boolean"
-            rows.append(
-                Variable(
-                    reference, variable, causality, kind, unit, start, low, high, display, text
-                )
-            )
+            row = reference, variable, causality, kind, unit, *limits, display, text
+            rows.append(Variable(*row))
     used = {row.unit for row in rows}
     units = {unit: about for unit, about in _UNITS.items() if unit in used}
     tables = {"rows": rows, "description": description, "units": units}
@@ -87,14 +84,10 @@ COMPANIONS = {
 }
 
 
-def build(
-    folder: Path, standalone: bool = False, pythons: alone.Pythons = alone.THIS_MACHINE
-) -> dict[str, Path]:
+def build(folder: Path, standalone: bool = False, pythons: alone.Pythons = None) -> dict[str, Path]:
     """Build the companions and the .ssp in a folder, standalone or plain.
 
     Returns their files by name: those of the companions, GolfSwing.
-
-    Standalone ones are for the platforms in `pythons`; by default for this machine's.
 
     OSError: one can't be written. StandaloneError: this machine can't build standalone ones.
     """

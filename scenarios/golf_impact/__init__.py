@@ -37,18 +37,16 @@ import sys
 if sys.path and os.path.abspath(sys.path[0]) == os.path.dirname(os.path.dirname(__file__)):
     sys.path.append(sys.path.pop(0))
 
-#: The modules of public names that `api` doesn't define: it imports neither FMPy nor files of data.
+#: The modules of the public names; their types are in __init__.pyi.
 _MODULES = {
     "Ball": "facts.balls", "Calibration": "calibration.calibration", "UserError": "errors",
     "ImpactFmu": "fmu.impact_fmu", "Study": "sweeps", "Summary": "sweeps", "run_sweep": "sweeps",
-    "calibrate": "calibration.calibration", "read_ball": "facts.balls",
+    "calibrate": "calibration.calibration", "read_ball": "facts.balls", "balls": "api",
+    "load_fmu": "api", "run_impact": "api", "run_impacts": "api", "run_trajectory": "api",
+    "sensitivities": "api",
 }  # fmt: skip
 
-__all__ = [
-    "Ball", "Calibration", "ImpactFmu", "Study", "Summary", "UserError", "balls", "calibrate",
-    "load_fmu", "read_ball", "run_impact", "run_impacts", "run_sweep", "run_trajectory",
-    "sensitivities",
-]  # fmt: skip
+__all__ = sorted(_MODULES)
 
 
 def __getattr__(name: str) -> object:
@@ -57,11 +55,11 @@ def __getattr__(name: str) -> object:
         from golf_build import VERSION
 
         return VERSION
-    if name not in __all__:
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module(f"golf_impact.{_MODULES.get(name, 'api')}"), name)
+    return getattr(import_module(f"golf_impact.{_MODULES[name]}"), name)
 
 
 def __dir__() -> list[str]:

@@ -22,27 +22,21 @@ class UserError(Exception):
 
 
 def first_line(error: BaseException | str) -> str:
-    """The first line of an error's message."""
     return (str(error).strip() or type(error).__name__).splitlines()[0]
 
 
 def unknown_name(kind: str, name: Any, known: Collection[str], also: str = "") -> UserError:
-    """The error for a name that isn't one of these, with the most similar of them, if one is.
+    """The error for a name that isn't one of those known, with the most similar one, if one is.
 
-    Args:
-        kind: what it should be the name of.
-        name: that was given.
-        known: the names to choose from.
-        also: what may be given instead, with the comma before it.
+    `kind` is what it should be the name of, `also` what may be given instead, after a comma.
     """
     # Imported here: usually no name is wrong.
     from difflib import get_close_matches
 
-    similar = "".join(
-        f" (did you mean {one}?)" for one in get_close_matches(str(name), known, 1, 0.5)
-    )
+    similar = get_close_matches(str(name), known, 1, 0.5)
+    hint = f" (did you mean {similar[0]}?)" if similar else ""
     reason = f"choose from {', '.join(known)}{also}"
-    return UserError(f"there is no {kind} {name!r}{similar}: {reason}", str(name), None, reason)
+    return UserError(f"there is no {kind} {name!r}{hint}: {reason}", str(name), None, reason)
 
 
 def missing_package(what: str, package: str, extra: str, otherwise: str = "") -> UserError:

@@ -1,7 +1,5 @@
 """Impacts and trajectories as sequences of calls of one instance, in an FMU or in this process."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise

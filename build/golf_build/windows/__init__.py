@@ -25,14 +25,7 @@ _FUNCTIONS = re.compile(r"\bPy\w+(?=\()")
 def private_python(
     target: Target, archive: Path | None, modules: Iterable[str], blob: bytes
 ) -> PrivatePython:
-    """The Python that is included; StandaloneError if it can't be built.
-
-    Args:
-        target: its platform.
-        archive: python.org's "Windows embeddable package (64-bit)".
-        modules: the extension modules needed.
-        blob: the frozen modules.
-    """
+    """As `linux.private_python`, from python.org's "Windows embeddable package (64-bit)"."""
     if VERSION != _HEADERS:
         raise StandaloneError(
             f"--target win64 is refused with Python {VERSION}: build with Python {_HEADERS}, whose "

@@ -1,7 +1,4 @@
-"""All benchmarks, one after the other, and the targets of their figures.
-
-Times differ between machines, ratios within one run of the benchmark don't.
-"""
+"""All benchmarks, one after the other, and their targets: ratios, as times differ by machine."""
 
 import csv
 import tempfile

@@ -1,5 +1,3 @@
-"""`golf-impact build`."""
-
 from pathlib import Path
 from typing import Annotated
 

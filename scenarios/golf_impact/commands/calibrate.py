@@ -1,19 +1,9 @@
-"""`golf-impact calibrate`."""
-
 from pathlib import Path
 from typing import Annotated
 
 from typer import Option
 
-from golf_impact.commands.console import (
-    RESULTS,
-    Out,
-    out,
-    print_paragraphs,
-    print_table,
-    progress,
-    say,
-)
+from golf_impact.commands.console import RESULTS, Out, print_paragraphs, print_table, progress, say
 
 EPILOG = (
     "Examples: golf-impact calibrate --curve force.csv@95mph --m-club 200g --save mine.toml · "
@@ -86,8 +76,7 @@ def calibrate(
     for name in ("save", "folder", "figures"):
         del values[name]
     with progress() as begin:
-        advance = begin("calibrating", 100)
-        calibration = fit(**values, progress=advance)
+        calibration = fit(**values, progress=begin("calibrating", 100))
         files = {"calibrate.json": as_json(calibration.as_json())}
         if figures:
             from golf_impact.report.figures import to_png
@@ -99,6 +88,6 @@ def calibrate(
         print_table(table)
     print_paragraphs(calibration.words)
     say(f"\n{', '.join(map(str, written))}")
-    out.print("Run it:", style="bold")
+    say("Run it:", "bold")
     # Plain, so that it can be copied: no wrapping, no mark-up.
     print(f"golf-impact run --ball {save}" if save else calibration.command)

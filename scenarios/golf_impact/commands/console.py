@@ -1,17 +1,14 @@
 """Output of the commands: lines, tables and progress bars; the option --out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from rich.console import Console
 from typer import Option
 
-if TYPE_CHECKING:
-    from golf_impact.report.outcome import Table
+from golf_impact.report.outcome import Table
 
 #: The option --out of commands that write several files, and its default.
 Out = Annotated[Path, Option("--out", metavar="FOLDER", help="Folder of the results.")]

@@ -13,7 +13,7 @@ from typer import Argument
 
 from golf_build import elf, standalone
 from golf_build.archive import unpack
-from golf_build.toolchain import this_machine
+from golf_build.toolchain import VERSION, this_machine
 from golf_impact.commands.console import out, say
 from golf_impact.errors import UserError
 from golf_impact.fmu.archive import check_temporary_folder, find_flaw
@@ -45,10 +45,9 @@ _STANDALONE = (
     "recommended is the standalone FMU (golf-impact build --standalone), which needs no Python; "
     "this plain one needs libpython, by LD_PRELOAD"
 )
-_VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
 _NO_LIBPYTHON = (
-    f"none for Python {_VERSION} that loads this FMU; hosts written in Python don't need it, "
-    f"others do (Debian, Ubuntu: apt-get install libpython{_VERSION}; pyenv: "
+    f"none for Python {VERSION} that loads this FMU; hosts written in Python don't need it, "
+    f"others do (Debian, Ubuntu: apt-get install libpython{VERSION}; pyenv: "
     "PYTHON_CONFIGURE_OPTS=--enable-shared pyenv install; conda has it)"
 )
 _COLOURS = {"ok": "green", "warning": "yellow", "problem": "red"}
@@ -68,10 +67,7 @@ def doctor(fmu: Annotated[Path | None, Argument(metavar="FMU", hidden=True)] = N
 
 
 def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
-    """Level and text of each finding about this Python, an FMU and native hosts.
-
-    The FMU is that of the current sources if none is given, built if necessary.
-    """
+    """Level and text of each finding about this Python, an FMU and native hosts, as `doctor`."""
     names = ("golf-impact", "fmpy", "pythonfmu")
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
     machine = this_machine()

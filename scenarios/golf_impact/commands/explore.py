@@ -1,5 +1,3 @@
-"""`golf-impact explore`."""
-
 import os
 import sys
 from pathlib import Path

@@ -1,5 +1,3 @@
-"""`golf-impact list`."""
-
 from typing import Annotated
 
 from typer import Option

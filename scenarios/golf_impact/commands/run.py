@@ -1,5 +1,3 @@
-"""`golf-impact run`."""
-
 import json
 import os
 from collections.abc import Container, Iterable

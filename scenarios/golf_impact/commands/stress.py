@@ -1,5 +1,3 @@
-"""`golf-impact stress`."""
-
 from typing import Annotated
 
 from typer import Option

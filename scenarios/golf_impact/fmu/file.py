@@ -52,11 +52,9 @@ def build_fmu(
     out: Path | None = None,
     fmi: int = 2,
     standalone: bool = False,
-    pythons: alone.Pythons = alone.THIS_MACHINE,
+    pythons: alone.Pythons = None,
 ) -> Path:
     """Build the FMU for FMI 2 or 3, by default at `default_path`.
-
-    A standalone one is for the platforms in `pythons`; by default for this machine's.
 
     UserError: the file can't be written, or this machine can't build a standalone one.
     """

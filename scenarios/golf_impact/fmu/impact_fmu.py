@@ -1,7 +1,5 @@
 """Drives ClubBallImpact.fmu: any number of impacts with one extraction and one instance."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any

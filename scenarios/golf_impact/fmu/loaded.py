@@ -1,7 +1,5 @@
 """Drives an FMU through fmpy: extraction, instances, runs from the initial state, outputs."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 from collections.abc import Sequence
@@ -129,6 +127,12 @@ class LoadedFmu:
             known = [n for n, v in self.variables.items() if v.causality == "output"]
             raise unknown_name("output", error.args[0], known) from None
 
+    @cached_property
+    def real_outputs(self) -> list[str]:
+        """The names of its floating point outputs."""
+        kinds = ("output", self._real)
+        return [n for n, v in self.variables.items() if (v.causality, v.type) == kinds]
+
     def default(self, name: str) -> float:
         """The start value of an input or parameter."""
         return float(self.variables[name].start)
@@ -233,7 +237,7 @@ class LoadedFmu3(LoadedFmu):
 
     _real, _state = "Float64", "FMUState"
 
-    def __enter__(self) -> LoadedFmu3:
+    def __enter__(self) -> "LoadedFmu3":
         super().__enter__()
         self.model = self._kept_instance(FMU3Model)
         self.slave = self._kept_instance(FMU3Slave, eventModeUsed=True)

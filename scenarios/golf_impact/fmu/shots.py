@@ -1,7 +1,5 @@
 """Shots: ClubBallImpact, Launch and BallFlight in a row, one shot at a time."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

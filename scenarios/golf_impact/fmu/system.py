@@ -2,19 +2,20 @@
 
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
+from itertools import chain
 from pathlib import Path
 
 import fmpy
 import numpy as np
 
 from golf_build import system
-from golf_build.standalone import THIS_MACHINE, Pythons
+from golf_build.standalone import Pythons
 from golf_impact.fmu.file import building
 from golf_impact.fmu.loaded import LoadedFmu
 
 
 def build_system(
-    folder: Path, standalone: bool = False, pythons: Pythons = THIS_MACHINE
+    folder: Path, standalone: bool = False, pythons: Pythons = None
 ) -> dict[str, Path]:
     """Build the companion FMUs and the .ssp: their files by name, Swing to GolfSwing.
 
@@ -69,11 +70,6 @@ def run_system(
         for name, fmu in loaded.items():
             fmu.start(**(values or {}).get(name, {}))
         wires = [wire for wire in system.CONNECTIONS if wire[0] in loaded and wire[2] in loaded]
-        kind = ("output", "Real")
-        outputs = {
-            name: [v.name for v in fmu.variables.values() if (v.causality, v.type) == kind]
-            for name, fmu in loaded.items()
-        }
         swing, impact = loaded["Swing"], loaded["ClubBallImpact"]
         # Its own start value is a speed at which it would touch the ball at once.
         impact.set(swing.read(["club_speed"]))
@@ -96,7 +92,7 @@ def run_system(
                 value = source.read_flag(output) if flag else source.read([output])[output]
                 loaded[end].set({name: value})
             time += size
-            read = [fmu.read(outputs[name]).values() for name, fmu in loaded.items()]
-            rows.append([time, *(value for row in read for value in row)])
-        columns = ["time", *(f"{name}.{output}" for name in loaded for output in outputs[name])]
-        return dict(zip(columns, np.array(rows).T, strict=True))
+            read = (fmu.read(fmu.real_outputs).values() for fmu in loaded.values())
+            rows.append([time, *chain.from_iterable(read)])
+        names = (f"{name}.{output}" for name, fmu in loaded.items() for output in fmu.real_outputs)
+        return dict(zip(("time", *names), np.array(rows).T, strict=True))

@@ -8,11 +8,8 @@ from pathlib import Path
 from golf_impact.facts.document import END_GAP, TIME_STEP, USED
 from golf_impact.fmu.file import build_plain_fmu
 from golf_impact.fmu.loaded import LoadedFmu
-from golf_impact.peers.document_fmu import RESULTS
+from golf_impact.peers import document_fmu as scheme
 from golf_impact.report.report import Metrics, derive_metrics
-
-#: The FMU's one source, which needs nothing but pythonfmu.
-SLAVE = Path(__file__).with_name("document_fmu.py")
 
 
 class DocumentFmu(LoadedFmu):
@@ -25,7 +22,7 @@ class DocumentFmu(LoadedFmu):
         while self.read_flag("in_contact"):
             self.slave.doStep(n * dt, dt)
             n += 1
-        return self.read(RESULTS)
+        return self.read(scheme.RESULTS)
 
     def as_printed(self, **values: float) -> Metrics:
         """One impact as the document's program ends it: the numbers that it prints rounded (SI
@@ -40,6 +37,6 @@ def document_fmu() -> Iterator[DocumentFmu]:
     """The document's scheme as an FMU, built for the time of a `with` block."""
     with (
         tempfile.TemporaryDirectory(prefix="golf-impact-") as folder,
-        DocumentFmu(build_plain_fmu(SLAVE, Path(folder))) as fmu,
+        DocumentFmu(build_plain_fmu(Path(scheme.__file__), Path(folder))) as fmu,
     ):
         yield fmu

@@ -1,7 +1,5 @@
 """Styles and parts of figures. Imports matplotlib, so import it only to plot."""
 
-from __future__ import annotations
-
 import io
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence

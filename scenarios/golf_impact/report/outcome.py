@@ -1,7 +1,5 @@
 """Tables and checks: what a report consists of."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any, Literal, NamedTuple, get_args
 

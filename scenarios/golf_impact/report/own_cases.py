@@ -1,7 +1,5 @@
 """The user's own cases: the values of `--set`, with each ball of `--ball`."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import re

@@ -30,6 +30,9 @@ SELF_CHECK = 1e-12
 
 Metrics = Named[float]
 
+#: Numbers, or the name of a metric: its values in all cases so far, in order.
+Values = str | Sequence[float]
+
 
 def derive_metrics(outputs: Mapping[str, float], values: Mapping[str, float]) -> Metrics:
     """The metrics of an impact by the names of results.json (SI units).
@@ -186,25 +189,19 @@ class Report:
         detail = f"{value:.10g} against {expected:.10g}: error {error:.2g}, allowed {tolerance:.2g}"
         self.check(claim, error <= tolerance, f"{detail} ({why})" if why else detail, kind)
 
-    def rises(self, claim: str, values: str | Sequence[float], kind: Kind = "statements") -> None:
+    def rises(self, claim: str, values: Values, kind: Kind = "statements") -> None:
         """Check that these values (or a metric of all cases, in order) increase strictly."""
-        self._check_pairs(claim, values, operator.lt, kind)
+        self._trend(claim, values, operator.lt, kind)
 
-    def falls(self, claim: str, values: str | Sequence[float], kind: Kind = "statements") -> None:
+    def falls(self, claim: str, values: Values, kind: Kind = "statements") -> None:
         """Check that these values (or a metric of all cases, in order) decrease strictly."""
-        self._check_pairs(claim, values, operator.gt, kind)
+        self._trend(claim, values, operator.gt, kind)
 
-    def stays(self, claim: str, values: str | Sequence[float], kind: Kind = "statements") -> None:
+    def stays(self, claim: str, values: Values, kind: Kind = "statements") -> None:
         """Check that these values (or a metric of all cases) are equal, to 1e-12 relative."""
-        self._check_pairs(claim, values, partial(math.isclose, rel_tol=SELF_CHECK), kind)
+        self._trend(claim, values, partial(math.isclose, rel_tol=SELF_CHECK), kind)
 
-    def _check_pairs(
-        self,
-        claim: str,
-        values: str | Sequence[float],
-        holds: Callable[[float, float], bool],
-        kind: Kind,
-    ) -> None:
+    def _trend(self, claim: str, values: Values, holds: Callable[..., bool], kind: Kind) -> None:
         """Check that this holds between each value and all later ones."""
         values = self.each(values) if isinstance(values, str) else values
         passed = all(holds(*pair) for pair in combinations(values, 2))

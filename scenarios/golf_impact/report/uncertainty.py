@@ -1,7 +1,5 @@
 """Sensitivities of an impact's outputs to its parameters, and standard errors that follow."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 

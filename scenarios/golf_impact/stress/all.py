@@ -58,7 +58,7 @@ def _tiny_steps(
 ) -> dict[str, Any]:
     """The errors over a run in steps of 1 ns, read 20 times on the way."""
     values = {**_VALUES, "law": law}
-    impact = cases.unchanged(0, values, 1.5)
+    impact = cases.unchanged(0, values)
     scales = Scales(values, driver.run(impact, impact.segments)[-1], approach=0.0)
     exact = Reference(values)
     driver.begin_run(values)

@@ -93,13 +93,13 @@ def named_cases(randoms: int = 0) -> Iterator[tuple[str, ImpactCase]]:
         values = BASELINE | {"law": law} | changes
         if zeta := values.pop("zeta", 0.0):
             values["b"] = zeta * critical_damping(values["k"], values["m_club"], values["m_ball"])
-        yield f"{name}, law {law}", unchanged(number, values, 1.5)
+        yield f"{name}, law {law}", unchanged(number, values)
 
 
-def unchanged(number: int, values: dict[str, float], contact_times: float) -> ImpactCase:
-    """An impact whose k and b stay, for so many of law 2's contact times after touch."""
+def unchanged(number: int, values: dict[str, float]) -> ImpactCase:
+    """An impact whose k and b stay, for one and a half of law 2's contact times after touch."""
     approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
-    length = approach + contact_times * contact_time_of_law2(damping_ratio(values), values)
+    length = approach + 1.5 * contact_time_of_law2(damping_ratio(values), values)
     return ImpactCase(number, values, 0.0, segments_of(values, length))
 
 

@@ -1,6 +1,5 @@
 """Runs an impact through the FMU in steps of any sizes and records its outputs."""
 
-from functools import cached_property
 from typing import Any
 
 from golf_impact.fmu.file import current_fmu
@@ -15,13 +14,8 @@ Outputs = dict[str, Any]
 class Driver(ImpactFmu):
     """The FMU, for any number of impacts; refusals are messages, not errors."""
 
-    @cached_property
-    def _reals(self) -> list[str]:
-        outputs = (v for v in self.variables.values() if v.causality == "output")
-        return [v.name for v in outputs if v.type == "Real"]
-
     def outputs(self) -> Outputs:
-        return {**self.read(self._reals), **{flag: self.read_flag(flag) for flag in FLAGS}}
+        return {**self.read(self.real_outputs), **{flag: self.read_flag(flag) for flag in FLAGS}}
 
     def run(self, impact: ImpactCase, steps: Steps) -> list[Outputs]:
         """The outputs after each of these steps through an impact."""

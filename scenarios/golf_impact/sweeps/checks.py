@@ -1,7 +1,5 @@
 """A check of arrays: some cases of a sweep are computed again by the scalar physics."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from itertools import product
@@ -15,7 +13,7 @@ from golf_impact.errors import UserError
 from golf_impact.facts.scales import TOLERANCE, contact_scales
 from golf_impact.runs import FLAGS
 from golf_impact.sweeps.impacts import PHYSICS, Plan
-from golf_impact.sweeps.study import Study
+from golf_impact.sweeps.study import Columns, Study
 
 #: One case in so many, and in any study about so many at least.
 _ONE_IN, _LEAST = 1000, 10
@@ -74,9 +72,7 @@ class Check:
     def _chosen(self, cases: np.ndarray) -> np.ndarray:
         return cases.astype(np.uint64) * _SPREAD <= self._below
 
-    def _compare(
-        self, cases: np.ndarray, columns: Mapping[str, np.ndarray], refused: np.ndarray
-    ) -> None:
+    def _compare(self, cases: np.ndarray, columns: Columns, refused: np.ndarray) -> None:
         given = self.study.columns(cases)
         for n, worst in enumerate(deviations(self.plan.values(given), columns, refused)):
             self.number += 1
@@ -91,7 +87,7 @@ class Check:
 
 
 def deviations(
-    values: Mapping[str, Any], columns: Mapping[str, np.ndarray], refused: np.ndarray
+    values: Mapping[str, Any], columns: Columns, refused: np.ndarray
 ) -> Iterator[Deviation]:
     """The largest deviation from the scalar physics in each of these cases.
 

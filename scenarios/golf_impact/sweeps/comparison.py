@@ -1,7 +1,5 @@
 """A loop over fmpy.simulate_fmu on some cases of a sweep: its rate, and how its numbers compare."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from statistics import median
 
@@ -37,16 +35,14 @@ class Loop:
         values = sweep.plan.values({name: column[cases] for name, column in columns.items()})
         self.fmu, self.outputs = fmu, sweep.plan.outputs
         self.values = {n: np.broadcast_to(v, LOOPED).tolist() for n, v in values.items()}
-        rows, runs = zip(*self.values.values()), ScalarImpacts()
-        horizons = np.broadcast_to(runs.horizon(self.values), LOOPED).tolist()
-        self.steps = [runs.run_to_end(h, dict(zip(values, row))) for h, row in zip(horizons, rows)]
+        self.cases = [dict(zip(values, row)) for row in zip(*self.values.values())]
+        runs = ScalarImpacts()
+        self.steps = [runs.run_to_end(runs.horizon(case).item(), case) for case in self.cases]
         self.results = {name: np.empty(LOOPED) for name in self.outputs}
 
     def run(self) -> None:
-        """Simulate all cases."""
-        for n, (step, *row) in enumerate(zip(self.steps, *self.values.values())):
-            options = {"stop_time": step, "output_interval": step}
-            options["start_values"] = dict(zip(self.values, row))
+        for n, (step, case) in enumerate(zip(self.steps, self.cases)):
+            options = {"stop_time": step, "output_interval": step, "start_values": case}
             for name, value in self.fmu.simulate(self.outputs, **options).items():
                 self.results[name][n] = value
 

@@ -1,7 +1,5 @@
 """Executors (concurrent.futures) for the chunks of a sweep: processes here, or a Dask cluster."""
 
-from __future__ import annotations
-
 import logging
 import os
 import pickle

@@ -1,7 +1,5 @@
 """The impacts of a study, by the physics in any process, or one at a time by an instance."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,7 +18,7 @@ from golf_impact.arrays.impacts import impacts as impacts_by_arrays
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import ball, conditions_of
 from golf_impact.runs import ImpactRuns
-from golf_impact.sweeps.study import Study
+from golf_impact.sweeps.study import Columns, Study
 
 #: Variables of the physics by name.
 PHYSICS: Mapping[str, Any] = {variable.name: variable for variable in VARIABLES}
@@ -45,7 +43,7 @@ class Plan:
     balls: dict[str, dict[str, float]]  # what ball presets set: values by variable and ball
     outputs: tuple[str, ...]  # what is read, in order
 
-    def values(self, columns: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    def values(self, columns: Columns) -> dict[str, Any]:
         """Inputs and parameters in these cases: arrays of their shape, numbers if all are equal."""
         values: dict[str, Any] = {n: column for n, column in columns.items() if n != "ball"}
         varied = {name: table for name, table in self.balls.items() if name not in self.fixed}
@@ -64,23 +62,18 @@ def make_plan(study: Study, variables: Mapping[str, Any]) -> Plan:
     grids = {axis.name: axis.values for axis in study.grid}
     chosen = [ball(name) for name in grids.pop("ball", ())]
     presets = {one.name: one.values for one in chosen}
-    conditions = conditions_of(chosen, study.names)
-    grids |= {name: np.array([value]) for name, value in conditions.items()}
+    grids |= {name: np.array([value]) for name, value in conditions_of(chosen, study.names).items()}
     # What balls set, unless it is swept itself; defaults for what a ball doesn't set.
     balls = {
         name: {of: preset.get(name, variables[name].start) for of, preset in presets.items()}
         for name in sorted(set(chain(*presets.values())) - set(study.names))
     }
     grids |= {name: np.array(list(of_ball.values()), float) for name, of_ball in balls.items()}
-    fixed = {
-        name: column[0].item() for name, column in grids.items() if (column == column[0]).all()
-    }
+    fixed = {n: column[0].item() for n, column in grids.items() if (column == column[0]).all()}
     return Plan(identity(), fixed, balls, study.outputs)
 
 
-def impacts(
-    plan: Plan, columns: Mapping[str, np.ndarray], fmu: ImpactRuns | None = None
-) -> Outcome:
+def impacts(plan: Plan, columns: Columns, fmu: ImpactRuns | None = None) -> Outcome:
     """Compute some cases in any process; `columns` are the swept variables, shape (cases,).
 
     UserError: this process has another physics than the one that made the plan.

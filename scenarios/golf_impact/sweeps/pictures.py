@@ -1,9 +1,4 @@
-"""Figures of a sweep's first output over the swept variables, and its Sobol indices.
-
-Imported only to draw.
-"""
-
-from __future__ import annotations
+"""Figures of a sweep's first output, and its Sobol indices; imported only to draw."""
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence

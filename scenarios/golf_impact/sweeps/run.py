@@ -1,17 +1,15 @@
 """Running a sweep: its chunks through an executor, in order into a file."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +19,7 @@ from golf_impact.errors import UserError
 from golf_impact.sweeps.checks import Check
 from golf_impact.sweeps.executors import opened
 from golf_impact.sweeps.impacts import PHYSICS, impacts, make_plan
-from golf_impact.sweeps.study import Study
+from golf_impact.sweeps.study import Columns, Study
 from golf_impact.sweeps.tables import csv_lines, table
 from golf_impact.timing import free_bytes
 
@@ -59,24 +57,16 @@ class Summary:
     worst_error: float  # their largest error without unit, in `golf_impact.facts.scales.Scales`
 
 
-class Chunk(NamedTuple):
-    """Results of a chunk of cases."""
-
-    outcome: Outcome
-    lines: bytes  # of CSV, if the file is one
-    seconds: float  # that it took
+#: Results of a chunk of cases, lines of CSV if the file is one, and the seconds that it took.
+Chunk = tuple[Outcome, bytes, float]
 
 
-def run_chunk(
-    compute: Callable[[Mapping[str, np.ndarray]], Outcome],
-    as_text: bool,
-    columns: Mapping[str, np.ndarray],
-) -> Chunk:
+def run_chunk(compute: Callable[[Columns], Outcome], as_text: bool, columns: Columns) -> Chunk:
     """Compute some cases, in any process."""
     begin = time.perf_counter()
     outcome = compute(columns)
     lines = csv_lines({**columns, **outcome.columns}, outcome.refused) if as_text else b""
-    return Chunk(outcome, lines, time.perf_counter() - begin)
+    return outcome, lines, time.perf_counter() - begin
 
 
 class Sweep:
@@ -103,7 +93,7 @@ class Sweep:
         self.plan = make_plan(study, variables)
         self.units = {name: variable.unit for name, variable in variables.items()}
 
-    def __enter__(self) -> Sweep:
+    def __enter__(self) -> "Sweep":
         self.study.columns(np.array([0]))  # draws the samples
         fmu = None if self.fmu is None else self._blocks.enter_context(self.fmu)
         self.compute = partial(impacts, self.plan, fmu=fmu)
@@ -119,7 +109,7 @@ class Sweep:
             return self.plan.identity
         return f"golf-impact {VERSION}, FMU {self.fmu.description.guid}"
 
-    def first_output(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+    def first_output(self, columns: Columns) -> np.ndarray:
         """The first output of these cases, shape (cases,); NaN without a value."""
         return self.compute(columns).columns[self.study.outputs[0]].astype(float)
 
@@ -136,10 +126,8 @@ class Sweep:
     ) -> Summary:
         """Write one row a case; arguments, result and errors as of `run_sweep`."""
         out, cases, first_output = Path(out), self.study.cases, self.study.outputs[0]
-        for option, number, most in (
-            ("--chunk", chunk, _LARGEST_CHUNK),
-            ("--workers", workers, _MOST_WORKERS),
-        ):
+        limits = ("--chunk", chunk, _LARGEST_CHUNK), ("--workers", workers, _MOST_WORKERS)
+        for option, number, most in limits:
             if number is not None and not 1 <= number <= most:
                 raise UserError(f"{option} {number} is refused: it must be 1 to {most:,}")
         if self.fmu is not None and (executor or scheduler or (workers or 1) > 1):
@@ -156,7 +144,7 @@ class Sweep:
         refused, scalar, first, done = 0, 0, None, 0
         begin = time.perf_counter()
         with table(out, (*self.study.names, *self.study.outputs)) as write, closing(chunks):
-            for columns, (outcome, lines, _) in chunks:
+            for columns, outcome, lines in chunks:
                 write({**columns, **outcome.columns}, outcome.refused, lines)
                 if self.fmu is None:
                     check.add(done, outcome)
@@ -177,14 +165,14 @@ class Sweep:
 
     def _chunks(
         self, open_executor: Callable, size: int | None, as_text: bool, stop: Callable[[], bool]
-    ) -> Generator[tuple[dict[str, np.ndarray], Chunk], None, None]:
+    ) -> Generator[tuple[Columns, Outcome, bytes], None, None]:
         """Columns and results of all chunks in order, those of a broken pool by the next one."""
         done, cases, next_size = 0, self.study.cases, size or _FIRST_CHUNK
         at_once = _CHUNKS_IN_FLIGHT if size else 1
         for _ in range(_POOLS):
             begun = done
             #: Begun some time before it is their turn.
-            under_way: deque[tuple[dict[str, np.ndarray], Future[Chunk]]] = deque()
+            under_way: deque[tuple[Columns, Future[Chunk]]] = deque()
             try:
                 with open_executor() as executor:
                     while done < cases:
@@ -201,14 +189,14 @@ class Sweep:
                             wait([future], timeout=0.1)
                         if stop():
                             raise Stopped(done)
-                        chunk = future.result()
+                        outcome, lines, seconds = future.result()
                         under_way.popleft()
-                        number, at_once = len(chunk.outcome.refused), _CHUNKS_IN_FLIGHT
+                        number, at_once = len(outcome.refused), _CHUNKS_IN_FLIGHT
                         done += number
                         if size is None:
-                            fitting = int(number * _SECONDS / chunk.seconds)
+                            fitting = int(number * _SECONDS / seconds)
                             next_size = min(max(1, fitting), _LARGEST_CHUNK)
-                        yield columns, chunk
+                        yield columns, outcome, lines
                 return
             except BrokenExecutor as error:
                 broken = error

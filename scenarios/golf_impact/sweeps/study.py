@@ -1,7 +1,5 @@
 """What a sweep computes: the swept variables, their cases in order, and the outputs."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Mapping, Sequence
@@ -20,13 +18,12 @@ from golf_impact.facts.units import si_values, unit_of
 
 #: Default outputs: those known at the end of contact. Law 1 has to search for extremes (max_force).
 OUTPUTS = (
-    "smash_factor",
-    "coefficient_of_restitution",
-    "energy_efficiency",
-    "club_velocity",
-    "ball_velocity",
-    "contact_time",
-)
+    "smash_factor", "coefficient_of_restitution", "energy_efficiency", "club_velocity",
+    "ball_velocity", "contact_time",
+)  # fmt: skip
+
+#: Values by variable or output, arrays of one shape (cases,); doubles are NaN where there is none.
+Columns = Mapping[str, np.ndarray]
 
 _FORMS = "VALUE, A,B,C, LO:HI:COUNT, log:LO:HI:COUNT, normal:MEAN:SIGMA or uniform:LO:HI"
 
@@ -148,7 +145,7 @@ class Study:
         number_of_samples: int | None = None,
         seed: int = 0,
         design: str = "random",
-    ) -> Study:
+    ) -> "Study":
         """The study that a user describes.
 
         Args:
@@ -212,7 +209,7 @@ class Study:
     def cases(self) -> int:
         return math.prod(self.shape)
 
-    def columns(self, index: np.ndarray) -> dict[str, np.ndarray]:
+    def columns(self, index: np.ndarray) -> Columns:
         """Arrays of the swept variables' values in the cases of these numbers (from 0), by name.
 
         Each is a function of the case's number alone: chunks of any size give the same.

@@ -1,9 +1,7 @@
 """Tables of a sweep as CSV and Parquet: the same bytes in whatever pieces they are written."""
 
-from __future__ import annotations
-
 import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -13,27 +11,25 @@ import numpy as np
 from golf_build.archive import whole
 from golf_impact.errors import UserError, missing_package
 from golf_impact.runs import FLAGS
+from golf_impact.sweeps.study import Columns
 
-#: Columns by name, those of doubles with NaN where there is no value; and which cases are refused.
-Cells = Mapping[str, np.ndarray]
-Write = Callable[[Cells, np.ndarray, bytes], object]
+#: Writes columns, with which cases are refused, and lines of CSV (unused in other files).
+Write = Callable[[Columns, np.ndarray, bytes], object]
 
 #: Rows of a Parquet row group: independent of chunks, so that the file is too.
 _ROW_GROUP = 2**16
 
 
-def csv_lines(cells: Cells, refused: np.ndarray) -> bytes:
+def csv_lines(columns: Columns, refused: np.ndarray) -> bytes:
     """Lines of CSV: doubles as Python's `repr`, with all digits; Booleans as 0 and 1."""
-    balls = {*cells.get("ball", ())}
     try:
         import pyarrow
         from pyarrow import csv
-    except ImportError:
-        # Not there, or built for another NumPy.
-        return plain_lines(cells, refused)
-    if any(name != _quoted(name) for name in balls):
-        return plain_lines(cells, refused)
-    table = pyarrow.table([_arrow_cells(c, refused) for c in cells.values()], list(cells))
+    except ImportError:  # not there, or built for another NumPy
+        return plain_lines(columns, refused)
+    if any(name != _quoted(name) for name in {*columns.get("ball", ())}):
+        return plain_lines(columns, refused)
+    table = pyarrow.table([_arrow_cells(c, refused) for c in columns.values()], list(columns))
     stream = io.BytesIO()
     options = csv.WriteOptions(include_header=False, quoting_style="none", batch_size=2**14)
     csv.write_csv(table, stream, options)
@@ -61,10 +57,10 @@ def _arrow_cells(column: np.ndarray, refused: np.ndarray) -> Any:
     return compute.replace_with_mask(array.cast(pyarrow.string()), other, texts)
 
 
-def plain_lines(cells: Cells, refused: np.ndarray) -> bytes:
+def plain_lines(columns: Columns, refused: np.ndarray) -> bytes:
     """The same without pyarrow."""
     rows: list[list[str]] = []
-    for column in cells.values():
+    for column in columns.values():
         values = (column.astype(int) if column.dtype == bool else column).tolist()
         rows.append(list(map(_quoted if column.dtype == object else repr, values)))
         for n in np.flatnonzero(refused if column.dtype == bool else column != column).tolist():
@@ -81,8 +77,7 @@ def _quoted(name: str) -> str:
 def table(path: Path, names: Sequence[str]) -> Iterator[Write]:
     """Write the file in a `with` block; afterwards it is complete, or as it was.
 
-    Yields a function that writes some cases: columns by name, which cases are refused, and lines of
-    CSV (unused in other files). UserError: it can't be written.
+    Yields a function that writes some cases. UserError: it can't be written.
     """
     suffix = path.suffix.lower()
     if suffix not in (".csv", ".parquet"):
@@ -92,7 +87,7 @@ def table(path: Path, names: Sequence[str]) -> Iterator[Write]:
         with whole(path) as stream:
             if suffix == ".csv":
                 stream.write((",".join(names) + "\n").encode())
-                yield lambda cells, refused, lines: stream.write(lines)
+                yield lambda columns, refused, lines: stream.write(lines)
             else:
                 with _parquet(stream, names) as write:
                     yield write
@@ -115,11 +110,11 @@ def _parquet(stream: BinaryIO, names: Sequence[str]) -> Iterator[Write]:
     schema = pyarrow.schema([(name, kinds.get(name, pyarrow.float64())) for name in names])
     waiting, rows = [schema.empty_table()], 0
 
-    def write(cells: Cells, refused: np.ndarray, lines: bytes) -> None:
+    def write(columns: Columns, refused: np.ndarray, lines: bytes) -> None:
         nonlocal rows
         arrays = [
             pyarrow.array(c, schema.field(n).type, mask=refused if c.dtype == bool else c != c)
-            for n, c in cells.items()
+            for n, c in columns.items()
         ]
         waiting.append(pyarrow.table(arrays, schema=schema))
         rows += len(refused)
