@@ -133,7 +133,8 @@ def _show(report):
         lines = {"ms": 5, "lw": 1.4}
         for law, names in _CVODE.items():
             plot(names, f"{law}, CVode", figures.STYLES[law].points | lines)
-        plot(_EULER, "law 1, explicit Euler", figures.STYLES["explicit Euler"].points | lines)
+        style = figures.STYLES["explicit Euler"].points | lines
+        plot(_EULER, "law 1, explicit Euler", style)
         points = {"ls": "", "ms": 10, "mec": figures.BLACK, "clip_on": False}
         for law, name in _STEPPED.items():
             plot([name], f"{name} in one step", figures.STYLES[law].points | points)

@@ -115,7 +115,8 @@ def _show_flights(report, shots):
         signed = [f"{x:+.1f}" for x in found[-1]]
         rows.append([stroke.club, *(cell for pair in zip(values, signed) for cell in pair)])
     title = "Flight from the measured launch (ball speed, angle, backspin), and its deviation"
-    report.table(title, ["club", "carry (yd)", "%", "apex (yd)", "%", "land (°)", "°"], rows)
+    columns = ["club", "carry (yd)", "%", "apex (yd)", "%", "land (°)", "°"]
+    report.table(title, columns, rows)
     deviations = np.array(found)
     carry = _rms(deviations[:, 0])
     report.check("rms of carry is at most 3.5 %", carry <= _AIMS[0], f"{carry:.2f} %")

@@ -184,7 +184,8 @@ def _show_shaft(report):
                 max(abs(speed(shaft, h, way, n) / exact - 1.0) for n in range(_PLACES))
                 for h in _PUSHED
             ]
-            rows.append([f"{shaft / 1e3:g}", way, *(f"{e:.1e}" for e in (free[shaft], *found))])
+            numbers = (f"{e:.1e}" for e in (free[shaft], *found))
+            rows.append([f"{shaft / 1e3:g}", way, *numbers])
             order = np.polyfit(np.log(_PUSHED), np.log(found), 1)[0]
             expected = 1 if way == "late" else 2
             claim = f"a shaft of {shaft / 1e3:g} kN/m, force {way}: order {expected}"

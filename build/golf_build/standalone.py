@@ -81,7 +81,8 @@ def _runtime_modules() -> dict[str, bytes]:
         for file in importlib.metadata.files(runtime) or []:
             name = file.as_posix()
             if re.fullmatch(rf"{runtime}/\w+\.py", name) and file.stem not in _PACKERS:
-                files[name] = re.sub(r"(?m)^from \.builder .*$", "", file.read_text()).encode()
+                text = file.read_text()
+                files[name] = re.sub(r"(?m)^from \.builder .*$", "", text).encode()
     return files
 
 

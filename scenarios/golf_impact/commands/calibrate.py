@@ -76,7 +76,8 @@ def calibrate(
     for name in ("save", "folder", "figures"):
         del values[name]
     with progress() as begin:
-        calibration = fit(**values, progress=begin("calibrating", 100))
+        advance = begin("calibrating", 100)
+        calibration = fit(**values, progress=advance)
         files = {"calibrate.json": as_json(calibration.as_json())}
         if figures:
             from golf_impact.report.figures import to_png

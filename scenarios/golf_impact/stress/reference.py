@@ -93,7 +93,8 @@ class _Sum:
 
     def _open_at(self, t: Real) -> bool:
         """Whether others can still outweigh the slowest exponential, a real one, at t or later."""
-        (slowest, c), *others = sorted(zip(self.rates, self.c), key=lambda pair: -_mp.re(pair[0]))
+        terms = zip(self.rates, self.c)
+        (slowest, c), *others = sorted(terms, key=lambda pair: -_mp.re(pair[0]))
         if _mp.im(slowest) or not any(_mp.im(rate) for rate, _ in others):
             return True
         rest = sum(abs(c * _mp.exp(rate * t)) for rate, c in others)
@@ -104,11 +105,12 @@ class _Sum:
         scale, width = self(right) or 1, right - left
         while self(left + width) / scale > 0:
             width /= 2
+        precision = _mp.mpf(10) ** -60 * right
         return _mp.findroot(
             lambda t: self(t) / scale,
             (left + width, left + 2 * width),
             solver="illinois",
-            tol=_mp.mpf(10) ** -60 * right,
+            tol=precision,
             maxsteps=1000,
             verify=False,
         )

@@ -62,7 +62,8 @@ def make_plan(study: Study, variables: Mapping[str, Any]) -> Plan:
     grids = {axis.name: axis.values for axis in study.grid}
     chosen = [ball(name) for name in grids.pop("ball", ())]
     presets = {one.name: one.values for one in chosen}
-    grids |= {name: np.array([value]) for name, value in conditions_of(chosen, study.names).items()}
+    conditions = conditions_of(chosen, study.names)
+    grids |= {name: np.array([value]) for name, value in conditions.items()}
     # What balls set, unless it is swept itself; defaults for what a ball doesn't set.
     balls = {
         name: {of: preset.get(name, variables[name].start) for of, preset in presets.items()}
