@@ -45,6 +45,9 @@ _PUSHED, _EXACT, _PLACES = (1e-4, 5e-5, 2e-5, 1e-5), 1e-6, 8
 #: landed.
 _NEAR, _END, _LANDED = 0.96, 0.967, 8.4
 
+#: Speed at the ball, m/s, and time from the top, s, by the source that swing.toml names.
+_SOURCE_SPEED, _SOURCE_TIME = 52.76, 0.2125
+
 #: Start values of the swing: time of the backswing, s; lengths of arms and club, m.
 _BACKSWING, _ARMS, _CLUB = 0.75, 0.5754, 1.05
 
@@ -217,12 +220,11 @@ def _show_drive(report, path, acting, flat):
     touch, smash = case["touch_time"], case["smash_factor"]
     speed = path["Swing.head_speed"][path["time"] < touch][-1]
     normal, time = case["ball_velocity"] / smash, touch - _BACKSWING
-    # The source that swing.toml names has 52.76 m/s, 0.2125 s from the top.
     half = "half of its last digit"
     claim = "the head's speed at the ball is the source's"
-    report.check_close(claim, speed, 52.76, 0.005, half)
+    report.check_close(claim, speed, _SOURCE_SPEED, 0.005, half)
     claim = "the time from the top to the ball is the source's"
-    report.check_close(claim, time, 0.2125, 5e-5, half)
+    report.check_close(claim, time, _SOURCE_TIME, 5e-5, half)
     angle, spin = degrees(case["launch_angle"]), case["backspin"] * _RPM
     report.check("S is at most 1.50, the largest of tour players", smash <= 1.50, f"{smash:.4f}")
     report.check("the launch angle is a driver's, 9 to 14°", 9.0 < angle < 14.0, f"{angle:.2f}°")

@@ -26,11 +26,10 @@ def bench(
 
         prepare(folder, "bench_native.json")
         results = standalone_and_plain(quick)
-        names = ("standalone", "plain", "ratio", "limit")
-        rows = [
-            [one["meaning"], *(f"{one[name]:.3g}" for name in names), verdict(one["passed"])]
-            for one in results["figures"].values()
-        ]
+        names, rows = ("standalone", "plain", "ratio", "limit"), []
+        for figure in results["figures"].values():
+            numbers = (f"{figure[name]:.3g}" for name in names)
+            rows.append([figure["meaning"], *numbers, verdict(figure["passed"])])
         title = "In a native host: standalone, and plain with LD_PRELOAD"
         print_table(Table(title, ["", "standalone", "plain", "ratio", "at most", ""], rows))
         files = {"bench_native.json": as_json(results)}

@@ -33,7 +33,6 @@ def deviations(path: Path) -> dict[str, float]:
         if not (case := re.fullmatch(r"(extra/.*/\w+?_(\w+))_ref\.csv", name)):
             continue
         expected = numbers(name)
-        # Of two rows at one instant, a jump, the later one.
         inputs = {row.pop("time"): row for row in numbers(f"{case[1]}_in.csv")}
         outputs, worst = [output for output in expected[0] if output != "time"], 0.0
         scales = {output: max(abs(row[output]) for row in expected) for output in outputs}
