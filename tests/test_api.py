@@ -1,12 +1,11 @@
 """`import golf_impact`: its functions, and lazy imports."""
 
 import doctest
-import subprocess
 import sys
 
 import numpy as np
 import pytest
-from command import run_python
+from command import run, run_python
 
 import golf_impact
 
@@ -50,8 +49,7 @@ def test_public_names_have_types(tmp_path):
         "except golf_impact.UserError as error:\n    print(error.variable)\n"
     )
     words = "-m", "mypy", "--strict", "--no-incremental", "--config-file=", "user.py"
-    done = subprocess.run([sys.executable, *words], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout
+    run(sys.executable, *words, cwd=tmp_path)
 
 
 def test_masked_values_are_missing():
@@ -64,19 +62,19 @@ def test_masked_values_are_missing():
 def test_names_of_outputs():
     """One name, or any iterable; an output of another type is refused by name."""
     names = ("force", "compression")
-    for run, more in (
+    for function, more in (
         (golf_impact.run_impact, {}),
         (golf_impact.run_impacts, {}),
         (golf_impact.run_trajectory, {}),
         (golf_impact.run_trajectory, {"times": [1e-4]}),
     ):
-        assert "force" in run(outputs="force", **more)
-        assert {*names} <= run(outputs=(name for name in names), **more).keys()
-        if run is not golf_impact.run_impacts:
+        assert "force" in function(outputs="force", **more)
+        assert {*names} <= function(outputs=(name for name in names), **more).keys()
+        if function is not golf_impact.run_impacts:
             with pytest.raises(
                 golf_impact.UserError, match="no output 'touched' of type Real: ch"
             ) as of:
-                run(outputs=["touched"], **more)
+                function(outputs=["touched"], **more)
             assert of.value.variable == "touched"
         for wrong, variable, similar in (
             (
@@ -92,7 +90,7 @@ def test_names_of_outputs():
             ),
         ):
             with pytest.raises(golf_impact.UserError, match=similar) as caught:
-                run(**wrong, **more)
+                function(**wrong, **more)
             assert caught.value.variable == variable
             assert caught.value.reason.startswith("choose from ")
     slopes = golf_impact.sensitivities("smash_factor", iter(["k"]), law=2)

@@ -7,13 +7,13 @@ import csv
 import os
 import re
 import shutil
-import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
 
 import fmpy
 import pytest
+from command import run as run_process
 from compare import assert_close
 from conftest import CRITERIA, EXPECTED, FILES, is_standalone, repeated
 
@@ -40,10 +40,7 @@ def run(libpython):
 
     def run(*command, alone=False, code=0, **environment):
         env = {**os.environ, **environment, **({} if alone else preloaded)}
-        words = list(map(str, command))
-        done = subprocess.run(words, env=env, capture_output=True, text=True, timeout=300)
-        assert done.returncode == code, (done.returncode, done.stderr[-2000:])
-        return done
+        return run_process(*command, env=env, code=code, timeout=300)
 
     return run
 

@@ -1,9 +1,10 @@
 """Imports run one way: scripts, package, build, physics."""
 
 import ast
-import subprocess
 import sys
 from pathlib import Path
+
+from command import ROOT, run
 
 from golf_impact import scenario
 from golf_impact.commands.scripts import FOLDER, list_names
@@ -26,9 +27,7 @@ def imports(path):
 def test_contracts():
     """Those of pyproject.toml."""
     lint = Path(sys.executable).with_name("lint-imports")
-    root = Path(__file__).parent.parent
-    done = subprocess.run([lint, "--no-cache"], capture_output=True, text=True, cwd=root)
-    assert done.returncode == 0, done.stdout
+    run(lint, "--no-cache", cwd=ROOT)
 
 
 def test_scenarios_import_the_scenario_interface_alone_and_use_all_of_it():

@@ -87,9 +87,7 @@ def installed(folder, packages, *platforms):
 
 def printed(*command, code=0, timeout=600):
     """The results that fmpy_tasks.py prints; `code` None: whatever the exit code is."""
-    words = list(map(str, command))
-    done = subprocess.run(words, capture_output=True, text=True, timeout=timeout)
-    assert done.returncode == code or code is None, (done.returncode, done.stderr[-2000:])
+    done = run(*command, code=code, timeout=timeout)
     return dict(json.loads(line) for line in done.stdout.splitlines() if line.startswith('["'))
 
 
