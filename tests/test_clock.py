@@ -9,10 +9,11 @@ from fractions import Fraction
 
 import pytest
 from compare import assert_close
+from components import get, initialized, is_set, put
 from golf_physics.component.hybrid import HybridComponent
-from golf_physics.variables import BY_NAME, VARIABLES
-from instances import initialized
+from golf_physics.variables import VARIABLES
 
+MOVING = ("force", "compression", "club_velocity", "ball_velocity", "impulse")
 REALS = [v for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
 LAWS = {"law 1": {"law": 1}, "law 2": {"law": 2}, "n = 1.6": {"law": 2, "exponent": 1.6, "b": 30.0}}
 
@@ -33,8 +34,9 @@ def outputs(values, steps):
     for size in steps:
         assert component.step(point, size)
         point += size
-    assert component.discretes([BY_NAME["in_contact"].reference], "Boolean") == [True]
-    return dict(zip([v.name for v in REALS], component.reals([v.reference for v in REALS])))
+    assert is_set(component, "in_contact")
+    names = [v.name for v in REALS]
+    return dict(zip(names, get(component, *names)))
 
 
 def check(values, steps):
@@ -79,11 +81,10 @@ def test_after_a_club_speed_that_changes_at_every_step():
     def run(steps):
         component, point = initialized(report=pytest.fail, law=2, gap=gap), 0.0
         for speed, step in (*steps, (40.0, 1e-3 / 40.0 + last)):
-            component.set_values([BY_NAME["club_speed"].reference], [speed])
+            put(component, club_speed=speed)
             assert component.step(point, step)
             point += step
-        names = ("force", "compression", "club_velocity", "ball_velocity", "impulse")
-        return dict(zip(names, component.reals([BY_NAME[name].reference for name in names])))
+        return dict(zip(MOVING, get(component, *MOVING)))
 
     many = run([(30.0, size), (40.0, size)] * number)
     half = few(number * Fraction(size))
@@ -96,11 +97,10 @@ def test_a_change_in_contact_after_an_approach_of_333_s(values):
         component, time = initialized(report=pytest.fail, **values, gap=gap), 0.0
         for size in (*sizes, 150e-6, 100e-6):
             if size == 100e-6:
-                component.set_values([BY_NAME["k"].reference], [2e6])
+                put(component, k=2e6)
             assert component.step(time, size)
             time += size
-        names = ("force", "compression", "club_velocity", "ball_velocity", "impulse")
-        return dict(zip(names, component.reals([BY_NAME[name].reference for name in names])))
+        return dict(zip(MOVING, get(component, *MOVING)))
 
     assert_close(run(35.0 * 333.0, 333.0), run(0.0))
 
@@ -114,18 +114,15 @@ def test_after_alternating_steps_in_contact(values):
 def test_a_step_to_the_announced_event_reaches_it(seed):
     """Touch and separation, wherever the host's clock stands: never an instant too early."""
     rng = random.Random(seed)
-    given = {
-        "gap": rng.uniform(0.0, 5.0),
-        "club_speed": rng.uniform(5.0, 70.0),
-        "k": rng.uniform(1e5, 3e6),
-    }
+    ranges = {"gap": (0.0, 5.0), "club_speed": (5.0, 70.0), "k": (1e5, 3e6)}
+    given = {name: rng.uniform(*ends) for name, ends in ranges.items()}
     component = initialized(HybridComponent, pytest.fail, **given)
     point, step = rng.choice([0.0, rng.uniform(-1e3, 1e3)]), rng.uniform(1e-5, 1e-3)
     assert component.step(point, step)
     point += step
     for flag in ("touched", "separated"):
-        if not component.discretes([BY_NAME[flag].reference], "Boolean")[0]:
+        if not is_set(component, flag):
             _, _, when = component.update()
             assert component.step(point, when - point)
             point += when - point
-        assert component.discretes([BY_NAME[flag].reference], "Boolean")[0], (flag, point, given)
+        assert is_set(component, flag), (flag, point, given)

@@ -7,6 +7,7 @@ import fmpy
 import pytest
 from cases import DEFAULTS, integrated
 from compare import assert_close
+from components import put
 from conftest import some
 from golf_physics.component.component import Component
 from golf_physics.instance import Instance
@@ -26,10 +27,8 @@ def stepped(values, steps):
     """The outputs after steps (s), each with the inputs set before it."""
     instance, time = Instance(), 0.0
     instance.start(**values)
-    component = instance._component
     for size, inputs in steps:
-        for name, value in inputs.items():
-            component.set_values([BY_NAME[name].reference], [value])
+        put(instance._component, **inputs)
         instance.step(time, size)
         time += size
     return instance.read(OUTPUTS)
@@ -146,15 +145,14 @@ def test_only_pieces_that_are_read_are_integrated(monkeypatch):
 def test_refusals(sign):
     messages = []
     component = Component(messages.append)
-    reference = BY_NAME["club_force"].reference
-    assert reference == 40
-    component.set_values([reference], [sign * math.inf])
+    assert BY_NAME["club_force"].reference == 40
+    put(component, club_force=sign * math.inf)
     assert messages[-1].variable == "club_force"
-    component.set_values([reference], [sign * 1.1e75 * 0.21])
+    put(component, club_force=sign * 1.1e75 * 0.21)
     component.enter_initialization()
     assert not component.exit_initialization()
     assert "acceleration of the club head must stay below 1e+75" in str(messages[-1])
-    component.set_values([reference], [sign * 0.9e75 * 0.21])
+    put(component, club_force=sign * 0.9e75 * 0.21)
     assert component.step(0.0, 1e-3)
 
 

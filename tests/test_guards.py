@@ -3,9 +3,10 @@
 import json
 import math
 import random
-from binascii import crc32
 
+import components
 import pytest
+from components import initialized
 from fmpy.fmi1 import FMICallException
 from golf_physics.companions.ball_flight import BallFlight
 from golf_physics.companions.launch import Launch
@@ -19,26 +20,11 @@ from golf_physics.laws.extended import ExtendedContact
 from golf_physics.laws.law import LinearLaw
 from golf_physics.numerics import zeros
 from golf_physics.values import Inputs, Motion, Parameters
-from golf_physics.variables import BY_NAME, MOTION
-from instances import get, put
+from golf_physics.variables import MOTION
+from instances import get, put, with_checksum
 
 from golf_build.system import COMPANIONS
 from golf_impact.arrays.contacts import Contacts
-
-REFERENCE = {name: row.reference for name, row in BY_NAME.items()}
-
-
-def put_values(component, **values):
-    for name, value in values.items():
-        component.set_values([REFERENCE[name]], [value], BY_NAME[name].type)
-
-
-def started(report, kind=Component, **values):
-    component = kind(report)
-    component.enter_initialization()
-    put_values(component, **values)
-    component.exit_initialization()
-    return component
 
 
 def test_bodies_push_up_to_the_last_double_before_separation():
@@ -78,22 +64,22 @@ def test_a_law_without_a_number(monkeypatch, kind, beyond):
     """A change that leads there is refused and has no effect; an output is NaN."""
     monkeypatch.setitem(LAWS, 2, Vanishing(beyond))
     messages = []
-    component = started(messages.append, kind, law=2)
+    component = initialized(kind, messages.append, law=2)
     assert component.step(0.0, 1e-4)
-    before = component.reals([REFERENCE["force"]])
-    component.set_values([REFERENCE["k"]], [2e6])
+    before = components.get(component, "force")
+    components.put(component, k=2e6)
     if kind is HybridComponent:
         assert component.update() == (False, False, None)
     assert not component.step(1e-4, 1e-4)
     assert "k = 2000000.0, b = 9.0 are refused" in messages[-1].sentence
-    assert component.reals([REFERENCE["force"]]) == before
-    component.set_values([REFERENCE["k"]], [1e6])
+    assert components.get(component, "force") == before
+    components.put(component, k=1e6)
     assert component.step(1e-4, 1e-4)
     beyond = kind(messages.append)
     beyond.enter_initialization()
-    put_values(beyond, law=2, k=2e6)
+    components.put(beyond, law=2, k=2e6)
     for names in (["force"], MOTION):
-        assert all(map(math.isnan, beyond.reals([REFERENCE[name] for name in names])))
+        assert all(map(math.isnan, components.get(beyond, *names)))
     assert "must be a finite number" in messages[-1].sentence
 
 
@@ -216,8 +202,7 @@ def changed_state(component, *places, value):
     for place in places[:-1]:
         inner = inner[place]
     inner[places[-1]] = value(inner[places[-1]])
-    body = json.dumps(content).encode()[:-1]
-    return Component.unpacked(body + f", {crc32(body)}]".encode())
+    return Component.unpacked(with_checksum(json.dumps(content).encode()[:-1]))
 
 
 @pytest.mark.parametrize(
@@ -233,9 +218,9 @@ def changed_state(component, *places, value):
     ids=["input", "mode", "count", "size", "input of steps", "compression"],
 )
 def test_states_that_no_instance_has_are_refused(places, value):
-    component = started(pytest.fail)
+    component = initialized(report=pytest.fail)
     component.step(0.0, 1e-4)
-    component.set_values([REFERENCE["k"]], [2e6])
+    components.put(component, k=2e6)
     component.step(1e-4, 1e-4)
     assert changed_state(component, *places, value=lambda old: old) is not None
     assert changed_state(component, *places, value=value) is None
@@ -260,7 +245,7 @@ def test_hardly_any_drag():
 
 def test_a_solver_may_try_any_state():
     """Of a power law the force leaves the range of a double: the accelerations are infinite."""
-    component = started(pytest.fail, HybridComponent, law=2, exponent=12.0)
+    component = initialized(HybridComponent, pytest.fail, law=2, exponent=12.0)
     component.set_time(0.0)
     component.set_states([1e60, 0.0, 35.0, 0.0])
     assert component.derivatives()[2:] == [-math.inf, math.inf]
@@ -270,24 +255,24 @@ def test_a_step_to_a_touch_that_is_refused():
     """At 35 m/s the COR would be 0.1 - 0.1015: refused if touch falls at the end of the step."""
     for size, accepted in ((0.01, False), (0.01 * (1.0 - 1e-9), True)):
         line = {"restitution_at_rest": 0.1, "restitution_slope": 0.0029}
-        component = started(lambda refusal: None, law=2, gap=0.35, **line)
+        component = initialized(law=2, gap=0.35, **line)
         assert component.step(0.0, size) == accepted
 
 
 def test_steps_that_end_with_an_event():
     """Touch is 1e-4 s after the start; a step that goes on beyond it reports none."""
     for early, size, event in ((True, 1e-3, True), (False, 1e-3, False), (True, 5e-5, False)):
-        component = started(pytest.fail, HybridComponent, gap=0.0035)
+        component = initialized(HybridComponent, pytest.fail, gap=0.0035)
         assert component.step(0.0, 1e-5)
         accepted, happened, end = component.step_to_event(1e-5, size, early)
         assert (accepted, happened) == (True, event)
         assert end == pytest.approx(1e-4 if event else 1e-5 + size, rel=1e-12)
-    component = started(pytest.fail, HybridComponent, gap=0.0035)
+    component = initialized(HybridComponent, pytest.fail, gap=0.0035)
     assert component.step(0.0, 1e-5)
     _, _, when = component.update()
     assert component.step_to_event(1e-5, when - 1e-5, False) == (True, True, when)
     # From 0 the next double after touch is enough.
-    component = started(pytest.fail, HybridComponent, gap=0.0035)
+    component = initialized(HybridComponent, pytest.fail, gap=0.0035)
     after = math.nextafter(0.0035 / 35.0, math.inf)
     assert component.step_to_event(0.0, 1e-3, True) == (True, True, after)
 
@@ -310,7 +295,7 @@ def test_touch_is_undecided_up_to_the_last_bit_of_the_clock(bits, faster):
     instance = Instance()
     instance.start(gap=35.0, law=2)
     instance.step(0.0, 1.0 + bits * 2.0**-52)
-    instance._component.set_values([REFERENCE["club_speed"]], [70.0])
+    components.put(instance._component, club_speed=70.0)
     instance.step(1.0 + bits * 2.0**-52, 1.0)
     speed = instance.read(["ball_velocity"])["ball_velocity"]
     once = instance.read(["smash_factor"])["smash_factor"] * 35.0
@@ -326,7 +311,7 @@ def test_touch_is_undecided_up_to_the_last_bit_of_the_clock(bits, faster):
 )
 def test_sentences_of_refusals(name, value, sentence):
     messages = []
-    component = started(messages.append, HybridComponent, **{name: value})
+    component = initialized(HybridComponent, messages.append, **{name: value})
     assert messages[0].sentence == sentence
     assert component.update() == (True, False, None)
     assert f"the simulation must stop: {sentence}" in messages[-1].sentence
@@ -336,7 +321,7 @@ def test_sentences_of_refusals(name, value, sentence):
 def test_a_step_after_the_end(kind):
     """Refused, also where it is one more of equal steps."""
     messages = []
-    component = started(messages.append, kind)
+    component = initialized(kind, messages.append)
     for n in range(3):
         assert component.step(n * 0.25, 0.25)
     component.terminate()
@@ -346,7 +331,7 @@ def test_a_step_after_the_end(kind):
 
 def test_the_fields_of_several_refusals_are_those_of_the_first():
     messages = []
-    assert not started(messages.append, k=-1.0, b=-2.0).step(0.0, 1e-4)
+    assert not initialized(report=messages.append, k=-1.0, b=-2.0).step(0.0, 1e-4)
     refusal = messages[-1]
     assert (refusal.variable, refusal.value) == ("k", -1.0)
     assert "k = -1.0" in refusal.sentence
@@ -357,7 +342,7 @@ def test_an_event_before_initialization():
     """It is refused alone: the refused start value may still be corrected."""
     messages = []
     component = HybridComponent(messages.append)
-    component.set_values([REFERENCE["k"]], [-1.0])
+    components.put(component, k=-1.0)
     assert component.update() == (False, False, None)
     assert messages[-1].sentence == "an event before initialization or after the end is refused"
 
@@ -365,7 +350,7 @@ def test_an_event_before_initialization():
 @pytest.mark.parametrize("speed", [0.1, 35.0])
 def test_a_solver_finds_no_separation_at_touch(speed):
     """There is no force either; but the bodies close, at more than half of the approach speed."""
-    component = started(pytest.fail, HybridComponent, club_speed=speed)
+    component = initialized(HybridComponent, pytest.fail, club_speed=speed)
     component.set_time(0.0)
     found = []
     for closing in (1.0, 0.5, 0.4, -0.9):
@@ -376,7 +361,7 @@ def test_a_solver_finds_no_separation_at_touch(speed):
 
 def test_indicators_before_touch():
     """Neither has passed zero."""
-    component = started(pytest.fail, HybridComponent, gap=0.01)
+    component = initialized(HybridComponent, pytest.fail, gap=0.01)
     component.set_time(0.0)
     assert min(component.indicators()) > 0.0
 
@@ -384,13 +369,13 @@ def test_indicators_before_touch():
 @pytest.mark.parametrize(("compression", "in_contact"), [(1e-4, True), (0.0, False)])
 def test_an_event_near_separation(compression, in_contact):
     """An event of another kind doesn't end a contact that still has a force, however small."""
-    component = started(pytest.fail, HybridComponent, law=2, b=0.0)
+    component = initialized(HybridComponent, pytest.fail, law=2, b=0.0)
     component.set_time(0.0)
     component.update()
     component.set_time(5e-4)
     component.set_states([0.01 + compression, 0.01, 20.0, 50.0])
     component.update()
-    assert component.discretes([BY_NAME["in_contact"].reference], "Boolean") == [in_contact]
+    assert components.is_set(component, "in_contact") == in_contact
 
 
 # Companions
@@ -525,9 +510,8 @@ def test_after_touch_the_speed_is_that_of_the_swings_head(companion, step):
 @pytest.mark.parametrize(("before", "touch_time"), [(0.02, 0.01), (0.005, 5.005)])
 def test_the_time_of_touch_after_a_restore_to_another_time(before, touch_time):
     """A touch that has been stays when it was; one to come moves with the host's time."""
-    component = started(print, gap=0.35)
+    component = initialized(gap=0.35)
     assert component.step(0.0, before)
     component.restore(component.snapshot())
     assert component.step(5.0, 0.01)
-    (found,) = component.reals([REFERENCE["touch_time"]])
-    assert found == pytest.approx(touch_time, rel=1e-15)
+    assert components.get(component, "touch_time") == pytest.approx([touch_time], rel=1e-15)

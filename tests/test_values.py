@@ -7,11 +7,11 @@ import math
 
 import pytest
 from compare import assert_within
+from components import initialized
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import fmi2Discard
 from hypothesis import assume, event, example, given
 from hypothesis import strategies as st
-from instances import initialized
 
 from golf_impact.facts.closed_forms import half_contact, reduced_mass
 from golf_impact.facts.scales import TOLERANCE
