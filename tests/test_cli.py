@@ -215,6 +215,7 @@ def test_a_check_that_fails(tmp_path):
         (("run", "--set", "law=relative"), ("law=relative", "1 (absolute) or 2 (relative)")),
         (("run", "--set", "law=4294967298"), ("law", "whole number")),
         (("run", "--set", "exponent=1.5"), ("exponent", "law = 1")),
+        (("run", "--set", "restitution_at_rest=0.9"), ("restitution_at_rest", "law = 1")),
         (("run", "--set", "k=1", "--set", "k=2"), ("k is given twice",)),
         (("run", ":100:"), (":100:",)),
         (("calibrate", "--core", "0.7"), ("--core", "calibrate --help")),

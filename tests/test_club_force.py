@@ -15,7 +15,6 @@ from golf_physics.variables import BY_NAME, VARIABLES
 
 import golf_impact
 from golf_impact.facts.scales import Scales
-from golf_impact.report.own_cases import own_cases
 from golf_impact.stress.reference import Reference
 
 M_BALL = 0.04593
@@ -177,10 +176,3 @@ def test_through_the_fmus(fmu, fmi3_path):
         )  # fmt: skip
         last = {name: rows[name][-1] for name in names}
         assert_close(last, stepwise, tolerance=1e-6, **values)
-
-
-@pytest.mark.parametrize("values", [{"law": 1}, {"law": 2}, {"law": 2, "exponent": 1.6}])
-def test_the_checks_of_a_run(fmu, values):
-    """Balances, and CVODE's velocity after separation, where the force goes on accelerating."""
-    _, report = own_cases(fmu, {**values, "club_force": 300.0}, [])
-    assert [check for check in report.checks if not check.passed] == []

@@ -117,13 +117,6 @@ def test_invalid_studies(tmp_path, arguments, words):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_last_variable_varies_fastest():
-    columns = Study.of({"k": "1,2", "b": "3,4,5"}).columns(np.arange(6))
-    assert list(columns) == ["k", "b"]
-    assert columns["k"].tolist() == [1, 1, 1, 2, 2, 2]
-    assert columns["b"].tolist() == [3, 4, 5, 3, 4, 5]
-
-
 @pytest.mark.parametrize("design", ["random", "lhs", "sobol"])
 def test_samples(design):
     sets = {"k": "normal:1e6:5e4", "b": "0,9", "club_speed": "uniform:40:50"}
