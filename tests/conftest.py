@@ -226,6 +226,14 @@ def libpython(fmu_path):
     return file
 
 
+@pytest.fixture
+def no_figure_stays_open():
+    yield
+    from golf_impact.report.figures import plt
+
+    plt.close("all")
+
+
 def require(tool):
     """Skip without this importer of the extra interop."""
     if importlib.util.find_spec(tool) is None:

@@ -15,11 +15,7 @@ from golf_impact.report.report import Report, derive_metrics
 from golf_impact.report.styles import STYLES
 from golf_impact.report.uncertainty import gradient, standard_errors
 
-
-@pytest.fixture(autouse=True)
-def _no_figure_stays_open():
-    yield
-    figures.plt.close("all")
+pytestmark = pytest.mark.usefixtures("no_figure_stays_open")
 
 
 def checked(fmu, change, **values):
