@@ -75,11 +75,6 @@ def test_list_balls():
     assert words <= set(done.stdout.split())
 
 
-def test_an_unknown_ball_on_the_command_line(tmp_path):
-    refused(golf_here("run", "--ball", "cannon", "--out", tmp_path), "cannon", "roh-lee, ")
-    assert list(tmp_path.iterdir()) == []
-
-
 # Balls of one's own
 
 
@@ -149,10 +144,6 @@ def test_files_that_are_no_balls(tmp_path, text, words):
     done = golf_here("run", "--ball", file, "--out", tmp_path / "out")
     refused(done, "mine.toml", words)
     assert not (tmp_path / "out").exists()
-
-
-def test_a_file_there_is_none_of(tmp_path):
-    refused(golf_here("run", "--ball", tmp_path / "none.toml"), "can't read", "none.toml")
 
 
 def test_intervals_of_a_ball(fmu, tmp_path):

@@ -218,6 +218,11 @@ def test_a_check_that_fails(tmp_path):
         (("run", "--set", "restitution_at_rest=0.9"), ("restitution_at_rest", "law = 1")),
         (("run", "--set", "k=1", "--set", "k=2"), ("k is given twice",)),
         (("run", ":100:"), (":100:",)),
+        (("run", "--ball", "cannon"), ("cannon", "roh-lee, ")),
+        (("run", "--ball", "none.toml"), ("can't read", "none.toml")),
+        # As from an unset variable of the shell.
+        (("run", ""), ("an argument is empty",)),
+        (("run", "table1", "--fmu="), ("an argument is empty",)),
         (("calibrate", "--core", "0.7"), ("--core", "calibrate --help")),
         (("build", "--fmi", "4"), ("--fmi",)),
         (("build", "--fmi", "3", "--system"), ("--system",)),

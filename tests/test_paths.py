@@ -103,13 +103,6 @@ def test_an_unusual_name_of_the_temporary_folder(tmp_path, command):
     assert names(odd) == set()
 
 
-@pytest.mark.parametrize("arguments", [("run", ""), ("run", "table1", "--fmu=")])
-def test_an_empty_argument(tmp_path, arguments):
-    """As from an unset variable of the shell."""
-    refused(golf_here(*arguments, cwd=tmp_path), "an argument is empty")
-    assert names(tmp_path) == set()
-
-
 def test_files_in_place_of_folders_and_vice_versa(tmp_path):
     file = tmp_path / "file"
     file.write_text("mine")

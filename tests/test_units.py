@@ -109,13 +109,6 @@ def test_python_takes_any_real_number(k):
     assert found == pytest.approx(expected["contact_time"], rel=1e-13)
 
 
-@pytest.mark.parametrize("points", [1, 0, 2.5])
-def test_a_trajectory_has_two_points(points):
-    with pytest.raises(UserError, match=r"points = .* at least 2"):
-        golf_impact.run_trajectory(points=points)
-    assert len(golf_impact.run_trajectory(points=2)["time"]) == 2
-
-
 def test_a_run_of_a_selection_leaves_the_others(tmp_path):
     """A part of a larger run, and another scenario, go beside it."""
     common, names = ("--no-figures", "--out", tmp_path), ("results.json", "report.html")
