@@ -10,6 +10,7 @@ import pytest
 from command import golf, golf_here, refused
 from compare import assert_close
 from conftest import numbers
+from lab import FREE, LINEAR
 
 from golf_build.extras import install_command
 from golf_impact.calibration.calibration import Calibration
@@ -26,8 +27,6 @@ from golf_impact.facts.balls import BALLS
 from golf_impact.facts.closed_forms import solution
 from golf_impact.facts.measured import MPH
 
-LINEAR = ContactLaw(2, 1.0)
-FREE = ContactLaw(2, None)
 ROH_LEE = {"ball_speed": 50.0, "club_speed_after": 24.0, "contact_time": 6e-4, "max_force": 6600.0}
 
 

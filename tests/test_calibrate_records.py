@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from command import golf_case, golf_here, refused
 from conftest import some
-from lab import AT, BALL, assert_found, record, write
+from lab import AT, BALL, FREE, assert_found, record, write
 
 import golf_impact
 from golf_impact.arrays.trajectory import closed_contact, forces
@@ -22,7 +22,6 @@ from golf_impact.calibration.measurements import measurements
 from golf_impact.calibration.records import read_table
 from golf_impact.errors import UserError
 
-FREE = ContactLaw(2, None)
 SERIES = (("time", "force", "sigma"), ("s", "N", "N"))
 
 

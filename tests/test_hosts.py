@@ -15,9 +15,7 @@ import fmpy
 import pytest
 from command import run as run_process
 from compare import assert_close
-from conftest import CRITERIA, EXPECTED, FILES, is_standalone, repeated
-
-LAW_2_CONTACT = 6.010445569987614e-4
+from conftest import CRITERIA, EXPECTED, FILES, LAW_2_CONTACT, is_standalone, repeated
 
 
 def tool(name):

@@ -9,9 +9,8 @@ from xml.etree import ElementTree
 import fmpy
 import numpy as np
 import pytest
-from command import run_python
 from compare import assert_close
-from conftest import require, some
+from conftest import run_importer, some
 from fmpy.fmi1 import FMICallException
 from instances import get, get_all, put, with_checksum
 from scipy.integrate import solve_ivp
@@ -537,8 +536,7 @@ def test_an_invalid_step_is_refused(companion):
 
 # The system
 
-# Each prints what is READ. A tool in a process of its own: their native libraries don't all like
-# each other.
+# What `run_importer` takes: each finds the values of `names`.
 READ = (
     "Swing.club_speed",
     "Swing.head_speed",
@@ -582,21 +580,6 @@ with EcosSimulation(ssp_path=ssp, step_size=step) as simulation:
     values = [simulation.get_real(name.replace(".", "::")) for name in names]
 """,
 }
-_PRELUDE = """
-import json, sys
-ssp, step, steps, names = json.loads(sys.argv[1])
-"""
-
-
-def run_in(tool, ssp, step):
-    """What is read at the end, by name."""
-    require(tool)
-    argument = json.dumps([str(ssp), step, math.ceil(STOP / step), READ])
-    program = _PRELUDE + TOOLS[tool] + 'print("values", json.dumps(values))'
-    done = run_python(program, argument, timeout=900)
-    # libcosim writes its log to stdout as well.
-    (line,) = (text for text in done.stdout.splitlines() if text.startswith("values "))
-    return dict(zip(READ, json.loads(line.removeprefix("values ")), strict=True))
 
 
 @pytest.fixture(scope="module")
@@ -619,7 +602,8 @@ STEPS = [*some(1, [1e-3, 5e-4, 1e-4]), pytest.param(1e-5, marks=pytest.mark.nigh
     "tool", [pytest.param(tool, marks=[pytest.mark.importers] * (tool != "fmpy")) for tool in TOOLS]
 )
 def test_the_same_numbers_in_every_tool(tool, ssp, by_our_host, step):
-    values = run_in(tool, ssp, step)
+    given = str(ssp), step, math.ceil(STOP / step)
+    values = run_importer(tool, f"ssp, step, steps = given\n{TOOLS[tool]}", READ, *given)
     assert values == pytest.approx(by_our_host(step), rel=1e-12, abs=0.0)
     check_the_drive(values)
     assert 5.0 < AT_THE_BALL - values["Swing.head_speed"] < 20.0
