@@ -9,7 +9,7 @@ from fractions import Fraction
 
 import pytest
 from compare import assert_close
-from components import get, initialized, is_set, put
+from components import initialized, is_set, stepped
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import VARIABLES
 
@@ -30,13 +30,9 @@ def few(total):
 
 
 def outputs(values, steps):
-    component, point = initialized(report=pytest.fail, **values), 0.0
-    for size in steps:
-        assert component.step(point, size)
-        point += size
-    assert is_set(component, "in_contact")
-    names = [v.name for v in REALS]
-    return dict(zip(names, get(component, *names)))
+    instance = stepped(values, ((size, {}) for size in steps))
+    assert instance.read_flag("in_contact")
+    return instance.read([v.name for v in REALS])
 
 
 def check(values, steps):
@@ -79,12 +75,9 @@ def test_after_a_club_speed_that_changes_at_every_step():
     gap = 35.0 * 2 * number * size + 1e-3
 
     def run(steps):
-        component, point = initialized(report=pytest.fail, law=2, gap=gap), 0.0
-        for speed, step in (*steps, (40.0, 1e-3 / 40.0 + last)):
-            put(component, club_speed=speed)
-            assert component.step(point, step)
-            point += step
-        return dict(zip(MOVING, get(component, *MOVING)))
+        steps = [*steps, (40.0, 1e-3 / 40.0 + last)]
+        changes = ((size, {"club_speed": speed}) for speed, size in steps)
+        return stepped({"law": 2, "gap": gap}, changes).read(MOVING)
 
     many = run([(30.0, size), (40.0, size)] * number)
     half = few(number * Fraction(size))
@@ -93,16 +86,9 @@ def test_after_a_club_speed_that_changes_at_every_step():
 
 @pytest.mark.parametrize("values", LAWS.values(), ids=LAWS)
 def test_a_change_in_contact_after_an_approach_of_333_s(values):
-    def run(gap, *sizes):
-        component, time = initialized(report=pytest.fail, **values, gap=gap), 0.0
-        for size in (*sizes, 150e-6, 100e-6):
-            if size == 100e-6:
-                put(component, k=2e6)
-            assert component.step(time, size)
-            time += size
-        return dict(zip(MOVING, get(component, *MOVING)))
-
-    assert_close(run(35.0 * 333.0, 333.0), run(0.0))
+    steps = [(150e-6, {}), (100e-6, {"k": 2e6})]
+    late = stepped({**values, "gap": 35.0 * 333.0}, [(333.0, {}), *steps])
+    assert_close(late.read(MOVING), stepped(values, steps).read(MOVING))
 
 
 @pytest.mark.parametrize("values", LAWS.values(), ids=LAWS)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from cases import DEFAULTS
 from compare import assert_close
+from components import stepped
 from golf_physics.companions.double_pendulum import HELD, RELEASED, Golfer, Motion, State
-from golf_physics.instance import Instance
 from golf_physics.variables import MORE_UNITS, VARIABLES
 from instances import get, put
 from page import evaluator  # noqa: F401
@@ -71,10 +71,8 @@ def test_results_do_not_depend_on_the_base_units(values, sign):
             return math.prod(units[unit] ** n for unit, n in dimension((name, 1)).items())
 
         given = {name: value for name, value in (DEFAULTS | values).items() if name != "law"}
-        step, instance = 2e-4 * size("contact_time"), Instance()
-        instance.start(**{n: size(n) * value for n, value in given.items()}, law=values["law"])
-        for n in range(steps):
-            instance.step(n * step, step)
+        given = {name: size(name) * value for name, value in given.items()} | {"law": values["law"]}
+        instance = stepped(given, [(2e-4 * size("contact_time"), {})] * steps)
         return {name: value / size(name) for name, value in instance.read(OUTPUTS).items()}
 
     for steps in (1, 2, 10):
