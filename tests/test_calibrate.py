@@ -15,13 +15,7 @@ from lab import FREE, LINEAR
 from golf_build.extras import install_command
 from golf_impact.calibration.calibration import Calibration
 from golf_impact.calibration.fit import ContactLaw, Fit
-from golf_impact.calibration.measurements import (
-    IMPACT,
-    TARGETS,
-    Measurements,
-    Target,
-    measurements,
-)
+from golf_impact.calibration.measurements import IMPACT, TARGETS, Measurements, Target, measurements
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.closed_forms import solution
@@ -116,12 +110,7 @@ def test_standard_error_of_an_exact_inverse():
 
 @pytest.mark.ci
 @pytest.mark.parametrize(
-    ("name", "law"),
-    [
-        ("roh-lee", FREE),
-        ("roh-lee-linear", LINEAR),
-        ("tour", ContactLaw(2, 1.5)),
-    ],
+    ("name", "law"), [("roh-lee", FREE), ("roh-lee-linear", LINEAR), ("tour", ContactLaw(2, 1.5))]
 )
 def test_presets_are_what_calibrate_finds(name, law):
     tour = {"club_speed": 113 * MPH, "ball_speed": 167 * MPH, "contact_time": 475e-6}

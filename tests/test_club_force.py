@@ -76,10 +76,7 @@ NAMED = BORDERS | {
         {"law": 2, "club_force": 500.0},
         [(1e-3, {}), (1e-3, {"club_force": 0.0}), (2e-3, {"club_force": 500.0})],
     ),
-    "ends in flight": (
-        {"law": 2, "club_force": 500.0},
-        [(1e-3, {}), (1e-3, {"club_force": 0.0})],
-    ),
+    "ends in flight": ({"law": 2, "club_force": 500.0}, [(1e-3, {}), (1e-3, {"club_force": 0.0})]),
 }
 
 

@@ -76,8 +76,7 @@ def test_a_refused_start_value_is_seen(fmus, request, name):
 
 @pytest.mark.plain
 @pytest.mark.parametrize(
-    ("fmu", "name", "bad", "good"),
-    [("fmi2", "k", -1.0, 1e6), ("BallFlight", "backspin", 1e9, 0.0)],
+    ("fmu", "name", "bad", "good"), [("fmi2", "k", -1.0, 1e6), ("BallFlight", "backspin", 1e9, 0.0)]
 )
 def test_each_refusal_is_written_once(fmus, capfd, fmu, name, bad, good):
     """At each communication point."""

@@ -13,6 +13,7 @@ from fmpy.fmi2 import fmi2Discard
 from hypothesis import assume, event, example, given
 from hypothesis import strategies as st
 
+from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.facts.closed_forms import half_contact, reduced_mass
 from golf_impact.facts.scales import TOLERANCE
 from golf_impact.stress import invariants
@@ -21,6 +22,8 @@ from golf_impact.stress.driver import Driver
 
 #: Where times come from quadrature; other results are as exact, but at those times.
 TOLERANCE_OF_QUADRATURE = 1e-10
+
+RUNS = ScalarImpacts()
 
 #: Doubles below this are subnormal and have fewer digits, with a margin.
 LEAST = 1e-300
@@ -109,17 +112,11 @@ def restitution(values):
 
 def long_step(values):
     """A step (s) beyond separation, short enough for the accuracy of positions."""
-    mu = reduced_mass(values["m_club"], values["m_ball"])
-    n, length = values.get("exponent", 1.0), values.get("reference_compression", 1.0)
-    omega, closing = math.sqrt(values["k"] / mu), closing_speed(values)
-    reach = closing / omega
-    if n > 1.0:
-        reach = length * (0.5 * (n + 1.0) * (reach / length) ** 2) ** (1.0 / (n + 1.0))
     zeta = damping_ratio(values)
     if values.get("restitution_at_rest"):
         zeta = -math.log(restitution(values))
-    contact = 10.0 * (1.0 + math.log1p(zeta)) * (1.0 + zeta) * (reach / closing)
-    return values["gap"] / closing + contact
+    contact = 3.2 * (1.0 + math.log1p(zeta)) * (1.0 + zeta) * RUNS.half_period(values).item()
+    return values["gap"] / closing_speed(values) + contact
 
 
 # Drag separates the bodies long after its fast mode has decayed: modes cancel, many panels.
