@@ -7,6 +7,7 @@ import shlex
 import shutil
 import sys
 import venv
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -15,22 +16,16 @@ from conftest import some
 from packaging.requirements import Requirement
 
 from golf_build import extras
+from golf_impact.facts.toml import read_toml
 
-
-def declared(array):
-    """The lines of an array of pyproject.toml: requirement and comment."""
-    text = (ROOT / "pyproject.toml").read_text("utf-8")
-    lines = re.search(rf"^{array} = \[\n(.*?)^\]", text, re.MULTILINE | re.DOTALL)[1].splitlines()
-    return [re.fullmatch(r'\s*"([^"]+)",\s*(?:# (.+))?', line).groups() for line in lines]
-
-
+PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
 EXTRAS = ("test", "calibrate", "sweep", "cluster", "explore", "interop", "standalone")
 
 
 def test_nothing_undeclared_is_imported():
     """Third-party modules come from declared packages."""
-    arrays = ("dependencies", *EXTRAS)
-    names = {re.match("[a-z0-9-]+", row[0])[0] for array in arrays for row in declared(array)}
+    extras = (PROJECT["optional-dependencies"][extra] for extra in EXTRAS)
+    names = {Requirement(one).name for one in chain(PROJECT["dependencies"], *extras)}
     owners = importlib.metadata.packages_distributions()
     ours = {"golf_physics", "golf_build", "golf_impact"}
     for file in (path for folder in ("scenarios", "fmu_src", "build") for path in tree(folder)):
@@ -55,9 +50,8 @@ def test_the_command_that_installs_an_extra(monkeypatch, tmp_path, extra):
     # As without a checkout.
     monkeypatch.setattr(extras, "_ROOT", tmp_path)
     packages = shlex.split(extras.install_command(extra))[4:]
-    assert {str(Requirement(package)) for package in packages} == {
-        str(Requirement(requirement)) for requirement, _ in declared(extra)
-    }
+    declared = PROJECT["optional-dependencies"][extra]
+    assert {*map(Requirement, packages)} == {*map(Requirement, declared)}
 
 
 def tree(folder):
