@@ -13,12 +13,7 @@ import hypothesis.strategies as st
 from call_order import STEPPING, Session
 from fmi2_calls import EXTRA
 from hypothesis import HealthCheck, Phase, seed, settings
-from hypothesis.stateful import (
-    RuleBasedStateMachine,
-    precondition,
-    rule,
-    run_state_machine_as_test,
-)
+from hypothesis.stateful import RuleBasedStateMachine, precondition, rule, run_state_machine_as_test
 
 INSTANCES, STATES, BYTES = ("0", "1", "2"), ("0", "1", "2", "3"), ("0", "1")
 

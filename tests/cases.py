@@ -72,24 +72,10 @@ CASES = {
         {"m_club": 0.00262502, "m_ball": 0.00350169, "k": 661718.0, "b": 20.8423,
          "club_speed": 19.5105},
     ),
-    "soft wall": Case(
-        "0.1 s against 720 kg",
-        {"m_club": 0.239929, "m_ball": 720.329, "k": 262.569, "b": 5.45011, "club_speed": 14.3766},
-    ),
-    "hard wall": Case(
-        "6 µs against a heavier body",
-        {"m_club": 0.164256, "m_ball": 2.50062, "k": 3.78339e10, "b": 42182.9,
-         "club_speed": 45.1435},
-    ),
     "against each other": Case(
         "both move",
         {"m_club": 0.699182, "m_ball": 9.65858, "k": 351.581, "b": 8.49658, "club_speed": 69.5512,
          "ball_speed": -2.43864},
-    ),
-    "lump": Case(
-        "law 2 with ζ = 8",
-        {"law": 2, "m_club": 0.699695, "m_ball": 0.00492177, "k": 2469520.0, "b": 1791.29,
-         "club_speed": 25.2704},
     ),
     "changes": Case(
         "k and b change in contact, speed before it", {"gap": 0.003},
@@ -171,10 +157,11 @@ def exact(name):
     return exact_path(name)[horizon(name)]
 
 
-def integrated(values, changes=(), force=None):
-    """Outputs at separation by DOP853, of bodies that touch at 0 s; a gap is ignored.
+def integrated(values, changes=(), force=None, push=None, touch=0.0):
+    """Outputs at separation by DOP853, of bodies that touch at `touch`, s; a gap is ignored.
 
-    `force(compression, closing, values)`, N, is that of another law.
+    `force(compression, closing, values)`, N, is that of another law; `push(t, x, v)`, N, that on
+    the club head, instead of its input.
     """
     v = DEFAULTS | values
     drags, n = v["law"] == 1, v["exponent"]
@@ -188,26 +175,27 @@ def integrated(values, changes=(), force=None):
 
     def slopes(t, y, v):
         f, drag = force(y[0] - y[1], y[2] - y[3], v), v["b"] if drags else 0.0
-        club = v["club_force"] - f - drag * y[2]
-        return [y[2], y[3], club / v["m_club"], (f - drag * y[3]) / v["m_ball"], f]
+        pushed = push(t, y[0], y[2]) if push else v["club_force"]
+        club = (pushed - f - drag * y[2]) / v["m_club"]
+        return [y[2], y[3], club, (f - drag * y[3]) / v["m_ball"], f]
 
     def ends(t, y, v):
         # Not at touch, where the force of law 2 is that of the damper, if any.
-        if t <= 1e-9 * limit:
+        if t - touch <= 1e-9 * limit:
             return 1.0
         return y[0] - y[1] if drags else force(y[0] - y[1], y[2] - y[3], v)
 
     ends.terminal, ends.direction = True, -1
     mu = v["m_club"] * v["m_ball"] / (v["m_club"] + v["m_ball"])
     limit = 1e3 * ((mu / v["k"]) ** 0.5 + v["b"] / v["k"])
-    state, begun = [0.0, 0.0, v["club_speed"], v["ball_speed"], 0.0], 0.0
-    for time, later in (*changes, (limit, {})):
+    state, begun = [0.0, 0.0, v["club_speed"], v["ball_speed"], 0.0], touch
+    for time, later in (*changes, (touch + limit, {})):
         options = {"rtol": 1e-13, "atol": 1e-16, "args": (v,), "events": ends}
         path = solve_ivp(slopes, (begun, time), state, "DOP853", **options)
         begun, state, v = path.t[-1], path.y[:, -1], v | later
         if path.status == 1:
             break
     return {
-        "contact_time": begun, "contact_displacement": state[1], "club_velocity": state[2],
+        "contact_time": begun - touch, "contact_displacement": state[1], "club_velocity": state[2],
         "ball_velocity": state[3], "impulse": state[4],
     }  # fmt: skip

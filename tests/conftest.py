@@ -1,6 +1,7 @@
 """Fixtures for all tests: the built FMUs, and tables of reference cases."""
 
 import importlib.util
+import json
 import os
 import shutil
 import subprocess
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from command import run_python
 from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
@@ -27,6 +29,9 @@ HERE = Path(__file__).resolve().parent
 
 #: FMI's C headers.
 HEADERS = Path(fmpy.__file__).parent / "c-code"
+
+#: s; with the defaults.
+LAW_2_CONTACT = 6.010445569987614e-4
 
 #: S, COR and velocities (m/s) of the defaults by law; `cases.exact` has more.
 LAW_1 = {
@@ -135,17 +140,20 @@ def once(tmp_path_factory):
     return once
 
 
-@pytest.fixture(scope="session")
-def fmu_path(once, request):
-    """The FMU, built from the current sources."""
-    return once("ClubBallImpact.fmu", standalone=request.config.getoption("--standalone"))
+def _built(name, fmi, standalone=False):
+    """A fixture: the FMU, built from the current sources, for a version of FMI."""
+
+    @pytest.fixture(scope="session")
+    def path(once, request):
+        alone = standalone or request.config.getoption("--standalone")
+        return once(f"ClubBallImpact{name}.fmu", fmi=fmi, standalone=alone)
+
+    return path
 
 
-@pytest.fixture(scope="session")
-def fmi3_path(once, request):
-    """The same for FMI 3.0."""
-    alone = request.config.getoption("--standalone")
-    return once("ClubBallImpact.fmi3.fmu", fmi=3, standalone=alone)
+fmu_path, fmi3_path = _built("", 2), _built(".fmi3", 3)
+standalone_path = _built(".standalone", 2, standalone=True)
+standalone_fmi3_path = _built(".fmi3.standalone", 3, standalone=True)
 
 
 @pytest.fixture(scope="session")
@@ -168,18 +176,6 @@ def system_files(once):
 def extracted(fmu_path, tmp_path_factory):
     """The FMU's folder."""
     return fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted")))
-
-
-@pytest.fixture(scope="session")
-def standalone_path(once):
-    """The standalone FMU."""
-    return once("ClubBallImpact.standalone.fmu", standalone=True)
-
-
-@pytest.fixture(scope="session")
-def standalone_fmi3_path(once):
-    """The same for FMI 3.0."""
-    return once("ClubBallImpact.fmi3.standalone.fmu", fmi=3, standalone=True)
 
 
 @pytest.fixture(scope="session")
@@ -233,6 +229,14 @@ def libpython(fmu_path):
     return file
 
 
+@pytest.fixture
+def no_figure_stays_open():
+    yield
+    from golf_impact.report.figures import plt
+
+    plt.close("all")
+
+
 def require(tool):
     """Skip without this importer of the extra interop."""
     if importlib.util.find_spec(tool) is None:
@@ -241,6 +245,21 @@ def require(tool):
         loads = subprocess.run([sys.executable, "-c", "import ecospy.lib"], capture_output=True)
         if loads.returncode:
             pytest.skip("ecospy can't be loaded: apt-get install libtbb12")
+
+
+def run_importer(tool, code, names, *given):
+    """The values of `names` that a program of another importer finds, in a process of its own.
+
+    Native libraries don't all like each other. The program has `names` and `given`, and sets
+    `values`.
+    """
+    require(tool)
+    prelude = "import json, sys\nnames, *given = json.loads(sys.argv[1])\n"
+    program = f'{prelude}{code}\nprint("values", json.dumps(list(values)))'
+    done = run_python(program, json.dumps([names, *given]), timeout=900)
+    # libcosim writes its log to stdout as well.
+    (line,) = (text for text in done.stdout.splitlines() if text.startswith("values "))
+    return dict(zip(names, json.loads(line.removeprefix("values ")), strict=True))
 
 
 def require_private_python():

@@ -6,12 +6,7 @@ from binascii import crc32
 from functools import cache
 
 import fmpy
-from fmpy.fmi2 import (
-    FMU2Slave,
-    defaultCallbacks,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-)
+from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Slave, fmi3Float64
 
 #: A host reads a description once.
@@ -66,20 +61,6 @@ def begin(slave, start=0.0, **values):
     put(slave, **values)
     slave.exitInitializationMode()
     return slave
-
-
-def initialized(kind=None, report=lambda refusal: None, **values):
-    """A component, or a `kind` of it, after its initialization, without FMI."""
-    # Here: the importers' tests read this file in a Python without the physics.
-    from golf_physics.component.component import Component
-    from golf_physics.variables import BY_NAME
-
-    component = (kind or Component)(report)
-    component.enter_initialization()
-    for name, value in values.items():
-        component.set_values([BY_NAME[name].reference], [value], BY_NAME[name].type)
-    component.exit_initialization()
-    return component
 
 
 def put(slave, **values):

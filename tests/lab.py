@@ -4,10 +4,13 @@ import numpy as np
 from compare import assert_within
 
 import golf_impact
+from golf_impact.calibration.fit import ContactLaw
 
 #: A ball, and the conditions of its curves.
 BALL = {"law": 2, "k": 8.2e5, "b": 37.0, "exponent": 1.6}
 AT = {"club_speed": 40.0, "m_club": 0.2}
+
+FREE, LINEAR = ContactLaw(2, None), ContactLaw(2, 1.0)
 
 
 def record(rows=551, noise=40.0, lead=0.15, trail=0.25, seed=1, shift=0.0123, **values):

@@ -1,11 +1,12 @@
 """`import golf_impact`: its functions, and lazy imports."""
 
 import doctest
-import subprocess
+import re
 import sys
 
 import numpy as np
 import pytest
+from command import run as run_process
 from command import run_python
 
 import golf_impact
@@ -50,8 +51,7 @@ def test_public_names_have_types(tmp_path):
         "except golf_impact.UserError as error:\n    print(error.variable)\n"
     )
     words = "-m", "mypy", "--strict", "--no-incremental", "--config-file=", "user.py"
-    done = subprocess.run([sys.executable, *words], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout
+    run_process(sys.executable, *words, cwd=tmp_path)
 
 
 def test_masked_values_are_missing():
@@ -61,40 +61,35 @@ def test_masked_values_are_missing():
     assert np.isnan(found["smash_factor"]).tolist() == [False, True]
 
 
-def test_names_of_outputs():
+RUNS = [
+    (golf_impact.run_impact, {}),
+    (golf_impact.run_impacts, {}),
+    (golf_impact.run_trajectory, {}),
+    (golf_impact.run_trajectory, {"times": [1e-4]}),
+]
+
+
+@pytest.mark.parametrize(("run", "more"), RUNS)
+def test_names_of_outputs(run, more):
     """One name, or any iterable; an output of another type is refused by name."""
+    assert "force" in run(outputs="force", **more)
     names = ("force", "compression")
-    for run, more in (
-        (golf_impact.run_impact, {}),
-        (golf_impact.run_impacts, {}),
-        (golf_impact.run_trajectory, {}),
-        (golf_impact.run_trajectory, {"times": [1e-4]}),
-    ):
-        assert "force" in run(outputs="force", **more)
-        assert {*names} <= run(outputs=(name for name in names), **more).keys()
-        if run is not golf_impact.run_impacts:
-            with pytest.raises(
-                golf_impact.UserError, match="no output 'touched' of type Real: ch"
-            ) as of:
-                run(outputs=["touched"], **more)
-            assert of.value.variable == "touched"
-        for wrong, variable, similar in (
-            (
-                {"outputs": ["smash"]},
-                "smash",
-                r"no output 'smash' \(did you mean smash_factor\?\): choose from force, ",
-            ),
-            ({"outputs": ["force", "impluse"]}, "impluse", r"'impluse' \(did you mean impulse\?\)"),
-            (
-                {"clubspeed": 40.0},
-                "clubspeed",
-                r"input .* \(did you mean club_speed\?\): choose from k",
-            ),
-        ):
-            with pytest.raises(golf_impact.UserError, match=similar) as caught:
-                run(**wrong, **more)
-            assert caught.value.variable == variable
-            assert caught.value.reason.startswith("choose from ")
+    assert {*names} <= run(outputs=(name for name in names), **more).keys()
+    wrong = [
+        ({"outputs": ["smash"]}, "smash", "output 'smash' (did you mean smash_factor?)"),
+        ({"outputs": ["force", "impluse"]}, "impluse", "'impluse' (did you mean impulse?)"),
+        ({"clubspeed": 40.0}, "clubspeed", "(did you mean club_speed?): choose from k"),
+    ]
+    if run is not golf_impact.run_impacts:
+        wrong += [({"outputs": ["touched"]}, "touched", "no output 'touched' of type Real: ch")]
+    for given, variable, words in wrong:
+        with pytest.raises(golf_impact.UserError, match=re.escape(words)) as caught:
+            run(**given, **more)
+        assert caught.value.variable == variable
+        assert caught.value.reason.startswith("choose from ")
+
+
+def test_names_of_sensitivities():
     slopes = golf_impact.sensitivities("smash_factor", iter(["k"]), law=2)
     assert [*slopes] == ["smash_factor"]
     assert [*slopes["smash_factor"]] == ["k"]

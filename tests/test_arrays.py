@@ -27,8 +27,8 @@ def full(values):
     return {name: float(value) for name, value in (arrays.DEFAULTS | values).items()}
 
 
-def worst_error(outcome, columns):
-    """The worst error of all outputs of all cases, in the scales, with its output and values."""
+def check(outcome, columns):
+    """The errors of all outputs of all cases, in the scales."""
     runs, worst = ScalarImpacts(), (0.0, "", {})
     names = list(columns)
     rows = zip(*(np.broadcast_to(columns[name], outcome.refused.shape).ravel() for name in names))
@@ -51,7 +51,8 @@ def worst_error(outcome, columns):
         for name in known:
             error = scales.error(name, float(flat[name][n]), float(exact[name]))
             worst = max(worst, (error, name, values), key=lambda found: found[0])
-    return worst
+    error, name, values = worst
+    assert_within(error, name=name, values=values)
 
 
 def random_values(rng, law, exponents=None, line=False):
@@ -89,8 +90,7 @@ def test_random_impacts(arguments):
     values = random_values(np.random.default_rng(36), *arguments)
     outcome = arrays.impacts((*REALS, *FLAGS), values, (SIZE,))
     assert 0.5 * SIZE < np.sum(~outcome.scalar) < SIZE
-    error, name, where = worst_error(outcome, values)
-    assert_within(error, name=name, values=where)
+    check(outcome, values)
 
 
 def test_a_refused_case_beside_others():
@@ -109,8 +109,7 @@ def test_impacts_of_the_stress_runs(impact):
     values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     outcome = arrays.impacts((*REALS, *FLAGS), values, (len(rows),))
     assert 0 < np.sum(outcome.scalar) < SIZE
-    error, name, where = worst_error(outcome, values)
-    assert_within(error, name=name, values=where)
+    check(outcome, values)
 
 
 def test_nearly_equal_masses_that_hardly_close():
@@ -120,8 +119,7 @@ def test_nearly_equal_masses_that_hardly_close():
     values["ball_speed"] = 40.0 - closing
     outcome = arrays.impacts((*REALS, *FLAGS), values, (SIZE,))
     assert not outcome.scalar.any()
-    error, name, where = worst_error(outcome, values)
-    assert_within(error, name=name, values=where)
+    check(outcome, values)
 
 
 BALL = dict(BALLS["roh-lee-tsuji"].values)
@@ -163,8 +161,7 @@ def test_borders_from_both_sides(border):
     both = outcome(inside, outside)
     assert both.scalar.tolist() == [False, True]
     assert both.columns["separated"].tolist() == [True, not both.refused[1]]
-    error, name, where = worst_error(both, values | {name: np.array([inside, outside])})
-    assert_within(error, name=name, values=where)
+    check(both, values | {name: np.array([inside, outside])})
 
 
 # Bits
@@ -317,7 +314,7 @@ def test_many_instants():
         ({"times": [-1e-9]}, "times with -1e-09 are refused: each must be a number of 0 to 1e"),
         ({"times": [1.0, np.nan]}, "times with nan"),
         ({"times": [1.0000001e100]}, "0 to 1e"),
-        ({"points": 1}, "points = 1 is refused"),
+        *(({"points": n}, rf"points = {n} is refused: .* at least 2") for n in (1, 0, 2.5)),
         ({"times": "soon"}, "times is refused"),
         ({"times": [0.0], "outputs": ["mean_force"]}, "use points"),
         ({"times": [0.0], "k": -1.0}, r"k = -1\.0"),
@@ -330,3 +327,4 @@ def test_trajectories_that_are_refused(arguments, message):
         golf_impact.run_trajectory(**arguments)
     assert caught.value.reason
     assert caught.value.variable
+    assert len(golf_impact.run_trajectory(points=2)["time"]) == 2

@@ -70,18 +70,6 @@ def test_invalid_steps(fmu, point, size, reason):
     assert fmu.read(METRICS) == pytest.approx(fmu.impact(), rel=1e-13)
 
 
-def test_any_communication_point_after_a_restored_state(fmu):
-    begin(fmu, gap=0.35)
-    fmu.end_initialization()
-    state = fmu.slave.getFMUstate()
-    fmu.slave.doStep(0.0, 0.5)
-    fmu.slave.setFMUstate(state)
-    fmu.slave.doStep(7.0, 0.5)
-    fmu.slave.freeFMUstate(state)
-    assert is_discarded(fmu, 9.0), "after a step there is one point again"
-    assert fmu.read(["touch_time"])["touch_time"] == pytest.approx(7.01, abs=1e-14)
-
-
 def test_calls_in_the_wrong_state(fmu):
     slave = fmu.slave
     fmu.restore_initial_state(fmu.slave)

@@ -10,24 +10,17 @@ import pytest
 from command import golf, golf_here, refused
 from compare import assert_close
 from conftest import numbers
+from lab import FREE, LINEAR
 
 from golf_build.extras import install_command
 from golf_impact.calibration.calibration import Calibration
 from golf_impact.calibration.fit import ContactLaw, Fit
-from golf_impact.calibration.measurements import (
-    IMPACT,
-    TARGETS,
-    Measurements,
-    Target,
-    measurements,
-)
+from golf_impact.calibration.measurements import IMPACT, TARGETS, Measurements, Target, measurements
 from golf_impact.errors import UserError
 from golf_impact.facts.balls import BALLS
 from golf_impact.facts.closed_forms import solution
 from golf_impact.facts.measured import MPH
 
-LINEAR = ContactLaw(2, 1.0)
-FREE = ContactLaw(2, None)
 ROH_LEE = {"ball_speed": 50.0, "club_speed_after": 24.0, "contact_time": 6e-4, "max_force": 6600.0}
 
 
@@ -117,12 +110,7 @@ def test_standard_error_of_an_exact_inverse():
 
 @pytest.mark.ci
 @pytest.mark.parametrize(
-    ("name", "law"),
-    [
-        ("roh-lee", FREE),
-        ("roh-lee-linear", LINEAR),
-        ("tour", ContactLaw(2, 1.5)),
-    ],
+    ("name", "law"), [("roh-lee", FREE), ("roh-lee-linear", LINEAR), ("tour", ContactLaw(2, 1.5))]
 )
 def test_presets_are_what_calibrate_finds(name, law):
     tour = {"club_speed": 113 * MPH, "ball_speed": 167 * MPH, "contact_time": 475e-6}
@@ -219,8 +207,8 @@ def test_the_command(tmp_path):
         *("calibrate", "--ball-speed", 50, "--club-speed-after", 24, "--sigma-ball-speed", 0.4),
         *("--contact-time", 600e-6, "--max-force", 6600, "--exponent", "free", "--out", tmp_path),
         env={"COLUMNS": "60"},
+        code=0,
     )
-    assert done.returncode == 0, done.stderr
     written = json.loads((tmp_path / "calibrate.json").read_text())
     assert (tmp_path / "calibrate.png").stat().st_size > 0
     line = done.stdout.splitlines()[-1]
@@ -232,8 +220,7 @@ def test_the_command(tmp_path):
     assert len(written["comparison"]) == 4
     command, *arguments = shlex.split(line)
     assert command == "golf-impact"
-    done = golf(*arguments, "--out", tmp_path, "--no-figures")
-    assert done.returncode == 0, done.stderr
+    golf(*arguments, "--out", tmp_path, "--no-figures", code=0)
     (file,) = tmp_path.glob("*_results.json")
     case = json.loads(file.read_text())["custom"]["custom"]
     for name, output in TARGETS.items():
@@ -249,4 +236,4 @@ def test_without_scipy(tmp_path):
     calibrate = ("calibrate", "--cor", "0.7", "--contact-time", "6e-4")
     refused(golf(*calibrate, program=program), "needs SciPy", install_command("calibrate"))
     run = ("run", "validation", "--ball", "tour", "--no-figures", "--out", tmp_path)
-    assert golf(*run, program=program).returncode == 0
+    golf(*run, program=program, code=0)

@@ -9,9 +9,9 @@ import time
 
 import numpy as np
 import pytest
-from command import golf_here, refused
+from command import golf_case, golf_here, refused
 from conftest import some
-from lab import AT, BALL, assert_found, record, write
+from lab import AT, BALL, FREE, assert_found, record, write
 
 import golf_impact
 from golf_impact.arrays.trajectory import closed_contact, forces
@@ -22,7 +22,6 @@ from golf_impact.calibration.measurements import measurements
 from golf_impact.calibration.records import read_table
 from golf_impact.errors import UserError
 
-FREE = ContactLaw(2, None)
 SERIES = (("time", "force", "sigma"), ("s", "N", "N"))
 
 
@@ -139,8 +138,9 @@ def test_conditions_with_units_reproduce_the_fit(tmp_path):
     file, ball = write(tmp_path / "curve.csv", *record()), tmp_path / "mine.toml"
     given = ("--club-speed", "144 km/h", "--m-club", "200g", "--exponent", "free", "--save", ball)
     common = ("--no-figures", "--out", tmp_path)
-    done = golf_here("calibrate", "--curve", file, *given, "--predict", 50, "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = golf_here(
+        "calibrate", "--curve", file, *given, "--predict", 50, "--out", tmp_path, code=0
+    )
     assert done.stdout.splitlines()[-1] == f"golf-impact run --ball {ball}"
     assert (tmp_path / "calibrate.png").stat().st_size > 10_000
     written = json.loads((tmp_path / "calibrate.json").read_text())
@@ -157,20 +157,17 @@ def test_conditions_with_units_reproduce_the_fit(tmp_path):
     assert list(map(float, printed)) == pytest.approx([value, high - value], rel=0.06)
     assert not written["series"]["curve"]["sigma_given"]
     assert golf_impact.read_ball(ball).conditions == AT
-    done = golf_here("run", "--ball", ball, *common)
+    done, case = golf_case(tmp_path, "--ball", ball)
     assert "--set club_speed=40 --set m_club=0.2" in done.stdout
-    (results,) = tmp_path.glob("*_results.json")
-    case = json.loads(results.read_text())["custom"]["custom"]
     assert case["ball_velocity"] == written["predicted"]["ball_speed"]
     other = tmp_path / "other.toml"
     other.write_text(ball.read_text().replace("club_speed = 40.0", "club_speed = 42.0"))
     both = ("--ball", ball, "--ball", other)
     refused(golf_here("run", *both, *common), "club_speed = 40 and 42", "--set club_speed=")
-    done = golf_here("run", *both, "--set", "club_speed=95mph", *common)
-    assert done.returncode == 0, done.stderr
+    golf_here("run", *both, "--set", "club_speed=95mph", *common, code=0)
     table = tmp_path / "sweep.csv"
     sweep = ("sweep", "--set", f"ball={ball}", "--set", "k=800,900N/mm", "--no-figures")
-    assert golf_here(*sweep, "--out", table).returncode == 0
+    golf_here(*sweep, "--out", table, code=0)
     values = {**golf_impact.read_ball(ball).values, **AT, "k": 9e5}
     found = float(table.read_text().splitlines()[-1].split(",")[-2])
     assert found == pytest.approx(golf_impact.run_impact(**values)["ball_velocity"], rel=1e-13)

@@ -8,7 +8,7 @@ import pytest
 from command import golf_here, refused
 from compare import assert_close
 from conftest import numbers, some
-from lab import AT, BALL, assert_found, deviations, line, record
+from lab import AT, BALL, FREE, LINEAR, assert_found, deviations, line, record
 from scipy.stats import norm
 
 import golf_impact
@@ -18,7 +18,7 @@ from golf_impact.calibration.measurements import Measurements, measurements
 from golf_impact.calibration.model import Model
 from golf_impact.errors import UserError
 
-FREE, LINEAR, ABSOLUTE = ContactLaw(2, None), ContactLaw(2, 1.0), ContactLaw(1, 1.0)
+ABSOLUTE = ContactLaw(1, 1.0)
 PENNER = {"restitution_at_rest": 0.86, "restitution_slope": 0.0029}
 
 

@@ -10,12 +10,12 @@ calls again. What no FMU can prevent is left out, since pythonfmu's C layer does
 
 import json
 import os
-import subprocess
 import sys
 
 import fmpy
 import pytest
 from call_order import Session
+from command import run
 from conftest import HERE
 
 MACHINE = HERE / "call_order_machine.py"
@@ -29,8 +29,8 @@ RUNS = [
     pytest.param((100, LONG, 1, 0), id="ci", marks=pytest.mark.ci),
 ]
 for n in range(334):
-    run = (300, LONG if n < 100 else SHORT, 0, n)
-    RUNS.append(pytest.param(run, id=f"night{n}", marks=pytest.mark.nightly))
+    sizes = (300, LONG if n < 100 else SHORT, 0, n)
+    RUNS.append(pytest.param(sizes, id=f"night{n}", marks=pytest.mark.nightly))
 
 
 @pytest.fixture(scope="module", params=RUNS)
@@ -38,13 +38,10 @@ def trace(request, extracted, tmp_path_factory):
     """The calls and results of a run of the state machine, which must not fail."""
     examples, steps, seed, _ = request.param
     file = tmp_path_factory.mktemp("trace") / "trace"
-    arguments = map(str, (extracted, file, examples, steps, seed))
-    done = subprocess.run(
-        [sys.executable, "-X", "faulthandler", MACHINE, *arguments],
-        env=os.environ | {"PYTHONPATH": str(HERE)},
-        capture_output=True,
-        text=True,
-    )
+    arguments = extracted, file, examples, steps, seed
+    command = sys.executable, "-X", "faulthandler", MACHINE, *arguments
+    env = os.environ | {"PYTHONPATH": str(HERE)}
+    done = run(*command, env=env, code=None, timeout=None)
     text = file.read_text()
     if done.returncode < 0 or done.returncode > 128:
         _, _, last = text.rpartition("fill new-sequence")
@@ -70,13 +67,9 @@ def test_a_c_host_gets_the_same_results(trace, extracted, libpython, compiled):
     lines = trace.splitlines()
     calls = [line for line in lines if not line.startswith("=")]
     expected = [in_one_notation(line[2:]) for line in lines if line.startswith("=")]
-    done = subprocess.run(
-        [compiled("replay"), extracted, fmpy.read_model_description(extracted).guid],
-        input="\n".join(calls) + "\n",
-        env={"PATH": os.defpath, "LD_PRELOAD": str(libpython)},
-        capture_output=True,
-        text=True,
-    )
+    command = compiled("replay"), extracted, fmpy.read_model_description(extracted).guid
+    env = {"PATH": os.defpath, "LD_PRELOAD": str(libpython)}
+    done = run(*command, input="\n".join(calls) + "\n", env=env, code=None, timeout=None)
     *results, last = done.stdout.splitlines() or [""]
     if done.returncode != 0:
         pytest.fail(f"the host ended ({done.returncode}) in {calls[len(results)]}: {done.stderr}")

@@ -6,7 +6,7 @@ import sys
 import zipfile
 
 import pytest
-from command import COMMAND, golf, golf_here, refused, run, run_python
+from command import COMMAND, golf, golf_case, golf_here, refused, run, run_python
 
 from golf_build import VERSION
 from golf_impact.commands.scripts import FOLDER
@@ -25,8 +25,7 @@ def test_version_help_and_list(monkeypatch):
     assert len(summaries) == 9
     for line in summaries:
         assert "..." not in line
-        done = golf_here(line.split()[0], "--help")
-        assert done.returncode == 0
+        done = golf_here(line.split()[0], "--help", code=0)
         assert "Usage" in done.stdout
         assert " <" not in done.stdout
         assert max(map(len, done.stdout.splitlines())) <= 80
@@ -35,7 +34,7 @@ def test_version_help_and_list(monkeypatch):
 def test_build_and_run(tmp_path):
     """Without figures matplotlib isn't imported."""
     fmu, out = tmp_path / "mine.fmu", tmp_path / "out"
-    assert golf_here("build", "--out", fmu).returncode == 0
+    golf_here("build", "--out", fmu, code=0)
     assert zipfile.is_zipfile(fmu)
     program = (
         "import sys; from golf_impact.commands import app\n"
@@ -54,11 +53,10 @@ def test_build_and_run(tmp_path):
 def test_a_case_of_ones_own(tmp_path):
     """It replaces nothing of a run of scenarios into the same folder."""
     folder, stem = tmp_path / "golf-impact-results", "custom_k=800000_club_speed=42_law=2"
-    assert golf_here("run", "table1", "laws", cwd=tmp_path).returncode == 0
+    golf_here("run", "table1", "laws", cwd=tmp_path, code=0)
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     sets = ("--set", "k=8e5", "--set", "club_speed=42", "--set", "law=2")
-    done = golf_here("run", *sets, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = golf_here("run", *sets, cwd=tmp_path, code=0)
     after = {path.name: path.read_bytes() for path in folder.iterdir()}
     assert after.items() >= before.items()
     own = {f"{stem}{end}" for end in (".csv", "_force.png", "_report.html", "_results.json")}
@@ -85,10 +83,7 @@ def test_a_case_of_ones_own(tmp_path):
 def test_results_without_a_contact_or_a_separation(tmp_path, arguments, words, missing):
     """ζ = 5.16 and 2.58: under law 1 the bodies separate below 2.91."""
     options = [part for value in arguments for part in ("--set", value)]
-    done = golf_here("run", *options, "--no-figures", "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
-    (file,) = tmp_path.glob("*_results.json")
-    case = json.loads(file.read_text())["custom"]["custom"]
+    done, case = golf_case(tmp_path, *options)
     assert missing <= {name for name, value in case.items() if value is None}
     assert isinstance(case["max_force"], float)
     if words is None:
@@ -107,8 +102,7 @@ def test_own_cases_do_not_overwrite_each_other(tmp_path):
     runs = [("--set", "k=8e5"), ("--ball", "tour", "--ball", "document", "--ball", "tour")]
     runs += [(*many, "--set", f"ball_diameter={value}") for value in (0.04, 0.05)]
     for n, arguments in enumerate(runs, 1):
-        done = golf_here("run", *arguments, "--no-figures", "--out", tmp_path)
-        assert done.returncode == 0, done.stderr
+        golf_here("run", *arguments, "--no-figures", "--out", tmp_path, code=0)
         for pattern in ("custom*_results.json", "custom*_report.html"):
             assert len(list(tmp_path.glob(pattern))) == n
     (file,) = tmp_path.glob("*tour*_results.json")
@@ -145,8 +139,7 @@ def test_the_figure_of_an_own_case(fmu):
     ],
 )
 def test_warnings(tmp_path, arguments, words):
-    done = golf_here("run", *arguments, "--no-figures", "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = golf_here("run", *arguments, "--no-figures", "--out", tmp_path, code=0)
     assert words in done.stdout + done.stderr
 
 
@@ -224,8 +217,14 @@ def test_a_check_that_fails(tmp_path):
         (("run", "--set", "law=relative"), ("law=relative", "1 (absolute) or 2 (relative)")),
         (("run", "--set", "law=4294967298"), ("law", "whole number")),
         (("run", "--set", "exponent=1.5"), ("exponent", "law = 1")),
+        (("run", "--set", "restitution_at_rest=0.9"), ("restitution_at_rest", "law = 1")),
         (("run", "--set", "k=1", "--set", "k=2"), ("k is given twice",)),
         (("run", ":100:"), (":100:",)),
+        (("run", "--ball", "cannon"), ("cannon", "roh-lee, ")),
+        (("run", "--ball", "none.toml"), ("can't read", "none.toml")),
+        # As from an unset variable of the shell.
+        (("run", ""), ("an argument is empty",)),
+        (("run", "table1", "--fmu="), ("an argument is empty",)),
         (("calibrate", "--core", "0.7"), ("--core", "calibrate --help")),
         (("build", "--fmi", "4"), ("--fmi",)),
         (("build", "--fmi", "3", "--system"), ("--system",)),

@@ -9,12 +9,13 @@ from fractions import Fraction
 
 import pytest
 from compare import assert_close
+from components import get, initialized, is_set, stepped
 from golf_physics.component.hybrid import HybridComponent
-from golf_physics.variables import BY_NAME, VARIABLES
-from instances import initialized
+from golf_physics.variables import VARIABLES
 
 import golf_impact
 
+MOVING = ("force", "compression", "club_velocity", "ball_velocity", "impulse")
 REALS = [v for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
 LAWS = {"law 1": {"law": 1}, "law 2": {"law": 2}, "n = 1.6": {"law": 2, "exponent": 1.6, "b": 30.0}}
 
@@ -31,12 +32,9 @@ def few(total):
 
 
 def outputs(values, steps):
-    component, point = initialized(report=pytest.fail, **values), 0.0
-    for size in steps:
-        assert component.step(point, size)
-        point += size
-    assert component.discretes([BY_NAME["in_contact"].reference], "Boolean") == [True]
-    return dict(zip([v.name for v in REALS], component.reals([v.reference for v in REALS])))
+    instance = stepped(values, ((size, {}) for size in steps))
+    assert instance.read_flag("in_contact")
+    return instance.read([v.name for v in REALS])
 
 
 def check(values, steps):
@@ -79,13 +77,9 @@ def test_after_a_club_speed_that_changes_at_every_step():
     gap = 35.0 * 2 * number * size + 1e-3
 
     def run(steps):
-        component, point = initialized(report=pytest.fail, law=2, gap=gap), 0.0
-        for speed, step in (*steps, (40.0, 1e-3 / 40.0 + last)):
-            component.set_values([BY_NAME["club_speed"].reference], [speed])
-            assert component.step(point, step)
-            point += step
-        names = ("force", "compression", "club_velocity", "ball_velocity", "impulse")
-        return dict(zip(names, component.reals([BY_NAME[name].reference for name in names])))
+        steps = [*steps, (40.0, 1e-3 / 40.0 + last)]
+        changes = ((size, {"club_speed": speed}) for speed, size in steps)
+        return stepped({"law": 2, "gap": gap}, changes).read(MOVING)
 
     many = run([(30.0, size), (40.0, size)] * number)
     half = few(number * Fraction(size))
@@ -94,17 +88,9 @@ def test_after_a_club_speed_that_changes_at_every_step():
 
 @pytest.mark.parametrize("values", LAWS.values(), ids=LAWS)
 def test_a_change_in_contact_after_an_approach_of_333_s(values):
-    def run(gap, *sizes):
-        component, time = initialized(report=pytest.fail, **values, gap=gap), 0.0
-        for size in (*sizes, 150e-6, 100e-6):
-            if size == 100e-6:
-                component.set_values([BY_NAME["k"].reference], [2e6])
-            assert component.step(time, size)
-            time += size
-        names = ("force", "compression", "club_velocity", "ball_velocity", "impulse")
-        return dict(zip(names, component.reals([BY_NAME[name].reference for name in names])))
-
-    assert_close(run(35.0 * 333.0, 333.0), run(0.0))
+    steps = [(150e-6, {}), (100e-6, {"k": 2e6})]
+    late = stepped({**values, "gap": 35.0 * 333.0}, [(333.0, {}), *steps])
+    assert_close(late.read(MOVING), stepped(values, steps).read(MOVING))
 
 
 @pytest.mark.parametrize("values", LAWS.values(), ids=LAWS)
@@ -116,31 +102,27 @@ def test_after_alternating_steps_in_contact(values):
 def test_equal_steps_that_end_with_the_contact(values):
     """By rounding just before or after it: bodies never pull, nor leave each other too early."""
     contact = golf_impact.run_impact(("contact_time",), **values)["contact_time"]
-    references = [BY_NAME[name].reference for name in ("force", "compression")]
     for number in range(2, 60):
         component, size, point = initialized(report=pytest.fail, **values), contact / number, 0.0
         for _ in range(number):
             assert component.step(point, size)
             point += size
-            assert min(component.reals(references)[:2]) >= 0.0
+            assert min(get(component, "force", "compression")) >= 0.0
 
 
 @pytest.mark.parametrize("seed", range(200))
 def test_a_step_to_the_announced_event_reaches_it(seed):
     """Touch and separation, wherever the host's clock stands: never an instant too early."""
     rng = random.Random(seed)
-    given = {
-        "gap": rng.uniform(0.0, 5.0),
-        "club_speed": rng.uniform(5.0, 70.0),
-        "k": rng.uniform(1e5, 3e6),
-    }
+    ranges = {"gap": (0.0, 5.0), "club_speed": (5.0, 70.0), "k": (1e5, 3e6)}
+    given = {name: rng.uniform(*ends) for name, ends in ranges.items()}
     component = initialized(HybridComponent, pytest.fail, **given)
     point, step = rng.choice([0.0, rng.uniform(-1e3, 1e3)]), rng.uniform(1e-5, 1e-3)
     assert component.step(point, step)
     point += step
     for flag in ("touched", "separated"):
-        if not component.discretes([BY_NAME[flag].reference], "Boolean")[0]:
+        if not is_set(component, flag):
             _, _, when = component.update()
             assert component.step(point, when - point)
             point += when - point
-        assert component.discretes([BY_NAME[flag].reference], "Boolean")[0], (flag, point, given)
+        assert is_set(component, flag), (flag, point, given)

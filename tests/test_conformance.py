@@ -52,14 +52,9 @@ def vdmcheck():
 
 
 @pytest.mark.ci
-def test_vdmcheck_finds_no_problem(vdmcheck, fmu):
-    assert vdmcheck(3 if "fmi3" in fmu.name else 2, fmu) == "No errors found.\n"
-
-
-@pytest.mark.ci
-def test_vdmcheck_finds_no_problem_in_the_companions(vdmcheck, system_files, fmu_path, tmp_path):
-    for file in system_files()[:3]:
-        assert vdmcheck(2, file) == "No errors found.\n"
+def test_vdmcheck_finds_no_problem(vdmcheck, request, system_files, fmu_path, tmp_path):
+    for file in (*map(request.getfixturevalue, FILES), *system_files()[:3]):
+        assert vdmcheck(3 if "fmi3" in file.name else 2, file) == "No errors found.\n", file
     text = zipfile.ZipFile(fmu_path).read("modelDescription.xml")
     damaged = tmp_path / "modelDescription.xml"
     damaged.write_bytes(text.replace(b'unit="N"', b'unit="furlong"', 1))

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from cases import integrated
 from command import run
 from scipy.integrate import solve_ivp
 
@@ -31,31 +32,22 @@ def shaft(stiffness, start):
     return lambda t, x, v: stiffness * (GRIP * t + start - x) + DAMPING * (GRIP - v)
 
 
-def exact_speed(push, start=0.0, speed=GRIP):
+def exact_speed(push, start=0.0):
     """Of the ball after the impact with a head that starts at `start` (m), by DOP853, m/s."""
 
-    def contact(y):
-        return K * (y[0] - y[2]) + B * (y[1] - y[3])
+    def free(t, y):
+        return [y[1], push(t, *y) / M_CLUB]
 
-    def slopes(t, y, pressed):
-        force = contact(y) if pressed else 0.0
-        return [y[1], (push(t, y[0], y[1]) - force) / M_CLUB, y[3], force / M_BALL]
-
-    def touch(t, y, pressed):
+    def touch(t, y):
         return y[0]
 
-    def separation(t, y, pressed):
-        return contact(y)
-
-    touch.terminal = separation.terminal = True
-    separation.direction = -1
-    state, time = [start, speed, 0.0, 0.0], 0.0
-    for pressed, event in ((False, touch), (True, separation)):
-        if pressed or start:
-            options = {"args": (pressed,), "events": event, "rtol": 1e-13, "atol": 1e-15}
-            path = solve_ivp(slopes, (time, time + 1.0), state, "DOP853", max_step=1e-4, **options)
-            time, state = path.t[-1], path.y[:, -1]
-    return state[3]
+    touch.terminal, time, speed = True, 0.0, GRIP
+    if start:
+        options = {"events": touch, "rtol": 1e-13, "atol": 1e-15, "max_step": 1e-4}
+        path = solve_ivp(free, (0.0, 1.0), [start, speed], "DOP853", **options)
+        time, speed = path.t[-1], path.y[1, -1]
+    values = VALUES | {"club_speed": speed}
+    return integrated(values, push=push, touch=time)["ball_velocity"]
 
 
 @pytest.mark.parametrize("stiffness", ERRORS)

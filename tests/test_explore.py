@@ -10,12 +10,11 @@ import signal
 import socket
 import sys
 from contextlib import closing
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from command import golf_here, refused, run, run_python
+from command import ROOT, golf_here, refused, run, run_python
 from compare import assert_close
 from page import serving
 
@@ -29,8 +28,6 @@ from golf_impact.facts.balls import BALLS
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.fmu.shots import Shots
 from golf_impact.timing import resident_bytes
-
-HERE = Path(__file__).parent
 
 pytestmark = pytest.mark.plain
 
@@ -321,7 +318,7 @@ def test_a_case_as_link_and_as_command(evaluator, example):
 
 def test_bokeh_is_pinned():
     """To the minor version of which page.js replaces methods."""
-    project = (HERE.parent / "pyproject.toml").read_text("utf-8")
+    project = (ROOT / "pyproject.toml").read_text("utf-8")
     assert re.findall(r'"bokeh([<>=][^"]*)"', project) == [">=3.9,<3.10"] * 2
 
 

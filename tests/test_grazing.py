@@ -8,6 +8,7 @@ import math
 
 import pytest
 from compare import assert_close
+from components import stepped
 from golf_physics.laws.closed_form import ClosedFormContact, linear_contact
 from golf_physics.laws.extended import ExtendedContact
 from test_two_ways import touch
@@ -76,40 +77,36 @@ def border_after_change():
     return border_of(CHANGED, lambda b: separates({**START, **CHANGED}, b))
 
 
-def check(fmu, tolerance, values, b=None):
-    """Compare the outputs after 2 ms; b changes before, if given."""
-    reference, begin, speed = Reference(values), 0.0, values["club_speed"]
-    fmu.start(**values)
-    if b is not None:
-        begin = CHANGE_AT
-        reference.step(begin)
-        fmu.step(0.0, begin)
-        fmu.slave.setReal(fmu.references(["b"]), [b])
-    reference.step(2e-3, b=b)
-    fmu.step(begin, 2e-3)
-    assert fmu.read_flag("separated") == reference.parted
+def check(tolerance, values, *steps):
+    """Compare the outputs after steps (s), each with the inputs set before it."""
+    reference, found = Reference(values), stepped(values, steps)
+    for size, inputs in steps:
+        reference.step(size, **inputs)
+    assert found.read_flag("separated") == reference.parted
     exact = {name: float(value) for name, value in reference.outputs().items() if name in OUTPUTS}
+    speed = values["club_speed"]
     scales = {"contact_time": 2e-3, "energy_efficiency": 1.0, "smash_factor": 1.0}
     for body in ("club", "ball"):
         scales |= {f"{body}_position": 2e-3 * speed, f"{body}_velocity": speed}
-    assert_close(fmu.read(OUTPUTS), exact, scales, tolerance, values=values, b=b)
+    assert_close(found.read(OUTPUTS), exact, scales, tolerance, values=values, steps=steps)
 
 
 @pytest.mark.parametrize("distance", DISTANCES)
 @pytest.mark.parametrize("bodies", BODIES)
-def test_the_right_branch_on_both_sides(fmu, borders, bodies, distance):
+def test_the_right_branch_on_both_sides(borders, bodies, distance):
     values = {**START, **BODIES[bodies], "b": borders[bodies] * (1.0 + distance)}
     # Measured: 5e-16, once extended precision decides.
-    check(fmu, 1e-13, values)
+    check(1e-13, values, (2e-3, {}))
 
 
 @pytest.mark.parametrize("distance", DISTANCES[1:])
-def test_the_right_branch_after_b_has_changed(fmu, border_after_change, distance):
+def test_the_right_branch_after_b_has_changed(border_after_change, distance):
     # The new phase begins from a state with an error of 1e-16: nearer to the border the inputs
     # don't determine the branch, and beside it the error is 1e-16 over the root of the distance.
     # Measured: 9e-11 at 1e-13.
     b = border_after_change * (1.0 + distance)
-    check(fmu, 1e-9 if abs(distance) < 2e-12 else 1e-11, {**START, **CHANGED}, b)
+    tolerance = 1e-9 if abs(distance) < 2e-12 else 1e-11
+    check(tolerance, {**START, **CHANGED}, (CHANGE_AT, {}), (2e-3, {"b": b}))
 
 
 def test_the_border_of_grazing_from_both_sides(borders):

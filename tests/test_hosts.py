@@ -7,17 +7,15 @@ import csv
 import os
 import re
 import shutil
-import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
 
 import fmpy
 import pytest
+from command import run as run_process
 from compare import assert_close
-from conftest import CRITERIA, EXPECTED, FILES, is_standalone, repeated
-
-LAW_2_CONTACT = 6.010445569987614e-4
+from conftest import CRITERIA, EXPECTED, FILES, LAW_2_CONTACT, is_standalone, repeated
 
 
 def tool(name):
@@ -40,10 +38,7 @@ def run(libpython):
 
     def run(*command, alone=False, code=0, **environment):
         env = {**os.environ, **environment, **({} if alone else preloaded)}
-        words = list(map(str, command))
-        done = subprocess.run(words, env=env, capture_output=True, text=True, timeout=300)
-        assert done.returncode == code, (done.returncode, done.stderr[-2000:])
-        return done
+        return run_process(*command, env=env, code=code, timeout=300)
 
     return run
 

@@ -5,6 +5,7 @@ import itertools
 
 import pytest
 from cases import KINDS as ALL_KINDS
+from components import initialized, put
 from golf_physics.codec import plain, revived
 from golf_physics.component.component import Component
 from golf_physics.component.segment import Segment
@@ -12,10 +13,8 @@ from golf_physics.component.state import SHAPES
 from golf_physics.impact import Approach, Contact, Flight, Impact, Results
 from golf_physics.laws.contact import ContactPhase
 from golf_physics.values import START, Inputs, Parameters
-from golf_physics.variables import BY_NAME, SETTABLE, VARIABLES
-from instances import initialized
+from golf_physics.variables import SETTABLE, VARIABLES
 
-REFERENCES = {name: row.reference for name, row in BY_NAME.items()}
 ALL_REALS = [row.reference for row in VARIABLES if row.type == "Real"]
 
 KINDS = {name: values for name, values in ALL_KINDS.items() if name != "never separates"}
@@ -55,7 +54,7 @@ def changing(steps):
     """A component whose k has been changed at every one of so many steps, in contact."""
     component = initialized(report=pytest.fail)
     for n in range(steps):
-        component.set_values([REFERENCES["k"]], [1e6 + 1e3 * (n % 7)])
+        put(component, k=1e6 + 1e3 * (n % 7))
         assert component.step(n * 1e-6, 1e-6)
     return component
 

@@ -5,34 +5,27 @@ import os
 import re
 import shlex
 import shutil
-import subprocess
 import sys
 import venv
+from itertools import chain
 from pathlib import Path
 
 import pytest
+from command import ROOT, run
 from conftest import some
 from packaging.requirements import Requirement
 
 from golf_build import extras
+from golf_impact.facts.toml import read_toml
 
-ROOT = Path(__file__).resolve().parent.parent
-
-
-def declared(array):
-    """The lines of an array of pyproject.toml: requirement and comment."""
-    text = (ROOT / "pyproject.toml").read_text("utf-8")
-    lines = re.search(rf"^{array} = \[\n(.*?)^\]", text, re.MULTILINE | re.DOTALL)[1].splitlines()
-    return [re.fullmatch(r'\s*"([^"]+)",\s*(?:# (.+))?', line).groups() for line in lines]
-
-
+PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
 EXTRAS = ("test", "calibrate", "sweep", "cluster", "explore", "interop", "standalone")
 
 
 def test_nothing_undeclared_is_imported():
     """Third-party modules come from declared packages."""
-    arrays = ("dependencies", *EXTRAS)
-    names = {re.match("[a-z0-9-]+", row[0])[0] for array in arrays for row in declared(array)}
+    extras = (PROJECT["optional-dependencies"][extra] for extra in EXTRAS)
+    names = {Requirement(one).name for one in chain(PROJECT["dependencies"], *extras)}
     owners = importlib.metadata.packages_distributions()
     ours = {"golf_physics", "golf_build", "golf_impact"}
     for file in (path for folder in ("scenarios", "fmu_src", "build") for path in tree(folder)):
@@ -51,16 +44,14 @@ def test_the_command_that_installs_an_extra(monkeypatch, tmp_path, extra):
     python, *rest = shlex.split(extras.install_command(extra))
     assert rest == ["-m", "pip", "install", "-e", f".[{extra}]"]
     assert Path(python).is_absolute() != Path(sys.executable).is_relative_to(ROOT)
-    done = subprocess.run([python, "-m", "pip", "--version"], capture_output=True, text=True)
-    assert str(Path(sys.prefix)) in done.stdout
+    assert str(Path(sys.prefix)) in run(python, "-m", "pip", "--version").stdout
     monkeypatch.chdir(tmp_path)
     assert shlex.split(extras.install_command(extra))[4:] == ["-e", f"{ROOT}[{extra}]"]
     # As without a checkout.
     monkeypatch.setattr(extras, "_ROOT", tmp_path)
     packages = shlex.split(extras.install_command(extra))[4:]
-    assert {str(Requirement(package)) for package in packages} == {
-        str(Requirement(requirement)) for requirement, _ in declared(extra)
-    }
+    declared = PROJECT["optional-dependencies"][extra]
+    assert {*map(Requirement, packages)} == {*map(Requirement, declared)}
 
 
 def tree(folder):
@@ -75,7 +66,7 @@ def made(tmp_path_factory):
     """Wheel and source distribution, made by `python -m build` in the root of a checkout."""
     folder = tmp_path_factory.mktemp("checkout")
     tools = environment(tmp_path_factory.mktemp("tools"))
-    if pip(tools, "build", check=False).returncode:
+    if pip(tools, "build", code=None).returncode:
         pytest.skip("there is no package index here")
     for name in ("fmu_src", "build", "scenarios", "tests"):
         ignored = shutil.ignore_patterns("__pycache__", "*.fmu", "*.csv", "*.opt", "*.ssp")
@@ -84,7 +75,7 @@ def made(tmp_path_factory):
         shutil.copy(ROOT / name, folder)
     shutil.copytree(ROOT / ".github", folder / ".github")
     # The folder build/ of the working folder doesn't hide the module.
-    subprocess.run([tools, "-m", "build"], cwd=folder, check=True, capture_output=True)
+    run(tools, "-m", "build", cwd=folder, timeout=None)
     return {path.suffix: path for path in (folder / "dist").iterdir()}
 
 
@@ -94,9 +85,8 @@ def environment(folder):
     return folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
 
-def pip(python, *packages, check=True):
-    command = [python, "-m", "pip", "install", "--quiet", *packages]
-    return subprocess.run(command, check=check, capture_output=True, text=True)
+def pip(python, *packages, code=0):
+    return run(python, "-m", "pip", "install", "--quiet", *packages, code=code, timeout=None)
 
 
 @pytest.mark.nightly
@@ -110,27 +100,22 @@ def test_an_installed_copy(tmp_path, made, fmu_path, kind):
     env = {key: value for key, value in os.environ.items() if key not in hidden}
     env |= {"XDG_CACHE_HOME": str(tmp_path / "cache"), "LOCALAPPDATA": str(tmp_path / "cache")}
 
-    def golf(*arguments):
-        command = [python.with_name("golf-impact"), *arguments]
-        return subprocess.run(command, capture_output=True, text=True, cwd=outside, env=env)
+    def golf(*arguments, code=0):
+        command = python.with_name("golf-impact"), *arguments
+        return run(*command, code=code, cwd=outside, env=env, timeout=None)
 
-    done = golf("run", "baseline", "--no-figures")
-    assert done.returncode == 0, done.stderr
-    assert "54.745" in done.stdout
+    assert "54.745" in golf("run", "baseline", "--no-figures").stdout
     results = {path.name for path in (outside / "golf-impact-results").iterdir()}
     assert results == {"results.json", "baseline.csv", "report.html"}
     built = list((tmp_path / "cache").rglob("*.fmu"))
     assert len(built) == 1
     for command in (("list",), ("doctor",), ("run",), ("build", "--system", "--out", "x.fmu")):
-        done = golf(*command)
-        assert done.returncode == 0, (command, done.stderr)
+        golf(*command)
     calibrate = ("calibrate", "--cor", "0.743", "--contact-time", "600e-6")
-    done = golf(*calibrate)
-    assert done.returncode == 2
-    pip_line = re.search("`(.+)`", done.stderr)[1]
-    subprocess.run(pip_line, shell=True, check=True, capture_output=True, cwd=outside)
-    assert golf(*calibrate).returncode == 0
+    pip_line = re.search("`(.+)`", golf(*calibrate, code=2).stderr)[1]
+    run(*shlex.split(pip_line), cwd=outside, timeout=None)
+    golf(*calibrate)
     version = "import importlib.metadata as m; print(m.version('pythonfmu'))"
-    theirs = subprocess.run([python, "-c", version], capture_output=True, text=True).stdout.strip()
+    theirs = run(python, "-c", version).stdout.strip()
     if theirs == importlib.metadata.version("pythonfmu"):
         assert built[0].read_bytes() == fmu_path.read_bytes()

@@ -4,7 +4,6 @@ A step of 1e-3 s is longer than the whole contact. Tools with native libraries r
 their own.
 """
 
-import json
 import multiprocessing
 import shutil
 import sys
@@ -15,19 +14,18 @@ from xml.etree import ElementTree
 
 import fmpy
 import pytest
-from command import run, run_python
+from command import ROOT, run
 from compare import assert_close
-from conftest import CRITERIA, EXPECTED, HERE, require
+from conftest import CRITERIA, EXPECTED, HERE, require, run_importer
 from instances import begin, discard, get, make_instance
 
-ROOT = HERE.parent
 STEPS = (1e-3, 1e-4, 1e-6)
 STOP = 0.005
 
 
 def same(results, law=1):
     # Measured: 3e-16.
-    assert_close(dict(zip(CRITERIA, results)), EXPECTED[law], law=law)
+    assert_close(results, EXPECTED[law], law=law)
 
 
 # fmpy
@@ -48,7 +46,7 @@ def test_simulate_fmu(request, path, step, law):
         use_event_mode=path == "fmi3_path",
         early_return_allowed=True,
     )
-    same((rows[name][-1] for name in CRITERIA), law)
+    same({name: rows[name][-1] for name in CRITERIA}, law)
     # pythonfmu3 0.3.4 drops early return; if it no longer does, event mode can do all of FMI 3.0.
     early = fmpy.read_model_description(fmu).coSimulation.mightReturnEarlyFromDoStep
     assert (len(rows) == round(STOP / step) + 1) == (not early)
@@ -58,7 +56,7 @@ def one_run(extracted, law):
     slave = begin(make_instance(extracted), law=law)
     for n in range(500):
         slave.doStep(n * 1e-5, 1e-5)
-    results = get(slave, *CRITERIA)
+    results = dict(zip(CRITERIA, get(slave, *CRITERIA)))
     discard(slave)
     return results
 
@@ -108,7 +106,7 @@ if law != 1:
     assert execution.integer_initial_value(index, variables["law"].reference, law)
 observer = CosimObserver.create_last_value()
 assert execution.add_observer(observer) and execution.step(steps)
-results = observer.last_real_values(index, [variables[name].reference for name in names])
+values = observer.last_real_values(index, [variables[name].reference for name in names])
 """
 
 _ECOS = """
@@ -120,7 +118,7 @@ with EcosSimulationStructure() as structure:
     with EcosSimulation(structure=structure, step_size=step) as simulation:
         assert simulation.init(parameter_set="case")
         simulation.step(steps)
-        results = [simulation.get_real(f"impact::{name}") for name in names]
+        values = [simulation.get_real(f"impact::{name}") for name in names]
 """
 
 
@@ -136,15 +134,8 @@ with EcosSimulationStructure() as structure:
     ],
 )
 def test_other_importers(request, tool, code, path, step, law):
-    require(tool)
-    fmu = request.getfixturevalue(path)
-    given = json.dumps([str(fmu), step, round(STOP / step), law, CRITERIA])
-    prelude = "import json, sys\nfmu, step, steps, law, names = json.loads(sys.argv[1])\n"
-    program = f'{prelude}{code}\nprint("results", json.dumps(list(results)))'
-    done = run_python(program, given)
-    # libcosim writes its log to stdout as well.
-    (line,) = (text for text in done.stdout.splitlines() if text.startswith("results "))
-    same(json.loads(line.removeprefix("results ")), law)
+    given = str(request.getfixturevalue(path)), step, round(STOP / step), law
+    same(run_importer(tool, f"fmu, step, steps, law = given\n{code}", CRITERIA, *given), law)
 
 
 # fmu-manipulation-toolbox
@@ -192,13 +183,12 @@ def test_a_container_with_another_fmu(fmu_path, files, tmp_path, step):
     (tmp_path / "both.csv").write_text("\n".join(lines) + "\n")
     _toolbox("fmucontainer", "-fmu-directory", tmp_path, "-container", f"both.csv:{step}")
     program = """
-import fmpy, json, sys
-fmu, step, names = json.loads(sys.argv[1])
+import fmpy
+fmu, step = given
 rows = fmpy.simulate_fmu(fmu, stop_time=0.01, step_size=step, output_interval=step, output=names)
-print(json.dumps([float(rows[name][-1]) for name in names]), flush=True)
+values = [float(rows[name][-1]) for name in names]
 """
-    given = json.dumps([str(tmp_path / "both.fmu"), step, [*CRITERIA, "carry"]])
-    done = run_python(program, given)
-    *results, carry = json.loads(done.stdout.splitlines()[-1])
+    names = [*CRITERIA, "carry"]
+    results = run_importer("fmpy", program, names, str(tmp_path / "both.fmu"), step)
     same(results)
-    assert carry == pytest.approx(158.79718480716062, rel=1e-12)
+    assert results["carry"] == pytest.approx(158.79718480716062, rel=1e-12)

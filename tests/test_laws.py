@@ -6,17 +6,16 @@ equations are found in co-simulation, in Model Exchange, by any steps.
 
 import os
 import re
-import subprocess
 import sys
 import zipfile
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 
 import fmpy
 import pytest
 from cases import integrated
-from command import checkout
+from command import ROOT, checkout, run_python
+from command import run as run_process
 from compare import assert_close
 from golf_physics.laws import LAWS
 from golf_physics.laws.law import LinearLaw
@@ -25,7 +24,6 @@ from instances import begin, discard, get, make_instance
 
 from golf_build import fmi2, fmi3
 
-HERE = Path(__file__).parent
 M_CLUB, M_BALL, K, B, CLUB_SPEED = 0.21, 0.0625, 1e6, 30.0, 35.0
 VALUES = {"m_club": M_CLUB, "m_ball": M_BALL, "k": K, "b": B, "club_speed": CLUB_SPEED}
 END = 2e-3
@@ -160,7 +158,7 @@ def recipe():
     """The law of CONTRIBUTING.md."""
     (code,) = re.findall(
         r"```python\n(\"\"\"Law 3.*?)```",
-        (HERE.parent / ".github" / "CONTRIBUTING.md").read_text("utf-8"),
+        (ROOT / ".github" / "CONTRIBUTING.md").read_text("utf-8"),
         re.DOTALL,
     )
     assert len(code.splitlines()) <= 20
@@ -201,13 +199,8 @@ added = pytest.mark.skipif("GOLF_IMPACT_LAWS" in os.environ, reason="the run wit
 @pytest.mark.parametrize(("code", "fails"), [(recipe(), False), (_SPLIT, True)])
 def test_a_law_is_one_file_and_one_row(tmp_path, code, fails):
     """The tests above with a third law; one whose phases and equations differ fails them."""
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-n", "0", "-p", "no:cacheprovider", __file__],
-        env=checkout_with(code, tmp_path),
-        capture_output=True,
-        text=True,
-        cwd=HERE.parent,
-    )
+    words = sys.executable, "-m", "pytest", "-n", "0", "-p", "no:cacheprovider", __file__
+    done = run_process(*words, env=checkout_with(code, tmp_path), cwd=ROOT, code=None, timeout=600)
     failed = set(re.findall(r"FAILED \S+::(\w+)\[(?:.*-)?(\d)\]", done.stdout))
     assert {law for _, law in failed} == ({"3"} if fails else set()), done.stdout[-3000:]
     if fails:
@@ -217,20 +210,14 @@ def test_a_law_is_one_file_and_one_row(tmp_path, code, fails):
 @added
 def test_a_law_of_ones_own_in_the_commands(tmp_path):
     """The recipe of CONTRIBUTING.md: run checks it, sweep and the page run it."""
-    environment = checkout_with(recipe(), tmp_path)
+    options = {"env": checkout_with(recipe(), tmp_path), "cwd": tmp_path}
 
     def command(*words):
-        command = [sys.executable, "-m", "golf_impact", *words]
-        return subprocess.run(
-            command, env=environment, capture_output=True, text=True, cwd=tmp_path, check=True
-        ).stdout
+        return run_process(sys.executable, "-m", "golf_impact", *words, **options).stdout
 
     out = command("run", "--set", "law=3", "--set", "b=30", "--no-figures", "--out", "out")
     assert "8 of 8 checks passed: closed forms 3, invariants 5" in out
     command("sweep", "--set", "law=2,3", "--set", "k=5e5:2e6:3", "--out", "laws.csv")
     rows = (tmp_path / "laws.csv").read_text().splitlines()
     assert len(rows) == 7
-    done = subprocess.run(
-        [sys.executable, "-c", _PAGE], env=environment, capture_output=True, text=True, cwd=tmp_path
-    )
-    assert done.stdout.split() == ["3.0", "True", "True"], done.stderr
+    assert run_python(_PAGE, **options).stdout.split() == ["3.0", "True", "True"]

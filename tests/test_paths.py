@@ -67,8 +67,7 @@ def test_the_cache_of_an_installed_copy(tmp_path):
     cache = dict.fromkeys(("HOME", "XDG_CACHE_HOME", "LOCALAPPDATA"), str(tmp_path / "cache"))
     env = installed(tmp_path / "site") | cache
     for message in ("it was missing", ""):
-        done = golf("run", "table1", "--out", "out", cwd=tmp_path, env=env, program=MODULE)
-        assert done.returncode == 0, done.stderr
+        done = golf("run", "table1", "--out", "out", cwd=tmp_path, env=env, program=MODULE, code=0)
         assert message in done.stderr
         assert bool(done.stderr) == bool(message)
     assert len(list((tmp_path / "cache").rglob("ClubBallImpact.fmu"))) == 1
@@ -87,8 +86,7 @@ def test_unusual_names_of_all_folders_but_the_temporary_one(tmp_path):
         ("build", "--out", folder / "x.fmu"),
         ("run", "table1", "--fmu", folder / "x.fmu", "--out", "out"),
     ):
-        done = golf(*arguments, cwd=folder, env=env, program=MODULE)
-        assert done.returncode == 0, done.stderr
+        golf(*arguments, cwd=folder, env=env, program=MODULE, code=0)
     assert "system_flight.png" in names(folder / f"out {ODD}")
     built = folder / "checkout" / "build" / "ClubBallImpact.fmu"
     assert (folder / "x.fmu").read_bytes() == built.read_bytes()
@@ -103,13 +101,6 @@ def test_an_unusual_name_of_the_temporary_folder(tmp_path, command):
     refused(done, "set TMPDIR")
     assert names(tmp_path) == {ODD}
     assert names(odd) == set()
-
-
-@pytest.mark.parametrize("arguments", [("run", ""), ("run", "table1", "--fmu=")])
-def test_an_empty_argument(tmp_path, arguments):
-    """As from an unset variable of the shell."""
-    refused(golf_here(*arguments, cwd=tmp_path), "an argument is empty")
-    assert names(tmp_path) == set()
 
 
 def test_files_in_place_of_folders_and_vice_versa(tmp_path):
@@ -128,7 +119,7 @@ def test_files_in_place_of_folders_and_vice_versa(tmp_path):
 def test_links_remain(tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "results.json").symlink_to(tmp_path / "mine.json")
-    assert golf_here("run", "table1", "--out", "out", cwd=tmp_path).returncode == 0
+    golf_here("run", "table1", "--out", "out", cwd=tmp_path, code=0)
     assert (tmp_path / "out" / "results.json").is_symlink()
     assert "table1" in json.loads((tmp_path / "mine.json").read_text())
 

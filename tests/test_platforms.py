@@ -15,9 +15,9 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from command import golf_here, refused, run
+from command import ROOT, golf_here, refused, run
 from compare import assert_close
-from conftest import EXPECTED, LAW_1, repeated
+from conftest import EXPECTED, HERE, LAW_1, LAW_2_CONTACT, repeated
 from test_standalone import extracted, guid, outputs
 
 from golf_build import toolchain
@@ -27,7 +27,6 @@ from golf_impact.errors import UserError
 from golf_impact.fmu.file import build_fmu, check_fmu
 from golf_impact.fmu.system import build_system
 
-HERE = Path(__file__).resolve().parent
 FMPY_TASKS = HERE / "fmpy_tasks.py"
 
 pytestmark = pytest.mark.ci
@@ -87,9 +86,7 @@ def installed(folder, packages, *platforms):
 
 def printed(*command, code=0, timeout=600):
     """The results that fmpy_tasks.py prints; `code` None: whatever the exit code is."""
-    words = list(map(str, command))
-    done = subprocess.run(words, capture_output=True, text=True, timeout=timeout)
-    assert done.returncode == code or code is None, (done.returncode, done.stderr[-2000:])
+    done = run(*command, code=code, timeout=timeout)
     return dict(json.loads(line) for line in done.stdout.splitlines() if line.startswith('["'))
 
 
@@ -222,7 +219,7 @@ def check_host3(found, plain):
     assert_close(found, expected, tolerance=1e-14)
     # Runge & Kutta, 2000 steps: 1e-14 measured.
     assert found["me_COR"] == pytest.approx(found["law2_COR"], rel=1e-12)
-    assert found["event_2"] - found["event_1"] == pytest.approx(6.010445569987614e-4, rel=1e-12)
+    assert found["event_2"] - found["event_1"] == pytest.approx(LAW_2_CONTACT, rel=1e-12)
 
 
 @pytest.fixture(scope="session")
@@ -331,11 +328,10 @@ def test_golf_impact_on_windows(windows, fmu_path, tmp_path):
 
     That ends in a function which wine 8.0 lacks (ucrtbase.cexp).
     """
-    root = HERE.parent
     site = installed(tmp_path / "site", _PACKAGES, "win_amd64")
     (about,) = Path(fmpy.__file__).parents[1].glob("golf_impact-*.dist-info")
     shutil.copytree(about, site / about.name)
-    folders = [site, *(root / name for name in ("scenarios", "build", "fmu_src"))]
+    folders = [site, *(ROOT / name for name in ("scenarios", "build", "fmu_src"))]
     path = ";".join(map(windows_path, folders))
 
     def golf(*words, **options):
@@ -347,7 +343,7 @@ def test_golf_impact_on_windows(windows, fmu_path, tmp_path):
     assert made.read_bytes() == fmu_path.read_bytes()
     text = golf("run", "baseline", "system", "model_exchange", "--out", out)
     assert re.search(r"(\d+) of \1 checks passed", text)
-    study = windows_path(root / "scenarios" / "studies" / "club_fitting.toml")
+    study = windows_path(ROOT / "scenarios" / "studies" / "club_fitting.toml")
     tables = [tmp_path / f"{workers}.csv" for workers in (1, 2)]
     for workers, table in zip((1, 2), tables, strict=True):
         golf("sweep", study, "--workers", workers, "--out", windows_path(table))

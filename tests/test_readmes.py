@@ -5,14 +5,13 @@
 
 import ast
 import re
-from pathlib import Path
 
 import pytest
+from command import ROOT
 from golf_physics.variables import VARIABLES
 
 from golf_impact.report.page import document_tables
 
-ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = (
     "", "fmu_src", "fmu_src/golf_physics/companions", "build", "scenarios",
     "scenarios/golf_impact/explore", "tests",

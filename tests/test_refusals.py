@@ -10,14 +10,7 @@ import pytest
 from command import run_python
 from conftest import HERE, repeated, some
 from fmpy.fmi1 import FMICallException
-from instances import (
-    begin,
-    discard,
-    logging_to,
-    make_instance,
-    mutated,
-    with_checksum,
-)
+from instances import begin, discard, logging_to, make_instance, mutated, put, with_checksum
 
 
 @pytest.fixture(scope="module")
@@ -82,15 +75,18 @@ def test_a_refused_start_value_is_seen(fmus, request, name):
 
 
 @pytest.mark.plain
-def test_each_refusal_is_written_once(fmus, capfd):
-    with instance(fmus["fmi2"]) as slave:
-        k = slave.references["k"]
+@pytest.mark.parametrize(
+    ("fmu", "name", "bad", "good"), [("fmi2", "k", -1.0, 1e6), ("BallFlight", "backspin", 1e9, 0.0)]
+)
+def test_each_refusal_is_written_once(fmus, capfd, fmu, name, bad, good):
+    """At each communication point."""
+    with instance(fmus[fmu]) as slave:
         for point in (0.0, 1e-3):
             for _ in range(3):
-                slave.setReal([k], [-1.0])
+                put(slave, **{name: bad})
                 with pytest.raises(FMICallException):
                     slave.doStep(point, 1e-3)
-            slave.setReal([k], [1e6])
+            put(slave, **{name: good})
             slave.doStep(point, 1e-3)
             assert capfd.readouterr().err.count("\n") == 1
 

@@ -15,11 +15,7 @@ from golf_impact.report.report import Report, derive_metrics
 from golf_impact.report.styles import STYLES
 from golf_impact.report.uncertainty import gradient, standard_errors
 
-
-@pytest.fixture(autouse=True)
-def _no_figure_stays_open():
-    yield
-    figures.plt.close("all")
+pytestmark = pytest.mark.usefixtures("no_figure_stays_open")
 
 
 def checked(fmu, change, **values):
@@ -148,9 +144,17 @@ def test_standard_errors_by_gradients():
     assert standard_errors(slopes, np.diag([1.0, 4.0])) == pytest.approx([math.sqrt(73.0)])
 
 
+PUSHED = {"club_force": 300.0}
+
+
 @pytest.mark.parametrize(
-    ("values", "integrated"), [({"law": 1}, False), ({"law": 2}, False), ({"exponent": 1.6}, True)]
-)
+    ("values", "integrated"),
+    [
+        ({"law": 1}, False), ({"law": 2}, False), ({"exponent": 1.6}, True),
+        # CVODE's velocity after separation, where the force goes on accelerating.
+        ({"law": 1, **PUSHED}, False), (PUSHED, True), ({"exponent": 1.6, **PUSHED}, True),
+    ],
+)  # fmt: skip
 def test_cases_without_a_closed_form_or_a_balance_are_integrated(fmu, values, integrated):
     _, report = own_cases(fmu, {"law": 2, **values}, [])
     assert any("CVODE" in check.claim for check in report.checks) == integrated

@@ -7,7 +7,6 @@ from fmpy.fmi1 import FMICallException
 from golf_physics.restitution import damping_ratio
 from quadrature import restitution
 
-from golf_impact.errors import UserError
 from golf_impact.runs import METRICS
 
 AT_REST, SLOPE = 0.86, 0.0029
@@ -89,8 +88,3 @@ def test_a_restitution_out_of_reach_is_refused_at_touch(fmu, gap, read_outputs):
     fmu.slave.setReal(fmu.references(["club_speed"]), [400.0])
     fmu.step(steps * 1e-5 + 1.0, 1.0)
     assert fmu.read(["smash_factor"])["smash_factor"] == outputs["smash_factor"]
-
-
-def test_only_under_law_2(fmu):
-    with pytest.raises(UserError, match=r"restitution_at_rest = 0\.86 is refused with law = 1"):
-        fmu.start(restitution_at_rest=0.86)

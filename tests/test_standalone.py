@@ -9,7 +9,6 @@ import os
 import platform
 import re
 import shutil
-import subprocess
 import sys
 import sysconfig
 import zipfile
@@ -20,7 +19,7 @@ import fmpy
 import pytest
 from cases import CASES
 from command import golf, golf_here, outputs, run, run_python
-from conftest import HEADERS, HOST_TASKS, LAW_1, repeated
+from conftest import HEADERS, HERE, HOST_TASKS, LAW_1, LAW_2_CONTACT, repeated
 from golf_physics.variables import VARIABLES
 from instances import begin, discard, get, make_instance
 
@@ -30,8 +29,6 @@ from golf_impact.commands import doctor
 from golf_impact.errors import UserError
 from golf_impact.fmu.file import build_fmu
 from golf_impact.fmu.system import run_ssp
-
-HERE = Path(__file__).resolve().parent
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +67,7 @@ def bare(compiled, standalone_path, tmp_path_factory):
     root, host = tmp_path_factory.mktemp("root"), compiled("host")
     token = guid(extracted(standalone_path, root / "fmu"))
     shutil.copy(host, root / "host")
-    listed = subprocess.run(["ldd", host], capture_output=True, text=True, check=True).stdout
+    listed = run("ldd", host).stdout
     libc = next(Path(line.split()[2]) for line in listed.splitlines() if "libc.so.6" in line)
     names = ("libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0")
     for file in (*(libc.parent / name for name in names), Path("/lib64/ld-linux-x86-64.so.2")):
@@ -79,10 +76,7 @@ def bare(compiled, standalone_path, tmp_path_factory):
     path = os.pathsep.join((os.defpath, "/usr/sbin", "/sbin"))
     chroot, unshare = shutil.which("chroot", path=path), shutil.which("unshare", path=path)
     enter = [chroot] if os.geteuid() == 0 else [unshare, "--map-root-user", chroot]
-    if (
-        None in enter
-        or subprocess.run([*enter, root, "/host"], capture_output=True).returncode != 1
-    ):
+    if None in enter or run(*enter, root, "/host", code=None).returncode != 1:
         pytest.skip("this user may not change the root folder, or there is no chroot or unshare")
     return lambda *task: outputs(*enter, root, "/host", "/fmu", token, *task, env={})
 
@@ -233,7 +227,7 @@ def test_libcosims_library_runs_the_system(compiled, system, system_files, tmp_p
 
 # FMI 3.0
 
-TOUCH, LAW_2_CONTACT = 1e-4, 6.010445569987614e-4
+TOUCH = 1e-4
 
 
 @pytest.fixture
@@ -321,7 +315,7 @@ def test_it_is_reproducible(standalone_path, tmp_path):
 def test_built_by_debians_python(hosted, tmp_path):
     """Its pyconfig.h lies elsewhere, and its modules are in libpython."""
     python, code = "/usr/bin/python3", "import sys; print(sys.version_info[:2])"
-    reported = subprocess.run([python, "-c", code], capture_output=True, text=True)
+    reported = run(python, "-c", code)
     if sys.base_prefix == "/usr" or reported.stdout.strip() != f"{sys.version_info[:2]}":
         pytest.skip(f"{python} is the one that builds anyway, or of another version")
     # An FMU that was loaded here has left its resources behind, with a pythonfmu that can't build.
@@ -354,7 +348,7 @@ def test_the_loader_compiles_without_warnings(target, tmp_path):
     words += ["-fPIC", "-Wall", "-Wextra", "-Werror", f"-I{HEADERS}", "-I.", "-o", "loader.so"]
     words += [f'-D{n}="x"' for n in ("MODULE", "CLASS", "PRIVATE_PYTHON", "PYTHON_DLL", "TOKEN")]
     for source in ("fmi2.c", "fmi3.c"):
-        subprocess.run([*words, source], check=True, cwd=tmp_path)
+        run(*words, source, cwd=tmp_path, timeout=None)
 
 
 @pytest.mark.ci

@@ -7,14 +7,16 @@ import json
 import math
 import random
 
+import components
 import pytest
 from cases import KINDS
 from command import run_python
+from components import initialized
 from conftest import HERE, some
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
-from golf_physics.variables import BY_NAME, VARIABLES
-from instances import begin, get_all, initialized, mutated, put, with_checksum
+from golf_physics.variables import VARIABLES
+from instances import begin, get_all, mutated, put, with_checksum
 
 POINTS = 400
 STEP = 2e-6  # the contact lasts about 300 of these
@@ -108,11 +110,11 @@ def states():
         for values in STATES.values():
             component = initialized(kind, **{**values, "gap": 0.002})
             for n in range(4):
-                component.set_values([0, 40], [1e6 + 1e5 * n, 100.0 * n])
+                components.put(component, k=1e6 + 1e5 * n, club_force=100.0 * n)
                 component.step(n * 1e-4, 1e-4)
                 yield kind, kind.packed(component.snapshot())
             component.step(4e-4, 1e-3)
-            component.set_values([0], [-1.0])
+            components.put(component, k=-1.0)
             yield kind, kind.packed(component.snapshot())
     component = initialized(HybridComponent, gap=0.0)
     solve(component, 0.0)
@@ -143,7 +145,7 @@ def test_runs_of_a_restored_initialization_equal_those_of_fresh_instances():
     rng, read = random.Random(5), [row.reference for row in VARIABLES if row.type == "Real"]
     fresh = Component(pytest.fail)
     fresh.enter_initialization()
-    fresh.set_values([BY_NAME[name].reference for name in ("ball_speed", "gap")], [1.0, 0.01])
+    components.put(fresh, ball_speed=1.0, gap=0.01)
     start, reused = fresh.snapshot(), Component(pytest.fail)
     choices = {"k": (5e5, 1e6), "club_speed": (0.0, -0.0, 35.0), "ball_speed": (0.0, -0.0)}
     for _ in range(300):
@@ -151,8 +153,7 @@ def test_runs_of_a_restored_initialization_equal_those_of_fresh_instances():
         outputs = []
         for component in reused, Component(pytest.fail):
             component.restore(start)
-            for name, value in values.items():
-                component.set_values([BY_NAME[name].reference], [value])
+            components.put(component, **values)
             component.exit_initialization()
             component.step(0.0, 1e-3)
             outputs.append(repr(component.reals(read)))

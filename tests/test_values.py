@@ -7,12 +7,13 @@ import math
 
 import pytest
 from compare import assert_within
+from components import initialized
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import fmi2Discard
 from hypothesis import assume, event, example, given
 from hypothesis import strategies as st
-from instances import initialized
 
+from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.facts.closed_forms import half_contact, reduced_mass
 from golf_impact.facts.scales import TOLERANCE
 from golf_impact.stress import invariants
@@ -21,6 +22,8 @@ from golf_impact.stress.driver import Driver
 
 #: Where times come from quadrature; other results are as exact, but at those times.
 TOLERANCE_OF_QUADRATURE = 1e-10
+
+RUNS = ScalarImpacts()
 
 #: Doubles below this are subnormal and have fewer digits, with a margin.
 LEAST = 1e-300
@@ -109,17 +112,11 @@ def restitution(values):
 
 def long_step(values):
     """A step (s) beyond separation, short enough for the accuracy of positions."""
-    mu = reduced_mass(values["m_club"], values["m_ball"])
-    n, length = values.get("exponent", 1.0), values.get("reference_compression", 1.0)
-    omega, closing = math.sqrt(values["k"] / mu), closing_speed(values)
-    reach = closing / omega
-    if n > 1.0:
-        reach = length * (0.5 * (n + 1.0) * (reach / length) ** 2) ** (1.0 / (n + 1.0))
     zeta = damping_ratio(values)
     if values.get("restitution_at_rest"):
         zeta = -math.log(restitution(values))
-    contact = 10.0 * (1.0 + math.log1p(zeta)) * (1.0 + zeta) * (reach / closing)
-    return values["gap"] / closing + contact
+    contact = 3.2 * (1.0 + math.log1p(zeta)) * (1.0 + zeta) * RUNS.half_period(values).item()
+    return values["gap"] / closing_speed(values) + contact
 
 
 # Drag separates the bodies long after its fast mode has decayed: modes cancel, many panels.
@@ -237,24 +234,6 @@ def test_any_double(driver, values, later, size):
     event(f"accepted {accepted}")
 
 
-@pytest.mark.parametrize(
-    "values",
-    [
-        {"law": 2, "exponent": 12.0, "reference_compression": 5e-211, "k": 1e-82, "m_club": 1e77},
-        {"law": 2, "exponent": 12.0, "reference_compression": 1e-300},
-        *({"k": 1e300}, {"m_ball": 1e-300}, {"club_speed": 1e200}, {"b": 1e300}, {"k": 5e-324}),
-        {"law": 1, "k": 2e250, "m_club": 2.3e88, "m_ball": 2.5e73, "b": 5e175, "club_speed": 6e60},
-    ],
-    ids=str,
-)
-def test_values_that_overflow_together(driver, values):
-    """Each within its range, but forces or impulses would overflow: rejected."""
-    driver.messages.clear()
-    driver.begin_run(USUAL | {"exponent": 1.0, "restitution_at_rest": 0.0} | values)
-    assert "range of a double" in driver.messages[0]
-    assert not _steps(driver, 0.0, 1e-4)
-
-
 #: Values that are accepted, but no others that are farther from 1, with these other ones.
 TWO = {"m_club": 2.0, "m_ball": 2.0}
 HARDENING = {"law": 2, "exponent": 3.0}
@@ -284,6 +263,8 @@ def test_the_borders_of_values_together(name, last, others):
         messages = []
         component = initialized(report=messages.append, **{**others, name: value})
         assert component.step(0.0, 1e-4) is accepted, (value, messages)
+    words = "acceleration" if name == "club_force" else "leave the range of a double"
+    assert words in messages[0].sentence
 
 
 def _check_recovery(driver, values, later, size):
