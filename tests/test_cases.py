@@ -1,14 +1,11 @@
 """The sources of expected numbers agree with each other and with the golden rows."""
 
-import json
 import math
 
 import pytest
 from cases import CASES, exact, integrated
-from conftest import HERE
-from quadrature import PowerLawContact, mp
-
-GOLDEN = json.loads((HERE / "data" / "golden.json").read_text())["rows"]
+from golden import golden, mp
+from quadrature import PowerLawContact
 
 INTEGRATED = [
     name
@@ -17,9 +14,9 @@ INTEGRATED = [
 ]
 
 
-@pytest.mark.parametrize("name", GOLDEN)
+@pytest.mark.parametrize("name", golden())
 def test_golden_rows(name):
-    for output, value in GOLDEN[name].items():
+    for output, value in golden()[name].items():
         expected = mp.mpf(value)
         assert abs(exact(name)[output] - expected) <= 1e-24 * abs(expected), output
 
