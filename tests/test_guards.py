@@ -24,6 +24,7 @@ from golf_physics.variables import MOTION
 from instances import get, put, with_checksum
 
 from golf_build.system import COMPANIONS
+from golf_impact.arrays.contacts import Contacts
 
 
 def test_bodies_push_up_to_the_last_double_before_separation():
@@ -425,6 +426,10 @@ def test_a_companion_without_a_solution(monkeypatch, kind, place, value, sentenc
     if made.step(0.0, 0.4):
         assert all(map(math.isnan, made.reals(list(range(21, 33)))))
     assert messages[0].sentence.startswith(sentence)
+
+
+def test_an_attribute_that_no_formula_gives():
+    assert not hasattr(Contacts({}, {}), "motion")
 
 
 def test_a_refused_value_stays_refused_in_a_serialized_state(companion, capfd):

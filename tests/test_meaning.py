@@ -34,9 +34,25 @@ def dimension(*factors):
     return {unit: exponent for unit, exponent in base.items() if exponent}
 
 
-def test_the_unit_of_an_acceleration():
-    """That of FMI 3.0 alone; those of both versions are in the next test."""
-    assert dimension(("club_acceleration", 1)) == dimension(("force", 1), ("m_club", -1))
+@pytest.mark.parametrize(
+    ("name", "factors"),
+    [
+        ("impulse", [("force", 1), ("contact_time", 1)]),
+        ("momentum", [("m_club", 1), ("club_velocity", 1)]),
+        ("kinetic_energy", [("force", 1), ("compression", 1)]),
+        ("k", [("force", 1), ("compression", -1)]),
+        ("b", [("force", 1), ("club_velocity", -1)]),
+        ("club_speed", [("gap", 1), ("contact_time", -1)]),
+        ("club_force", [("k", 1), ("gap", 1)]),
+        ("club_acceleration", [("force", 1), ("m_club", -1)]),
+        ("mean_force", [("impulse", 1), ("contact_time", -1)]),
+        ("smash_factor", [("ball_velocity", 1), ("club_speed", -1)]),
+        ("restitution_slope", [("club_speed", -1)]),
+        ("reference_compression", [("compression", 1)]),
+    ],
+)
+def test_units_by_dimension(name, factors):
+    assert dimension((name, 1)) == dimension(*factors)
 
 
 #: Of each kind; the last two are in extended precision.
@@ -122,6 +138,33 @@ BY_HAND = {
 def test_readouts_by_hand(fmu, values, expected):
     found = fmu.impact(tuple(expected), m_club=0.2, m_ball=0.05, club_speed=30.0, **values)
     assert found == pytest.approx(expected, rel=1e-13, abs=1e-18)
+
+
+#: The same impact with a loft of tan 1/4 or 1: the face slides by 7.5 or 30 m/s.
+STRUCK = {
+    "ball_velocity": 48.0, "club_velocity": 18.0, "smash_factor": 1.6,
+    "coefficient_of_restitution": 1.0,
+}  # fmt: skip
+LAUNCHES = {
+    # ρ = 3 and κ = 1/3: half a tangential oscillation, which reverses the sliding: 2 · 7.5/75 N·s.
+    "sticks": ({"friction": 1e9, "tangential_stiffness_ratio": 1.0 / 3.0}, 0.25, (0.2, 500.0, 4.0)),
+    # Coulomb: 0.05 · 2.4 N·s.
+    "slips": ({"friction": 0.05}, 1.0, (0.12, 300.0, 2.4)),
+}
+
+
+@pytest.mark.parametrize(("values", "loft", "expected"), LAUNCHES.values(), ids=LAUNCHES)
+def test_a_launch_by_hand(companion, values, loft, expected):
+    """Spin: impulse / (0.4 m r), a solid ball's."""
+    ball = {"m_club": 0.2, "m_ball": 0.05, "ball_diameter": 0.04, "dynamic_loft": math.atan(loft)}
+    launch = companion("Launch", **ball, **values)
+    put(launch, **STRUCK, separated=True)
+    launch.doStep(0.0, 1e-3)
+    names = "tangential_impulse", "backspin", "ball_speed", "launch_angle"
+    impulse, spin, across = expected
+    angle = math.atan(loft) - math.atan(across / 48.0)
+    expected = [impulse, spin, math.hypot(48.0, across), angle]
+    assert get(launch, *names) == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_flight_by_hand(companion):

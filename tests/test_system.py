@@ -16,7 +16,7 @@ from instances import get, get_all, put, with_checksum
 from scipy.integrate import solve_ivp
 
 from golf_build.system import DRIVE
-from golf_impact.facts.measured import OUTSIDE
+from golf_impact.facts.measured import OUTSIDE, PGA
 from golf_impact.fmu import system
 
 STOP = 0.967  # s: by then the ball has been launched, and the swing has the impulse
@@ -408,6 +408,17 @@ def test_position_does_not_depend_on_the_step_and_ends_at_the_carry(companion):
         # The clock is a sum of a thousand rounded steps: 1e-13 s at 50 m/s.
         assert paths[0][time] == pytest.approx(paths[1][time], abs=1e-11)
     assert paths[0][3.0][1] > 1.0
+
+
+@pytest.mark.parametrize("club", PGA)
+def test_the_clubs_of_the_tour_fly_as_published(companion, club):
+    stroke = PGA[club]
+    launch = {"launch_angle": stroke.launch_angle, "backspin": stroke.backspin}
+    carry, apex, _, land_angle = get(flown(companion, stroke.ball_speed, **launch), *OF_FLIGHT)
+    # Measured: -4.6 (7-iron) to 3.6 % (3-wood), -10.3 (5-iron) to 2.1 % (hybrid), -7.7 degrees.
+    assert -0.047 < carry / stroke.carry - 1.0 < 0.037
+    assert -0.104 < apex / stroke.apex - 1.0 < 0.022
+    assert -7.8 < math.degrees(land_angle - stroke.land_angle) < 0.0
 
 
 def test_a_flight_that_never_ends_is_refused(companion):
