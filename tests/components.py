@@ -28,7 +28,8 @@ def stepped(values, steps):
     instance, time = Instance(), 0.0
     instance.start(**values)
     for size, inputs in steps:
-        put(instance._component, **inputs)
+        if inputs:
+            put(instance._component, **inputs)
         instance.step(time, size)
         time += size
     return instance

@@ -29,7 +29,7 @@ class PowerLawContact:
         self.zeta = mp.mpf(b) / (2 * self.mu * omega)
         if restitution_at_rest:
             slope = mp.mpf(restitution_slope) * self.closing
-            self.zeta = damping_ratio(mp.mpf(restitution_at_rest) - slope)
+            self.zeta = _damping_ratio(mp.mpf(restitution_at_rest) - slope)
         length = mp.mpf(length)
         self.length = length * (self.m * self.closing / (length * omega)) ** (1 / self.m)
         self.omega = self.m * self.closing / self.length
@@ -121,9 +121,8 @@ def restitution(zeta):
     return mp.exp(-2 * zeta * half)
 
 
-def damping_ratio(coefficient):
-    """The damping ratio of a coefficient of restitution."""
-    return _bisected(lambda zeta: restitution(zeta) - coefficient, mp.mpf("1e-30"), mp.mpf(100))
+def _damping_ratio(coefficient):
+    return _bisected(lambda zeta: restitution(zeta) - coefficient, mp.mpf("1e-30"), mp.mpf(1))
 
 
 def _bisected(function, low, high):

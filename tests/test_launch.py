@@ -11,8 +11,9 @@ from conftest import HERE, some
 from fmpy.fmi1 import FMICallException
 from golf_physics.companions.launch import Contact
 from instances import get, put
-from quadrature import damping_ratio
+from quadrature import restitution
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 CASES = json.loads((HERE / "data" / "launch.json").read_text())["cases"]
 OUTPUTS = ("ball_speed", "launch_angle", "backspin", "tangential_impulse")
@@ -94,7 +95,7 @@ def integrated(case):
     e = case["coefficient_of_restitution"]
     normal = 1.0 / m_ball + 1.0 / m_club + h * h / i
     along = 3.5 / m_ball + 1.0 / m_club + c * c / i
-    zeta = float(damping_ratio(e))
+    zeta = brentq(lambda zeta: float(restitution(zeta)) - e, 1e-9, 100.0, xtol=1e-15)
     b = 2.0 * zeta / math.sqrt(normal)
     speed = case["club_speed"] * math.cos(case["spin_loft"])
 
