@@ -208,6 +208,7 @@ def test_a_law_is_one_file_and_one_row(tmp_path, code, fails):
 
 
 @added
+@pytest.mark.ci
 def test_a_law_of_ones_own_in_the_commands(tmp_path):
     """The recipe of CONTRIBUTING.md: run checks it, sweep and the page run it."""
     options = {"env": checkout_with(recipe(), tmp_path), "cwd": tmp_path}

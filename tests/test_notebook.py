@@ -18,6 +18,7 @@ def printed(notebook):
 
 # Of jupyter_client, about a kernel on this machine.
 @pytest.mark.filterwarnings("ignore")
+@pytest.mark.ci  # a kernel takes its time
 def test_it_runs_from_any_folder(tmp_path):
     notebook = nbformat.read(FILE, as_version=4)
     stored = printed(notebook)
