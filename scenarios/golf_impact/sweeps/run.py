@@ -9,7 +9,7 @@ from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -57,8 +57,12 @@ class Summary:
     worst_error: float  # their largest error without unit, in `golf_impact.facts.scales.Scales`
 
 
-#: Results of a chunk of cases, lines of CSV if the file is one, and the seconds that it took.
-Chunk = tuple[Outcome, bytes, float]
+class Chunk(NamedTuple):
+    """Results of a chunk of cases."""
+
+    outcome: Outcome
+    lines: bytes  # of CSV, if the file is one
+    seconds: float  # that it took
 
 
 def run_chunk(compute: Callable[[Columns], Outcome], as_text: bool, columns: Columns) -> Chunk:
@@ -66,7 +70,7 @@ def run_chunk(compute: Callable[[Columns], Outcome], as_text: bool, columns: Col
     begin = time.perf_counter()
     outcome = compute(columns)
     lines = csv_lines({**columns, **outcome.columns}, outcome.refused) if as_text else b""
-    return outcome, lines, time.perf_counter() - begin
+    return Chunk(outcome, lines, time.perf_counter() - begin)
 
 
 class Sweep:
@@ -144,7 +148,7 @@ class Sweep:
         refused, scalar, first, done = 0, 0, None, 0
         begin = time.perf_counter()
         with table(out, (*self.study.names, *self.study.outputs)) as write, closing(chunks):
-            for columns, outcome, lines in chunks:
+            for columns, (outcome, lines, _) in chunks:
                 write({**columns, **outcome.columns}, outcome.refused, lines)
                 if self.fmu is None:
                     check.add(done, outcome)
@@ -165,7 +169,7 @@ class Sweep:
 
     def _chunks(
         self, open_executor: Callable, size: int | None, as_text: bool, stop: Callable[[], bool]
-    ) -> Generator[tuple[Columns, Outcome, bytes], None, None]:
+    ) -> Generator[tuple[Columns, Chunk], None, None]:
         """Columns and results of all chunks in order, those of a broken pool by the next one."""
         done, cases, next_size = 0, self.study.cases, size or _FIRST_CHUNK
         at_once = _CHUNKS_IN_FLIGHT if size else 1
@@ -189,14 +193,14 @@ class Sweep:
                             wait([future], timeout=0.1)
                         if stop():
                             raise Stopped(done)
-                        outcome, lines, seconds = future.result()
+                        chunk = future.result()
                         under_way.popleft()
-                        number, at_once = len(outcome.refused), _CHUNKS_IN_FLIGHT
+                        number, at_once = len(chunk.outcome.refused), _CHUNKS_IN_FLIGHT
                         done += number
                         if size is None:
-                            fitting = int(number * _SECONDS / seconds)
+                            fitting = int(number * _SECONDS / chunk.seconds)
                             next_size = min(max(1, fitting), _LARGEST_CHUNK)
-                        yield columns, outcome, lines
+                        yield columns, chunk
                 return
             except BrokenExecutor as error:
                 broken = error
