@@ -41,9 +41,14 @@ def run(*command, code=0, timeout=100, **options):
 
 
 def outputs(*command, **options):
-    """Run a C host; the values that it prints by name, before the line "done"."""
+    """Run a C host; the values that it prints."""
+    return printed_values(run(*command, **options))
+
+
+def printed_values(done):
+    """The values that a C host has printed, by name, before the line "done"."""
     # libcosim writes its log there, too.
-    printed = run(*command, **options).stdout.splitlines()
+    printed = done.stdout.splitlines()
     *lines, last = (line for line in printed if not line.startswith("["))
     assert last == "done"
     return {name: float(value) for name, value in map(str.split, lines)}

@@ -76,9 +76,17 @@ def test_names_of_outputs(run, more):
     names = ("force", "compression")
     assert {*names} <= run(outputs=(name for name in names), **more).keys()
     wrong = [
-        ({"outputs": ["smash"]}, "smash", "output 'smash' (did you mean smash_factor?)"),
+        (
+            {"outputs": ["smash"]},
+            "smash",
+            "output 'smash' (did you mean smash_factor?): choose from f",
+        ),
         ({"outputs": ["force", "impluse"]}, "impluse", "'impluse' (did you mean impulse?)"),
-        ({"clubspeed": 40.0}, "clubspeed", "(did you mean club_speed?): choose from k"),
+        (
+            {"clubspeed": 40.0},
+            "clubspeed",
+            "input or parameter 'clubspeed' (did you mean club_speed?)",
+        ),
     ]
     if run is not golf_impact.run_impacts:
         wrong += [({"outputs": ["touched"]}, "touched", "no output 'touched' of type Real: ch")]

@@ -418,7 +418,7 @@ def test_the_server_stays_small_and_quiet_until_ctrl_c(tmp_path):
     with serving("--ball", "penner", options=options, env=env) as (process, address):
         assert re.match("http://127.0.0.1:.*restitution_at_rest=0.86", address)
         sizes = []
-        for tabs in (10, 50):
+        for tabs in (10, 100):
             for _ in range(tabs):
                 for method, path in (("GET", "/"), ("GET", "/bokeh.min.js"), ("POST", "/impact")):
                     assert send(address, method, path)[0] == 200

@@ -39,6 +39,11 @@ def same(outputs):
     assert_close(outputs, LAW_1)
 
 
+@pytest.mark.parametrize("step", ["1e-3", "1e-4", "1e-6"])
+def test_impact(host, step):
+    same(host("impact", step))
+
+
 @pytest.mark.parametrize("task", HOST_TASKS, ids=lambda task: task[0])
 @pytest.mark.parametrize("strict", [False, pytest.param(True, marks=pytest.mark.ci)])
 def test_life_of_an_instance(host, task, strict):

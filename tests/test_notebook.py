@@ -41,4 +41,8 @@ def test_what_is_stored():
     nbformat.validate(notebook)
     assert notebook.metadata.kernelspec.name == "python3"
     assert FILE.stat().st_size < 300_000
-    assert not re.search(r"/(home|root|work|tmp)/", FILE.read_text("utf-8"))
+    counts = [cell.execution_count for cell in notebook.cells if cell.cell_type == "code"]
+    assert counts == list(range(1, len(counts) + 1))
+    text = FILE.read_text("utf-8")
+    assert text.count("<details>") == 5
+    assert not re.search(r"/(home|root|work|tmp)/", text)

@@ -87,15 +87,15 @@ def run_time_vs_error(series_by_law: dict[str, list[Series]]) -> bytes:
     figure, both = figures.new_pair("Run time against error: the document's baseline impact")
     figure.set_size_inches(11.0, 6.6)
     words = {"law 1": "drag on each body", "law 2": "damper between the bodies"}
-    error = "worst error of velocities, contact time, max force (relative)"
+    label = "worst error of velocities, contact time, max force (relative)"
     for axes, (law, methods) in zip(both, series_by_law.items(), strict=True):
         for series in methods:
             pairs = zip(series["errors"], series["seconds"], strict=True)
-            points = [(e, 1e6 * time) for e, time in pairs if math.isfinite(e)]
+            points = [(error, 1e6 * time) for error, time in pairs if math.isfinite(error)]
             size, above = (15, 5) if series["method"] == FMU_ONCE else (5, 3)
             style = figures.STYLES[series["method"]].points
             axes.plot(*zip(*points), **style, lw=1.4, ms=size, zorder=above, label=series["method"])
-        figures.set_run_time_axes(axes, error)
+        figures.set_run_time_axes(axes, label)
         axes.set_title(f"{law}: {words[law]}", fontsize=10.5)
     low, high = zip(*(axes.get_ylim() for axes in both))
     for axes in both:
