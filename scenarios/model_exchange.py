@@ -22,7 +22,7 @@ _EULER = [f"law 1, Euler {h:.1e}" for h in _EULER_STEPS]
 _STEPPED = {law: f"{law}, co-simulation" for law in _LAWS}
 
 #: Ball velocity (m/s) and contact time (s) to 16 digits: of laws 1 and 2 by
-#: golf_impact.stress.reference, of the power law by closed form and mpmath's quadrature.
+#: golf_impact.reference, of the power law by closed form and mpmath's quadrature.
 _REFERENCE = {
     "law 1": (54.74501042035887, 6.195162500817234e-4),
     "law 2": (55.44873998342766, 6.010445569987612e-4),

@@ -11,7 +11,7 @@ from golf_physics.variables import SETTABLE
 from quadrature import PowerLawContact
 from scipy.integrate import solve_ivp
 
-from golf_impact.stress.reference import Reference
+from golf_impact.reference import Reference
 
 DEFAULTS = {row.name: row.start for row in SETTABLE.values()}
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from golf_impact.facts.scales import TOLERANCE, Scales
+from golf_impact.scales import TOLERANCE, Scales
 
 
 def assert_within(error, tolerance=TOLERANCE, name="", **where):

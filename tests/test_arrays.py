@@ -14,9 +14,9 @@ from compare import assert_close, assert_within
 import golf_impact
 from golf_impact.arrays import impacts as arrays
 from golf_impact.arrays.scalar import ScalarImpacts
-from golf_impact.facts.balls import BALLS
-from golf_impact.facts.scales import Scales, contact_scales
+from golf_impact.ball import BALLS
 from golf_impact.runs import FLAGS, PATH
+from golf_impact.scales import Scales, contact_scales
 from golf_impact.stress import cases, special_points
 
 REALS = tuple(name for name in arrays._OUTPUTS if name not in FLAGS)

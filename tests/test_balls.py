@@ -6,8 +6,8 @@ import pytest
 from command import golf_case, golf_here, refused
 
 from golf_impact import run_impact
-from golf_impact.facts.balls import BALLS, Ball, ball, ball_toml, rating_stiffness, read_ball
-from golf_impact.facts.measured import MPH
+from golf_impact.ball import BALLS, Ball, ball, ball_toml, rating_stiffness, read_ball
+from golf_impact.measured import MPH
 
 
 @pytest.mark.parametrize("name", BALLS)

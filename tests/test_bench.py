@@ -17,16 +17,16 @@ from golf_impact.benchmarks import accuracy, empty_fmu
 from golf_impact.benchmarks.all import FIGURES, is_met
 from golf_impact.benchmarks.impact import METRICS
 from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED
+from golf_impact.closed_forms import definitions
 from golf_impact.commands.bench import bench
-from golf_impact.facts.closed_forms import definitions
 from golf_impact.fmu.file import build_plain_fmu
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import document_fmu
 from golf_impact.peers.compiled import SUB_STEP, compiled_fmu, compiler
 from golf_impact.peers.problem import Case, Outcome, errors
+from golf_impact.reference import Reference, exact_outcome
 from golf_impact.stress.cases import named_cases
 from golf_impact.stress.driver import driver
-from golf_impact.stress.reference import Reference, exact_outcome
 from golf_impact.timing import median_ratio, run_interleaved
 
 

@@ -13,13 +13,13 @@ from conftest import numbers
 from lab import FREE, LINEAR
 
 from golf_build.extras import install_command
+from golf_impact.ball import BALLS
 from golf_impact.calibration.calibration import Calibration
 from golf_impact.calibration.fit import ContactLaw, Fit
 from golf_impact.calibration.measurements import IMPACT, TARGETS, Measurements, Target, measurements
+from golf_impact.closed_forms import solution
 from golf_impact.errors import UserError
-from golf_impact.facts.balls import BALLS
-from golf_impact.facts.closed_forms import solution
-from golf_impact.facts.measured import MPH
+from golf_impact.measured import MPH
 
 ROH_LEE = {"ball_speed": 50.0, "club_speed_after": 24.0, "contact_time": 6e-4, "max_force": 6600.0}
 

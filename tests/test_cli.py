@@ -9,8 +9,8 @@ import pytest
 from command import COMMAND, golf, golf_case, golf_here, refused, run, run_python
 
 from golf_build import VERSION
+from golf_impact.ball import BALLS
 from golf_impact.commands.scripts import FOLDER
-from golf_impact.facts.balls import BALLS
 from golf_impact.report import figures
 from golf_impact.report.own_cases import own_cases
 from golf_impact.report.styles import STYLES

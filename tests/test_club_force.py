@@ -13,8 +13,8 @@ from golf_physics.component.component import Component
 from golf_physics.variables import BY_NAME, VARIABLES
 
 import golf_impact
-from golf_impact.facts.scales import Scales
-from golf_impact.stress.reference import Reference
+from golf_impact.reference import Reference
+from golf_impact.scales import Scales
 
 M_BALL = 0.04593
 OUTPUTS = [v.name for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]

@@ -17,9 +17,9 @@ from selenium.common.exceptions import TimeoutException
 from selenium.webdriver import ActionChains, Keys
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
+from golf_impact.ball import BALLS
 from golf_impact.explore.cases import CLUBS, EXAMPLES, OPENING
-from golf_impact.facts.balls import BALLS
-from golf_impact.facts.measured import MPH
+from golf_impact.measured import MPH
 
 pytestmark = pytest.mark.plain
 

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from golf_impact.facts.closed_forms import balances, solution
-from golf_impact.facts.document import Printed
-from golf_impact.facts.measured import ROH_LEE_FIGURES
-from golf_impact.facts.quantities import choose_prefix, format_with_error
-from golf_impact.facts.scales import contact_scales
+from golf_impact.closed_forms import balances, solution
+from golf_impact.document import Printed
+from golf_impact.measured import ROH_LEE_FIGURES
+from golf_impact.quantities import choose_prefix, format_with_error
+from golf_impact.scales import contact_scales
 
 #: As in test_meaning: μ = 0.04 kg, ω = 5000/s, a kinetic energy of 90 J.
 GIVEN = {

@@ -9,13 +9,13 @@ from compare import assert_close
 from conftest import numbers
 from golf_physics.variables import VARIABLES
 
+from golf_impact.closed_forms import reduced_mass
 from golf_impact.errors import UserError
-from golf_impact.facts.closed_forms import reduced_mass
-from golf_impact.facts.scales import Scales
 from golf_impact.fmu.file import build_fmu
+from golf_impact.reference import Reference
 from golf_impact.runs import METRICS
+from golf_impact.scales import Scales
 from golf_impact.stress.cases import random_impact, random_steps
-from golf_impact.stress.reference import Reference
 
 OUTPUTS = [v.name for v in VARIABLES if v.causality == "output" and v.type == "Real"]
 FLAGS = [v.name for v in VARIABLES if v.type == "Boolean"]

@@ -13,7 +13,7 @@ from golf_physics.laws.closed_form import ClosedFormContact, linear_contact
 from golf_physics.laws.extended import ExtendedContact
 from test_two_ways import touch
 
-from golf_impact.stress.reference import Reference
+from golf_impact.reference import Reference
 
 OUTPUTS = (
     "club_velocity", "ball_velocity", "club_position", "ball_position", "contact_time", "max_force",

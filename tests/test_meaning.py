@@ -16,11 +16,11 @@ from instances import get, put
 from page import evaluator  # noqa: F401
 
 from golf_build import BY_NAME, UNITS
+from golf_impact.ball import BALLS
 from golf_impact.calibration.fit import ContactLaw, Fit
 from golf_impact.calibration.measurements import measurements
-from golf_impact.facts.balls import BALLS
-from golf_impact.facts.measured import OUTSIDE
-from golf_impact.facts.toml import read_toml
+from golf_impact.measured import OUTSIDE
+from golf_impact.toml import read_toml
 
 OUTPUTS = [v.name for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
 

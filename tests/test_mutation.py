@@ -47,7 +47,7 @@ def test_mutants_of_a_file(tmp_path, monkeypatch):
 
 
 def test_a_sample_takes_turns_and_follows_from_the_seed(monkeypatch):
-    packages = "fmu_src/golf_physics/numerics", "scenarios/golf_impact/facts"
+    packages = "fmu_src/golf_physics/numerics", "scenarios/golf_impact/arrays"
     monkeypatch.setattr(mutants, "PACKAGES", packages)
     one, other = (mutants.sample(10, seed) for seed in (1, 2))
     assert [str(Path(mutant.file).parent) for mutant in one] == [*packages] * 5

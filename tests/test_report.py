@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from compare import assert_close
 
-from golf_impact.facts.document import Printed
-from golf_impact.facts.quantities import NoValue
+from golf_impact.document import Printed
+from golf_impact.quantities import NoValue
 from golf_impact.report import figures
 from golf_impact.report.any_law import check_any_law
 from golf_impact.report.own_cases import own_cases

@@ -13,10 +13,10 @@ from cases import exact as exact_case
 from quadrature import PowerLawContact
 from rich.console import Console
 
+from golf_impact import document
+from golf_impact.ball import BALLS
 from golf_impact.commands import console
 from golf_impact.commands.scripts import list_names, load_scenario
-from golf_impact.facts import document
-from golf_impact.facts.balls import BALLS
 from golf_impact.report.page import document_tables, render_page, write_reports
 from golf_impact.report.report import Report
 

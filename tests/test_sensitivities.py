@@ -11,8 +11,8 @@ from quadrature import PowerLawContact
 
 import golf_impact
 from golf_impact.arrays.impacts import DEFAULTS
-from golf_impact.facts.balls import BALLS
-from golf_impact.stress.reference import Reference
+from golf_impact.ball import BALLS
+from golf_impact.reference import Reference
 
 TOLERANCE = 1e-9
 

@@ -20,8 +20,8 @@ from conftest import some
 from golf_build import VERSION
 from golf_impact import run_impact
 from golf_impact.arrays.scalar import ScalarImpacts
+from golf_impact.ball import BALLS
 from golf_impact.errors import UserError
-from golf_impact.facts.balls import BALLS
 from golf_impact.runs import METRICS
 from golf_impact.sweeps import Stopped, Study, run_sweep, tables
 from golf_impact.sweeps import impacts as by_arrays

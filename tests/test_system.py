@@ -16,8 +16,8 @@ from instances import get, get_all, put, with_checksum
 from scipy.integrate import solve_ivp
 
 from golf_build.system import DRIVE
-from golf_impact.facts.measured import OUTSIDE, PGA
 from golf_impact.fmu import system
+from golf_impact.measured import OUTSIDE, PGA
 
 STOP = 0.967  # s: by then the ball has been launched, and the swing has the impulse
 

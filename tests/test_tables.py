@@ -7,12 +7,12 @@ import pytest
 
 from golf_build import BY_NAME
 from golf_build.system import COMPANIONS
-from golf_impact.facts.balls import BALLS
-from golf_impact.facts.measured import MEASUREMENTS, MPH, OUTSIDE, TOUR
-from golf_impact.facts.quantities import QUANTITIES, undefined_results
-from golf_impact.facts.toml import read_toml
-from golf_impact.facts.units import SYMBOLS, symbol_of, unit_of
+from golf_impact.ball import BALLS
 from golf_impact.fmu import shots
+from golf_impact.measured import MEASUREMENTS, MPH, OUTSIDE, TOUR
+from golf_impact.quantities import QUANTITIES, undefined_results
+from golf_impact.toml import read_toml
+from golf_impact.units import SYMBOLS, symbol_of, unit_of
 
 PAGE = read_toml(files("golf_impact.explore") / "cases.toml")
 

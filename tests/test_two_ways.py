@@ -13,8 +13,8 @@ from golf_physics.laws.closed_form import ClosedFormContact
 from golf_physics.laws.extended import ExtendedContact
 from golf_physics.values import Inputs, Motion, Parameters
 
+from golf_impact.reference import Reference
 from golf_impact.stress.cases import random_impact
-from golf_impact.stress.reference import Reference
 from golf_impact.stress.special_points import special_impact
 
 #: On the scales of the tolerance table. The worst of 5,658 random ones was 6e-15: a contact time

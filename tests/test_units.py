@@ -11,8 +11,8 @@ from command import golf_case, golf_here, refused
 
 import golf_impact
 from golf_impact.errors import UserError
-from golf_impact.facts.measured import MPH
-from golf_impact.facts.units import remarks, si_value
+from golf_impact.measured import MPH
+from golf_impact.units import remarks, si_value
 
 
 @pytest.mark.parametrize(

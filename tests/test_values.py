@@ -14,8 +14,8 @@ from hypothesis import assume, event, example, given
 from hypothesis import strategies as st
 
 from golf_impact.arrays.scalar import ScalarImpacts
-from golf_impact.facts.closed_forms import half_contact, reduced_mass
-from golf_impact.facts.scales import TOLERANCE
+from golf_impact.closed_forms import half_contact, reduced_mass
+from golf_impact.scales import TOLERANCE
 from golf_impact.stress import invariants
 from golf_impact.stress.cases import BASELINE, ImpactCase, segments_of
 from golf_impact.stress.driver import Driver

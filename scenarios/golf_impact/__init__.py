@@ -39,9 +39,9 @@ if sys.path and os.path.abspath(sys.path[0]) == os.path.dirname(os.path.dirname(
 
 #: The modules of the public names; their types are in __init__.pyi.
 _MODULES = {
-    "Ball": "facts.balls", "Calibration": "calibration.calibration", "UserError": "errors",
+    "Ball": "ball", "Calibration": "calibration.calibration", "UserError": "errors",
     "ImpactFmu": "fmu.impact_fmu", "Study": "sweeps", "Summary": "sweeps", "run_sweep": "sweeps",
-    "calibrate": "calibration.calibration", "read_ball": "facts.balls", "balls": "api",
+    "calibrate": "calibration.calibration", "read_ball": "ball", "balls": "api",
     "load_fmu": "api", "run_impact": "api", "run_impacts": "api", "run_trajectory": "api",
     "sensitivities": "api",
 }  # fmt: skip

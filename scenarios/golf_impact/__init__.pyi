@@ -5,11 +5,11 @@ from golf_impact.api import run_impact as run_impact
 from golf_impact.api import run_impacts as run_impacts
 from golf_impact.api import run_trajectory as run_trajectory
 from golf_impact.api import sensitivities as sensitivities
+from golf_impact.ball import Ball as Ball
+from golf_impact.ball import read_ball as read_ball
 from golf_impact.calibration.calibration import Calibration as Calibration
 from golf_impact.calibration.calibration import calibrate as calibrate
 from golf_impact.errors import UserError as UserError
-from golf_impact.facts.balls import Ball as Ball
-from golf_impact.facts.balls import read_ball as read_ball
 from golf_impact.fmu.impact_fmu import ImpactFmu as ImpactFmu
 from golf_impact.sweeps import Study as Study
 from golf_impact.sweeps import Summary as Summary

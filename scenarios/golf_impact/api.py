@@ -18,7 +18,7 @@ from golf_impact.errors import UserError
 from golf_impact.runs import METRICS, PATH
 
 if TYPE_CHECKING:
-    from golf_impact.facts.balls import Ball
+    from golf_impact.ball import Ball
     from golf_impact.fmu.impact_fmu import ImpactFmu
 
 
@@ -39,7 +39,7 @@ def load_fmu(path: Path | str | None = None) -> ImpactFmu:
 
 def balls() -> dict[str, Ball]:
     """The preset balls by name; `ball.values` are inputs and parameters of the FMU (SI units)."""
-    from golf_impact.facts.balls import BALLS
+    from golf_impact.ball import BALLS
 
     return dict(BALLS)
 

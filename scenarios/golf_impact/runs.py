@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from golf_impact.errors import unknown_name
-from golf_impact.facts.quantities import undefined_results
+from golf_impact.quantities import undefined_results
 
 #: A communication step (s) that is longer than any contact in golf; results don't depend on it.
 HORIZON = 1.0

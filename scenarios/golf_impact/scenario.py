@@ -8,10 +8,9 @@ without one comes last.
 
 from pathlib import Path
 
+from golf_impact import closed_forms, document, measured
+from golf_impact.ball import BALLS, rating_stiffness
 from golf_impact.errors import UserError
-from golf_impact.facts import closed_forms, document, measured
-from golf_impact.facts.balls import BALLS, rating_stiffness
-from golf_impact.facts.quantities import QUANTITIES, format_value, label
 from golf_impact.fmu.coupling import COUPLINGS, run_pushed
 from golf_impact.fmu.file import current_fmu
 from golf_impact.fmu.impact_fmu import ImpactFmu
@@ -19,6 +18,7 @@ from golf_impact.fmu.loaded import LoadedFmu3
 from golf_impact.fmu.shots import HEAD, bisect, loaded_shots
 from golf_impact.fmu.system import build_system, extract_fmus, run_ssp, run_system
 from golf_impact.peers.document_scheme import document_fmu
+from golf_impact.quantities import QUANTITIES, format_value, label
 from golf_impact.report.report import Metrics, Report
 
 __all__ = ["BALLS", "COUPLINGS", "HEAD", "QUANTITIES", "ImpactFmu", "LoadedFmu3", "Metrics"]

@@ -16,7 +16,7 @@ from golf_impact.arrays.power_law import POWER_LAW
 from golf_impact.arrays.relative import RELATIVE
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError, unknown_name
-from golf_impact.facts.quantities import undefined_results
+from golf_impact.quantities import undefined_results
 from golf_impact.runs import FLAGS, ImpactRuns, Named
 
 #: Cases at a time, so that arrays stay in a processor's cache; a multiple of `LANES`.

@@ -3,7 +3,7 @@
 from functools import partial
 from typing import Any
 
-from golf_impact.facts.scales import TOLERANCE, Scales
+from golf_impact.scales import TOLERANCE, Scales
 from golf_impact.stress import cases
 from golf_impact.stress.driver import Driver
 from golf_impact.stress.invariants import Ledger, check_reference

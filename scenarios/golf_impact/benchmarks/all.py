@@ -9,13 +9,13 @@ from typing import Any
 
 from golf_impact.benchmarks import accuracy, calls, empty_fmu, impact, sweep_rate
 from golf_impact.benchmarks.work_precision import run_time_and_error
-from golf_impact.facts.toml import read_toml
 from golf_impact.fmu.file import build_plain_fmu
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import document_fmu
 from golf_impact.peers.compiled import SUB_STEP, compiled_fmu, compiler
 from golf_impact.stress.driver import driver
 from golf_impact.timing import describe_machine
+from golf_impact.toml import read_toml
 
 with Path(__file__).with_name("limits.csv").open(encoding="utf-8", newline="") as _rows:
     #: By key: the `limit`, and the `meaning` if the table of the methods doesn't have it.

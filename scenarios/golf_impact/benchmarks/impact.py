@@ -9,12 +9,12 @@ from functools import partial
 from itertools import cycle, islice
 from statistics import median
 
-from golf_impact.facts.document import TIME_STEP
+from golf_impact.document import TIME_STEP
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import solve_ivp
 from golf_impact.peers.compiled import SUB_STEP
 from golf_impact.peers.problem import Case, Outcome, errors
-from golf_impact.stress.reference import exact_outcome
+from golf_impact.reference import exact_outcome
 from golf_impact.timing import Job, measure_seconds, median_ratio, run_interleaved
 
 #: S, COR and E: what a metrics-only scene reads.

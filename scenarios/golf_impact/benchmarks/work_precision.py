@@ -15,8 +15,8 @@ from golf_impact.benchmarks.impact import STEP, Impact, document_impact, impact_
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import solve_ivp
 from golf_impact.peers.problem import Case, Outcome, errors
+from golf_impact.reference import exact_outcome
 from golf_impact.report import figures
-from golf_impact.stress.reference import exact_outcome
 from golf_impact.timing import typical_seconds
 
 FMU_STEPPED = "this FMU, read every step"

@@ -14,6 +14,7 @@ import numpy as np
 from golf_build import VERSION
 from golf_impact.arrays.impacts import impacts
 from golf_impact.arrays.sensitivities import sensitivities
+from golf_impact.ball import Ball, ball_toml
 from golf_impact.calibration.fit import ContactLaw, Estimate, Fit
 from golf_impact.calibration.measurements import (
     DEFAULT_SIGMA,
@@ -24,12 +25,11 @@ from golf_impact.calibration.measurements import (
     number,
 )
 from golf_impact.errors import UserError, missing_package
-from golf_impact.facts.balls import Ball, ball_toml
-from golf_impact.facts.quantities import QUANTITIES, format_options, format_unit, format_with_error
-from golf_impact.facts.units import unit_of
 from golf_impact.files import write_together
+from golf_impact.quantities import QUANTITIES, format_options, format_unit, format_with_error
 from golf_impact.report.outcome import Table
 from golf_impact.report.uncertainty import gradient, standard_errors
+from golf_impact.units import unit_of
 
 #: What is worth a sentence: a χ² that law and σ exceed less often than this, a lag-1
 #: autocorrelation of a curve's residuals, times √rows, above this, an AIC lower by this.

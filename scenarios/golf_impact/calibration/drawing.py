@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from golf_impact.calibration.measurements import TARGETS
-from golf_impact.facts.quantities import QUANTITIES
+from golf_impact.quantities import QUANTITIES
 from golf_impact.report import figures
 
 _LABELS = {

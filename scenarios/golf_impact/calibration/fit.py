@@ -15,7 +15,7 @@ from golf_impact.arrays.impacts import DEFAULTS
 from golf_impact.calibration.measurements import RESTITUTION, TARGETS, Measurements, number
 from golf_impact.calibration.model import LINE, Model
 from golf_impact.errors import UserError
-from golf_impact.facts.quantities import LAWS_IN_WORDS
+from golf_impact.quantities import LAWS_IN_WORDS
 from golf_impact.report.uncertainty import RANGES
 
 #: Damping ratios and exponents of the starts.

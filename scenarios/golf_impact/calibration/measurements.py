@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from golf_impact import closed_forms
 from golf_impact.calibration.records import read_cells, read_table
 from golf_impact.errors import UserError, unknown_name
-from golf_impact.facts import closed_forms
-from golf_impact.facts.quantities import format_with_error
-from golf_impact.facts.toml import read_toml
-from golf_impact.facts.units import SYMBOLS, si_value, unit_of
+from golf_impact.quantities import format_with_error
+from golf_impact.toml import read_toml
+from golf_impact.units import SYMBOLS, si_value, unit_of
 
 #: Scalar targets by name: the outputs of the FMU.
 TARGETS = {

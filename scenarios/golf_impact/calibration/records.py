@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from golf_impact.errors import UserError
-from golf_impact.facts.units import SYMBOLS, symbol_of
+from golf_impact.units import SYMBOLS, symbol_of
 
 #: Names of columns in a header, in small letters, beside the first one, which is ours.
 _ALIASES = {"time": {"t", "zeit"}, "force": {"f", "kraft"}, "sigma": {"σ"}}

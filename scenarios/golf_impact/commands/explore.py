@@ -7,7 +7,7 @@ from typer import Option
 
 from golf_impact.commands.console import say, warn
 from golf_impact.errors import UserError, missing_package
-from golf_impact.facts.units import remarks
+from golf_impact.units import remarks
 
 EPILOG = (
     "Examples: golf-impact explore --ball roh-lee --set club_speed=50 · "
@@ -37,8 +37,8 @@ def explore(
         import bokeh  # noqa: F401
     except ImportError as error:
         raise missing_package("explore", "Bokeh", "explore") from error
+    from golf_impact.ball import ball as named_ball
     from golf_impact.commands.run import fmu_file, take_conditions, values_of
-    from golf_impact.facts.balls import ball as named_ball
 
     given, chosen = values_of(set_ or []), [named_ball(ball)] if ball else []
     values = {**(chosen[0].values if chosen else {}), **take_conditions(chosen, given), **given}

@@ -12,8 +12,8 @@ def list_(
     balls: Annotated[bool, Option("--balls", help="List the preset balls of --ball.")] = False,
 ) -> None:
     """List the scenarios, or the preset balls."""
+    from golf_impact.ball import BALLS
     from golf_impact.commands.scripts import load_scenarios
-    from golf_impact.facts.balls import BALLS
 
     if balls:
         rows = []

@@ -18,12 +18,12 @@ from golf_impact.commands.console import (
 )
 from golf_impact.commands.list import title_beside
 from golf_impact.errors import UserError
-from golf_impact.facts.quantities import LAWS_IN_WORDS, format_options
-from golf_impact.facts.units import remarks, si_value, unit_of
+from golf_impact.quantities import LAWS_IN_WORDS, format_options
 from golf_impact.report.outcome import Table, summarize_checks
+from golf_impact.units import remarks, si_value, unit_of
 
 if TYPE_CHECKING:
-    from golf_impact.facts.balls import Ball
+    from golf_impact.ball import Ball
     from golf_impact.report.report import Report
 
 EPILOG = (
@@ -51,9 +51,9 @@ def run(
     NAME is a scenario or a script of your own. All scenarios, the default, are summarized in a line
     each; with NAME, --set or --ball the tables are printed.
     """
+    from golf_impact.ball import ball as named_ball
+    from golf_impact.ball import range_remarks
     from golf_impact.commands.scripts import load_scenario, load_scenarios, run_scenario
-    from golf_impact.facts.balls import ball as named_ball
-    from golf_impact.facts.balls import range_remarks
     from golf_impact.files import prepare
     from golf_impact.fmu.impact_fmu import ImpactFmu
     from golf_impact.report.own_cases import own_cases
@@ -119,7 +119,7 @@ def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str,
 
     Values that look like those of another unit are remarked on.
     """
-    from golf_impact.facts.balls import conditions_of
+    from golf_impact.ball import conditions_of
 
     balls = [*balls]
     for one in balls:

@@ -10,8 +10,8 @@ from typer import Argument, Context, Option
 from golf_impact.commands.console import err, progress, say, warn
 from golf_impact.commands.run import fmu_file, pairs_of, take_conditions
 from golf_impact.errors import UserError, missing_package
-from golf_impact.facts.units import remarks
 from golf_impact.stopping import held
+from golf_impact.units import remarks
 
 if TYPE_CHECKING:
     from golf_impact.sweeps.run import Summary, Sweep
@@ -58,7 +58,7 @@ def sweep(
     Each case is a row: variables first, then outputs. The physics computes them in arrays; one case
     in a thousand is computed again without these. STUDY is a TOML file; options override it.
     """
-    from golf_impact.facts.balls import ball
+    from golf_impact.ball import ball
     from golf_impact.files import prepare
     from golf_impact.sweeps.run import Stopped, Sweep
     from golf_impact.sweeps.study import KEYS, Study, read_study
@@ -131,7 +131,7 @@ def _describe(summary: Summary, options: dict[str, Any]) -> list[str]:
 
 
 def _compare(sweep: Sweep, fmu: Path) -> str:
-    from golf_impact.facts.scales import TOLERANCE
+    from golf_impact.scales import TOLERANCE
     from golf_impact.sweeps.comparison import compare
 
     with err.status("comparing with fmpy.simulate_fmu"):

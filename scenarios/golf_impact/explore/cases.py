@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 from golf_physics.variables import LAWS, VARIABLES
 
 from golf_build.system import COMPANIONS
+from golf_impact import document
+from golf_impact.ball import BALLS
 from golf_impact.explore.evaluator import LOFT, MOMENTA, Evaluator, in_process
-from golf_impact.facts import document
-from golf_impact.facts.balls import BALLS
-from golf_impact.facts.measured import MPH, ROH_LEE_FIGURES, TOUR, YARD
-from golf_impact.facts.quantities import format_value
-from golf_impact.facts.toml import read_toml
+from golf_impact.measured import MPH, ROH_LEE_FIGURES, TOUR, YARD
+from golf_impact.quantities import format_value
 from golf_impact.runs import METRICS, PATH
+from golf_impact.toml import read_toml
 
 #: The ball that an address without parameters opens with: under it every slider has an effect.
 OPENING = "roh-lee"

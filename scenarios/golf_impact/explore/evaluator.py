@@ -17,7 +17,7 @@ from golf_physics.companions.companion import Variable
 from golf_physics.companions.launch import Launch
 from golf_physics.instance import Instance, RefusedError
 
-from golf_impact.facts.units import remarks, si_values, unit_of
+from golf_impact.units import remarks, si_values, unit_of
 
 Values = Mapping[str, float]
 Columns = dict[str, list[float]]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from golf_impact.facts.balls import BALLS
+from golf_impact.ball import BALLS
 from golf_impact.fmu.impact_fmu import ImpactFmu
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.fmu.system import build_system

@@ -6,7 +6,7 @@ until d < 0. Law 2: the force is k d + b d', until it is negative. Nothing is in
 contact time is a whole number of sub-steps and the largest force is the largest sample.
 
 The document doesn't give the end of its simulation. Its printed numbers follow if the spring goes
-on pulling after d = 0 until the bodies are `end_gap` apart (`facts.document.END_GAP`), which is 0
+on pulling after d = 0 until the bodies are `end_gap` apart (`document.END_GAP`), which is 0
 unless set: the scheme at its best.
 
 This file is packed alone: it needs the standard library and pythonfmu only.

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from golf_impact.facts.document import END_GAP, TIME_STEP, USED
+from golf_impact.document import END_GAP, TIME_STEP, USED
 from golf_impact.fmu.file import build_plain_fmu
 from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import document_fmu as scheme

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from golf_impact.facts.closed_forms import reduced_mass
+from golf_impact.closed_forms import reduced_mass
 
 
 @dataclass(frozen=True)

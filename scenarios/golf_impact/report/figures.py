@@ -12,7 +12,7 @@ os.environ["MPLBACKEND"] = "Agg"
 
 import numpy as np
 
-from golf_impact.facts.quantities import NoValue, choose_prefix
+from golf_impact.quantities import NoValue, choose_prefix
 from golf_impact.report.styles import BLACK, BLUE, GREEN, ORANGE, SKY, STYLES, VERMILION, Style  # noqa: F401
 from golf_impact.stopping import held
 

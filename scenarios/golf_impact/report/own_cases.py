@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from golf_impact.facts import closed_forms
-from golf_impact.facts.balls import Ball
-from golf_impact.facts.quantities import QUANTITIES, format_unit
+from golf_impact import closed_forms
+from golf_impact.ball import Ball
 from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.quantities import QUANTITIES, format_unit
 from golf_impact.report.any_law import check_any_law
 from golf_impact.report.report import Report, derive_metrics
 from golf_impact.report.styles import STYLES

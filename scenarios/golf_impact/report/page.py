@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from golf_build import VERSION
 from golf_build.packaging import render
-from golf_impact.facts import document
+from golf_impact import document
 from golf_impact.files import as_json, write_together
 from golf_impact.report.outcome import Table, summarize_checks
 from golf_impact.report.report import Report
@@ -106,7 +106,7 @@ def _figure(
 
 
 def document_tables() -> list[Table]:
-    """What the document says, its parameters, and the numbers not reproduced (`facts.document`)."""
+    """What the document says, its parameters, and the numbers not reproduced (`document`)."""
     readings = (
         [row["printed"], row["problem"], row["reading"], f"{row['file']}: {row['symbol']}"]
         for row in document.READINGS

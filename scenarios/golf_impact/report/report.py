@@ -9,9 +9,9 @@ from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
-from golf_impact.facts import closed_forms
-from golf_impact.facts.document import NUMERICAL_ERROR, Printed
-from golf_impact.facts.quantities import choose_prefix, format_options, format_value, label
+from golf_impact import closed_forms
+from golf_impact.document import NUMERICAL_ERROR, Printed
+from golf_impact.quantities import choose_prefix, format_options, format_value, label
 from golf_impact.report.outcome import Check, Kind, Table
 from golf_impact.runs import METRICS, Named
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from golf_impact.facts.toml import read_toml
+from golf_impact.toml import read_toml
 
 #: Okabe & Ito's colours, which common colour vision deficiencies keep distinct.
 BLUE, ORANGE, GREEN, SKY = "#0072B2", "#E69F00", "#009E73", "#56B4E9"

@@ -4,11 +4,11 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from golf_impact.facts.scales import Scales
+from golf_impact.reference import Reference
+from golf_impact.scales import Scales
 from golf_impact.stress import cases, special_points
 from golf_impact.stress.driver import Driver, Outputs, driver
 from golf_impact.stress.invariants import CLAIMS, LONG_RUNS, Ledger, check
-from golf_impact.stress.reference import Reference
 from golf_impact.timing import describe_machine, resident_bytes
 
 #: Random impacts and special points, of --quick and of all.

@@ -6,28 +6,15 @@ those at the borders of closed forms.
 
 import math
 import random
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 from pathlib import Path
 
-from golf_impact.facts.closed_forms import half_contact, reduced_mass
-from golf_impact.facts.toml import read_toml
+from golf_impact.closed_forms import half_contact, reduced_mass
 from golf_impact.peers.problem import Case
-
-
-@dataclass(frozen=True)
-class Segment:
-    """A communication step, or the time between two changes of its inputs, set before it."""
-
-    length: float  #: s; rounded, so that its parts add up exactly
-    k: float
-    b: float
-    club_force: float = 0.0
-
-
-#: A way to step through an impact.
-Steps = Sequence[Segment]
+from golf_impact.reference import Segment, Steps
+from golf_impact.toml import read_toml
 
 
 @dataclass(frozen=True)

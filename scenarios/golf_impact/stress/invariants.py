@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 from scipy.integrate import quad
 
-from golf_impact.facts.closed_forms import reduced_mass
-from golf_impact.facts.scales import TOLERANCE, Scales
-from golf_impact.facts.toml import read_toml
+from golf_impact.closed_forms import reduced_mass
+from golf_impact.reference import outputs_after
 from golf_impact.runs import FLAGS
+from golf_impact.scales import TOLERANCE, Scales
 from golf_impact.stress import cases
 from golf_impact.stress.cases import ImpactCase, Steps
 from golf_impact.stress.driver import Driver, Outputs
-from golf_impact.stress.reference import outputs_after
+from golf_impact.toml import read_toml
 
 #: Name, statement and the largest error that passes: of every impact, and of the long runs.
 CLAIMS, LONG_RUNS = (

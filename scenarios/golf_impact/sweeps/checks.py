@@ -10,8 +10,8 @@ import numpy as np
 from golf_impact.arrays.impacts import Outcome, one_by_one
 from golf_impact.arrays.scalar import ScalarImpacts
 from golf_impact.errors import UserError
-from golf_impact.facts.scales import TOLERANCE, contact_scales
 from golf_impact.runs import FLAGS
+from golf_impact.scales import TOLERANCE, contact_scales
 from golf_impact.sweeps.impacts import PHYSICS, Plan
 from golf_impact.sweeps.study import Columns, Study
 

@@ -15,8 +15,8 @@ from golf_physics.variables import VARIABLES
 from golf_build import VERSION
 from golf_impact.arrays.impacts import Outcome, check_names, one_by_one
 from golf_impact.arrays.impacts import impacts as impacts_by_arrays
+from golf_impact.ball import ball, conditions_of
 from golf_impact.errors import UserError
-from golf_impact.facts.balls import ball, conditions_of
 from golf_impact.runs import ImpactRuns
 from golf_impact.sweeps.study import Columns, Study
 

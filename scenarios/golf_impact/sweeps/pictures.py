@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
-from golf_impact.facts.quantities import choose_prefix
+from golf_impact.quantities import choose_prefix
 from golf_impact.report import figures
 from golf_impact.sweeps.study import Grid, Study
 

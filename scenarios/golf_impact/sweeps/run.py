@@ -54,7 +54,7 @@ class Summary:
     drawn: np.ndarray  # the first output of all cases, shape (cases,); NaN without a value
     scalar: int  # cases that aren't in closed form, computed one by one
     checked: int  # cases that the scalar physics computed again; none of an FMU
-    worst_error: float  # their largest error without unit, in `golf_impact.facts.scales.Scales`
+    worst_error: float  # their largest error without unit, in `golf_impact.scales.Scales`
 
 
 class Chunk(NamedTuple):

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from golf_impact.ball import ball
 from golf_impact.errors import UserError, missing_package, unknown_name
-from golf_impact.facts.balls import ball
-from golf_impact.facts.quantities import LAWS_IN_WORDS
-from golf_impact.facts.toml import read_toml
-from golf_impact.facts.units import si_values, unit_of
+from golf_impact.quantities import LAWS_IN_WORDS
+from golf_impact.toml import read_toml
+from golf_impact.units import si_values, unit_of
 
 #: Default outputs: those known at the end of contact. Law 1 has to search for extremes (max_force).
 OUTPUTS = (

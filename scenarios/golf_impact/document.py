@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from golf_impact.facts.toml import read_toml
+from golf_impact.toml import read_toml
 
 #: The step of the document's scheme, s.
 TIME_STEP = 0.5e-6

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from golf_impact.errors import UserError, unknown_name
-from golf_impact.facts.toml import read_toml
-from golf_impact.facts.units import si_value, unit_of
+from golf_impact.toml import read_toml
+from golf_impact.units import si_value, unit_of
 
 #: What a ball may set, and what of it may have a covariance.
 _UNCERTAIN = ("k", "b", "exponent", "restitution_at_rest", "restitution_slope")
@@ -167,5 +167,5 @@ def ball_toml(ball: Ball) -> str:
 #: The presets by name.
 BALLS = {
     name: _ball(name, table)
-    for name, table in read_toml(Path(__file__).with_suffix(".toml")).items()
+    for name, table in read_toml(Path(__file__).with_name("balls.toml")).items()
 }

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from golf_build import LAWS
-from golf_impact.facts.toml import read_toml
+from golf_impact.toml import read_toml
 
 #: The allowed values of `law`.
 LAWS_IN_WORDS = f"law is {' or '.join(f'{number} ({name})' for number, (name, _) in LAWS.items())}"

@@ -5,8 +5,8 @@ from math import pi, radians
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from golf_impact.facts.document import ROH_LEE
-from golf_impact.facts.toml import read_toml
+from golf_impact.document import ROH_LEE
+from golf_impact.toml import read_toml
 
 #: One mile per hour, m/s.
 MPH = 0.44704

@@ -11,8 +11,9 @@ one pair, whose zeros are a closed form.
 SI units throughout. None of this is shared with the FMU.
 """
 
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from copy import copy
+from dataclasses import dataclass
 from functools import reduce
 from itertools import count, islice, pairwise, takewhile
 from operator import itemgetter
@@ -21,7 +22,20 @@ from typing import Any
 import mpmath
 
 from golf_impact.peers.problem import Case, Outcome
-from golf_impact.stress.cases import Steps
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A communication step, or the time between two changes of its inputs, set before it."""
+
+    length: float  #: s; rounded, so that its parts add up exactly
+    k: float
+    b: float
+    club_force: float = 0.0
+
+
+#: A way to step through an impact.
+Steps = Sequence[Segment]
 
 _mp: Any = mpmath.mp.clone()  # a context of its own: the precision of others is unchanged
 _mp.dps = 80

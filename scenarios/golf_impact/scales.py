@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from golf_impact.facts.closed_forms import reduced_mass
+from golf_impact.closed_forms import reduced_mass
 
 _PLACES = ("club_position", "ball_position")
 
