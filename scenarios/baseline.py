@@ -1,84 +1,68 @@
-"""The document's impact (k = 1e6 N/m, b = 9 N·s/m, 35 m/s): its first list, Figs. 4 and 5."""
+"""The document's impact, solved exactly: its first list of numbers, its Figs. 4 and 5."""
 
-from golf_impact.scenario import Report, document, document_fmu, main
+import matplotlib.pyplot as plt
 
-TITLE = "Baseline: the document's impact, solved exactly"
-CHAPTER = 2
+from golf_impact import document
+from golf_impact.quantities import describe
+from golf_impact.scenario import Result, main
+
+PATH = ["force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression"]
 
 
-def run(fmu):
-    """Metrics in one communication step, then 301 samples over the contact."""
-    report = Report(TITLE, fmu)
-    case = f"{report.describe()}, 35 m/s"
-    metrics = report.impact("baseline", document.BASELINE)
-    with document_fmu() as euler:
-        scheme = euler.as_printed()
-    report.compare(f"The document's impact: {case}", document.BASELINE, scheme, metrics)
+def run(impact):
+    exact = impact()  # S, COR, E and the others after one communication step
+    path = impact.simulate(stop_time=0.68e-3, output=PATH, output_interval=2e-6)
 
-    impulse, gained = metrics["impulse"], metrics["momentum_gain_ball"]
-    drag = 9.0 * metrics["contact_displacement"]
-    claim = "J − P_B agrees with the impulse of the drag on the ball, b x_B"
-    report.check_close(claim, impulse - gained, drag, 1e-12, kind="invariants")
-    energy, efficiency = metrics["kinetic_energy_initial"], metrics["energy_efficiency"]
-    of_ball = 0.5 * document.USED["m_ball"] * metrics["ball_velocity"] ** 2 / energy
-    cor = metrics["coefficient_of_restitution"]
-    error = (scheme["coefficient_of_restitution"] / cor - 1.0) * 100
-    lost = 1.0 - metrics["momentum_final"] / metrics["momentum_initial"]
-    report.conclude(
-        f"The document's impact: S = {metrics['smash_factor']:.4f}, COR = {cor:.4f}, "
-        f"E = {efficiency * 100:.2f} %. The document's scheme has an error of {error:+.2f} % in "
-        f"COR; its damping removes {lost * 100:.1f} % of the momentum."
+    drag = 9.0 * exact["contact_displacement"]  # b x_B, N·s
+    gained = document.USED["m_ball"] * exact["ball_velocity"]
+    result = Result("The document's impact, solved exactly", cases={"baseline": exact})
+    result.tables.append(document.compare("baseline", exact))
+    result.trajectories["baseline"] = path
+    result.claims = {
+        "every printed number is the exact one within 0.5 %": document.agrees("baseline", exact),
+        "impulse less the ball's momentum is the impulse of its drag, b x_B": (
+            abs(exact["impulse"] - gained - drag) < 1e-12
+        ),
+        "the ball is fastest before separation, where drag exceeds the spring force": (
+            path["ball_velocity"].max() > exact["ball_velocity"]
+        ),
+    }
+    result.words = (
+        f"S = {exact['smash_factor']:.4f}, COR = {exact['coefficient_of_restitution']:.4f}, "
+        f"E = {exact['energy_efficiency'] * 100:.2f} %. The contact force transfers "
+        f"{exact['impulse']:.4f} N·s to the ball; drag takes {drag:.4f} N·s of it, and as much "
+        f"from the club: {(1 - exact['momentum'] / 7.35) * 100:.1f} % of the momentum is lost."
     )
-    report.say(
-        f"The contact force transfers {impulse:.4f} N·s to the ball. The ball keeps {gained:.4f} "
-        f"N·s; the drag takes b x_B = {drag:.4f} N·s. Of the initial kinetic energy the ball gets "
-        f"{of_ball * 100:.1f} %, the club keeps {(efficiency - of_ball) * 100:.1f} %.",
-    )
 
-    path = fmu.trajectory()
-    report.trajectories["baseline"] = path
-    micro, kilonewton = path["time"] * 1e6, path["force"] / 1e3
-    end, peak = metrics["contact_time"] * 1e6, metrics["max_force"]
+    time, force = path["time"] * 1e6, path["force"] / 1e3
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2))
+    figure.suptitle(f"Contact force: {describe({})}, 35 m/s")
+    left.fill_between(time, force, alpha=0.2)
+    left.plot(time, force)
+    peak = exact["time_of_max_force"] * 1e6, exact["max_force"] / 1e3
+    words = f"{exact['max_force']:.0f} N at {peak[0]:.1f} µs"
+    left.annotate(words, peak, (peak[0], 7.1), ha="center")
+    area = f"impulse J = {exact['impulse']:.3f} N·s\nin {exact['contact_time'] * 1e6:.1f} µs"
+    left.text(peak[0], 2.4, area, ha="center")
+    left.set(xlabel="time (µs)", ylabel="contact force on the ball (kN)", ylim=(0, 7.8))
+    right.plot(time, force, label="on the ball")
+    right.plot(time, -force, "--", label="on the club")
+    right.set(xlabel="time (µs)", ylabel="contact force (kN)")
+    right.legend()
+    result.figures["baseline_force"] = figure
 
-    @report.figure("baseline_force", "The area under the curve is the impulse J.")
-    def force(figures):
-        figure, axes = figures.new("Contact force on the ball", case=case)
-        axes.fill_between(micro, kilonewton, color=figures.SKY, alpha=0.35, lw=0)
-        axes.plot(micro, kilonewton, **figures.STYLES["ball"].line)
-        at = metrics["time_of_max_force"] * 1e6
-        figures.mark(axes, at, peak / 1e3, f"{peak:.0f} N at {at:.1f} µs")
-        words = f"impulse J = {impulse:.3f} N·s\ncontact time {end:.1f} µs"
-        axes.text(0.5 * end, 0.35e-3 * peak, words, ha="center")
-        axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)", ylim=(0, 7.7))
-        return figure
-
-    @report.figure("baseline_forces", "The forces on club and ball are opposite and equal.")
-    def both(figures):
-        figure, axes = figures.new("Contact force on each body: opposite and equal", case=case)
-        axes.axhline(0, color="0.6", lw=0.8)
-        axes.plot(micro, kilonewton, **figures.STYLES["ball"].line, label="on the ball")
-        axes.plot(micro, -kilonewton, **figures.STYLES["club"].line, label="on the club")
-        axes.set(xlabel="time since touch (µs)", ylabel="contact force (kN)")
-        figures.add_legend_above(axes)
-        return figure
-
-    @report.figure("baseline_motion", "Ball speed peaks before separation: drag exceeds the force.")
-    def motion(figures):
-        figure, (left, right) = figures.new_pair("Velocities and positions", case)
-        kinds = (left, "velocity", "m/s", 1.0), (right, "position", "mm", 1e3)
-        for axes, what, unit, factor in kinds:
-            for body in ("club", "ball"):
-                values = path[f"{body}_{what}"] * factor
-                axes.plot(micro, values, **figures.STYLES[body].line, label=body)
-            axes.axvline(end, color="0.45", lw=1.0, ls=":")
-            below = axes.get_xaxis_transform()
-            axes.text(0.98 * end, 0.03, "separation", ha="right", transform=below)
-            axes.set(xlabel="time since touch (µs)", ylabel=f"{what} ({unit})")
-            figures.add_legend_above(axes)
-        return figure
-
-    return report
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2))
+    figure.suptitle("Velocities and positions")
+    for body, dashes in (("ball", "-"), ("club", "--")):
+        left.plot(time, path[f"{body}_velocity"], dashes, label=body)
+        right.plot(time, path[f"{body}_position"] * 1e3, dashes, label=body)
+    for axes, quantity in ((left, "velocity (m/s)"), (right, "position (mm)")):
+        axes.axvline(exact["contact_time"] * 1e6, color="0.5", ls=":", label="separation")
+        axes.set(xlabel="time (µs)", ylabel=quantity)
+        axes.legend()
+    result.figures["baseline_motion"] = figure
+    return result
 
 
 if __name__ == "__main__":
-    main(__file__)
+    main(run)

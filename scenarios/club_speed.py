@@ -1,40 +1,44 @@
-"""Two club speeds, 35 and 50 m/s: the document's table and its Fig. 6."""
+"""Club speed: 35 and 50 m/s, the document's table and its Fig. 6."""
 
-from golf_impact.scenario import Report, document, document_fmu, label, main
+import matplotlib.pyplot as plt
 
-TITLE = "Club speed: 35 and 50 m/s"
-CHAPTER = 4
+from golf_impact import document
+from golf_impact.quantities import describe
+from golf_impact.scenario import Result, main
 
 
-def run(fmu):
-    report = Report(TITLE, fmu)
-    curves = []
-    with document_fmu() as euler:
-        for style, speed in (("baseline", 35.0), ("more", 50.0)):
-            printed = document.CLUB_SPEED[speed]
-            exact = report.impact(f"{speed:g} m/s", printed, club_speed=speed)
-            report.compare(f"{speed:g} m/s", printed, euler.as_printed(club_speed=speed), exact)
-            path = fmu.trajectory(names=("force",), club_speed=speed)
-            report.trajectories[f"club_speed_{speed:g}"] = path
-            curves.append((style, f"{speed:g} m/s", exact, path))
+def run(impact):
+    result = Result("Club speed: more force, the same time")
+    figure, axes = plt.subplots()
+    for speed in (35.0, 50.0):
+        case = f"{speed:g} m/s"
+        result.cases[case] = exact = impact(club_speed=speed)
+        result.tables.append(document.compare(case, exact))
+        agrees = document.agrees(case, exact)
+        result.claims[f"{case}: every printed number is exact within 0.5 %"] = agrees
+        path = impact.simulate(0.68e-3, ["force"], 2e-6, start_values={"club_speed": speed})
+        result.trajectories[f"club_speed_{speed:g}"] = path
+        axes.plot(path["time"] * 1e6, path["force"] / 1e3, label=case)
+    axes.set(title=describe({}), xlabel="time (µs)", ylabel="contact force (kN)")
+    axes.legend()
+    result.figures["club_speed_force"] = figure
 
-    for metric in ("ball_velocity", "max_force", "contact_displacement_over_diameter"):
-        claim = f"{label(metric)} increases with club speed, as the document states"
-        report.rises(claim, metric, "documents")
-    for metric in ("smash_factor", "coefficient_of_restitution", "contact_time"):
-        claim = f"{label(metric)} is independent of club speed, as the document states"
-        report.stays(claim, metric, "documents")
-    report.say(
+    slow, fast = result.cases.values()
+    for metric, words in (
+        ("smash_factor", "S is"),
+        ("coefficient_of_restitution", "COR is"),
+        ("contact_time", "contact time is"),
+    ):
+        same = abs(fast[metric] / slow[metric] - 1.0) < 1e-13
+        result.claims[f"{words} independent of club speed"] = same
+    ratio = fast["max_force"] / slow["max_force"]
+    result.claims["force is proportional to club speed"] = abs(ratio / (50.0 / 35.0) - 1.0) < 1e-13
+    result.words = (
         "The equations are linear: forces, speeds and lengths are proportional to club speed. The "
         "document's 621 and 620 µs differ because of its time step."
     )
-
-    @report.figure("club_speed_force", "Force is proportional to speed; contact time is the same.")
-    def force(figures):
-        return figures.plot_forces("Club speed: more force, same time", report.describe(), curves)
-
-    return report
+    return result
 
 
 if __name__ == "__main__":
-    main(__file__)
+    main(run)

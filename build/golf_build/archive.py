@@ -19,7 +19,7 @@ SUMS = "documentation/SHA256SUMS"
 _FIRST = ("modelDescription.xml", "SystemStructure.ssd")
 
 
-def unpack(archive: Path) -> dict[str, bytes]:
+def unpack(archive: Path | BinaryIO) -> dict[str, bytes]:
     """Read the files of an archive, by name."""
     with zipfile.ZipFile(archive) as opened:
         return {info.filename: opened.read(info) for info in opened.infolist()}

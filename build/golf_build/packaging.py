@@ -15,7 +15,7 @@ import uuid
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 from xml.etree import ElementTree
 
 import golf_physics
@@ -54,6 +54,7 @@ class Builder(NamedTuple):
             the elements of ModelStructure) and `dependencies` of these (names by name; none where
             it is missing).
         start: start values by name, where they aren't those of the tables.
+        suffix: of the file.
     """
 
     fmi: int
@@ -62,6 +63,7 @@ class Builder(NamedTuple):
     entry: str
     tables: dict[str, Any]
     start: Mapping[str, float] = {}
+    suffix: str = ".fmu"
 
     def digest(self) -> str:
         """SHA-256 digest of all sources of an FMU; it decides whether a build is current."""
@@ -81,9 +83,9 @@ class Builder(NamedTuple):
         """The GUID (FMI 3.0: instantiation token) of an FMU of the current sources."""
         return str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/{self.digest()}"))
 
-    def is_current(self, fmu: Path) -> bool:
-        """Whether this file was built from the current sources."""
-        return guid_of(fmu) == self.guid()
+    def guid_of(self, fmu: Path) -> str | None:
+        """The GUID in a file; None if it has been changed since it was built, or can't be read."""
+        return guid_in(fmu)
 
     def build(self, out: Path) -> Path:
         """Write the FMU to this file, whose folder is made if necessary; OSError if it can't be."""
@@ -158,7 +160,7 @@ def render(template: Path, **values: Any) -> bytes:
     return environment.get_template(template.name).render(values).encode()
 
 
-def guid_of(fmu: Path) -> str | None:
+def guid_in(fmu: Path | BinaryIO) -> str | None:
     """The GUID in an FMU file; None if the file has been changed since it was built."""
     try:
         files = unpack(fmu)

@@ -3,8 +3,11 @@
 Everything that can be chosen is in `system.toml`; the companions' variables are in fmu_src.
 """
 
+import hashlib
+import io
 import sys
 import zipfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from golf_physics import variables
@@ -13,8 +16,8 @@ from golf_physics.variables import Unit
 
 from golf_build import fmi2
 from golf_build import standalone as alone
-from golf_build.archive import pack, write_archive
-from golf_build.packaging import HERE, Builder, fmu_source, render
+from golf_build.archive import pack, unpack, write_archive
+from golf_build.packaging import HERE, Builder, fmu_source, guid_in, render
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -84,6 +87,66 @@ COMPANIONS = {
 }
 
 
+class System:
+    """GolfSwing.ssp: the four FMUs of a drive and their connections; built as a `Builder` builds."""
+
+    name, suffix = "GolfSwing", ".ssp"
+
+    def structure(self) -> bytes:
+        """SystemStructure.ssd."""
+        context = _SYSTEM | {"connections": CONNECTIONS}
+        return render(HERE / "SystemStructure.ssd.jinja", **context)
+
+    def builders(self) -> dict[str, Builder]:
+        """The FMUs inside by name, with the drive's start values.
+
+        An importer that sets nothing, such as fmpy.ssp, which ignores parameter bindings, has these
+        start values too.
+        """
+        known = {**COMPANIONS, fmi2.BUILDER.name: fmi2.BUILDER}
+        return {name: known[name]._replace(start=start) for name, start in DRIVE.items()}
+
+    def digest(self) -> str:
+        """SHA-256 digest of all sources."""
+        total = hashlib.sha256(self.structure())
+        for builder in self.builders().values():
+            total.update(builder.digest().encode())
+        return total.hexdigest()
+
+    def guid(self) -> str:
+        """A GUID of the sources, from which that in a file is computed as well."""
+        return _guid(self.structure(), (builder.guid() for builder in self.builders().values()))
+
+    def guid_of(self, ssp: Path) -> str | None:
+        """That of a file; None if it is damaged or another one."""
+        try:
+            files = unpack(ssp)
+            fmus = (guid_in(io.BytesIO(files[f"resources/{name}.fmu"])) for name in DRIVE)
+            return _guid(files["SystemStructure.ssd"], map(str, fmus))
+        except Exception:  # zipfile raises many types for damaged files
+            return None
+
+    def build(self, out: Path, standalone: bool = False, pythons: alone.Pythons = None) -> Path:
+        """Write the .ssp; OSError if it can't be."""
+        files = {"SystemStructure.ssd": self.structure()}
+        for name, builder in self.builders().items():
+            files[f"resources/{name}.fmu"] = pack(_files(builder, standalone, pythons))
+        # FMUs are compressed already.
+        return write_archive(out, files, zipfile.ZIP_STORED)
+
+
+SYSTEM = System()
+
+
+def _guid(structure: bytes, guids: Iterable[str]) -> str:
+    return "/".join((hashlib.sha256(structure).hexdigest(), *guids))
+
+
+def _files(builder: Builder, standalone: bool, pythons: alone.Pythons) -> dict[str, bytes]:
+    files = builder.files()
+    return alone.standalone(files, pythons) if standalone else files
+
+
 def build(folder: Path, standalone: bool = False, pythons: alone.Pythons = None) -> dict[str, Path]:
     """Build the companions and the .ssp in a folder, standalone or plain.
 
@@ -91,23 +154,10 @@ def build(folder: Path, standalone: bool = False, pythons: alone.Pythons = None)
 
     OSError: one can't be written. StandaloneError: this machine can't build standalone ones.
     """
-
-    def files(builder: Builder) -> dict[str, bytes]:
-        files = builder.files()
-        return alone.standalone(files, pythons) if standalone else files
-
     suffix = alone.SUFFIX if standalone else ""
     made = {
-        name: write_archive(folder / f"{name}{suffix}.fmu", files(builder))
+        name: write_archive(folder / f"{name}{suffix}.fmu", _files(builder, standalone, pythons))
         for name, builder in COMPANIONS.items()
     }
-    structure = render(HERE / "SystemStructure.ssd.jinja", **_SYSTEM | {"connections": CONNECTIONS})
-    system = {"SystemStructure.ssd": structure}
-    for name, start in DRIVE.items():
-        # An importer that sets nothing, such as fmpy.ssp, which ignores parameter bindings, has
-        # these start values too.
-        builder = COMPANIONS.get(name, fmi2.BUILDER)._replace(start=start)
-        system[f"resources/{name}.fmu"] = pack(files(builder))
-    # FMUs are compressed already.
-    ssp = folder / f"GolfSwing{suffix}.ssp"
-    return made | {"GolfSwing": write_archive(ssp, system, zipfile.ZIP_STORED)}
+    ssp = folder / f"{SYSTEM.name}{suffix}{SYSTEM.suffix}"
+    return made | {SYSTEM.name: SYSTEM.build(ssp, standalone, pythons)}

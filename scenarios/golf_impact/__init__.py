@@ -13,8 +13,8 @@
     >>> path = golf_impact.run_trajectory(points=5, outputs=["force"], **ball.values)
     >>> [round(force) for force in path["force"].tolist()]
     [0, 4928, 6301, 2310, 0]
-    >>> with golf_impact.load_fmu() as fmu:
-    ...     times = [fmu.impact(["contact_time"], k=k)["contact_time"] for k in (5e5, 1e6)]
+    >>> with golf_impact.Impact() as impact:
+    ...     times = [impact(["contact_time"], k=k)["contact_time"] for k in (5e5, 1e6)]
     >>> [f"{time * 1e6:.1f} µs" for time in times]
     ['881.9 µs', '619.5 µs']
     >>> golf_impact.calibrate(cor=0.743, contact_time=600e-6)
@@ -29,20 +29,12 @@
 A scenario script imports `golf_impact.scenario`; the console script is `golf_impact.__main__`.
 """
 
-import os
-import sys
-
-# Python puts the folder of a script before its own modules, and one of the scenario scripts has the
-# name of a package of Python 3.14, `compression`.
-if sys.path and os.path.abspath(sys.path[0]) == os.path.dirname(os.path.dirname(__file__)):
-    sys.path.append(sys.path.pop(0))
-
 #: The modules of the public names; their types are in __init__.pyi.
 _MODULES = {
     "Ball": "ball", "Calibration": "calibration.calibration", "UserError": "errors",
-    "ImpactFmu": "fmu.impact_fmu", "Study": "sweeps", "Summary": "sweeps", "run_sweep": "sweeps",
+    "Impact": "fmu", "Study": "sweeps", "Summary": "sweeps", "run_sweep": "sweeps",
     "calibrate": "calibration.calibration", "read_ball": "ball", "balls": "api",
-    "load_fmu": "api", "run_impact": "api", "run_impacts": "api", "run_trajectory": "api",
+    "run_impact": "api", "run_impacts": "api", "run_trajectory": "api",
     "sensitivities": "api",
 }  # fmt: skip
 

@@ -1,11 +1,8 @@
 """`golf-impact`, also as `python -m golf_impact`."""
 
-from golf_impact import stopping
-
 
 def main() -> None:
-    """The console script; signals are handled before anything slow is imported."""
-    stopping.listen()
+    """The console script."""
     from golf_impact.commands.app import main as command
 
     command()

@@ -1,27 +1,24 @@
-"""The source document: its equations and printed numbers, and how they are read here.
+"""The source document: its printed numbers and statements, and how they are read here.
 
 Its numbers (document.toml) are those of an explicit Euler scheme, stopped a few samples after the
 end of contact; they differ by some tenths of a per cent from the exact solution of its equations.
 """
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from golf_impact.quantities import QUANTITIES, derived, describe, format_percent
 from golf_impact.toml import read_toml
-
-#: The step of the document's scheme, s.
-TIME_STEP = 0.5e-6
-
-#: The document's program continues for 2 or 3 samples after the end of contact, until the bodies
-#: are this far apart, m; 35 to 48 µm give the same printed numbers.
-END_GAP = 36e-6
 
 #: The numerical error of the document, relative: the exact solution may differ from a printed
 #: number by this and half a printed digit. The largest errors are 0.53 % in COR at k = 2e6 N/m
 #: (0.0051; half a digit is 0.005) and 0.48 % in the ball speed printed there.
 NUMERICAL_ERROR = 0.005
+
+#: A table of a result: title, columns, rows of texts.
+Table = tuple[str, list[str], list[list[str]]]
 
 
 @dataclass(frozen=True)
@@ -46,6 +43,13 @@ class Printed:
         return abs(value - self.value) <= halves * self.half_digit
 
 
+class Case(NamedTuple):
+    """A case of the document."""
+
+    values: dict[str, float]  #: inputs (SI units) that differ from the FMU's start values
+    printed: dict[str, Printed]  #: by quantity
+
+
 class Deviation(NamedTuple):
     """A printed number (in SI units) that the document's own scheme doesn't give."""
 
@@ -61,37 +65,70 @@ _DATA = read_toml(Path(__file__).with_suffix(".toml"))
 _SCALES = {"contact_time": 1e-6, "energy_efficiency": 0.01, "energy lost": 0.01}
 
 
-def _printed(names: Iterable[str], texts: Iterable[str]) -> dict[str, Printed]:
-    pairs = zip(names, texts, strict=True)
-    return {name: Printed(text, _SCALES.get(name, 1.0)) for name, text in pairs}
+def _printed(texts: Any) -> dict[str, Printed]:
+    if isinstance(texts, list):
+        names = next(n for n in (_DATA["of_a_case"], _DATA["of_a_row"]) if len(n) == len(texts))
+        texts = dict(zip(names, texts))
+    return {name: Printed(text, _SCALES.get(name, 1.0)) for name, text in texts.items()}
 
+
+#: The cases by name.
+CASES = {
+    name: Case(case["values"], _printed(case["printed"])) for name, case in _DATA["cases"].items()
+}
 
 #: Name, unit, and as texts the value in Table 1 and the one that gives the printed numbers.
 PARAMETERS = _DATA["parameters"]
 TABLE_1 = {name: float(printed) for name, _, printed, _ in PARAMETERS}
 USED = {name: float(used) for name, _, _, used in PARAMETERS}
 
-_CASE, _ROW = _DATA["of_a_case"], _DATA["of_a_row"]
-_SOFT, _ENVELOPE = _DATA["elastic_soft"], _DATA["envelope"]
-
-# Printed numbers by metric; of several cases by club speed (m/s), k (N/m), or k and b (N·s/m).
-BASELINE = _printed(_CASE, _DATA["baseline"])
-ELASTIC = _printed(_CASE, _DATA["elastic"])
-ELASTIC_SOFT = _printed(_SOFT.keys(), _SOFT.values())
-CLUB_SPEED = {speed: _printed(_ROW, texts) for speed, *texts in _DATA["club_speed"]}
-COMPRESSION = {k: _printed(_ROW, texts) for k, *texts in _DATA["compression"]}
-OLD_BALL = {(k, b): _printed(_ROW, texts) for k, b, *texts in _DATA["old_ball"]}
-
 #: The figures of Roh & Lee (SI units), and the document's rough calculation with them.
 ROH_LEE = _DATA["roh_lee"]
-ENVELOPE = _printed(_ENVELOPE.keys(), _ENVELOPE.values())
+ENVELOPE = _printed(_DATA["envelope"])
 
-#: By case and metric of the scenario finite_difference, which checks these values.
+#: By case and quantity.
 NOT_REPRODUCED = {tuple(row.pop("at")): Deviation(**row) for row in _DATA["not_reproduced"]}
 
 #: What the document says that can't be taken literally (`printed`), why (`problem`), how it is read
-#: here (`reading`), and the `file` and beginning of the `line` that implement it.
+#: here (`reading`), and the `file` and the `symbol` in it that implement it.
 READINGS: list[dict[str, str]] = _DATA["readings"]
 
-#: Title and columns of the tables of these, of the parameters and of the numbers not reproduced.
-TABLES: list[dict[str, Any]] = _DATA["tables"]
+
+def compare(name: str, results: Mapping[str, float]) -> Table:
+    """A table of a case: each printed number beside the exact one, and its deviation in %."""
+    values, printed = CASES[name]
+    exact, rows = derived(results, values), []
+    for quantity, number in printed.items():
+        about, value = QUANTITIES[quantity], exact[quantity]
+        deviation = format_percent(number.value / value - 1.0)
+        rows.append([about.label, number.text, about.format_value(value), deviation])
+    title = f"{name}: {describe(values)}"
+    return title, ["", "document", "exact", "deviation (%)"], rows
+
+
+def agrees(name: str, results: Mapping[str, float]) -> bool:
+    """Whether every printed number of a case is the exact one within its numerical error."""
+    values, printed = CASES[name]
+    exact = derived(results, values)
+    return all(
+        abs(exact[quantity] - number.value) <= NUMERICAL_ERROR * number.value + number.half_digit
+        for quantity, number in printed.items()
+    )
+
+
+def tables() -> list[Table]:
+    """How the document is read here, and the printed numbers that its scheme doesn't give."""
+    readings = [
+        [row["printed"], row["problem"], row["reading"], f"{row['file']}: {row['symbol']}"]
+        for row in READINGS
+    ]
+    columns = ["the document says", "why not literally", "how it is read here", "implemented in"]
+    not_reproduced = [list(deviation) for deviation in NOT_REPRODUCED.values()]
+    return [
+        ("What the document says and how it is read", columns, readings),
+        (
+            "Printed numbers that the document's scheme doesn't reproduce",
+            ["number", "printed", "its scheme gives", "remark"],
+            not_reproduced,
+        ),
+    ]

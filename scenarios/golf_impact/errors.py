@@ -21,6 +21,10 @@ class UserError(Exception):
         self.variable, self.value, self.reason = variable, value, reason
 
 
+class MissingFileError(UserError):
+    """A scenario needs a further FMU or system that isn't there."""
+
+
 def first_line(error: BaseException | str) -> str:
     return (str(error).strip() or type(error).__name__).splitlines()[0]
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from golf_impact.document import ROH_LEE
+from golf_impact.quantities import QUANTITIES
 from golf_impact.toml import read_toml
 
 #: One mile per hour, m/s.
@@ -13,6 +14,9 @@ MPH = 0.44704
 
 #: One yard, m.
 YARD = 0.9144
+
+#: One revolution per minute, rad/s.
+RPM = pi / 30.0
 
 PENNER = "A. R. Penner, Am. J. Phys. 69 (2001) 563 and Rep. Prog. Phys. 66 (2003) 131"
 ROH = "W.-J. Roh, C.-W. Lee, 14th Int. Congress on Sound and Vibration, finite elements"
@@ -46,10 +50,9 @@ _DATA = read_toml(Path(__file__).with_suffix(".toml"))
 
 MEASUREMENTS = [Measurement(**row) for row in _DATA["measurements"]]
 
-#: Average launches of the PGA Tour: club, club speed (mph), attack angle (deg), ball speed (mph),
-#: launch angle (deg), backspin (rpm), carry (yd); and a typical head mass (kg).
-TOUR = _DATA["tour"]
-
+#: Results that nothing was fitted to: `what`, `metric`, `club_speed` (m/s), `value` (SI), the
+#: `factor` from SI to the unit in `what`, `source`.
+PREDICTIONS: list[dict[str, Any]] = _DATA["predictions"]
 
 #: The average stroke of a club, SI units, and a typical mass of its head.
 Stroke = namedtuple(
@@ -61,16 +64,14 @@ Stroke = namedtuple(
 def _stroke(club: str, *row: float) -> Stroke:
     speed, attack, ball, launch, rpm, apex, land, carry, mass = row
     attack, launch, land = map(radians, (attack, launch, land))
-    spin, apex, carry = rpm * pi / 30.0, apex * YARD, carry * YARD
+    spin, apex, carry = rpm * RPM, apex * YARD, carry * YARD
     speed, ball = speed * MPH, ball * MPH
     return Stroke(club, speed, attack, ball, launch, spin, apex, land, carry, mass)
 
 
-#: Data that nothing was fitted to: `pga`, `others`, `sets`.
-OUTSIDE: dict[str, Any] = read_toml(Path(__file__).with_name("outside.toml"))
-
-#: Average strokes of the PGA Tour in 2023, by club.
-PGA = {row[0]: _stroke(*row) for row in OUTSIDE["pga"]["rows"]}
+#: Average strokes of the PGA Tour in 2023, by club, and where they are published.
+PGA = {row[0]: _stroke(*row) for row in _DATA["pga"]["rows"]}
+PGA_SOURCE = _DATA["pga"]["source"]
 
 _U, _CLUB, _BALL = (ROH_LEE[name] for name in ("club_speed", "club_velocity", "ball_velocity"))
 
@@ -82,3 +83,9 @@ ROH_LEE_FIGURES = {
     "coefficient_of_restitution": (_BALL - _CLUB) / _U,
     **{name: ROH_LEE[name] for name in ("contact_time", "max_force", "time_of_max_force")},
 }
+
+#: The same as measurements, in the order of the figures.
+FINITE_ELEMENTS = [
+    Measurement(QUANTITIES[metric].plain, metric, _U, value, value, ROH)
+    for metric, value in ROH_LEE_FIGURES.items()
+]

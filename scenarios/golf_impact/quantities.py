@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from golf_build import LAWS
+from golf_build import BY_NAME, LAWS
 from golf_impact.toml import read_toml
 
 #: The allowed values of `law`.
@@ -25,6 +25,9 @@ class NoValue(float):
         self.reason = reason
         return self
 
+
+#: What `describe` names.
+_DESCRIBED = ("law", "k", "b", "exponent", "restitution_at_rest", "restitution_slope")
 
 #: Outputs that have no value before the bodies separate, and those that have none before touch.
 _RESULTS = (
@@ -83,6 +86,31 @@ QUANTITIES = {
 }
 
 
+def derived(
+    results: Mapping[str, float], values: Mapping[str, float], error: bool = False
+) -> dict[str, float]:
+    """Outputs of an impact with the quantities beside them; of their standard errors, theirs.
+
+    Args:
+        results: outputs by name, or their standard errors.
+        values: inputs and parameters (SI units); start values for the others.
+        error: whether `results` are standard errors.
+    """
+    if not results:
+        return {}
+    names = "m_club", "m_ball", "club_speed", "ball_speed", "ball_diameter"
+    given = {**{name: BY_NAME[name].start for name in names}, **values}
+    m_club, m_ball, u_club, u_ball, diameter = (float(given[name]) for name in names)
+    before = 0.0 if error else 1.0
+    return {
+        **results,
+        "momentum_initial": before * (m_club * u_club + m_ball * u_ball),
+        "kinetic_energy_initial": before * 0.5 * (m_club * u_club**2 + m_ball * u_ball**2),
+        "momentum_gain_ball": m_ball * (results["ball_velocity"] - before * u_ball),
+        "contact_displacement_over_diameter": results["contact_displacement"] / diameter,
+    }
+
+
 def label(metric: str) -> str:
     """Name, symbol and unit of a metric; of one that isn't in the table, its name in the code."""
     return QUANTITIES[metric].label if metric in QUANTITIES else metric
@@ -91,6 +119,11 @@ def label(metric: str) -> str:
 def format_value(metric: str, value: float) -> str:
     """A metric's value (SI) in the unit of its label."""
     return QUANTITIES.get(metric, Quantity(metric)).format_value(value)
+
+
+def format_percent(share: float, decimals: int = 2) -> str:
+    """A relative deviation in %, with its sign; +0.00 where it vanishes."""
+    return f"{round(share * 100.0, decimals) + 0.0:+.{decimals}f}"
 
 
 def format_shortest(value: float) -> str:
@@ -109,6 +142,20 @@ def format_with_error(value: float, error: float | None) -> str:
         return f"({value * factor:.{places}f} ± {error * factor:.{places}f})e{power}"
     places = max(0, decimals)
     return f"{round(value, decimals):.{places}f} ± {round(error, decimals):.{places}f}"
+
+
+def describe(values: Mapping[str, float]) -> str:
+    """Law, stiffness and damping of a case in words: every table names them."""
+    given = {**{name: BY_NAME[name].start for name in _DESCRIBED}, **values}
+    words = [f"law {given['law']:g}", f"k = {given['k'] / 1e6:.4g} MN/m"]
+    if given["exponent"] != 1.0:
+        words.append(f"n = {given['exponent']:g}")
+    if given["restitution_at_rest"]:
+        line = f"{given['restitution_at_rest']:g} − {given['restitution_slope']:g} s/m · v"
+        words.append(f"b by COR = {line}")
+    else:
+        words.append(f"b = {given['b']:.4g} N·s/m")
+    return ", ".join(words)
 
 
 def format_options(values: Mapping[str, float]) -> str:

@@ -9,15 +9,15 @@ from typing import Annotated, NoReturn
 import typer
 
 from golf_build import VERSION
-from golf_impact import stopping
-from golf_impact.commands import bench, build, calibrate, doctor, explore, run, stress, sweep
+from golf_impact.commands import build, doctor, explore, run
 from golf_impact.commands import list as list_
 from golf_impact.commands.console import warn
 from golf_impact.errors import UserError
 
 app = typer.Typer(
     help="Impact of a golf club on a ball: build the co-simulation FMU, run and check scenarios.",
-    epilog="Example: golf-impact run baseline elastic --out results",
+    epilog="Example: golf-impact run baseline laws --out results",
+    context_settings={"help_option_names": ["-h", "--help"]},
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # its help truncates names of options at 80 columns
@@ -39,7 +39,7 @@ def _common(
     pass
 
 
-for module in (build, doctor, list_, run, explore, bench, stress, calibrate, sweep):
+for module in (build, doctor, list_, run, explore):
     name = module.__name__.rpartition(".")[2]
     # One example per line: paragraphs after \b are not wrapped.
     examples = "\b\n  " + module.EPILOG.replace(": ", ":\n  ", 1).replace(" · ", "\n  ")
@@ -49,7 +49,6 @@ for module in (build, doctor, list_, run, explore, bench, stress, calibrate, swe
 
 def one_line(arguments: list[str]) -> int:
     """Run a command; errors that a user can correct become one line on stderr, exit code 2."""
-    stopping.listen()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
@@ -61,12 +60,14 @@ def one_line(arguments: list[str]) -> int:
                     f"an argument is empty ({text or 'two quotes with nothing in between'}): write "
                     "a value, or leave the option out; is a variable of your shell unset?"
                 )
-        with stopping.scratch_folder():
-            code = app(arguments or ["--help"], standalone_mode=False)
+        code = app(arguments or ["--help"], standalone_mode=False)
         if sys.stdout is not None:
             # The last chance to notice a full disk.
             sys.stdout.flush()
         return code if isinstance(code, int) else 0
+    except KeyboardInterrupt:
+        warn("Stopped; nothing half-written is left.")
+        return 130
     except Exception as error:
         if isinstance(error, MemoryError):
             words = f"there isn't enough memory ({error or 'none is left'})"

@@ -31,10 +31,11 @@ def build(
     sysroot: Annotated[Path | None, Option(metavar="FOLDER", help=_SYSROOT)] = None,
 ) -> None:
     """Build ClubBallImpact.fmu from its sources."""
-    from golf_impact.fmu.archive import check_temporary_folder
-    from golf_impact.fmu.file import build_fmu
-    from golf_impact.fmu.system import build_system
-    from golf_impact.stopping import held
+    from golf_build import standalone as alone
+    from golf_build import system as systems
+    from golf_build.archive import write_archive
+    from golf_impact.flaws import check_temporary_folder
+    from golf_impact.fmu import builder_of, default_path
 
     check_temporary_folder()
     if fmi == 3 and system:
@@ -48,9 +49,19 @@ def build(
         if value is not None and name not in target:
             raise UserError(f"{option} is refused without --target {name}")
     pythons = {name: {"win64": python, "aarch64": sysroot}.get(name) for name in target}
-    # Either all files are written or none.
-    with held():
-        files = [build_fmu(out, fmi, standalone, pythons)]
+    builder = builder_of(fmi=fmi)
+    if out is None:
+        out = default_path(builder)
+        out = out.with_name(f"{builder.name}{alone.SUFFIX if standalone else ''}.fmu")
+    if not str(out).endswith(".fmu"):
+        raise UserError(f"{out} is refused: the file's name must end in .fmu")
+    try:
+        files = builder.files()
+        made = [write_archive(out, alone.standalone(files, pythons) if standalone else files)]
         if system:
-            files += build_system(files[0].parent, standalone, pythons).values()
-    print(*files, sep="\n")
+            made += systems.build(made[0].parent, standalone, pythons).values()
+    except alone.StandaloneError as error:
+        raise UserError(str(error)) from error
+    except OSError as error:
+        raise UserError(f"can't write {out}: {error.strerror or error}") from error
+    print(*made, sep="\n")

@@ -1,17 +1,13 @@
-"""Output of the commands: lines, tables and progress bars; the option --out."""
+"""Output of the commands: lines, tables and progress bars."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
 
 from rich.console import Console
-from typer import Option
+from rich.table import Table
 
-from golf_impact.report.outcome import Table
-
-#: The option --out of commands that write several files, and its default.
-Out = Annotated[Path, Option("--out", metavar="FOLDER", help="Folder of the results.")]
+#: The default folder of results.
 RESULTS = Path("golf-impact-results")
 
 # Without markup: text from the user is printed verbatim.
@@ -29,51 +25,22 @@ def warn(words: object, style: str | None = None) -> None:
     say(words, style, err)
 
 
-def print_paragraphs(words: Iterable[str]) -> None:
-    """Print paragraphs, wrapped at words."""
-    for paragraph in words:
-        out.print(paragraph, highlight=False)
+def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Print a table; numbers, in all columns but the first, are aligned to the right."""
+    table = Table(title=title or None, title_justify="left", title_style="bold")
+    for n, column in enumerate(columns):
+        table.add_column(column, justify="right" if n else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    out.print(table)
 
 
-def print_table(table: Table, numbers: bool = True) -> None:
-    """Print a table, wrapped between words only; if too wide, in parts with the first column each.
-
-    `numbers` aligns all columns but the first to the right.
-    """
-    from rich.table import Table as RichTable
-
-    cells = [list(map(str, column)) for column in zip(table.columns, *table.rows, strict=True)]
-    title = table.title or None
-    for widths in _parts(cells, out.width):
-        rich = RichTable(title=title, title_justify="left", title_style="bold")
-        for n, width in widths.items():
-            right = numbers and n
-            rich.add_column(table.columns[n], justify="right" if right else "left", width=width)
-        for row in table.rows:
-            rich.add_row(*(row[n] for n in widths))
-        out.print(rich)
-        title = None
-
-
-def _parts(cells: list[list[str]], width: int) -> Iterator[dict[int, int]]:
-    """The widths of the columns of each part of a table, by their number, from cells by column."""
-    longest = [max(len(line) for cell in column for line in cell.split("\n")) for column in cells]
-    least = [max(len(word) for cell in column for word in cell.split() or [""]) for column in cells]
-    others = [*range(1, len(cells))]
-    while True:
-        # A column is wider than its text by 3, a table than its columns by 1.
-        widths, left = {0: least[0]}, width - 4 - least[0]
-        while others and (left >= least[others[0]] + 3 or len(widths) == 1):
-            n = others.pop(0)
-            widths[n] = least[n]
-            left -= least[n] + 3
-        # The remaining width goes to the columns that wrap: the first one, then the narrowest.
-        while left > 0 and (wrapped := [n for n in widths if widths[n] < longest[n]]):
-            widths[min(wrapped, key=lambda n: (n > 0, widths[n]))] += 1
-            left -= 1
-        yield widths
-        if not others:
-            return
+def print_list(rows: Iterable[tuple[str, str]]) -> None:
+    """Print names, each with a text beside it."""
+    table = Table.grid(padding=(0, 2))
+    for row in rows:
+        table.add_row(*row)
+    out.print(table, highlight=False)
 
 
 @contextmanager

@@ -38,7 +38,7 @@ def explore(
     except ImportError as error:
         raise missing_package("explore", "Bokeh", "explore") from error
     from golf_impact.ball import ball as named_ball
-    from golf_impact.commands.run import fmu_file, take_conditions, values_of
+    from golf_impact.commands.options import take_conditions, values_of
 
     given, chosen = values_of(set_ or []), [named_ball(ball)] if ball else []
     values = {**(chosen[0].values if chosen else {}), **take_conditions(chosen, given), **given}
@@ -50,8 +50,9 @@ def explore(
         warn(words, style="yellow")
     if export is not None:
         from golf_impact.explore.export import export as write_page
+        from golf_impact.fmu import current_fmu
 
-        sizes = write_page(fmu_file(None), export, pyodide)
+        sizes = write_page(current_fmu(), export, pyodide)
         say(
             f"{len(sizes)} files, {sum(sizes.values()) / 1e6:.1f} MB, in {export}\n"
             f"To try it: {Path(sys.executable).name} -m http.server -d {export}"

@@ -1,34 +1,22 @@
-import json
-import os
-from collections.abc import Container, Iterable
-from contextlib import suppress
+"""`golf-impact run`: scenarios, or a case of one's own."""
+
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
-from golf_impact.commands.console import (
-    RESULTS,
-    Out,
-    print_paragraphs,
-    print_table,
-    progress,
-    say,
-    warn,
-)
-from golf_impact.commands.list import title_beside
-from golf_impact.errors import UserError
-from golf_impact.quantities import LAWS_IN_WORDS, format_options
-from golf_impact.report.outcome import Table, summarize_checks
-from golf_impact.units import remarks, si_value, unit_of
+from golf_impact.commands.console import RESULTS, err, out, print_table, progress, say, warn
+from golf_impact.commands.options import take_conditions, values_of
+from golf_impact.errors import MissingFileError, UserError
 
 if TYPE_CHECKING:
     from golf_impact.ball import Ball
-    from golf_impact.report.report import Report
+    from golf_impact.results import Result
 
 EPILOG = (
     "Examples: golf-impact run · golf-impact run baseline --no-figures · golf-impact run "
-    "--set k=8e5 --set club_speed=42 · golf-impact run path/to/mine.py"
+    "--ball roh-lee --set club_speed=95mph · golf-impact run path/to/mine.py"
 )
 
 _SET = "Run a case of your own; repeatable."
@@ -36,180 +24,138 @@ _BALL = (
     "Run a case with this ball (golf-impact list --balls, or a .toml file); repeatable; --set "
     "overrides its values."
 )
+_OUT = "Folder of the results; golf-impact-results if omitted, with NAME a folder in there."
+_FMU = "Use this FMU and those beside it; nothing is built."
 
 
 def run(
     names: Annotated[list[str] | None, Argument(metavar="NAME", hidden=True)] = None,
     set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUE", help=_SET)] = None,
     balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
-    folder: Out = RESULTS,
-    figures: Annotated[bool, Option(help="Plot figures.")] = True,
-    fmu: Annotated[Path | None, Option(metavar="FILE.fmu", help="Use this; don't build.")] = None,
+    folder: Annotated[Path | None, Option("--out", metavar="FOLDER", help=_OUT)] = None,
+    figures: Annotated[bool, Option(help="Write figures.")] = True,
+    fmu: Annotated[Path | None, Option(metavar="FILE.fmu", help=_FMU)] = None,
 ) -> int:
-    """Run and check scenarios; write results and a report.
+    """Run scenarios; write results, figures and a report.
 
-    NAME is a scenario or a script of your own. All scenarios, the default, are summarized in a line
-    each; with NAME, --set or --ball the tables are printed.
+    NAME is a scenario or a script of your own. All scenarios, the default, print a line each; with
+    NAME, --set or --ball tables and claims are printed. Exit code 1: a claim doesn't hold.
     """
-    from golf_impact.ball import ball as named_ball
-    from golf_impact.ball import range_remarks
-    from golf_impact.commands.scripts import load_scenario, load_scenarios, run_scenario
-    from golf_impact.files import prepare
-    from golf_impact.fmu.impact_fmu import ImpactFmu
-    from golf_impact.report.own_cases import own_cases
-    from golf_impact.report.page import write_reports
+    from golf_impact import ball, files, scripts, units
+    from golf_impact.fmu import Impact
+    from golf_impact.results import plotting, write_results
 
     values = values_of(set_ or [])
-    own_balls = [named_ball(name) for name in dict.fromkeys(balls or ())]
+    own_balls = [ball.ball(name) for name in dict.fromkeys(balls or ())]
     own = bool(values or own_balls)
     values = {**take_conditions(own_balls, values), **values}
-    for words in remarks(values):
+    for words in units.remarks(values):
         warn(words, style="yellow")
     if names and own:
         say(f"--set and --ball define a case of your own; they don't change {', '.join(names)}.")
-    scripts = {} if names or own else load_scenarios()
-    for name_or_path in dict.fromkeys(names or ()):
-        script, name = load_scenario(name_or_path), Path(name_or_path).stem
-        if scripts.setdefault(name, script) is not script:
-            raise UserError(f"two scenarios are named {name}: run one at a time")
-    if names and (others := _scenarios_in(folder) - scripts.keys()):
-        # Nothing of a larger run is lost, or mixed with another FMU's.
-        folder /= "_".join(scripts)[:100]
-        kept = ", ".join(sorted(others))
-        say(f"{folder.parent} has results of {kept}, too: these go into {folder}.")
-    prepare(folder, *(("results.json", "report.html") if scripts else ()))
-    # By the beginning of their files' names.
-    sets: dict[str, dict[str, Report]] = {}
-    with ImpactFmu(fmu_file(fmu)) as instance, progress() as begin:
-        guid = instance.description.guid
-        starts = ((name, instance.default(name)) for name in ("club_speed", "ball_speed"))
-        club, ball = (values.get(name, start) for name, start in starts)
-        for words in range_remarks(own_balls, club - ball):
-            warn(words, style="yellow")
-        advance = begin("running", len(scripts) + own)
-        for n, (name, script) in enumerate(scripts.items()):
-            advance(n, f"running {name}")
-            sets.setdefault("", {})[name] = run_scenario(script, instance)
-        if own:
+    chosen = names or ([] if own else scripts.SCENARIOS)
+    paths = [scripts.path_of(name) for name in dict.fromkeys(chosen)]
+    if len({path.stem for path in paths}) < len(paths):
+        raise UserError("two scenarios have the same name: run one at a time")
+    place = folder or (RESULTS / "_".join(path.stem for path in paths) if names else RESULTS)
+    files.check(place / "report.html")
+    results: dict[str, Result] = {}
+    with Impact(fmu) as impact, progress() as begin:
+        advance = begin("running", len(paths) + own)
+        for n, path in enumerate(paths):
+            advance(n, f"running {path.stem}")
             try:
-                stem, report = own_cases(instance, values, own_balls)
-            except UserError as error:
-                # With the option that gave the value.
-                given = {pair.partition("=")[0].strip(): pair for pair in set_ or []}
-                option = given.get(error.variable)
-                raise UserError(f"--set {option}: {error}" if option else str(error)) from error
-            sets[f"{stem}_"] = {"custom": report}
-    reports = {name: report for of_set in sets.values() for name, report in of_set.items()}
-    (_show if names or own else _summarize)(reports)
-    pages = [f"{prefix}report.html" for prefix in sets]
-    replaced = any((folder / page).exists() for page in pages)
-    with progress() as begin:
-        number = sum(len(report.figures) for report in reports.values())
-        advance = begin("plotting" if figures else "writing", number)
-        for prefix, of_set in sets.items():
-            write_reports(folder, of_set, guid, figures, prefix, advance)
-    passed = _conclude(reports)
-    words = f"Results in {folder}{os.sep}; report: {', '.join(pages)}"
-    say(f"{words} (replaces an earlier one)" if replaced else words)
-    return 0 if passed else 1
+                results[path.stem] = scripts.run_script(path, impact)
+            except MissingFileError as error:
+                warn(f"{path.stem} is left out: {error}.")
+        speed = values.get("club_speed", 35.0) - values.get("ball_speed", 0.0)
+        for words in ball.range_remarks(own_balls, speed):
+            warn(words, style="yellow")
+        with plotting():
+            custom = {"custom": own_case(impact, values, own_balls)} if own else {}
+        source = f"{impact.description.modelName}.fmu, GUID {impact.description.guid}"
+        advance(len(paths) + own, "writing")
+        pages = [
+            write_results(folder or RESULTS if prefix else place, some, source, figures, prefix)
+            for prefix, some in (("", results), ("custom_", custom))
+            if some
+        ]
+    if not pages:
+        raise UserError("there is nothing to run")
+    (show if names or own else summarize)({**results, **custom})
+    say(f"Results in {' and '.join(str(page.parent) for page in pages)}; report: {pages[-1]}")
+    return int(any(result.failed for result in (*results.values(), *custom.values())))
 
 
-def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str, float]:
-    """Conditions in the files of balls, as far as they aren't given otherwise; prints them.
+def own_case(impact, values: Mapping[str, float], balls: "Sequence[Ball]") -> "Result":
+    """Results and force of a case with each ball (or none); values (SI) override a ball's."""
+    import matplotlib.pyplot as plt
+    import numpy as np
 
-    Values that look like those of another unit are remarked on.
-    """
-    from golf_impact.ball import conditions_of
+    from golf_impact.quantities import QUANTITIES, derived, describe
+    from golf_impact.results import Result
 
-    balls = [*balls]
-    for one in balls:
-        for words in remarks(one.values, "{} = "):
-            warn(f"{one.name}: {words}", style="yellow")
-    conditions = conditions_of(balls, given)
-    if conditions:
-        say(f"Conditions of the ball's file: {format_options(conditions)}")
-    return conditions
-
-
-def _scenarios_in(folder: Path) -> set[str]:
-    path = folder / "results.json"
-    with suppress(OSError, ValueError):
-        # Not of a pipe, for whose other end it would wait.
-        results = json.loads(path.read_text("utf-8")) if path.is_file() else None
-        return set(results) if isinstance(results, dict) else set()
-    return set()
-
-
-def fmu_file(path: Path | str | None) -> Path:
-    """The FMU that a user names (UserError if it can't be used), or that of the current sources."""
-    from golf_impact.fmu.file import check_fmu, current_fmu
-
-    if path is not None:
-        return check_fmu(Path(path))
-    built, why = current_fmu()
-    if why:
-        warn(f"Built {built}: {why}.")
-    return built
-
-
-def values_of(pairs: list[str]) -> dict[str, float]:
-    """Numbers by name of options --set NAME=VALUE; UserError for another form, or a name twice."""
-    values = {}
-    for name, text in pairs_of(pairs, "NAME=VALUE, e.g. --set k=8e5").items():
-        try:
-            values[name] = si_value(text, unit_of(name))
-        except ValueError as error:
-            why = LAWS_IN_WORDS if name == "law" else error
-            raise UserError(f"--set {name}={text} is refused: {why}") from None
-    return values
+    cells: list[list[str]] = []
+    result = Result("Your case" if len(balls) < 2 else "Your cases")
+    figure, axes = plt.subplots()
+    for one in balls or [None]:
+        name = one.name if one else "custom"
+        given = {**(one.values if one else {}), **values}
+        found = result.cases[name] = impact(**given)
+        shown = derived(found, given)
+        error = standard_errors(one, given) if one and one.covariance else {}
+        numbers = (
+            q.format_value(shown[n], 1.96 * error.get(n, 0.0)) for n, q in QUANTITIES.items()
+        )
+        cells.append([describe(given), *numbers])
+        path = impact.trajectory(**given)
+        result.trajectories[Path(name).stem] = np.rec.fromarrays([*path.values()], names=[*path])
+        label = f"{name}: {describe(given)}" if one else describe(given)
+        axes.plot(path["time"] * 1e6, path["force"] / 1e3, label=label)
+    axes.set(title="Contact force", xlabel="time (µs)", ylabel="contact force (kN)", ylim=(0, None))
+    axes.legend()
+    result.figures["force"] = figure
+    labels = ["law, k, b", *(quantity.label for quantity in QUANTITIES.values())]
+    what = ", ".join(f"{name} = {value:g}" for name, value in values.items())
+    title = f"{what or 'as in the ball'} (SI units)"
+    result.tables.append((title, ["", *result.cases], [*zip(labels, *cells)]))
+    if any("±" in text for column in cells for text in column):
+        result.words = "Intervals are 95 %, from the covariance in the ball's file."
+    if not balls and values.get("law", 1.0) == 1.0:
+        result.words = (
+            "This is law 1, the source document's, with its k and b unless they are set: a drag on "
+            "each body that loses momentum. --ball roh-lee for a real ball."
+        )
+    return result
 
 
-def pairs_of(pairs: list[str], form: str) -> dict[str, str]:
-    """Texts by name of options --set NAME=TEXT; UserError for another form, or a name twice."""
-    texts: dict[str, str] = {}
-    for pair in pairs:
-        name, _, text = map(str.strip, pair.partition("="))
-        if not (name and text):
-            raise UserError(f"--set {pair} is refused: write --set {form}")
-        if name in texts:
-            raise UserError(f"--set {name} is given twice: write it once, as --set {form}")
-        texts[name] = text
-    return texts
+def standard_errors(ball: "Ball", given: Mapping[str, float]) -> dict[str, float]:
+    """Standard errors (SI units) of results with a calibrated ball, by quantity."""
+    from golf_impact.calibration.intervals import result_intervals
+    from golf_impact.quantities import derived
+    from golf_impact.runs import METRICS
+
+    return derived(result_intervals(ball, given, METRICS), given, error=True)
 
 
-def _show(reports: "dict[str, Report]") -> None:
-    for name, report in reports.items():
-        for table in report.tables:
-            print_table(table)
-        print_paragraphs(report.words)
-        if report.checks:
-            passed = all(check.passed for check in report.checks)
-            style = "bold green" if passed else "bold red"
-            say(f"{name}: {summarize_checks(report.checks)}", style)
-        say("")
-
-
-def _summarize(reports: "dict[str, Report]") -> None:
-    rows = []
-    for name, report in reports.items():
-        passed = [check.passed for check in report.checks if check.kind != "consistency"]
-        count = f"{sum(passed)}/{len(passed)}" if passed else "–"
-        rows.append([name, title_beside(name, report.title), count])
-    print_table(Table("", ["scenario", "what it shows", "checks"], rows), numbers=False)
-    print_paragraphs(report.verdict for report in reports.values() if report.verdict)
+def show(results: "Mapping[str, Result]") -> None:
+    """Print tables, words and claims."""
+    for result in results.values():
+        say(f"\n{result.title}", style="bold")
+        for table in result.tables:
+            print_table(*table)
+        if result.words:
+            out.print(result.words, highlight=False)
+        for claim, holds in result.claims.items():
+            say(f"{'✓' if holds else '✗'} {claim}", "green" if holds else "bold red")
     say("")
 
 
-def _conclude(reports: "dict[str, Report]") -> bool:
-    """Print failed checks and totals; whether all checks passed."""
-    checks = [(name, check) for name, report in reports.items() for check in report.checks]
-    failed = [(name, check) for name, check in checks if not check.passed]
-    for name, check in failed:
-        claim = check.claim.removeprefix(f"{name}: ")
-        warn(f"Check failed: {name}: {claim} ({check.detail})", style="red")
-    if checks:
-        say(f"{summarize_checks([check for _, check in checks])}.", "red" if failed else "green")
-    deviations = sum(len(report.deviations) for report in reports.values())
-    if deviations:
-        say(f"Printed numbers of the document not reproduced: {deviations} (see the report).")
-    return not failed
+def summarize(results: "Mapping[str, Result]") -> None:
+    """Print a line for each scenario, and the claims that don't hold."""
+    for name, result in results.items():
+        count = f"{len(result.claims) - len(result.failed)}/{len(result.claims)}"
+        mark, style = ("✗", "red") if result.failed else ("✓", "green")
+        say(f"{mark} {name:<18} {count:>6}  {result.title}", style if result.failed else None)
+        for claim in result.failed:
+            say(f"✗ {name}: {claim}", "bold red", err)

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from math import cos, radians
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 from golf_physics.variables import LAWS, VARIABLES
@@ -12,7 +11,7 @@ from golf_build.system import COMPANIONS
 from golf_impact import document
 from golf_impact.ball import BALLS
 from golf_impact.explore.evaluator import LOFT, MOMENTA, Evaluator, in_process
-from golf_impact.measured import MPH, ROH_LEE_FIGURES, TOUR, YARD
+from golf_impact.measured import MPH, ROH_LEE_FIGURES, YARD
 from golf_impact.quantities import format_value
 from golf_impact.runs import METRICS, PATH
 from golf_impact.toml import read_toml
@@ -44,17 +43,17 @@ class Example(NamedTuple):
 
 #: The document's results of the examples.
 _PRINTED = {
-    "Document": document.BASELINE,
-    "Elastic": document.ELASTIC,
-    "50 m/s": document.CLUB_SPEED[50.0],
-    "Soft": document.COMPRESSION[0.5e6],
-    "Stiff": document.COMPRESSION[2e6],
-    "Old ball": document.OLD_BALL[0.5e6, 12.0],
-}
+    "Document": "baseline", "Elastic": "elastic", "50 m/s": "50 m/s", "Soft": "k = 0.5e6",
+    "Stiff": "k = 2e6", "Old ball": "old",
+}  # fmt: skip
+
+#: The page's names of what it shows before and after the impact.
+_AFTER = {"momentum": "momentum_final", "kinetic_energy": "kinetic_energy_final"}
 
 
 def _example(name: str, ball: str = "", **row: Any) -> Example:
-    printed = {metric: number.text for metric, number in _PRINTED.get(name, {}).items()}
+    numbers = document.CASES[_PRINTED[name]].printed if name in _PRINTED else {}
+    printed = {_AFTER.get(metric, metric): number.text for metric, number in numbers.items()}
     if ball:
         printed = {metric: format_value(metric, x) for metric, x in ROH_LEE_FIGURES.items()}
         row["values"] = BALLS[ball].values
@@ -75,7 +74,7 @@ def _club(row: tuple[Any, ...], loft: float) -> Example:
     return Example(club, {**head, **angles}, printed, hint, "TrackMan")
 
 
-CLUBS = [_club(row, loft) for row, loft in zip(TOUR, _DATA["lofts"])]
+CLUBS = [_club(row, loft) for row, loft in zip(_DATA["clubs"], _DATA["lofts"])]
 
 
 _TABLES = ("quantities", "readouts", "factors", "equations", "simple", "simple_pictures", "tasks")
@@ -118,11 +117,8 @@ def make_evaluator() -> Evaluator:
 def metrics_by_fmus(path: Path, facts: Mapping[str, Any]) -> list[dict[str, float]]:
     """Metrics of the examples by the FMU in this file and its companions, which are built."""
     # Imported here: the page opens without an FMU.
-    from golf_impact.fmu.impact_fmu import ImpactFmu
-    from golf_impact.fmu.loaded import LoadedFmu
-    from golf_impact.fmu.system import build_system
+    from golf_impact.fmu import Fmu, Impact, current_fmu
 
-    with ImpactFmu(path) as impact, TemporaryDirectory(prefix="golf-impact-") as folder:
-        files = build_system(Path(folder))
-        with LoadedFmu(files["Launch"]) as launch, LoadedFmu(files["BallFlight"]) as flight:
-            return Evaluator((impact, launch, flight), facts).example_metrics()
+    launch, flight = current_fmu("Launch"), current_fmu("BallFlight")
+    with Impact(path) as first, Fmu(launch) as second, Fmu(flight) as third:
+        return Evaluator((first, second, third), facts).example_metrics()

@@ -16,7 +16,7 @@ from golf_build.archive import pack
 from golf_impact.errors import UserError
 from golf_impact.explore.cases import ROWS, make_evaluator, metrics_by_fmus
 from golf_impact.explore.page import page_files
-from golf_impact.files import prepare, write_together
+from golf_impact.files import check, write
 
 #: CPython in WebAssembly, as the npm registry has it.
 VERSION = "0.29.3"
@@ -45,16 +45,16 @@ def export(fmu_file: Path, folder: Path, pyodide: Path | None = None) -> dict[st
     Raises:
         UserError: Pyodide isn't there, or the folder can't be written; then nothing has changed.
     """
-    prepare(folder)
+    check(folder / "index.html")
     runtime = from_folder(pyodide) if pyodide else from_npm()
     evaluator = make_evaluator()
     page = page_files(evaluator, exported=True)
     expected = metrics_by_fmus(fmu_file, evaluator.facts)
     page["physics.zip"] = _archive({**evaluator.facts, "expected": expected})
     # The page comes last: as long as it isn't there, nothing uses the rest.
-    write_together(folder / "pyodide", runtime)
-    write_together(folder, page)
-    files = {**page, **{f"pyodide/{name}": data for name, data in runtime.items()}}
+    files = {**{f"pyodide/{name}": data for name, data in runtime.items()}, **page}
+    for name, data in files.items():
+        write(folder / name, data)
     return {name: len(data) for name, data in files.items()}
 
 
@@ -104,7 +104,7 @@ def _archive(facts: dict[str, Any]) -> bytes:
     files["golf_build/__init__.py"] = Path(golf_build.__file__)
     ours = Path(golf_impact.__file__).parent
     evaluator = ("explore/__init__", "explore/evaluator")
-    for name in ("__init__", "facts/__init__", "facts/units", *evaluator):
+    for name in ("__init__", "units", *evaluator):
         files[f"golf_impact/{name}.py"] = ours / f"{name}.py"
     contents = {name: file.read_bytes() for name, file in files.items()}
     contents["golf_impact/explore/facts.json"] = json.dumps([ROWS, facts]).encode()

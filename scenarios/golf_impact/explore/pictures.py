@@ -8,7 +8,9 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 
 from golf_impact.explore.evaluator import SWEPT_METRICS
-from golf_impact.report.styles import BLUE, GREEN, ORANGE, SKY, VERMILION
+
+#: Okabe & Ito's colours, which common colour vision deficiencies keep distinct.
+BLUE, ORANGE, GREEN, SKY, VERMILION = "#0072B2", "#E69F00", "#009E73", "#56B4E9", "#D55E00"
 
 _CLEAR = ("background_fill_color", "border_fill_color", "outline_line_color")
 

@@ -113,11 +113,11 @@ class _Handler(SimpleHTTPRequestHandler):
 
     def _expect_fmu_metrics(self) -> None:
         """Give the evaluator the FMUs' numbers, which it lacks until a check is requested."""
-        from golf_impact.fmu.file import current_fmu
+        from golf_impact.fmu import current_fmu
 
         facts = self._evaluator.facts
         if "expected" not in facts:
-            expected = metrics_by_fmus(current_fmu()[0], facts)
+            expected = metrics_by_fmus(current_fmu(), facts)
             self._evaluator.facts = {**facts, "expected": expected}
 
     def _is_local(self) -> bool:

@@ -1,0 +1,58 @@
+"""Options that several commands have: --set, --ball, --fmu."""
+
+from collections.abc import Container, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from golf_impact.commands.console import say, warn
+from golf_impact.errors import UserError
+from golf_impact.quantities import LAWS_IN_WORDS, format_options
+from golf_impact.units import remarks, si_value, unit_of
+
+if TYPE_CHECKING:
+    from golf_impact.ball import Ball
+
+
+def values_of(pairs: Sequence[str]) -> dict[str, float]:
+    """Numbers (SI) by name of options --set NAME=VALUE.
+
+    Raises:
+        UserError: an option has another form, or a name is given twice.
+    """
+    values = {}
+    for name, text in pairs_of(pairs, "NAME=VALUE, e.g. --set k=8e5").items():
+        try:
+            values[name] = si_value(text, unit_of(name))
+        except ValueError as error:
+            why = LAWS_IN_WORDS if name == "law" else error
+            raise UserError(f"--set {name}={text} is refused: {why}") from None
+    return values
+
+
+def pairs_of(pairs: Iterable[str], form: str) -> dict[str, str]:
+    """Texts by name of options --set NAME=TEXT; UserError for another form, or a name twice."""
+    texts: dict[str, str] = {}
+    for pair in pairs:
+        name, _, text = map(str.strip, pair.partition("="))
+        if not (name and text):
+            raise UserError(f"--set {pair} is refused: write --set {form}")
+        if name in texts:
+            raise UserError(f"--set {name} is given twice: write it once, as --set {form}")
+        texts[name] = text
+    return texts
+
+
+def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str, float]:
+    """Conditions in the files of balls, as far as they aren't given otherwise; prints them.
+
+    Values that look like those of another unit are remarked on.
+    """
+    from golf_impact.ball import conditions_of
+
+    balls = [*balls]
+    for one in balls:
+        for words in remarks(one.values, "{} = "):
+            warn(f"{one.name}: {words}", style="yellow")
+    conditions = conditions_of(balls, given)
+    if conditions:
+        say(f"Conditions of the ball's file: {format_options(conditions)}")
+    return conditions

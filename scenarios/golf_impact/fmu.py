@@ -1,0 +1,282 @@
+"""The FMU: built if it is out of date, and ClubBallImpact.fmu driven by fmpy."""
+
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+import fmpy
+
+# Imported before an FMU imports its own copy, which lacks the binaries to build another FMU with.
+import pythonfmu.builder  # noqa: F401
+import pythonfmu3.builder  # noqa: F401
+from fmpy import fmi2
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+
+from golf_build import packaging, system
+from golf_build.fmi2 import BUILDER as FMI2
+from golf_build.fmi3 import BUILDER as FMI3
+from golf_impact.errors import MissingFileError, UserError, first_line, unknown_name
+from golf_impact.flaws import check_fmu, check_temporary_folder
+from golf_impact.runs import METRICS, ImpactRuns, Named
+
+Entered = TypeVar("Entered", bound="Fmu")
+
+#: build/ in a checkout; has no build_fmu.py where golf_build is installed.
+_CHECKOUT = packaging.HERE.parent
+
+#: fmpy's setter and the type that it needs, by type of the variable.
+_SETTERS: dict[str, tuple[str, type]] = {
+    "Real": ("setReal", float),
+    "Integer": ("setInteger", int),
+    "Boolean": ("setBoolean", bool),
+}
+
+
+def builder_of(name: str = "ClubBallImpact", fmi: int = 2) -> packaging.Builder:
+    """The builder of an FMU; UserError if there is none of this name for this version of FMI."""
+    builders = {"ClubBallImpact": FMI3} if fmi == 3 else system.COMPANIONS
+    builders = {"ClubBallImpact": FMI2, **builders}
+    if name not in builders:
+        raise unknown_name(f"FMU for FMI {fmi}.0", name, builders)
+    return builders[name]
+
+
+def default_path(builder: packaging.Builder | system.System) -> Path:
+    """In build/ of a checkout; else in the user's cache folder, below the digest of the sources."""
+    name = f"{builder.name}{builder.suffix}"
+    if (_CHECKOUT / "build_fmu.py").is_file():
+        return _CHECKOUT / name
+    import platformdirs
+
+    cache = platformdirs.user_cache_path("golf-impact")
+    if not cache.is_absolute():
+        # Without a home folder it would be a folder named ~ in the working folder.
+        cache = Path(tempfile.gettempdir(), "golf-impact")
+    return cache / builder.digest()[:16] / name
+
+
+def current_fmu(name: str = "ClubBallImpact", fmi: int = 2) -> Path:
+    """The file of an FMU of the current sources, built if it is missing or out of date.
+
+    Args:
+        name: ClubBallImpact, Swing, Launch or BallFlight.
+        fmi: version of FMI; 3 for ClubBallImpact alone.
+
+    Raises:
+        UserError: there is no such FMU, or the file can't be written.
+    """
+    return _current(builder_of(name, fmi))
+
+
+def current_system() -> Path:
+    """GolfSwing.ssp of the current sources, built if necessary; see `current_fmu`."""
+    return _current(system.SYSTEM)
+
+
+def _current(builder: packaging.Builder | system.System) -> Path:
+    path = default_path(builder)
+    if (found := builder.guid_of(path)) == builder.guid():
+        return path
+    why = "its sources have changed" if found else "it was damaged"
+    why = why if os.path.exists(path) else "it was missing"
+    try:
+        builder.build(path)
+    except OSError as error:
+        raise UserError(
+            f"can't write {path} ({error.strerror or error}): build it elsewhere, with "
+            "`golf-impact build --out FILE`, and use it by --fmu FILE"
+        ) from error
+    print(f"Built {path}: {why}.", file=sys.stderr)
+    return path
+
+
+class Fmu:
+    """An FMU 2.0 for co-simulation, extracted and instantiated once for any number of runs.
+
+    FMPy's example `efficient_loops.py` does the same. For use in a `with` block.
+
+    Attributes:
+        path: the .fmu file.
+        folder: where it is extracted.
+        description: fmpy's ModelDescription.
+        instance: fmpy's FMU2Slave, instantiated.
+        references: value references by name.
+
+    Raises:
+        UserError: the file can't be loaded.
+    """
+
+    def __init__(self, path: Path) -> None:
+        check_temporary_folder()
+        self.path = path
+        self._messages: list[str] = []
+        try:
+            self.description = fmpy.read_model_description(str(path))
+            self.folder = fmpy.extract(str(path))
+            self.instance = self._instantiate()
+        except Exception as error:  # fmpy raises Exception itself
+            why = f"{path} can't be loaded ({first_line(error)})"
+            raise UserError(f"{why}: run `golf-impact doctor {path}`") from error
+        self.variables = {v.name: v for v in self.description.modelVariables}
+        self.references = {name: v.valueReference for name, v in self.variables.items()}
+        # Restoring this state is far cheaper than reset, which makes a new Python object.
+        self._initial = self.instance.getFMUstate()
+
+    def _instantiate(self) -> FMU2Slave:
+        # Not by fmpy.instantiate_fmu, whose loggers go through a library with one of them per
+        # process: that of another instance, which may have been freed.
+        memory = fmi2.defaultCallbacks
+        callbacks = fmi2.fmi2CallbackFunctions(
+            fmi2.fmi2CallbackLoggerTYPE(self._log), memory.allocateMemory, memory.freeMemory
+        )
+        instance = FMU2Slave(
+            guid=self.description.guid,
+            unzipDirectory=self.folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName=self.description.modelName,
+        )
+        instance.instantiate(callbacks=callbacks, loggingOn=True)
+        return instance
+
+    def __enter__(self: Entered) -> Entered:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.instance.freeFMUstate(self._initial)
+        self.instance.freeInstance()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def simulate(
+        self,
+        stop_time: float = 1e-3,
+        output: Sequence[str] = METRICS,
+        output_interval: float | None = None,
+        **options: Any,
+    ) -> Any:
+        """`fmpy.simulate_fmu` of this instance, with its own arguments and its structured array.
+
+        Args:
+            stop_time: s.
+            output: the variables to record.
+            output_interval: communication step size, s; by default one step.
+            options: others of `fmpy.simulate_fmu`, such as `start_values` and `input`.
+
+        Raises:
+            UserError: the FMU rejects a value or a step (`simulate_fmu` returns the rows before),
+                or has no variable of a name.
+        """
+        self._check_names(output)
+        self._check_values(options.get("start_values", {}))
+        self.instance.setFMUstate(self._initial)
+        with self._refusals():
+            return fmpy.simulate_fmu(
+                self.folder,
+                model_description=self.description,
+                fmu_instance=self.instance,
+                stop_time=stop_time,
+                output=output,
+                output_interval=output_interval or stop_time,
+                **options,
+            )
+
+    def default(self, name: str) -> float:
+        """The start value of an input or parameter."""
+        return float(self.variables[name].start)
+
+    def start(self, **values: float) -> None:
+        """Begin a run with these inputs and parameters (SI units; defaults for the others)."""
+        self._check_values(values)
+        self.instance.setFMUstate(self._initial)
+        self.instance.setupExperiment()
+        self.instance.enterInitializationMode()
+        for name, value in values.items():
+            setter, kind = _SETTERS[self.variables[name].type]
+            with self._refusals(name, value):
+                getattr(self.instance, setter)([self.references[name]], [kind(value)])
+        with self._refusals():
+            self.instance.exitInitializationMode()
+
+    def step(self, point: float, size: float) -> None:
+        """Make a communication step of `size` s from `point`, s."""
+        with self._refusals():
+            self.instance.doStep(point, size)
+
+    def read(self, names: Sequence[str]) -> Named[float]:
+        """Values of Real outputs at this communication point, by name (SI units)."""
+        self._check_names(names)
+        values = self.instance.getReal([self.references[name] for name in names])
+        return Named(zip(names, values, strict=True))
+
+    def read_flag(self, name: str) -> bool:
+        """Value of a Boolean output at this communication point."""
+        return bool(self.instance.getBoolean([self.references[name]])[0])
+
+    def _check_names(self, outputs: Iterable[str]) -> None:
+        for name in outputs:
+            if name not in self.references:
+                known = [n for n, v in self.variables.items() if v.causality == "output"]
+                raise unknown_name("output", name, known)
+
+    def _check_values(self, values: Mapping[str, float]) -> None:
+        for name, value in values.items():
+            variable = self.variables.get(name)
+            if variable is None or variable.causality == "output":
+                known = [n for n, v in self.variables.items() if v.causality != "output"]
+                raise unknown_name("input or parameter", name, known)
+            if variable.type == "Integer" and value != value // 1:
+                # fmpy would cut it off.
+                reason = "it must be a whole number"
+                raise UserError(f"{name} = {value!r} is refused: {reason}", name, value, reason)
+
+    def _log(self, host: Any, instance: Any, status: int, category: Any, text: bytes) -> None:
+        self._messages.append(text.decode("utf-8", "replace"))
+
+    @contextmanager
+    def _refusals(self, variable: str = "", value: float | None = None) -> Iterator[None]:
+        """A refusal in this block becomes a UserError: fmpy goes on after a discarded step."""
+        self._messages.clear()
+        try:
+            yield
+        except FMICallException as error:
+            if not self._messages:
+                raise UserError(f"{self.path} failed ({first_line(error)})") from error
+        if self._messages:
+            raise UserError(self._messages[0], variable, value)
+
+
+class Impact(ImpactRuns, Fmu):
+    """ClubBallImpact.fmu, extracted and instantiated once for any number of impacts.
+
+    Args:
+        path: an .fmu file (FMI 2.0); by default `current_fmu()`.
+
+    Raises:
+        UserError: the file is missing, damaged, another FMU, or can't be loaded.
+    """
+
+    def __init__(self, path: Path | str | None = None) -> None:
+        self._built = path is None
+        super().__init__(current_fmu() if path is None else check_fmu(Path(path)))
+
+    def __call__(self, outputs: Sequence[str] = METRICS, **values: float) -> Named[float]:
+        """Compute an impact in one communication step; see `golf_impact.run_impact`."""
+        return self.impact(outputs, **values)
+
+    def companion(self, file: str) -> Path:
+        """Launch.fmu or GolfSwing.ssp: of the current sources, or that beside the given `path`.
+
+        Raises:
+            MissingFileError: there is none beside it.
+        """
+        if self._built:
+            return current_system() if file.endswith(".ssp") else current_fmu(Path(file).stem)
+        path = self.path.with_name(file)
+        if not path.is_file():
+            raise MissingFileError(f"there is no {file} beside {self.path}")
+        return path

@@ -1,0 +1,132 @@
+"""The results of scenarios on disk: results.json, figures, trajectories, report.html."""
+
+import base64
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from golf_impact import document
+from golf_impact.files import as_json, write
+from golf_impact.quantities import QUANTITIES, describe
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Results in large type, at the beginning of a report.
+_LARGE = (
+    "smash_factor", "coefficient_of_restitution", "energy_efficiency", "ball_velocity",
+    "contact_time", "max_force",
+)  # fmt: skip
+
+
+@dataclass
+class Result:
+    """What a scenario returns.
+
+    Attributes:
+        title: in one line.
+        cases: results of each case by its name, by the FMU's outputs (SI units).
+        tables: title, columns and rows of texts of each.
+        figures: by the name of their PNG file.
+        claims: whether each sentence holds; the exit code is 1 if one doesn't.
+        words: what follows from the results, in a few sentences.
+        trajectories: structured arrays of `simulate` by the name of their CSV file.
+    """
+
+    title: str
+    cases: dict[str, dict[str, float]] = field(default_factory=dict)
+    tables: list[tuple[str, Sequence[str], Sequence[Sequence[str]]]] = field(default_factory=list)
+    figures: dict[str, "Figure"] = field(default_factory=dict)
+    claims: dict[str, Any] = field(default_factory=dict)
+    words: str = ""
+    trajectories: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def failed(self) -> list[str]:
+        """The claims that don't hold."""
+        return [claim for claim, holds in self.claims.items() if not holds]
+
+
+@contextmanager
+def plotting() -> Iterator[None]:
+    """Figures of this block have the project's style, and need no display."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    with plt.style.context(Path(__file__).with_name("figures.mplstyle")):
+        yield
+
+
+def write_results(
+    folder: Path, results: Mapping[str, Result], source: str, figures: bool = True, prefix: str = ""
+) -> Path:
+    """Write the results of scenarios by name; `prefix` begins the names of all files.
+
+    Returns the path of the report. UserError: a file can't be written.
+    """
+    images: dict[str, dict[str, bytes]] = {}
+    for name, result in results.items():
+        images[name] = {}
+        for title, figure in result.figures.items() if figures else ():
+            images[name][title] = png = _png(figure)
+            write(folder / f"{prefix}{title}.png", png)
+        for title, rows in result.trajectories.items():
+            write(folder / f"{prefix}{title}.csv", _csv(rows))
+    cases = {name: result.cases for name, result in results.items()}
+    write(folder / f"{prefix}results.json", as_json(cases))
+    return write(folder / f"{prefix}report.html", _report(results, images, source))
+
+
+def _png(figure: "Figure") -> bytes:
+    import matplotlib.pyplot as plt
+
+    image = io.BytesIO()
+    figure.savefig(image, format="png")
+    plt.close(figure)
+    return image.getvalue()
+
+
+def _csv(rows: Any) -> str:
+    lines = [",".join(rows.dtype.names), *(",".join(map(repr, row)) for row in rows.tolist())]
+    return "\n".join(lines) + "\n"
+
+
+def _report(
+    results: Mapping[str, Result], images: Mapping[str, Mapping[str, bytes]], source: str
+) -> str:
+    import jinja2
+
+    here = Path(__file__)
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(here.parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["base64"] = lambda data: base64.b64encode(data).decode()
+    first = next(iter(results.values()))
+    large = {
+        case: [(QUANTITIES[name].name, _large(name, values[name])) for name in _LARGE]
+        for case, values in first.cases.items()
+        if {*_LARGE} <= values.keys()
+    }
+    return environment.get_template("report.html.jinja").render(
+        results=results,
+        images=images,
+        source=source,
+        # Of several scenarios the first case stands for all: the document's.
+        large=dict(list(large.items())[: 1 if len(results) > 1 else 4]),
+        readings=document.tables() if len(results) > 1 else [],
+        failed=[claim for result in results.values() for claim in result.failed],
+        claims=sum(len(result.claims) for result in results.values()),
+        document=describe({}),
+    )
+
+
+def _large(name: str, value: float) -> str:
+    return f"{QUANTITIES[name].format_value(value)} {QUANTITIES[name].unit}".strip()
