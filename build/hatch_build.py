@@ -20,7 +20,7 @@ class CustomBuildHook(BuildHookInterface):
         files = {root / "LICENSE": "golf_build/LICENSE"}
         for folder, place, patterns in (
             ("fmu_src", "golf_build/adapters", ("*.py", "host/*.py", "loader/*")),
-            ("scenarios", "golf_impact/scripts", ("*.py", "studies/*.toml", "*.ipynb", "*.csv")),
+            ("scenarios", "golf_impact/scripts", ("*.py", "*.ipynb", "*.csv")),
         ):
             for file in chain.from_iterable(map((root / folder).glob, patterns)):
                 files[file] = f"{place}/{file.relative_to(root / folder).as_posix()}"

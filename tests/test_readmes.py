@@ -10,7 +10,7 @@ import pytest
 from command import ROOT
 from golf_physics.variables import VARIABLES
 
-from golf_impact.report.page import document_tables
+from golf_impact.document import tables as document_tables
 
 FOLDERS = (
     "", "fmu_src", "fmu_src/golf_physics/companions", "build", "scenarios",
@@ -39,9 +39,9 @@ def variables():
 def document():
     """What the document says and how it is read, as Markdown."""
     parts = []
-    for n, table in enumerate(document_tables()):
-        rows = [[*row[:-1], f"`{row[-1]}`"] if n == 0 else row for row in table.rows]
-        parts.append(f"{table.title}:\n\n{markdown(table.columns, rows)}")
+    for n, (title, columns, cells) in enumerate(document_tables()):
+        rows = [[*row[:-1], f"`{row[-1]}`"] if n == 0 else row for row in cells]
+        parts.append(f"{title}:\n\n{markdown(columns, rows)}")
     return "\n\n".join(parts)
 
 
@@ -67,7 +67,7 @@ def test_tables_are_those_of_the_code():
 
 
 def test_what_is_implemented_where_exists():
-    for row in document_tables()[0].rows:
+    for row in document_tables()[0][2]:
         path, _, symbol = row[-1].partition(": ")
         tree = ast.parse((ROOT / path).read_text("utf-8"))
         for name in symbol.split("."):

@@ -117,15 +117,21 @@ def agrees(name: str, results: Mapping[str, float]) -> bool:
 
 
 def tables() -> list[Table]:
-    """How the document is read here, and the printed numbers that its scheme doesn't give."""
+    """How the document is read here, its parameters, and what its scheme doesn't give."""
     readings = [
         [row["printed"], row["problem"], row["reading"], f"{row['file']}: {row['symbol']}"]
         for row in READINGS
     ]
     columns = ["the document says", "why not literally", "how it is read here", "implemented in"]
+    parameters = [[f"{name} ({unit})", *values] for name, unit, *values in PARAMETERS]
     not_reproduced = [list(deviation) for deviation in NOT_REPRODUCED.values()]
     return [
         ("What the document says and how it is read", columns, readings),
+        (
+            "Table 1 and the values that the printed results come from",
+            ["parameter", "Table 1", "used"],
+            parameters,
+        ),
         (
             "Printed numbers that the document's scheme doesn't reproduce",
             ["number", "printed", "its scheme gives", "remark"],

@@ -18,7 +18,10 @@ def check(path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         plain(path)
     except OSError as error:
-        raise UserError(f"can't write {path}: {error.strerror}; choose another place") from error
+        why = f"{error.strerror}; choose another place"
+        if isinstance(error, FileExistsError | NotADirectoryError):
+            why = f"{path.parent} is no folder; choose another one"
+        raise UserError(f"can't write {path}: {why}") from error
 
 
 def write(path: Path, data: bytes | str) -> Path:

@@ -48,6 +48,9 @@ def _split(text: str) -> tuple[str, str]:
     try:
         float(text)
     except ValueError:
+        if re.match(r"[-+]?\d*,\d", text.strip()):
+            point = text.strip().replace(",", ".", 1)
+            raise ValueError(f"write {point}, with a decimal point") from None
         if match := _NUMBER.fullmatch(text.strip()):
             return match[1], match[2]
         raise ValueError(f"{text!r} is no number (e.g. 1.5)") from None
