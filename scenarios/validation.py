@@ -80,8 +80,9 @@ def compare(impact, result, title, data):
         for name in NAMES:
             values = {**BALLS[name].values, "club_speed": m.club_speed}
             case = result.cases[f"{name}, {m.club_speed:.4g} m/s"] = impact(**values)
-            error = errors[name][m.metric] = (case[m.metric] / m.middle - 1.0) * 100.0
-            cells.append(f"{case[m.metric] * factor:.4g} ({error:+.1f} %)")
+            error = case[m.metric] / m.middle - 1.0
+            errors[name][m.metric] = error * 100.0
+            cells.append(f"{case[m.metric] * factor:.4g} ({format_percent(error, 1)} %)")
         ends = dict.fromkeys(f"{x * factor:.4g}" for x in (m.low, m.high))
         rows.append([f"{m.what}, {m.club_speed:.3g} m/s", "–".join(ends), *cells])
     result.tables.append((title, ["", "published", *NAMES], rows))

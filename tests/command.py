@@ -12,7 +12,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from golf_impact.commands import app
-from golf_impact.stopping import SIGNALS
 
 ROOT = Path(__file__).resolve().parent.parent
 COMMAND = Path(sys.executable).with_name("golf-impact")
@@ -87,7 +86,6 @@ def golf_started(*arguments, **options):
 
 def golf_here(*arguments, cwd=None, code=None):
     """Run the command in this process; arguments and results as those of `golf`."""
-    handlers = {number: signal.getsignal(number) for number in SIGNALS}
     out, err, before = io.StringIO(), io.StringIO(), Path.cwd()
     try:
         os.chdir(cwd or before)
@@ -95,8 +93,6 @@ def golf_here(*arguments, cwd=None, code=None):
             ended_with = app.one_line([str(argument) for argument in arguments])
     finally:
         os.chdir(before)
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
     done = SimpleNamespace(returncode=ended_with, stdout=out.getvalue(), stderr=err.getvalue())
     return ended(done, code)
 
@@ -104,8 +100,8 @@ def golf_here(*arguments, cwd=None, code=None):
 def golf_case(folder, *options, **how):
     """`run` of a case of one's own, without figures: what ended, and the results of the case."""
     done = golf_here("run", *options, "--no-figures", "--out", folder, code=0, **how)
-    (file,) = folder.glob("*_results.json")
-    return done, json.loads(file.read_text())["custom"]["custom"]
+    results = json.loads((folder / "custom_results.json").read_text())
+    return done, results["custom"]["custom"]
 
 
 def refused(done, *words):

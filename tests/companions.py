@@ -1,10 +1,9 @@
 """Fixtures for the companion FMUs: Swing, Launch and BallFlight, built once and loaded by fmpy."""
 
 import fmpy
+import loaded as system
 import pytest
 from instances import begin, discard, make_instance
-
-from golf_impact.fmu import system
 
 
 @pytest.fixture(scope="session")

@@ -14,14 +14,13 @@ import pytest
 from command import run_python
 from filelock import FileLock
 from hypothesis import HealthCheck, settings
+from loaded import ImpactFmu, build_fmu
 
 from golf_build import linux, toolchain
 from golf_build import standalone as standalone_build
 from golf_build.system import COMPANIONS
-from golf_impact.fmu.file import build_fmu
-from golf_impact.fmu.impact_fmu import ImpactFmu
-from golf_impact.fmu.libpython import find_libpython_for
-from golf_impact.fmu.system import build_system
+from golf_build.system import build as build_system
+from golf_impact.doctor import _libpython as find_libpython_for
 
 pytest_plugins = ["companions", "page"]
 
@@ -232,7 +231,7 @@ def libpython(fmu_path):
 @pytest.fixture
 def no_figure_stays_open():
     yield
-    from golf_impact.report.figures import plt
+    import matplotlib.pyplot as plt
 
     plt.close("all")
 

@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 import pythonfmu
 from command import golf, refused
+from golf_impact.fmu.file import BUILDERS, build_plain_fmu, check_fmu
+from loaded import ImpactFmu
 from reference_results import FOLDER
 
 from golf_build.archive import SUMS, checksums, unpack, write_archive
 from golf_build.packaging import bundle, guid_of
 from golf_impact.benchmarks import empty_fmu
 from golf_impact.errors import UserError
-from golf_impact.fmu.archive import find_flaw
-from golf_impact.fmu.file import BUILDERS, build_plain_fmu, check_fmu
-from golf_impact.fmu.impact_fmu import ImpactFmu
+from golf_impact.flaws import find_flaw
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
+from loaded import LoadedFmu, build_plain_fmu
 
 from golf_impact.benchmarks import accuracy, empty_fmu
 from golf_impact.benchmarks.all import FIGURES, is_met
@@ -19,8 +20,6 @@ from golf_impact.benchmarks.impact import METRICS
 from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED
 from golf_impact.closed_forms import definitions
 from golf_impact.commands.bench import bench
-from golf_impact.fmu.file import build_plain_fmu
-from golf_impact.fmu.loaded import LoadedFmu
 from golf_impact.peers import document_fmu
 from golf_impact.peers.compiled import SUB_STEP, compiled_fmu, compiler
 from golf_impact.peers.problem import Case, Outcome, errors

@@ -13,9 +13,9 @@ import fmpy
 import pytest
 from command import run_python
 from conftest import HERE, some
+from loaded import build_plain_fmu
 
 from golf_impact.benchmarks import empty_fmu
-from golf_impact.fmu.file import build_plain_fmu
 
 _PROGRAM = """
 import sys

@@ -16,17 +16,17 @@ import numpy as np
 import pytest
 from command import ROOT, golf_here, refused, run, run_python
 from compare import assert_close
+from golf_impact.fmu.shots import Shots
+from loaded import LoadedFmu
 from page import serving
 
 import golf_impact
 from golf_impact.ball import BALLS
-from golf_impact.commands.run import values_of
+from golf_impact.commands.options import values_of
 from golf_impact.errors import UserError
 from golf_impact.explore import export as exporting
 from golf_impact.explore.cases import CLUB_BALL, CLUBS, EXAMPLES, QUANTITIES, metrics_by_fmus
 from golf_impact.explore.evaluator import LOFT, SWEPT
-from golf_impact.fmu.loaded import LoadedFmu
-from golf_impact.fmu.shots import Shots
 from golf_impact.timing import resident_bytes
 
 pytestmark = pytest.mark.plain

@@ -8,10 +8,10 @@ from cases import CASES, SHARES, exact, exact_path, horizon
 from compare import assert_close
 from conftest import numbers
 from golf_physics.variables import VARIABLES
+from loaded import build_fmu
 
 from golf_impact.closed_forms import reduced_mass
 from golf_impact.errors import UserError
-from golf_impact.fmu.file import build_fmu
 from golf_impact.reference import Reference
 from golf_impact.runs import METRICS
 from golf_impact.scales import Scales

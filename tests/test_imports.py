@@ -8,7 +8,7 @@ from pathlib import Path
 from command import ROOT, run
 
 from golf_impact import scenario
-from golf_impact.commands.scripts import FOLDER, list_names
+from golf_impact.scripts import FOLDER
 
 
 def test_contracts():

@@ -8,9 +8,9 @@ import pytest
 from command import outputs
 from compare import assert_close
 from conftest import HOST_TASKS, LAW_1
-
-from golf_impact.commands import doctor
 from golf_impact.fmu.archive import find_odd_characters
+
+from golf_impact import doctor
 
 
 @pytest.fixture(scope="module")

@@ -18,14 +18,14 @@ import pytest
 from command import ROOT, ended, golf_here, printed_values, refused, run
 from compare import assert_close
 from conftest import EXPECTED, HERE, LAW_1, LAW_2_CONTACT, repeated
+from golf_impact.fmu.file import build_fmu, check_fmu
 from test_standalone import extracted, guid, outputs
 
 from golf_build import toolchain
 from golf_build.archive import unpack, write_archive
-from golf_impact.commands import doctor
+from golf_build.system import build as build_system
+from golf_impact import doctor
 from golf_impact.errors import UserError
-from golf_impact.fmu.file import build_fmu, check_fmu
-from golf_impact.fmu.system import build_system
 
 FMPY_TASKS = HERE / "fmpy_tasks.py"
 

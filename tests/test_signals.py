@@ -87,7 +87,7 @@ stopping.listen()
 scratch = stopping.scratch_folder()
 scratch.__enter__()
 from golf_impact.fmu.file import current_fmu
-from golf_impact.fmu.impact_fmu import ImpactFmu
+from loaded import ImpactFmu
 with ImpactFmu(current_fmu()[0]) as fmu:
     fmu.start()
     name = next(name for name in sys.modules if name.endswith(".component.component"))

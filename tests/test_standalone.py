@@ -22,13 +22,12 @@ from command import golf, golf_here, outputs, run, run_python
 from conftest import HEADERS, HERE, HOST_TASKS, LAW_1, LAW_2_CONTACT, repeated
 from golf_physics.variables import VARIABLES
 from instances import begin, discard, get, make_instance
+from loaded import build_fmu, run_ssp
 
 from golf_build import standalone
 from golf_build.packaging import fmu_source
-from golf_impact.commands import doctor
+from golf_impact import doctor
 from golf_impact.errors import UserError
-from golf_impact.fmu.file import build_fmu
-from golf_impact.fmu.system import run_ssp
 
 
 @pytest.fixture(scope="module")

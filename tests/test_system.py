@@ -7,6 +7,7 @@ from functools import cache
 from xml.etree import ElementTree
 
 import fmpy
+import loaded as system
 import numpy as np
 import pytest
 from compare import assert_close
@@ -16,7 +17,6 @@ from instances import get, get_all, put, with_checksum
 from scipy.integrate import solve_ivp
 
 from golf_build.system import DRIVE
-from golf_impact.fmu import system
 from golf_impact.measured import OUTSIDE, PGA
 
 STOP = 0.967  # s: by then the ball has been launched, and the swing has the impulse

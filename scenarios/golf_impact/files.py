@@ -1,6 +1,8 @@
 """Results on disk: each file is written beside and renamed into place: it is whole or as before."""
 
 import json
+import os
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -9,18 +11,21 @@ from golf_impact.errors import UserError
 
 
 def check(path: Path) -> None:
-    """Check that a file can be written before long work begins.
+    """Check that a file can be written, before long work begins; nothing is made yet.
 
     Raises:
         UserError: its folder can't be made, or something else has its name.
     """
+    folders = path.absolute().parents
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        # A broken link exists, too.
+        existing = next(folder for folder in folders if os.path.lexists(folder))
+        tempfile.TemporaryFile(dir=existing).close()
         plain(path)
     except OSError as error:
         why = f"{error.strerror}; choose another place"
         if isinstance(error, FileExistsError | NotADirectoryError):
-            why = f"{path.parent} is no folder; choose another one"
+            why = f"{existing} is no folder; choose another one"
         raise UserError(f"can't write {path}: {why}") from error
 
 

@@ -229,8 +229,8 @@ class Fmu:
             if variable is None or variable.causality == "output":
                 known = [n for n, v in self.variables.items() if v.causality != "output"]
                 raise unknown_name("input or parameter", name, known)
-            if variable.type == "Integer" and value != value // 1:
-                # fmpy would cut it off.
+            if variable.type == "Integer" and not (value == value // 1 and abs(value) < 2**31):
+                # fmpy would cut it.
                 reason = "it must be a whole number"
                 raise UserError(f"{name} = {value!r} is refused: {reason}", name, value, reason)
 

@@ -11,7 +11,11 @@ from golf_impact.commands.options import take_conditions, values_of
 from golf_impact.errors import MissingFileError, UserError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from matplotlib.figure import Figure
+
     from golf_impact.ball import Ball
+    from golf_impact.fmu import Impact
     from golf_impact.results import Result
 
 EPILOG = (
@@ -43,7 +47,7 @@ def run(
     """
     from golf_impact import ball, files, scripts, units
     from golf_impact.fmu import Impact
-    from golf_impact.results import plotting, write_results
+    from golf_impact.results import write_results
 
     values = values_of(set_ or [])
     own_balls = [ball.ball(name) for name in dict.fromkeys(balls or ())]
@@ -71,8 +75,11 @@ def run(
         speed = values.get("club_speed", 35.0) - values.get("ball_speed", 0.0)
         for words in ball.range_remarks(own_balls, speed):
             warn(words, style="yellow")
-        with plotting():
-            custom = {"custom": own_case(impact, values, own_balls)} if own else {}
+        try:
+            custom = {"custom": own_case(impact, values, own_balls, figures)} if own else {}
+        except UserError as error:
+            option = next((o for o in set_ or [] if o.partition("=")[0] == error.variable), None)
+            raise UserError(f"--set {option}: {error}" if option else str(error)) from error
         source = f"{impact.description.modelName}.fmu, GUID {impact.description.guid}"
         advance(len(paths) + own, "writing")
         pages = [
@@ -87,9 +94,10 @@ def run(
     return int(any(result.failed for result in (*results.values(), *custom.values())))
 
 
-def own_case(impact, values: Mapping[str, float], balls: "Sequence[Ball]") -> "Result":
+def own_case(
+    impact: "Impact", values: Mapping[str, float], balls: "Sequence[Ball]", figures: bool
+) -> "Result":
     """Results and force of a case with each ball (or none); values (SI) override a ball's."""
-    import matplotlib.pyplot as plt
     import numpy as np
 
     from golf_impact.quantities import QUANTITIES, derived, describe
@@ -97,7 +105,7 @@ def own_case(impact, values: Mapping[str, float], balls: "Sequence[Ball]") -> "R
 
     cells: list[list[str]] = []
     result = Result("Your case" if len(balls) < 2 else "Your cases")
-    figure, axes = plt.subplots()
+    curves = {}
     for one in balls or [None]:
         name = one.name if one else "custom"
         given = {**(one.values if one else {}), **values}
@@ -110,11 +118,9 @@ def own_case(impact, values: Mapping[str, float], balls: "Sequence[Ball]") -> "R
         cells.append([describe(given), *numbers])
         path = impact.trajectory(**given)
         result.trajectories[Path(name).stem] = np.rec.fromarrays([*path.values()], names=[*path])
-        label = f"{name}: {describe(given)}" if one else describe(given)
-        axes.plot(path["time"] * 1e6, path["force"] / 1e3, label=label)
-    axes.set(title="Contact force", xlabel="time (µs)", ylabel="contact force (kN)", ylim=(0, None))
-    axes.legend()
-    result.figures["force"] = figure
+        curves[f"{name}: {describe(given)}" if one else describe(given)] = path
+    if figures:
+        result.figures["force"] = plot_forces(curves)
     labels = ["law, k, b", *(quantity.label for quantity in QUANTITIES.values())]
     what = ", ".join(f"{name} = {value:g}" for name, value in values.items())
     title = f"{what or 'as in the ball'} (SI units)"
@@ -127,6 +133,22 @@ def own_case(impact, values: Mapping[str, float], balls: "Sequence[Ball]") -> "R
             "each body that loses momentum. --ball roh-lee for a real ball."
         )
     return result
+
+
+def plot_forces(curves: "Mapping[str, Mapping[str, np.ndarray]]") -> "Figure":
+    """Contact force over time, of trajectories by label."""
+    from golf_impact.results import plotting
+
+    with plotting():
+        import matplotlib.pyplot as plt
+
+        figure, axes = plt.subplots()
+        for label, path in curves.items():
+            axes.plot(path["time"] * 1e6, path["force"] / 1e3, label=label)
+        axes.set(title="Contact force", xlabel="time (µs)", ylabel="contact force (kN)")
+        axes.set_ylim(0.0, None)
+        axes.legend()
+    return figure
 
 
 def standard_errors(ball: "Ball", given: Mapping[str, float]) -> dict[str, float]:
